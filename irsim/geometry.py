@@ -1,0 +1,79 @@
+"""Where things are seen: directions, pixels, and the camera's turning.
+
+Frames of reference (right-handed, metres):
+    camera   x right, y down, z along the optical axis
+    first    the camera frame at the first pointing, before any motion: paths in metres live here
+    world    x east (right of the first azimuth), y down, z level ahead at the first azimuth; it
+             differs from `first` by the first elevation only
+A pinhole: the pixel of a camera-frame point is principal + (x/z, y/z)/ifov, so IFOV holds at the
+axis; the principal point is the middle of the frame.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from irsim.types import Floats
+
+
+def gimbal(azimuth: float, elevation: float, roll: float) -> Floats:
+    """(3, 3): world vectors to camera vectors. Radians; right, up and clockwise are positive.
+
+    Azimuth turns about the world's vertical, elevation about the level axis, roll about the
+    optical axis.
+    """
+    ca, sa = np.cos(azimuth), np.sin(azimuth)
+    ce, se = np.cos(elevation), np.sin(elevation)
+    cr, sr = np.cos(roll), np.sin(roll)
+    turn = np.array([[ca, 0, -sa], [0, 1, 0], [sa, 0, ca]])
+    lift = np.array([[1, 0, 0], [0, ce, se], [0, -se, ce]])
+    twist = np.array([[cr, sr, 0], [-sr, cr, 0], [0, 0, 1]])
+    return np.asarray(twist @ lift @ turn)
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """What fixes where a direction falls in the picture.
+
+    size (columns, rows); ifov_rad, radians a pixel at the axis; elevation_rad of the first pointing.
+    """
+
+    size: tuple[int, int]
+    ifov_rad: float
+    elevation_rad: float = 0.0
+
+    @property
+    def principal(self) -> Floats:
+        """(2,) px: where the optical axis falls."""
+        return np.array([(self.size[0] - 1) / 2, (self.size[1] - 1) / 2])
+
+    def rotation(self, turn: Floats) -> Floats:
+        """(3, 3): first-camera vectors to the vectors of a camera turned by (azimuth, elevation, roll) rad."""
+        return self.world_rotation(turn) @ gimbal(0.0, self.elevation_rad, 0.0).T
+
+    def world_rotation(self, turn: Floats) -> Floats:
+        """(3, 3): world vectors to the vectors of the turned camera."""
+        return gimbal(turn[0], self.elevation_rad + turn[1], turn[2])
+
+    def project(self, points: Floats) -> Floats:
+        """(..., 3) camera-frame points to (..., 2) px; nan at or behind the camera's plane."""
+        points = np.asarray(points, dtype=np.float64)
+        depth = np.where(points[..., 2:] > 0, points[..., 2:], np.nan)
+        return self.principal + points[..., :2] / (depth * self.ifov_rad)
+
+    def directions(self, pixels: Floats) -> Floats:
+        """(..., 2) px to (..., 3) unit vectors in the camera frame."""
+        pixels = np.asarray(pixels, dtype=np.float64)
+        plane = (pixels - self.principal) * self.ifov_rad
+        rays = np.concatenate([plane, np.ones_like(plane[..., :1])], axis=-1)
+        return np.asarray(rays / np.linalg.norm(rays, axis=-1, keepdims=True))
+
+    def place(self, pixels: Floats, range_m: float | Floats) -> Floats:
+        """(..., 3) m: the points at that range in the directions of (..., 2) px."""
+        return self.directions(pixels) * np.asarray(range_m)[..., None]
+
+    def inside(self, x: float, y: float) -> bool:
+        """Is (x, y) px within the frame's edges?"""
+        return -0.5 <= x <= self.size[0] - 0.5 and -0.5 <= y <= self.size[1] - 0.5

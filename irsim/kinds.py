@@ -1,0 +1,140 @@
+"""Parts and families: how YAML becomes frozen values, and how a kind is added.
+
+A *part* is a frozen pydantic model whose fields are its YAML keys. A *family* is a table of kinds
+that may stand in one place, told apart by their key ``kind``. A new kind is a class and a line in
+its family's table; a user's own kind is named as ``module:Class``.
+"""
+
+from __future__ import annotations
+
+import difflib
+import importlib
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Annotated, Any, ClassVar, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, ValidationError
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+
+class Part(BaseModel):
+    """A frozen value whose fields are its YAML keys; unknown keys and wrong types are errors."""
+
+    model_config = ConfigDict(
+        frozen=True, strict=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True
+    )
+
+
+Name = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_-]*$", max_length=64)]
+"""An id: what --without, overrides and truth call a part of the scene."""
+
+Fraction = Annotated[float, Field(ge=0, le=1)]
+Positive = Annotated[float, Field(gt=0)]
+NotNegative = Annotated[float, Field(ge=0)]
+Kelvin = Annotated[float, Field(gt=0, le=6000)]
+Pair = Annotated[tuple[float, float], Field(strict=False)]
+Triple = Annotated[tuple[float, float, float], Field(strict=False)]
+
+Item = TypeVar("Item")
+Several = Annotated[tuple[Item, ...], Field(strict=False)]
+"""A YAML list, kept as a tuple."""
+
+
+class Kind(Part):
+    """A part that is one of several in its family."""
+
+    kind: ClassVar[str]
+    """The name in the family's table, set by the table."""
+
+
+class NamedKind(Kind):
+    """A kind that stands in a list, where overrides and --without reach it by its name."""
+
+    id: Name | None = None
+    """Its name in the scene; its kind where not given."""
+
+    @property
+    def name(self) -> str:
+        return self.id or self.kind
+
+
+def suggestion(word: object, allowed: Iterable[str]) -> str:
+    """'; did you mean …?' where a known word is near, else ''."""
+    near = difflib.get_close_matches(str(word), list(allowed), n=1, cutoff=0.6)
+    return f"; did you mean '{near[0]}'?" if near else ""
+
+
+class Family:
+    """The table of kinds that may stand in one place of a scenario.
+
+    A field declares its family as ``Annotated[Noise, NOISES]``. Errors inside a kind keep their
+    places: the custom error 'inside' carries the kind's class and its own list of errors.
+    """
+
+    def __init__(self, name: str, base: type[Kind], kinds: Mapping[str, type[Kind]]) -> None:
+        self.name = name
+        self.base = base
+        self.kinds = dict(kinds)
+        for word, kind in self.kinds.items():
+            kind.kind = word
+
+    def __iter__(self) -> Iterator[tuple[str, type[Kind]]]:
+        return iter(self.kinds.items())
+
+    def find(self, word: object) -> type[Kind]:
+        """The class of a kind's name or of 'module:Class'; PydanticCustomError where there is none."""
+        if isinstance(word, str) and word in self.kinds:
+            return self.kinds[word]
+        if isinstance(word, str) and ":" in word:
+            return self._foreign(word)
+        raise self._unknown(
+            f"unknown {self.name} kind {word!r}; allowed: {', '.join(self.kinds)} or module:Class"
+            + suggestion(word, self.kinds)
+        )
+
+    def _foreign(self, word: str) -> type[Kind]:
+        module, _, name = word.partition(":")
+        try:
+            found = getattr(importlib.import_module(module), name)
+        except (ImportError, AttributeError, ValueError) as error:
+            raise self._unknown(f"cannot import {word!r}: {error}") from None
+        if not (isinstance(found, type) and issubclass(found, self.base)):
+            base = f"{self.base.__module__}.{self.base.__name__}"
+            raise self._unknown(f"{word!r} is not a {self.name} kind; allowed: a subclass of {base}")
+        found.kind = word
+        return found
+
+    @staticmethod
+    def _unknown(what: str) -> PydanticCustomError:
+        return PydanticCustomError("unknown_kind", "{what}", {"what": what, "at": ("kind",)})
+
+    def parse(self, value: Any) -> Kind:
+        """A value of the family from a mapping with the key 'kind' (a value passes as it is)."""
+        if isinstance(value, self.base):
+            return value
+        allowed = ", ".join(self.kinds)
+        if not isinstance(value, Mapping):
+            raise PydanticCustomError(
+                "not_a_kind", "expected a mapping with the key 'kind'; allowed kinds: {allowed}", {"allowed": allowed}
+            )
+        if "kind" not in value:
+            raise PydanticCustomError(
+                "no_kind", "the key 'kind' is missing; allowed: {allowed}", {"allowed": allowed}
+            )
+        chosen = self.find(value["kind"])
+        try:
+            return chosen.model_validate({key: item for key, item in value.items() if key != "kind"})
+        except ValidationError as error:
+            # Raised as it is, pydantic would flatten it to one text: hand its list through.
+            raise PydanticCustomError(
+                "inside", "{count} errors", {"count": error.error_count(), "errors": error.errors(), "part": chosen}
+            ) from None
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(
+            self.parse, serialization=core_schema.plain_serializer_function_ser_schema(dump)
+        )
+
+
+def dump(part: Kind) -> dict[str, Any]:
+    """A kind as a mapping, its own name first."""
+    return {"kind": part.kind, **part.model_dump()}

@@ -1,0 +1,118 @@
+"""The scenario: a scene, its camera and its seed, as one frozen value."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator
+from typing import Annotated
+
+from pydantic import Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from irsim.backgrounds import BACKGROUNDS, Background
+from irsim.camera import Camera
+from irsim.kinds import Name, Part, Several, Triple, suggestion
+from irsim.motion import PATHS, Path
+from irsim.occluders import OCCLUDERS, Occluder
+from irsim.shapes import SHAPES, Shape
+from irsim.stage import Stage
+
+
+class Target(Part):
+    """Something to be tracked, or to be mistaken for it."""
+
+    id: Name
+    """Its name in truth, overrides and --without."""
+    cls: Name | None = None
+    """Its class in truth; the shape's kind where not given."""
+    shape: Annotated[Shape, SHAPES]
+    """What it looks like."""
+    path: Annotated[Path, PATHS]
+    """Where it goes."""
+    attitude_deg: Triple = (0.0, 0.0, 0.0)
+    """Yaw, pitch, roll added to the attitude that its path gives, degrees."""
+    spin_deg_s: Triple = (0.0, 0.0, 0.0)
+    """Rates of the same three, degrees a second."""
+
+
+class Scenario(Part):
+    """What irsim renders."""
+
+    about: str = ""
+    """What this scenario is for."""
+    seed: Annotated[int, Field(ge=0, lt=2**63)] = 0
+    """Seed of everything random in the scene."""
+    frames: Annotated[int, Field(ge=1, le=10_000_000)] = 100
+    """How many frames."""
+    camera: Camera = Camera()
+    background: Annotated[Background, BACKGROUNDS]
+    targets: Several[Target] = ()
+    occluders: Several[Annotated[Occluder, OCCLUDERS]] = ()
+    follow: Name | None = None
+    """Id of the target to track; the first where not given."""
+    without: Several[Name] = ()
+    """Names of parts that are switched off; everything else stays as it is, bit for bit."""
+
+    @property
+    def stage(self) -> Stage:
+        camera = self.camera
+        return Stage(self.seed, camera.geometry, camera.rate_hz, camera.band, camera.psf_px)
+
+    @property
+    def hash(self) -> str:
+        """Hex digest of all that decides the pixels and the truth (not of `about`)."""
+        from irsim import __version__
+
+        value = json.loads(self.model_dump_json(exclude={"about"}))
+        text = json.dumps([__version__, value], sort_keys=True)
+        return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
+
+    def is_on(self, name: str) -> bool:
+        """Is the part of that name not switched off?"""
+        return name not in self.without
+
+    def names(self) -> Iterator[tuple[str, tuple[str | int, ...]]]:
+        """Every name that `without` may hold, with its place in the tree."""
+        for index, target in enumerate(self.targets):
+            yield target.id, ("targets", index, "id")
+        for index, occluder in enumerate(self.occluders):
+            yield occluder.name, ("occluders", index, "id")
+        for index, noise in enumerate(self.camera.noise):
+            yield noise.name, ("camera", "noise", index, "id")
+        for index, motion in enumerate(self.camera.motion):
+            yield motion.name, ("camera", "motion", index, "id")
+        for name in self.background.names():
+            yield name, ("background",)
+
+    @model_validator(mode="after")
+    def _names_are_unique(self) -> Scenario:
+        seen: set[str] = set()
+        for name, place in self.names():
+            if name in seen:
+                raise PydanticCustomError(
+                    "duplicate_id", "the id '{name}' is used twice; allowed: each id once", {"name": name, "at": place}
+                )
+            seen.add(name)
+        return self
+
+    @model_validator(mode="after")
+    def _names_exist(self) -> Scenario:
+        names = [name for name, _ in self.names()]
+        targets = [target.id for target in self.targets]
+        wanted = [(name, ("without", index), names) for index, name in enumerate(self.without)]
+        if self.follow is not None:
+            wanted.append((self.follow, ("follow",), targets))  # type: ignore[arg-type]
+        for name, place, allowed in wanted:
+            if name not in allowed:
+                raise PydanticCustomError(
+                    "unknown_id",
+                    "there is no '{name}'; allowed: {allowed}{hint}",
+                    {
+                        "name": name,
+                        "allowed": ", ".join(allowed) or "nothing, there are none",
+                        "hint": suggestion(name, allowed),
+                        "at": place,
+                    },
+                )
+        return self

@@ -1,0 +1,29 @@
+"""A thing drawn alone: the share of each pixel that it covers, and the light it puts there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from irsim.types import Box, Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Sprite:
+    """A patch whose top-left pixel is (x0, y0); it may reach past the frame. Arrays are (h, w) float64.
+
+    cover     share of the pixel's area that the thing covers, 0..1, before optics: truth uses it
+    alpha     share of the pixel's light that it replaces, after optics
+    emission  in-band radiance that it adds, after optics, W/m2/sr: L <- L (1 - alpha) + emission
+    center    (x, y) px, area centroid;  signal_center, weighted by emission
+    box       tight box of the geometry
+    """
+
+    x0: int
+    y0: int
+    cover: Floats
+    alpha: Floats
+    emission: Floats
+    center: tuple[float, float]
+    signal_center: tuple[float, float]
+    box: Box
+    range_m: float

@@ -1,0 +1,179 @@
+"""The values that pass between rooms: Box, Frame, TargetTruth, Truth, and the Source protocol.
+
+Conventions, everywhere in irsim and irtrack
+    x points right, y down; the centre of the top-left pixel is (0, 0), so pixel i covers
+    [i - 1/2, i + 1/2]. Lengths are in px, times in seconds, velocities in px per frame.
+    A target is a centre (cx, cy) and a full size (w, h). Images are indexed [row, column].
+    None means: not known (imported truth knows little more than boxes).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal, Protocol, runtime_checkable
+
+import numpy as np
+import numpy.typing as npt
+
+Image = npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
+Floats = npt.NDArray[np.floating]
+
+Input = Literal["display", "counts"]
+"""What a tracker looks at: the 8-bit picture after AGC, or the detector's counts."""
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """An axis-aligned box: centre (cx, cy) and full size (w, h), px."""
+
+    cx: float
+    cy: float
+    w: float
+    h: float
+
+    @classmethod
+    def from_pixels(cls, x: float, y: float, w: float, h: float) -> Box:
+        """The box of the whole pixels x .. x+w-1, y .. y+h-1 (as label files write them)."""
+        return cls(x + (w - 1) / 2, y + (h - 1) / 2, w, h)
+
+    @classmethod
+    def from_edges(cls, left: float, top: float, right: float, bottom: float) -> Box:
+        """The box between continuous edges; pixel i has its edges at i - 1/2 and i + 1/2."""
+        return cls((left + right) / 2, (top + bottom) / 2, right - left, bottom - top)
+
+    @property
+    def left(self) -> float:
+        return self.cx - self.w / 2
+
+    @property
+    def right(self) -> float:
+        return self.cx + self.w / 2
+
+    @property
+    def top(self) -> float:
+        return self.cy - self.h / 2
+
+    @property
+    def bottom(self) -> float:
+        return self.cy + self.h / 2
+
+    @property
+    def pixels(self) -> tuple[float, float, float, float]:
+        """(x, y, w, h) as label files write it: the inverse of `from_pixels`."""
+        return (self.cx - (self.w - 1) / 2, self.cy - (self.h - 1) / 2, self.w, self.h)
+
+    @property
+    def diagonal(self) -> float:
+        return float(np.hypot(self.w, self.h))
+
+    def at_least(self, size: float) -> Box:
+        """The same centre, no side under `size` px."""
+        return Box(self.cx, self.cy, max(self.w, size), max(self.h, size))
+
+    def iou(self, other: Box) -> float:
+        """Intersection over union, 0..1."""
+        w = min(self.right, other.right) - max(self.left, other.left)
+        h = min(self.bottom, other.bottom) - max(self.top, other.top)
+        if w <= 0 or h <= 0:
+            return 0.0
+        return w * h / (self.w * self.h + other.w * other.h - w * h)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Frame:
+    """One picture. image (rows, cols) uint8 or uint16; bits its true depth; time in s, mid-exposure."""
+
+    image: Image
+    index: int
+    time: float
+    bits: int
+
+
+@dataclass(frozen=True, slots=True)
+class TargetTruth:
+    """What is true of one target in one frame.
+
+    center        (x, y) px: area centroid of the whole, unhidden target
+    box           tight box of the whole, unhidden target; for a point, its PSF's full width at
+                  half maximum
+    signal_center (x, y) px: centroid weighted by the signal (hot parts weigh more); for an
+                  isothermal target the same as center
+    velocity      (vx, vy) px per frame, apparent (the camera's own motion included)
+    attitude      (yaw, pitch, roll) degrees in the camera's first frame
+    range_m       metres from the camera
+    visible       fraction 0..1 of the target's area that is in the frame and not hidden
+    occluders     names of what hides some of it
+    crossing      another target's box meets this one's
+    in_view       its centre is inside the frame
+    contrast_k    apparent temperature of the target's mean less that of what is behind it, K
+    accuracy_px   how far the centre may be off; 0 for rendered truth, nothing scores tighter
+    """
+
+    id: str
+    center: tuple[float, float]
+    box: Box
+    cls: str | None = None
+    signal_center: tuple[float, float] | None = None
+    velocity: tuple[float, float] | None = None
+    attitude: tuple[float, float, float] | None = None
+    range_m: float | None = None
+    visible: float | None = None
+    occluders: tuple[str, ...] = ()
+    crossing: bool | None = None
+    in_view: bool | None = None
+    contrast_k: float | None = None
+    accuracy_px: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """What is true of one frame: the targets that exist in it (absent ones have no entry)."""
+
+    index: int
+    time: float
+    targets: tuple[TargetTruth, ...] = ()
+
+    def target(self, id: str) -> TargetTruth | None:
+        """The target of that id, or None where it is absent."""
+        return next((target for target in self.targets if target.id == id), None)
+
+
+@runtime_checkable
+class Source(Protocol):
+    """Something that gives frames, truth (or none) and a hash: a rendered scenario or a recording.
+
+    name     a short name for tables: a file's stem or the scenario's name
+    hash     hex digest; two sources of one hash give the same counts and the same truth
+    size     (columns, rows)
+    follow   id of the target to follow where the user names none
+    """
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def hash(self) -> str: ...
+    @property
+    def size(self) -> tuple[int, int]: ...
+    @property
+    def bits(self) -> int: ...
+    @property
+    def rate_hz(self) -> float: ...
+    @property
+    def follow(self) -> str | None: ...
+    @property
+    def has_truth(self) -> bool: ...
+
+    def __len__(self) -> int: ...
+
+    def frame(self, index: int, input: Input = "counts") -> Frame:
+        """Frame `index`, the same bit for bit as in the sequence. IndexError past the end."""
+        ...
+
+    def frames(self, input: Input = "counts", start: int = 0, stop: int | None = None) -> Iterator[Frame]:
+        """Frames start .. stop-1 in order."""
+        ...
+
+    def truths(self, start: int = 0, stop: int | None = None) -> Iterator[Truth]:
+        """Truths of the same frames; yields nothing where has_truth is False."""
+        ...
