@@ -1,0 +1,128 @@
+"""The values of a results file: which run, which source, which cell, what came out."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+from dataclasses import astuple, dataclass, fields
+from typing import Any, Literal
+
+import numpy as np
+
+from irsim.types import Floats, Input
+from irtrack.metrics.scoring import Score
+
+
+@dataclass(frozen=True, slots=True)
+class Key:
+    """What decides a cell's outcome, times aside.
+
+    source_hash     of the Source, its scene seed applied
+    target          id of the target followed; None where a box was given and there is no truth
+    start           'visible' (first frame in which half the target shows, box from truth), or
+                    'cx,cy,w,h@frame'
+    input           what the tracker looks at
+    scene_seed      None for a recording
+    tracker_seed    of the tracker's generators
+    config          canonical JSON of the tracker's name and parameters
+    code_hash       of the tracker's source code
+    """
+
+    source_hash: str
+    target: str | None
+    start: str
+    input: Input
+    scene_seed: int | None
+    tracker_seed: int
+    config: str
+    code_hash: str
+
+    @property
+    def digest(self) -> str:
+        """Hex digest: the primary key of a results file."""
+        return hashlib.blake2b(json.dumps(astuple(self)).encode(), digest_size=16).hexdigest()
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """One call of the bench: when it started (UTC, ISO 8601), its command line, the versions used."""
+
+    id: int
+    started: str
+    command: str
+    versions: dict[str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class SourceRow:
+    """A source as it was measured.
+
+    scene_hash   the same for all seeds of a scenario (a recording: its hash)
+    text         kind 'scenario': the whole scenario as YAML, its seed applied; 'recording': its path
+    size         (columns, rows)
+    length       how many frames it has
+    """
+
+    hash: str
+    scene_hash: str
+    name: str
+    kind: Literal["scenario", "recording"]
+    text: str
+    size: tuple[int, int]
+    rate_hz: float
+    length: int
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """One tracker on one source with one pair of seeds.
+
+    label    of the tracker in tables;  source  name of the source;  scene_hash  see `SourceRow`
+    status   'failed' where the tracker raised; then `failure` is its traceback and `score` is None
+    """
+
+    key: Key
+    label: str
+    source: str
+    scene_hash: str
+    status: Literal["ok", "failed"]
+    failure: str | None = None
+    score: Score | None = None
+
+    @property
+    def config(self) -> dict[str, Any]:
+        """The tracker's name and parameters."""
+        return dict(json.loads(self.key.config))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trace:
+    """A cell's track and truth, frame by frame; the first frame is the start.
+
+    indices (n,); centers, sizes (n, 2) px and statuses (n,) of the tracker; truth_centers and
+    truth_sizes (n, 2) px, nan where the target is absent; visible (n,), nan where unknown;
+    accuracy (n,) px, see `irsim.types.TargetTruth`; step_ms (n,).
+    """
+
+    indices: np.ndarray
+    centers: Floats
+    sizes: Floats
+    statuses: np.ndarray
+    truth_centers: Floats
+    truth_sizes: Floats
+    visible: Floats
+    accuracy: Floats
+    step_ms: Floats
+
+    def to_bytes(self) -> bytes:
+        """A compressed npz."""
+        buffer = io.BytesIO()
+        np.savez_compressed(buffer, **{field.name: getattr(self, field.name) for field in fields(self)})
+        return buffer.getvalue()
+
+    @classmethod
+    def from_bytes(cls, blob: bytes) -> Trace:
+        """The inverse of `to_bytes`."""
+        with np.load(io.BytesIO(blob), allow_pickle=False) as arrays:
+            return cls(**{field.name: arrays[field.name] for field in fields(cls)})

@@ -1,0 +1,204 @@
+"""The results file: SQLite, one cell a row, each cell committed as it is finished.
+
+A killed bench leaves a valid file (SQLite's rollback journal); the next one goes on from there.
+"""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import fields
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from irtrack.bench.cell import Cell, Key, Run, SourceRow, Trace
+from irtrack.errors import InputError
+from irtrack.metrics.scoring import Score
+
+APPLICATION_ID = 0x69727472
+"""'irtr' in the file's header tells a results file from any other SQLite file."""
+
+SCHEMA_VERSION = 1
+"""Raised whenever a table below or `Score` changes."""
+
+_KEY = [field.name for field in fields(Key)]
+_SCORE = {field.name: "REAL" if "float" in str(field.type) else "INTEGER" for field in fields(Score)}
+
+_SCHEMA = f"""
+BEGIN IMMEDIATE;
+PRAGMA application_id = {APPLICATION_ID};
+PRAGMA user_version = {SCHEMA_VERSION};
+CREATE TABLE runs (id INTEGER PRIMARY KEY, started TEXT NOT NULL, command TEXT NOT NULL, versions TEXT NOT NULL);
+CREATE TABLE sources (
+    hash TEXT PRIMARY KEY, scene_hash TEXT NOT NULL, name TEXT NOT NULL, kind TEXT NOT NULL, text TEXT NOT NULL,
+    columns INTEGER NOT NULL, rows INTEGER NOT NULL, rate_hz REAL NOT NULL, length INTEGER NOT NULL
+);
+CREATE TABLE cells (
+    digest TEXT PRIMARY KEY,
+    source_hash TEXT NOT NULL REFERENCES sources (hash), target TEXT, start TEXT NOT NULL, input TEXT NOT NULL,
+    scene_seed INTEGER, tracker_seed INTEGER NOT NULL, config TEXT NOT NULL, code_hash TEXT NOT NULL,
+    status TEXT NOT NULL, failure TEXT, trace BLOB, {", ".join(f"{name} {kind}" for name, kind in _SCORE.items())}
+);
+-- Which cells a run wanted, under which label, whether it had to compute them or found them here.
+CREATE TABLE wanted (
+    run INTEGER NOT NULL REFERENCES runs (id), label TEXT NOT NULL, digest TEXT NOT NULL,
+    PRIMARY KEY (run, label, digest)
+);
+COMMIT;
+"""
+
+
+class Results:
+    """A results file. Errors with the file, foreign and broken ones too, are InputErrors.
+
+    `create=True` makes the file where there is none (its folder must exist).
+    """
+
+    def __init__(self, path: str | Path, create: bool = False) -> None:
+        self.path = Path(path)
+        if self.path.is_dir():
+            raise InputError(f"{path}: is a folder; allowed: a results file")
+        is_new = not self.path.exists() or (create and self.path.stat().st_size == 0)
+        if is_new and not create:
+            raise InputError(f"{path}: no such file; allowed: a results file written by irtrack bench")
+        if is_new and not self.path.parent.is_dir():
+            raise InputError(f"{path}: the folder {self.path.parent} does not exist")
+        with self._clear_errors():
+            self._db = sqlite3.connect(self.path, isolation_level=None)
+            try:
+                if is_new:
+                    self._db.executescript(_SCHEMA)
+                else:
+                    self._refuse_foreign()
+            except BaseException:
+                self._db.close()
+                raise
+
+    def _refuse_foreign(self) -> None:
+        application = self._db.execute("PRAGMA application_id").fetchone()[0]
+        version = self._db.execute("PRAGMA user_version").fetchone()[0]
+        if application != APPLICATION_ID:
+            raise InputError(f"{self.path}: is not a results file of irtrack bench")
+        if version != SCHEMA_VERSION:
+            raise InputError(
+                f"{self.path}: results of version {version}; this irtrack reads version {SCHEMA_VERSION}: "
+                "give another file name"
+            )
+        verdict = self._db.execute("PRAGMA quick_check(1)").fetchone()[0]
+        if verdict != "ok":
+            raise InputError(f"{self.path}: the results file is damaged: {verdict.splitlines()[0]}")
+
+    @contextmanager
+    def _clear_errors(self) -> Iterator[None]:
+        try:
+            yield
+        except sqlite3.Error as error:
+            raise InputError(f"{self.path}: cannot use the results file: {error}") from error
+
+    def close(self) -> None:
+        self._db.close()
+
+    def __enter__(self) -> Results:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _insert(self, table: str, row: dict[str, Any], or_what: str = "ABORT") -> int:
+        marks = ", ".join("?" * len(row))
+        with self._clear_errors():
+            cursor = self._db.execute(
+                f"INSERT OR {or_what} INTO {table} ({', '.join(row)}) VALUES ({marks})", tuple(row.values())
+            )
+        return cursor.lastrowid or 0
+
+    def start_run(self, started: str, command: str, versions: dict[str, str]) -> Run:
+        """Note a call of the bench."""
+        row = {"started": started, "command": command, "versions": json.dumps(versions)}
+        return Run(self._insert("runs", row), started, command, dict(versions))
+
+    def add_source(self, source: SourceRow) -> None:
+        """Note a source; one of the same hash is replaced (a recording may have moved)."""
+        row = {field.name: getattr(source, field.name) for field in fields(source)}
+        row["columns"], row["rows"] = row.pop("size")
+        self._insert("sources", row, "REPLACE")
+
+    def want(self, run: Run, label: str, key: Key) -> None:
+        """Note that a run is about this cell, whoever computes it."""
+        self._insert("wanted", {"run": run.id, "label": label, "digest": key.digest}, "IGNORE")
+
+    def has(self, key: Key) -> bool:
+        """Is this cell there and not failed? (A failed one is worth another try.)"""
+        with self._clear_errors():
+            found = self._db.execute("SELECT 1 FROM cells WHERE digest = ? AND status = 'ok'", (key.digest,))
+            return found.fetchone() is not None
+
+    def add(self, cell: Cell, trace: Trace | None) -> None:
+        """Commit a finished cell; its source and that it is wanted are noted before."""
+        row = {name: getattr(cell.key, name) for name in _KEY}
+        row |= {"digest": cell.key.digest, "status": cell.status, "failure": cell.failure}
+        row |= {"trace": trace.to_bytes() if trace else None}
+        row |= cell.score.as_dict() if cell.score else {}
+        self._insert("cells", row, "REPLACE")
+
+    def runs(self) -> list[Run]:
+        """All calls of the bench, oldest first."""
+        with self._clear_errors():
+            rows = self._db.execute("SELECT id, started, command, versions FROM runs ORDER BY id").fetchall()
+        return [Run(id, started, command, json.loads(versions)) for id, started, command, versions in rows]
+
+    def sources(self) -> dict[str, SourceRow]:
+        """All sources by hash."""
+        names = "hash, scene_hash, name, kind, text, columns, rows, rate_hz, length"
+        with self._clear_errors():
+            rows = self._db.execute(f"SELECT {names} FROM sources ORDER BY rowid").fetchall()
+        return {row[0]: SourceRow(*row[:5], size=(row[5], row[6]), rate_hz=row[7], length=row[8]) for row in rows}
+
+    def cells(self, every: bool = False) -> list[Cell]:
+        """The cells, by source, label and seeds.
+
+        Where a source or a tracker has changed under the same name, only its newest version (the one
+        that a run wanted last) is given; `every=True` gives the older ones too.
+        """
+        columns = ["label", "name", "scene_hash", *_KEY, "status", "failure", *_SCORE]
+        sql = f"""
+            SELECT max(run), {", ".join(columns)} FROM wanted JOIN cells USING (digest)
+            JOIN sources ON sources.hash = cells.source_hash GROUP BY label, digest
+            ORDER BY name, scene_hash, label, config, code_hash, scene_seed, tracker_seed, target, input, start
+        """
+        with self._clear_errors():
+            rows = self._db.execute(sql).fetchall()
+        dated = [(row[0], _cell(dict(zip(columns, row[1:], strict=True)))) for row in rows]
+        if every:
+            return [cell for _, cell in dated]
+        newest: dict[tuple[str, str], int] = {}
+        for run, cell in dated:
+            place = (cell.source, cell.label)
+            newest[place] = max(run, newest.get(place, 0))
+        current = {_version(cell) for run, cell in dated if run == newest[cell.source, cell.label]}
+        return [cell for _, cell in dated if _version(cell) in current]
+
+    def trace(self, key: Key) -> Trace | None:
+        """A cell's track and truth frame by frame; None where it failed or is not there."""
+        with self._clear_errors():
+            row = self._db.execute("SELECT trace FROM cells WHERE digest = ?", (key.digest,)).fetchone()
+        return Trace.from_bytes(row[0]) if row and row[0] else None
+
+
+def _version(cell: Cell) -> tuple[str, ...]:
+    key = cell.key
+    return (cell.source, cell.label, cell.scene_hash, str(key.target), key.start, key.input, key.config, key.code_hash)
+
+
+def _cell(row: dict[str, Any]) -> Cell:
+    figures = {name: row[name] for name in _SCORE}
+    if figures["lost"] is not None:
+        figures["lost"] = bool(figures["lost"])
+    score = Score(**figures) if row["status"] == "ok" else None
+    key = Key(**{name: row[name] for name in _KEY})
+    return Cell(key, row["label"], row["name"], row["scene_hash"], row["status"], row["failure"], score)
