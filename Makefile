@@ -1,0 +1,53 @@
+# make demo    install, render two scenes, track them with three trackers, write report.html
+# make test    install and run the tests (make test-all: the slow ones too)
+# make lint    ruff and mypy
+# make bench   speeds, one `name: value unit` a line
+# make clean   remove what was generated (the environment .venv stays)
+
+# The first interpreter that runs: a shim on PATH may stand for a version that is not installed.
+PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3; do \
+	if $$p -c "" >/dev/null 2>&1; then echo $$p; break; fi; done)
+JOBS ?= 2
+VENV := .venv
+BIN := $(VENV)/bin
+INSTALLED := $(VENV)/.installed
+TESTS := $(BIN)/python -m pytest -n $(JOBS)
+
+.PHONY: demo test test-all lint bench install clean
+
+demo: $(INSTALLED)
+	$(BIN)/irsim render sky -o recordings/sky.mcap
+	$(BIN)/irsim render ground -o recordings/ground.mcap
+	@rm -f recordings/demo.db
+	$(BIN)/irtrack bench recordings/sky.mcap recordings/ground.mcap --trackers grey_pf,template,kalman --jobs $(JOBS) --results recordings/demo.db
+	$(BIN)/irtrack report recordings/demo.db -o report.html
+
+test: $(INSTALLED)
+	@$(TESTS) -m "not slow"
+
+test-all: $(INSTALLED)
+	@$(TESTS)
+
+lint: $(INSTALLED)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+bench: $(INSTALLED)
+	@$(BIN)/python tests/bench.py
+
+install: $(INSTALLED)
+
+$(INSTALLED): pyproject.toml
+	@test -n "$(PYTHON)" || { echo "irtrack needs Python 3.11 or newer and found none: make PYTHON=/path/to/python" >&2; exit 1; }
+	@"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info < (3, 11) and f"irtrack needs Python 3.11 or newer; $(PYTHON) is {sys.version.split()[0]}: make PYTHON=/path/to/python")'
+	@"$(PYTHON)" -c 'import ensurepip, venv' 2>/dev/null || { echo "$(PYTHON) cannot make environments (on Debian and Ubuntu: apt install python3-venv)" >&2; exit 1; }
+	@$(BIN)/python -c "" 2>/dev/null || "$(PYTHON)" -m venv --clear $(VENV)
+	@echo "installing into $(VENV) (once, about half a minute)"
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
+	@touch $@
+
+clean:
+	rm -rf build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis report.html
+	rm -f recordings/*.mcap recordings/*.db recordings/*.db-* *.mcap *.db
+	find irsim irtrack tests -name __pycache__ -type d -prune -exec rm -rf {} +
