@@ -1,0 +1,63 @@
+"""Addressed randomness: a stream is named, not consumed from a global state.
+
+``stream(seed, "clouds", 3)`` is the same stream in any process and in any order of calls; another
+name gives independent numbers.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import operator
+
+import numpy as np
+import numpy.typing as npt
+
+from irsim.types import Floats
+
+Address = str | int
+
+
+def bits(seed: int, *address: Address) -> np.random.SFC64:
+    """The bit generator of an address. Its raw words are stable across numpy versions."""
+    # A numpy integer is the same address as the int it equals.
+    parts = (f"str:{part}" if isinstance(part, str) else f"int:{operator.index(part)}" for part in address)
+    digest = hashlib.blake2b("\x1f".join([str(operator.index(seed)), *parts]).encode(), digest_size=32).digest()
+    return np.random.SFC64(np.frombuffer(digest, np.uint32).tolist())
+
+
+def stream(seed: int, *address: Address) -> np.random.Generator:
+    """A generator of its own for each (seed, names, frame)."""
+    return np.random.Generator(bits(seed, *address))
+
+
+def normals(
+    shape: tuple[int, ...], seed: int, *address: Address, out: npt.NDArray[np.float32] | None = None
+) -> npt.NDArray[np.float32]:
+    """Independent unit normals of an address: `shape` float32, mean 0, variance 1, true tails.
+
+    Each is the inverse of the normal distribution at a 16-bit word, by table (raw words, unlike
+    numpy's own normals, stay the same from version to version); words of the table's outer cells
+    are refined by a further 64-bit word, which reaches 10 sigma. `out`: a C-contiguous float32
+    array of that shape to be filled and returned.
+    """
+    from irsim.lookup import lookup
+    from irsim.normal import REFINED, cell_means
+
+    source = bits(seed, *address)
+    count = math.prod(shape)
+    words = source.random_raw(-(-count // 4)).view(np.uint16)[:count].reshape(shape)
+    values = lookup(cell_means(), words, out)
+    outer = np.flatnonzero(words + np.uint16(REFINED) < 2 * REFINED)  # both ends at once: the sum wraps
+    values.flat[outer] = _outer(words.flat[outer], source.random_raw(outer.size))
+    return values
+
+
+def _outer(words: npt.NDArray[np.uint16], further: npt.NDArray[np.uint64]) -> Floats:
+    """Normals of words in the outer cells; `further` places each within its cell."""
+    from irsim.normal import CELLS, quantile
+
+    from_end = np.minimum(words, (CELLS - 1) - words)
+    within = (further.astype(np.float64) + 0.5) * 2.0**-64
+    tail = quantile((from_end + within) / CELLS)
+    return np.where(words < CELLS // 2, tail, -tail)
