@@ -154,10 +154,11 @@ class Results:
 
     def sources(self) -> dict[str, SourceRow]:
         """All sources by hash."""
-        names = "hash, scene_hash, name, kind, text, columns, rows, rate_hz, length"
+        names = [field.name for field in fields(SourceRow) if field.name != "size"]
         with self._clear_errors():
-            rows = self._db.execute(f"SELECT {names} FROM sources ORDER BY rowid").fetchall()
-        return {row[0]: SourceRow(*row[:5], size=(row[5], row[6]), rate_hz=row[7], length=row[8]) for row in rows}
+            rows = self._db.execute(f"SELECT columns, rows, {', '.join(names)} FROM sources ORDER BY rowid").fetchall()
+        sources = [SourceRow(size=row[:2], **dict(zip(names, row[2:], strict=True))) for row in rows]
+        return {source.hash: source for source in sources}
 
     def cells(self, every: bool = False) -> list[Cell]:
         """The cells, by source, label and seeds.

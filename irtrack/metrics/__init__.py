@@ -1,5 +1,38 @@
 """Figures from tracks: arrays in, values out; no file is opened here."""
 
-from irtrack.metrics.scoring import Score
+from irtrack.metrics.centre import (
+    PRECISION_NORM,
+    PRECISION_PX,
+    area,
+    centre_errors,
+    mean_abs,
+    normalised_errors,
+    precision_curve,
+    rmse,
+)
+from irtrack.metrics.interval import wilson
+from irtrack.metrics.loss import LOSS_RULE, loss, off_frames
+from irtrack.metrics.overlap import SUCCESS, overlaps, success_curve
+from irtrack.metrics.reference import Reference
+from irtrack.metrics.scoring import Score, score
 
-__all__ = ["Score"]
+__all__ = [
+    "LOSS_RULE",
+    "PRECISION_NORM",
+    "PRECISION_PX",
+    "SUCCESS",
+    "Reference",
+    "Score",
+    "area",
+    "centre_errors",
+    "loss",
+    "mean_abs",
+    "normalised_errors",
+    "off_frames",
+    "overlaps",
+    "precision_curve",
+    "rmse",
+    "score",
+    "success_curve",
+    "wilson",
+]

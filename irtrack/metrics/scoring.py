@@ -5,6 +5,23 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any
 
+import numpy as np
+
+from irsim.types import Floats
+from irtrack.metrics.centre import (
+    PRECISION_NORM,
+    area,
+    centre_errors,
+    mean_abs,
+    normalised_errors,
+    precision_curve,
+    rmse,
+)
+from irtrack.metrics.loss import loss, off_frames
+from irtrack.metrics.overlap import overlaps, success_curve
+from irtrack.metrics.reference import Reference
+from irtrack.types import Track
+
 
 @dataclass(frozen=True, slots=True)
 class Score:
@@ -16,14 +33,14 @@ class Score:
     frames, held_frames     how many frames were scored, and how many of them before the loss
     lost                    lost by `irtrack.metrics.loss`; None where nothing was scored
     lost_at                 index of the frame that the loss is dated to
-    off_share               share of the scored frames that are off (far from the target)
+    off_share               share of the scored frames with a visible target that are off (far from it)
     error                   mean Euclidean centre error, px
     abs_x, abs_y            mean |error| per axis, px;  sd_x, sd_y  its standard deviation
     rmse, rmse_x, rmse_y    root mean square error, px
     precision_5, _20        share of scored frames with centre error <= 5, 20 px
     precision_norm          area under the normalised precision curve, 0..1
     success_auc             area under the success curve, 0..1
-    ms_mean, ms_median      wall time of a step, ms
+    ms_mean, ms_median      wall time of a step (not of the start), ms
     """
 
     frames: int
@@ -57,3 +74,61 @@ class Score:
     def as_dict(self) -> dict[str, Any]:
         """The figures by name, plain values for JSON or a table."""
         return asdict(self)
+
+
+def score(track: Track, reference: Reference) -> Score:
+    """The figures of a track; the start frame, given to the tracker, is not scored.
+
+    `reference` may hold any frames; those that the track has not seen are left out.
+    """
+    truth = reference.at(track.indices)
+    scored = truth.present
+    scored[:1] = False
+    centers, sizes = track.centers, track.sizes
+    errors = centre_errors(centers, truth.centers)
+    off = off_frames(errors, truth.diagonals, truth.accuracy)
+    counted = scored & truth.shown
+    lost_position = loss(off, counted)
+    held = scored.copy()
+    if lost_position is not None:
+        held[lost_position:] = False
+
+    precise = errors[scored] <= truth.accuracy[scored]
+    at_5, at_20 = precision_curve(errors[scored], np.array([5.0, 20.0]), precise)
+    normalised = normalised_errors(centers, truth.centers, truth.sizes)[scored]
+    overlap = overlaps(centers, sizes, truth.centers, truth.sizes)[scored]
+    offsets = centers - truth.centers
+    figures = _centre_figures(offsets[scored], "") | _centre_figures(offsets[held], "_held")
+    figures |= {
+        "off_share": float(off[counted].mean()) if counted.any() else np.nan,
+        "precision_5": at_5,
+        "precision_20": at_20,
+        "precision_norm": area(precision_curve(normalised, PRECISION_NORM, precise)),
+        "success_auc": area(success_curve(overlap)),
+        "ms_mean": float(np.mean(track.step_ms[1:])) if len(track.step_ms) > 1 else np.nan,
+        "ms_median": float(np.median(track.step_ms[1:])) if len(track.step_ms) > 1 else np.nan,
+    }
+    return Score(
+        frames=int(scored.sum()),
+        held_frames=int(held.sum()),
+        lost=lost_position is not None if scored.any() else None,
+        lost_at=None if lost_position is None else int(track.indices[lost_position]),
+        **{name: float(value) if np.isfinite(value) else None for name, value in figures.items()},
+    )
+
+
+def _centre_figures(offsets: Floats, suffix: str) -> dict[str, float]:
+    """Figures of the errors (n, 2) px, by their names in `Score`."""
+    errors = np.hypot(offsets[:, 0], offsets[:, 1])
+    (abs_x, sd_x), (abs_y, sd_y) = mean_abs(offsets[:, 0]), mean_abs(offsets[:, 1])
+    figures = {
+        "error": float(errors.mean()) if len(errors) else np.nan,
+        "abs_x": abs_x,
+        "abs_y": abs_y,
+        "sd_x": sd_x,
+        "sd_y": sd_y,
+        "rmse": rmse(errors),
+        "rmse_x": rmse(offsets[:, 0]),
+        "rmse_y": rmse(offsets[:, 1]),
+    }
+    return {name + suffix: value for name, value in figures.items()}

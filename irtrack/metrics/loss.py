@@ -1,0 +1,47 @@
+"""When a track is lost: one definition, cited in every table."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from irsim.types import Floats
+
+OFF_PX = 5.0
+"""No centre error up to this is off, however small the target."""
+
+OFF_IN_A_ROW = 10
+"""So many frames off in a row make a loss."""
+
+LOSS_RULE = (
+    "A frame is off when the centre error exceeds max(5 px, the diagonal of the true box). A track is lost when it is "
+    "off in 10 frames in a row among those in which at least half of the target is visible; the loss is dated to the "
+    "first of them. Frames in which the target is hidden or absent neither count nor break the row."
+)
+"""The definition in words, for tables."""
+
+
+def off_frames(errors: Floats, diagonals: Floats, accuracy: Floats) -> np.ndarray:
+    """(n,) bool: is the centre error (n,) px above max(5 px, true diagonal (n,), truth's accuracy (n,))?
+
+    Strictly above; False where the error is nan.
+    """
+    return np.asarray(errors > np.maximum(OFF_PX, np.fmax(diagonals, accuracy)))
+
+
+def loss(off: np.ndarray, shown: np.ndarray) -> int | None:
+    """Position of the frame that a loss is dated to, or None where the track is not lost.
+
+    off, shown (n,) bool: frames that are off; frames that count. See `LOSS_RULE`.
+    """
+    row = 0
+    first = 0
+    for position in np.flatnonzero(shown):
+        if not off[position]:
+            row = 0
+            continue
+        if row == 0:
+            first = int(position)
+        row += 1
+        if row == OFF_IN_A_ROW:
+            return first
+    return None

@@ -1,0 +1,34 @@
+"""Figures of the overlap with the true box."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from irsim.types import Floats
+
+SUCCESS = np.arange(21) / 20
+"""Thresholds of the success curve (OTB toolkit: 0:0.05:1)."""
+
+
+def overlaps(centers: Floats, sizes: Floats, truth_centers: Floats, truth_sizes: Floats) -> Floats:
+    """(n,) intersection over union 0..1 of boxes given as centres and sizes, all (n, 2) px.
+
+    nan where there is no true box.
+    """
+    low = np.maximum(centers - sizes / 2, truth_centers - truth_sizes / 2)
+    high = np.minimum(centers + sizes / 2, truth_centers + truth_sizes / 2)
+    common = np.clip(high - low, 0, None).prod(axis=1)
+    union = sizes.prod(axis=1) + truth_sizes.prod(axis=1) - common
+    return np.asarray(common / union)
+
+
+def success_curve(overlap: Floats, thresholds: Floats = SUCCESS) -> Floats:
+    """(len(thresholds),): share of the overlaps (n,) that are > each threshold; nan of nothing.
+
+    Wu, Lim, Yang, Online Object Tracking: A Benchmark, CVPR 2013, section 3.2. The area under it
+    (`area`) is its mean over the 21 thresholds; as nothing is above an overlap of 1, a perfect track
+    scores 20/21 = 0.952.
+    """
+    if len(overlap) == 0:
+        return np.full(len(thresholds), np.nan)
+    return np.asarray((np.asarray(overlap)[:, None] > np.asarray(thresholds)).mean(axis=0))
