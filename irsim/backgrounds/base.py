@@ -7,6 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+
+from irsim.backgrounds.chart import Chart
 from irsim.kinds import Kind
 from irsim.stage import Stage
 from irsim.types import Floats
@@ -14,22 +17,25 @@ from irsim.types import Floats
 
 @dataclass(frozen=True, eq=False)
 class Gaze:
-    """Where the camera looks in one frame: index, and the world rotation (3, 3) (world to camera)."""
+    """One frame's pointing: time in s, and the chart of the directions that the pixels see."""
 
-    index: int
-    rotation: Floats
+    time: float
+    chart: Chart
 
 
 class Layer(Protocol):
     """Something that fills the picture at a range: L <- L * transmittance + emission."""
 
-    name: str
-    range_m: float
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def range_m(self) -> float: ...
 
     def light(self, gaze: Gaze) -> tuple[Floats | None, Floats]:
-        """(transmittance or None where opaque, emission in W/m2/sr), each (rows, cols) float32.
+        """(transmittance, None where opaque; emission in W/m2/sr), each (rows, cols) float32.
 
-        The caller must not write to them: a layer may keep them.
+        The caller must not write to them: a layer may keep them for the next frame.
         """
         ...
 
@@ -42,7 +48,9 @@ class Background(Kind):
         """The layers, the farthest first; the first is opaque."""
 
     def names(self) -> tuple[str, ...]:
-        """Names of the parts that can be switched off (the opaque layer cannot)."""
+        """Names of the layers that can be switched off (the opaque one cannot)."""
         return ()
 
 
+FARTHEST = float(np.inf)
+"""Range of what lies behind every target, m."""

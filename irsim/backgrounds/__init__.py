@@ -1,0 +1,10 @@
+"""Backgrounds: sky with clouds, ground. They live in angle, so a turning camera moves them rightly."""
+
+from irsim.backgrounds.base import Background, Gaze, Layer
+from irsim.backgrounds.ground import Ground
+from irsim.backgrounds.sky import Sky
+from irsim.kinds import Family
+
+BACKGROUNDS = Family("background", Background, {"sky": Sky, "ground": Ground})
+
+__all__ = ["BACKGROUNDS", "Background", "Gaze", "Ground", "Layer", "Sky"]

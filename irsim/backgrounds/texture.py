@@ -1,0 +1,70 @@
+"""Textures with a given spectrum, and their place in the picture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from irsim.backgrounds.chart import Chart
+from irsim.rng import Address, normals
+from irsim.types import Floats
+
+TILE = 1024
+"""Side of a texture, px; it repeats beyond."""
+
+
+def power_law(
+    side: int, beta: float, correlation_px: float, stretch: float, seed: int, *address: Address
+) -> Floats:
+    """(side, side) float32 periodic Gaussian field of mean 0 and variance 1.
+
+    Its 2-D power spectrum falls as f^-beta above 1/correlation_px cycles a px and is flat below:
+    amplitude filter (1/correlation_px^2 + f^2)^(-beta/4) on white noise. `stretch` > 1 draws it
+    out along x.
+    """
+    fx = np.fft.rfftfreq(side)[None, :] * stretch
+    fy = np.fft.fftfreq(side)[:, None]
+    amplitude = (1 / correlation_px**2 + fx**2 + fy**2) ** (-beta / 4)
+    amplitude[0, 0] = 0.0  # mean 0
+    white = normals((side, side), seed, *address)
+    field = np.fft.irfft2(np.fft.rfft2(white) * amplitude, s=(side, side))
+    return np.asarray(field / field.std(), dtype=np.float32)
+
+
+@dataclass(frozen=True, eq=False)
+class Tile:
+    """A periodic texture on the chart's map; repeated past its edges so that a frame needs no wrap."""
+
+    side: int
+    padded: Floats
+
+    @classmethod
+    def of(cls, texture: Floats, frame: tuple[int, int], psf_px: float) -> Tile:
+        """A square texture (side, side), blurred by the optics, for frames of (columns, rows)."""
+        margin = int(np.hypot(*frame)) + 64
+        return cls(texture.shape[0], np.pad(_blurred(texture, psf_px), (0, margin), mode="wrap"))
+
+    def sample(self, chart: Chart, shift_px: tuple[float, float] = (0.0, 0.0)) -> Floats:
+        """(rows, cols) float32: the texture, moved right and down by `shift_px`, as the chart sees it."""
+        u, v = chart.u - shift_px[0], chart.v - shift_px[1]
+        # Whole periods are taken off before float32, whose steps would grow with distance.
+        u = u - np.floor(u.min() / self.side) * self.side
+        v = v - np.floor(v.min() / self.side) * self.side
+        return np.asarray(
+            cv2.remap(self.padded, chart.spread(u), chart.spread(v), cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
+        )
+
+
+def _blurred(texture: Floats, sigma_px: float) -> Floats:
+    """A periodic texture after a Gaussian blur; its transform is exp(-2 pi^2 sigma^2 f^2)."""
+    side = texture.shape[0]
+    square = np.fft.fftfreq(side)[:, None] ** 2 + np.fft.rfftfreq(side)[None, :] ** 2
+    passed = np.exp(-2 * np.pi**2 * sigma_px**2 * square)
+    return np.fft.irfft2(np.fft.rfft2(texture) * passed, s=texture.shape).astype(np.float32)
+
+
+def tile_side(frame: tuple[int, int]) -> int:
+    """Side of the texture for frames of (columns, rows): at least TILE, and no smaller than a frame."""
+    return max(TILE, 1 << (max(frame) - 1).bit_length())

@@ -1,0 +1,130 @@
+"""Compositing: what is drawn far to near, and what nearer things leave of each target."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from irsim.backgrounds import Gaze, Layer
+from irsim.radiometry import Band, temperature
+from irsim.sprite import Sprite
+from irsim.types import Floats
+
+HIDES = 0.01
+"""Truth names as an occluder what hides at least this share of a target."""
+
+Slices = tuple[slice, slice]
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """A sprite in the scene. `tracked` says whether truth is wanted of it: targets, not occluders."""
+
+    name: str
+    sprite: Sprite
+    tracked: bool
+
+    @property
+    def range_m(self) -> float:
+        return self.sprite.range_m
+
+
+@dataclass(eq=False)
+class Seen:
+    """A target as it is drawn: the share of each pixel's area that is still seen, and who hides the rest."""
+
+    piece: Piece
+    left: Floats
+    contrast_k: float | None
+    occluders: list[str] = field(default_factory=list)
+
+    @property
+    def visible(self) -> float:
+        """Fraction 0..1 of the target's area that is in the frame and not hidden."""
+        return float(np.clip(self.left.sum() / self.piece.sprite.cover.sum(), 0, 1))
+
+    def hide(self, name: str, where: Slices, passed: Floats) -> None:
+        """Something nearer lets only `passed` (0..1) of the patch's pixels `where` through."""
+        part = self.left[where]
+        after = part * passed
+        if part.sum() - after.sum() >= HIDES * self.piece.sprite.cover.sum():
+            self.occluders.append(name)
+        self.left[where] = after
+
+
+def overlap(corner: tuple[int, int], shape: tuple[int, int], other: tuple[int, int], size: tuple[int, int]) -> (
+    tuple[Slices, Slices] | None
+):
+    """Where two patches meet, as slices (rows, columns) of each; None where they do not.
+
+    A patch is its top-left pixel (x, y) and its shape (rows, columns).
+    """
+    left, top = max(corner[0], other[0]), max(corner[1], other[1])
+    right = min(corner[0] + shape[1], other[0] + size[1])
+    bottom = min(corner[1] + shape[0], other[1] + size[0])
+    if left >= right or top >= bottom:
+        return None
+
+    def within(origin: tuple[int, int]) -> Slices:
+        return slice(top - origin[1], bottom - origin[1]), slice(left - origin[0], right - origin[0])
+
+    return within(corner), within(other)
+
+
+def compose(layers: Sequence[Layer], pieces: Iterable[Piece], gaze: Gaze, band: Band) -> tuple[Floats, list[Seen]]:
+    """Everything drawn far to near on the first layer: radiance (rows, cols) float32, and the targets seen.
+
+    At one range a layer is behind a sprite.
+    """
+    light = layers[0].light(gaze)[1].copy()
+    seen: list[Seen] = []
+    for thing in sorted([*layers[1:], *pieces], key=lambda thing: -thing.range_m):
+        if isinstance(thing, Piece):
+            _draw(light, thing, seen, band)
+        else:
+            _veil(light, thing, gaze, seen)
+    return light, seen
+
+
+def _draw(light: Floats, piece: Piece, seen: list[Seen], band: Band) -> None:
+    sprite = piece.sprite
+    corner = (sprite.x0, sprite.y0)
+    for target in seen:
+        behind = target.piece.sprite
+        met = overlap((behind.x0, behind.y0), behind.cover.shape, corner, sprite.cover.shape)
+        if met is not None:
+            target.hide(piece.name, met[0], 1 - sprite.cover[met[1]])
+    met = overlap(corner, sprite.cover.shape, (0, 0), light.shape)
+    if piece.tracked:
+        left = np.zeros_like(sprite.cover)
+        if met is not None:
+            left[met[0]] = sprite.cover[met[0]]
+        seen.append(Seen(piece, left, None if met is None else _contrast(sprite, light, *met, band)))
+    if met is not None:
+        inner, outer = met
+        light[outer] += sprite.emission[inner] - sprite.alpha[inner] * light[outer]
+
+
+def _contrast(sprite: Sprite, light: Floats, inner: Slices, outer: Slices, band: Band) -> float | None:
+    """Apparent temperature of the sprite's mean light less that of the light that it replaces, K."""
+    alpha = sprite.alpha[inner]
+    weight = alpha.sum()
+    if weight <= 0:
+        return None
+    own, behind = sprite.emission[inner].sum() / weight, (alpha * light[outer]).sum() / weight
+    return float(temperature(band, own) - temperature(band, behind))
+
+
+def _veil(light: Floats, layer: Layer, gaze: Gaze, seen: list[Seen]) -> None:
+    passed, emission = layer.light(gaze)
+    if passed is None:
+        raise ValueError(f"layer {layer.name}: only the farthest layer may be opaque")
+    for target in seen:
+        sprite = target.piece.sprite
+        met = overlap((sprite.x0, sprite.y0), sprite.cover.shape, (0, 0), light.shape)
+        if met is not None:
+            target.hide(layer.name, met[0], passed[met[1]])
+    light *= passed
+    light += emission

@@ -1,0 +1,156 @@
+"""Backgrounds: where the chart puts them, their spectra, and their light against closed forms."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from irsim.backgrounds import BACKGROUNDS, Gaze, Ground, Sky
+from irsim.backgrounds.chart import Chart
+from irsim.backgrounds.sky import ClearSky, Clouds
+from irsim.backgrounds.texture import power_law
+from irsim.geometry import Geometry
+from irsim.radiometry import radiance, temperature
+from irsim.stage import Stage
+
+
+def stage(size: tuple[int, int] = (160, 120), ifov_mrad: float = 0.5, elevation_deg: float = 0.0, seed: int = 1) -> Stage:
+    return Stage(seed, Geometry(size, ifov_mrad * 1e-3, math.radians(elevation_deg)), 30.0, "mwir", 0.6)
+
+
+def gaze(scene: Stage, turn: tuple[float, float, float] = (0.0, 0.0, 0.0), time: float = 0.0) -> Gaze:
+    return Gaze(time, Chart.at(scene.geometry, scene.geometry.world_rotation(np.array(turn))))
+
+
+@pytest.mark.parametrize("elevation_deg", [0.0, 30.0])
+@pytest.mark.parametrize("field_deg", [2.0, 20.0, 50.0])
+def test_the_chart_follows_the_exact_map(field_deg: float, elevation_deg: float) -> None:
+    size = (640, 512)
+    ifov = 2 * math.tan(math.radians(field_deg) / 2) / size[0]
+    geometry = Geometry(size, ifov, math.radians(elevation_deg))
+    rotation = geometry.world_rotation(np.array([0.02, -0.01, 0.05]))
+    chart = Chart.at(geometry, rotation)
+    x, y = np.meshgrid(np.linspace(0, 639, 33).round(), np.linspace(0, 511, 33).round())
+    rays = geometry.directions(np.stack([x, y], axis=-1)) @ rotation  # camera to world
+    u = np.arctan2(rays[..., 0], rays[..., 2]) * math.cos(math.radians(elevation_deg)) / ifov
+    v = (math.radians(elevation_deg) - np.arcsin(-rays[..., 1])) / ifov
+    rows, columns = y.astype(int), x.astype(int)
+    assert np.abs(chart.spread(chart.u)[rows, columns] - u).max() < 0.01
+    assert np.abs(chart.spread(chart.v)[rows, columns] - v).max() < 0.01
+
+
+def test_a_turn_moves_the_map_by_the_angle() -> None:
+    scene = stage()
+    still, turned = gaze(scene).chart, gaze(scene, (0.005, 0.003, 0.0)).chart
+    middle = (60, 80)
+    ifov = 0.5e-3
+    assert turned.spread(turned.u)[middle] - still.spread(still.u)[middle] == pytest.approx(0.005 / ifov, abs=1e-3)
+    assert turned.spread(turned.v)[middle] - still.spread(still.v)[middle] == pytest.approx(-0.003 / ifov, abs=1e-3)
+
+
+def test_a_turned_camera_sees_the_same_ground_moved() -> None:
+    """Turning right by 8 px moves the picture 8 px to the left."""
+    scene = stage()
+    (terrain,) = Ground().layers(scene)
+    still = terrain.light(gaze(scene))[1]
+    turned = terrain.light(gaze(scene, (8 * 0.5e-3, 0.0, 0.0)))[1]
+    error = turned[:, 10:-18] - still[:, 18:-10]
+    # The half-degree field bends the map by under 0.02 px: little against the texture's own spread.
+    assert np.abs(error).max() < 0.02 * still.std()
+
+
+@pytest.mark.parametrize("beta", [2.2, 2.6, 3.3, 4.0])
+def test_the_spectrum_has_the_slope_asked_for(beta: float) -> None:
+    side, slopes = 512, []
+    for seed in range(4):
+        field = power_law(side, beta, 1e6, 1.0, seed, "test")
+        power = np.abs(np.fft.fft2(field)) ** 2
+        frequency = np.hypot(*np.meshgrid(np.fft.fftfreq(side), np.fft.fftfreq(side)))
+        edges = np.geomspace(4 / side, 0.2, 20)
+        bins = np.digitize(frequency, edges)
+        rings = [(frequency[bins == i].mean(), power[bins == i].mean()) for i in range(1, 20) if np.any(bins == i)]
+        slopes.append(np.polyfit(*np.log(rings).T, 1)[0])
+    assert np.mean(slopes) == pytest.approx(-beta, abs=0.05)
+
+
+def test_a_texture_is_standardised_and_addressed() -> None:
+    field = power_law(256, 3.0, 50.0, 2.0, 7, "clouds")
+    assert field.mean() == pytest.approx(0, abs=1e-4)
+    assert field.std() == pytest.approx(1, abs=1e-4)
+    assert np.array_equal(field, power_law(256, 3.0, 50.0, 2.0, 7, "clouds"))
+    assert abs(np.corrcoef(field.ravel(), power_law(256, 3.0, 50.0, 2.0, 7, "other").ravel())[0, 1]) < 0.3
+
+
+def test_stretch_makes_features_wider_than_high() -> None:
+    field = power_law(512, 3.0, 40.0, 3.0, 3, "clouds")
+    across = np.mean(field * np.roll(field, 20, axis=1))
+    down = np.mean(field * np.roll(field, 20, axis=0))
+    assert across > down + 0.2
+
+
+@pytest.mark.parametrize("elevation_deg", [5.0, 10.0, 45.0, -20.0])
+def test_clear_sky_follows_its_formula(elevation_deg: float) -> None:
+    scene = stage(size=(161, 121), elevation_deg=elevation_deg)
+    light = ClearSky.between("mwir", 288.0, 211.0).light(gaze(scene))[1]
+    kelvin = 211 + 77 * math.exp(-max(math.sin(math.radians(elevation_deg)), 0) / 0.3)
+    assert float(temperature("mwir", light[60, 80])) == pytest.approx(kelvin, abs=0.02)
+
+
+def test_the_us_standard_sky_is_within_five_kelvin() -> None:
+    """Brightness temperatures of LOWTRAN7's US standard atmosphere, 8-12 um, at 1, 5, 10, 30, 90 degrees."""
+    for elevation, printed in [(1, 284), (5, 269), (10, 255), (30, 230), (90, 214)]:
+        assert 211 + 77 * math.exp(-math.sin(math.radians(elevation)) / 0.3) == pytest.approx(printed, abs=5)
+
+
+@pytest.mark.parametrize("coverage", [0.1, 0.5, 0.9])
+def test_clouds_cover_the_share_asked_for(coverage: float) -> None:
+    shares = []
+    for seed in range(6):
+        layer = Clouds(coverage=coverage, correlation_mrad=10, depth=50).layer(stage(seed=seed))
+        shares.append(np.mean(layer.transmittance.padded[:1024, :1024] < 0.5))
+    assert np.mean(shares) == pytest.approx(coverage, abs=0.06)
+
+
+def test_thick_cloud_shines_at_its_temperature_and_lets_nothing_through() -> None:
+    scene = stage()
+    layer = Clouds(coverage=0.999, depth=1000, temperature_k=265, texture_k=0).layer(scene)
+    passed, emission = layer.light(gaze(scene))
+    thick = passed < 1e-6
+    assert thick.mean() > 0.9
+    assert emission[thick] == pytest.approx(float(radiance("mwir", 265)), rel=1e-5)
+
+
+def test_wind_moves_clouds_by_the_angle_asked_for() -> None:
+    scene = stage()
+    layer = Clouds(wind_mrad_s=(5.0, -2.5)).layer(scene)
+    before, after = layer.light(gaze(scene))[0], layer.light(gaze(scene, time=1.0))[0]
+    assert after[5:-5, 15:-5] == pytest.approx(before[10:, 5:-15], abs=0.01)  # 10 px right, 5 px up; the angle bends by .04 px
+
+
+@pytest.mark.parametrize("kind", [kind for _, kind in BACKGROUNDS], ids=[name for name, _ in BACKGROUNDS])
+def test_every_background_gives_layers_far_to_near(kind: type) -> None:
+    scene = stage()
+    background = kind()
+    first, *others = background.layers(scene)
+    passed, emission = first.light(gaze(scene))
+    assert passed is None
+    assert emission.shape == (120, 160)
+    assert emission.dtype == np.float32
+    assert np.all(emission > 0)
+    assert [layer.name for layer in others] == list(background.names())
+    again = kind().layers(scene)[0].light(gaze(scene))[1]
+    assert np.array_equal(emission, again)
+
+
+def test_benign_backgrounds_are_flat() -> None:
+    scene = stage()
+    for flat in (Ground(spread_k=0), Sky(horizon_k=250, zenith_k=250)):
+        light = flat.layers(scene)[0].light(gaze(scene))[1]
+        assert np.ptp(light) <= 1e-6 * light.mean()
+
+
+def test_layers_stand_far_to_near() -> None:
+    sky = Sky(clouds=(Clouds(id="low", range_m=1000), Clouds(id="high", range_m=9000)))
+    assert [layer.name for layer in sky.layers(stage())] == ["clear_sky", "high", "low"]
