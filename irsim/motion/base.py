@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from abc import abstractmethod
 
-from irsim.kinds import Kind, NamedKind
+import numpy as np
+
+from irsim.kinds import Kind, NamedKind, Positive
 from irsim.stage import Stage
 from irsim.types import Floats
 
@@ -19,6 +21,28 @@ class Path(Kind):
 
         `name` is the target's id: it addresses the path's randomness.
         """
+
+
+class PixelPath(Path):
+    """A path drawn in the picture of the unmoved camera, and a range that changes evenly.
+
+    A pixel stands for a direction: a camera that turns sees the target move. A range that has
+    closed below zero is behind the camera.
+    """
+
+    range_m: Positive = 1000.0
+    """Metres from the camera at frame 0."""
+    closing_m_s: float = 0.0
+    """How fast the range shrinks, metres a second."""
+
+    @abstractmethod
+    def pixels(self, frames: Floats, stage: Stage, name: str) -> Floats:
+        """(n, 2) px as the unmoved camera sees them, at frame numbers (n,) that may be fractional."""
+
+    def positions(self, frames: Floats, stage: Stage, name: str) -> Floats:
+        frames = np.asarray(frames, dtype=np.float64)
+        range_m = self.range_m - self.closing_m_s * frames / stage.rate_hz
+        return stage.geometry.place(self.pixels(frames, stage, name), range_m)
 
 
 class Pointing(NamedKind):

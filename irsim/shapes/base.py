@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass
+from typing import ClassVar
 
 from irsim.kinds import Kind
 from irsim.sprite import Sprite
@@ -26,6 +27,9 @@ class View:
 
 class Shape(Kind):
     """A target's geometry and temperatures."""
+
+    banks: ClassVar[bool] = False
+    """Does it lean into its turns, as an aircraft does?"""
 
     @abstractmethod
     def draw(self, view: View) -> Sprite | None:

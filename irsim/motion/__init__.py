@@ -1,0 +1,30 @@
+"""Where targets go and where the camera looks."""
+
+from __future__ import annotations
+
+from irsim.kinds import Family
+from irsim.motion.attitude import angles_deg, attitudes
+from irsim.motion.base import Path, PixelPath, Pointing
+from irsim.motion.jitter import Jitter
+from irsim.motion.manoeuvre import Manoeuvre
+from irsim.motion.pan import Pan
+from irsim.motion.straight import Straight, StraightM
+from irsim.motion.waypoints import Waypoints, WaypointsM
+from irsim.motion.weave import Weave
+
+PATHS = Family(
+    "path",
+    Path,
+    {
+        "straight": Straight,
+        "waypoints": Waypoints,
+        "weave": Weave,
+        "manoeuvre": Manoeuvre,
+        "straight_m": StraightM,
+        "waypoints_m": WaypointsM,
+    },
+)
+
+POINTINGS = Family("camera motion", Pointing, {"pan": Pan, "jitter": Jitter})
+
+__all__ = ["PATHS", "POINTINGS", "Path", "PixelPath", "Pointing", "angles_deg", "attitudes"]

@@ -1,0 +1,22 @@
+"""A camera that turns evenly."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from irsim.motion.base import Pointing
+from irsim.stage import Stage
+from irsim.types import Floats
+
+
+class Pan(Pointing):
+    """A steady turn from frame 0 on."""
+
+    azimuth_deg_s: float = 0.0
+    """To the right, degrees a second."""
+    elevation_deg_s: float = 0.0
+    """Upwards, degrees a second."""
+
+    def turns(self, frames: Floats, stage: Stage) -> Floats:
+        rates = np.radians([self.azimuth_deg_s, self.elevation_deg_s, 0.0])
+        return np.asarray(frames)[:, None] / stage.rate_hz * rates

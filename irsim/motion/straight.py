@@ -1,0 +1,43 @@
+"""Paths at constant velocity."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from irsim.kinds import NotNegative, Pair, Triple
+from irsim.motion.base import Path, PixelPath
+from irsim.stage import Stage
+from irsim.types import Floats
+
+
+def unit(heading_deg: float) -> Floats:
+    """(2,) the direction of a heading in the picture: 0 right, 90 down."""
+    heading = np.radians(heading_deg)
+    return np.array([np.cos(heading), np.sin(heading)])
+
+
+class Straight(PixelPath):
+    """A straight line in the picture."""
+
+    start: Pair
+    """[x, y] at frame 0, px."""
+    speed: NotNegative = 0.0
+    """Px per frame."""
+    heading_deg: float = 0.0
+    """Direction in the picture, degrees: 0 right, 90 down."""
+
+    def pixels(self, frames: Floats, stage: Stage, name: str) -> Floats:
+        return np.asarray(self.start) + self.speed * np.asarray(frames)[:, None] * unit(self.heading_deg)
+
+
+class StraightM(Path):
+    """A straight line in space."""
+
+    start_m: Triple
+    """[right, down, ahead] of the camera at frame 0, m (first camera frame)."""
+    velocity_m_s: Triple = (0.0, 0.0, 0.0)
+    """Along the same axes, metres a second."""
+
+    def positions(self, frames: Floats, stage: Stage, name: str) -> Floats:
+        seconds = np.asarray(frames)[:, None] / stage.rate_hz
+        return np.asarray(self.start_m + seconds * np.asarray(self.velocity_m_s))
