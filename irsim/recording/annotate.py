@@ -1,0 +1,88 @@
+"""Boxes over the picture, as foxglove.ImageAnnotations."""
+
+from __future__ import annotations
+
+from foxglove_schemas_protobuf.CircleAnnotation_pb2 import CircleAnnotation
+from foxglove_schemas_protobuf.Color_pb2 import Color
+from foxglove_schemas_protobuf.ImageAnnotations_pb2 import ImageAnnotations
+from foxglove_schemas_protobuf.Point2_pb2 import Point2
+from foxglove_schemas_protobuf.PointsAnnotation_pb2 import PointsAnnotation
+from foxglove_schemas_protobuf.TextAnnotation_pb2 import TextAnnotation
+from google.protobuf.timestamp_pb2 import Timestamp
+
+from irsim.types import Box, Truth
+
+CORNER_PX = 0.5
+"""Annotations count from the top-left corner of the top-left pixel, irsim from its centre
+(foxglove.PointsAnnotation: "the top-left corner of the top-left pixel of the image as the origin")."""
+
+POINT_LIKE_PX = 5.0
+"""A target smaller than this gets a circle around it: a box would cover it."""
+
+_CIRCLE_PX = 3 * POINT_LIKE_PX
+_TEXT_PX = 10.0
+_LINE_PX = 1.0
+
+# Colours of Okabe & Ito (2008), told apart by colour-blind eyes too.
+SEEN = Color(r=0.0, g=0.62, b=0.45, a=1.0)
+HIDDEN = Color(r=0.90, g=0.62, b=0.0, a=1.0)
+TRACK = Color(r=0.34, g=0.71, b=0.91, a=1.0)
+_CLEAR = Color(r=0.0, g=0.0, b=0.0, a=0.0)
+
+
+def stamp(log_time: int) -> Timestamp:
+    """The protobuf timestamp of a log time in ns."""
+    return Timestamp(seconds=log_time // 10**9, nanos=log_time % 10**9)
+
+
+def _point(x: float, y: float) -> Point2:
+    return Point2(x=x + CORNER_PX, y=y + CORNER_PX)
+
+
+def draw(annotations: ImageAnnotations, box: Box, label: str, color: Color, log_time: int) -> None:
+    """Add a box, or a circle around a point-like target, and its label."""
+    time = stamp(log_time)
+    if max(box.w, box.h) < POINT_LIKE_PX:
+        annotations.circles.append(
+            CircleAnnotation(
+                timestamp=time,
+                position=_point(box.cx, box.cy),
+                diameter=_CIRCLE_PX,
+                thickness=_LINE_PX,
+                fill_color=_CLEAR,
+                outline_color=color,
+            )
+        )
+        above = box.cy - _CIRCLE_PX / 2
+    else:
+        corners = ((box.left, box.top), (box.right, box.top), (box.right, box.bottom), (box.left, box.bottom))
+        annotations.points.append(
+            PointsAnnotation(
+                timestamp=time,
+                type=PointsAnnotation.LINE_LOOP,
+                points=[_point(x, y) for x, y in corners],
+                outline_color=color,
+                fill_color=_CLEAR,
+                thickness=_LINE_PX,
+            )
+        )
+        above = box.top
+    annotations.texts.append(
+        TextAnnotation(
+            timestamp=time,
+            position=_point(box.left, above - 1),
+            text=label,
+            font_size=_TEXT_PX,
+            text_color=color,
+            background_color=_CLEAR,
+        )
+    )
+
+
+def annotate_truth(truth: Truth, log_time: int) -> bytes:
+    """The bytes of foxglove.ImageAnnotations: every target, in another colour where mostly hidden."""
+    annotations = ImageAnnotations()
+    for target in truth.targets:
+        hidden = target.visible is not None and target.visible < 0.5
+        draw(annotations, target.box, target.id, HIDDEN if hidden else SEEN, log_time)
+    return annotations.SerializeToString()

@@ -1,0 +1,257 @@
+"""Reading MCAP: the summary once, then any chunk by its place, every byte that matters checked.
+
+The record layouts are those of the MCAP specification (mcap.dev/spec). Reading by hand what is read
+for every frame saves mcap's copies of it: a chunk's header, and the messages in it.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import struct
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+import numpy.typing as npt
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+from mcap.records import Attachment, AttachmentIndex, Channel, ChunkIndex, Metadata, MetadataIndex
+from mcap.stream_reader import StreamReader
+
+from irsim.errors import InputError
+
+MAGIC = b"\x89MCAP0\r\n"
+
+RECORD = struct.Struct("<BQ")
+"""Opcode and length, before every record."""
+
+_MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time, then the data
+_FOOTER = struct.Struct("<BQQQI")  # opcode, length, summary start, summary offset start, summary CRC
+_CHUNK_CRC_AT = RECORD.size + 24  # behind start time, end time and uncompressed size
+_CRC = struct.Struct("<I")
+_INDEX_HEAD = struct.Struct("<BQHI")  # of a MessageIndex: opcode, length, channel, bytes of entries
+_INDEX_ENTRY_BYTES = 16
+
+DAMAGE = (McapError, ValueError, struct.error, KeyError, IndexError, OverflowError, MemoryError, RuntimeError)
+"""What mcap, lz4 and struct raise on bytes that are not what they should be."""
+
+
+class DamageError(InputError):
+    """A file's bytes are not what was written."""
+
+
+@dataclass(frozen=True, slots=True)
+class Packet:
+    """A message read: sequence, log time in ns, bytes."""
+
+    sequence: int
+    log_time: int
+    data: memoryview
+
+
+@dataclass(frozen=True, eq=False)
+class Lane:
+    """The chunks that hold a topic's messages; message k is in chunk `chunk_of(k)`."""
+
+    channel: int
+    chunks: tuple[ChunkIndex, ...]
+    ends: npt.NDArray[np.int64]
+    """Number of the topic's messages up to the end of each chunk."""
+
+    def __len__(self) -> int:
+        return int(self.ends[-1]) if len(self.ends) else 0
+
+    def chunk_of(self, message: int) -> int:
+        return int(np.searchsorted(self.ends, message, side="right"))
+
+
+@dataclass(frozen=True, eq=False)
+class Container:
+    """An MCAP file's summary. It holds no open file; `open` refuses a file that was changed since."""
+
+    path: Path
+    stamp: tuple[int, int, int]
+    channels: tuple[Channel, ...]
+    chunks: tuple[ChunkIndex, ...]
+    metadata_index: tuple[MetadataIndex, ...]
+    attachment_index: tuple[AttachmentIndex, ...]
+
+    @contextmanager
+    def open(self) -> Iterator[BinaryIO]:
+        """The file, open for the length of a block."""
+        try:
+            with open(self.path, "rb", buffering=0) as file:
+                if _stamp(file) != self.stamp:
+                    raise InputError(f"{self.path}: was changed after it was opened; open it again")
+                yield file
+        except OSError as error:
+            raise InputError(f"{self.path}: cannot be read: {error.strerror}") from None
+
+    @cached_property
+    def lanes(self) -> dict[str, Lane]:
+        """Each topic's chunks in file order."""
+        with self.open() as file:
+            return {channel.topic: self._lane(file, channel.id) for channel in self.channels}
+
+    def _lane(self, file: BinaryIO, channel: int) -> Lane:
+        chunks = tuple(chunk for chunk in self.chunks if channel in chunk.message_index_offsets)
+        counts = []
+        for chunk in chunks:
+            file.seek(chunk.message_index_offsets[channel])
+            head = file.read(_INDEX_HEAD.size)
+            if len(head) < _INDEX_HEAD.size:
+                raise DamageError(f"{self.path}: damaged: the index of a chunk is cut off")
+            opcode, _, indexed, size = _INDEX_HEAD.unpack(head)
+            if opcode != Opcode.MESSAGE_INDEX or indexed != channel:
+                raise DamageError(f"{self.path}: damaged: the index of a chunk is not where it should be")
+            counts.append(size // _INDEX_ENTRY_BYTES)
+        return Lane(channel, chunks, np.cumsum(counts, dtype=np.int64))
+
+    @property
+    def _rescue(self) -> str:
+        return f"; irsim import {self.path} -o NEW.mcap keeps what is whole"
+
+    def packets(self, file: BinaryIO, lane: Lane, chunk: int) -> list[Packet]:
+        """A topic's messages in its chunk number `chunk`, in order."""
+        return list(packets(self.chunk_data(file, lane.chunks[chunk]), lane.channel))
+
+    def chunk_data(self, file: BinaryIO, chunk: ChunkIndex) -> memoryview:
+        """A chunk's records, unpacked, CRC checked."""
+        file.seek(chunk.chunk_start_offset)
+        raw = memoryview(file.read(chunk.chunk_length))
+        if len(raw) != chunk.chunk_length or chunk.compressed_size > chunk.chunk_length:
+            raise DamageError(f"{self.path}: damaged: a chunk is cut off{self._rescue}")
+        data = unpack(raw[len(raw) - chunk.compressed_size :], chunk.compression, chunk.uncompressed_size)
+        if data is None or not _matches(data, _CRC.unpack_from(raw, _CHUNK_CRC_AT)[0]):
+            raise DamageError(f"{self.path}: damaged: a chunk does not match its CRC{self._rescue}")
+        return data
+
+    @cached_property
+    def metadata(self) -> dict[str, dict[str, str]]:
+        """The metadata records by name."""
+        found = {}
+        with self.open() as file:
+            for entry in self.metadata_index:
+                file.seek(entry.offset + RECORD.size)
+                try:
+                    record = Metadata.read(ReadDataStream(io.BytesIO(file.read(entry.length - RECORD.size))))
+                except DAMAGE:
+                    raise DamageError(f"{self.path}: damaged: its metadata cannot be read") from None
+                found[record.name] = record.metadata
+        return found
+
+    def attachment(self, name: str) -> bytes | None:
+        """An attachment's bytes, CRC checked; None where there is none of that name."""
+        for entry in self.attachment_index:
+            if entry.name == name:
+                with self.open() as file:
+                    file.seek(entry.offset)
+                    raw = file.read(entry.length)
+                body = raw[RECORD.size : -_CRC.size]
+                if len(raw) != entry.length or not _matches(body, _CRC.unpack(raw[-_CRC.size :])[0]):
+                    raise DamageError(f"{self.path}: damaged: the attachment {name} does not match its CRC")
+                record: Attachment = Attachment.read(ReadDataStream(io.BytesIO(raw[RECORD.size :])))
+                return record.data
+        return None
+
+
+def open_container(path: Path) -> Container:
+    """Read and check an MCAP file's summary. InputError where there is no such file or it is no MCAP
+    file; DamageError where it is cut short or its summary is broken."""
+    check_mcap(path)
+    with open(path, "rb") as file:
+        stamp = _stamp(file)
+        size = stamp[1]
+        file.seek(max(size - _FOOTER.size - len(MAGIC), 0))
+        tail = file.read()
+        if len(tail) < _FOOTER.size + len(MAGIC) or not tail.endswith(MAGIC):
+            raise DamageError(f"{path}: cut short")
+        opcode, _, start, _, crc = _FOOTER.unpack_from(tail)
+        if opcode != Opcode.FOOTER or not len(MAGIC) <= start <= size - len(tail):
+            raise DamageError(f"{path}: damaged: it has no index")
+        file.seek(start)
+        summary = file.read()
+    if not _matches(memoryview(summary)[: -len(MAGIC) - _CRC.size], crc):
+        raise DamageError(f"{path}: damaged: its index does not match its CRC")
+    try:
+        records = list(StreamReader(io.BytesIO(summary), skip_magic=True).records)
+    except DAMAGE:
+        raise DamageError(f"{path}: damaged: its index cannot be read") from None
+    chunks = [record for record in records if isinstance(record, ChunkIndex)]
+    return Container(
+        path=path,
+        stamp=stamp,
+        channels=tuple(record for record in records if isinstance(record, Channel)),
+        chunks=tuple(sorted(chunks, key=lambda chunk: chunk.chunk_start_offset)),
+        metadata_index=tuple(record for record in records if isinstance(record, MetadataIndex)),
+        attachment_index=tuple(record for record in records if isinstance(record, AttachmentIndex)),
+    )
+
+
+def check_mcap(path: Path) -> None:
+    """InputError where `path` is not a file that begins like MCAP."""
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder; allowed: a recording (irsim import makes one of a folder of PNG)")
+    try:
+        with open(path, "rb") as file:
+            head = file.read(len(MAGIC))
+    except FileNotFoundError:
+        raise InputError(f"{path}: there is no such file") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    if not head:
+        raise InputError(f"{path}: is empty; allowed: a recording (.mcap)")
+    if not MAGIC.startswith(head):
+        raise InputError(f"{path}: is not an MCAP file; allowed: a recording (.mcap)")
+
+
+def packets(data: memoryview, channel: int) -> Iterator[Packet]:
+    """The messages of a channel among a chunk's records."""
+    for opcode, body in records(data):
+        if opcode == Opcode.MESSAGE:
+            found, sequence, log_time, _ = _MESSAGE.unpack_from(body)
+            if found == channel:
+                yield Packet(sequence, log_time, body[_MESSAGE.size :])
+
+
+def records(data: memoryview) -> Iterator[tuple[int, memoryview]]:
+    """Opcode and body of each record in a chunk."""
+    position = 0
+    while position < len(data):
+        opcode, length = RECORD.unpack_from(data, position)
+        position += RECORD.size
+        yield opcode, data[position : position + length]
+        position += length
+
+
+def unpack(packed: memoryview, compression: str, size: int) -> memoryview | None:
+    """A chunk's records (`size` bytes) from their compressed form; None where that fails."""
+    if compression == "":
+        return packed
+    import lz4.frame  # type: ignore[import-untyped]
+    import zstandard
+
+    try:
+        if compression == "lz4":
+            return memoryview(lz4.frame.decompress(packed))
+        if compression == "zstd":
+            return memoryview(zstandard.decompress(packed, max_output_size=size))
+    except (*DAMAGE, zstandard.ZstdError):
+        return None
+    return None
+
+
+def _matches(data: bytes | memoryview, crc: int) -> bool:
+    return crc == 0 or zlib.crc32(data) == crc  # MCAP: 0 means that there is none
+
+
+def _stamp(file: io.IOBase | BinaryIO) -> tuple[int, int, int]:
+    state = os.fstat(file.fileno())
+    return state.st_ino, state.st_size, state.st_mtime_ns

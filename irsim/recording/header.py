@@ -1,0 +1,110 @@
+"""What a recording says of itself: the metadata records `irsim` (first) and `irsim_contents` (last)."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, ValidationError
+
+from irsim.display import AGCS, Agc
+from irsim.errors import InputError
+from irsim.kinds import Part, Positive, Several
+
+FORMAT = 1
+"""Version of the file layout; a reader refuses a newer one."""
+
+Size = Annotated[tuple[int, int], Field(strict=False)]
+
+
+class Sealed(Part):
+    """A value kept as an MCAP metadata record: a text for each field and a digest over all of them.
+
+    Metadata records have no CRC of their own, and every other number hangs on these.
+    """
+
+    def seal(self) -> dict[str, str]:
+        """The record's keys and texts; a field that is None has no key."""
+        values = self.model_dump(mode="json", exclude_none=True)
+        texts = {key: value if isinstance(value, str) else json.dumps(value) for key, value in values.items()}
+        return {**texts, "digest": _digest(texts)}
+
+    @classmethod
+    def unseal(cls, record: Mapping[str, str]) -> Self:
+        """The value of a record; InputError (without a place) where it is damaged."""
+        texts = {key: text for key, text in record.items() if key != "digest"}
+        if record.get("digest") != _digest(texts):
+            raise InputError("damaged: its metadata does not match its digest")
+        kept_as_text = {name for name, field in cls.model_fields.items() if _is_text(field.annotation)}
+        try:
+            return cls.model_validate(
+                {key: text if key in kept_as_text else json.loads(text) for key, text in texts.items()}
+            )
+        except ValidationError as error:
+            first = error.errors()[0]
+            place = ".".join(str(part) for part in first["loc"])
+            raise InputError(f"its metadata is not understood: {place}: {first['msg']}") from None
+
+
+def _digest(texts: Mapping[str, str]) -> str:
+    return hashlib.blake2b(json.dumps(sorted(texts.items())).encode(), digest_size=16).hexdigest()
+
+
+def _is_text(annotation: Any) -> bool:
+    choices = [choice for choice in getattr(annotation, "__args__", (annotation,)) if choice is not type(None)]
+    return all(choice is str or isinstance(choice, str) for choice in choices)
+
+
+class Header(Sealed):
+    """What is known before the first frame. Optional fields are None where nobody knows them."""
+
+    version: str
+    """irsim's version that wrote the file."""
+    format: Annotated[int, Field(ge=1, le=FORMAT)] = FORMAT
+    name: str
+    """The source's name."""
+    source_hash: str
+    """The source's hash."""
+    input: Literal["rendered", "imported"]
+    """Where the frames come from."""
+    size: Size
+    """Columns, rows."""
+    bits: Annotated[int, Field(ge=1, le=16)]
+    rate_hz: Positive
+    follow: str | None = None
+    """Id of the target to follow."""
+    has_truth: bool
+    accuracy_px: float = 0.0
+    """How far the truth's centres may be off."""
+    agc: Annotated[Agc, AGCS]
+    """How counts become the 8-bit picture."""
+    first_frame: int = 0
+    """The source's index of the recording's frame 0."""
+    ifov_rad: float | None = None
+    """Field of view of one pixel."""
+    band: str | None = None
+    range_k: Annotated[tuple[float, float], Field(strict=False)] | None = None
+    """Scene temperatures of count 0 and full scale."""
+
+
+class TargetEntry(Part):
+    """A target in the table of contents."""
+
+    id: str
+    cls: str | None = None
+    first: int
+    """First frame in which it exists."""
+    frames: int
+    """In how many frames it exists."""
+
+
+class Contents(Sealed):
+    """What is known after the last frame."""
+
+    frames: int
+    targets: Several[TargetEntry] = ()
+    """In the order of their appearance."""
+    notes: Several[str] = ()
+    """What was decided or lost on the way."""

@@ -1,0 +1,188 @@
+"""Reading a recording: frames by index or in order, truths apart."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, NoReturn
+
+from google.protobuf.message import DecodeError
+
+from irsim.display import Agc
+from irsim.errors import InputError
+from irsim.recording.container import Container, DamageError, Lane, Packet, check_mcap, open_container
+from irsim.recording.header import Contents, Header
+from irsim.recording.image import decode_image
+from irsim.recording.layout import IMAGE, SCENARIO, TRUTH
+from irsim.recording.salvage import count_whole_frames
+from irsim.recording.schema import decode_truth
+from irsim.recording.times import from_ns
+from irsim.types import Frame, Input, Truth
+
+_HASH_BLOCK = 1 << 20
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """A recording as a Source. A value: it holds no open file, and pickles.
+
+    Frame k is the k-th in the file. Images are read-only.
+    """
+
+    path: Path
+    header: Header
+    contents: Contents
+    container: Container
+
+    @property
+    def name(self) -> str:
+        """The file's stem."""
+        return self.path.stem
+
+    @cached_property
+    def hash(self) -> str:
+        """BLAKE2b of the file's bytes."""
+        digest = hashlib.blake2b(digest_size=16)
+        with self.container.open() as file:
+            while block := file.read(_HASH_BLOCK):
+                digest.update(block)
+        return digest.hexdigest()
+
+    @property
+    def size(self) -> tuple[int, int]:
+        return self.header.size
+
+    @property
+    def bits(self) -> int:
+        return self.header.bits
+
+    @property
+    def rate_hz(self) -> float:
+        return self.header.rate_hz
+
+    @property
+    def agc(self) -> Agc:
+        return self.header.agc
+
+    @property
+    def has_truth(self) -> bool:
+        return self.header.has_truth
+
+    @property
+    def targets(self) -> tuple[str, ...]:
+        """Ids of all targets, in the order of their appearance."""
+        return tuple(target.id for target in self.contents.targets)
+
+    @property
+    def follow(self) -> str | None:
+        return self.header.follow or next(iter(self.targets), None)
+
+    @cached_property
+    def scenario_text(self) -> str | None:
+        """The scenario that was rendered, as YAML; None for imported frames."""
+        text = self.container.attachment(SCENARIO)
+        return None if text is None else text.decode()
+
+    def __len__(self) -> int:
+        return self.contents.frames
+
+    def frame(self, index: int, input: Input = "counts") -> Frame:
+        """Frame `index`. IndexError past the end, DamageError where its bytes are not what was written."""
+        if not 0 <= index < len(self):
+            raise IndexError(f"{self.path}: there is no frame {index}; allowed: 0 to {len(self) - 1}")
+        return next(self.frames(input, index, index + 1))
+
+    def frames(self, input: Input = "counts", start: int = 0, stop: int | None = None) -> Iterator[Frame]:
+        """Frames start .. stop-1 in order, as detector counts or as the 8-bit picture."""
+        for index, packet in self._packets(IMAGE, start, stop):
+            try:
+                image = decode_image(packet.data, self.size)
+            except ValueError:
+                self._damaged(index)
+            bits = self.bits
+            if input == "display":
+                image, bits = self.agc.display(image, bits), 8
+            yield Frame(image, index, from_ns(packet.log_time, self.rate_hz), bits)
+
+    def truths(self, start: int = 0, stop: int | None = None) -> Iterator[Truth]:
+        """Truths of the same frames; nothing where there is no truth."""
+        if not self.has_truth:
+            return
+        for index, packet in self._packets(TRUTH, start, stop):
+            try:
+                yield decode_truth(packet.data, index, from_ns(packet.log_time, self.rate_hz))
+            except DecodeError:
+                self._damaged(index)
+
+    def info(self) -> dict[str, Any]:
+        """Facts about the recording, ready for JSON."""
+        stated = self.header.model_dump(mode="json", exclude_none=True)
+        kept = self.contents.model_dump(mode="json", exclude_none=True)
+        duration = len(self) / self.rate_hz
+        size = self.path.stat().st_size
+        return {"path": str(self.path), "bytes": size, "hash": self.hash, "duration_s": duration, **stated, **kept}
+
+    def _packets(self, topic: str, start: int, stop: int | None) -> Iterator[tuple[int, Packet]]:
+        stop = len(self) if stop is None else min(stop, len(self))
+        if start >= stop:
+            return
+        lane = self._lane(topic)
+        with self.container.open() as file:
+            index = start
+            for chunk in range(lane.chunk_of(start), len(lane.chunks)):
+                for packet in self.container.packets(file, lane, chunk):
+                    if packet.sequence < index:
+                        continue
+                    if packet.sequence > index:
+                        self._damaged(index)
+                    yield index, packet
+                    index += 1
+                    if index == stop:
+                        return
+        self._damaged(index)
+
+    def _lane(self, topic: str) -> Lane:
+        lane = self.container.lanes.get(topic)
+        if lane is None or len(lane) != len(self):
+            raise DamageError(f"{self.path}: damaged: {topic} has {len(lane or ())} messages for {len(self)} frames")
+        return lane
+
+    def _damaged(self, index: int) -> NoReturn:
+        raise DamageError(f"{self.path}: damaged: frame {index} is not where it should be")
+
+
+def open_recording(path: str | Path) -> Recording:
+    """Open a recording and check its index and metadata; a frame is checked when it is read.
+
+    InputError, one line with the file's name, where there is no such file, or it is empty, cut short,
+    damaged, not MCAP, or not a recording of irsim.
+    """
+    path = Path(path)
+    check_mcap(path)
+    try:
+        container = open_container(path)
+        metadata = container.metadata
+    except DamageError as error:
+        raise DamageError(f"{error}; {_rescue(path)}") from None
+    if "irsim" not in metadata:
+        what = "holds a track, not frames" if "irsim_track" in metadata else "has no metadata record 'irsim'"
+        raise InputError(f"{path}: is MCAP but not a recording of irsim: it {what}")
+    try:
+        return Recording(
+            path,
+            Header.unseal(metadata["irsim"]),
+            Contents.unseal(metadata.get("irsim_contents", {})),
+            container,
+        )
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def _rescue(path: Path) -> str:
+    count = count_whole_frames(path)
+    if not count:
+        return "no whole frame can be recovered"
+    return f"{count} whole frames can be recovered: irsim import {path} -o NEW.mcap"

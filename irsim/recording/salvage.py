@@ -1,0 +1,138 @@
+"""What is still whole in a damaged recording."""
+
+from __future__ import annotations
+
+import io
+import os
+import struct
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import BinaryIO
+
+from mcap.data_stream import ReadDataStream
+from mcap.opcode import Opcode
+from mcap.records import Attachment, Channel, Chunk, Metadata
+
+from irsim.recording.container import (
+    DAMAGE,
+    MAGIC,
+    RECORD,
+    DamageError,
+    Packet,
+    open_container,
+    packets,
+    records,
+    unpack,
+)
+from irsim.recording.layout import IMAGE, SCENARIO, TRUTH
+
+_CRC = struct.Struct("<I")
+
+Part = Metadata | Attachment | Channel | memoryview
+"""A whole piece of a file; a memoryview is a chunk's records."""
+
+
+@dataclass
+class Salvage:
+    """What was found so far: it grows while `frames` runs."""
+
+    path: Path
+    metadata: dict[str, dict[str, str]] = field(default_factory=dict)
+    scenario: str | None = None
+    topics: dict[str, int] = field(default_factory=dict)
+    truths: dict[int, Packet] = field(default_factory=dict)
+
+    @property
+    def has_truth(self) -> bool:
+        """Does the recording say that every frame has a truth?"""
+        return self.metadata.get("irsim", {}).get("has_truth") == "true"
+
+    def frames(self) -> Iterator[tuple[Packet, Packet | None]]:
+        """Each whole image message with its truth's; frames whose truth is gone are left out."""
+        for part in _parts(self.path):
+            if isinstance(part, Metadata):
+                self.metadata[part.name] = part.metadata
+            elif isinstance(part, Attachment):
+                if part.name == SCENARIO:
+                    self.scenario = part.data.decode()
+            elif isinstance(part, Channel):
+                self.topics[part.topic] = part.id
+            else:
+                yield from self._frames_in(part)
+
+    def _frames_in(self, chunk: memoryview) -> Iterator[tuple[Packet, Packet | None]]:
+        for opcode, body in records(chunk):
+            if opcode == Opcode.CHANNEL:
+                channel = Channel.read(ReadDataStream(io.BytesIO(body)))
+                self.topics[channel.topic] = channel.id
+        for truth in packets(chunk, self.topics.get(TRUTH, 0)):
+            self.truths[truth.sequence] = truth
+        for image in packets(chunk, self.topics.get(IMAGE, 0)):
+            truth_or_none = self.truths.pop(image.sequence, None)
+            if truth_or_none is not None or not self.has_truth:
+                yield image, truth_or_none
+
+
+def count_whole_frames(path: Path) -> int:
+    """How many frames `recover` would keep."""
+    return sum(1 for _ in Salvage(path).frames())
+
+
+def _parts(path: Path) -> Iterator[Part]:
+    """By the index where it is whole, else record after record from the start."""
+    try:
+        container = open_container(path)
+        metadata = container.metadata
+    except DamageError:
+        with open(path, "rb") as file:
+            yield from _walk(file)
+        return
+    yield from (Metadata(name, values) for name, values in metadata.items())
+    yield from container.channels
+    for entry in container.attachment_index:
+        try:
+            data = container.attachment(entry.name) or b""
+        except DamageError:
+            continue
+        yield Attachment(entry.create_time, entry.log_time, entry.name, entry.media_type, data)
+    with container.open() as file:
+        for chunk in container.chunks:
+            try:
+                yield container.chunk_data(file, chunk)
+            except DamageError:
+                continue
+
+
+def _walk(file: BinaryIO) -> Iterator[Part]:
+    left = os.fstat(file.fileno()).st_size - len(MAGIC)
+    file.seek(len(MAGIC))
+    while left >= RECORD.size:
+        opcode, length = RECORD.unpack(file.read(RECORD.size))
+        left -= RECORD.size + length
+        if left < 0 or opcode == Opcode.DATA_END:
+            return
+        part = _part(opcode, file.read(length))
+        if part is not None:
+            yield part
+
+
+def _part(opcode: int, body: bytes) -> Part | None:
+    stream = ReadDataStream(io.BytesIO(body))
+    try:
+        if opcode == Opcode.METADATA:
+            metadata: Metadata = Metadata.read(stream)
+            return metadata
+        if opcode == Opcode.ATTACHMENT and zlib.crc32(body[: -_CRC.size]) == _CRC.unpack(body[-_CRC.size :])[0]:
+            attachment: Attachment = Attachment.read(stream)
+            return attachment
+        if opcode == Opcode.CHUNK:
+            chunk = Chunk.read(stream)
+            data = unpack(memoryview(chunk.data), chunk.compression, chunk.uncompressed_size)
+            # Without an index nothing but its CRC says that this is a chunk at all.
+            if data is not None and zlib.crc32(data) == chunk.uncompressed_crc:
+                return data
+    except DAMAGE:
+        pass
+    return None

@@ -1,0 +1,155 @@
+"""A tracker's run as a recording of its own, to be opened beside its source."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from foxglove_schemas_protobuf.ImageAnnotations_pb2 import ImageAnnotations
+from google.protobuf.message import DecodeError
+from pydantic import Field
+
+from irsim.errors import InputError
+from irsim.kinds import Positive
+from irsim.recording.annotate import TRACK, draw
+from irsim.recording.chunks import ChunkWriter, Message
+from irsim.recording.container import DamageError, check_mcap, open_container
+from irsim.recording.files import replacing
+from irsim.recording.header import Sealed
+from irsim.recording.schema import TRACK_STATE, TrackStateMessage, box, optional, point
+from irsim.recording.times import from_ns, to_ns
+from irsim.types import Box
+
+_STATES_PER_CHUNK = 512
+
+
+@dataclass(frozen=True, slots=True)
+class TrackState:
+    """What a tracker said of one frame of its source.
+
+    index, time   of the frame (s)
+    box           centre and size, px
+    status        tracking | occluded | lost
+    score         on the tracker's own scale
+    velocity      (vx, vy) px per frame
+    covariance    ((xx, xy), (yx, yy)) px^2 of the centre
+    neff          effective number of particles
+    """
+
+    index: int
+    time: float
+    box: Box
+    status: str
+    score: float | None = None
+    velocity: tuple[float, float] | None = None
+    covariance: tuple[tuple[float, float], tuple[float, float]] | None = None
+    neff: float | None = None
+
+
+class TrackHeader(Sealed):
+    """Whose track it is: a label of the tracker, the source's name and hash, the target followed."""
+
+    tracker: str
+    source: str
+    source_hash: str
+    rate_hz: Positive
+    target: str | None = None
+    states: int = Field(default=0, ge=0)
+    """How many; counted when written."""
+
+
+@dataclass(frozen=True, eq=False)
+class TrackRecording:
+    """A track read back."""
+
+    header: TrackHeader
+    states: tuple[TrackState, ...]
+
+
+def write_tracks(path: str | Path, header: TrackHeader, states: Iterable[TrackState]) -> Path:
+    """Write a track recording and return its path. InputError where the file cannot be written."""
+    path = Path(path)
+    states = tuple(states)
+    with replacing(path) as file:
+        writer = ChunkWriter(file)
+        writer.metadata("irsim_track", header.model_copy(update={"states": len(states)}).seal())
+        boxes, track = _topics(header.tracker)
+        boxes_channel = writer.topic(boxes, ImageAnnotations.DESCRIPTOR)
+        track_channel = writer.topic(track, TRACK_STATE)
+        for begin in range(0, len(states), _STATES_PER_CHUNK):
+            chunk: list[Message] = []
+            for state in states[begin : begin + _STATES_PER_CHUNK]:
+                log_time = to_ns(state.time)
+                annotations = ImageAnnotations()
+                draw(annotations, state.box, f"{header.tracker} {state.status}", TRACK, log_time)
+                chunk.append(Message(boxes_channel, state.index, log_time, annotations.SerializeToString()))
+                chunk.append(Message(track_channel, state.index, log_time, _encode(state)))
+            writer.chunk(chunk)
+        writer.finish()
+    return path
+
+
+def read_tracks(path: str | Path) -> TrackRecording:
+    """Read a track recording. InputError where it is missing, damaged, or something else."""
+    path = Path(path)
+    check_mcap(path)
+    container = open_container(path)
+    if "irsim_track" not in container.metadata:
+        raise InputError(f"{path}: is not a track recording of irsim; allowed: a file that irtrack run -o wrote")
+    try:
+        header = TrackHeader.unseal(container.metadata["irsim_track"])
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    states: list[TrackState] = []
+    lane = container.lanes.get(_topics(header.tracker)[1])
+    with container.open() as file:
+        for chunk in range(len(lane.chunks) if lane else 0):
+            for packet in container.packets(file, lane, chunk):  # type: ignore[arg-type]
+                try:
+                    states.append(_decode(packet.data, packet.sequence, from_ns(packet.log_time, header.rate_hz)))
+                except (DecodeError, TypeError, ValueError):
+                    raise DamageError(f"{path}: damaged: state {len(states)} cannot be read") from None
+    if len(states) != header.states:
+        raise DamageError(f"{path}: damaged: it holds {len(states)} of {header.states} states")
+    return TrackRecording(header, tuple(states))
+
+
+def _topics(tracker: str) -> tuple[str, str]:
+    """Topics of the boxes and the states; viewers' message paths want plain names."""
+    plain = re.sub(r"[^A-Za-z0-9_-]", "_", tracker)
+    return f"/tracks/{plain}/annotations", f"/tracks/{plain}/states"
+
+
+def _encode(state: TrackState) -> bytes:
+    message: Any = TrackStateMessage(
+        index=state.index,
+        time=state.time,
+        box=box(state.box),
+        status=state.status,
+        score=state.score,
+        velocity=point(state.velocity),
+        covariance=[value for row in state.covariance or () for value in row],
+        neff=state.neff,
+    )
+    return bytes(message.SerializeToString())
+
+
+def _decode(data: memoryview, index: int, time: float) -> TrackState:
+    message: Any = TrackStateMessage.FromString(data)  # type: ignore[arg-type]
+    covariance = None
+    if message.covariance:
+        xx, xy, yx, yy = message.covariance
+        covariance = ((xx, xy), (yx, yy))
+    return TrackState(
+        index=index,
+        time=time,
+        box=Box(*optional(message, "box")),
+        status=message.status,
+        score=optional(message, "score"),
+        velocity=optional(message, "velocity"),
+        covariance=covariance,
+        neff=optional(message, "neff"),
+    )

@@ -1,0 +1,240 @@
+"""Writing a recording. The layout is in docs/recordings.md."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import cv2
+import numpy as np
+from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
+from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
+from foxglove_schemas_protobuf.ImageAnnotations_pb2 import ImageAnnotations
+from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
+
+from irsim.display import AGCS, Agc
+from irsim.errors import InputError
+from irsim.recording.annotate import annotate_truth, stamp
+from irsim.recording.chunks import ChunkWriter, Compression, Message
+from irsim.recording.files import check_output, replacing
+from irsim.recording.header import Contents, Header, TargetEntry
+from irsim.recording.image import OPTICAL_FRAME, encode_image
+from irsim.recording.layout import (
+    CAMERA,
+    IMAGE,
+    LAYOUT,
+    PREVIEW,
+    SCENARIO,
+    TRUTH,
+    TRUTH_BOXES,
+    display_range,
+    viewer_layout,
+)
+from irsim.recording.read import Recording
+from irsim.recording.schema import TRUTH as TRUTH_SCHEMA
+from irsim.recording.schema import encode_truth
+from irsim.recording.times import to_ns
+from irsim.types import Frame, Source, Truth
+
+FRAMES_PER_CHUNK = 2
+"""Image messages in a chunk: few enough that a frame alone is cheap to read."""
+
+PREVIEWS_PER_CHUNK = 16
+
+_JPEG_QUALITY = 85
+
+
+class RecordingWriter:
+    """Takes frames, with their truths, in order, and numbers them from 0."""
+
+    def __init__(self, file: BinaryIO, header: Header, scenario: str | None, compression: Compression) -> None:
+        self._header = header
+        self._scenario = scenario
+        self._chunks = ChunkWriter(file, compression)
+        self._channels: dict[str, int] = {}
+        self._images: list[Message] = []
+        self._previews: list[Message] = []
+        self._small: list[Message] = []
+        self._targets: dict[str, TargetEntry] = {}
+        self._count = 0
+
+    def add(self, frame: Frame, truth: Truth | None) -> None:
+        """Append a frame; its index and its truth's become the number of frames before it."""
+        image = frame.image
+        columns, rows = self._header.size
+        if image.shape != (rows, columns) or image.dtype not in (np.uint8, np.uint16):
+            raise ValueError(f"expected a {columns}x{rows} uint8 or uint16 frame, got {image.dtype} {image.shape}")
+        if (truth is not None) != self._header.has_truth:
+            raise ValueError("every frame of a recording has a truth, or none has")
+        log_time = to_ns(frame.time)
+        if not self._channels:
+            self._begin(frame, log_time)
+        if truth is not None:
+            truth = dataclasses.replace(truth, index=self._count, time=frame.time)
+            self._note_targets(truth)
+            self._put(self._small, TRUTH, log_time, encode_truth(truth))
+            self._put(self._small, TRUTH_BOXES, log_time, annotate_truth(truth, log_time))
+        self._put(self._images, IMAGE, log_time, encode_image(image, log_time))
+        picture = self._header.agc.display(image, self._header.bits)
+        self._put(self._previews, PREVIEW, log_time, _preview(picture, log_time))
+        self._count += 1
+        if len(self._images) == FRAMES_PER_CHUNK:
+            self._flush_frames()
+        if len(self._previews) == PREVIEWS_PER_CHUNK:
+            self._flush(self._previews)
+
+    def finish(self, notes: tuple[str, ...] = ()) -> None:
+        """Write what is left, the table of contents and the index."""
+        self._flush_frames()
+        self._flush(self._previews)
+        contents = Contents(frames=self._count, targets=tuple(self._targets.values()), notes=notes)
+        self._chunks.metadata("irsim_contents", contents.seal())
+        self._chunks.finish()
+
+    def _begin(self, frame: Frame, log_time: int) -> None:
+        header = self._header
+        black, white = display_range(frame.image, header.bits)
+        # First in the file, so that a recording that was cut short still says what it is.
+        self._chunks.metadata("irsim", header.seal())
+        if self._scenario is not None:
+            self._chunks.attachment(SCENARIO, "application/yaml", self._scenario.encode())
+        self._chunks.attachment(LAYOUT, "application/json", viewer_layout(black, white, header.has_truth))
+
+        facts: dict[str, Any] = {"bits": header.bits, "display_low": black, "display_high": white, "band": header.band}
+        if header.range_k is not None:
+            facts |= {"count_0_k": header.range_k[0], "full_scale_k": header.range_k[1]}
+        known = {key: str(value) for key, value in facts.items() if value is not None}
+        self._channels[IMAGE] = self._chunks.topic(IMAGE, RawImage.DESCRIPTOR, known)
+        self._channels[PREVIEW] = self._chunks.topic(PREVIEW, CompressedImage.DESCRIPTOR)
+        if header.has_truth:
+            self._channels[TRUTH] = self._chunks.topic(TRUTH, TRUTH_SCHEMA)
+            self._channels[TRUTH_BOXES] = self._chunks.topic(TRUTH_BOXES, ImageAnnotations.DESCRIPTOR)
+        if header.ifov_rad is not None:
+            self._channels[CAMERA] = self._chunks.topic(CAMERA, CameraCalibration.DESCRIPTOR)
+            self._put(self._small, CAMERA, log_time, _calibration(header.size, header.ifov_rad, log_time))
+
+    def _note_targets(self, truth: Truth) -> None:
+        for target in truth.targets:
+            entry = self._targets.get(target.id) or TargetEntry(
+                id=target.id, cls=target.cls, first=truth.index, frames=0
+            )
+            self._targets[target.id] = entry.model_copy(update={"frames": entry.frames + 1})
+
+    def _put(self, lane: list[Message], topic: str, log_time: int, data: bytes) -> None:
+        lane.append(Message(self._channels[topic], self._count, log_time, data))
+
+    def _flush_frames(self) -> None:
+        # Truth first: whoever has a whole image chunk has its truth too.
+        self._flush(self._small)
+        self._flush(self._images)
+
+    def _flush(self, lane: list[Message]) -> None:
+        if lane:
+            self._chunks.chunk(lane)
+            lane.clear()
+
+
+def _preview(picture: np.ndarray, log_time: int) -> bytes:
+    _, jpeg = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
+    return CompressedImage(
+        timestamp=stamp(log_time), frame_id=OPTICAL_FRAME, format="jpeg", data=jpeg.tobytes()
+    ).SerializeToString()
+
+
+def _calibration(size: tuple[int, int], ifov_rad: float, log_time: int) -> bytes:
+    """A pinhole without distortion; its focal length in px is 1 / IFOV."""
+    focal, x, y = 1 / ifov_rad, (size[0] - 1) / 2, (size[1] - 1) / 2
+    return CameraCalibration(
+        timestamp=stamp(log_time),
+        frame_id=OPTICAL_FRAME,
+        width=size[0],
+        height=size[1],
+        K=[focal, 0, x, 0, focal, y, 0, 0, 1],
+        R=[1, 0, 0, 0, 1, 0, 0, 0, 1],
+        P=[focal, 0, x, 0, 0, focal, y, 0, 0, 0, 1, 0],
+    ).SerializeToString()
+
+
+@contextmanager
+def writing(
+    path: Path, header: Header, scenario: str | None = None, compression: Compression = "none"
+) -> Iterator[RecordingWriter]:
+    """A writer whose file appears at `path` once `finish` was called and the block ended well."""
+    with replacing(path) as file:
+        yield RecordingWriter(file, header, scenario, compression)
+
+
+def record(
+    source: Source,
+    path: str | Path,
+    start: int = 0,
+    stop: int | None = None,
+    jobs: int = 1,
+    progress: Callable[[int], None] | None = None,
+    compression: Compression = "none",
+) -> Path:
+    """Write frames start .. stop-1 of a source as a recording and return its path.
+
+    In the recording they are numbered from 0 and keep their times. `progress` is called with the
+    number of frames done. `jobs` processes render, where the source can use them.
+    InputError where the frames are not in the source or the file cannot be written.
+    """
+    path = Path(path)
+    check_output(path)
+    stop = len(source) if stop is None else stop
+    if not 0 <= start < stop <= len(source):
+        raise InputError(f"{source.name}: there are no frames {start}:{stop}; allowed: within 0:{len(source)}")
+    with writing(path, header_of(source, start), getattr(source, "scenario_text", None), compression) as writer:
+        for done, (frame, truth) in enumerate(_pairs(source, start, stop, jobs), 1):
+            writer.add(frame, truth)
+            if progress is not None:
+                progress(done)
+        writer.finish()
+    return path
+
+
+def header_of(source: Source, start: int = 0) -> Header:
+    """The header of a recording of `source` from its frame `start` on."""
+    if isinstance(source, Recording):
+        return source.header.model_copy(update={"first_frame": source.header.first_frame + start})
+    from irsim import __version__
+
+    camera = getattr(getattr(source, "scenario", None), "camera", None)
+    known: dict[str, Any] = {}
+    if camera is not None:
+        known = {"ifov_rad": camera.geometry.ifov_rad, "band": camera.band, "range_k": camera.range_k}
+    return Header(
+        version=__version__,
+        name=source.name,
+        source_hash=source.hash,
+        input="rendered",
+        size=source.size,
+        bits=source.bits,
+        rate_hz=source.rate_hz,
+        follow=source.follow,
+        has_truth=source.has_truth,
+        agc=getattr(source, "agc", None) or default_agc(source.bits),
+        first_frame=start,
+        **known,
+    )
+
+
+def default_agc(bits: int) -> Agc:
+    """8-bit counts are a picture already; deeper ones are stretched."""
+    agc = AGCS.parse({"kind": "none" if bits <= 8 else "linear"})
+    assert isinstance(agc, Agc)
+    return agc
+
+
+def _pairs(source: Source, start: int, stop: int, jobs: int) -> Iterator[tuple[Frame, Truth | None]]:
+    pairs = getattr(source, "pairs", None)
+    if pairs is not None:
+        yield from pairs(start, stop, jobs)
+    elif source.has_truth:
+        yield from zip(source.frames("counts", start, stop), source.truths(start, stop), strict=True)
+    else:
+        for frame in source.frames("counts", start, stop):
+            yield frame, None
