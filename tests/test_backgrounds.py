@@ -93,9 +93,22 @@ def test_stretch_makes_features_wider_than_high() -> None:
 @pytest.mark.parametrize("elevation_deg", [5.0, 10.0, 45.0, -20.0])
 def test_clear_sky_follows_its_formula(elevation_deg: float) -> None:
     scene = stage(size=(161, 121), elevation_deg=elevation_deg)
-    light = ClearSky.between("mwir", 288.0, 211.0).light(gaze(scene))[1]
+    light = ClearSky("mwir", 288.0, 211.0).light(gaze(scene))[1]
     kelvin = 211 + 77 * math.exp(-max(math.sin(math.radians(elevation_deg)), 0) / 0.3)
     assert float(temperature("mwir", light[60, 80])) == pytest.approx(kelvin, abs=0.02)
+
+
+def test_the_sky_with_and_without_a_horizon_in_view_is_one_sky() -> None:
+    sky = ClearSky("mwir", 288.0, 211.0)
+    low, high = (stage(size=(160, 121), ifov_mrad=1.0, elevation_deg=elevation) for elevation in (3.0, 6.0))
+    up = math.radians(6.0 - 3.0)
+    seen_low = sky.light(gaze(low, (0.0, up, 0.0)))[1]  # same pointing, by turning up
+    seen_high = sky.light(gaze(high))[1]
+    assert seen_low == pytest.approx(seen_high, rel=1e-5)
+    assert gaze(low).chart.elevation_rad(gaze(low).chart.v).min() < 0  # the horizon's way is taken here
+    row = sky.light(gaze(low))[1][:, 80]
+    expected = sky.radiance(np.radians(3.0) - np.arctan((np.arange(121) - 60) * 1e-3))
+    assert row == pytest.approx(expected, rel=2e-5)
 
 
 def test_the_us_standard_sky_is_within_five_kelvin() -> None:

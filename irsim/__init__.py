@@ -1,0 +1,52 @@
+"""irsim renders infrared scenes from YAML and records frames with exact truth.
+
+    scenario = irsim.load("scenarios/examples/sky.yaml")
+    for frame, truth in irsim.frames(scenario):
+        ...
+    recording = irsim.open_recording("sky.mcap")
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
+__version__ = "0.1.0"
+
+# Public name -> its module, imported on first use: `irsim --help` must not wait for numpy.
+_PUBLIC = {
+    "Box": "irsim.types",
+    "Frame": "irsim.types",
+    "Input": "irsim.types",
+    "Source": "irsim.types",
+    "TargetTruth": "irsim.types",
+    "Truth": "irsim.types",
+    "InputError": "irsim.errors",
+    "IrsimError": "irsim.errors",
+    "Scenario": "irsim.scenario",
+    "dumps": "irsim.loader",
+    "load": "irsim.loader",
+    "loads": "irsim.loader",
+    "scalar": "irsim.yamlfile",
+    "Rendering": "irsim.simulate",
+    "frames": "irsim.simulate",
+    "Recording": "irsim.recording",
+    "open_recording": "irsim.recording",
+    "record": "irsim.recording",
+    "open_source": "irsim.sources",
+    "import_frames": "irsim.convert",
+}
+
+__all__ = sorted(_PUBLIC)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _PUBLIC:
+        raise AttributeError(f"module 'irsim' has no attribute {name!r}")
+    value = getattr(importlib.import_module(_PUBLIC[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return [*globals(), *__all__]

@@ -1,0 +1,138 @@
+"""The stream of frames and truths of a scenario: in order or by index, alone or by several processes."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+from collections import deque
+from collections.abc import Iterator
+from concurrent.futures import Future, ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import cached_property
+
+from irsim.display import Agc
+from irsim.render import Renderer
+from irsim.scenario import Scenario
+from irsim.types import Frame, Input, Truth
+
+CHUNK = 16
+"""Frames that a worker renders at a time; neighbours share the memory of noise with memory."""
+
+
+class Rendering:
+    """A scenario as a Source: it renders what it is asked for, and keeps no frame."""
+
+    has_truth = True
+
+    def __init__(self, scenario: Scenario, name: str = "scenario") -> None:
+        self.scenario = scenario
+        self.name = name
+
+    def __reduce__(self) -> tuple[type[Rendering], tuple[Scenario, str]]:
+        return Rendering, (self.scenario, self.name)  # a worker paints its own textures
+
+    @cached_property
+    def _renderer(self) -> Renderer:
+        return Renderer(self.scenario)
+
+    @cached_property
+    def hash(self) -> str:
+        return self.scenario.hash
+
+    @property
+    def size(self) -> tuple[int, int]:
+        return self.scenario.camera.size
+
+    @property
+    def bits(self) -> int:
+        return self.scenario.camera.bits
+
+    @property
+    def rate_hz(self) -> float:
+        return self.scenario.camera.rate_hz
+
+    @property
+    def agc(self) -> Agc:
+        return self.scenario.camera.agc
+
+    @property
+    def follow(self) -> str | None:
+        targets = [target.id for target in self.scenario.targets if self.scenario.is_on(target.id)]
+        return self.scenario.follow or (targets[0] if targets else None)
+
+    def __len__(self) -> int:
+        return self.scenario.frames
+
+    def frame(self, index: int, input: Input = "counts") -> Frame:
+        return self._shown(self._renderer.frame(index)[0], input)
+
+    def frames(self, input: Input = "counts", start: int = 0, stop: int | None = None) -> Iterator[Frame]:
+        for frame, _ in self.pairs(start, stop):
+            yield self._shown(frame, input)
+
+    def truths(self, start: int = 0, stop: int | None = None) -> Iterator[Truth]:
+        for index in self._range(start, stop):
+            yield self._renderer.scene(index)[1]
+
+    def pairs(self, start: int = 0, stop: int | None = None, jobs: int = 1) -> Iterator[tuple[Frame, Truth]]:
+        """(counts, truth) of frames start .. stop-1 in order, rendered by `jobs` processes.
+
+        With jobs > 1 the calling script needs the guard ``if __name__ == "__main__"``.
+        """
+        wanted = self._range(start, stop)
+        if jobs == 1:
+            yield from map(self._renderer.frame, wanted)
+            return
+        for chunk in chunks(self.scenario, wanted, jobs):
+            yield from chunk.pairs
+
+    def _range(self, start: int, stop: int | None) -> range:
+        return range(start, len(self) if stop is None else min(stop, len(self)))
+
+    def _shown(self, frame: Frame, input: Input) -> Frame:
+        if input == "counts":
+            return frame
+        return Frame(self.agc.display(frame.image, frame.bits), frame.index, frame.time, 8)
+
+
+def frames(
+    scenario: Scenario, start: int = 0, stop: int | None = None, jobs: int = 1
+) -> Iterator[tuple[Frame, Truth]]:
+    """(Frame, Truth) of a scenario's frames start .. stop-1, in order: counts and what is true of them."""
+    return Rendering(scenario).pairs(start, stop, jobs)
+
+
+@dataclass(frozen=True, eq=False)
+class Chunk:
+    """Frames that one worker rendered, and its process id."""
+
+    pid: int
+    pairs: list[tuple[Frame, Truth]]
+
+
+def chunks(scenario: Scenario, wanted: range, jobs: int) -> Iterator[Chunk]:
+    """Chunks of the wanted frames, in order, by `jobs` worker processes; a few wait ahead at most."""
+    context = multiprocessing.get_context("spawn")  # safe with threads, the same on every system
+    pending: deque[Future[Chunk]] = deque()
+    with ProcessPoolExecutor(jobs, mp_context=context, initializer=_prepare, initargs=(scenario,)) as pool:
+        for begin in range(0, len(wanted), CHUNK):
+            pending.append(pool.submit(_render, wanted[begin : begin + CHUNK]))
+            if len(pending) > 2 * jobs:
+                yield pending.popleft().result()
+        while pending:
+            yield pending.popleft().result()
+
+
+_worker: Renderer
+
+
+def _prepare(scenario: Scenario) -> None:
+    global _worker  # a pool's initializer has no other way to leave something to its tasks
+    import cv2
+
+    cv2.setNumThreads(1)
+    _worker = Renderer(scenario)
+
+
+def _render(wanted: range) -> Chunk:
+    return Chunk(os.getpid(), [_worker.frame(index) for index in wanted])

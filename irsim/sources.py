@@ -1,0 +1,55 @@
+"""Opening whatever gives frames: a scenario file, a shipped example's name, or a recording."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from os import PathLike
+from pathlib import Path
+
+from irsim.errors import InputError
+from irsim.loader import load
+from irsim.recording import open_recording
+from irsim.scenario import Scenario
+from irsim.simulate import Rendering
+from irsim.types import Source
+
+MCAP_MAGIC = b"\x89MCAP"
+"""First bytes of an MCAP file (MCAP specification, 'Magic')."""
+
+
+def open_source(
+    path: str | PathLike[str] | Scenario | Source, overrides: Sequence[str] = (), seed: int | None = None
+) -> Source:
+    """A Source from a scenario's file or name, a recording's file, a Scenario, or a Source as it is.
+
+    `overrides` ("camera.netd_mk=80") and `seed` are for scenarios only: InputError for a recording.
+    """
+    if isinstance(path, Scenario):
+        _refuse(overrides, "a Scenario in Python: set its fields instead")
+        return Rendering(path if seed is None else path.model_copy(update={"seed": seed}))
+    if isinstance(path, Source):
+        _refuse(overrides, path.name)
+        if seed is not None:
+            raise InputError(f"{path.name}: a seed is for scenarios, this is a source already opened")
+        return path
+    if _is_recording(Path(path)):
+        _refuse(overrides, str(path))
+        if seed is not None:
+            raise InputError(f"{path}: a recording has no seed; allowed for scenarios only")
+        return open_recording(path)
+    scenario = load(path, [*overrides, *([] if seed is None else [f"seed={seed}"])])
+    return Rendering(scenario, Path(path).stem)
+
+
+def _is_recording(path: Path) -> bool:
+    """By content; a file that cannot be read, or is cut to nothing, goes by its suffix."""
+    try:
+        with path.open("rb") as file:
+            return file.read(len(MCAP_MAGIC)) == MCAP_MAGIC or path.suffix == ".mcap"
+    except OSError:
+        return path.suffix == ".mcap"
+
+
+def _refuse(overrides: Sequence[str], what: str) -> None:
+    if overrides:
+        raise InputError(f"{overrides[0]}: overrides are for scenarios; {what} cannot be changed")

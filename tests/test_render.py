@@ -1,0 +1,253 @@
+"""Rendering: truth against noiseless pictures, order and processes, switches, hiding."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import irsim
+from irsim.compose import overlap
+from irsim.motion import PATHS
+from irsim.render import Renderer
+from irsim.scenario import Scenario
+from irsim.shapes import SHAPES
+from irsim.simulate import Rendering, chunks
+from irsim.types import Floats
+
+DARK = 20.0
+"""A background so cold that it gives no light beside a target: what is drawn is the target's own signal."""
+
+
+def scene(frames: int = 4, shape: str = "fighter", x: float = 80.0, y: float = 60.0, **other: object) -> Scenario:
+    """A target that stands in a quiet picture."""
+    value: dict[str, object] = {
+        "frames": frames,
+        "camera": {"size": (160, 120), "netd_mk": 0.0},
+        "background": {"kind": "sky", "horizon_k": DARK, "zenith_k": DARK},
+        "targets": [
+            {
+                "id": "one",
+                "shape": {"kind": shape},
+                "path": {"kind": "straight", "start": (x, y), "speed": 0.0, "range_m": 1500.0},
+                "attitude_deg": (30.0, 20.0, 40.0),
+            }
+        ],
+        **other,
+    }
+    return Scenario.model_validate(value)
+
+
+def centroid(light: Floats) -> tuple[float, float]:
+    y, x = np.indices(light.shape)
+    total = light.sum(dtype=np.float64)
+    return float((x * light).sum(dtype=np.float64) / total), float((y * light).sum(dtype=np.float64) / total)
+
+
+@pytest.mark.parametrize("shape", [name for name, _ in SHAPES])
+@pytest.mark.parametrize(("dx", "dy"), [(0, 0), (0.01, 0), (0.25, 0.5), (0.37, -0.81), (-0.499, 0.123)])
+def test_truth_is_the_centroid_of_a_noiseless_picture(shape: str, dx: float, dy: float) -> None:
+    light, truth = Renderer(scene(shape=shape, x=80 + dx, y=60 + dy)).scene(0)
+    found, (target,) = centroid(light), truth.targets
+    assert target.signal_center is not None
+    assert np.hypot(found[0] - target.signal_center[0], found[1] - target.signal_center[1]) < 0.01
+
+
+@pytest.mark.parametrize("shape", [name for name, _ in SHAPES])
+def test_a_shift_of_a_hundredth_of_a_pixel_is_seen(shape: str) -> None:
+    centers = []
+    for x in (80.0, 80.01):
+        _, truth = Renderer(scene(shape=shape, x=x)).scene(0)
+        centers.append(truth.targets[0].center)
+    assert centers[1][0] - centers[0][0] == pytest.approx(0.01, abs=1e-3)
+    assert centers[1][1] - centers[0][1] == pytest.approx(0, abs=1e-3)
+
+
+NOISY = {
+    "camera": {
+        "size": (160, 120),
+        "noise": [{"kind": "white"}, {"kind": "fixed_pattern"}, {"kind": "ar1", "rho": 0.9}],
+        "motion": [{"kind": "pan", "azimuth_deg_s": 0.3}, {"kind": "jitter"}],
+    },
+    "background": {"kind": "sky", "clouds": [{"wind_mrad_s": (2.0, 0.0)}]},
+}
+
+
+def test_a_frame_alone_equals_the_frame_in_sequence() -> None:
+    scenario = scene(frames=40, **NOISY)
+    ordered = [frame.image for frame, _ in irsim.frames(scenario)]
+    alone = Rendering(scenario)
+    for index in (39, 0, 17, 16, 31):
+        assert np.array_equal(alone.frame(index).image, ordered[index])
+    (part,) = [frame.image for frame, _ in irsim.frames(scenario, 33, 34)]
+    assert np.array_equal(part, ordered[33])
+
+
+def test_fewer_frames_are_the_same_frames() -> None:
+    long, short = scene(frames=40, **NOISY), scene(frames=5, **NOISY)
+    assert np.array_equal(Rendering(long).frame(4).image, Rendering(short).frame(4).image)
+
+
+def test_two_processes_give_the_same_frames() -> None:
+    scenario = scene(frames=40, **NOISY)
+    alone = list(irsim.frames(scenario))
+    found = list(chunks(scenario, range(40), 2))
+    assert len({chunk.pid for chunk in found}) == 2
+    pairs = [pair for chunk in found for pair in chunk.pairs]
+    assert [truth for _, truth in pairs] == [truth for _, truth in alone]
+    for (frame, _), (expected, _) in zip(pairs, alone, strict=True):
+        assert frame.index == expected.index
+        assert np.array_equal(frame.image, expected.image)
+
+
+def test_truth_alone_is_the_truth_of_the_frames() -> None:
+    rendering = Rendering(scene(frames=3, **NOISY))
+    assert list(rendering.truths()) == [truth for _, truth in rendering.pairs()]
+
+
+def test_without_changes_only_the_pixels_that_it_touches() -> None:
+    scenario = scene(**NOISY)
+    whole = Rendering(scenario).frame(2).image
+    without = Rendering(scenario.model_copy(update={"without": ("one",)}))
+    rows, columns = np.nonzero(whole != without.frame(2).image)
+    box = next(iter(Rendering(scenario).truths(2))).targets[0].box
+    reach = 8  # of the optics' blur
+    assert rows.size > 20
+    assert box.left - reach < columns.min() <= columns.max() < box.right + reach
+    assert box.top - reach < rows.min() <= rows.max() < box.bottom + reach
+    assert next(iter(without.truths(2))).targets == ()
+
+
+def test_a_noise_switched_off_leaves_the_others_as_they_are() -> None:
+    scenario = scene(**NOISY)
+    both = Rendering(scenario).frame(1).image.astype(int)
+    for name in ("white", "fixed_pattern", "ar1"):
+        less = Rendering(scenario.model_copy(update={"without": (name,)})).frame(1).image.astype(int)
+        assert np.std(both - less) > 0.5
+    none = scenario.model_copy(update={"without": ("white", "fixed_pattern", "ar1")})
+    still = Rendering(none.model_copy(update={"camera": none.camera.model_copy(update={"netd_mk": 0.0})}))
+    assert np.array_equal(Rendering(none).frame(1).image, still.frame(1).image)
+
+
+def bar(**keys: object) -> list[dict[str, object]]:
+    return [{"kind": "bar", "center_px": (80.0, 60.0), "size_px": (40.0, 40.0), "range_m": 500.0, **keys}]
+
+
+def test_a_bar_before_the_whole_target_hides_it() -> None:
+    (target,) = next(iter(Rendering(scene(occluders=bar())).truths())).targets
+    assert target.visible == 0
+    assert target.occluders == ("bar",)
+
+
+def test_a_bar_behind_the_target_hides_nothing() -> None:
+    (target,) = next(iter(Rendering(scene(occluders=bar(range_m=2000.0))).truths())).targets
+    assert target.visible == pytest.approx(1, abs=1e-9)
+    assert target.occluders == ()
+
+
+@pytest.mark.parametrize("edge", [-2.0, 0.0, 1.3])
+def test_the_visible_fraction_is_the_share_of_area_that_no_bar_covers(edge: float) -> None:
+    """The share of a target right of a straight edge, against its own coverage counted per column."""
+    renderer = Renderer(scene())
+    (piece,) = renderer._pieces(0, np.eye(3))
+    sprite = piece.sprite
+    left = sprite.center[0] + edge  # the bar covers everything left of this
+    columns = sprite.x0 + np.arange(sprite.cover.shape[1])
+    kept = np.clip(columns + 0.5 - left, 0, 1)
+    expected = (sprite.cover * kept).sum() / sprite.cover.sum()
+    hidden = scene(occluders=bar(center_px=(left - 30, 60.0), size_px=(60.0, 80.0)))
+    (target,) = next(iter(Rendering(hidden).truths())).targets
+    assert target.visible == pytest.approx(expected, abs=0.01)
+
+
+def test_a_target_at_the_edge_is_partly_visible() -> None:
+    (target,) = next(iter(Rendering(scene(x=0.0)).truths())).targets
+    assert target.visible is not None
+    assert 0.2 < target.visible < 0.8
+    assert target.in_view
+
+
+def test_a_target_outside_is_not_in_view_and_changes_no_pixel() -> None:
+    outside = Rendering(scene(x=-100.0))
+    (target,) = next(iter(outside.truths())).targets
+    assert target.visible == 0
+    assert target.in_view is False
+    empty = Rendering(scene(targets=[]))
+    assert np.array_equal(outside.frame(0).image, empty.frame(0).image)
+
+
+def test_a_thick_cloud_hides_what_is_behind_it_only() -> None:
+    cloud = {"coverage": 0.999, "depth": 1000.0}
+    for cloud_range, visible in ((500.0, 0.0), (5000.0, 1.0)):
+        sky = {"kind": "sky", "clouds": [{**cloud, "range_m": cloud_range}]}
+        (target,) = next(iter(Rendering(scene(background=sky)).truths())).targets
+        assert target.visible == pytest.approx(visible, abs=1e-6)
+        assert target.occluders == (("clouds",) if visible == 0 else ())
+
+
+def test_the_nearer_target_hides_the_farther_and_both_cross() -> None:
+    targets = [
+        {
+            "id": name,
+            "shape": {"kind": "fighter"},
+            "path": {"kind": "straight", "start": (80.0, 60.0), "speed": 0.0, "range_m": range_m},
+        }
+        for name, range_m in (("near", 1000.0), ("far", 2000.0))
+    ]
+    truth = next(iter(Rendering(scene(targets=targets)).truths()))
+    near, far = truth.target("near"), truth.target("far")
+    assert near is not None
+    assert far is not None
+    assert near.visible == pytest.approx(1, abs=1e-9)
+    assert far.visible is not None
+    assert far.visible < 0.2
+    assert far.occluders == ("near",)
+    assert near.crossing
+    assert far.crossing
+
+
+def test_a_panning_camera_moves_a_standing_target_by_rate_over_ifov() -> None:
+    """0.3 deg/s at 30 frames/s and 0.5 mrad a px: 0.3491 px per frame to the left."""
+    camera = {"size": (160, 120), "netd_mk": 0.0, "motion": [{"kind": "pan", "azimuth_deg_s": 0.3}]}
+    truths = list(Rendering(scene(camera=camera)).truths())
+    expected = np.radians(0.3) / 30 / 0.5e-3
+    for before, after in zip(truths, truths[1:], strict=False):
+        step = before.targets[0].center[0] - after.targets[0].center[0]
+        assert step == pytest.approx(expected, abs=2e-3)
+        assert after.targets[0].velocity == pytest.approx((-expected, 0), abs=2e-3)
+
+
+def test_contrast_is_the_difference_of_temperatures() -> None:
+    shape = {"kind": "point", "temperature_k": 400.0, "area_m2": 1.0}
+    path = {"kind": "straight", "start": (80.0, 60.0), "speed": 0.0, "range_m": 1500.0}
+    sky = {"kind": "sky", "horizon_k": 250.0, "zenith_k": 250.0}
+    targets = [{"id": "one", "shape": shape, "path": path}]
+    (target,) = next(iter(Rendering(scene(targets=targets, background=sky)).truths())).targets
+    assert target.contrast_k == pytest.approx(150, abs=0.1)
+
+
+def test_every_path_keeps_its_promise_of_any_frame_alone() -> None:
+    stage = scene().stage
+    for name, kind in PATHS:
+        needs = {field for field, info in kind.model_fields.items() if info.is_required()}
+        values = {
+            "start": (10.0, 20.0), "points": ((10.0, 20.0), (50.0, 60.0), (90.0, 20.0)),
+            "start_m": (0.0, 0.0, 900.0), "velocity_m_s": (10.0, 0.0, 0.0),
+            "points_m": ((0.0, 0.0, 900.0), (50.0, 0.0, 900.0), (90.0, 9.0, 800.0)),
+            "frames": (0.0, 10.0, 20.0), "at_frames": (0.0, 10.0, 20.0),
+        }
+        path = kind.model_validate({need: values[need] for need in needs})
+        long, alone = path.positions(np.arange(50.0), stage, name), path.positions(np.array([31.0]), stage, name)
+        assert np.array_equal(alone[0], long[31])
+
+
+def test_overlap_of_patches() -> None:
+    assert overlap((0, 0), (2, 2), (2, 0), (2, 2)) is None
+    assert overlap((1, 2), (4, 6), (3, 0), (3, 10)) == (
+        (slice(0, 1), slice(2, 6)),
+        (slice(2, 3), slice(0, 4)),
+    )
+
+
+def test_a_frame_past_the_end_is_an_index_error() -> None:
+    with pytest.raises(IndexError, match="frames 0 to 3"):
+        Rendering(scene()).frame(4)
