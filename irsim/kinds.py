@@ -95,11 +95,11 @@ class Family:
         module, _, name = word.partition(":")
         try:
             found = getattr(importlib.import_module(module), name)
-        except (ImportError, AttributeError, ValueError) as error:
+        except Exception as error:  # a user's module may fail in any way while it is imported
             raise self._unknown(f"cannot import {word!r}: {error}") from None
         if not (isinstance(found, type) and issubclass(found, self.base)):
             base = f"{self.base.__module__}.{self.base.__name__}"
-            raise self._unknown(f"{word!r} is not a {self.name} kind; allowed: a subclass of {base}")
+            raise self._unknown(f"{word!r} is no {self.name} kind; allowed: a subclass of {base}")
         found.kind = word
         return found
 

@@ -32,24 +32,13 @@ _BOOL = re.compile(r"true|True|TRUE|false|False|FALSE")
 
 
 @dataclass(frozen=True)
-class Place:
-    """A line and a column, both from 1."""
-
-    line: int
-    column: int
-
-    def __str__(self) -> str:
-        return f"{self.line}:{self.column}"
-
-
-@dataclass(frozen=True)
 class Document:
-    """What a YAML text says, and where: the place of each value and of each mapping's key."""
+    """What a YAML text says, and where: places ('file:line:column', from 1) of its values and keys."""
 
     name: str
     value: Any
-    values: Mapping[KeyPath, Place]
-    keys: Mapping[KeyPath, Place]
+    values: Mapping[KeyPath, str]
+    keys: Mapping[KeyPath, str]
 
 
 def read(path: str | Path) -> Document:
@@ -75,7 +64,9 @@ def parse(text: str, name: str = "<text>") -> Document:
     except yaml.reader.ReaderError as error:
         line = text.count("\n", 0, error.position) + 1
         column = error.position - text.rfind("\n", 0, error.position)
-        raise InputError(f"{name}:{line}:{column}: the character {error.character!r} is not allowed") from None
+        raise InputError(
+            f"{name}:{line}:{column}: the character U+{_code(error.character):04X} is not allowed"
+        ) from None
     except yaml.MarkedYAMLError as error:
         raise InputError(f"{name}:{_problem(error)}") from None
     except yaml.YAMLError as error:
@@ -147,12 +138,12 @@ class _Build:
     def __init__(self, name: str) -> None:
         self.name = name
         self.errors: list[str] = []
-        self.values: dict[KeyPath, Place] = {}
-        self.keys: dict[KeyPath, Place] = {}
+        self.values: dict[KeyPath, str] = {}
+        self.keys: dict[KeyPath, str] = {}
         self._open: set[Node] = set()
 
     def value(self, node: Node, path: KeyPath) -> Any:
-        self.values[path] = _place(node)
+        self.values[path] = self._place(node)
         if len(self.values) > MOST_VALUES:
             raise InputError(f"{self.name}: more than {MOST_VALUES} values")
         if isinstance(node, ScalarNode):
@@ -180,9 +171,9 @@ class _Build:
                 continue
             here = (*path, key)
             if key in result:
-                self._wrong(key_node, f"{dotted(here)}: duplicate key, first at line {self.keys[here].line}")
+                self._wrong(key_node, f"{dotted(here)}: duplicate key, first at {self.keys[here]}")
                 continue
-            self.keys[here] = _place(key_node)
+            self.keys[here] = self._place(key_node)
             result[key] = self.value(item, here)
         return result
 
@@ -212,8 +203,11 @@ class _Build:
         if node.tag not in (_TAG + tag, "!"):
             self._wrong(node, f"the tag {_short(node.tag)} is not allowed here")
 
+    def _place(self, node: Node) -> str:
+        return f"{self.name}:{node.start_mark.line + 1}:{node.start_mark.column + 1}"
+
     def _wrong(self, node: Node, what: str) -> None:
-        self.errors.append(f"{self.name}:{_place(node)}: {what}")
+        self.errors.append(f"{self._place(node)}: {what}")
 
 
 def dotted(path: KeyPath) -> str:
@@ -221,12 +215,12 @@ def dotted(path: KeyPath) -> str:
     return ".".join(map(str, path))
 
 
+def _code(character: str | int) -> int:
+    return character if isinstance(character, int) else ord(character)
+
+
 def _short(tag: str) -> str:
     return "!!" + tag.removeprefix(_TAG) if tag.startswith(_TAG) else tag
-
-
-def _place(node: Node) -> Place:
-    return Place(node.start_mark.line + 1, node.start_mark.column + 1)
 
 
 def _reason(error: OSError | ValueError) -> str:

@@ -1,0 +1,140 @@
+"""pydantic's errors as lines that say the place, the key, what is wrong and what is allowed."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, get_args
+
+from pydantic import ValidationError
+
+from irsim.kinds import Part, suggestion
+from irsim.schema import Slot, member, shown
+from irsim.yamlfile import Document, KeyPath
+
+_EXPECTED = {
+    "int_type": "a whole number",
+    "int_from_float": "a whole number",
+    "float_type": "a number",
+    "bool_type": "true or false",
+    "string_type": "text",
+    "tuple_type": "a list",
+    "model_type": "a mapping",
+}
+_RANGES = {"greater_than", "greater_than_equal", "less_than", "less_than_equal", "finite_number"}
+_LONGEST = 40
+
+
+def explain(error: ValidationError, document: Document, root: type[Part]) -> list[str]:
+    """A line for each thing that is wrong with a document that was meant to be a `root`."""
+    top = Slot.of(root)
+    lines: dict[tuple[KeyPath, str], str] = {}
+    for raw, detail in _flat(error.errors(include_url=False), ()):
+        path, slot = _resolve(raw, top, document.value)
+        kind = detail["type"]
+        if kind == "missing" and path and isinstance(path[-1], int):
+            # Too few items: the list is what is wrong, not an item that is not there.
+            path, slot, kind = path[:-1], _resolve(path[:-1], top, document.value)[1], "too_few"
+        # The alternatives of a union each complain: one line says it.
+        once = "" if slot is not None and len(slot.choices) > 1 else f"{kind} {detail['msg']}"
+        if (path, once) not in lines:
+            what = " ".join(_what(kind, detail, slot, path, top, document.value).split())
+            lines[path, once] = line(document, path, shown(path, top, document.value), what, kind == "extra_forbidden")
+    return sorted(lines.values(), key=_order)
+
+
+def line(document: Document, path: KeyPath, name: str, what: str, at_key: bool = False) -> str:
+    """'file:line:column: key: what', at the nearest place that the document has for the path."""
+    place = document.name
+    for length in range(len(path), -1, -1):
+        if at_key and length == len(path) and path in document.keys:
+            place = document.keys[path]
+            break
+        if path[:length] in document.values:
+            place = document.values[path[:length]]
+            break
+    return f"{place}: {what}" if not name or place == f"override {name}" else f"{place}: {name}: {what}"
+
+
+def _order(text: str) -> tuple[int, int]:
+    """Line and column in the file; what has none comes first, as it came."""
+    found = re.search(r":(\d+):(\d+): ", text)
+    return (int(found[1]), int(found[2])) if found else (0, 0)
+
+
+def listed(words: Iterable[str], wrong: str | None = None) -> str:
+    """'; allowed: a, b; did you mean 'a'?'."""
+    known = list(words)
+    return f"; allowed: {', '.join(known) or 'nothing'}" + ("" if wrong is None else suggestion(wrong, known))
+
+
+def _flat(errors: Iterable[Mapping[str, Any]], prefix: KeyPath) -> Iterator[tuple[KeyPath, Mapping[str, Any]]]:
+    for detail in errors:
+        context = detail.get("ctx", {})
+        path = (*prefix, *detail["loc"])
+        if detail["type"] == "inside":
+            yield from _flat(context["errors"], path)
+        else:
+            yield (*path, *context.get("at", ())), detail
+
+
+def _resolve(raw: KeyPath, root: Slot, value: Any) -> tuple[KeyPath, Slot | None]:
+    """The path in the document and its slot; pydantic also writes a union's alternatives into its path."""
+    path: KeyPath = ()
+    slot: Slot | None = root
+    for step in raw:
+        if slot is not None and len(slot.choices) > 1 and member(value, step) is None:
+            continue
+        slot = slot.child(value, step) if slot is not None else None
+        value = member(value, step)
+        path = (*path, step)
+    return path, slot
+
+
+def _what(kind: str, detail: Mapping[str, Any], slot: Slot | None, path: KeyPath, root: Slot, value: Any) -> str:
+    given = detail.get("input")
+    if kind == "extra_forbidden":
+        return _unknown_key(path, root, value)
+    allowed = f"; allowed: {slot.words()}" if slot is not None and slot.words() else ""
+    if kind == "missing":
+        return f"it is missing{allowed}"
+    if slot is not None and len(slot.choices) > 1:
+        return f"{_seen(given)} is not allowed{allowed}"
+    if kind in _EXPECTED:
+        return f"expected {_EXPECTED[kind]}, not {_seen(given)}{allowed}"
+    if kind.startswith("string_"):
+        return f"{_seen(given)} is not allowed{allowed}"
+    if kind in _RANGES or kind == "int_parsing_size":
+        return f"{_seen(given)} is out of range{allowed}"
+    if kind == "literal_error" and slot is not None:
+        return f"unknown value {_seen(given)}{allowed}{suggestion(given, map(str, get_args(slot.annotation)))}"
+    if kind in ("too_long", "too_short", "too_few"):
+        many = "few" if kind != "too_long" else "many"
+        return f"too {many} items{allowed}"
+    return str(detail["msg"]).removeprefix("Value error, ")
+
+
+def _unknown_key(path: KeyPath, root: Slot, value: Any) -> str:
+    slot, above = root, value
+    for step in path[:-1]:
+        child = slot.child(above, step)
+        if child is None:
+            return "unknown key"
+        slot, above = child, member(above, step)
+    part = slot.part(above)
+    keys = list(part.model_fields) if part is not None else []
+    return "unknown key" + listed((["kind", *keys] if slot.family else keys), str(path[-1]))
+
+
+def _seen(given: Any) -> str:
+    """A value as the user wrote it, about."""
+    if given is None:
+        return "nothing"
+    if isinstance(given, bool):
+        return str(given).lower()
+    if isinstance(given, dict):
+        return "a mapping"
+    if isinstance(given, list | tuple):
+        return "a list"
+    text = repr(given)
+    return text if len(text) <= _LONGEST else text[:_LONGEST] + "..."

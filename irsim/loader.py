@@ -1,0 +1,96 @@
+"""From YAML text to a Scenario: every error in what the user wrote is raised here, with its place."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from irsim import yamlfile
+from irsim.errors import InputError
+from irsim.explain import explain, listed
+from irsim.overrides import override
+from irsim.scenario import Scenario
+from irsim.schema import plain
+from irsim.yamlfile import Document, scalar
+
+__all__ = ["dumps", "examples", "find", "load", "loads", "scalar"]
+
+_LARGEST_WHOLE = 2**53
+"""Up to here a float that is a whole number says exactly which."""
+
+
+def load(path: str | Path, overrides: Iterable[str] = ()) -> Scenario:
+    """The scenario in a YAML file, or the shipped one of that name, with KEY=VALUE overrides.
+
+    InputError: a line for each thing that is wrong, 'file:line:column: key: what; allowed: ...'.
+    """
+    return _scenario(yamlfile.read(find(path)), overrides)
+
+
+def loads(text: str, name: str = "<text>", overrides: Iterable[str] = ()) -> Scenario:
+    """The scenario in a YAML text; errors call the text `name`. InputError as `load`."""
+    return _scenario(yamlfile.parse(text, name), overrides)
+
+
+def dumps(scenario: Scenario) -> str:
+    """The scenario as YAML text with every key written out; `loads` gives the equal scenario."""
+    return yamlfile.write(plain(scenario))
+
+
+def examples() -> dict[str, Path]:
+    """The scenarios that are shipped with irsim, by name."""
+    here = Path(__file__).parent
+    folders = [here / "scenarios" / "examples", here.parent / "scenarios" / "examples"]
+    return {path.stem: path for folder in reversed(folders) for path in sorted(folder.glob("*.yaml"))}
+
+
+def find(path: str | Path) -> Path:
+    """The file of that path, else the shipped scenario of that name."""
+    wanted = str(path)
+    try:
+        exists = Path(path).exists()
+    except (OSError, ValueError):
+        exists = False
+    if exists or Path(wanted).name != wanted or Path(wanted).suffix:
+        return Path(path)
+    shipped = examples()
+    if wanted in shipped:
+        return shipped[wanted]
+    raise InputError(
+        f"{wanted}: there is no such file and no shipped scenario of that name{listed(sorted(shipped), wanted)}"
+    )
+
+
+def _scenario(document: Document, overrides: Iterable[str]) -> Scenario:
+    if not isinstance(document.value, dict):
+        keys = ", ".join(Scenario.model_fields)
+        raise InputError(f"{document.values[()]}: expected a mapping; allowed: the keys {keys}")
+    wrong = []
+    for text in overrides:
+        try:
+            document = override(document, text, Scenario)
+        except InputError as error:
+            wrong.append(str(error))
+    if wrong:
+        raise InputError("\n".join(wrong))
+    document = replace(document, value=_whole(document.value))
+    try:
+        return Scenario.model_validate(document.value)
+    except ValidationError as error:
+        raise InputError("\n".join(explain(error, document, Scenario))) from None
+
+
+def _whole(value: Any) -> Any:
+    """The same tree with `1e3` as 1000: parts tell whole numbers from others, YAML's spelling must not."""
+    if isinstance(value, dict):
+        return {key: _whole(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_whole(item) for item in value]
+    if isinstance(value, float) and value.is_integer() and abs(value) < _LARGEST_WHOLE:
+        return value if value == 0 and math.copysign(1, value) < 0 else int(value)
+    return value

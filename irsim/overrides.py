@@ -1,0 +1,99 @@
+"""KEY=VALUE over a scenario's tree: `camera.netd_mk=80`, `targets.jet.path.speed=3`."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from irsim.errors import InputError
+from irsim.explain import listed
+from irsim.kinds import Part
+from irsim.schema import Slot, item_name, item_names, plain
+from irsim.yamlfile import Document, KeyPath, scalar
+
+
+def override(document: Document, text: str, root: type[Part]) -> Document:
+    """The document with one value set; errors in it will be placed at 'override KEY'.
+
+    Steps reach list items by id (or by kind, where they have no id) or number, and a part that the
+    text leaves out begins from its default. InputError where the path leads nowhere.
+    """
+    key, sign, written = text.partition("=")
+    key = key.strip()
+    if not sign or not key:
+        raise InputError(f"override {text!r}: this is no KEY=VALUE; allowed: e.g. camera.netd_mk=80")
+    place = f"override {key}"
+    try:
+        value = scalar(written)
+    except InputError as error:
+        raise InputError(f"{place}: {error}") from None
+    try:
+        tree, path = _placed(document.value, Slot.of(root), key.split("."), value)
+    except InputError as error:
+        raise InputError(f"{place}: {error}") from None
+    return replace(
+        document,
+        value=tree,
+        values=_without(document.values, path) | {path: place},
+        keys=_without(document.keys, path) | {path: place},
+    )
+
+
+def _placed(node: Any, slot: Slot | None, steps: list[str], value: Any) -> tuple[Any, KeyPath]:
+    """A copy of `node` with the value at the steps, and the path that they mean."""
+    if not steps:
+        return value, ()
+    if isinstance(node, dict):
+        return _placed_in_mapping(node, slot, steps, value)
+    if isinstance(node, list):
+        index = _index(node, slot, steps[0])
+        child = slot.child(node, index) if slot is not None else None
+        item, path = _placed(node[index], child, steps[1:], value)
+        return [*node[:index], item, *node[index + 1 :]], (index, *path)
+    raise _single(steps[0])
+
+
+def _placed_in_mapping(node: dict[str, Any], slot: Slot | None, steps: list[str], value: Any) -> tuple[Any, KeyPath]:
+    step, *rest = steps
+    part = slot.part(node) if slot is not None else None
+    child = slot.child(node, step) if slot is not None else None
+    if part is not None and child is None and step != "kind":
+        keys = [*(["kind"] if slot is not None and slot.family else []), *part.model_fields]
+        raise InputError(f"unknown key '{step}'{listed(keys, step)}")
+    below = node.get(step)
+    if below is None and rest:
+        below = _beginning(part, step, child, rest[0])
+    below, path = _placed(below, child, rest, value)
+    return {**node, step: below}, (step, *path)
+
+
+def _beginning(part: type[Part] | None, step: str, slot: Slot | None, below: str) -> Any:
+    """What a key that the text leaves out holds, for an override to change some of it."""
+    if part is None or slot is None:
+        return {}
+    default = plain(part.model_fields[step].get_default())
+    if isinstance(default, dict | list):
+        return default
+    if slot.family is None and slot.part(None) is None:
+        raise _single(below)
+    return {}
+
+
+def _single(step: str) -> InputError:
+    return InputError(f"there is no '{step}' here: what stands above it is a single value")
+
+
+def _index(items: list[Any], slot: Slot | None, step: str) -> int:
+    if step.isascii() and step.isdigit() and int(step) < len(items):
+        return int(step)
+    names = [item_name(slot.child(items, index) if slot else None, item) for index, item in enumerate(items)]
+    if names.count(step) == 1:
+        return names.index(step)
+    if step in names:
+        raise InputError(f"there are {names.count(step)} of '{step}'; allowed: their numbers, from 0")
+    known = item_names(slot, items) if slot is not None else [str(index) for index in range(len(items))]
+    raise InputError(f"there is no '{step}'{listed(known, step)}")
+
+
+def _without(places: Any, path: KeyPath) -> dict[KeyPath, str]:
+    return {here: place for here, place in places.items() if here[: len(path)] != path}
