@@ -1,0 +1,1 @@
+"""What trackers measure in a picture: windows, grey histograms, correlation, centroids."""

@@ -1,0 +1,60 @@
+"""Normalised cross-correlation of a template with a search region, and its peak.
+
+r = sum (I - mean I)(T - mean T) / sqrt(sum (I - mean I)^2 sum (T - mean T)^2)
+                    (Lewis, "Fast Normalized Cross-Correlation", Vision Interface 1995, eq. 2)
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from irsim.types import Floats, Image
+from irtrack.features.window import Window
+
+
+def ncc(region: Image | Floats, template: Floats) -> Floats:
+    """r in -1 .. 1 for every place of the template (h, w) within the region (H, W).
+
+    Returns (H-h+1, W-w+1); [0, 0] has the template's corner on the region's. Where the window or
+    the template is constant, r is undefined and given as 0.
+    """
+    if float(np.ptp(template)) == 0.0:
+        return np.zeros((region.shape[0] - template.shape[0] + 1, region.shape[1] - template.shape[1] + 1))
+    # float32 with the level taken off: counts of 16 bits would otherwise lose the contrast in the sums.
+    level = float(template.mean())
+    scores = cv2.matchTemplate(
+        (region - level).astype(np.float32), (template - level).astype(np.float32), cv2.TM_CCOEFF_NORMED
+    )
+    return np.clip(np.nan_to_num(scores, nan=0.0, posinf=0.0, neginf=0.0), -1.0, 1.0)
+
+
+def peak(scores: Floats) -> tuple[tuple[float, float], float]:
+    """The highest place (x, y), refined to a fraction of a pixel, and the score there.
+
+    Each axis takes the top of the parabola through the peak and its two neighbours; a peak on the
+    edge has no neighbour there and stays whole on that axis.
+    """
+    row, column = np.unravel_index(int(np.argmax(scores)), scores.shape)
+    y, x = int(row), int(column)
+    top = float(scores[y, x])
+    dx = _vertex(float(scores[y, x - 1]), top, float(scores[y, x + 1])) if 0 < x < scores.shape[1] - 1 else 0.0
+    dy = _vertex(float(scores[y - 1, x]), top, float(scores[y + 1, x])) if 0 < y < scores.shape[0] - 1 else 0.0
+    return (x + dx, y + dy), top
+
+
+def rival(scores: Floats, corner: tuple[int, int], window: Window) -> float:
+    """The highest score where the window, moved from `corner`, no longer overlaps itself.
+
+    It is what the likeliest false match reaches; 0 where there is no such place, or none above 0.
+    """
+    apart = np.ones(scores.shape, bool)
+    x, y = corner
+    apart[max(y - window.rows + 1, 0) : y + window.rows, max(x - window.columns + 1, 0) : x + window.columns] = False
+    return max(float(scores[apart].max(initial=0.0)), 0.0)
+
+
+def _vertex(before: float, top: float, after: float) -> float:
+    """Where the parabola through (-1, before), (0, top), (1, after) is highest; top is the largest."""
+    curvature = before - 2 * top + after
+    return 0.5 * (before - after) / curvature if curvature < 0 else 0.0

@@ -1,0 +1,55 @@
+"""Grey levels to the bins of a histogram."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from irsim.types import Frame, Image
+from irtrack.features.window import Integers
+
+BinsRange = Literal["full", "first_frame"]
+
+# Chosen here, no source speaks of it: percentiles instead of the extremes, so that dead pixels and
+# single noise peaks do not set the range, and room on both sides for a target that grows warmer.
+_TAILS = (1.0, 99.0)
+_MARGIN = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class Quantiser:
+    """`bins` equal cells over [low, high) counts; what lies outside goes to the end cells."""
+
+    low: float
+    high: float
+    bins: int
+
+    def __call__(self, image: Image) -> Integers:
+        """The bin 0 .. bins-1 of each pixel: floor((I - low) / ((high - low) / bins)), clipped."""
+        cells = (image - self.low) * (self.bins / (self.high - self.low))
+        found: Integers = np.clip(cells, 0, self.bins - 1).astype(np.intp)
+        return found
+
+
+def full_range(bits: int, bins: int) -> Quantiser:
+    """The whole range of `bits`: on 8 bits b(I) = floor(I / (256 / B)), as the sources work."""
+    return Quantiser(0.0, float(2**bits), bins)
+
+
+def fitted_range(image: Image, patch: Image, bins: int) -> Quantiser:
+    """The range that a first frame and the target's patch in it fill, tails cut, a margin added.
+
+    With the full range a low-contrast target and its background share one bin, and everything
+    matches. The patch counts on its own: a small hot target lies beyond its frame's percentiles.
+    """
+    levels = np.concatenate([np.percentile(image, _TAILS), np.percentile(patch, _TAILS)])
+    low, high = float(levels.min()), float(levels.max())
+    margin = max(_MARGIN * (high - low), 0.5)
+    return Quantiser(low - margin, high + margin, bins)
+
+
+def quantiser(frame: Frame, patch: Image, bins: int, bins_range: BinsRange) -> Quantiser:
+    """The quantiser that a tracker sets at its start and keeps."""
+    return full_range(frame.bits, bins) if bins_range == "full" else fitted_range(frame.image, patch, bins)

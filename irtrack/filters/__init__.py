@@ -1,0 +1,1 @@
+"""How trackers carry a state through time: motion models, resampling, the Kalman filter."""

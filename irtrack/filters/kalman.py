@@ -1,0 +1,34 @@
+"""The linear Kalman filter as plain functions (Kalman 1960; Bar-Shalom et al. 2001, section 5.2.4).
+
+mean (n,), covariance P (n, n), transition F (n, n), process noise Q (n, n), measurement z (m,),
+measurement matrix H (m, n), measurement noise R (m, m).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from irsim.types import Floats
+
+
+def predict(mean: Floats, P: Floats, F: Floats, Q: Floats) -> tuple[Floats, Floats]:
+    """The state one step on: F mean and F P F' + Q."""
+    return F @ mean, F @ P @ F.T + Q
+
+
+def innovation(mean: Floats, P: Floats, z: Floats, H: Floats, R: Floats) -> tuple[Floats, Floats]:
+    """What the measurement says beyond the prediction, z - H mean, and its covariance S."""
+    return z - H @ mean, H @ P @ H.T + R
+
+
+def update(mean: Floats, P: Floats, z: Floats, H: Floats, R: Floats) -> tuple[Floats, Floats]:
+    """The state after a measurement. Joseph's form keeps P symmetric and positive."""
+    nu, S = innovation(mean, P, z, H, R)
+    gain = np.linalg.solve(S, H @ P).T
+    rest = np.eye(len(mean)) - gain @ H
+    return mean + gain @ nu, rest @ P @ rest.T + gain @ R @ gain.T
+
+
+def distance2(nu: Floats, S: Floats) -> float:
+    """Squared Mahalanobis distance nu' S^-1 nu: chi-square with len(nu) degrees of freedom."""
+    return float(nu @ np.linalg.solve(S, nu))

@@ -1,0 +1,28 @@
+"""How a target's centre moves from one frame to the next. Lengths in px, time in frames."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from irsim.types import Floats
+
+
+def ar2(positions: Floats, previous: Floats, damping: float, noise: Floats) -> Floats:
+    """x_t = x_{t-1} + damping (x_{t-1} - x_{t-2}) + u for x (N, 2), u (N, 2) px.
+
+    Second-order autoregression (Cheng et al. 2006, eq. 4, where damping is 1). With damping 1 and
+    noise of deviation R the spread after n frames is R sqrt(n (n+1) (2n+1) / 6).
+    """
+    return positions + damping * (positions - previous) + noise
+
+
+def constant_velocity(acceleration: float) -> tuple[Floats, Floats]:
+    """Transition F and process noise Q (4, 4) of the state (x, y, vx, vy) over one frame.
+
+    Discrete white-noise acceleration of standard deviation `acceleration` px/frame^2 (Bar-Shalom,
+    Li, Kirubarajan, "Estimation with Applications to Tracking and Navigation", 2001, eq. 6.3.2-4).
+    """
+    eye = np.eye(2)
+    transition = np.block([[eye, eye], [np.zeros((2, 2)), eye]])
+    noise = acceleration**2 * np.block([[eye / 4, eye / 2], [eye / 2, eye]])
+    return transition, noise

@@ -1,0 +1,67 @@
+"""Resampling: N indices drawn so that index i comes N w_i times in the mean.
+
+Douc, Cappe, Moulines, "Comparison of resampling schemes for particle filtering", ISPA 2005, gives
+the four schemes; multinomial by cumulative weights is the one that Cheng et al. 2006 (section 2.3,
+step 2) print. Weights (N,) are not negative and sum to one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from irsim.types import Floats
+
+Indices = npt.NDArray[np.intp]
+Resampling = Literal["multinomial", "systematic", "stratified", "residual"]
+Resampler = Callable[[Floats, np.random.Generator], Indices]
+
+
+def _pick(weights: Floats, points: Floats) -> Indices:
+    """For points in [0, 1): the smallest j whose cumulative weight exceeds the point.
+
+    The last cumulative weight is left out of the search: rounding may leave it just below one.
+    """
+    cumulative = np.cumsum(weights)
+    picked: Indices = np.searchsorted(cumulative[:-1], points * cumulative[-1], side="right")
+    return picked
+
+
+def multinomial(weights: Floats, rng: np.random.Generator) -> Indices:
+    """Independent draws."""
+    return _pick(weights, rng.random(len(weights)))
+
+
+def systematic(weights: Floats, rng: np.random.Generator) -> Indices:
+    """One draw, then steps of 1/N: index i comes floor(N w_i) or ceil(N w_i) times."""
+    n = len(weights)
+    return _pick(weights, (np.arange(n) + rng.random()) / n)
+
+
+def stratified(weights: Floats, rng: np.random.Generator) -> Indices:
+    """One draw in each of N strata of 1/N."""
+    n = len(weights)
+    return _pick(weights, (np.arange(n) + rng.random(n)) / n)
+
+
+def residual(weights: Floats, rng: np.random.Generator) -> Indices:
+    """floor(N w_i) copies for certain, the rest multinomial from what is left over."""
+    n = len(weights)
+    copies = np.floor(n * weights).astype(np.intp)
+    certain = np.repeat(np.arange(n), copies)
+    left = n * weights - copies
+    missing = n - len(certain)
+    if missing == 0:
+        return certain
+    return np.concatenate([certain, _pick(left / left.sum(), rng.random(missing))])
+
+
+RESAMPLERS: dict[Resampling, Resampler] = {
+    "multinomial": multinomial,
+    "systematic": systematic,
+    "stratified": stratified,
+    "residual": residual,
+}
