@@ -74,7 +74,8 @@ class Plain(Agc):
     """No gain control: 8-bit counts as they are, the top 8 bits of deeper ones."""
 
     def display(self, counts: Image, bits: int) -> Picture:
-        return np.minimum(counts >> max(bits - 8, 0), 255).astype(np.uint8)
+        top: Image = np.minimum(counts >> max(bits - 8, 0), 255)
+        return top.astype(np.uint8)
 
 
 AGCS = Family("agc", Agc, {"linear": Linear, "fixed": Fixed, "none": Plain})
@@ -93,6 +94,4 @@ def _stretch(low: int, high: int) -> Picture:
 
 
 def _apply(greys: Picture, counts: Image) -> Picture:
-    if counts.dtype == np.uint8:
-        return np.asarray(cv2.LUT(counts, greys[:256]))
-    return np.asarray(lookup(greys, counts))
+    return lookup(greys, counts.astype(np.uint16, copy=False))

@@ -55,9 +55,9 @@ def normals(
 
 def _outer(words: npt.NDArray[np.uint16], further: npt.NDArray[np.uint64]) -> Floats:
     """Normals of words in the outer cells; `further` places each within its cell."""
-    from irsim.normal import CELLS, quantile
+    from irsim.normal import CELLS, tail_quantile
 
     from_end = np.minimum(words, (CELLS - 1) - words)
     within = (further.astype(np.float64) + 0.5) * 2.0**-64
-    tail = quantile((from_end + within) / CELLS)
+    tail = tail_quantile((from_end + within) / CELLS)
     return np.where(words < CELLS // 2, tail, -tail)

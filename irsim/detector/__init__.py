@@ -2,7 +2,7 @@
 
 from irsim.detector.ar1 import Ar1
 from irsim.detector.base import Noise
-from irsim.detector.counts import Response, quantise, response
+from irsim.detector.counts import Response, expose, response
 from irsim.detector.fixed_pattern import FixedPattern
 from irsim.detector.white import White
 from irsim.kinds import Family
@@ -10,4 +10,4 @@ from irsim.kinds import Family
 NOISES = Family("noise", Noise, {"white": White, "fixed_pattern": FixedPattern, "ar1": Ar1})
 """Noise terms of a detector."""
 
-__all__ = ["NOISES", "Ar1", "FixedPattern", "Noise", "Response", "White", "quantise", "response"]
+__all__ = ["NOISES", "Ar1", "FixedPattern", "Noise", "Response", "White", "expose", "response"]

@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.detector.base import Noise
-from irsim.kinds import NotNegative, Positive
+from irsim.kinds import NotNegative
 from irsim.rng import normals
 from irsim.types import Floats
 
@@ -27,7 +27,7 @@ class Ar1(Noise):
     """Sigma in units of the camera's NETD."""
     rho: Annotated[float, Field(ge=0, lt=1)] | None = None
     """Correlation of neighbouring frames (0 is white); or give time_constant_s."""
-    time_constant_s: Positive | None = None
+    time_constant_s: Annotated[float, Field(gt=0, le=1e6)] | None = None
     """Time in which correlation falls to 1/e, s; or give rho."""
 
     @model_validator(mode="after")
@@ -81,21 +81,18 @@ class _Process:
 
     def frame(self, index: int) -> Floats:
         """Frame `index`, `shape` float32, read-only."""
-        kept = self._kept
+        nodes: dict[int, Floats] = {}
         distance = self.period
         left = index - index % distance
-        nodes = {left: kept[left] if left in kept else self._draw(left)}
-        if left != index:
-            right = left + distance
-            nodes[right] = kept[right] if right in kept else self._draw(right)
+        for anchor in (left,) if left == index else (left, left + distance):
+            nodes[anchor] = self._kept[anchor] if anchor in self._kept else self._draw(anchor)
         while index not in nodes:
             distance //= 2
             middle = left + distance
-            nodes[middle] = (
-                kept[middle]
-                if middle in kept
-                else self._between(nodes[left], nodes[middle + distance], middle, distance)
-            )
+            if middle in self._kept:
+                nodes[middle] = self._kept[middle]
+            else:
+                nodes[middle] = self._between(nodes[left], nodes[middle + distance], middle, distance)
             if middle <= index:
                 left = middle
         self._kept = nodes
@@ -105,7 +102,7 @@ class _Process:
         weight = 0.5 / math.cosh(self.decay * distance)
         spread = math.sqrt(math.tanh(self.decay * distance))
         mean = cv2.addWeighted(before, weight, after, weight, 0)
-        return _read_only(cv2.scaleAdd(self._draw(index), spread, mean, dst=mean))
+        return _read_only(np.asarray(cv2.scaleAdd(self._draw(index), spread, mean, dst=mean)))
 
     def _draw(self, index: int) -> Floats:
         return _read_only(normals(self.shape, self.seed, "noise", self.name, index))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -30,7 +31,8 @@ class Response:
     noise: float
 
 
-def response(band: Band, range_k: tuple[float, float], bits: int, netd_mk: float) -> Response:
+@lru_cache
+def response(netd_mk: float, band: Band, range_k: tuple[float, float], bits: int) -> Response:
     """The detector whose count 0 is a black body of range_k[0] and whose full scale is one of range_k[1].
 
     NETD is the change of temperature at 300 K that changes the mean count by one sigma:
@@ -42,12 +44,21 @@ def response(band: Band, range_k: tuple[float, float], bits: int, netd_mk: float
     return Response(gain, dark, full, netd_mk * 1e-3 * slope(band, NETD_K) * gain)
 
 
-def quantise(light: Floats, patterns: Iterable[Floats], detector: Response) -> npt.NDArray[np.uint16]:
-    """(rows, cols) uint16 counts of `light` (rows, cols) float32, W/m2/sr, and noise `patterns` in NETD.
+def expose(
+    light: Floats,
+    patterns: Iterable[Floats],
+    netd_mk: float,
+    band: Band,
+    range_k: tuple[float, float],
+    bits: int,
+) -> npt.NDArray[np.uint16]:
+    """(rows, cols) uint16 counts of `light` (rows, cols) float32, in-band radiance in W/m2/sr.
 
-    Each pattern is float32 and broadcastable to the light. Rounded to the nearest count (halves to
-    even) and clipped to 0..full: it saturates and never wraps around.
+    `patterns` are the frame's noise terms in units of NETD, float32, broadcastable to the light.
+    Counts are rounded to the nearest (halves to even) and clipped to the depth of `bits`: they
+    saturate and never wrap around.
     """
+    detector = response(netd_mk, band, range_k, bits)
     counts = cv2.addWeighted(light, detector.gain, light, 0, -detector.gain * detector.dark)
     for pattern in patterns:
         if pattern.shape == counts.shape:

@@ -33,7 +33,7 @@ class FixedPattern(Noise):
 @lru_cache(maxsize=4)
 def _pattern(shape: tuple[int, int], seed: int, name: str, pixel: float, column: float, row: float) -> Floats:
     rows, columns = shape
-    pattern = (
+    pattern: Floats = (
         normals(shape, seed, "noise", name, "pixel") * np.float32(pixel)
         + normals((1, columns), seed, "noise", name, "column") * np.float32(column)
         + normals((rows, 1), seed, "noise", name, "row") * np.float32(row)
