@@ -1,0 +1,116 @@
+"""Rewrites the generated parts of the documents: `make docs`.
+
+A generated part stands between `<!-- generated: name -->` and `<!-- end -->`. The tests compare each
+with what this script would write, so the documents list what the code has.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from pydantic.fields import FieldInfo
+
+from irsim.backgrounds import BACKGROUNDS
+from irsim.backgrounds.sky import Clouds
+from irsim.camera import Camera
+from irsim.detector import NOISES
+from irsim.display import AGCS
+from irsim.kinds import Family, Part
+from irsim.loader import examples, load
+from irsim.motion import PATHS, POINTINGS
+from irsim.occluders import OCCLUDERS
+from irsim.scenario import Scenario, Target
+from irsim.schema import Slot, plain
+from irsim.shapes import SHAPES
+from irtrack.trackers import TRACKERS
+
+DOCS = Path(__file__).parent
+FAMILIES: tuple[Family, ...] = (BACKGROUNDS, SHAPES, PATHS, OCCLUDERS, POINTINGS, NOISES, AGCS)
+
+
+def keys(part: type[Part], skip: tuple[str, ...] = ()) -> Iterator[str]:
+    """A table row for each key of a part."""
+    yield "| key | allowed | default | meaning |"
+    yield "| --- | --- | --- | --- |"
+    for name, field in part.model_fields.items():
+        if name not in skip:
+            allowed = Slot.of(field.annotation, field.metadata).words()
+            yield f"| `{name}` | {cell(allowed)} | {cell(default(field))} | {cell(field.description or '')} |"
+
+
+def default(field: FieldInfo) -> str:
+    if field.is_required():
+        return "required"
+    value = plain(field.get_default(call_default_factory=True))
+    if value is None:
+        return ""
+    return f"`{json.dumps(value)}`" if len(json.dumps(value)) <= 40 else "see below"
+
+
+def cell(text: str) -> str:
+    return " ".join(text.split()).replace("|", "\\|")
+
+
+def first_sentence(part: type) -> str:
+    text = " ".join((part.__doc__ or "").split())
+    return re.split(r"(?<=\.) ", text)[0]
+
+
+def scenario_keys() -> Iterator[str]:
+    for title, part in (("Scenario", Scenario), ("camera", Camera), ("targets: each", Target)):
+        yield f"### {title}\n"
+        yield from keys(part)
+        yield ""
+    yield "### clouds: each, in `background: {kind: sky}`\n"
+    yield from keys(Clouds)
+    yield ""
+    for family in FAMILIES:
+        yield f"### {family.name} kinds\n"
+        for name, kind in family:
+            yield f"`kind: {name}`: {first_sentence(kind)}\n"
+            if kind.model_fields:
+                yield from keys(kind)
+                yield ""
+
+
+def example_list() -> Iterator[str]:
+    yield "| name | what it is for |"
+    yield "| --- | --- |"
+    for name in sorted(examples()):
+        yield f"| `{name}` | {cell(load(name).about)} |"
+
+
+def tracker_keys() -> Iterator[str]:
+    for name, tracker in TRACKERS.items():
+        yield f"### {name}\n"
+        yield f"{first_sentence(tracker)} Source: {tracker.source}.\n"
+        yield from keys(tracker)
+        yield ""
+
+
+PARTS: dict[str, Callable[[], Iterator[str]]] = {
+    "scenario keys": scenario_keys,
+    "examples": example_list,
+    "tracker parameters": tracker_keys,
+}
+
+
+def generated(text: str) -> str:
+    """A document with its generated parts as they should be."""
+
+    def fill(match: re.Match[str]) -> str:
+        return f"<!-- generated: {match[1]} -->\n" + "\n".join(PARTS[match[1]]()).strip() + "\n<!-- end -->"
+
+    return re.sub(r"<!-- generated: ([a-z ]+) -->\n.*?<!-- end -->", fill, text, flags=re.DOTALL)
+
+
+def main() -> None:
+    for path in sorted(DOCS.glob("*.md")):
+        path.write_text(generated(path.read_text()))
+
+
+if __name__ == "__main__":
+    main()

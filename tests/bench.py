@@ -1,0 +1,168 @@
+"""Speeds of the shipped things, one `name: value unit` a line: `make bench`.
+
+Medians on one thread. Ratios are against a plain numpy and scipy program that does the same work in
+the same run, so that they mean something on any machine. docs/benchmarks.md holds goals and figures.
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ.update(dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"))
+
+import math
+import statistics
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from time import perf_counter
+
+import cv2
+import numpy as np
+from scipy import ndimage
+
+import irsim
+import irtrack
+
+FRAMES = 60
+STEPS = 2000
+
+
+def report(name: str, value: float, unit: str) -> None:
+    print(f"{name}: {value:.3g} {unit}", flush=True)
+
+
+def median_s(step: Callable[[int], object], count: int, warm_up: int = 3) -> float:
+    """Median time of step(k), s; the first calls do not count."""
+    times = []
+    for k in range(count + warm_up):
+        begin = perf_counter()
+        step(k)
+        times.append(perf_counter() - begin)
+    return statistics.median(times[warm_up:])
+
+
+def iterator_step(items: Iterator[object]) -> Callable[[int], object]:
+    return lambda _: next(items)
+
+
+def sky() -> irsim.Scenario:
+    return irsim.load("sky", ["camera.size=[640,512]", f"frames={FRAMES + 10}"])
+
+
+class NaiveSky:
+    """The frames of a sky scenario the plain way: whole float64 arrays, one operation after another.
+
+    A gradient, cloud layers that drift by sub-pixel interpolation (transmittance and emission), one
+    target as a Gaussian, fixed pattern, white noise, noise with memory, and 14-bit counts.
+    """
+
+    def __init__(self, scenario: irsim.Scenario) -> None:
+        columns, rows = scenario.camera.size
+        self.rng = np.random.default_rng(0)
+        self.shape = rows, columns
+        self.kinds = [noise.kind for noise in scenario.camera.noise]
+        layers = len(getattr(scenario.background, "clouds", ()))
+        self.fields = [ndimage.gaussian_filter(self.rng.random(self.shape), 8) for _ in range(2 * layers)]
+        self.gradient = np.repeat(np.linspace(1.0, 2.0, rows)[:, None], columns, axis=1)
+        self.fixed = 0.01 * self.rng.standard_normal(self.shape)
+        self.memory = np.zeros(self.shape)
+
+    def frame(self, k: int) -> np.ndarray:
+        image = self.gradient.copy()
+        for transmittance, emission in zip(self.fields[::2], self.fields[1::2], strict=True):
+            shift = (0.1 * k, 0.3 * k)
+            image = image * ndimage.shift(transmittance, shift, order=1, mode="grid-wrap")
+            image = image + ndimage.shift(emission, shift, order=1, mode="grid-wrap")
+        y, x = np.mgrid[: self.shape[0], : self.shape[1]]
+        image = image + 0.2 * np.exp(-((x - 100 - k) ** 2 + (y - 100) ** 2) / 8)
+        for kind in self.kinds:
+            if kind == "fixed_pattern":
+                image = image + self.fixed
+            elif kind == "ar1":
+                self.memory = 0.9 * self.memory + 0.44 * self.rng.standard_normal(self.shape)
+                image = image + 0.01 * self.memory
+            else:
+                image = image + 0.01 * self.rng.standard_normal(self.shape)
+        counts: np.ndarray = np.clip(np.round(image * 5000), 0, 2**14 - 1)
+        return counts.astype(np.uint16)
+
+
+def rendering() -> None:
+    scenario = sky()
+    ours = median_s(iterator_step(irsim.frames(scenario)), FRAMES)
+    naive = median_s(NaiveSky(scenario).frame, FRAMES // 3)
+    report("render_sky_640x512", 1 / ours, "frames/s")
+    report("render_sky_640x512_naive_numpy", 1 / naive, "frames/s")
+    report("render_sky_640x512_speedup", naive / ours, "x")
+
+
+def recording() -> None:
+    source = irsim.open_source(sky())
+    source.frame(0)  # textures are painted once
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "sky.mcap"
+        begin = perf_counter()
+        irsim.record(source, path)
+        report("render_and_record_sky_640x512", len(source) / (perf_counter() - begin), "frames/s")
+        recorded = irsim.open_recording(path)
+        report("read_640x512", 1e3 * median_s(iterator_step(recorded.frames()), FRAMES), "ms/frame")
+        report("read_640x512_any_frame", 1e3 * median_s(lambda k: recorded.frame(37 * k % FRAMES), FRAMES), "ms")
+
+
+def tracking_frames() -> list[irsim.Frame]:
+    """A bright 14x10 px target that circles before noise, 160x120."""
+    rng = np.random.default_rng(0)
+    y, x = np.mgrid[:120, :160]
+    frames = []
+    for k in range(100):
+        cx, cy = circle(k)
+        blob = 90 * np.exp(-(((x - cx) / 5) ** 2 + ((y - cy) / 3.5) ** 2))
+        image = np.clip(80 + blob + 6 * rng.standard_normal((120, 160)), 0, 255).astype(np.uint8)
+        frames.append(irsim.Frame(image, k, k / 30, 8))
+    return frames
+
+
+def circle(k: int) -> tuple[float, float]:
+    angle = 2 * math.pi * k / 100
+    return 80 + 30 * math.cos(angle), 60 + 30 * math.sin(angle)
+
+
+def tracking() -> None:
+    from irsim.rng import stream
+
+    frames = tracking_frames()
+    for name in ("grey_pf", "template", "kalman"):
+        tracker = irtrack.make(name, {})
+        state = tracker.init(frames[0], irsim.Box(*circle(0), 14, 10), stream(0, name, "target", 0))
+        times = []
+        for k in range(1, STEPS):
+            frame, rng = frames[k % len(frames)], stream(0, name, "target", k)
+            begin = perf_counter()
+            state, _ = tracker.step(state, frame, rng)
+            times.append(perf_counter() - begin)
+        report(f"{name}_160x120_step", 1e3 * statistics.median(times), "ms")
+
+
+def start_up() -> None:
+    for name in ("irsim", "irtrack"):
+        report(f"{name}_help", help_s(name), "s")
+
+
+def help_s(name: str) -> float:
+    command = [Path(sys.executable).with_name(name), "--help"]
+    return median_s(lambda _: subprocess.run(command, stdout=subprocess.DEVNULL, check=True), 7, 1)
+
+
+def main() -> None:
+    cv2.setNumThreads(1)
+    rendering()
+    tracking()
+    recording()
+    start_up()
+
+
+if __name__ == "__main__":
+    main()
