@@ -2,5 +2,22 @@
 
 from irtrack.bench.cell import Cell, Key, Run, SourceRow, Trace
 from irtrack.bench.results import Results
+from irtrack.bench.specs import Entry, parse_tracker_spec, parse_trackers
+from irtrack.bench.summary import ALL_SOURCES, SummaryRow, summary
+from irtrack.bench.sweep import run_bench
 
-__all__ = ["Cell", "Key", "Results", "Run", "SourceRow", "Trace"]
+__all__ = [
+    "ALL_SOURCES",
+    "Cell",
+    "Entry",
+    "Key",
+    "Results",
+    "Run",
+    "SourceRow",
+    "SummaryRow",
+    "Trace",
+    "parse_tracker_spec",
+    "parse_trackers",
+    "run_bench",
+    "summary",
+]

@@ -1,0 +1,127 @@
+"""What a bench is to run: every source with its seeds, every tracker on each."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import irsim
+from irsim.types import Box, Input, Source
+from irtrack.bench.cell import Key, SourceRow
+from irtrack.bench.group import Group, Member
+from irtrack.bench.specs import Entry, entry
+from irtrack.errors import InputError
+from irtrack.identity import code_hash, tracker_config
+from irtrack.types import Tracker
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """One source with one seed: its row, and the group of cells wanted of it."""
+
+    row: SourceRow
+    group: Group
+
+
+@dataclass(frozen=True, eq=False)
+class Contestant:
+    """An entry with what a key says of its tracker."""
+
+    entry: Entry
+    config: str
+    code_hash: str
+
+
+def contestants(trackers: Sequence[str | Tracker | Entry]) -> list[Contestant]:
+    """The trackers of a bench; InputError where there are none or two have one label."""
+    entries = [entry(tracker) for tracker in trackers]
+    if not entries:
+        raise InputError("no trackers; allowed: at least one, see irtrack list")
+    labels = [one.label for one in entries]
+    twice = [label for label in labels if labels.count(label) > 1]
+    if twice:
+        raise InputError(f"two trackers are labelled '{twice[0]}'; allowed: labels that differ, as in NEW={twice[0]}")
+    return [
+        Contestant(one, json.dumps(tracker_config(one.tracker), sort_keys=True), code_hash(one.tracker))
+        for one in entries
+    ]
+
+
+def plans(
+    sources: Sequence[str | Path | irsim.Scenario | Source],
+    trackers: Sequence[Contestant],
+    seeds: Sequence[int],
+    input: Input,
+    init: tuple[Box, int] | None,
+) -> list[Plan]:
+    """One plan per source and seed; InputError where two sources share a name or nothing can be measured."""
+    found = []
+    names: set[str] = set()
+    for source in map(irsim.open_source, sources):
+        if source.name in names:
+            raise InputError(f"two sources are named '{source.name}'; allowed: names that differ")
+        names.add(source.name)
+        if init is None and not source.has_truth:
+            raise InputError(f"{source.name} has no truth to measure by; irtrack run follows a box given by --init")
+        target = None if init is not None else _followed(source)
+        for seeded, row, scene_seed, seed in _seeded(source, seeds):
+            members = tuple(
+                Member(
+                    tracker.entry.label,
+                    tracker.entry.tracker,
+                    Key(
+                        source_hash=row.hash,
+                        target=target,
+                        start=_start(init),
+                        input=input,
+                        scene_seed=scene_seed,
+                        tracker_seed=seed,
+                        config=tracker.config,
+                        code_hash=tracker.code_hash,
+                    ),
+                )
+                for tracker in trackers
+            )
+            found.append(Plan(row, Group(seeded, row.name, row.scene_hash, target, init, input, members)))
+    return found
+
+
+def _seeded(
+    source: Source, seeds: Sequence[int]
+) -> Iterator[tuple[Source | irsim.Scenario, SourceRow, int | None, int]]:
+    """(source, row, scene seed, tracker seed) for each seed; only a scenario's scene changes with it."""
+    scenario = getattr(source, "scenario", None)
+    if not isinstance(scenario, irsim.Scenario):
+        path = getattr(source, "path", None)
+        text = "" if path is None else str(Path(path).resolve())
+        row = _row(source, source.hash, source.hash, "recording", text)
+        yield from ((source, row, None, seed) for seed in seeds)
+        return
+    scene_hash = scenario.model_copy(update={"seed": 0}).hash
+    for seed in seeds:
+        seeded = scenario.model_copy(update={"seed": seed})
+        yield seeded, _row(source, seeded.hash, scene_hash, "scenario", irsim.dumps(seeded)), seed, seed
+
+
+def _row(source: Source, hash: str, scene_hash: str, kind: Literal["scenario", "recording"], text: str) -> SourceRow:
+    return SourceRow(hash, scene_hash, source.name, kind, text, source.size, source.rate_hz, len(source))
+
+
+def _followed(source: Source) -> str:
+    """The target that the source says to follow, else the first in its truth."""
+    if source.follow is not None:
+        return source.follow
+    for truth in source.truths():
+        if truth.targets:
+            return truth.targets[0].id
+    raise InputError(f"{source.name} has no target in any frame: there is nothing to measure")
+
+
+def _start(init: tuple[Box, int] | None) -> str:
+    if init is None:
+        return "visible"
+    box, frame = init
+    return f"{box.cx!r},{box.cy!r},{box.w!r},{box.h!r}@{frame}"

@@ -1,0 +1,93 @@
+"""Trackers as the command line writes them: ``[LABEL=]NAME[:KEY=VALUE...]``, several by commas."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+import irsim
+from irtrack.errors import InputError
+from irtrack.types import Tracker
+
+_LABEL = re.compile(r"[\w.+-]{1,64}")
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A tracker and its label in tables."""
+
+    label: str
+    tracker: Tracker
+
+
+def parse_trackers(text: str) -> list[Entry]:
+    """Entries of a list such as ``grey_pf,big=grey_pf:n=500:damping=0.9,mine=pkg.mod:Class``.
+
+    A comma or colon within brackets or quotes belongs to its value. InputError as `parse_tracker_spec`.
+    """
+    return [parse_tracker_spec(part) for part in _split(text, ",")]
+
+
+def parse_tracker_spec(text: str) -> Entry:
+    """The entry of one spec. VALUE is read as YAML.
+
+    Without a label the whole spec is the label. A part that follows a VALUE and has no '=' belongs to
+    that value (``path=a:b``). InputError, naming the spec, for an empty or unreadable one, a
+    repeated parameter, or what `irtrack.trackers.make` refuses.
+    """
+    from irtrack.trackers import make
+
+    first, *rest = _split(text.strip(), ":")
+    label, is_labelled, name = first.rpartition("=")
+    if is_labelled and not _LABEL.fullmatch(label):
+        raise InputError(f"tracker '{text}': the label '{label}'; allowed: letters, digits and _ . + -")
+    pairs: list[str] = []
+    for part in rest:
+        if "=" in part:
+            pairs.append(part)
+        elif pairs:
+            pairs[-1] += f":{part}"
+        else:
+            name += f":{part}"
+    if not name:
+        raise InputError(f"tracker '{text}': it has no name; allowed: [LABEL=]NAME[:KEY=VALUE...]")
+    parameters: dict[str, object] = {}
+    for pair in pairs:
+        key, _, value = pair.partition("=")
+        if key in parameters:
+            raise InputError(f"tracker '{text}': the parameter '{key}' is given twice")
+        try:
+            parameters[key] = irsim.scalar(value)
+        except irsim.InputError as error:
+            raise InputError(f"tracker '{text}': {key}: {error}") from None
+    return Entry(label or text.strip(), make(name, parameters))
+
+
+def entry(tracker: str | Tracker | Entry) -> Entry:
+    """An entry from what a caller may give: a spec, a tracker, or an entry as it is."""
+    from irtrack.identity import tracker_name
+
+    if isinstance(tracker, Entry):
+        return tracker
+    if isinstance(tracker, str):
+        return parse_tracker_spec(tracker)
+    return Entry(tracker_name(tracker), tracker)
+
+
+def _split(text: str, mark: str) -> list[str]:
+    """The parts between marks that stand outside of brackets and quotes."""
+    parts, depth, quote = [""], 0, ""
+    for letter in text:
+        if quote:
+            quote = "" if letter == quote else quote
+        elif letter in "'\"":
+            quote = letter
+        elif letter in "[{(":
+            depth += 1
+        elif letter in ")}]":
+            depth -= 1
+        if letter == mark and depth <= 0 and not quote:
+            parts.append("")
+        else:
+            parts[-1] += letter
+    return parts

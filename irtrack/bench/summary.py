@@ -1,0 +1,153 @@
+"""The ranked table: what the cells of a source and a tracker say together."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from irtrack.bench.cell import Cell
+from irtrack.metrics import Score, wilson
+
+ALL_SOURCES = "all sources"
+
+
+@dataclass(frozen=True, slots=True)
+class SummaryRow:
+    """One tracker on one source (or on all), over its runs. A figure is None where nothing tells it.
+
+    rank              1 is best: fewest runs lost or failed, then fewest frames off, then smallest
+                      error before loss, then fastest
+    runs, failed      cells, and those of them in which the tracker raised
+    scored            runs that did not fail and have truth;  lost  those of them that were lost
+    lost_share        lost/scored, with its Wilson 95 % interval lost_low .. lost_high
+    error .. rmse_y   of the frames before the loss, those of all runs taken together, px: mean
+                      Euclidean error; mean |error| per axis and its standard deviation; root mean
+                      square errors
+    off_share, precision_*, success_auc, ms_median
+                      means over runs of the figures of `irtrack.metrics.Score`
+    """
+
+    source: str
+    label: str
+    rank: int
+    runs: int
+    failed: int
+    scored: int
+    lost: int
+    lost_share: float | None
+    lost_low: float | None
+    lost_high: float | None
+    error: float | None
+    abs_x: float | None
+    abs_y: float | None
+    sd_x: float | None
+    sd_y: float | None
+    rmse: float | None
+    rmse_x: float | None
+    rmse_y: float | None
+    off_share: float | None
+    precision_5: float | None
+    precision_20: float | None
+    precision_norm: float | None
+    success_auc: float | None
+    ms_median: float | None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values for JSON or a table."""
+        return asdict(self)
+
+
+def summary(cells: Iterable[Cell], overall: bool = False) -> list[SummaryRow]:
+    """Rows per source and label, each source's ranked from 1; with `overall`, per label over all sources."""
+    groups: dict[str, dict[str, list[Cell]]] = {}
+    for cell in cells:
+        source = ALL_SOURCES if overall else cell.source
+        groups.setdefault(source, {}).setdefault(cell.label, []).append(cell)
+    rows = []
+    for source, labels in groups.items():
+        ranked = sorted(labels.items(), key=lambda item: (_order(item[1]), item[0]))
+        rows += [_row(source, label, rank, members) for rank, (label, members) in enumerate(ranked, start=1)]
+    return rows
+
+
+def _row(source: str, label: str, rank: int, cells: list[Cell]) -> SummaryRow:
+    scores = _scores(cells)
+    told = [score for score in scores if score.lost is not None]
+    lost = sum(score.lost is True for score in told)
+    low, high = wilson(lost, len(told)) if told else (None, None)
+    abs_x, sd_x = _pooled_spread([(score.held_frames, score.abs_x_held, score.sd_x_held) for score in scores])
+    abs_y, sd_y = _pooled_spread([(score.held_frames, score.abs_y_held, score.sd_y_held) for score in scores])
+    return SummaryRow(
+        source=source,
+        label=label,
+        rank=rank,
+        runs=len(cells),
+        failed=sum(cell.status == "failed" for cell in cells),
+        scored=len(told),
+        lost=lost,
+        lost_share=lost / len(told) if told else None,
+        lost_low=low,
+        lost_high=high,
+        error=_pooled([(score.held_frames, score.error_held) for score in scores]),
+        abs_x=abs_x,
+        abs_y=abs_y,
+        sd_x=sd_x,
+        sd_y=sd_y,
+        rmse=_pooled_rms([(score.held_frames, score.rmse_held) for score in scores]),
+        rmse_x=_pooled_rms([(score.held_frames, score.rmse_x_held) for score in scores]),
+        rmse_y=_pooled_rms([(score.held_frames, score.rmse_y_held) for score in scores]),
+        off_share=_mean([score.off_share for score in scores]),
+        precision_5=_mean([score.precision_5 for score in scores]),
+        precision_20=_mean([score.precision_20 for score in scores]),
+        precision_norm=_mean([score.precision_norm for score in scores]),
+        success_auc=_mean([score.success_auc for score in scores]),
+        ms_median=_mean([score.ms_median for score in scores]),
+    )
+
+
+def _order(cells: list[Cell]) -> tuple[float, float, float, float]:
+    scores = _scores(cells)
+    broken = sum(cell.status == "failed" or (cell.score is not None and cell.score.lost is True) for cell in cells)
+    figures = (
+        _mean([score.off_share for score in scores]),
+        _pooled([(score.held_frames, score.error_held) for score in scores]),
+        _mean([score.ms_median for score in scores]),
+    )
+    off, error, ms = (math.inf if figure is None else figure for figure in figures)
+    return broken / len(cells), off, error, ms
+
+
+def _scores(cells: list[Cell]) -> list[Score]:
+    return [cell.score for cell in cells if cell.score is not None]
+
+
+def _mean(figures: list[float | None]) -> float | None:
+    known = [figure for figure in figures if figure is not None]
+    return sum(known) / len(known) if known else None
+
+
+def _pooled(parts: list[tuple[int, float | None]]) -> float | None:
+    """The mean over all frames, from (frames, mean) of each run."""
+    known = [(count, mean) for count, mean in parts if count and mean is not None]
+    total = sum(count for count, _ in known)
+    return sum(count * mean for count, mean in known) / total if total else None
+
+
+def _pooled_rms(parts: list[tuple[int, float | None]]) -> float | None:
+    """The root mean square over all frames, from (frames, root mean square) of each run."""
+    square = _pooled([(count, None if value is None else value * value) for count, value in parts])
+    return None if square is None else math.sqrt(square)
+
+
+def _pooled_spread(parts: list[tuple[int, float | None, float | None]]) -> tuple[float | None, float | None]:
+    """Mean and standard deviation over all frames, from (frames, mean, sd) of each run.
+
+    E[x^2] = sd^2 + mean^2 holds in each run and in the whole.
+    """
+    mean = _pooled([(count, value) for count, value, _ in parts])
+    square = _pooled([(n, None if m is None or sd is None else sd * sd + m * m) for n, m, sd in parts])
+    if mean is None or square is None:
+        return None, None
+    return mean, math.sqrt(max(square - mean * mean, 0.0))

@@ -1,0 +1,155 @@
+"""Replay: the frames of a source, one after the other, into trackers."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import irsim
+from irsim.rng import stream
+from irsim.types import Box, Frame, Input, Source
+from irtrack.errors import IrtrackError
+from irtrack.identity import tracker_config, tracker_name
+from irtrack.start import Start, find_start
+from irtrack.types import Estimate, Track, Tracker
+
+
+class Player:
+    """One tracker on its way through a source, from its start frame on.
+
+    The generator of frame k is ``stream(seed, tracker's name, target or "init", k)``.
+    """
+
+    def __init__(self, tracker: Tracker, start: Start, seed: int = 0, label: str | None = None) -> None:
+        self.tracker = tracker
+        self.start = start
+        self.seed = seed
+        self.name = tracker_name(tracker)
+        self.label = label or self.name
+        self._state: Any = None
+        self._frames: list[tuple[int, float]] = []
+        self._estimates: list[Estimate] = []
+        self._step_ms: list[float] = []
+
+    def see(self, frame: Frame) -> None:
+        """Show the tracker the next frame. What it raises is passed on."""
+        rng = stream(self.seed, self.name, self.start.target or "init", frame.index)
+        begin = time.perf_counter()
+        if self._frames:
+            self._state, estimate = self.tracker.step(self._state, frame, rng)
+        else:
+            self._state = self.tracker.init(frame, self.start.box, rng)
+            box = self.start.box
+            estimate = Estimate((box.cx, box.cy), (box.w, box.h))
+        self._step_ms.append((time.perf_counter() - begin) * 1e3)
+        _check(estimate, self.name, frame.index)
+        self._frames.append((frame.index, frame.time))
+        self._estimates.append(estimate)
+
+    def track(self, source: Source, input: Input) -> Track:
+        """What the tracker has said so far."""
+        return Track(
+            source=source.name,
+            source_hash=source.hash,
+            tracker=self.label,
+            config=tracker_config(self.tracker),
+            target=self.start.target,
+            start=self.start.frame,
+            start_box=self.start.box,
+            input=input,
+            scene_seed=scene_seed(source),
+            tracker_seed=self.seed,
+            indices=np.array([index for index, _ in self._frames], dtype=np.int64),
+            times=np.array([seconds for _, seconds in self._frames], dtype=np.float64),
+            estimates=tuple(self._estimates),
+            step_ms=np.array(self._step_ms),
+        )
+
+
+def _check(estimate: Estimate, name: str, index: int) -> None:
+    x, y = estimate.center
+    w, h = estimate.size
+    if not (all(map(math.isfinite, (x, y, w, h))) and w > 0 and h > 0):
+        raise IrtrackError(
+            f"{name}: frame {index}: the estimate has centre ({x}, {y}) and size ({w}, {h}); "
+            "allowed: finite numbers and a size above 0"
+        )
+
+
+def run(
+    tracker: str | Tracker,
+    source: str | Path | irsim.Scenario | Source,
+    *,
+    parameters: Mapping[str, object] | None = None,
+    target: str | None = None,
+    init: tuple[Box, int] | None = None,
+    input: Input = "display",
+    seed: int = 0,
+    label: str | None = None,
+    frames: int | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> Track:
+    """Run one tracker over one source.
+
+    tracker   a name of `irtrack list`, 'module:Class', or a tracker;  parameters  of a named one
+    source    a scenario's or recording's path or name, an `irsim.Scenario`, or a Source
+    target, init   see `irtrack.start.find_start`
+    seed      of the tracker's generators
+    frames    at most so many, the start frame included
+    progress  called with the number of frames done
+
+    What a tracker raises is passed on. InputError (of irtrack or irsim) for bad input.
+    """
+    chosen = _tracker(tracker, parameters or {})
+    opened = irsim.open_source(source)
+    player = Player(chosen, find_start(opened, opened.truths(), target, init), seed, label)
+    replay([player.see], opened, player.start, input, frames, progress)
+    return player.track(opened, input)
+
+
+def replay(
+    viewers: Sequence[Callable[[Frame], None]],
+    source: Source,
+    start: Start,
+    input: Input,
+    frames: int | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> None:
+    """Show the frames from the start on to all viewers, each frame to all before the next.
+
+    So a frame is rendered or read once however many trackers look at it, and no more than one is
+    held in memory.
+    """
+    stop = None if frames is None else start.frame + frames
+    for done, frame in enumerate(source.frames(input, start.frame, stop), start=1):
+        shown = _read_only(frame)
+        for view in viewers:
+            view(shown)
+        if progress is not None:
+            progress(done)
+
+
+def _read_only(frame: Frame) -> Frame:
+    """The frame with an image that no tracker can change under the next one."""
+    image = frame.image.view()
+    image.flags.writeable = False
+    return Frame(image, frame.index, frame.time, frame.bits)
+
+
+def scene_seed(source: Source) -> int | None:
+    """The seed of a rendered scene; None for a recording."""
+    scenario = getattr(source, "scenario", None)
+    return None if scenario is None else int(scenario.seed)
+
+
+def _tracker(tracker: str | Tracker, parameters: Mapping[str, object]) -> Tracker:
+    if not isinstance(tracker, str):
+        return tracker
+    from irtrack.trackers import make
+
+    return make(tracker, parameters)
