@@ -65,8 +65,8 @@ class Header(Sealed):
     format: Annotated[int, Field(ge=1, le=FORMAT)] = FORMAT
     name: str
     """The source's name."""
-    source_hash: str
-    """The source's hash."""
+    source_hash: str | None = None
+    """The source's hash; None for imported frames, which have no other than the recording's own."""
     input: Literal["rendered", "imported"]
     """Where the frames come from."""
     size: Size

@@ -1,0 +1,155 @@
+"""Truth from a CSV of boxes: ``frame,x,y,w,h[,id,cls]``."""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from irsim.errors import InputError
+from irsim.kinds import suggestion
+from irsim.types import Box, TargetTruth, Truth
+
+_NEEDED = ("frame", "x", "y", "w", "h")
+_OPTIONAL = ("id", "cls")
+_ALLOWED = "allowed: frame,x,y,w,h[,id,cls]"
+_ONLY_ID = "target"
+_LONGEST_ID = 64
+
+
+@dataclass(frozen=True)
+class Labels:
+    """The labelled targets of each frame; a frame without an entry has none.
+
+    last   the highest frame with a row, and the line it stands in
+    notes  how ids were changed
+    """
+
+    path: Path
+    targets: dict[int, tuple[TargetTruth, ...]]
+    last: tuple[int, int]
+    follow: str | None
+    notes: tuple[str, ...]
+
+    def truth(self, index: int, time: float) -> Truth:
+        return Truth(index, time, self.targets.get(index, ()))
+
+    def check_end(self, frames: int) -> None:
+        """InputError where a row is about a frame that is not there."""
+        frame, line = self.last
+        if frame >= frames:
+            raise InputError(
+                f"{self.path}:{line}: frame {frame} is past the end; allowed: 0 to {frames - 1}, counted from 0"
+            )
+
+
+def read_labels(path: Path, accuracy_px: float) -> Labels:
+    """Read boxes by top-left corner and size in px, whole or fractional; blank numbers mean absent.
+
+    Frames count from 0. Several rows may be about one frame, with ids of their own. An id becomes a
+    valid name: other characters than letters, digits, '_' and '-' become '_', and 'target-' goes before
+    one that does not begin with a letter; where there is none it is 'target'. Centres follow from
+    whole-pixel boxes: cx = x + (w - 1)/2. InputError with file:line for everything that is wrong.
+    """
+    rows = list(_rows(path))
+    names: dict[str, str] = {}
+    boxes: dict[int, dict[str, tuple[TargetTruth, int]]] = {}
+    last = (-1, 0)
+    for line, row in rows:
+        place = f"{path}:{line}"
+        frame = _frame(row["frame"], place)
+        last = max(last, (frame, line))
+        box = _box(row, place)
+        if box is None:
+            continue
+        name = _name(row.get("id", ""), names, place)
+        there = boxes.setdefault(frame, {})
+        if name in there:
+            raise InputError(f"{place}: frame {frame} has '{name}' in line {there[name][1]} already; allowed: once")
+        target = TargetTruth(name, (box.cx, box.cy), box, cls=row.get("cls") or None, accuracy_px=accuracy_px)
+        there[name] = (target, line)
+    if not rows:
+        raise InputError(f"{path}: holds no row; {_ALLOWED}")
+    targets = {frame: tuple(target for target, _ in there.values()) for frame, there in boxes.items()}
+    changed = tuple(f"id {raw!r} is called {name}" for raw, name in names.items() if raw and raw != name)
+    first = min(targets, default=None)
+    return Labels(path, targets, last, None if first is None else targets[first][0].id, changed)
+
+
+def _rows(path: Path) -> Iterator[tuple[int, dict[str, str]]]:
+    """Line number and fields by column of each row that is not empty."""
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise InputError(f"{path}: there is no such file") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: is not a text file (UTF-8); {_ALLOWED}") from None
+    reader = csv.reader(text.splitlines())
+    try:
+        columns = [column.strip() for column in next(reader, [])]
+        _check_columns(columns, f"{path}:1")
+        for fields in reader:
+            if not any(field.strip() for field in fields):
+                continue
+            if len(fields) > len(columns):
+                raise InputError(f"{path}:{reader.line_num}: {len(fields)} fields for {len(columns)} columns")
+            padded = [*fields, *[""] * (len(columns) - len(fields))]
+            yield reader.line_num, {column: field.strip() for column, field in zip(columns, padded, strict=True)}
+    except csv.Error as error:
+        raise InputError(f"{path}:{reader.line_num}: {error}; {_ALLOWED}") from None
+
+
+def _check_columns(columns: Sequence[str], place: str) -> None:
+    known = (*_NEEDED, *_OPTIONAL)
+    for column in columns:
+        if column not in known:
+            raise InputError(f"{place}: unknown column {column!r}; {_ALLOWED}{suggestion(column, known)}")
+        if columns.count(column) > 1:
+            raise InputError(f"{place}: the column {column!r} is there twice; {_ALLOWED}")
+    missing = [column for column in _NEEDED if column not in columns]
+    if missing:
+        raise InputError(f"{place}: missing {', '.join(missing)}; {_ALLOWED}")
+
+
+def _frame(text: str, place: str) -> int:
+    if not re.fullmatch(r"[0-9]{1,9}", text):
+        raise InputError(f"{place}: frame: {text!r} is not a frame number; allowed: 0, 1, 2, ...")
+    return int(text)
+
+
+def _box(row: dict[str, str], place: str) -> Box | None:
+    given = [row[column] for column in _NEEDED[1:]]
+    if not any(given):
+        return None
+    values = []
+    for column, text in zip(_NEEDED[1:], given, strict=True):
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            raise InputError(f"{place}: {column}: {text!r} is not a number; allowed: px, or all four blank for absent")
+        if column in ("w", "h") and value <= 0:
+            raise InputError(f"{place}: {column}: {text} is not a size; allowed: more than 0 px")
+        values.append(value)
+    return Box.from_pixels(*values)
+
+
+def _name(raw: str, names: dict[str, str], place: str) -> str:
+    """The target's name for an id in the file; remembers it in `names`."""
+    if raw not in names:
+        name = re.sub(r"[^A-Za-z0-9_-]", "_", raw) or _ONLY_ID
+        if not name[0].isalpha():
+            name = f"{_ONLY_ID}-{name}"
+        if len(name) > _LONGEST_ID:
+            raise InputError(f"{place}: id: {raw!r} is too long; allowed: {_LONGEST_ID} characters")
+        taken = next((other for other, known in names.items() if known == name), None)
+        if taken is not None:
+            raise InputError(f"{place}: id: {raw!r} and {taken!r} would both be called '{name}'")
+        names[raw] = name
+    return names[raw]

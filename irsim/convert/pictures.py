@@ -1,0 +1,157 @@
+"""Pictures from a folder of PNG or from a video, one after the other, in grey."""
+
+from __future__ import annotations
+
+import os
+import re
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+import cv2
+import numpy as np
+
+from irsim.errors import InputError
+from irsim.types import Image
+
+_PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
+_END_AT_LEAST = 12  # bytes of a PNG chunk around its data: length, type, CRC
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Picture:
+    """A picture (rows, columns) uint8 or uint16, where it comes from, and whether it had colours."""
+
+    image: Image
+    place: str
+    had_colours: bool
+
+
+class Pictures(Protocol):
+    """Where pictures come from. count is None where only reading them all tells; rate_hz where nothing
+    states it."""
+
+    @property
+    def count(self) -> int | None: ...
+    @property
+    def rate_hz(self) -> float | None: ...
+    def __iter__(self) -> Iterator[Picture]: ...
+
+
+def open_pictures(path: Path) -> Pictures:
+    """The pictures of a folder or a video. InputError where it is neither or holds none."""
+    if path.is_dir():
+        files = sorted((file for file in path.iterdir() if file.suffix.lower() == ".png"), key=_natural)
+        if not files:
+            raise InputError(f"{path}: holds no .png; allowed: a folder of PNG (8 or 16 bit) or a video")
+        return Folder(tuple(files))
+    if not path.exists():
+        raise InputError(f"{path}: there is no such file or folder")
+    if path.suffix.lower() == ".png":
+        raise InputError(f"{path}: is one picture; allowed: the folder that holds the pictures, or a video")
+    return Video(path)
+
+
+def _natural(file: Path) -> list[tuple[int, int, str]]:
+    """Sort key by which frame_2 comes before frame_10."""
+    parts = re.split(r"(\d+)", file.name)
+    return [(1, int(part), part) if part.isdigit() else (0, 0, part) for part in parts]
+
+
+@dataclass(frozen=True)
+class Folder:
+    """PNG files in order."""
+
+    files: tuple[Path, ...]
+    rate_hz: None = None
+
+    @property
+    def count(self) -> int:
+        return len(self.files)
+
+    def __iter__(self) -> Iterator[Picture]:
+        for file in self.files:
+            yield _grey(_read_png(file), str(file))
+
+
+def _read_png(file: Path) -> Any:
+    try:
+        data = file.read_bytes()
+    except OSError as error:
+        raise InputError(f"{file}: cannot be read: {error.strerror}") from None
+    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED) if _is_whole_png(data) else None
+    if image is None:
+        raise InputError(f"{file}: is not a PNG picture, or is cut short or damaged")
+    return image
+
+
+def _is_whole_png(data: bytes) -> bool:
+    """Do all chunks match their CRCs, up to the last? (PNG specification, 5.3.) Decoders differ in what
+    they make of broken files."""
+    if not data.startswith(_PNG_MAGIC):
+        return False
+    position = len(_PNG_MAGIC)
+    while len(data) - position >= _END_AT_LEAST:
+        length = int.from_bytes(data[position : position + 4], "big")
+        end = position + 8 + length
+        if zlib.crc32(data[position + 4 : end]) != int.from_bytes(data[end : end + 4], "big"):
+            return False
+        if data[position + 4 : position + 8] == b"IEND":
+            return True
+        position = end + 4
+    return False
+
+
+class Video:
+    """A video that OpenCV can decode; always 8 bit."""
+
+    count = None
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        capture = self._open()
+        rate = capture.get(cv2.CAP_PROP_FPS)
+        self.rate_hz = float(rate) if np.isfinite(rate) and rate > 0 else None
+        stated = capture.get(cv2.CAP_PROP_FRAME_COUNT)
+        self.stated_count = int(stated) if np.isfinite(stated) and stated > 0 else None
+        """What the container says; only decoding tells."""
+        capture.release()
+
+    def _open(self) -> cv2.VideoCapture:
+        # FFmpeg speaks on standard error of what is said here in one line.
+        os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
+        capture = cv2.VideoCapture(str(self._path))
+        if not capture.isOpened():
+            raise InputError(
+                f"{self._path}: cannot be opened as a video; allowed: a folder of PNG (8 or 16 bit) or a video"
+            )
+        return capture
+
+    def __iter__(self) -> Iterator[Picture]:
+        capture = self._open()
+        try:
+            index = 0
+            while True:
+                there, image = capture.read()
+                if not there:
+                    break
+                yield _grey(image, f"{self._path}: frame {index}")
+                index += 1
+        finally:
+            capture.release()
+        if index == 0:
+            raise InputError(f"{self._path}: no frame of this video can be decoded")
+
+
+def _grey(image: Any, place: str) -> Picture:
+    """Grey from grey or colour; three equal channels are grey that was stored as colour."""
+    if image.dtype not in (np.uint8, np.uint16):
+        raise InputError(f"{place}: has pixels of type {image.dtype}; allowed: 8 or 16 bit")
+    if image.ndim == 2:
+        return Picture(image, place, False)
+    colours = image[..., :3]
+    if (colours == colours[..., :1]).all():
+        return Picture(np.ascontiguousarray(colours[..., 0]), place, False)
+    return Picture(cv2.cvtColor(np.ascontiguousarray(colours), cv2.COLOR_BGR2GRAY), place, True)
