@@ -23,7 +23,7 @@ TABLE_K = (10.0, 6000.0)
 """Temperatures that the table covers, K; others are taken for the nearer end (at 10 K nothing shines)."""
 
 
-def planck(wavelength_um: Floats, temperature_k: float | Floats) -> Floats:
+def planck(wavelength_um: float | Floats, temperature_k: float | Floats) -> Floats:
     """Spectral radiance of a black body, W/m2/sr/um (Planck's law)."""
     wavelength = np.asarray(wavelength_um) * 1e-6
     exponent = np.minimum(_C2 / (wavelength * temperature_k), 700.0)  # exp(700) is near the float's end

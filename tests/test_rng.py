@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 from scipy import special, stats
 
@@ -33,8 +35,12 @@ def test_an_address_gives_the_same_in_another_process() -> None:
     assert found.split() == [str(stream(5, "a", 1).random()), normals((3, 4), 5, "a", 1).tobytes().hex()]
 
 
+def int_of_numpy(value: int) -> Any:
+    return np.int64(value)
+
+
 def test_a_numpy_integer_is_the_address_of_its_value() -> None:
-    np.testing.assert_array_equal(normals((4,), 1, "a", 3), normals((4,), np.int64(1), "a", np.int64(3)))
+    np.testing.assert_array_equal(normals((4,), 1, "a", 3), normals((4,), int_of_numpy(1), "a", int_of_numpy(3)))
 
 
 def test_a_float_is_no_address() -> None:
@@ -120,7 +126,7 @@ def test_shapes_and_out(shape: tuple[int, ...]) -> None:
 @pytest.mark.parametrize("kind", [np.uint8, np.float32])
 def test_opencv_and_numpy_look_up_alike(kind: type, monkeypatch: pytest.MonkeyPatch) -> None:
     words = bits(1, "words").random_raw(1000).view(np.uint16).reshape(40, 100)
-    table = (np.arange(65_536) % 251).astype(kind)
+    table: npt.NDArray[Any] = (np.arange(65_536) % 251).astype(kind)
     found = []
     for cv2_takes_16_bits in {lookup._CV2_TAKES_16_BITS, False}:
         monkeypatch.setattr(lookup, "_CV2_TAKES_16_BITS", cv2_takes_16_bits)

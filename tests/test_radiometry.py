@@ -1,0 +1,75 @@
+"""In-band radiance against direct integration, printed figures and closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import constants, integrate
+
+from irsim.radiometry import BAND_UM, TABLE_K, Band, planck, radiance, slope, temperature
+
+BANDS: list[Band] = ["mwir", "lwir"]
+
+
+def spectral(wavelength_m: float, kelvin: float) -> float:
+    """Planck's law as printed, W/m2/sr/m."""
+    h, c, k = constants.h, constants.c, constants.k
+    return float(2 * h * c**2 / wavelength_m**5 / np.expm1(h * c / (wavelength_m * k * kelvin)))
+
+
+def in_band(band: Band, kelvin: float) -> float:
+    low, high = BAND_UM[band]
+    unit = spectral(high * 1e-6, kelvin)  # quad's tolerances want numbers near 1
+    found, _ = integrate.quad(lambda x: spectral(x * 1e-6, kelvin) / unit, low, high, epsabs=0, epsrel=1e-11)
+    return float(found * unit * 1e-6)
+
+
+@pytest.mark.parametrize(("band", "kelvin", "printed"), [("mwir", 300, 1.866), ("lwir", 300, 38.5), ("mwir", 600, 547)])
+def test_printed_radiances(band: Band, kelvin: float, printed: float) -> None:
+    assert radiance(band, kelvin) == pytest.approx(printed, rel=5e-4)
+
+
+@pytest.mark.parametrize(("band", "percent_per_kelvin"), [("mwir", 3.628), ("lwir", 1.636)])
+def test_printed_slopes(band: Band, percent_per_kelvin: float) -> None:
+    assert 100 * slope(band, 300) / radiance(band, 300) == pytest.approx(percent_per_kelvin, abs=6e-4)
+
+
+@pytest.mark.parametrize("band", BANDS)
+def test_radiance_is_planck_integrated(band: Band) -> None:
+    kelvin = np.array([20.0, 77.3, 180.1, 255.55, 300.0, 341.7, 600.0, 1234.5, 5777.0])
+    np.testing.assert_allclose(radiance(band, kelvin), [in_band(band, k) for k in kelvin], rtol=3e-6)
+
+
+@pytest.mark.parametrize("band", BANDS)
+@pytest.mark.parametrize("kelvin", [220.0, 300.0, 900.0])
+def test_slope_is_the_derivative(band: Band, kelvin: float) -> None:
+    step = 0.05  # third derivatives make the difference quotient wrong by less than 1e-6
+    difference = (in_band(band, kelvin + step) - in_band(band, kelvin - step)) / (2 * step)
+    assert slope(band, kelvin) == pytest.approx(difference, rel=2e-6)
+
+
+@pytest.mark.parametrize("band", BANDS)
+def test_temperature_inverts_radiance(band: Band) -> None:
+    kelvin = np.linspace(TABLE_K[0], TABLE_K[1], 2001).reshape(3, -1)
+    np.testing.assert_allclose(temperature(band, radiance(band, kelvin)), kelvin, rtol=1e-12)
+
+
+@pytest.mark.parametrize("band", BANDS)
+def test_no_light_is_the_coldest_temperature(band: Band) -> None:
+    assert temperature(band, 0.0) == TABLE_K[0]
+    assert temperature(band, -1.0) == TABLE_K[0]
+
+
+def test_all_wavelengths_give_stefan_boltzmann() -> None:
+    for kelvin in (250.0, 300.0, 1000.0):
+        # In log wavelength, as the spectrum spans decades.
+        total, _ = integrate.quad(
+            lambda x, k=kelvin: float(planck(np.exp(x), k)) * np.exp(x), np.log(0.2), np.log(1e5), limit=200
+        )
+        assert total == pytest.approx(constants.sigma * kelvin**4 / np.pi, rel=1e-8)
+
+
+def test_far_beyond_the_peak_is_rayleigh_jeans() -> None:
+    kelvin, wavelength_um = 300.0, 1e6
+    expected = 2 * constants.c * constants.k * kelvin / (wavelength_um * 1e-6) ** 4 * 1e-6
+    assert planck(wavelength_um, kelvin) == pytest.approx(expected, rel=1e-4)
