@@ -9,10 +9,9 @@ import numpy as np
 from pydantic import Field
 
 from irsim.kinds import Family, Fraction, Kelvin, NamedKind, Pair, Positive
-from irsim.optics import reach_px
 from irsim.radiometry import radiance
 from irsim.shapes.polygon import outline
-from irsim.shapes.silhouette import sprite
+from irsim.shapes.silhouette import sprite, within_sight
 from irsim.sprite import Sprite
 from irsim.stage import Stage
 from irsim.types import Box, Floats
@@ -52,20 +51,13 @@ class Bar(Occluder):
         if not np.isfinite(corners).all():
             return None
         box = Box.from_edges(*corners.min(axis=0).tolist(), *corners.max(axis=0).tolist())
-        window = _within_sight(box, geometry.size, reach_px(stage.psf_px))
+        window = within_sight(box, stage)
         if window is None:
             return None
         start, stop = outline(corners)
         glow = np.array([self.emissivity * radiance(stage.band, self.temperature_k)])
         edges = (start, stop, np.zeros(4, dtype=np.int64))
         return sprite(edges, glow, box, window, stage.psf_px, self.range_m)
-
-
-def _within_sight(box: Box, size: tuple[int, int], reach: int) -> Box | None:
-    """The part of a box whose light can reach the frame; None where none can."""
-    left, top = max(box.left, -0.5 - reach), max(box.top, -0.5 - reach)
-    right, bottom = min(box.right, size[0] - 0.5 + reach), min(box.bottom, size[1] - 0.5 + reach)
-    return Box.from_edges(left, top, right, bottom) if left < right and top < bottom else None
 
 
 OCCLUDERS = Family("occluder", Occluder, {"bar": Bar})

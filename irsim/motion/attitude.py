@@ -48,7 +48,7 @@ def angles_deg(rotations: Floats) -> Floats:
     yaw = np.arctan2(level[..., 1, 0], level[..., 0, 0])
     pitch = np.arctan2(-level[..., 2, 0], np.hypot(level[..., 0, 0], level[..., 1, 0]))
     roll = np.arctan2(level[..., 2, 1], level[..., 2, 2])
-    return np.degrees(np.stack([yaw, pitch, roll], axis=-1))
+    return np.asarray(np.degrees(np.stack([yaw, pitch, roll], axis=-1)))
 
 
 def attitudes(

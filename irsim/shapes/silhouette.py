@@ -10,6 +10,7 @@ import numpy.typing as npt
 from irsim.optics import reach_px, spreading
 from irsim.shapes.polygon import coverage
 from irsim.sprite import Sprite
+from irsim.stage import Stage
 from irsim.types import Box, Floats
 
 FINE = 3
@@ -46,26 +47,42 @@ def sprite(
     inside = coverage(
         (start - corner) * fine, (stop - corner) * fine, layer, (len(glow), rows * fine, columns * fine)
     ).clip(0.0, 1.0)
-    shown = inside.copy()
-    shown[1:] *= np.cumprod(1 - inside[:-1], axis=0)
-    whole = shown.sum(axis=0)
-    light = np.tensordot(glow, shown, axes=1)
+    clear = np.ones(inside.shape[1:])
+    light = np.zeros(inside.shape[1:])
+    for covered, radiance in zip(inside, glow.tolist(), strict=True):
+        covered *= clear
+        clear -= covered
+        light += covered * radiance
+    whole = 1 - clear
 
     margin = reach_px(psf_px)
     down = spreading(rows, margin, fine, psf_px)
     across = spreading(columns, margin, fine, psf_px).T
-    binned = whole.reshape(rows, fine, columns, fine).mean(axis=(1, 3))
+    alpha = down @ whole @ across / fine**2
+    cover = np.zeros_like(alpha)
+    cover[margin : margin + rows, margin : margin + columns] = whole.reshape(rows, fine, columns, fine).mean(
+        axis=(1, 3)
+    )
     return Sprite(
         x0=left - margin,
         y0=top - margin,
-        cover=np.pad(binned, margin),
-        alpha=down @ whole @ across / fine**2,
+        cover=cover,
+        alpha=alpha,
         emission=down @ light @ across / fine**2,
         center=_centroid(whole, left, top, fine),
         signal_center=_centroid(light, left, top, fine),
         box=box,
         range_m=range_m,
     )
+
+
+def within_sight(box: Box, stage: Stage) -> Box | None:
+    """The part of a box whose light can reach the frame; None where none can."""
+    reach = reach_px(stage.psf_px)
+    columns, rows = stage.geometry.size
+    left, top = max(box.left, -0.5 - reach), max(box.top, -0.5 - reach)
+    right, bottom = min(box.right, columns - 0.5 + reach), min(box.bottom, rows - 0.5 + reach)
+    return Box.from_edges(left, top, right, bottom) if left < right and top < bottom else None
 
 
 def _centroid(cells: Floats, left: int, top: int, fine: int) -> tuple[float, float]:
