@@ -154,4 +154,5 @@ def _grey(image: Any, place: str) -> Picture:
     colours = image[..., :3]
     if (colours == colours[..., :1]).all():
         return Picture(np.ascontiguousarray(colours[..., 0]), place, False)
-    return Picture(cv2.cvtColor(np.ascontiguousarray(colours), cv2.COLOR_BGR2GRAY), place, True)
+    grey: Any = cv2.cvtColor(np.ascontiguousarray(colours), cv2.COLOR_BGR2GRAY)
+    return Picture(grey, place, True)

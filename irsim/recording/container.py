@@ -107,16 +107,16 @@ class Container:
             file.seek(chunk.message_index_offsets[channel])
             head = file.read(_INDEX_HEAD.size)
             if len(head) < _INDEX_HEAD.size:
-                raise DamageError(f"{self.path}: damaged: the index of a chunk is cut off")
+                raise self.damage("the index of a chunk is cut off")
             opcode, _, indexed, size = _INDEX_HEAD.unpack(head)
             if opcode != Opcode.MESSAGE_INDEX or indexed != channel:
-                raise DamageError(f"{self.path}: damaged: the index of a chunk is not where it should be")
+                raise self.damage("the index of a chunk is not where it should be")
             counts.append(size // _INDEX_ENTRY_BYTES)
         return Lane(channel, chunks, np.cumsum(counts, dtype=np.int64))
 
-    @property
-    def _rescue(self) -> str:
-        return f"; irsim import {self.path} -o NEW.mcap keeps what is whole"
+    def damage(self, what: str) -> DamageError:
+        """The error to raise where a chunk or its index is broken."""
+        return DamageError(f"{self.path}: damaged: {what}; irsim import {self.path} -o NEW.mcap keeps what is whole")
 
     def packets(self, file: BinaryIO, lane: Lane, chunk: int) -> list[Packet]:
         """A topic's messages in its chunk number `chunk`, in order."""
@@ -127,10 +127,10 @@ class Container:
         file.seek(chunk.chunk_start_offset)
         raw = memoryview(file.read(chunk.chunk_length))
         if len(raw) != chunk.chunk_length or chunk.compressed_size > chunk.chunk_length:
-            raise DamageError(f"{self.path}: damaged: a chunk is cut off{self._rescue}")
+            raise self.damage("a chunk is cut off")
         data = unpack(raw[len(raw) - chunk.compressed_size :], chunk.compression, chunk.uncompressed_size)
         if data is None or not _matches(data, _CRC.unpack_from(raw, _CHUNK_CRC_AT)[0]):
-            raise DamageError(f"{self.path}: damaged: a chunk does not match its CRC{self._rescue}")
+            raise self.damage("a chunk does not match its CRC")
         return data
 
     @cached_property

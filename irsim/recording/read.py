@@ -147,11 +147,11 @@ class Recording:
     def _lane(self, topic: str) -> Lane:
         lane = self.container.lanes.get(topic)
         if lane is None or len(lane) != len(self):
-            raise DamageError(f"{self.path}: damaged: {topic} has {len(lane or ())} messages for {len(self)} frames")
+            raise self.container.damage(f"{topic} has {len(lane or ())} messages for {len(self)} frames")
         return lane
 
     def _damaged(self, index: int) -> NoReturn:
-        raise DamageError(f"{self.path}: damaged: frame {index} is not where it should be")
+        raise self.container.damage(f"frame {index} is not where it should be")
 
 
 def open_recording(path: str | Path) -> Recording:
@@ -184,5 +184,5 @@ def open_recording(path: str | Path) -> Recording:
 def _rescue(path: Path) -> str:
     count = count_whole_frames(path)
     if not count:
-        return "no whole frame can be recovered"
+        return "nothing can be recovered"
     return f"{count} whole frames can be recovered: irsim import {path} -o NEW.mcap"

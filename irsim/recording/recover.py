@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from irsim.errors import InputError
 from irsim.recording.container import check_mcap
 from irsim.recording.files import check_output
-from irsim.recording.header import Header
 from irsim.recording.image import decode_image
 from irsim.recording.salvage import Salvage
 from irsim.recording.schema import decode_truth
@@ -26,7 +24,7 @@ def recover(path: str | Path, out: str | Path, progress: Callable[[int], None] |
     check_output(out)
     check_mcap(path)
     salvage = Salvage(path)
-    header = _header(salvage)
+    header = salvage.header()
     with writing(out, header, salvage.scenario) as writer:
         kept = 0
         for kept, (image, truth) in enumerate(salvage.frames(), 1):
@@ -37,14 +35,3 @@ def recover(path: str | Path, out: str | Path, progress: Callable[[int], None] |
                 progress(kept)
         writer.finish(notes=(f"{kept} frames recovered from {path.name}",))
     return out
-
-
-def _header(salvage: Salvage) -> Header:
-    """The header, which stands before the first frame."""
-    found = next(salvage.frames(), None)
-    if found is None or "irsim" not in salvage.metadata:
-        raise InputError(f"{salvage.path}: not one whole frame of a recording of irsim is left in it")
-    try:
-        return Header.unseal(salvage.metadata["irsim"])
-    except InputError as error:
-        raise InputError(f"{salvage.path}: {error}") from None

@@ -15,6 +15,7 @@ from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Metadata
 
+from irsim.errors import InputError
 from irsim.recording.container import (
     DAMAGE,
     MAGIC,
@@ -26,6 +27,7 @@ from irsim.recording.container import (
     records,
     unpack,
 )
+from irsim.recording.header import Header
 from irsim.recording.layout import IMAGE, SCENARIO, TRUTH
 
 _CRC = struct.Struct("<I")
@@ -62,6 +64,15 @@ class Salvage:
             else:
                 yield from self._frames_in(part)
 
+    def header(self) -> Header:
+        """The recording's header, which stands before its first frame; InputError where it is gone."""
+        if next(self.frames(), None) is None or "irsim" not in self.metadata:
+            raise InputError(f"{self.path}: not one whole frame of a recording of irsim is left in it")
+        try:
+            return Header.unseal(self.metadata["irsim"])
+        except InputError as error:
+            raise InputError(f"{self.path}: {error}") from None
+
     def _frames_in(self, chunk: memoryview) -> Iterator[tuple[Packet, Packet | None]]:
         for opcode, body in records(chunk):
             if opcode == Opcode.CHANNEL:
@@ -77,7 +88,12 @@ class Salvage:
 
 def count_whole_frames(path: Path) -> int:
     """How many frames `recover` would keep."""
-    return sum(1 for _ in Salvage(path).frames())
+    salvage = Salvage(path)
+    try:
+        salvage.header()
+    except InputError:
+        return 0
+    return sum(1 for _ in salvage.frames())
 
 
 def _parts(path: Path) -> Iterator[Part]:
