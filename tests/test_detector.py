@@ -90,6 +90,14 @@ def test_a_noise_survives_its_dump(word: str) -> None:
     assert NOISES.parse({"kind": word, **noise.model_dump()}) == noise
 
 
+@pytest.mark.parametrize("word", NOISES.kinds)
+@pytest.mark.parametrize("sigma", [-0.1, 1001.0, float("nan"), "1"])
+def test_a_sigma_that_cannot_be_is_refused(word: str, sigma: Any) -> None:
+    field = next(iter(BENIGN.get(word, {"ratio": 0})))
+    with pytest.raises(PydanticCustomError):
+        build(word, **{field: sigma})
+
+
 # Sigmas; a sample's variance has the standard error sigma^2 sqrt(2 / n)
 
 

@@ -11,8 +11,7 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.detector.base import Noise
-from irsim.kinds import NotNegative
+from irsim.detector.base import Noise, Ratio
 from irsim.rng import normals
 from irsim.types import Floats
 
@@ -23,7 +22,7 @@ ANCHOR_CORRELATION = 1e-6
 class Ar1(Noise):
     """x[k] = rho x[k-1] + sqrt(1 - rho^2) white[k] in each pixel, stationary from frame 0 on."""
 
-    ratio: NotNegative = 1.0
+    ratio: Ratio = 1.0
     """Sigma in units of the camera's NETD."""
     rho: Annotated[float, Field(ge=0, lt=1)] | None = None
     """Correlation of neighbouring frames (0 is white); or give time_constant_s."""
@@ -33,7 +32,7 @@ class Ar1(Noise):
     @model_validator(mode="after")
     def _one_way(self) -> Ar1:
         if (self.rho is None) == (self.time_constant_s is None):
-            many = "neither rho nor time_constant_s is given" if self.rho is None else "rho is given twice"
+            many = "neither is given" if self.rho is None else "both are given"
             raise PydanticCustomError(
                 "one_way",
                 "{many}; allowed: exactly one of rho and time_constant_s",

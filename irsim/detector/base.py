@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from typing import Annotated
+
+from pydantic import Field
 
 from irsim.kinds import NamedKind
 from irsim.types import Floats
+
+Ratio = Annotated[float, Field(ge=0, le=1000)]
+"""A sigma in units of the camera's NETD."""
 
 
 class Noise(NamedKind):

@@ -6,8 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from irsim.detector.base import Noise
-from irsim.kinds import NotNegative
+from irsim.detector.base import Noise, Ratio
 from irsim.rng import normals
 from irsim.types import Floats
 
@@ -19,11 +18,11 @@ class FixedPattern(Noise):
     D'Agostino and Webb, Proc. SPIE 1488 (1991).
     """
 
-    pixel: NotNegative = 0.3
+    pixel: Ratio = 0.3
     """Sigma from pixel to pixel (vh), in units of the camera's NETD."""
-    column: NotNegative = 0.15
+    column: Ratio = 0.15
     """Sigma from column to column (h), in units of the camera's NETD."""
-    row: NotNegative = 0.08
+    row: Ratio = 0.08
     """Sigma from row to row (v), in units of the camera's NETD."""
 
     def pattern(self, index: int, shape: tuple[int, int], rate_hz: float, seed: int) -> Floats:

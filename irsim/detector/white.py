@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from irsim.detector.base import Noise
-from irsim.kinds import NotNegative
+from irsim.detector.base import Noise, Ratio
 from irsim.rng import normals
 from irsim.types import Floats
 
@@ -13,7 +12,7 @@ from irsim.types import Floats
 class White(Noise):
     """Independent from pixel to pixel and from frame to frame (tvh in 3-D noise terms)."""
 
-    ratio: NotNegative = 1.0
+    ratio: Ratio = 1.0
     """Sigma in units of the camera's NETD."""
 
     def pattern(self, index: int, shape: tuple[int, int], rate_hz: float, seed: int) -> Floats:
