@@ -2,6 +2,7 @@
 # make test    install and run the tests (make test-all: the slow ones too)
 # make lint    ruff and mypy
 # make bench   speeds, one `name: value unit` a line
+# make docs    rewrite the generated tables and pictures of the documents
 # make clean   remove what was generated (the environment .venv stays)
 
 # The first interpreter that runs: a shim on PATH may stand for a version that is not installed.
@@ -13,7 +14,7 @@ BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 TESTS := $(BIN)/python -m pytest -n $(JOBS)
 
-.PHONY: demo test test-all lint bench install clean
+.PHONY: demo test test-all lint bench docs install clean
 
 demo: $(INSTALLED)
 	$(BIN)/irsim render sky -o recordings/sky.mcap
@@ -35,6 +36,11 @@ lint: $(INSTALLED)
 
 bench: $(INSTALLED)
 	@$(BIN)/python tests/bench.py
+
+docs: $(INSTALLED)
+	$(BIN)/python docs/generate.py
+	$(BIN)/irsim show sky -o docs/img/sky.png
+	$(BIN)/irsim show ground -o docs/img/ground.png
 
 install: $(INSTALLED)
 

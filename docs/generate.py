@@ -10,6 +10,7 @@ import json
 import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import get_args
 
 from pydantic.fields import FieldInfo
 
@@ -18,7 +19,7 @@ from irsim.backgrounds.sky import Clouds
 from irsim.camera import Camera
 from irsim.detector import NOISES
 from irsim.display import AGCS
-from irsim.kinds import Family, Part
+from irsim.kinds import Family, Kind, Name, NamedKind, Part
 from irsim.loader import examples, load
 from irsim.motion import PATHS, POINTINGS
 from irsim.occluders import OCCLUDERS
@@ -31,23 +32,40 @@ DOCS = Path(__file__).parent
 FAMILIES: tuple[Family, ...] = (BACKGROUNDS, SHAPES, PATHS, OCCLUDERS, POINTINGS, NOISES, AGCS)
 
 
-def keys(part: type[Part], skip: tuple[str, ...] = ()) -> Iterator[str]:
-    """A table row for each key of a part."""
+def keys(part: type[Part]) -> Iterator[str]:
+    """A table row for each key of a part; `id` of things in lists is explained once in the text."""
     yield "| key | allowed | default | meaning |"
     yield "| --- | --- | --- | --- |"
     for name, field in part.model_fields.items():
-        if name not in skip:
-            allowed = Slot.of(field.annotation, field.metadata).words()
-            yield f"| `{name}` | {cell(allowed)} | {cell(default(field))} | {cell(field.description or '')} |"
+        if not (name == "id" and issubclass(part, NamedKind)):
+            words = (allowed(Slot.of(field.annotation, field.metadata)), default(field), field.description or "")
+            yield f"| `{name}` | " + " | ".join(map(cell, words)) + " |"
+
+
+def allowed(slot: Slot) -> str:
+    """What may stand in a place, shorter than an error would say it."""
+    item = slot.child([], 0) if slot.is_list else None
+    several = item is not None and get_args(slot.annotation)[-1] is Ellipsis
+    if several and item is not None and (item.family or item.part(None)):
+        return f"a list, each {allowed(item)}"
+    if slot.family is not None:
+        return f"a kind of {slot.family.name}, see below"
+    if slot.part(None) is not None:
+        return "a mapping, see below"
+    return slot.words().replace(Slot.of(Name).words(), "a name")
 
 
 def default(field: FieldInfo) -> str:
     if field.is_required():
         return "required"
-    value = plain(field.get_default(call_default_factory=True))
+    value = field.get_default(call_default_factory=True)
     if value is None:
         return ""
-    return f"`{json.dumps(value)}`" if len(json.dumps(value)) <= 40 else "see below"
+    if isinstance(value, tuple) and value and all(isinstance(item, Kind) for item in value):
+        return "`[" + ", ".join(f"{{kind: {item.kind}}}" for item in value) + "]`"
+    if isinstance(value, Kind):
+        return f"`{{kind: {value.kind}}}`"
+    return "its keys' defaults" if isinstance(value, Part) else f"`{json.dumps(plain(value))}`"
 
 
 def cell(text: str) -> str:
@@ -71,7 +89,7 @@ def scenario_keys() -> Iterator[str]:
         yield f"### {family.name} kinds\n"
         for name, kind in family:
             yield f"`kind: {name}`: {first_sentence(kind)}\n"
-            if kind.model_fields:
+            if set(kind.model_fields) - {"id"}:
                 yield from keys(kind)
                 yield ""
 

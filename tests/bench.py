@@ -152,7 +152,7 @@ def start_up() -> None:
 
 
 def help_s(name: str) -> float:
-    command = [Path(sys.executable).with_name(name), "--help"]
+    command = [str(Path(sys.executable).with_name(name)), "--help"]
     return median_s(lambda _: subprocess.run(command, stdout=subprocess.DEVNULL, check=True), 7, 1)
 
 
