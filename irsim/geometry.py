@@ -49,6 +49,11 @@ class Geometry:
         """(2,) px: where the optical axis falls."""
         return np.array([(self.size[0] - 1) / 2, (self.size[1] - 1) / 2])
 
+    @property
+    def down(self) -> Floats:
+        """(3,): the world's downward direction in the first camera frame."""
+        return np.asarray(gimbal(0.0, self.elevation_rad, 0.0) @ [0.0, 1.0, 0.0])
+
     def rotation(self, turn: Floats) -> Floats:
         """(3, 3): first-camera vectors to the vectors of a camera turned by (azimuth, elevation, roll) rad."""
         return self.world_rotation(turn) @ gimbal(0.0, self.elevation_rad, 0.0).T

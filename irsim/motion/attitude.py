@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from irsim.geometry import gimbal
 from irsim.motion.base import Path
 from irsim.stage import Stage
 from irsim.types import Floats
@@ -76,8 +75,7 @@ def attitudes(
     length = np.linalg.norm(step, axis=1, keepdims=True)
     nose = np.where(length > 2 * _STEP * _STANDING_M, step, [1.0, 0.0, 0.0])
     nose = nose / np.linalg.norm(nose, axis=1, keepdims=True)
-    world_down = gimbal(0.0, stage.geometry.elevation_rad, 0.0) @ [0.0, 1.0, 0.0]
-    right = np.cross(world_down, nose)
+    right = np.cross(stage.geometry.down, nose)
     level = np.linalg.norm(right, axis=1, keepdims=True)
     right = np.where(level > 1e-9, right / np.maximum(level, 1e-9), np.cross(nose, [1.0, 0.0, 0.0]))
     body = np.stack([nose, right, np.cross(nose, right)], axis=-1)

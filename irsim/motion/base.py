@@ -6,6 +6,7 @@ from abc import abstractmethod
 
 import numpy as np
 
+from irsim.errors import InputError
 from irsim.kinds import Kind, NamedKind, Positive
 from irsim.stage import Stage
 from irsim.types import Floats
@@ -34,6 +35,9 @@ class PixelPath(Path):
     """Metres from the camera at frame 0."""
     closing_m_s: float = 0.0
     """How fast the range shrinks, metres a second."""
+    ground_m: Positive | None = None
+    """For a target on level ground: how far the ground lies below the camera, metres. The range then
+    follows from the direction, and range_m and closing_m_s do not count."""
 
     @abstractmethod
     def pixels(self, frames: Floats, stage: Stage, name: str) -> Floats:
@@ -41,8 +45,17 @@ class PixelPath(Path):
 
     def positions(self, frames: Floats, stage: Stage, name: str) -> Floats:
         frames = np.asarray(frames, dtype=np.float64)
-        range_m = self.range_m - self.closing_m_s * frames / stage.rate_hz
-        return stage.geometry.place(self.pixels(frames, stage, name), range_m)
+        pixels = self.pixels(frames, stage, name)
+        if self.ground_m is None:
+            return stage.geometry.place(pixels, self.range_m - self.closing_m_s * frames / stage.rate_hz)
+        descent = stage.geometry.directions(pixels) @ stage.geometry.down
+        if descent.min() <= 0:
+            x, y = pixels[np.argmin(descent)]
+            raise InputError(
+                f"targets.{name}.path: ({x:.0f}, {y:.0f}) px lies above the horizon, where there is no ground; "
+                "allowed with ground_m: a path below the horizon"
+            )
+        return stage.geometry.place(pixels, self.ground_m / descent)
 
 
 class Pointing(NamedKind):
