@@ -1,0 +1,107 @@
+"""Small sources and trackers for the tests of replay and bench: importable, so that workers find them."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from irsim.types import Box, Frame, Input, TargetTruth, Truth
+from irtrack.types import Estimate
+
+
+@dataclass(frozen=True, eq=False)
+class Strip:
+    """A source of 20 frames of 64x48: target 'a' moves right by 1 px a frame from (10, 20), 4x3 px."""
+
+    name: str = "strip"
+    hash: str = "5712"
+    visible: tuple[float | None, ...] = (1.0,) * 20
+    follow: str | None = None
+    has_truth: bool = True
+    size: tuple[int, int] = (64, 48)
+    bits: int = 14
+    rate_hz: float = 10.0
+
+    def __len__(self) -> int:
+        return len(self.visible)
+
+    def frame(self, index: int, input: Input = "counts") -> Frame:
+        image = np.full((48, 64), index, np.uint8 if input == "display" else np.uint16)
+        return Frame(image, index, index / self.rate_hz, 8 if input == "display" else self.bits)
+
+    def frames(self, input: Input = "counts", start: int = 0, stop: int | None = None) -> Iterator[Frame]:
+        return (self.frame(index, input) for index in range(len(self))[start:stop])
+
+    def truths(self, start: int = 0, stop: int | None = None) -> Iterator[Truth]:
+        if not self.has_truth:
+            return
+        for index in range(len(self))[start:stop]:
+            center = (10.0 + index, 20.0)
+            target = TargetTruth("a", center, Box(*center, 4.0, 3.0), visible=self.visible[index])
+            yield Truth(index, index / self.rate_hz, (target,))
+
+
+@dataclass(frozen=True)
+class Walker:
+    """Says that the target moves right by `speed` px a frame, with `jitter` px of its generator's noise."""
+
+    speed: float = 1.0
+    jitter: float = 0.0
+    resumable: ClassVar[bool] = True
+
+    def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> Box:
+        return box
+
+    def step(self, state: Box, frame: Frame, rng: np.random.Generator) -> tuple[Box, Estimate]:
+        state = Box(state.cx + self.speed, state.cy, state.w, state.h)
+        x, y = self.jitter * rng.standard_normal(2)
+        return state, Estimate((state.cx + x, state.cy + y), (state.w, state.h), score=0.5)
+
+
+@dataclass(frozen=True)
+class Logger(Walker):
+    """A walker that takes `seconds` a step and leaves a line 'pid frame' in the file `log` at each."""
+
+    log: str = ""
+    seconds: float = 0.0
+
+    def step(self, state: Box, frame: Frame, rng: np.random.Generator) -> tuple[Box, Estimate]:
+        with Path(self.log).open("a") as file:
+            file.write(f"{os.getpid()} {frame.index}\n")
+        time.sleep(self.seconds)
+        return super().step(state, frame, rng)
+
+
+@dataclass(frozen=True)
+class Breaker(Walker):
+    """Raises at frame `at`."""
+
+    at: int = 5
+
+    def step(self, state: Box, frame: Frame, rng: np.random.Generator) -> tuple[Box, Estimate]:
+        if frame.index == self.at:
+            raise RuntimeError("the planted failure")
+        return super().step(state, frame, rng)
+
+
+@dataclass(frozen=True)
+class Vandal(Walker):
+    """Writes into the frame that it is shown."""
+
+    def step(self, state: Box, frame: Frame, rng: np.random.Generator) -> tuple[Box, Estimate]:
+        frame.image[:] = 0
+        return super().step(state, frame, rng)
+
+
+@dataclass(frozen=True)
+class Vague(Walker):
+    """Says that the target is nowhere."""
+
+    def step(self, state: Box, frame: Frame, rng: np.random.Generator) -> tuple[Any, Estimate]:
+        return state, Estimate((float("nan"), 0.0), (1.0, 1.0))

@@ -1,0 +1,208 @@
+"""Who is followed, from when, with which randomness; and what a track looks like on paper."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bench_fakes import Strip, Vague, Vandal, Walker
+
+import irsim
+import irtrack
+from irsim.rng import stream
+from irsim.types import Box, Frame, TargetTruth, Truth
+from irtrack.errors import InputError, IrtrackError
+from irtrack.identity import code_hash, tracker_config, tracker_name
+from irtrack.start import find_start
+from irtrack.trackfile import track_as_dict, track_to_csv
+from irtrack.types import Estimate
+
+
+def test_a_run_over_truth() -> None:
+    track = irtrack.run(Walker(), Strip(), label="w", seed=3)
+    assert (track.source, track.source_hash, track.tracker, track.target) == ("strip", "5712", "w", "a")
+    assert (track.start, track.input, track.scene_seed, track.tracker_seed) == (0, "display", None, 3)
+    assert track.config == {"tracker": "bench_fakes:Walker", "parameters": {"speed": 1.0, "jitter": 0.0}}
+    assert track.start_box == Box(10.0, 20.0, 5.0, 5.0)  # 4x3 px of truth, made up to 5 px
+    assert track.indices.tolist() == list(range(20))
+    assert track.times.tolist() == [index / 10 for index in range(20)]
+    assert track.centers.tolist() == [[10.0 + index, 20.0] for index in range(20)]
+    assert track.step_ms.shape == (20,)
+    figures = irtrack.score(track, irtrack.Reference.of(Strip().truths(), "a"))
+    assert (figures.frames, figures.error) == (19, 0.0)
+
+
+def test_it_starts_where_half_of_the_target_shows() -> None:
+    strip = Strip(visible=(0.0, 0.4999, 0.5, 1.0))
+    assert irtrack.run(Walker(), strip).start == 2
+    assert irtrack.run(Walker(), Strip(visible=(None, 1.0))).start == 0  # unknown counts as visible
+
+
+def test_a_target_out_of_view_does_not_start() -> None:
+    inside = TargetTruth("a", (9.0, 9.0), Box(9.0, 9.0, 4.0, 4.0), visible=0.6, in_view=True)
+    outside = TargetTruth("a", (-0.6, 9.0), Box(-0.6, 9.0, 4.0, 4.0), visible=0.6, in_view=False)
+    truths = [Truth(0, 0.0, (outside,)), Truth(1, 0.1, (inside,))]
+    assert find_start(Strip(), truths).frame == 1
+
+
+def test_a_given_box_is_taken_and_nobody_is_followed() -> None:
+    track = irtrack.run(Walker(), Strip(has_truth=False), init=(Box(30.0, 20.0, 9.0, 2.0), 4))
+    assert (track.start, track.start_box, track.target) == (4, Box(30.0, 20.0, 9.0, 5.0), None)
+    assert track.indices.tolist() == list(range(4, 20))
+    assert irtrack.run(Walker(), Strip(), target="a", init=(Box(30.0, 20.0, 9.0, 9.0), 4)).target == "a"
+
+
+def test_frames_and_input_are_as_asked() -> None:
+    seen: list[Frame] = []
+
+    class Watcher(Walker):
+        def step(self, state: Box, frame: Frame, rng: np.random.Generator) -> tuple[Box, Estimate]:
+            seen.append(frame)
+            return super().step(state, frame, rng)
+
+    done: list[int] = []
+    track = irtrack.run(Watcher(), Strip(), input="counts", frames=4, progress=done.append)
+    assert len(track.indices) == 4
+    assert done == [1, 2, 3, 4]
+    assert [(frame.index, str(frame.image.dtype), frame.bits) for frame in seen] == [
+        (k, "uint16", 14) for k in (1, 2, 3)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("keywords", "needles"),
+    [
+        ({"target": "b"}, ["no target 'b'", "allowed: a"]),
+        ({"target": "aa"}, ["did you mean 'a'?"]),
+        ({"init": (Box(80.0, 20.0, 9.0, 9.0), 0)}, ["outside the frame of 64x48 px"]),
+        ({"init": (Box(-3.1, 20.0, 5.0, 5.0), 0)}, ["outside"]),  # ends at -0.6: before the frame's edge
+        ({"init": (Box(-2.9, 20.0, 5.0, 5.0), 0)}, ["outside"]),  # ends at -0.4: no pixel's centre inside
+        ({"init": (Box(20.0, 20.0, 0.0, 9.0), 0)}, ["width and height above 0"]),
+        ({"init": (Box(math.nan, 20.0, 9.0, 9.0), 0)}, ["finite"]),
+        ({"init": (Box(20.0, 20.0, 9.0, 9.0), 20)}, ["start frame 20", "allowed: 0 to 19"]),
+        ({"init": (Box(20.0, 20.0, 9.0, 9.0), 3), "target": "b"}, ["no target 'b'"]),
+    ],
+)
+def test_bad_starts_are_one_line(keywords: dict[str, object], needles: list[str]) -> None:
+    with pytest.raises(InputError) as caught:
+        irtrack.run(Walker(), Strip(), **keywords)
+    assert "\n" not in str(caught.value)
+    assert all(needle in str(caught.value) for needle in needles)
+
+
+def test_a_pixel_centre_on_the_boxes_edge_is_inside() -> None:
+    assert irtrack.run(Walker(), Strip(), init=(Box(-2.5, 20.0, 5.0, 5.0), 0)).start == 0
+
+
+def test_no_truth_asks_for_a_box() -> None:
+    with pytest.raises(InputError, match=r"strip has no truth.*--init"):
+        irtrack.run(Walker(), Strip(has_truth=False))
+    with pytest.raises(InputError, match="never shows"):
+        irtrack.run(Walker(), Strip(visible=(0.1, 0.2)))
+    with pytest.raises(InputError, match="no target in any frame"):
+        find_start(Strip(), [Truth(0, 0.0)])
+
+
+def test_each_step_has_its_own_addressed_generator() -> None:
+    track = irtrack.run(Walker(jitter=1.0), Strip(), seed=7, label="renamed")
+    for index in (1, 13):
+        expected = stream(7, "bench_fakes:Walker", "a", index).normal([10.0 + index, 20.0])
+        assert track.centers[index] == pytest.approx(expected, abs=1e-12)
+    boxed = irtrack.run(Walker(jitter=1.0), Strip(), seed=7, init=(Box(10.0, 20.0, 5.0, 5.0), 0))
+    assert boxed.centers[1] == pytest.approx(stream(7, "bench_fakes:Walker", "init", 1).normal([11.0, 20.0]))
+
+
+def test_no_tracker_changes_what_the_next_one_sees() -> None:
+    with pytest.raises(ValueError, match="read-only"):
+        irtrack.run(Vandal(), Strip())
+    own = Strip().frame(0, "display")
+    assert own.image.flags.writeable
+
+
+def test_an_estimate_must_be_finite() -> None:
+    with pytest.raises(IrtrackError, match=r"Vague: frame 1: .*nan.*allowed: finite"):
+        irtrack.run(Vague(), Strip())
+
+
+def test_only_the_tracker_is_timed(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = iter(np.arange(0, 1000, 0.25))
+    monkeypatch.setattr(time, "perf_counter", lambda: next(clock))
+    assert irtrack.run(Walker(), Strip()).step_ms.tolist() == [250.0] * 20
+
+
+def test_a_rendered_scenario_by_name_and_by_value() -> None:
+    text = """
+frames: 12
+camera: {size: [64, 48], noise: []}
+background: {kind: sky}
+targets:
+  - {id: jet, shape: {kind: fighter}, path: {kind: straight, start: [20, 24], range_m: 1500}}
+"""
+    scenario = irsim.loads(text, overrides=["seed=5"])
+    track = irtrack.run("template", scenario)
+    assert (track.scene_seed, track.target) == (5, "jet")
+    assert track.config["tracker"] == "template"
+    figures = irtrack.score(track, irtrack.Reference.of(irsim.Rendering(scenario).truths(), "jet"))
+    assert figures.frames == 11
+    assert figures.lost is False
+
+
+def test_name_and_configuration_of_a_tracker() -> None:
+    known = irtrack.make("kalman")
+    assert tracker_name(known) == "kalman"
+    again = irtrack.make("kalman", tracker_config(known)["parameters"])
+    assert again == known
+
+    class Plain:
+        def __init__(self) -> None:
+            self.gain = 2
+            self.model = object
+
+    assert tracker_config(Plain()) == {  # type: ignore[arg-type]
+        "tracker": tracker_name(Plain()),  # type: ignore[arg-type]
+        "parameters": {"gain": 2, "model": repr(object)},
+    }
+
+
+def test_the_code_hash_follows_the_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def hash_of(name: str, text: str) -> str:
+        (tmp_path / f"{name}.py").write_text(text)
+        return code_hash(__import__(name).T())
+
+    monkeypatch.syspath_prepend(tmp_path)
+    plain = "class T:\n    pass\n"
+    own = [hash_of("hashed_one", plain), hash_of("hashed_two", plain + "\n")]
+    assert own[0] != own[1]
+    (tmp_path / "hashed_one.py").write_text(plain + "# changed\n")
+    assert code_hash(__import__("hashed_one").T()) != own[0]
+    # what it imports of irtrack counts, through packages and their modules
+    importing = hash_of("hashed_three", "from irtrack.filters import kalman\n" + plain)
+    assert importing != hash_of("hashed_four", "from irtrack.features import window\n" + plain)
+    assert code_hash(irtrack.make("kalman")) != code_hash(irtrack.make("template"))
+    assert code_hash(irtrack.make("kalman")) == code_hash(irtrack.make("kalman"))
+
+
+def test_a_track_as_csv_and_json(tmp_path: Path) -> None:
+    track = irtrack.run(Walker(), Strip(), frames=3)
+    path = track_to_csv(track, tmp_path / "track.csv")
+    rows = list(csv.DictReader(path.open()))
+    assert [row["frame"] for row in rows] == ["0", "1", "2"]
+    assert [float(row["cx"]) for row in rows] == [10.0, 11.0, 12.0]
+    assert [row["score"] for row in rows] == ["", "0.5", "0.5"]
+    assert {row["status"] for row in rows} == {"tracking"}
+    document = json.loads(json.dumps(track_as_dict(track), allow_nan=False))
+    assert document["start"] == {"frame": 0, "cx": 10.0, "cy": 20.0, "w": 5.0, "h": 5.0}
+    assert document["frames"][2]["cx"] == 12.0
+    assert document["frames"][0]["neff"] is None
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["track.csv"]
+
+
+def test_a_folder_that_does_not_exist_is_one_line(tmp_path: Path) -> None:
+    track = irtrack.run(Walker(), Strip(), frames=2)
+    with pytest.raises(InputError, match=r"cannot be written"):
+        track_to_csv(track, tmp_path / "absent" / "track.csv")
