@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from irsim.display import Agc
+from irsim.loader import dumps
 from irsim.render import Renderer
 from irsim.scenario import Scenario
 from irsim.types import Frame, Input, Truth
@@ -38,6 +39,11 @@ class Rendering:
     @cached_property
     def hash(self) -> str:
         return self.scenario.hash
+
+    @cached_property
+    def scenario_text(self) -> str:
+        """The scenario as YAML with every key written out: it travels inside a recording."""
+        return dumps(self.scenario)
 
     @property
     def size(self) -> tuple[int, int]:

@@ -1,0 +1,220 @@
+"""The command line of irsim.
+
+Modules that take time to import are imported inside the commands: `irsim --help` must not wait.
+"""
+
+from __future__ import annotations
+
+import os
+import shlex
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from irsim.errors import InputError, IrsimError
+
+app = typer.Typer(
+    help="Render infrared scenes from YAML, record frames with exact truth, import real ones.",
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    add_completion=False,
+    no_args_is_help=True,
+)
+
+ScenarioArgument = Annotated[str, typer.Argument(metavar="SCENARIO", help="A scenario's file or shipped name.")]
+RecordingOption = Annotated[Path | None, typer.Option("-o", "--output", metavar="REC", help="The recording to write.")]
+
+
+def main() -> None:
+    """The command `irsim`: what is raised on purpose becomes lines on stderr and exit status 2."""
+    # A user's own kinds (`kind: module:Class`) may lie in the folder where the command is given.
+    sys.path.append(os.getcwd())
+    try:
+        app(prog_name="irsim")
+    except IrsimError as error:
+        for line in str(error).splitlines():
+            print(f"irsim: {line}", file=sys.stderr)
+        sys.exit(2)
+    except BrokenPipeError:
+        # Whoever read the output has gone: leave quietly, also when Python flushes at its end.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(1)
+
+
+@app.command()
+def check(
+    scenarios: Annotated[list[str], typer.Argument(metavar="SCENARIO", help="Scenario files or shipped names.")],
+) -> None:
+    """Check scenarios: each is ok, or a line for each thing that is wrong, with its place."""
+    from irsim.loader import load
+
+    wrong = 0
+    for scenario in scenarios:
+        try:
+            load(scenario)
+        except InputError as error:
+            wrong += 1
+            # As `FILE:LINE:COLUMN: ...`, without a prefix, so that editors can jump there.
+            print(error, file=sys.stderr)
+        else:
+            print(f"{scenario}: ok")
+    if wrong:
+        sys.exit(2)
+
+
+@app.command()
+def show(
+    source: Annotated[str, typer.Argument(metavar="SCENARIO|REC", help="A scenario's file or name, or a recording.")],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="PNG", help="Default: NAME.png in this folder.")
+    ] = None,
+) -> None:
+    """Draw a sheet of frames over time with their truth boxes."""
+    from irsim.draw import contact_sheet
+    from irsim.sources import open_source
+
+    opened = open_source(source)
+    path = output or Path(f"{opened.name}.png")
+    _check_output(path)
+    print(contact_sheet(opened, path))
+
+
+@app.command()
+def info(recording: Annotated[Path, typer.Argument(metavar="REC", help="A recording.")]) -> None:
+    """Say what is in a recording."""
+    from irsim.recording import open_recording
+
+    opened = open_recording(recording)
+    topics = {topic: len(lane) for topic, lane in opened.container.lanes.items()}
+    for label, text in _facts(opened.info(), topics, opened.scenario_text is not None):
+        print(f"{label:10} {text}")
+
+
+@app.command()
+def render(
+    scenario: ScenarioArgument,
+    overrides: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="KEY=VALUE",
+            help="Changes to the scenario: camera.netd_mk=80, targets.jet.path.speed=3 (list items by id).",
+        ),
+    ] = None,
+    output: RecordingOption = None,
+    seed: Annotated[int | None, typer.Option(metavar="N", help="Seed of the scene.")] = None,
+    frames: Annotated[
+        str | None, typer.Option(metavar="N|A:B", help="N frames from the first on, or frames A to B-1.")
+    ] = None,
+    jobs: Annotated[int, typer.Option(metavar="N", min=1, help="Processes that render.")] = 1,
+    without: Annotated[
+        str | None, typer.Option(metavar="NAME,...", help="Switch these parts of the scene off; nothing else changes.")
+    ] = None,
+) -> None:
+    """Render a scenario into a recording (default: NAME.mcap in this folder)."""
+    from irsim.recording import record
+    from irsim.simulate import Rendering
+    from irsim.sources import open_source
+
+    changes = list(overrides or ())
+    start, stop = _frame_range(frames) if frames is not None else (0, None)
+    if stop is not None:
+        changes.append(f"frames={stop}")
+    if without is not None:
+        changes.append(f"without=[{without}]")
+    source = open_source(scenario, changes, seed)
+    if not isinstance(source, Rendering):
+        raise InputError(f"{scenario}: is a recording; allowed: a scenario")
+    path = output or Path(f"{source.name}.mcap")
+    _check_output(path)
+    with _progress(f"render {source.name}", len(source) - start) as progress:
+        record(source, path, start=start, jobs=jobs, progress=progress)
+    _say_written(path)
+
+
+@app.command("import")
+def import_(
+    frames: Annotated[Path, typer.Argument(metavar="FOLDER|VIDEO", help="A folder of PNG files, or a video.")],
+    truth: Annotated[
+        Path | None,
+        typer.Option(metavar="CSV", help="Truth as frame,x,y,w,h[,id,cls]: top-left pixel; blank where absent."),
+    ] = None,
+    rate: Annotated[
+        float | None, typer.Option(metavar="HZ", help="Frames a second; default: the video's, or 30.")
+    ] = None,
+    output: RecordingOption = None,
+) -> None:
+    """Import real frames into a recording (default: NAME.mcap in this folder)."""
+    from irsim.convert import import_frames
+
+    path = output or Path(f"{frames.resolve().stem}.mcap")
+    _check_output(path)
+    if path.resolve() == frames.resolve():
+        raise InputError(f"{path}: is what is read; allowed: another name, by -o")
+    with _progress(f"import {frames.name}", None) as progress:
+        import_frames(frames, path, truth=truth, rate_hz=rate, progress=progress)
+    _say_written(path)
+
+
+def _check_output(path: Path) -> None:
+    """InputError before any work where the file cannot be written."""
+    from irsim.recording.files import check_output
+
+    check_output(path)
+
+
+def _frame_range(text: str) -> tuple[int, int]:
+    """'10' is (0, 10), '5:9' is (5, 9)."""
+    first, colon, last = text.partition(":")
+    start, stop = (first, last) if colon else ("0", first)
+    if not (start.isdecimal() and stop.isdecimal() and int(start) < int(stop)):
+        raise InputError(f"--frames {text}: no such range; allowed: N above 0, or A:B with A below B")
+    return int(start), int(stop)
+
+
+def _say_written(path: Path) -> None:
+    print(path)
+    print(f"look at it: irsim show {shlex.quote(str(path))}, or open it in Foxglove or Lichtblick")
+
+
+def _facts(info: dict[str, Any], topics: dict[str, int], has_scenario: bool) -> Iterator[tuple[str, str]]:
+    """Labels and texts of what `Recording.info` says, the messages of each topic, and the scenario."""
+    columns, rows = info["size"]
+    yield "recording", info["path"]
+    yield "frames", f"{info['frames']} at {info['rate_hz']:g} Hz, {info['duration_s']:.3g} s"
+    yield "picture", f"{columns}x{rows} px, {info['bits']} bits"
+    if not info["has_truth"]:
+        yield "truth", "none: give trackers --init"
+    else:
+        yield "truth", "exact" if info["accuracy_px"] == 0 else f"within {info['accuracy_px']:g} px"
+    for target in info["targets"]:
+        what = f" ({target['cls']})" if target.get("cls") else ""
+        yield "target", f"{target['id']}{what}: {target['frames']} frames from {target['first']} on"
+    if info.get("follow"):
+        yield "follow", info["follow"]
+    for topic, count in topics.items():
+        yield "topic", f"{topic}: {count} messages"
+    yield "scenario", "attached" if has_scenario else "none"
+    yield "source", f"{info['input']} from {info['name']} by irsim {info['version']}"
+    yield "hash", info["hash"]
+    yield "file", f"{info['bytes'] / 1e6:.2f} MB"
+    for note in info.get("notes", ()):
+        yield "note", note
+
+
+@contextmanager
+def _progress(label: str, total: int | None) -> Iterator[Callable[[int], None] | None]:
+    """A bar on standard error, told how many frames are done; None where that is no terminal."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(label, total=total)
+        yield lambda done: bar.update(task, completed=done)

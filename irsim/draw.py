@@ -1,0 +1,126 @@
+"""Pictures of a source: the one room of irsim that knows matplotlib."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from irsim.recording.files import replacing
+from irsim.types import Box, Frame, Image, Source, Truth
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+SHEET = 12
+"""Frames on a sheet at most."""
+COLUMNS = 4
+CELL_IN = 3.6
+"""Width of a frame on the sheet, inches."""
+TRUTH_COLOR = "#ffb000"  # legible on black, grey and white; told apart by the colour-blind too
+ZOOM_PX = 32
+"""Least side of the enlarged part, px."""
+MARGIN_PX = 6.0
+"""Boxes are drawn larger by this, or they would hide what they show."""
+
+
+def sheet_indices(count: int, most: int = SHEET) -> list[int]:
+    """Frames spread evenly from the first to the last."""
+    return sorted({round(float(at)) for at in np.linspace(0, count - 1, min(count, most))})
+
+
+def contact_sheet(source: Source, path: str | Path) -> Path:
+    """Draw frames of a source over its whole length as a PNG file and return its path.
+
+    Each frame has its number and time, its targets' boxes, and an enlarged part around the target
+    that is followed. InputError where the file cannot be written.
+    """
+    from matplotlib.figure import Figure
+
+    path = Path(path)
+    indices = sheet_indices(len(source))
+    columns, rows = min(COLUMNS, len(indices)), -(-len(indices) // COLUMNS)
+    width, height = source.size
+    figure = Figure(
+        figsize=(CELL_IN * columns, (CELL_IN * height / width + 0.12) * rows + 0.5),
+        layout="constrained",
+    )
+    facts = f"{width} x {height} px, {source.bits} bits, {len(source)} frames at {source.rate_hz:g} Hz"
+    key = "; boxes: truth, dotted where more than half is hidden" if source.has_truth else "; no truth"
+    figure.suptitle(f"{source.name}: {facts}{key}", fontsize=9)
+    grid = figure.subplots(rows, columns, squeeze=False)
+    for axes in grid.flat:
+        axes.set_axis_off()
+    for axes, index in zip(grid.flat, indices, strict=False):
+        truth = next(iter(source.truths(index, index + 1)), None)
+        _draw_frame(axes, source.frame(index, "display"), truth, source.follow)
+    with replacing(path) as file:
+        figure.savefig(file, format="png", dpi=110)
+    return path
+
+
+def _draw_frame(axes: Axes, frame: Frame, truth: Truth | None, follow: str | None) -> None:
+    from matplotlib.patheffects import withStroke
+
+    axes.imshow(frame.image, cmap="gray", vmin=0, vmax=255, interpolation="nearest")
+    axes.set_title(f"frame {frame.index}, {frame.time:.2f} s", fontsize=8, pad=2)
+    axes.autoscale(False)
+    for target in truth.targets if truth is not None else ():
+        box = Box(target.box.cx, target.box.cy, target.box.w + MARGIN_PX, target.box.h + MARGIN_PX)
+        hidden = target.visible is not None and target.visible < 0.5
+        _draw_box(axes, box, hidden)
+        outline = [withStroke(linewidth=1.5, foreground="black")]
+        axes.text(
+            box.left,
+            box.top - 1,
+            target.id,
+            color=TRUTH_COLOR,
+            fontsize=7,
+            va="bottom",
+            clip_on=True,
+            path_effects=outline,
+        )
+    followed = truth.target(follow) if truth is not None and follow is not None else None
+    if followed is not None and followed.in_view is not False:
+        _draw_zoom(axes, frame.image, followed.box)
+
+
+def _draw_box(axes: Axes, box: Box, hidden: bool) -> None:
+    from matplotlib.patches import Rectangle
+
+    axes.add_patch(
+        Rectangle(
+            (box.left, box.top),
+            box.w,
+            box.h,
+            fill=False,
+            edgecolor=TRUTH_COLOR,
+            linewidth=0.8,
+            linestyle=":" if hidden else "-",
+        )
+    )
+
+
+def _draw_zoom(axes: Axes, image: Image, box: Box) -> None:
+    """An enlarged part around a box, in the corner that is farthest from it."""
+    rows, columns = image.shape
+    side = min(max(ZOOM_PX, 2 * round(max(box.w, box.h))), rows, columns)
+    left = min(max(round(box.cx - side / 2), 0), columns - side)
+    top = min(max(round(box.cy - side / 2), 0), rows - side)
+    corner_x = 0.0 if box.cx > columns / 2 else 1 - 0.3 * rows / columns
+    corner_y = 0.0 if box.cy < rows / 2 else 0.7
+    zoom = axes.inset_axes((corner_x, corner_y, 0.3 * rows / columns, 0.3))
+    zoom.imshow(
+        image[top : top + side, left : left + side],
+        cmap="gray",
+        vmin=0,
+        vmax=255,
+        interpolation="nearest",
+        extent=(left - 0.5, left + side - 0.5, top + side - 0.5, top - 0.5),
+    )
+    zoom.set_xticks([])
+    zoom.set_yticks([])
+    for spine in zoom.spines.values():
+        spine.set_edgecolor(TRUTH_COLOR)
+        spine.set_linewidth(0.6)
