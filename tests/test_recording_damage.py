@@ -1,0 +1,170 @@
+"""Files that are no recording, damaged recordings, and recordings that fail while written."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from recording_fakes import Noise, same_frames
+
+from irsim.display import AGCS
+from irsim.errors import InputError
+from irsim.recording import (
+    open_recording,
+    record,
+    recover,
+)
+from irsim.types import Frame, Input
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return record(Noise(), tmp_path_factory.mktemp("rec") / "noise.mcap")
+
+
+def one_line(error: pytest.ExceptionInfo[InputError], path: Path) -> str:
+    text = str(error.value)
+    assert "\n" not in text
+    assert str(path) in text
+    return text
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [(None, "no such file"), (b"", "is empty"), (b"PK\x03\x04 something else", "not an MCAP file")],
+)
+def test_files_that_are_no_recording(tmp_path: Path, content: bytes | None, says: str) -> None:
+    path = tmp_path / "x.mcap"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(InputError) as error:
+        open_recording(path)
+    assert says in one_line(error, path)
+
+
+def test_a_folder_is_no_recording(tmp_path: Path) -> None:
+    with pytest.raises(InputError) as error:
+        open_recording(tmp_path)
+    assert "is a folder" in one_line(error, tmp_path)
+
+
+def test_somebody_elses_mcap(tmp_path: Path) -> None:
+    from mcap.writer import Writer
+
+    path = tmp_path / "other.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        channel = writer.register_channel("/x", "json", 0)
+        writer.add_message(channel, 0, b"{}", 0)
+        writer.finish()  # type: ignore[no-untyped-call]
+    with pytest.raises(InputError, match="not a recording of irsim") as error:
+        open_recording(path)
+    one_line(error, path)
+
+
+def test_cut_anywhere_it_says_how_much_is_left_and_recovers_it(tmp_path: Path, recorded: Path) -> None:
+    data = recorded.read_bytes()
+    path, out = tmp_path / "cut.mcap", tmp_path / "out.mcap"
+    kept = set()
+    for length in np.linspace(1, len(data) - 1, 60).astype(int):
+        path.write_bytes(data[:length])
+        with pytest.raises(InputError) as error:
+            open_recording(path)
+        text = one_line(error, path)
+        if "nothing can be" in text:
+            with pytest.raises(InputError):
+                recover(path, out)
+            assert not out.exists()
+            continue
+        left = int(text.split("; ")[1].split()[0])
+        kept.add(left)
+        rescued = open_recording(recover(path, out))
+        assert len(rescued) == left
+        assert same_frames(rescued.frames(), Noise().frames(stop=left))
+        assert list(rescued.truths()) == list(Noise().truths(stop=left))
+        out.unlink()
+    assert kept == {2, 4, 6, 7}  # whole chunks of two, and the last
+
+
+def test_a_flipped_byte_is_an_error_or_changes_nothing(tmp_path: Path, recorded: Path) -> None:
+    data = recorded.read_bytes()
+    path = tmp_path / "flipped.mcap"
+    rng = np.random.default_rng(1)
+    said: list[str] = []
+    for position in np.sort(rng.choice(len(data), 800, replace=False)):
+        damaged = bytearray(data)
+        damaged[position] ^= int(rng.integers(1, 256))
+        path.write_bytes(damaged)
+        try:
+            recording = open_recording(path)
+            frames, truths = list(recording.frames()), list(recording.truths())
+            facts = (recording.follow, recording.agc, recording.targets)
+        except InputError as error:
+            said.append(str(error))
+        else:
+            assert same_frames(iter(frames), Noise().frames())
+            assert truths == list(Noise().truths())
+            assert facts == ("dot", AGCS.parse({"kind": "linear"}), ("jet", "dot"))
+    assert len(said) > 200
+    assert not any("\n" in text for text in said)
+
+
+def test_recovery_keeps_what_stands_behind_a_broken_chunk(tmp_path: Path, recorded: Path) -> None:
+    data = bytearray(recorded.read_bytes())
+    needle = Noise().frame(2).image.tobytes()
+    data[data.find(needle) + 10] ^= 1
+    path = tmp_path / "broken.mcap"
+    path.write_bytes(data)
+    recording = open_recording(path)
+    assert same_frames(recording.frames(stop=2), Noise().frames(stop=2))
+    with pytest.raises(InputError, match="does not match its CRC") as error:
+        recording.frame(2)
+    one_line(error, path)
+    rescued = open_recording(recover(path, tmp_path / "out.mcap"))
+    assert [round(frame.time * 30) for frame in rescued.frames()] == [0, 1, 4, 5, 6]
+    assert [frame.index for frame in rescued.frames()] == [0, 1, 2, 3, 4]
+    assert rescued.contents.notes == ("5 frames recovered from broken.mcap",)
+
+
+def test_outputs_are_checked_before_any_work(tmp_path: Path) -> None:
+    class Untouched(Noise):
+        def frames(self, input: Input = "counts", start: int = 0, stop: int | None = None) -> Iterator[Frame]:
+            raise AssertionError("worked before the output was checked")
+
+    with pytest.raises(InputError, match="does not exist"):
+        record(Untouched(), tmp_path / "nowhere" / "r.mcap")
+    with pytest.raises(InputError, match="is a folder"):
+        record(Untouched(), tmp_path)
+    for start, stop in ((0, 8), (3, 3), (-1, 2), (7, None)):
+        with pytest.raises(InputError, match=r"allowed: within 0:7"):
+            record(Untouched(), tmp_path / "r.mcap", start, stop)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_failed_recording_leaves_what_was_there(tmp_path: Path) -> None:
+    class Breaks(Noise):
+        def frame(self, index: int, input: Input = "counts") -> Frame:
+            if index == 4:
+                raise RuntimeError("the camera fell off")
+            return super().frame(index)
+
+    path = tmp_path / "r.mcap"
+    path.write_bytes(b"precious")
+    with pytest.raises(RuntimeError, match="fell off"):
+        record(Breaks(), path)
+    assert list(tmp_path.iterdir()) == [path]
+    assert path.read_bytes() == b"precious"
+
+
+def test_frames_of_another_size_are_refused(tmp_path: Path) -> None:
+    class Changes(Noise):
+        def frame(self, index: int, input: Input = "counts") -> Frame:
+            return replace(super().frame(index), image=np.zeros((24, 30 + 2 * (index < 3)), np.uint16))
+
+    with pytest.raises(ValueError, match="expected a 32x24"):
+        record(Changes(), tmp_path / "r.mcap")
+    assert list(tmp_path.iterdir()) == []
