@@ -168,3 +168,13 @@ def test_frames_of_another_size_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="expected a 32x24"):
         record(Changes(), tmp_path / "r.mcap")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_full_disk_is_one_line_and_leaves_nothing(tmp_path: Path) -> None:
+    class Full(Noise):
+        def frame(self, index: int, input: Input = "counts") -> Frame:
+            raise OSError(28, "No space left on device")
+
+    with pytest.raises(InputError, match=r"r\.mcap: cannot be written: No space left on device"):
+        record(Full(), tmp_path / "r.mcap")
+    assert list(tmp_path.iterdir()) == []
