@@ -9,11 +9,55 @@ a histogram is that of the visible part, and the visible share of the kernel's m
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from irsim.types import Floats, Image
-from irtrack.features.quantise import Quantiser
-from irtrack.features.window import Integers, Window
+from irtrack.features.quantise import Bins, Quantiser
+from irtrack.features.window import Window
+
+_NOTHING = float(np.finfo(np.float64).tiny)
+"""Divides an empty histogram, which stays zero."""
+_PIXELS_AT_ONCE = 16384
+"""Pixels of windows counted together: arrays of 128 kB stay in the cache and cost no page faults."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Surround:
+    """A window and the ring around it, counted in one go.
+
+    window  the target's;  outer  the window of both, with the same centre
+    side    (rows, columns) of the outer window: 0 for the target's own pixels, 1 for the ring's
+    kernel  (rows, columns), summing to one over each of the two; the ring's is flat
+    """
+
+    outer: Window
+    side: Bins
+    kernel: Floats
+
+    @classmethod
+    def of(cls, window: Window, kernel: Floats, margin: tuple[int, int]) -> Surround:
+        """A ring `margin` (x, y) px wide around a window with its kernel."""
+        x, y = margin
+        shape = (window.rows + 2 * y, window.columns + 2 * x)
+        middle = slice(y, y + window.rows), slice(x, x + window.columns)
+        side = np.ones(shape, np.intp)
+        side[middle] = 0
+        both = np.full(shape, 1 / (side.sum()))
+        both[middle] = kernel
+        return cls(Window(shape[1], shape[0], window.phase), side, both)
+
+    def histograms(self, image: Image, center: tuple[float, float], quantiser: Quantiser) -> tuple[Floats, Floats]:
+        """(2, bins) histograms of the target's window and of the ring, each summing to one, and their
+        visible shares (2,). Wholly outside: zeros and 0."""
+        left, top = self.outer.corner(center)
+        cells = _cells(image, quantiser, left, top, left + self.outer.columns, top + self.outer.rows)
+        cells += self.side * (quantiser.bins + 1)
+        mass = np.bincount(cells.ravel(), self.kernel.ravel(), 2 * (quantiser.bins + 1))
+        mass = mass.reshape(2, quantiser.bins + 1)[:, :-1]
+        visible = mass.sum(axis=1)
+        return mass / np.maximum(visible, _NOTHING)[:, None], visible
 
 
 def gaussian_kernel(window: Window, size: tuple[float, float]) -> Floats:
@@ -30,14 +74,6 @@ def gaussian_kernel(window: Window, size: tuple[float, float]) -> Floats:
     return kernel
 
 
-def ring_kernel(ring: Window, window: Window) -> Floats:
-    """(rows, columns) of the ring: equal weights summing to one, none where the window lies in it."""
-    x, y = ring.offsets()
-    kernel = np.where((2 * np.abs(x) <= window.columns) & (2 * np.abs(y) <= window.rows), 0.0, 1.0)
-    kernel /= max(kernel.sum(), 1.0)
-    return kernel
-
-
 def histogram(
     image: Image, center: tuple[float, float], window: Window, kernel: Floats, quantiser: Quantiser
 ) -> tuple[Floats, float]:
@@ -45,57 +81,75 @@ def histogram(
 
     Wholly outside: zeros and 0.
     """
-    corner = window.corner(center)
-    part, (left, top) = window.inside(corner, (image.shape[0], image.shape[1]))
-    if part.rows == 0 or part.columns == 0:
-        return np.zeros(quantiser.bins), 0.0
-    patch = part.cut(image, (left, top))
-    seen = part.cut(kernel, (left - corner[0], top - corner[1]))
-    mass = np.bincount(quantiser(patch).ravel(), seen.ravel(), quantiser.bins)
+    left, top = window.corner(center)
+    cells = _cells(image, quantiser, left, top, left + window.columns, top + window.rows)
+    mass = _masses(cells[None], kernel, quantiser.bins)[0]
     visible = float(mass.sum())
-    return mass / visible, visible
+    return mass / max(visible, _NOTHING), visible
 
 
-def distinct_histograms(
-    image: Image, centers: Floats, window: Window, kernel: Floats, quantiser: Quantiser
-) -> tuple[Floats, Floats, Integers]:
-    """The histograms of windows at `centers` (N, 2) px, each distinct window once.
+def likeness(
+    image: Image, centers: Floats, window: Window, kernel: Floats, quantiser: Quantiser, reference: Floats
+) -> tuple[Floats, Floats]:
+    """rho (N,) of windows at `centers` (N, 2) px to a reference (bins,), and visible shares (N,).
 
-    Returns histograms (K, bins), visible shares (K,), and which (N,) of the K is each centre's.
+    rho is multiplied by the visible share, so that slivers at the frame's edge do not win.
     """
     height, width = image.shape
-    # A window wholly outside sees nothing wherever it is: bring it to the frame's edge.
-    limits = (np.array([-window.columns, -window.rows]), np.array([width, height]))
-    corners = np.clip(window.corners(centers), *limits)
-    left, top = corners.min(axis=0).tolist()
-    right, bottom = (corners.max(axis=0) + np.array([window.columns, window.rows])).tolist()
-    cells = _cells(image, quantiser, left, top, right, bottom)
+    x, y = window.corners(centers).T
+    left, top, right, bottom = int(x.min()), int(y.min()), int(x.max()), int(y.max())
+    if left < -window.columns or top < -window.rows or right > width or bottom > height:
+        # A window wholly outside sees nothing wherever it is: bring it to the frame's edge.
+        x, y = np.clip(x, -window.columns, width), np.clip(y, -window.rows, height)
+        left, top, right, bottom = int(x.min()), int(y.min()), int(x.max()), int(y.max())
+    cells = _cells(image, quantiser, left, top, right + window.columns, bottom + window.rows)
 
-    keys = (corners[:, 1] - top) * (right - left) + (corners[:, 0] - left)
-    taken = np.zeros(cells.size, bool)
+    rows, columns = bottom - top + 1, right - left + 1
+    keys = (y - top) * columns + (x - left)
+    taken = np.zeros(rows * columns, bool)
     taken[keys] = True
     distinct = np.flatnonzero(taken)
-    place = np.empty(cells.size, np.intp)
-    place[distinct] = np.arange(distinct.size)
+    inside = left >= 0 and top >= 0 and right + window.columns <= width and bottom + window.rows <= height
+    rho, visible = np.empty(taken.size), np.ones(taken.size)
+    # Every window of the region as a view: [row, column] of its corner, then its own pixels.
+    step = cells.strides
+    windows: Bins = np.ndarray((rows, columns, window.rows, window.columns), cells.dtype, cells, 0, (*step, *step))
+    share = max(1, _PIXELS_AT_ONCE // kernel.size)
+    for start in range(0, distinct.size, share):
+        some = distinct[start : start + share]
+        mass = _masses(windows[np.divmod(some, columns)], kernel, quantiser.bins)
+        rho[some] = bhattacharyya(mass, reference)
+        if not inside:
+            # With p = mass / visible: rho(p, q) visible = rho(mass, q) sqrt(visible).
+            visible[some] = mass.sum(axis=1)
+            rho[some] *= np.sqrt(visible[some])
+    return rho[keys], visible[keys]
 
-    pixels = (np.arange(window.rows)[:, None] * (right - left) + np.arange(window.columns)).ravel()
-    index = cells.ravel().take(distinct[:, None] + pixels)
-    index += (np.arange(distinct.size) * (quantiser.bins + 1))[:, None]
-    mass = np.bincount(index.ravel(), np.tile(kernel.ravel(), distinct.size), distinct.size * (quantiser.bins + 1))
-    mass = mass.reshape(distinct.size, quantiser.bins + 1)[:, :-1]
-    visible = mass.sum(axis=1)
-    return mass / np.where(visible > 0, visible, 1)[:, None], visible, place[keys]
+
+def _masses(windows: Bins, kernel: Floats, bins: int) -> Floats:
+    """The kernel's mass in each bin (K, bins) of windows (K, rows, columns); its sums are the visible shares.
+
+    The windows are overwritten.
+    """
+    count = len(windows)
+    index = windows.reshape(count, kernel.size)
+    index += np.arange(0, count * (bins + 1), bins + 1)[:, None]
+    weights = np.full(index.shape, kernel.ravel())
+    mass: Floats = np.bincount(index.ravel(), weights.ravel(), count * (bins + 1)).astype(np.float64, copy=False)
+    return mass.reshape(count, bins + 1)[:, :-1]
 
 
-def _cells(image: Image, quantiser: Quantiser, left: int, top: int, right: int, bottom: int) -> Integers:
+def _cells(image: Image, quantiser: Quantiser, left: int, top: int, right: int, bottom: int) -> Bins:
     """The bins of a region that may reach over the frame's edge; one bin more for what is outside."""
     height, width = image.shape
-    rows, columns = slice(max(top, 0), min(bottom, height)), slice(max(left, 0), min(right, width))
-    inside = quantiser(image[rows, columns])
     if left >= 0 and top >= 0 and right <= width and bottom <= height:
-        return inside
+        return quantiser(image[top:bottom, left:right])
+    rows = slice(min(max(top, 0), height), max(min(bottom, height), 0))
+    columns = slice(min(max(left, 0), width), max(min(right, width), 0))
     cells = np.full((bottom - top, right - left), quantiser.bins, np.intp)
-    cells[rows.start - top : rows.stop - top, columns.start - left : columns.stop - left] = inside
+    cells[rows.start - top : rows.stop - top, columns.start - left : columns.stop - left] = quantiser(
+        image[rows, columns]
+    )
     return cells
 
 
@@ -103,15 +157,3 @@ def bhattacharyya(p: Floats, q: Floats) -> Floats:
     """rho = sum_u sqrt(p(u) q(u)) for p (..., bins) and q (bins,) (Cheng et al. 2006, eq. 8)."""
     rho: Floats = np.sqrt(p) @ np.sqrt(q)
     return np.minimum(rho, 1.0)
-
-
-def likeness(
-    image: Image, centers: Floats, window: Window, kernel: Floats, quantiser: Quantiser, reference: Floats
-) -> tuple[Floats, Floats]:
-    """rho (N,) of windows at `centers` (N, 2) to a reference (bins,), and visible shares (N,).
-
-    rho is multiplied by the visible share, so that slivers at the frame's edge do not win.
-    """
-    p, visible, which = distinct_histograms(image, centers, window, kernel, quantiser)
-    rho = bhattacharyya(p, reference) * np.minimum(visible, 1.0)
-    return rho[which], visible[which]

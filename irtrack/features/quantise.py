@@ -6,10 +6,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+import numpy.typing as npt
 
 from irsim.types import Frame, Image
-from irtrack.features.window import Integers
 
+Bins = npt.NDArray[np.intp]
 BinsRange = Literal["full", "first_frame"]
 
 # Chosen here, no source speaks of it: percentiles instead of the extremes, so that dead pixels and
@@ -26,11 +27,14 @@ class Quantiser:
     high: float
     bins: int
 
-    def __call__(self, image: Image) -> Integers:
+    def __call__(self, image: Image) -> Bins:
         """The bin 0 .. bins-1 of each pixel: floor((I - low) / ((high - low) / bins)), clipped."""
-        cells = (image - self.low) * (self.bins / (self.high - self.low))
-        found: Integers = np.clip(cells, 0, self.bins - 1).astype(np.intp)
-        return found
+        # float32 holds 16-bit counts exactly, and bins over a power of two: the full range has no rounding.
+        cells = np.subtract(image, np.float32(self.low), dtype=np.float32)
+        cells *= self.bins / (self.high - self.low)
+        np.maximum(cells, 0, out=cells)
+        np.minimum(cells, self.bins - 1, out=cells)
+        return cells.astype(np.intp)
 
 
 def full_range(bits: int, bins: int) -> Quantiser:

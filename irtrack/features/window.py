@@ -9,6 +9,7 @@ every estimate would be off by that much.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import floor
 from typing import TypeVar
 
 import numpy as np
@@ -33,7 +34,7 @@ class Window:
         """The window of a box: its sizes rounded to whole pixels, at least one."""
         columns, rows = max(1, round(box.w)), max(1, round(box.h))
         x, y = box.cx - (columns - 1) / 2, box.cy - (rows - 1) / 2
-        return cls(columns, rows, (x - float(np.floor(x + 0.5)), y - float(np.floor(y + 0.5))))
+        return cls(columns, rows, (x - floor(x + 0.5), y - floor(y + 0.5)))
 
     def inside(self, corner: tuple[int, int], shape: tuple[int, int]) -> tuple[Window, tuple[int, int]]:
         """The part of the window at `corner` that lies in a frame of `shape`, and its own corner.
@@ -51,16 +52,20 @@ class Window:
         part: AnyArray = image[corner[1] : corner[1] + self.rows, corner[0] : corner[0] + self.columns]  # type: ignore[assignment]
         return part
 
+    @property
+    def _reach(self) -> tuple[float, float]:
+        """What floor() of a centre less this gives the nearest corner: half a pixel short of it."""
+        return self.phase[0] + (self.columns - 1) / 2 - 0.5, self.phase[1] + (self.rows - 1) / 2 - 0.5
+
     def corners(self, centers: Floats) -> Integers:
         """(..., 2) column and row of the top-left pixel for target centres (..., 2) px."""
-        reach = (self.phase[0] + (self.columns - 1) / 2 - 0.5, self.phase[1] + (self.rows - 1) / 2 - 0.5)
-        whole: Integers = np.floor(centers - np.array(reach)).astype(np.intp)
+        whole: Integers = np.floor(centers - np.array(self._reach)).astype(np.intp)
         return whole
 
     def corner(self, center: tuple[float, float]) -> tuple[int, int]:
         """The same for one centre."""
-        x, y = self.corners(np.array(center)).tolist()
-        return x, y
+        x, y = self._reach
+        return floor(center[0] - x), floor(center[1] - y)
 
     def center(self, corner: tuple[float, float]) -> tuple[float, float]:
         """The target's centre where the top-left pixel is at `corner` (may lie between pixels)."""

@@ -18,6 +18,6 @@ def mean(weights: Floats, particles: Floats) -> Floats:
 
 def covariance(weights: Floats, particles: Floats, center: Floats) -> Floats:
     """(d, d) weighted covariance of particles (N, d) about their mean."""
-    off = particles - center
-    spread: Floats = (off * weights[:, None]).T @ off
+    off = (particles - center).T
+    spread: Floats = (off * weights) @ off.T
     return spread

@@ -28,13 +28,12 @@ class Footage:
     """What must not change from frame to frame."""
 
     shape: tuple[int, int]
-    dtype: str
+    dtype: np.dtype[np.uint8] | np.dtype[np.uint16]
 
     def check(self, frame: Frame) -> None:
         """InputError where a frame is of another size or type than the first."""
-        now = footage(frame)
-        if now != self:
-            raise InputError(f"frame {frame.index}: {now}; allowed: {self}, as the track began")
+        if frame.image.shape != self.shape or frame.image.dtype != self.dtype:
+            raise InputError(f"frame {frame.index}: {footage(frame)}; allowed: {self}, as the track began")
 
     def __str__(self) -> str:
         return f"{self.shape[1]}x{self.shape[0]} {self.dtype}"
@@ -48,7 +47,7 @@ def footage(frame: Frame) -> Footage:
             f"frame {frame.index}: an image of shape {image.shape}, {image.dtype}; "
             "allowed: (rows, cols) of uint8 or uint16"
         )
-    return Footage((image.shape[0], image.shape[1]), str(image.dtype))
+    return Footage((image.shape[0], image.shape[1]), image.dtype)
 
 
 def start_window(frame: Frame, box: Box) -> tuple[Window, tuple[int, int]]:

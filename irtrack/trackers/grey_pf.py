@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import sqrt
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -10,7 +11,7 @@ from pydantic import Field, model_validator
 
 from irsim.kinds import Fraction, NotNegative, Positive
 from irsim.types import Box, Floats, Frame
-from irtrack.features.histogram import bhattacharyya, gaussian_kernel, histogram, likeness, ring_kernel
+from irtrack.features.histogram import Surround, bhattacharyya, gaussian_kernel, histogram, likeness
 from irtrack.features.quantise import BinsRange, Quantiser, quantiser
 from irtrack.features.window import Window
 from irtrack.filters import particles as cloud
@@ -21,16 +22,22 @@ from irtrack.types import Estimate
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class GreyPFState:
-    """positions, previous (N, 2) px of this frame and the one before; weights, distances D (N,)."""
+class Start:
+    """What the first frame sets for good: the frame's kind, the target's size, windows, grey range."""
 
     footage: Footage
     size: tuple[float, float]
     window: Window
     kernel: Floats
-    ring: Window
-    ring_kernel: Floats
+    surround: Surround
     quantiser: Quantiser
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GreyPFState:
+    """positions, previous (N, 2) px of this frame and the one before; weights, distances D (N,)."""
+
+    start: Start
     reference: Floats
     positions: Floats
     previous: Floats
@@ -100,20 +107,16 @@ class GreyPF(TrackerPart):
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> GreyPFState:
         """The reference histogram and a cloud of equal weights about the box's centre."""
         part, corner = start_window(frame, box)
-        window, ring = Window.of(box), Window.of(Box(box.cx, box.cy, 2 * box.w, 2 * box.h))
+        window = Window.of(box)
         size = (box.w, box.h)
         kernel = gaussian_kernel(window, size)
         levels = quantiser(frame, part.cut(frame.image, corner), self.bins, self.bins_range)
         reference, _ = histogram(frame.image, (box.cx, box.cy), window, kernel, levels)
         positions = np.array([box.cx, box.cy]) + self.start_sd * rng.standard_normal((self.particles, 2))
+        # As wide as half the window on each side, the ring has three times its area.
+        margin = (-(-window.columns // 2), -(-window.rows // 2))
         return GreyPFState(
-            footage=footage(frame),
-            size=size,
-            window=window,
-            kernel=kernel,
-            ring=ring,
-            ring_kernel=ring_kernel(ring, window),
-            quantiser=levels,
+            start=Start(footage(frame), size, window, kernel, Surround.of(window, kernel, margin), levels),
             reference=reference,
             positions=positions,
             previous=positions - self.start_speed_sd * rng.standard_normal((self.particles, 2)),
@@ -124,41 +127,35 @@ class GreyPF(TrackerPart):
 
     def step(self, state: GreyPFState, frame: Frame, rng: np.random.Generator) -> tuple[GreyPFState, Estimate]:
         """Resample, move, weigh, estimate, update the reference."""
-        state.footage.check(frame)
+        start = state.start
+        start.footage.check(frame)
         chosen = RESAMPLERS[self.resampling](state.weights, rng)
-        previous = state.positions[chosen]
-        noise = self.deviation(state.distances[chosen], state.size)[:, None] * rng.standard_normal(previous.shape)
-        positions = ar2(previous, state.previous[chosen], self.damping, noise)
+        previous = state.positions.take(chosen, axis=0)
+        noise = self.deviation(state.distances[chosen], start.size)[:, None] * rng.standard_normal(previous.shape)
+        positions = ar2(previous, state.previous.take(chosen, axis=0), self.damping, noise)
 
-        rho, visible = likeness(frame.image, positions, state.window, state.kernel, state.quantiser, state.reference)
-        weights, in_view = weigh(1 - rho, visible, self.lam)
+        rho, visible = likeness(frame.image, positions, start.window, start.kernel, start.quantiser, state.reference)
+        weights, in_view = weigh(rho, visible, self.lam)
         center = cloud.mean(weights, positions)
-        at = (float(center[0]), float(center[1]))
-        now, shown = histogram(frame.image, at, state.window, state.kernel, state.quantiser)
-        score = float(bhattacharyya(now, state.reference)) * shown
-        around, _ = histogram(frame.image, at, state.ring, state.ring_kernel, state.quantiser)
-        floor = float(bhattacharyya(around, state.reference))
+        velocity = cloud.mean(weights, positions - previous)
+        x, y = center.tolist()
+        histograms, shown = start.surround.histograms(frame.image, (x, y), start.quantiser)
+        # As in `likeness`, what is cut off by the frame's edge counts against the estimate.
+        score, floor = (bhattacharyya(histograms, state.reference) * (shown[0], 1.0)).tolist()
         sight = state.sight.after(score, floor, self.seen) if in_view else state.sight.unseen()
 
         after = GreyPFState(
-            footage=state.footage,
-            size=state.size,
-            window=state.window,
-            kernel=state.kernel,
-            ring=state.ring,
-            ring_kernel=state.ring_kernel,
-            quantiser=state.quantiser,
-            reference=self._updated(state.reference, now, score, sight),
+            start=start,
+            reference=self._updated(state.reference, histograms[0], score, sight),
             positions=positions,
             previous=previous,
             weights=weights,
             distances=np.sqrt(1 - rho),
             sight=sight,
         )
-        velocity = cloud.mean(weights, positions - previous)
         return after, Estimate(
-            center=at,
-            size=state.size,
+            center=(x, y),
+            size=start.size,
             status=sight.status(self.lost_after) if in_view else "lost",
             score=score,
             velocity=(float(velocity[0]), float(velocity[1])),
@@ -172,7 +169,7 @@ class GreyPF(TrackerPart):
         """(N,) R of each particle, px: max(min(R0 D, Rmax), Rmin) (eq. 12), or r0 for all."""
         if self.noise == "fixed":
             return np.full(len(distances), self.r0)
-        r_max = float(np.sqrt(size[0] * size[1])) / 2 if self.r_max is None else self.r_max
+        r_max = sqrt(size[0] * size[1]) / 2 if self.r_max is None else self.r_max
         clipped: Floats = np.maximum(np.minimum(self.r0 * distances, r_max), self.r_min)
         return clipped
 
@@ -182,14 +179,15 @@ class GreyPF(TrackerPart):
         return (1 - self.alpha) * reference + self.alpha * now if self.update and trusted and score > 0 else reference
 
 
-def weigh(distances2: Floats, visible: Floats, lam: float) -> tuple[Floats, bool]:
+def weigh(rho: Floats, visible: Floats, lam: float) -> tuple[Floats, bool]:
     """Weights (N,) of eq. 10, exp(-lambda D^2 / 2), summing to one, and whether any window is in view.
 
-    The constant 1 / sqrt(2 pi) and the smallest D^2 cancel: without the latter a large lambda would
-    underflow. A window wholly outside the frame weighs nothing; all outside: equal weights.
+    With D^2 = 1 - rho. The constant 1 / sqrt(2 pi) cancels, and so does the largest weight, which
+    keeps a large lambda from underflow. A window wholly outside the frame weighs nothing; all
+    outside: equal weights.
     """
-    in_view = visible > 0
-    if not in_view.any():
-        return np.full(len(visible), 1 / len(visible)), False
-    weights = np.exp(-lam / 2 * (distances2 - distances2[in_view].min())) * in_view
-    return weights / weights.sum(), True
+    weights = np.exp(lam / 2 * (rho - rho.max())) * (visible > 0)
+    total = weights.sum()
+    if total == 0:
+        return np.full(len(rho), 1 / len(rho)), False
+    return weights / total, True
