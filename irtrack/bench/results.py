@@ -1,4 +1,4 @@
-"""The results file: SQLite, one cell a row, each cell committed as it is finished.
+"""The results file: SQLite, one cell a row, committed as they are finished.
 
 A killed bench leaves a valid file (SQLite's rollback journal); the next one goes on from there.
 """
@@ -109,6 +109,20 @@ class Results:
     ) -> None:
         self.close()
 
+    @contextmanager
+    def transaction(self) -> Iterator[None]:
+        """All that is written within is committed together, or not at all."""
+        with self._clear_errors():
+            self._db.execute("BEGIN IMMEDIATE")
+        try:
+            yield
+        except BaseException:
+            if self._db.in_transaction:  # a full disk has rolled it back already
+                self._db.execute("ROLLBACK")
+            raise
+        with self._clear_errors():
+            self._db.execute("COMMIT")
+
     def _insert(self, table: str, row: dict[str, Any], or_what: str = "ABORT") -> int:
         marks = ", ".join("?" * len(row))
         with self._clear_errors():
@@ -139,7 +153,7 @@ class Results:
             return found.fetchone() is not None
 
     def add(self, cell: Cell, trace: Trace | None) -> None:
-        """Commit a finished cell; its source and that it is wanted are noted before."""
+        """Keep a finished cell; its source and that it is wanted are noted before."""
         row = {name: getattr(cell.key, name) for name in _KEY}
         row |= {"digest": cell.key.digest, "status": cell.status, "failure": cell.failure}
         row |= {"trace": trace.to_bytes() if trace else None}

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 import platform
 import shlex
 import sys
+import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import replace
 from datetime import UTC, datetime
+from multiprocessing.connection import wait
 from pathlib import Path
 
 import cv2
@@ -63,12 +66,14 @@ def run_bench(
         raise InputError(f"jobs {jobs}: allowed: 1 or more")
     kept = Results(results, create=True)
     try:
-        run = kept.start_run(_now(), command or shlex.join(["irtrack", *sys.argv[1:]]), _versions())
-        groups = [group for plan in wanted if (group := _missing(kept, run, plan)).members]
+        with kept.transaction():
+            run = kept.start_run(_now(), command or shlex.join(["irtrack", *sys.argv[1:]]), _versions())
+            groups = [group for plan in wanted if (group := _missing(kept, run, plan)).members]
         done, total = 0, sum(len(group.members) for group in groups)
         for outcomes in _outcomes(groups, jobs):
-            for cell, trace in outcomes:
-                kept.add(cell, trace)
+            with kept.transaction():
+                for cell, trace in outcomes:
+                    kept.add(cell, trace)
             done += len(outcomes)
             if progress is not None:
                 progress(done, total)
@@ -103,7 +108,7 @@ def _outcomes(groups: list[Group], jobs: int) -> Iterator[list[tuple[Cell, Trace
             yield from map(run_group, groups)
         return
     context = multiprocessing.get_context("spawn")  # safe with threads, the same on every system
-    with ProcessPoolExecutor(min(jobs, len(groups)), mp_context=context, initializer=_use_one_thread) as pool:
+    with ProcessPoolExecutor(min(jobs, len(groups)), mp_context=context, initializer=_begin_worker) as pool:
         try:
             for future in as_completed([pool.submit(run_group, group) for group in groups]):
                 yield future.result()
@@ -122,6 +127,19 @@ def _one_thread() -> Iterator[None]:
         yield
     finally:
         cv2.setNumThreads(threads)
+
+
+def _begin_worker() -> None:
+    _use_one_thread()
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    """A pool's worker would wait for work for ever after its parent was killed."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        wait([parent.sentinel])
+        os._exit(1)
 
 
 def _use_one_thread() -> None:
