@@ -33,6 +33,10 @@ _PUBLIC = {
     "Recording": "irsim.recording",
     "open_recording": "irsim.recording",
     "record": "irsim.recording",
+    "TrackHeader": "irsim.recording",
+    "TrackState": "irsim.recording",
+    "read_tracks": "irsim.recording",
+    "write_tracks": "irsim.recording",
     "open_source": "irsim.sources",
     "import_frames": "irsim.convert",
 }

@@ -1,0 +1,227 @@
+"""The commands of irtrack.
+
+Modules that take time to import are imported inside the commands: `irtrack --help` must not wait.
+"""
+
+from __future__ import annotations
+
+import os
+import shlex
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from irsim.errors import IrsimError
+from irtrack.cli.output import check_output, print_json, print_run, print_summary
+from irtrack.cli.progress import progress_bar
+from irtrack.errors import InputError, IrtrackError
+
+if TYPE_CHECKING:
+    from irsim.types import Input
+
+app = typer.Typer(
+    help="Replay infrared recordings into trackers, measure where they break, and report it.",
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    add_completion=False,
+    no_args_is_help=True,
+)
+
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
+InputName = Annotated[
+    str,
+    typer.Option("--input", metavar="display|counts", help="What trackers look at: the 8-bit picture or the counts."),
+]
+
+
+def main() -> None:
+    """The command `irtrack`: what is raised on purpose becomes lines on stderr and exit status 2."""
+    # A tracker of one's own (module:Class) may lie in the folder where the command is given.
+    sys.path.append(os.getcwd())
+    try:
+        app(prog_name="irtrack")
+    except (IrtrackError, IrsimError) as error:
+        for line in str(error).splitlines():
+            print(f"irtrack: {line}", file=sys.stderr)
+        sys.exit(2)
+    except BrokenPipeError:
+        # Whoever read the output has gone. Nothing must be left for Python to flush at its end.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(1)
+    except OSError as error:
+        # What no room could foresee, such as a full disk under a redirected output.
+        print(f"irtrack: {error}", file=sys.stderr)
+        sys.exit(2)
+
+
+@app.command("list")
+def list_trackers(as_json: AsJson = False) -> None:
+    """Show the trackers: name, what each does, and who described it."""
+    from irtrack.trackers import describe
+
+    rows = describe()
+    if as_json:
+        print_json([row._asdict() for row in rows])
+        return
+    width = max(len(row.name) for row in rows)
+    for row in rows:
+        print(f"{row.name:{width}}  {row.summary}\n{'':{width}}  {row.source}")
+    print("or module:Class, a tracker of your own")
+
+
+@app.command()
+def run(
+    tracker: Annotated[str, typer.Argument(metavar="TRACKER", help="A name from `irtrack list`, or module:Class.")],
+    source: Annotated[
+        str, typer.Argument(metavar="SCENARIO|REC", help="A scenario's file or name, or a recording's file.")
+    ],
+    settings: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="KEY=VALUE",
+            help="The tracker's parameters (particles=500) and changes to the scenario (camera.netd_mk=80, frames=50).",
+        ),
+    ] = None,
+    target: Annotated[str | None, typer.Option(metavar="ID", help="Whom to follow, where truth knows several.")] = None,
+    init: Annotated[
+        str | None,
+        typer.Option(
+            metavar="X,Y,W,H[@FRAME]",
+            help="Start in this box: top-left pixel, width, height, as label files write it; at frame 0 unless said.",
+        ),
+    ] = None,
+    input: InputName = "display",
+    seed: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N", min=0, help="Seed of the scene and of the tracker; the scenario's own, or 0, unless said."
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="REC", help="Write the track as a recording.")
+    ] = None,
+    csv: Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="Write the track as CSV.")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Run one tracker over one source; print its scores and how to repeat it."""
+    check_output(output)
+    check_output(csv)
+    looked_at, start = _input(input), None
+    from irsim import Scenario, open_source
+    from irtrack import replay
+    from irtrack.cli.options import split_settings, start_box
+    from irtrack.metrics import Reference, score
+    from irtrack.trackers import find, make
+
+    if init is not None:
+        start = start_box(init)
+    split = split_settings(settings or (), find(tracker), Scenario.model_fields)
+    made = make(tracker, split.tracker)
+    opened = open_source(source, split.scenario)
+    if seed is not None and replay.scene_seed(opened) is not None:
+        opened = open_source(source, split.scenario, seed)
+    tracker_seed = seed if seed is not None else replay.scene_seed(opened) or 0
+    with progress_bar(tracker) as progress:
+        track = replay.run(
+            made,
+            opened,
+            target=target,
+            init=start,
+            input=looked_at,
+            seed=tracker_seed,
+            progress=None if progress is None else lambda done: progress(done, len(opened)),
+        )
+    followed = track.target if opened.has_truth else None
+    result = score(track, Reference.of(opened.truths(), followed))
+    repeat = shlex.join(["irtrack", *sys.argv[1:], *([] if seed is not None else ["--seed", str(tracker_seed)])])
+    if csv is not None:
+        from irtrack.trackfile import track_to_csv
+
+        track_to_csv(track, csv)
+    if output is not None:
+        from irtrack.cli.track_recording import record_track
+
+        record_track(track, opened.rate_hz, output)
+    if as_json:
+        from irtrack.trackfile import track_as_dict
+
+        print_json({**track_as_dict(track), "score": result.as_dict(), "repeat": repeat})
+        return
+    print_run(track, result)
+    for path in (csv, output):
+        if path is not None:
+            print(f"wrote {path}")
+    print(f"repeat it: {repeat}")
+
+
+@app.command()
+def bench(
+    sources: Annotated[
+        list[str], typer.Argument(metavar="SCENARIO|REC...", help="Scenarios (files or names) and recordings.")
+    ],
+    trackers: Annotated[
+        str,
+        typer.Option(
+            metavar="[LABEL=]NAME[:KEY=VALUE...],...",
+            help="Trackers by name, parameters after colons: grey_pf,big=grey_pf:particles=500",
+        ),
+    ],
+    seeds: Annotated[
+        int, typer.Option(metavar="N", min=1, help="Seeds 0 to N-1; each is the scene's and the tracker's.")
+    ] = 10,
+    jobs: Annotated[int, typer.Option(metavar="N", min=1, help="Worker processes.")] = 1,
+    results: Annotated[
+        Path, typer.Option(metavar="DB", help="Results file; what is in it already is not run again.")
+    ] = Path("irtrack.db"),
+    input: InputName = "display",
+    as_json: AsJson = False,
+) -> None:
+    """Run trackers over sources with many seeds; print the ranked table and where the results are."""
+    check_output(results)
+    looked_at = _input(input)
+    from irsim import open_source
+    from irtrack.bench import parse_trackers, run_bench, summary
+
+    entries = parse_trackers(trackers)
+    opened = [open_source(source) for source in sources]
+    with progress_bar("bench") as progress:
+        kept = run_bench(opened, entries, results=results, seeds=seeds, jobs=jobs, input=looked_at, progress=progress)
+    # The file may hold more than what was asked for now.
+    labels, names = {entry.label for entry in entries}, {source.name for source in opened}
+    with kept:
+        cells = [cell for cell in kept.cells() if cell.label in labels and cell.source in names]
+    rows = summary(cells)
+    if as_json:
+        print_json({"results": str(results), "rows": [row.as_dict() for row in rows]})
+    else:
+        print_summary(rows)
+        print(f"results: {results}    next: {shlex.join(['irtrack', 'report', str(results)])}")
+    failed = sum(cell.status == "failed" for cell in cells)
+    if failed:
+        print(f"irtrack: {failed} of {len(cells)} runs failed; the report shows why", file=sys.stderr)
+        raise typer.Exit(1)
+
+
+@app.command()
+def report(
+    results: Annotated[Path, typer.Argument(metavar="DB", help="A results file of `irtrack bench`.")],
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="HTML", help="Where to write it; report.html beside DB unless said."),
+    ] = None,
+) -> None:
+    """Write the report of a results file, one HTML file, and print its path."""
+    check_output(output)
+    from irtrack.report import write_report
+
+    print(write_report(results, output))
+
+
+def _input(word: str) -> Input:
+    if word == "display":
+        return "display"
+    if word == "counts":
+        return "counts"
+    raise InputError(f"--input {word}: allowed: display or counts")

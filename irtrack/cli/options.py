@@ -1,0 +1,77 @@
+"""What the command line's words mean: a start box, and which KEY=VALUE belongs to whom."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterable
+from dataclasses import dataclass
+from math import isfinite
+from typing import Any
+
+from irsim.kinds import suggestion
+from irsim.types import Box
+from irtrack.errors import InputError
+
+
+def start_box(text: str) -> tuple[Box, int]:
+    """'X,Y,W,H[@FRAME]' as label files write boxes: (box, frame); frame 0 where not given."""
+    numbers, at, frame = text.partition("@")
+    try:
+        x, y, w, h = (float(number) for number in numbers.split(","))
+        index = int(frame) if at else 0
+    except ValueError:
+        raise InputError(
+            f"--init {text}: not a start box; allowed: X,Y,W,H or X,Y,W,H@FRAME, "
+            "the box's top-left pixel, its width and height in px, such as 80,55,14,10@3"
+        ) from None
+    if not all(map(isfinite, (x, y, w, h))) or w <= 0 or h <= 0 or index < 0:
+        raise InputError(f"--init {text}: allowed: finite numbers, width and height above 0, frame 0 or later")
+    return Box.from_pixels(x, y, w, h), index
+
+
+@dataclass(frozen=True)
+class Settings:
+    """KEY=VALUE words by whom they are for: the tracker's, read as YAML; the scenario's, as they are."""
+
+    tracker: dict[str, Any]
+    scenario: tuple[str, ...]
+
+
+def split_settings(words: Iterable[str], tracker: type[Any], scenario_keys: Iterable[str]) -> Settings:
+    """Whom each KEY=VALUE is for.
+
+    A parameter of the tracker is the tracker's. Else a key of the scenario's top level, or a key
+    with a dot, is the scenario's. Anything else is an InputError, unless the tracker takes any key.
+    """
+    from irsim import scalar
+
+    names, takes_any = parameters(tracker)
+    top = list(scenario_keys)
+    for_tracker: dict[str, Any] = {}
+    for_scenario: list[str] = []
+    for word in words:
+        key, equals, value = word.partition("=")
+        if not equals or not key:
+            raise InputError(f"{word}: not a setting; allowed: KEY=VALUE, such as camera.netd_mk=80")
+        if key in names:
+            for_tracker[key] = scalar(value)
+        elif key in top or "." in key:
+            for_scenario.append(word)
+        elif takes_any:
+            for_tracker[key] = scalar(value)
+        else:
+            raise InputError(
+                f"{key}: no such setting; allowed: the tracker's {', '.join(names) or '(it has none)'}; "
+                f"the scenario's {', '.join(top)}, and paths such as camera.netd_mk" + suggestion(key, [*names, *top])
+            )
+    return Settings(for_tracker, tuple(for_scenario))
+
+
+def parameters(tracker: type[Any]) -> tuple[list[str], bool]:
+    """(names of a tracker class's parameters, does it take others as well?)."""
+    try:
+        given = inspect.signature(tracker).parameters.values()
+    except (TypeError, ValueError):  # a class of an extension module may hide what it takes
+        return [], True
+    named = [each.name for each in given if each.kind in (each.POSITIONAL_OR_KEYWORD, each.KEYWORD_ONLY)]
+    return named, any(each.kind is each.VAR_KEYWORD for each in given)

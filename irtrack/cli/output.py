@@ -1,0 +1,100 @@
+"""What the commands print, and the checks of where they may write."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from irtrack.errors import InputError
+
+if TYPE_CHECKING:
+    from irtrack.bench import SummaryRow
+    from irtrack.metrics import Score
+    from irtrack.types import Track
+
+NOTHING = "-"
+
+
+def check_output(path: Path | None) -> None:
+    """InputError where `path` cannot become a file: its folder is missing, or it is a folder."""
+    if path is None:
+        return
+    if not path.parent.is_dir():
+        raise InputError(f"{path}: the folder {path.parent} does not exist; allowed: an existing folder")
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder; allowed: the name of a file")
+
+
+def print_json(value: Any) -> None:
+    """One JSON document on standard output."""
+    json.dump(value, sys.stdout, indent=1, allow_nan=False)
+    sys.stdout.write("\n")
+
+
+def print_table(head: Sequence[str], rows: Sequence[Sequence[str]], left: int = 1) -> None:
+    """Columns as wide as what is in them; the first `left` of them are flush left, the others right."""
+    widths = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
+    for row in (head, *rows):
+        cells = [
+            cell.ljust(width) if column < left else cell.rjust(width)
+            for column, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ]
+        print("  ".join(cells).rstrip())
+
+
+def print_run(track: Track, score: Score) -> None:
+    """Who followed whom over what, and the scores where there is truth."""
+    indices = track.indices
+    followed = track.target or "a given box"
+    print(
+        f"{track.tracker} on {track.source}: {followed}, "
+        f"frames {indices[0]} to {indices[-1]}, seed {track.tracker_seed}"
+    )
+    if score.lost is None:
+        print("no scores: there is no truth of it in these frames")
+        own = {status: track.statuses.count(status) for status in ("tracking", "occluded", "lost")}
+        print(
+            "it says of itself: " + ", ".join(f"{status} in {count} frames" for status, count in own.items() if count)
+        )
+        print(f"time         {number(score.ms_median, '.3g')} ms a frame (median)")
+        return
+    print(f"lost         {f'at frame {score.lost_at}' if score.lost else 'no'}")
+    print(f"|error| x    {number(score.abs_x)} ± {number(score.sd_x)} px")
+    print(f"|error| y    {number(score.abs_y)} ± {number(score.sd_y)} px")
+    print(f"rmse         {number(score.rmse)} px")
+    print(f"within 5 px  {number(score.precision_5, '.3f')}    20 px  {number(score.precision_20, '.3f')}")
+    print(f"norm. prec.  {number(score.precision_norm, '.3f')}")
+    print(f"success AUC  {number(score.success_auc, '.3f')}")
+    print(f"time         {number(score.ms_median, '.3g')} ms a frame (median)")
+
+
+def print_summary(rows: Sequence[SummaryRow]) -> None:
+    """The ranked table of each source; errors are those before the loss."""
+    head = ("source", "tracker", "runs", "lost", "95 %", "|x| px", "|y| px", "<= 5 px", "<= 20 px", "AUC", "ms")
+    print_table(
+        head,
+        [
+            (
+                row.source,
+                f"{row.rank}. {row.label}",
+                str(row.runs) + (f" ({row.failed} failed)" if row.failed else ""),
+                number(row.lost_share, ".0%"),
+                NOTHING if row.lost_low is None else f"{row.lost_low:.0%}..{row.lost_high:.0%}",
+                number(row.abs_x),
+                number(row.abs_y),
+                number(row.precision_5, ".3f"),
+                number(row.precision_20, ".3f"),
+                number(row.success_auc, ".3f"),
+                number(row.ms_median, ".3g"),
+            )
+            for row in rows
+        ],
+        left=2,
+    )
+
+
+def number(value: float | None, form: str = ".2f") -> str:
+    return NOTHING if value is None else format(value, form)

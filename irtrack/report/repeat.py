@@ -1,0 +1,75 @@
+"""The commands that repeat what a report shows."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+from irsim.types import Box
+from irtrack.bench import Cell, Run, SourceRow
+from irtrack.errors import IrtrackError
+
+
+def source_word(source: SourceRow, runs: Iterable[Run]) -> str:
+    """How a command names the source.
+
+    A recording: its path. A scenario: as the bench's command line named it, the latest first; else
+    the file that the report lets one save.
+    """
+    if source.kind == "recording":
+        return source.text
+    for run in reversed(list(runs)):
+        for word in _words(run.command):
+            if Path(word).stem == source.name:
+                return word
+    return f"{source.name}.yaml"
+
+
+def _words(command: str) -> list[str]:
+    try:
+        return shlex.split(command)
+    except ValueError:  # a command line noted from Python may hold anything
+        return []
+
+
+def render_command(source: SourceRow, word: str, seed: int | None) -> str | None:
+    """The command that renders the scene to a recording; None for what is one already."""
+    if source.kind == "recording":
+        return None
+    return shlex.join(["irsim", "render", word, "--seed", str(seed), "-o", f"{source.name}-{seed}.mcap"])
+
+
+def run_command(cell: Cell, word: str) -> str:
+    """The command that repeats one cell and prints its scores."""
+    key, config = cell.key, cell.config
+    words = ["irtrack", "run", config["tracker"], word, "--seed", str(key.tracker_seed)]
+    if key.target is not None:
+        words += ["--target", key.target]
+    if key.start != "visible":
+        words += ["--init", _init(key.start)]
+    if key.input != "display":
+        words += ["--input", key.input]
+    return shlex.join([*words, *_settings(config)])
+
+
+def _init(start: str) -> str:
+    """'cx,cy,w,h@frame' of a key as --init takes it."""
+    numbers, _, frame = start.partition("@")
+    box = Box(*map(float, numbers.split(",")))
+    return ",".join(f"{value:.10g}" for value in box.pixels) + f"@{frame}"
+
+
+def _settings(config: dict[str, Any]) -> Sequence[str]:
+    """KEY=VALUE of the parameters that are not the tracker's defaults."""
+    from irtrack.identity import tracker_config
+    from irtrack.trackers import make
+
+    try:
+        defaults = tracker_config(make(config["tracker"]))["parameters"]
+    except IrtrackError:  # a tracker of somebody else's that cannot be made here
+        defaults = {}
+    changed = {key: value for key, value in config["parameters"].items() if defaults.get(key, ...) != value}
+    return [f"{key}={value if isinstance(value, str) else json.dumps(value)}" for key, value in changed.items()]
