@@ -50,7 +50,8 @@ class Tracker(Protocol):
 
     The state is a value too: `step` returns a new one and leaves the old one, the frame and the box
     untouched, so that a copied or pickled state resumes exactly. A tracker that cannot promise this
-    says `resumable = False`. The generator of frame k is `irsim.rng.stream(seed, label, target, k)`.
+    says `resumable = False`. The generator of frame k is `irsim.rng.stream(seed, name, target, k)`, name
+    being the tracker's own, whatever its label.
     """
 
     resumable: ClassVar[bool]

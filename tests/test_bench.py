@@ -1,17 +1,14 @@
-"""The bench: keyed and resumed cells, any number of workers, failures kept apart, the results file, the table."""
+"""The bench: keyed and resumed cells, any number of workers, failures kept apart."""
 
 from __future__ import annotations
 
-import math
 import os
-import shutil
 import signal
-import sqlite3
 import subprocess
 import sys
 import time
 from collections import Counter
-from dataclasses import astuple, fields, replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,11 +19,9 @@ from bench_fakes import Breaker, Logger, Strip, Vandal, Walker
 import irsim
 import irtrack
 from irsim.types import Box
-from irtrack.bench import ALL_SOURCES, Cell, Entry, Key, Results, Trace, parse_tracker_spec, parse_trackers, run_bench
+from irtrack.bench import Entry, Results, Trace, run_bench
 from irtrack.bench import summary as summarise
-from irtrack.bench.results import SCHEMA_VERSION
 from irtrack.errors import InputError
-from irtrack.metrics import Score, wilson
 from irtrack.types import Tracker
 
 SCENE = """
@@ -326,167 +321,3 @@ def test_bad_input_is_one_line_before_any_work(
     assert needle in str(caught.value)
     assert "\n" not in str(caught.value)
     assert list(tmp_path.iterdir()) == []
-
-
-# -- the results file
-
-
-def test_a_results_file_keeps_what_it_is_given(tmp_path: Path) -> None:
-    versions = {"numpy": "2.4"}
-    path, trackers = tmp_path / "r.db", [Entry("w", Walker())]
-    with run_bench([Strip()], trackers, command="irtrack bench strip", results=path) as results:
-        (run,) = results.runs()
-        (cell,) = results.cells()
-        trace = results.trace(cell.key)
-        assert results.trace(replace(cell.key, tracker_seed=5)) is None
-        again = results.start_run("2026-11-21T00:00:00+00:00", "x", versions)
-        assert results.runs()[1] == again
-    assert run.command == "irtrack bench strip"
-    assert run.versions["numpy"] == np.__version__
-    assert cell.config == {"tracker": "bench_fakes:Walker", "parameters": {"speed": 1.0, "jitter": 0.0}}
-    assert isinstance(cell.score, Score)
-    assert cell.score.lost is False
-    assert trace is not None
-    assert trace.truth_centers.tolist() == [[10.0 + index, 20.0] for index in range(20)]
-    assert trace.truth_sizes[0].tolist() == [4.0, 3.0]
-    assert trace.step_ms.shape == trace.accuracy.shape == trace.visible.shape == (20,)
-    # a plain SQLite client reads the figures by their names
-    row = sqlite3.connect(tmp_path / "r.db").execute("SELECT frames, error, lost, success_auc FROM cells").fetchone()
-    assert row == (19, 0.0, 0, cell.score.success_auc)
-
-
-def test_keys_differ_wherever_a_field_does() -> None:
-    key = Key("h", "a", "visible", "display", 0, 0, "{}", "c")
-    others = [
-        replace(key, source_hash="g"), replace(key, target=None), replace(key, start="1,2,3,4@0"),
-        replace(key, input="counts"), replace(key, scene_seed=None), replace(key, tracker_seed=1),
-        replace(key, config="[]"), replace(key, code_hash="d"),
-    ]  # fmt: skip
-    assert len({one.digest for one in [key, *others]}) == len(astuple(key)) + 1
-    assert replace(key, target="a").digest == key.digest
-
-
-def test_foreign_broken_and_other_versions_are_one_line(tmp_path: Path) -> None:
-    good = tmp_path / "good.db"
-    run_bench([Strip()], [Entry("w", Walker())], seeds=30, results=good).close()
-    (tmp_path / "text.db").write_text("not a database, but long enough to look like one" * 40)
-    (tmp_path / "empty.db").touch()
-    sqlite3.connect(tmp_path / "foreign.db").execute("CREATE TABLE t (a)").connection.close()
-    shutil.copy(good, tmp_path / "newer.db")
-    sqlite3.connect(tmp_path / "newer.db").execute(f"PRAGMA user_version = {SCHEMA_VERSION + 1}").connection.close()
-    (tmp_path / "cut.db").write_bytes(good.read_bytes()[: good.stat().st_size // 2])
-    damaged = bytearray(good.read_bytes())
-    damaged[4096 * 2 : 4096 * 6] = bytes(4096 * 4)
-    (tmp_path / "damaged.db").write_bytes(damaged)
-    expected = {
-        "text": "not a database", "foreign": "not a results file", "newer": f"version {SCHEMA_VERSION + 1}",
-        "cut": "malformed|damaged", "damaged": "malformed|damaged",
-    }  # fmt: skip
-    for name, message in expected.items():
-        before = (tmp_path / f"{name}.db").read_bytes()
-        for create in (False, True):
-            with pytest.raises(InputError, match=message) as caught:
-                Results(tmp_path / f"{name}.db", create=create)
-            assert f"{name}.db: " in str(caught.value)
-            assert "\n" not in str(caught.value)
-        assert (tmp_path / f"{name}.db").read_bytes() == before
-    for missing in ("absent.db", "empty.db", "."):
-        with pytest.raises(InputError):
-            Results(tmp_path / missing)
-    assert not (tmp_path / "absent.db").exists()
-    Results(tmp_path / "empty.db", create=True).close()  # a kill before the first commit leaves this
-
-
-# -- specs
-
-
-def test_tracker_specs() -> None:
-    big, mine = "big=grey_pf:particles=500:resampling=systematic", "mine=bench_fakes:Logger:log=a:b:speed=2"
-    entries = parse_trackers(f"grey_pf,{big},{mine}")
-    assert [one.label for one in entries] == ["grey_pf", "big", "mine"]
-    assert entries[0].tracker == irtrack.make("grey_pf")
-    assert entries[1].tracker == irtrack.make("grey_pf", {"particles": 500, "resampling": "systematic"})
-    assert entries[2].tracker == Logger(log="a:b", speed=2)
-    assert parse_tracker_spec("grey_pf:particles=50").label == "grey_pf:particles=50"
-    assert parse_tracker_spec("bench_fakes:Walker") == Entry("bench_fakes:Walker", Walker())
-    (listed,) = parse_trackers("bench_fakes:Logger:log=[1, 'x,:]', {a: b}]")
-    assert listed.tracker == Logger(log=[1, "x,:]", {"a": "b"}])  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize(
-    ("text", "needle"),
-    [
-        ("", "no name"),
-        ("a=", "no name"),
-        ("kalman,", "no name"),
-        ("a b=kalman", "label 'a b'"),
-        ("=kalman", "label ''"),
-        ("klman", "did you mean 'kalman'?"),
-        ("kalman:gat=3", "kalman.gat: unknown parameter"),
-        ("grey_pf:bins=1:bins=2", "'bins' is given twice"),
-        ("grey_pf:bins=many", "bins"),
-        ("grey_pf:bins=[1", "bins"),
-        ("absent_module:Thing", "absent_module"),
-    ],
-)
-def test_bad_specs_are_one_line(text: str, needle: str) -> None:
-    with pytest.raises(InputError) as caught:
-        parse_trackers(text)
-    assert needle in str(caught.value)
-    assert "\n" not in str(caught.value)
-
-
-# -- the table
-
-
-def cell(label: str, source: str = "s", **figures: Any) -> Cell:
-    key = Key(source, "a", "visible", "display", 0, 0, "{}", "c")
-    if not figures:
-        return Cell(key, label, source, source, "failed", "broke")
-    unsaid = {field.name: None for field in fields(Score)} | {"frames": 10, "held_frames": 10, "lost": False}
-    return Cell(key, label, source, source, "ok", score=Score(**unsaid | figures))
-
-
-def test_the_table_pools_frames_before_loss_by_hand() -> None:
-    long = cell("t", held_frames=30, error_held=2.0, abs_x_held=1.0, sd_x_held=0.0, rmse_held=2.0, success_auc=0.6)
-    held: dict[str, Any] = {"held_frames": 10, "error_held": 6.0, "abs_x_held": 5.0, "sd_x_held": 2.0, "rmse_held": 6.0}
-    short = cell("t", lost=True, success_auc=0.2, **held)
-    gone = cell("t", held_frames=0, lost=True)
-    (row,) = summarise([long, short, gone, cell("t")])
-    assert (row.runs, row.failed, row.scored, row.lost) == (4, 1, 3, 2)
-    assert row.lost_share == pytest.approx(2 / 3)
-    assert (row.lost_low, row.lost_high) == wilson(2, 3)
-    assert row.error == pytest.approx((30 * 2 + 10 * 6) / 40)
-    assert row.abs_x == pytest.approx((30 * 1 + 10 * 5) / 40)
-    # thirty values 1 and ten of mean 5, sd 2: say five 3s and five 7s
-    assert row.sd_x == pytest.approx(np.std([1.0] * 30 + [3.0] * 5 + [7.0] * 5))
-    assert row.rmse == pytest.approx(math.sqrt((30 * 4 + 10 * 36) / 40))
-    assert row.success_auc == pytest.approx(0.4)
-    assert row.abs_y is None
-
-
-def test_the_table_ranks_by_loss_then_share_off_then_error_then_time() -> None:
-    told: dict[str, Any] = {"off_share": 0.0, "error_held": 1.0, "ms_median": 1.0}
-    cells = [
-        cell("failed"),
-        cell("lost", lost=True, **told),
-        cell("off", **told | {"off_share": 0.1}),
-        cell("far", **told | {"error_held": 2.0}),
-        cell("slow", **told | {"ms_median": 2.0}),
-        cell("best", **told),
-    ]
-    assert [(row.label, row.rank) for row in summarise(cells)] == [
-        ("best", 1), ("slow", 2), ("far", 3), ("off", 4), ("lost", 5), ("failed", 6),
-    ]  # fmt: skip
-
-
-def test_the_table_by_source_and_over_all() -> None:
-    cells = [cell("a", "one", error_held=1.0), cell("a", "two", error_held=3.0), cell("b", "two", error_held=2.0)]
-    assert [(row.source, row.label, row.rank) for row in summarise(cells)] == [
-        ("one", "a", 1), ("two", "b", 1), ("two", "a", 2),
-    ]  # fmt: skip
-    overall = summarise(cells, overall=True)
-    assert {(row.source, row.label): row.error for row in overall} == {
-        (ALL_SOURCES, "a"): 2.0, (ALL_SOURCES, "b"): 2.0,
-    }  # fmt: skip
-    assert overall[0].as_dict()["runs"] == 2

@@ -1,0 +1,83 @@
+"""The results file: what it keeps, and what it refuses."""
+
+from __future__ import annotations
+
+import shutil
+import sqlite3
+from dataclasses import astuple, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bench_fakes import Strip, Walker
+
+from irtrack.bench import Entry, Key, Results, run_bench
+from irtrack.bench.results import SCHEMA_VERSION
+from irtrack.errors import InputError
+from irtrack.metrics import Score
+
+
+def test_a_results_file_keeps_what_it_is_given(tmp_path: Path) -> None:
+    versions = {"numpy": "2.4"}
+    path, trackers = tmp_path / "r.db", [Entry("w", Walker())]
+    with run_bench([Strip()], trackers, command="irtrack bench strip", results=path) as results:
+        (run,) = results.runs()
+        (cell,) = results.cells()
+        trace = results.trace(cell.key)
+        assert results.trace(replace(cell.key, tracker_seed=5)) is None
+        again = results.start_run("2026-11-21T00:00:00+00:00", "x", versions)
+        assert results.runs()[1] == again
+    assert run.command == "irtrack bench strip"
+    assert run.versions["numpy"] == np.__version__
+    assert cell.config == {"tracker": "bench_fakes:Walker", "parameters": {"speed": 1.0, "jitter": 0.0}}
+    assert isinstance(cell.score, Score)
+    assert cell.score.lost is False
+    assert trace is not None
+    assert trace.truth_centers.tolist() == [[10.0 + index, 20.0] for index in range(20)]
+    assert trace.truth_sizes[0].tolist() == [4.0, 3.0]
+    assert trace.step_ms.shape == trace.accuracy.shape == trace.visible.shape == (20,)
+    # a plain SQLite client reads the figures by their names
+    row = sqlite3.connect(tmp_path / "r.db").execute("SELECT frames, error, lost, success_auc FROM cells").fetchone()
+    assert row == (19, 0.0, 0, cell.score.success_auc)
+
+
+def test_keys_differ_wherever_a_field_does() -> None:
+    key = Key("h", "a", "visible", "display", 0, 0, "{}", "c")
+    others = [
+        replace(key, source_hash="g"), replace(key, target=None), replace(key, start="1,2,3,4@0"),
+        replace(key, input="counts"), replace(key, scene_seed=None), replace(key, tracker_seed=1),
+        replace(key, config="[]"), replace(key, code_hash="d"),
+    ]  # fmt: skip
+    assert len({one.digest for one in [key, *others]}) == len(astuple(key)) + 1
+    assert replace(key, target="a").digest == key.digest
+
+
+def test_foreign_broken_and_other_versions_are_one_line(tmp_path: Path) -> None:
+    good = tmp_path / "good.db"
+    run_bench([Strip()], [Entry("w", Walker())], seeds=30, results=good).close()
+    (tmp_path / "text.db").write_text("not a database, but long enough to look like one" * 40)
+    (tmp_path / "empty.db").touch()
+    sqlite3.connect(tmp_path / "foreign.db").execute("CREATE TABLE t (a)").connection.close()
+    shutil.copy(good, tmp_path / "newer.db")
+    sqlite3.connect(tmp_path / "newer.db").execute(f"PRAGMA user_version = {SCHEMA_VERSION + 1}").connection.close()
+    (tmp_path / "cut.db").write_bytes(good.read_bytes()[: good.stat().st_size // 2])
+    damaged = bytearray(good.read_bytes())
+    damaged[4096 * 2 : 4096 * 6] = bytes(4096 * 4)
+    (tmp_path / "damaged.db").write_bytes(damaged)
+    expected = {
+        "text": "not a database", "foreign": "not a results file", "newer": f"version {SCHEMA_VERSION + 1}",
+        "cut": "malformed|damaged", "damaged": "malformed|damaged",
+    }  # fmt: skip
+    for name, message in expected.items():
+        before = (tmp_path / f"{name}.db").read_bytes()
+        for create in (False, True):
+            with pytest.raises(InputError, match=message) as caught:
+                Results(tmp_path / f"{name}.db", create=create)
+            assert f"{name}.db: " in str(caught.value)
+            assert "\n" not in str(caught.value)
+        assert (tmp_path / f"{name}.db").read_bytes() == before
+    for missing in ("absent.db", "empty.db", "."):
+        with pytest.raises(InputError):
+            Results(tmp_path / missing)
+    assert not (tmp_path / "absent.db").exists()
+    Results(tmp_path / "empty.db", create=True).close()  # a kill before the first commit leaves this

@@ -1,0 +1,67 @@
+"""The ranked table."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+import pytest
+
+from irtrack.bench import ALL_SOURCES, Cell, Key
+from irtrack.bench import summary as summarise
+from irtrack.metrics import Score, wilson
+
+
+def cell(label: str, source: str = "s", **figures: Any) -> Cell:
+    key = Key(source, "a", "visible", "display", 0, 0, "{}", "c")
+    if not figures:
+        return Cell(key, label, source, source, "failed", "broke")
+    unsaid = {field.name: None for field in fields(Score)} | {"frames": 10, "held_frames": 10, "lost": False}
+    return Cell(key, label, source, source, "ok", score=Score(**unsaid | figures))
+
+
+def test_the_table_pools_frames_before_loss_by_hand() -> None:
+    long = cell("t", held_frames=30, error_held=2.0, abs_x_held=1.0, sd_x_held=0.0, rmse_held=2.0, success_auc=0.6)
+    held: dict[str, Any] = {"held_frames": 10, "error_held": 6.0, "abs_x_held": 5.0, "sd_x_held": 2.0, "rmse_held": 6.0}
+    short = cell("t", lost=True, success_auc=0.2, **held)
+    gone = cell("t", held_frames=0, lost=True)
+    (row,) = summarise([long, short, gone, cell("t")])
+    assert (row.runs, row.failed, row.scored, row.lost) == (4, 1, 3, 2)
+    assert row.lost_share == pytest.approx(2 / 3)
+    assert (row.lost_low, row.lost_high) == wilson(2, 3)
+    assert row.error == pytest.approx((30 * 2 + 10 * 6) / 40)
+    assert row.abs_x == pytest.approx((30 * 1 + 10 * 5) / 40)
+    # thirty values 1 and ten of mean 5, sd 2: say five 3s and five 7s
+    assert row.sd_x == pytest.approx(np.std([1.0] * 30 + [3.0] * 5 + [7.0] * 5))
+    assert row.rmse == pytest.approx(math.sqrt((30 * 4 + 10 * 36) / 40))
+    assert row.success_auc == pytest.approx(0.4)
+    assert row.abs_y is None
+
+
+def test_the_table_ranks_by_loss_then_share_off_then_error_then_time() -> None:
+    told: dict[str, Any] = {"off_share": 0.0, "error_held": 1.0, "ms_median": 1.0}
+    cells = [
+        cell("failed"),
+        cell("lost", lost=True, **told),
+        cell("off", **told | {"off_share": 0.1}),
+        cell("far", **told | {"error_held": 2.0}),
+        cell("slow", **told | {"ms_median": 2.0}),
+        cell("best", **told),
+    ]
+    assert [(row.label, row.rank) for row in summarise(cells)] == [
+        ("best", 1), ("slow", 2), ("far", 3), ("off", 4), ("lost", 5), ("failed", 6),
+    ]  # fmt: skip
+
+
+def test_the_table_by_source_and_over_all() -> None:
+    cells = [cell("a", "one", error_held=1.0), cell("a", "two", error_held=3.0), cell("b", "two", error_held=2.0)]
+    assert [(row.source, row.label, row.rank) for row in summarise(cells)] == [
+        ("one", "a", 1), ("two", "b", 1), ("two", "a", 2),
+    ]  # fmt: skip
+    overall = summarise(cells, overall=True)
+    assert {(row.source, row.label): row.error for row in overall} == {
+        (ALL_SOURCES, "a"): 2.0, (ALL_SOURCES, "b"): 2.0,
+    }  # fmt: skip
+    assert overall[0].as_dict()["runs"] == 2
