@@ -53,16 +53,29 @@ def _density(offset: float, sigma_px: float) -> float:
 
 
 @lru_cache(maxsize=512)
-def spreading(pixels: int, margin: int, fine: int, sigma_px: float) -> Floats:
-    """(pixels + 2 margin, pixels * fine): blurs and bins a fine grid to pixels, along one axis.
+def spreading(pixels: int, margin: int, fine: int, sigma_px: float) -> tuple[Floats, Floats]:
+    """Two (pixels + 2 margin, pixels * fine) matrices that blur a fine grid and bin it to pixels, on one axis.
 
-    Column c holds how the light of fine cell c falls on the pixels. A cell stands for its centre; its
-    own width, variance 1/(12 fine^2) px^2, is taken off the blur. Each column sums to one and mirrored
-    cells have mirrored columns, so light is conserved and centroids stay. Read only.
+    Column c of the first holds how light at the middle of fine cell c falls on the pixels, column c of
+    the second how that changes as the light moves by a cell. A cell's own width, variance
+    1/(12 fine^2) px^2, is taken off the blur. Columns of the first sum to one, of the second to zero,
+    and mirrored cells have mirrored columns: light is conserved and centroids stay. Read only.
     """
     sigma = math.sqrt(max(sigma_px**2 - 1 / (12 * fine**2), 0.0))
     cells = (np.arange(pixels * fine) + 0.5) / fine - 0.5
-    matrix = shares(np.arange(-margin, pixels + margin)[:, None] - cells, sigma)
-    matrix /= matrix.sum(axis=0)
+    offsets = np.arange(-margin, pixels + margin)[:, None] - cells
+    matrix = shares(offsets, sigma)
+    slope = (_gaussian(offsets - 0.5, sigma) - _gaussian(offsets + 0.5, sigma)) / fine
+    total = matrix.sum(axis=0)
+    slope = slope / total - matrix * slope.sum(axis=0) / total**2
+    matrix /= total
     matrix.setflags(write=False)
-    return matrix
+    slope.setflags(write=False)
+    return matrix, slope
+
+
+def _gaussian(offsets: Floats, sigma: float) -> Floats:
+    """Density of a Gaussian; zero where sigma is."""
+    if sigma == 0:
+        return np.zeros_like(offsets)
+    return np.asarray(np.exp(-0.5 * (offsets / sigma) ** 2) / (sigma * math.sqrt(2 * math.pi)))

@@ -50,14 +50,17 @@ class Body(Shape):
         faces_eye = form.normals @ eye > form.offsets
         left = faces_eye[form.left]
         rim = left != faces_eye[form.right]
-        # A face seen from outside runs clockwise in x right, y down where its edges are read backwards.
-        start = pixels[np.where(left, form.head, form.tail)[rim]]
-        stop = pixels[np.where(left, form.tail, form.head)[rim]]
+        # By layers, the nearest first: their edges must stand together.
         rank = form.hiding_order(eye)
+        order = np.flatnonzero(rim)
+        order = order[np.argsort(rank[form.part[order]], kind="stable")]
+        # A face seen from outside runs clockwise in x right, y down where its edges are read backwards.
+        start = pixels[np.where(left, form.head, form.tail)[order]]
+        stop = pixels[np.where(left, form.tail, form.head)[order]]
         glow = np.empty(len(rank))
         glow[rank] = _glow(self, stage.band)
         range_m = float(np.linalg.norm(view.position))
-        return sprite((start, stop, rank[form.part[rim]]), glow, box, window, stage.psf_px, range_m)
+        return sprite((start, stop, rank[form.part[order]]), glow, box, window, stage.psf_px, range_m)
 
 
 @lru_cache(maxsize=64)

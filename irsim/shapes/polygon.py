@@ -1,8 +1,8 @@
-"""Exact area coverage of polygons on a grid of cells.
+"""Exact areas and first moments of polygons in the cells of a grid.
 
 The signed-area accumulation of font rasterisers: each edge, cut where it crosses the grid's lines,
-adds to its cell the area to its right, and to all cells further right its height; a running sum
-along the rows does the rest. No sampling: the result is exact to rounding and continuous in the
+adds to its cell what lies to its right there, and to all cells further right its height; a running
+sum along the rows does the rest. No sampling: the result is exact to rounding and continuous in the
 vertices.
 """
 
@@ -14,44 +14,64 @@ import numpy.typing as npt
 from irsim.types import Floats
 
 
-def coverage(start: Floats, stop: Floats, layer: npt.NDArray[np.integer], size: tuple[int, int, int]) -> Floats:
-    """(layers, rows, columns): the area share of each cell inside the polygons of each layer.
+def coverage(start: Floats, stop: Floats, weights: Floats, size: tuple[int, int]) -> Floats:
+    """(3, channels, rows, columns): area, y moment and x moment, of a flat field, in each cell.
 
-    start, stop  (n, 2) x, y of the edges' ends; cell (j, i) covers [i, i+1] x [j, j+1]. The edges of
-                 a layer close one or more outlines, clockwise as seen with y down (positive area)
-    layer        (n,) the layer of each edge
-    What lies outside the grid is cut off.
+    start, stop  (n, 2) x, y of the ends of edges; cell (j, i) covers [i, i+1] x [j, j+1]. Outlines run
+                 clockwise as seen with y down (positive area)
+    weights      (n, channels) what the field gains from an edge's outer to its inner side; for one
+                 polygon of value 1, ones
+    Moments are about the cell's middle, in cells. What lies outside the grid is cut off.
     """
-    layers, rows, columns = size
+    rows, columns = size
     delta = stop - start
     first, at_y = _crossings(start[:, 1], stop[:, 1], rows)
     second, at_x = _crossings(start[:, 0], stop[:, 0], columns)
-    count = len(start)
-    edge = np.concatenate([np.arange(count), first, second, np.arange(count)])
-    place = np.concatenate([np.zeros(count), at_y, at_x, np.ones(count)])
+    edge, begin, end = pieces(len(start), np.concatenate([first, second]), np.concatenate([at_y, at_x]))
+
+    middle = start[edge] + delta[edge] * ((begin + end) / 2)[:, None]
+    corner = np.floor(middle)
+    seen = (corner[:, 1] >= 0) & (corner[:, 1] < rows) & (corner[:, 0] < columns)
+    edge, middle, corner, length = edge[seen], middle[seen], corner[seen], (end - begin)[seen]
+    wide, high = (delta[edge] * length[:, None]).T
+    # Left of the grid an edge still bounds all the cells to its right, like an edge on the border.
+    off = corner[:, 0] < 0
+    column, row = np.where(off, 0.0, corner[:, 0]), corner[:, 1]
+    wide = np.where(off, 0.0, wide)
+    x = np.where(off, 0.0, middle[:, 0] - column)
+    y = middle[:, 1] - row - 0.5
+
+    # Of the cell: what is right of the piece. Of its neighbour: what the cell lacks to a whole one.
+    area = -high * (1 - x)
+    x_moment = -high * (0.125 - ((x - 0.5) ** 2 + wide**2 / 12) / 2)
+    y_moment = area * y + high * wide * high / 12
+    values = np.stack([area, -high - area, y_moment, -high * y - y_moment, x_moment])
+    width = columns + 1  # the last column takes what spills over to the right
+    cell = (row * width + column).astype(np.int64)
+    plane = rows * width
+    channels = weights.shape[1]
+    moment = channels * plane
+    places = np.add.outer([0, 1, moment, moment + 1, 2 * moment], cell)
+    sums = np.bincount(
+        np.add.outer(plane * np.arange(channels), places).ravel(),
+        (weights[edge].T[:, None, :] * values).ravel(),
+        minlength=3 * moment,
+    ).reshape(3, channels, rows, width)
+    np.cumsum(sums[:2], axis=3, out=sums[:2])
+    return np.asarray(sums[..., :columns])
+
+
+def pieces(
+    count: int, cut_edges: npt.NDArray[np.int64], cut_places: Floats
+) -> tuple[npt.NDArray[np.int64], Floats, Floats]:
+    """Edges 0 .. count-1 cut at places 0..1 along them: (edge, begin, end) of each piece."""
+    whole = np.arange(count)
+    edge = np.concatenate([whole, cut_edges, whole])
+    place = np.concatenate([np.zeros(count), cut_places, np.ones(count)])
     order = np.argsort(2 * edge + place)
     edge, place = edge[order], place[order]
     inner = edge[1:] == edge[:-1]
-    edge, begin, end = edge[1:][inner], place[:-1][inner], place[1:][inner]
-
-    middle = start[edge] + delta[edge] * ((begin + end) / 2)[:, None]
-    height = delta[edge, 1] * (end - begin)
-    column, row = np.floor(middle[:, 0]), np.floor(middle[:, 1])
-    # Left of the grid an edge still bounds all the cells to its right; right of it, none.
-    column = np.clip(column, 0, columns)
-    share = np.clip(middle[:, 0] - column, 0.0, 1.0)
-    seen = (row >= 0) & (row < rows) & (column < columns)
-    width = columns + 1
-    cell = ((layer[edge] * rows + row) * width + column)[seen].astype(np.int64)
-    height, share = height[seen], share[seen]
-    deltas = np.bincount(
-        np.concatenate([cell, cell + 1]),
-        np.concatenate([height * share - height, -height * share]),
-        minlength=layers * rows * width,
-    )
-    # The last column only takes what spills to the right of the grid.
-    areas = np.cumsum(deltas.reshape(layers, rows, width), axis=2)[:, :, :columns]
-    return np.asarray(areas)
+    return edge[1:][inner], place[:-1][inner], place[1:][inner]
 
 
 def _crossings(low: Floats, high: Floats, lines: int) -> tuple[npt.NDArray[np.int64], Floats]:
@@ -70,3 +90,18 @@ def outline(points: Floats) -> tuple[Floats, Floats]:
     following = np.roll(points, -1, axis=0)
     area = np.sum(points[:, 0] * following[:, 1] - points[:, 1] * following[:, 0])
     return (points, following) if area >= 0 else (following, points)
+
+
+def centroid(start: Floats, stop: Floats, weights: Floats) -> tuple[float, float, float]:
+    """(integral, x, y) of the flat field whose edges gain `weights` (n,), by Green's theorem.
+
+    x and y are nan where the integral is 0.
+    """
+    origin = start.mean(axis=0)
+    a, b = start - origin, stop - origin
+    twice = weights * (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+    integral = float(twice.sum()) / 2
+    if integral == 0:
+        return 0.0, np.nan, np.nan
+    x, y = origin + twice @ (a + b) / (6 * integral)
+    return integral, float(x), float(y)

@@ -15,7 +15,7 @@ from irsim.types import Floats
 
 Point3 = tuple[float, float, float]
 
-_SIDES = 10
+_SIDES = 8
 """Corners of a round section."""
 
 
@@ -173,7 +173,8 @@ def _faces(points: Floats) -> list[tuple[Floats, list[int]]]:
         [normals[(heights <= tolerance).all(axis=1)], -normals[(heights >= -tolerance).all(axis=1)]]
     )
     faces = []
-    for normal in np.unique(np.round(outward, 6), axis=0):
+    _, one_of_each = np.unique(np.round(outward, 6), axis=0, return_index=True)
+    for normal in outward[one_of_each]:
         height = points @ normal
         corners = np.flatnonzero(height > height.max() - 1e-5 * size)
         across = points[corners] - points[corners].mean(axis=0)

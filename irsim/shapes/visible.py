@@ -1,0 +1,64 @@
+"""Convex polygons that hide each other: the edges that can be seen, and what changes across them."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from irsim.shapes.polygon import pieces
+from irsim.types import Floats
+
+_SHRINK = 1e-9
+"""Each layer is smaller by this than the one in front. Edges of two layers that would coincide, where
+rounding would say at random which is inside which, are told apart by it."""
+
+
+def visible_edges(
+    start: Floats, stop: Floats, layer: npt.NDArray[np.int64], glow: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """(start, stop, weights): the visible pieces of edges, and what (opacity, glow) gains across each.
+
+    start, stop  (n, 2) px: the edges, clockwise as seen with y down, one convex polygon a layer
+    layer        (n,) the polygon of each edge, rising; layer 0 is the nearest
+    glow         (layers,) what each polygon shines with
+
+    Between two pieces the field is flat: an edge of polygon k counts where no nearer polygon covers
+    it, and parts k from the nearest of the farther polygons that cover it.
+    """
+    first = np.searchsorted(layer, np.arange(len(glow)))
+    middles = np.add.reduceat(start, first, axis=0) / np.diff(np.append(first, len(start)))[:, None]
+    shrink = (_SHRINK * layer)[:, None]
+    start, stop = start + shrink * (middles[layer] - start), stop + shrink * (middles[layer] - stop)
+
+    # How far each edge's ends are inside each edge's line; a convex polygon is inside all of its own.
+    delta = stop - start
+    normal = np.stack([-delta[:, 1], delta[:, 0]])
+    level = np.sum(normal * start.T, axis=0)
+    at_start, at_stop = start @ normal - level, stop @ normal - level
+    begins_out, ends_out = at_start < 0, at_stop < 0
+    with np.errstate(divide="ignore", invalid="ignore"):  # parallel edges cross nowhere and use no crossing
+        crossing = at_start / (at_start - at_stop)
+    entering = np.where(begins_out, crossing, 0.0)
+    entering[begins_out & ends_out] = 2.0
+    entry = np.maximum.reduceat(entering, first, axis=1)
+    leave = np.minimum.reduceat(np.where(ends_out, crossing, 1.0), first, axis=1)
+    entry[np.arange(len(start)), layer] = 2.0  # nothing is inside itself
+
+    edges, polygons = np.nonzero(entry < leave)
+    cuts = np.concatenate([entry[edges, polygons], leave[edges, polygons]])
+    edge, begin, end = pieces(len(start), np.concatenate([edges, edges]), cuts)
+    middle = ((begin + end) / 2)[:, None]
+    within = (entry[edge] < middle) & (middle < leave[edge])
+    nearest = np.where(within.any(axis=1), within.argmax(axis=1), len(glow))
+    own = layer[edge]
+    bare = nearest == len(glow)
+    gain = glow[own] - np.append(glow, 0.0)[nearest]
+    seen = np.flatnonzero((nearest > own) & (bare | (gain != 0)))
+    edge, begin, end, bare, gain = edge[seen], begin[seen], end[seen], bare[seen], gain[seen]
+    # Pieces that follow each other with the same gains are one.
+    joined = (edge[1:] == edge[:-1]) & (begin[1:] == end[:-1]) & (bare[1:] == bare[:-1]) & (gain[1:] == gain[:-1])
+    heads, tails = np.flatnonzero(np.append(True, ~joined)), np.flatnonzero(np.append(~joined, True))
+    edge = edge[heads]
+    origin, along = start[edge], delta[edge]
+    weights = np.stack([bare[heads], gain[heads]], axis=1)
+    return origin + along * begin[heads, None], origin + along * end[tails, None], weights
