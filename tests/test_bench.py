@@ -19,8 +19,7 @@ from bench_fakes import Breaker, Logger, Strip, Vandal, Walker
 import irsim
 import irtrack
 from irsim.types import Box
-from irtrack.bench import Entry, Results, Trace, run_bench
-from irtrack.bench import summary as summarise
+from irtrack.bench import Entry, Results, Trace, run_bench, summary
 from irtrack.errors import InputError
 from irtrack.types import Tracker
 
@@ -292,7 +291,7 @@ def test_a_source_without_truth_runs_from_a_box_and_scores_nothing(tmp_path: Pat
     assert trace is not None
     assert trace.indices.tolist() == list(range(2, 20))
     assert np.isnan(trace.truth_centers).all()
-    (row,) = summarise([cell])
+    (row,) = summary([cell])
     assert (row.runs, row.scored, row.lost_share, row.error) == (1, 0, None, None)
     assert row.ms_median is not None
 

@@ -287,11 +287,12 @@ def test_reference_from_truths() -> None:
         Truth(4, 0.4, ()),
         Truth(5, 0.5, (replace(seen, visible=None, in_view=None),)),
         Truth(6, 0.6, (replace(seen, in_view=False),)),
+        Truth(7, 0.7, (replace(seen, visible=0.5),)),
     ]
     reference = Reference.of(truths, "a")
-    assert reference.indices.tolist() == [3, 4, 5, 6]
-    assert reference.present.tolist() == [True, False, True, False]  # no entry; out of view
-    assert reference.shown.tolist() == [False, False, True, False]
+    assert reference.indices.tolist() == [3, 4, 5, 6, 7]
+    assert reference.present.tolist() == [True, False, True, False, True]  # no entry; out of view
+    assert reference.shown.tolist() == [False, False, True, False, True]
     assert reference.centers[0].tolist() == [5.0, 6.0]
     assert reference.diagonals[0] == 5.0
     assert reference.accuracy[0] == 1.5

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from irtrack.bench import ALL_SOURCES, Cell, Key
-from irtrack.bench import summary as summarise
+from irtrack.bench import ALL_SOURCES, Cell, Key, summary
 from irtrack.metrics import Score, wilson
 
 
@@ -27,7 +26,7 @@ def test_the_table_pools_frames_before_loss_by_hand() -> None:
     held: dict[str, Any] = {"held_frames": 10, "error_held": 6.0, "abs_x_held": 5.0, "sd_x_held": 2.0, "rmse_held": 6.0}
     short = cell("t", lost=True, success_auc=0.2, **held)
     gone = cell("t", held_frames=0, lost=True)
-    (row,) = summarise([long, short, gone, cell("t")])
+    (row,) = summary([long, short, gone, cell("t")])
     assert (row.runs, row.failed, row.scored, row.lost) == (4, 1, 3, 2)
     assert row.lost_share == pytest.approx(2 / 3)
     assert (row.lost_low, row.lost_high) == wilson(2, 3)
@@ -50,17 +49,17 @@ def test_the_table_ranks_by_loss_then_share_off_then_error_then_time() -> None:
         cell("slow", **told | {"ms_median": 2.0}),
         cell("best", **told),
     ]
-    assert [(row.label, row.rank) for row in summarise(cells)] == [
+    assert [(row.label, row.rank) for row in summary(cells)] == [
         ("best", 1), ("slow", 2), ("far", 3), ("off", 4), ("lost", 5), ("failed", 6),
     ]  # fmt: skip
 
 
 def test_the_table_by_source_and_over_all() -> None:
     cells = [cell("a", "one", error_held=1.0), cell("a", "two", error_held=3.0), cell("b", "two", error_held=2.0)]
-    assert [(row.source, row.label, row.rank) for row in summarise(cells)] == [
+    assert [(row.source, row.label, row.rank) for row in summary(cells)] == [
         ("one", "a", 1), ("two", "b", 1), ("two", "a", 2),
     ]  # fmt: skip
-    overall = summarise(cells, overall=True)
+    overall = summary(cells, overall=True)
     assert {(row.source, row.label): row.error for row in overall} == {
         (ALL_SOURCES, "a"): 2.0, (ALL_SOURCES, "b"): 2.0,
     }  # fmt: skip

@@ -3,8 +3,8 @@
 from irtrack.bench.cell import Cell, Key, Run, SourceRow, Trace
 from irtrack.bench.results import Results
 from irtrack.bench.specs import Entry, parse_tracker_spec, parse_trackers
-from irtrack.bench.summary import ALL_SOURCES, SummaryRow, summary
 from irtrack.bench.sweep import run_bench
+from irtrack.bench.table import ALL_SOURCES, SummaryRow, summary
 
 __all__ = [
     "ALL_SOURCES",
