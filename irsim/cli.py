@@ -43,6 +43,10 @@ def main() -> None:
         # Whoever read the output has gone: leave quietly, also when Python flushes at its end.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(1)
+    except OSError as error:
+        # What no room could foresee, such as a full disk under a redirected output.
+        print(f"irsim: {error}", file=sys.stderr)
+        sys.exit(2)
 
 
 @app.command()

@@ -12,7 +12,7 @@ import annotated_types as at
 from pydantic.fields import FieldInfo
 
 from irsim.kinds import Family, Kind, NamedKind, Part
-from irsim.yamlfile import KeyPath
+from irsim.yamlfile import KeyPath, dotted
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
 
@@ -151,7 +151,7 @@ def shown(path: KeyPath, root: Slot, value: Any) -> str:
         steps.append(item_names(slot, value)[int(step)] if is_item and slot is not None else str(step))
         slot = slot.child(value, step) if slot is not None else None
         value = member(value, step)
-    return ".".join(steps)
+    return dotted(tuple(steps))
 
 
 def member(value: Any, step: str | int) -> Any:

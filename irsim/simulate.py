@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import signal
 from collections import deque
 from collections.abc import Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
@@ -136,6 +137,7 @@ def _prepare(scenario: Scenario) -> None:
     global _worker  # a pool's initializer has no other way to leave something to its tasks
     import cv2
 
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all processes: the parent ends the pool
     cv2.setNumThreads(1)
     _worker = Renderer(scenario)
 

@@ -132,6 +132,14 @@ class _Dumper(yaml.emitter.Emitter, yaml.serializer.Serializer, yaml.representer
         return True
 
 
+def _represent_text(dumper: _Dumper, text: str) -> ScalarNode:
+    # In other styles PyYAML folds some line breaks (U+0085) away.
+    return dumper.represent_scalar(_TAG + "str", text, style=None if text.isprintable() else '"')
+
+
+_Dumper.add_representer(str, _represent_text)
+
+
 class _Build:
     """Collects the values of a tree of nodes, their places and all that is wrong."""
 
@@ -211,8 +219,8 @@ class _Build:
 
 
 def dotted(path: KeyPath) -> str:
-    """'camera.size.0'."""
-    return ".".join(map(str, path))
+    """'camera.size.0', always on one line."""
+    return ".".join(str(step) if str(step).isprintable() else repr(step) for step in path)
 
 
 def _code(character: str | int) -> int:

@@ -1,0 +1,284 @@
+"""The commands of irsim, as a user gives them: output, exit status, one clear line for each thing wrong."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+import irsim
+from irsim.cli import main
+
+TEXT = """\
+seed: 3
+frames: 6
+camera: {size: [48, 32], noise: [{kind: white}]}
+background: {kind: sky}
+targets:
+  - id: jet
+    shape: {kind: point, temperature_k: 600}
+    path: {kind: straight, start: [10, 16], speed: 2}
+"""
+
+COMMAND = [sys.executable, "-c", "from irsim.cli import main; main()"]
+
+
+@dataclass(frozen=True)
+class Done:
+    returncode: int
+    stdout: str
+    stderr: str
+
+
+Run = Callable[..., Done]
+
+
+@pytest.fixture
+def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+    """The command in this process: `run("check", "sky", cwd=folder)`."""
+
+    def call(*arguments: str, cwd: Path) -> Done:
+        monkeypatch.chdir(cwd)
+        monkeypatch.setattr(sys, "argv", ["irsim", *arguments])
+        monkeypatch.setattr(sys, "path", list(sys.path))
+        with pytest.raises(SystemExit) as caught:
+            main()
+        captured = capsys.readouterr()
+        return Done(int(caught.value.code or 0), captured.out, captured.err)
+
+    return call
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "scene.yaml").write_text(TEXT)
+    return tmp_path
+
+
+def test_help_names_every_command(run: Run, folder: Path) -> None:
+    done = run("--help", cwd=folder)
+    assert done.returncode == 0
+    for command in ("check", "show", "info", "render", "import"):
+        assert f"\n  {command} " in done.stdout
+
+
+def test_help_does_not_wait_for_heavy_modules(folder: Path) -> None:
+    code = (
+        "import sys; sys.argv = ['irsim', '--help']\n"
+        "from irsim.cli import main\n"
+        "try: main()\n"
+        "except SystemExit: pass\n"
+        "heavy = {'numpy', 'cv2', 'pydantic', 'mcap', 'scipy', 'matplotlib', 'hypothesis', 'rich', 'yaml'}\n"
+        "print(sorted(heavy & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_check_says_ok_or_what_is_wrong_of_each(run: Run, folder: Path) -> None:
+    (folder / "bad.yaml").write_text(TEXT.replace("seed: 3", "sead: 3").replace("point", "pont"))
+    done = run("check", "scene.yaml", "bad.yaml", "none.yaml", "sky", cwd=folder)
+    assert done.returncode == 2
+    assert done.stdout.splitlines() == ["scene.yaml: ok", "sky: ok"]
+    lines = done.stderr.splitlines()
+    assert len(lines) == 3
+    assert lines[0].startswith("bad.yaml:1:1: sead: unknown key; allowed: ")
+    assert lines[0].endswith("did you mean 'seed'?")
+    assert lines[1].startswith("bad.yaml:7:19: targets.jet.shape.kind: unknown shape kind 'pont'; ")
+    assert lines[2] == "none.yaml: cannot read it: there is no such file"
+
+
+def test_check_of_good_scenarios_is_status_0(run: Run, folder: Path) -> None:
+    done = run("check", "scene.yaml", "sky", "ground", cwd=folder)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_render_writes_the_frames_of_the_library(run: Run, folder: Path) -> None:
+    done = run("render", "scene.yaml", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""  # no bar where standard error is no terminal
+    assert done.stdout.splitlines()[0] == "scene.mcap"
+    recording = irsim.open_recording(folder / "scene.mcap")
+    expected = list(irsim.frames(irsim.load(folder / "scene.yaml")))
+    assert len(recording) == len(expected) == 6
+    for frame, (wanted, _) in zip(recording.frames(), expected, strict=True):
+        assert np.array_equal(frame.image, wanted.image)
+    assert recording.scenario_text is not None
+    assert irsim.loads(recording.scenario_text) == irsim.load(folder / "scene.yaml")
+
+
+def test_render_options_change_the_scenario(run: Run, folder: Path) -> None:
+    done = run(
+        *("render", "scene.yaml", "-o", "x.mcap", "--seed", "5", "--frames", "8", "--without", "white"),
+        *("--jobs", "2", "camera.bits=12", "targets.jet.path.speed=1"),
+        cwd=folder,
+    )
+    assert done.returncode == 0, done.stderr
+    text = irsim.open_recording(folder / "x.mcap").scenario_text
+    overrides = ["seed=5", "frames=8", "without=[white]", "camera.bits=12", "targets.jet.path.speed=1"]
+    assert text is not None
+    assert irsim.loads(text) == irsim.load(folder / "scene.yaml", overrides)
+
+
+def test_frames_n_and_frames_a_to_b(run: Run, folder: Path) -> None:
+    assert run("render", "scene.yaml", "-o", "n.mcap", "--frames", "9", cwd=folder).returncode == 0
+    assert run("render", "scene.yaml", "-o", "ab.mcap", "--frames", "4:9", cwd=folder).returncode == 0
+    whole, part = (list(irsim.open_recording(folder / name).frames()) for name in ("n.mcap", "ab.mcap"))
+    assert (len(whole), len(part)) == (9, 5)
+    for frame, wanted in zip(part, whole[4:], strict=True):
+        assert frame.time == wanted.time
+        assert np.array_equal(frame.image, wanted.image)
+
+
+def test_info_says_what_is_in_a_recording(run: Run, folder: Path) -> None:
+    run("render", "scene.yaml", cwd=folder)
+    done = run("info", "scene.mcap", cwd=folder)
+    assert done.returncode == 0
+    for line in (
+        "recording  scene.mcap",
+        "frames     6 at 30 Hz, 0.2 s",
+        "picture    48x32 px, 14 bits",
+        "truth      exact",
+        "target     jet (point): 6 frames from 0 on",
+        "follow     jet",
+        "topic      /ir/image: 6 messages",
+        "scenario   attached",
+        f"hash       {irsim.open_recording(folder / 'scene.mcap').hash}",
+    ):
+        assert line in done.stdout.splitlines()
+
+
+@pytest.mark.parametrize("source", ["scene.yaml", "scene.mcap"])
+def test_show_draws_a_picture(run: Run, folder: Path, source: str) -> None:
+    if source.endswith("mcap"):
+        run("render", "scene.yaml", cwd=folder)
+    done = run("show", source, "-o", "sheet.png", cwd=folder)
+    assert (done.returncode, done.stdout) == (0, "sheet.png\n"), done.stderr
+    picture = cv2.imread(str(folder / "sheet.png"))
+    assert picture is not None
+    # The truth boxes are its only colour (#ffb000, as B, G, R).
+    assert np.any(np.all(picture == (0x00, 0xB0, 0xFF), axis=-1))
+
+
+def test_import_makes_a_recording_of_pictures(run: Run, folder: Path) -> None:
+    (folder / "clip").mkdir()
+    for index in range(3):
+        cv2.imwrite(str(folder / "clip" / f"{index}.png"), np.full((16, 20), 10 * index, np.uint8))
+    (folder / "boxes.csv").write_text("frame,x,y,w,h\n0,1,2,5,5\n2,3,4,5,5\n")
+    done = run("import", "clip", "--truth", "boxes.csv", "--rate", "25", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[0] == "clip.mcap"
+    recording = irsim.open_recording(folder / "clip.mcap")
+    assert [int(frame.image[0, 0]) for frame in recording.frames()] == [0, 10, 20]
+    assert recording.rate_hz == 25
+    assert [len(truth.targets) for truth in recording.truths()] == [1, 0, 1]
+
+
+BAD = {
+    "no such scenario": (["render", "nosuch"], "irsim: nosuch: there is no such file and no shipped scenario"),
+    "broken scenario": (["render", "broken.yaml"], "irsim: broken.yaml:1:9: seed: expected a whole number, not 'x'; "),
+    "wrong override": (["render", "scene.yaml", "camera.bitz=3"], "irsim: override camera.bitz: unknown key 'bitz'; "),
+    "no override": (["render", "scene.yaml", "camera"], "irsim: override 'camera': this is no KEY=VALUE; "),
+    "unknown part": (["render", "scene.yaml", "--without", "x"], "irsim: override without: without.0: there is no 'x'"),
+    "no frames": (["render", "scene.yaml", "--frames", "0"], "irsim: --frames 0: no such range; allowed: "),
+    "frames backwards": (["render", "scene.yaml", "--frames", "5:5"], "irsim: --frames 5:5: no such range; allowed: "),
+    "frames in words": (["render", "scene.yaml", "--frames", "all"], "irsim: --frames all: no such range; allowed: "),
+    "seed below 0": (["render", "scene.yaml", "--seed", "-1"], "irsim: override seed: -1 is out of range; allowed: "),
+    "no output folder": (["render", "scene.yaml", "-o", "no/x.mcap"], "irsim: no/x.mcap: the folder no does not exist"),
+    "output is a folder": (["render", "scene.yaml", "-o", "dir"], "irsim: dir: is a folder"),
+    "recording to render": (["render", "good.mcap"], "irsim: good.mcap: is a recording; allowed: a scenario"),
+    "no such recording": (["info", "none.mcap"], "irsim: none.mcap: there is no such file"),
+    "foreign recording": (["info", "scene.yaml"], "irsim: scene.yaml: is not an MCAP file"),
+    "empty recording": (["info", "empty.mcap"], "irsim: empty.mcap: "),
+    "cut recording": (["info", "cut.mcap"], "irsim: cut.mcap: "),
+    "nothing to show": (["show", "none.mcap"], "irsim: none.mcap: there is no such file"),
+    "no folder to show to": (["show", "scene.yaml", "-o", "no/x.png"], "irsim: no/x.png: the folder no does not exist"),
+    "nothing to import": (["import", "none"], "irsim: none: "),
+    "empty folder": (["import", "dir"], "irsim: dir: "),
+    "import onto itself": (["import", "good.mcap"], "irsim: good.mcap: is what is read; allowed: another name, by -o"),
+}
+
+
+@pytest.fixture(scope="module")
+def messy(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("messy")
+    (folder / "scene.yaml").write_text(TEXT)
+    (folder / "broken.yaml").write_text(TEXT.replace("seed: 3", "seed:   x"))
+    (folder / "dir").mkdir()
+    irsim.record(irsim.Rendering(irsim.loads(TEXT)), folder / "good.mcap")
+    (folder / "empty.mcap").write_bytes(b"")
+    (folder / "cut.mcap").write_bytes((folder / "good.mcap").read_bytes()[:2000])
+    return folder
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_is_one_line_and_status_2(run: Run, messy: Path, case: str) -> None:
+    arguments, expected = BAD[case]
+    before = sorted(messy.iterdir())
+    done = run(*arguments, cwd=messy)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert len(done.stderr.splitlines()) == 1
+    assert done.stderr.startswith(expected), done.stderr
+    assert sorted(messy.iterdir()) == before
+
+
+@pytest.mark.parametrize("arguments", [["render"], ["render", "scene.yaml", "--jobs", "0"], ["paint"], ["check"]])
+def test_wrong_usage_is_status_2_without_traceback(run: Run, messy: Path, arguments: list[str]) -> None:
+    done = run(*arguments, cwd=messy)
+    assert done.returncode == 2
+    assert "Error: " in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_reader_that_leaves_is_no_error_to_tell(messy: Path) -> None:
+    process = subprocess.Popen(
+        [*COMMAND, "check", *["scene.yaml"] * 3], cwd=messy, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    assert process.stdout is not None
+    process.stdout.close()
+    assert process.stderr is not None
+    assert process.stderr.read() == b""
+    assert process.wait(60) == 1
+
+
+def test_interrupted_it_leaves_nothing_behind(messy: Path) -> None:
+    process = subprocess.Popen(
+        [*COMMAND, "render", "scene.yaml", "-o", "long.mcap", "--frames", "1000000"],
+        cwd=messy,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    while not list(messy.glob("*long.mcap*")):  # it has begun to write
+        assert process.poll() is None
+        time.sleep(0.02)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert b"Traceback" not in errors
+    assert not list(messy.glob("*long.mcap*"))
+
+
+def test_a_kind_of_the_users_own_lies_where_the_command_is_given(folder: Path) -> None:
+    (folder / "mine.py").write_text(
+        "from irsim.backgrounds import Sky\n\n\nclass Haze(Sky):\n    haze_k: float = 1.0\n"
+    )
+    (folder / "scene.yaml").write_text(TEXT.replace("{kind: sky}", "{kind: 'mine:Haze', haze_k: 2}"))
+    done = subprocess.run(
+        [Path(sys.executable).with_name("irsim"), "check", "scene.yaml"],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        env={key: value for key, value in os.environ.items() if key != "PYTHONPATH"},
+    )
+    assert (done.returncode, done.stdout) == (0, "scene.yaml: ok\n"), done.stderr
