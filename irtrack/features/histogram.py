@@ -60,16 +60,10 @@ class Surround:
         return mass / np.maximum(visible, _NOTHING)[:, None], visible
 
 
-def gaussian_kernel(window: Window, size: tuple[float, float]) -> Floats:
-    """(rows, columns) k(r) = exp(-r^2 / 2), r = |l - l_i| / h, summing to one.
-
-    h = sqrt(hx^2 + hy^2) (Cheng et al. 2006, below eq. 6). The source calls h the size of the
-    target's area and does not say whether hx, hy are full or half sizes: with full sizes the
-    kernel is nearly a box (.88 at the corner); half sizes are taken (.61).
-    """
+def gaussian_kernel(window: Window, h: float) -> Floats:
+    """(rows, columns) k(r) = exp(-r^2 / 2), r = |l - l_i| / h, h in px, summing to one."""
     x, y = window.offsets()
-    h2 = (size[0] / 2) ** 2 + (size[1] / 2) ** 2
-    kernel: Floats = np.exp(-(x**2 + y**2) / (2 * h2))
+    kernel: Floats = np.exp(-(x**2 + y**2) / (2 * h**2))
     kernel /= kernel.sum()
     return kernel
 

@@ -64,6 +64,8 @@ def start_window(frame: Frame, box: Box) -> tuple[Window, tuple[int, int]]:
 
 # Chosen here: slow enough that a hiding that sets in over some frames does not pull the level along.
 _LEVEL_RATE = 0.1
+# Scores closer than the rounding of 32-bit sums are the same: a constant frame shows no target.
+_DISTINCT = 1e-5
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,8 +75,8 @@ class Sight:
     A fixed threshold on a likeness fails: noise alone costs a histogram of n pixels
     E[1 - rho] = (B - 1) / (8 n), so that a small target never reaches what a large one always has.
     So the scene sets the scale: the floor is the score of what is not the target, the level a
-    running mean of the score while the target was seen (the first step counts as seen). The target
-    is seen where its score passes floor + share (level - floor), and the floor in any case.
+    running mean of the score while the target was seen. The target is seen where its score passes
+    floor + share (level - floor), and the floor in any case.
 
     missed is the number of frames in a row in which it was not seen.
     """
@@ -84,11 +86,10 @@ class Sight:
 
     def after(self, score: float, floor: float, share: float) -> Sight:
         """The sight after a frame of this score."""
-        if self.level is None:
-            return Sight(score)
-        if score < floor + share * max(self.level - floor, 0.0):
+        level = floor if self.level is None else self.level
+        if score <= floor + max(share * (level - floor), _DISTINCT):
             return self.unseen()
-        return Sight(self.level + _LEVEL_RATE * (score - self.level))
+        return Sight(score if self.level is None else level + _LEVEL_RATE * (score - level))
 
     def seen(self) -> Sight:
         """The sight after a frame in which the target was found by a measure without a score."""

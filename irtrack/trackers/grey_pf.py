@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import sqrt
+from math import hypot, sqrt
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -54,11 +54,13 @@ class GreyPF(TrackerPart):
     eq. 4, weigh by eq. 10, estimate by eq. 3; then the reference is updated by eq. 13.
 
     What the paper leaves open, and what is chosen here: the values of R0, Rmin, Rmax, w_T, alpha;
-    the first cloud (normal in place and speed); the scale of the kernel (half sizes); the grey range
-    (fitted to the first frame); w_T stands on rho of eq. 8, and without a value follows the same
-    calibrated threshold as the status (see `irtrack.trackers.base.Sight`). The text calls R a
-    variance, but U = R U0 with U0 standard normal makes it a standard deviation, px. A histogram is
-    taken at the whole pixel nearest to a particle. The size stays that of the start box.
+    the first cloud (normal in place and speed); the scale of the kernel (eq. 6 says "size of the
+    target's area", section 3 calls (14, 10) the sizes: half of them are taken, since with full ones
+    the kernel is nearly a box); the grey range (fitted to the first frame). w_T stands on rho of
+    eq. 8, and without a value follows the same calibrated threshold as the status (see
+    `irtrack.trackers.base.Sight`). The text calls R a variance, but U = R U0 with U0 standard normal
+    makes it a standard deviation, px. A histogram is taken at the whole pixel nearest to a particle.
+    The size stays that of the start box.
     """
 
     source: ClassVar[str] = "Cheng, Zhou, Cai, Yang 2006"
@@ -69,6 +71,8 @@ class GreyPF(TrackerPart):
     """B, grey levels of the histogram (section 3: 32; section 2.2.1 names 16 as well)."""
     bins_range: BinsRange = "first_frame"
     """Grey range of the bins: that of the first frame, kept; or the full range of the bits."""
+    kernel_scale: Positive = 0.5
+    """Multiplies h = sqrt(hx^2 + hy^2) of eq. 6; 0.5: hx, hy are half sizes, 1: full ones."""
     lam: Positive = 20.0
     """lambda of eq. 10 (section 2.2.2: 20)."""
     noise: Literal["adaptive", "fixed"] = "adaptive"
@@ -91,7 +95,7 @@ class GreyPF(TrackerPart):
     """w_T, the rho at the estimate from which on the reference is updated; see above."""
     start_sd: NotNegative = 1.0
     """Spread of the first cloud on each axis, px."""
-    start_speed_sd: NotNegative = 1.0
+    start_speed_sd: NotNegative = 2.0
     """Spread of the first cloud's speed on each axis, px per frame."""
     seen: Fraction = 0.5
     """Share of the way from the surrounding ring's rho to the target's usual one that counts as seen."""
@@ -109,7 +113,7 @@ class GreyPF(TrackerPart):
         part, corner = start_window(frame, box)
         window = Window.of(box)
         size = (box.w, box.h)
-        kernel = gaussian_kernel(window, size)
+        kernel = gaussian_kernel(window, self.kernel_scale * hypot(*size))
         levels = quantiser(frame, part.cut(frame.image, corner), self.bins, self.bins_range)
         reference, _ = histogram(frame.image, (box.cx, box.cy), window, kernel, levels)
         positions = np.array([box.cx, box.cy]) + self.start_sd * rng.standard_normal((self.particles, 2))
