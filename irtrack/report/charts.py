@@ -120,7 +120,7 @@ def _inline(svg: str, name: str) -> str:
     """A whole SVG file as an element of a page: no prologue, no group ids, the page's colours, any width."""
     element = svg[svg.index("<svg") :]
     element = re.sub(r"<defs>\s*<style.*?</style>\s*</defs>", "", element, count=1, flags=re.DOTALL)
-    element = re.sub(r'<g id="[^"]*">', "<g>", element)
+    element = re.sub(r'<g id="[^"]*"', "<g", element)
     element = re.sub(r"font: ([\d.]+)px[^;\"]*", r"font: \1px system-ui, sans-serif", element)
     for color, replacement in PAGE_COLORS.items():
         element = element.replace(color, replacement)

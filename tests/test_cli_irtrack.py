@@ -1,0 +1,297 @@
+"""The command line of irtrack: what it prints, its exit status, and what it says of bad input."""
+
+from __future__ import annotations
+
+import csv
+import json
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+import irsim
+from irsim.types import Box
+from irtrack import InputError, Results
+from irtrack.cli import main
+from irtrack.cli.options import parameters, split_settings, start_box
+from irtrack.trackers import TRACKERS, find
+
+SCENE = """
+seed: 3
+frames: 20
+camera: {size: [96, 72], netd_mk: 40, noise: [{kind: white}]}
+background: {kind: sky}
+targets:
+  - {id: jet, shape: {kind: fighter}, path: {kind: straight, start: [30, 36], speed: 1, range_m: 3000}}
+  - {id: bird, shape: {kind: point, temperature_k: 400}, path: {kind: straight, start: [60, 20], speed: 1, range_m: 3000}}
+"""
+MINE = """
+from irtrack.types import Estimate
+
+class Broken:
+    resumable = True
+    def init(self, frame, box, rng):
+        return box
+    def step(self, state, frame, rng):
+        raise ValueError("planted")
+"""
+
+
+@dataclass(frozen=True)
+class Answer:
+    status: int
+    out: str
+    err: str
+
+
+Call = Callable[..., Answer]
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("cli")
+    (folder / "scene.yaml").write_text(SCENE)
+    irsim.record(irsim.open_source(folder / "scene.yaml"), folder / "clip.mcap")
+    (folder / "cut.mcap").write_bytes((folder / "clip.mcap").read_bytes()[:5000])
+    (folder / "empty.mcap").write_bytes(b"")
+    (folder / "mine.py").write_text(MINE)
+    return folder
+
+
+@pytest.fixture
+def call(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Call:
+    """Runs the command in a folder that holds what `made` holds."""
+    for file in made.iterdir():
+        (tmp_path / file.name).symlink_to(file)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+
+    def run(*words: str) -> Answer:
+        monkeypatch.setattr(sys, "argv", ["irtrack", *words])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        out, err = capsys.readouterr()
+        status = ended.value.code
+        return Answer(status if isinstance(status, int) else int(status is not None), out, err)
+
+    return run
+
+
+def test_list_names_every_tracker(call: Call) -> None:
+    answer = call("list")
+    assert answer.status == 0
+    assert {line.split()[0] for line in answer.out.splitlines() if line[0] != " "} >= set(TRACKERS)
+    rows = json.loads(call("list", "--json").out)
+    assert {row["name"] for row in rows} >= set(TRACKERS)
+
+
+def test_run_prints_scores_and_a_command_that_repeats_them(call: Call) -> None:
+    first = call("run", "grey_pf", "scene.yaml", "particles=30")
+    assert (first.status, first.err) == (0, "")
+    lines = first.out.splitlines()
+    assert lines[0] == "grey_pf on scene: jet, frames 0 to 19, seed 3"  # the scenario's own seed
+    assert lines[-1] == "repeat it: irtrack run grey_pf scene.yaml particles=30 --seed 3"
+    again = call(*lines[-1].removeprefix("repeat it: irtrack ").split())
+    assert [line for line in again.out.splitlines() if not line.startswith("time")][:-1] == [
+        line for line in lines if not line.startswith("time")
+    ][:-1]
+
+
+def test_run_as_json_is_one_document(call: Call) -> None:
+    answer = call(
+        "run", "grey_pf", "scene.yaml", "particles=30", "frames=8", "--target", "bird", "--json", "--seed", "5"
+    )
+    assert (answer.status, answer.err) == (0, "")
+    value = json.loads(answer.out)
+    assert len(value["frames"]) == 8  # the scenario's key
+    assert value["config"]["parameters"]["particles"] == 30  # the tracker's
+    assert (value["target"], value["scene_seed"], value["tracker_seed"]) == ("bird", 5, 5)
+    assert value["score"]["frames"] == 7  # the start frame is not scored
+    assert value["repeat"].startswith("irtrack run grey_pf scene.yaml particles=30")
+
+
+def test_run_of_a_recording_equals_run_of_its_scene(call: Call) -> None:
+    scene = json.loads(call("run", "kalman", "scene.yaml", "--json").out)
+    clip = json.loads(call("run", "kalman", "clip.mcap", "--json", "--seed", "3").out)
+    assert clip["scene_seed"] is None
+    for one, other in zip(scene["frames"], clip["frames"], strict=True):
+        assert {**one, "ms": 0} == {**other, "ms": 0}
+
+
+def test_run_writes_the_track(call: Call, tmp_path: Path) -> None:
+    answer = call("run", "grey_pf", "clip.mcap", "-o", "track.mcap", "--csv", "track.csv", "--json")
+    assert answer.status == 0
+    frames = json.loads(answer.out)["frames"]
+    track = irsim.read_tracks(tmp_path / "track.mcap")
+    assert (track.header.tracker, track.header.target, track.header.source) == ("grey_pf", "jet", "clip")
+    assert [state.box.cx for state in track.states] == [row["cx"] for row in frames]
+    assert [state.status for state in track.states] == [row["status"] for row in frames]
+    assert [state.neff for state in track.states] == [row["neff"] for row in frames]
+    assert track.states[1].covariance is not None
+    with (tmp_path / "track.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["cx"]) for row in rows] == [row["cx"] for row in frames]
+
+
+def test_run_from_a_given_box_has_no_scores(call: Call) -> None:
+    answer = call("run", "template", "clip.mcap", "--init", "25,32,12,8@4")
+    assert answer.status == 0
+    assert "a given box, frames 4 to 19" in answer.out
+    assert "no scores" in answer.out
+    value = json.loads(call("run", "template", "clip.mcap", "--init", "25,32,12,8@4", "--json").out)
+    assert value["start"] == {"frame": 4, "cx": 30.5, "cy": 35.5, "w": 12, "h": 8}
+    assert value["score"]["rmse"] is None
+
+
+def test_bench_and_report(call: Call, tmp_path: Path) -> None:
+    words = ("bench", "scene.yaml", "clip.mcap", "--trackers", "grey_pf,few=grey_pf:particles=20", "--seeds", "2")
+    answer = call(*words)
+    assert (answer.status, answer.err) == (0, "")
+    table = [line.split()[:4] for line in answer.out.splitlines()[1:-1]]
+    assert sorted((row[0], row[2], row[3]) for row in table) == [
+        (source, label, "2") for source in ("clip", "scene") for label in ("few", "grey_pf")
+    ]
+    assert answer.out.splitlines()[-1] == "results: irtrack.db    next: irtrack report irtrack.db"
+    value = json.loads(call(*words, "--json").out)
+    assert value["results"] == "irtrack.db"
+    assert {(row["source"], row["label"], row["runs"]) for row in value["rows"]} == {
+        (source, label, 2) for source in ("clip", "scene") for label in ("few", "grey_pf")
+    }
+    # Only what was asked for now, however much the file holds.
+    part = json.loads(call("bench", "clip.mcap", "--trackers", "grey_pf", "--seeds", "1", "--json").out)
+    assert [(row["source"], row["label"]) for row in part["rows"]] == [("clip", "grey_pf")]
+    written = call("report", "irtrack.db")
+    assert (written.status, written.out) == (0, "report.html\n")
+    assert (tmp_path / "report.html").stat().st_size > 10_000
+    assert call("report", "irtrack.db", "-o", "other.html").out == "other.html\n"
+
+
+def test_a_failing_tracker_fails_alone_and_the_status_says_so(call: Call, tmp_path: Path) -> None:
+    answer = call("bench", "clip.mcap", "--trackers", "template,mine:Broken", "--seeds", "1", "--results", "x.db")
+    assert answer.status == 1
+    assert "Traceback" not in answer.err
+    assert answer.err == "irtrack: 1 of 2 runs failed; the report shows why\n"
+    with Results(tmp_path / "x.db") as results:
+        assert {(cell.label, cell.status) for cell in results.cells()} == {
+            ("template", "ok"),
+            ("mine:Broken", "failed"),
+        }
+
+
+BAD = [
+    (("run", "grey_pff", "clip.mcap"), "did you mean 'grey_pf'?"),
+    (("run", "nowhere:Tracker", "clip.mcap"), "nowhere"),
+    (("run", "grey_pf", "none.mcap"), "none.mcap"),
+    (("run", "grey_pf", "none.yaml"), "none.yaml"),
+    (("run", "grey_pf", "cut.mcap"), "cut.mcap"),
+    (("run", "grey_pf", "empty.mcap"), "empty.mcap"),
+    (("run", "grey_pf", "clip.mcap", "particels=3"), "did you mean 'particles'?"),
+    (("run", "grey_pf", "clip.mcap", "particles=0"), "particles"),
+    (("run", "grey_pf", "clip.mcap", "particles=many"), "particles"),
+    (("run", "grey_pf", "clip.mcap", "particles"), "KEY=VALUE"),
+    (("run", "grey_pf", "clip.mcap", "camera.netd_mk=3"), "camera.netd_mk=3"),
+    (("run", "grey_pf", "scene.yaml", "camera.netd=3"), "did you mean 'netd_mk'?"),
+    (("run", "grey_pf", "clip.mcap", "--target", "jett"), "did you mean 'jet'?"),
+    (("run", "grey_pf", "clip.mcap", "--init", "500,500,9,9"), "outside the frame"),
+    (("run", "grey_pf", "clip.mcap", "--init", "5,5,9"), "X,Y,W,H"),
+    (("run", "grey_pf", "clip.mcap", "--init", "5,5,9,9@99"), "no such frame"),
+    (("run", "grey_pf", "clip.mcap", "--input", "colour"), "display or counts"),
+    (("run", "grey_pf", "clip.mcap", "-o", "no/track.mcap"), "the folder no does not exist"),
+    (("run", "grey_pf", "clip.mcap", "--csv", "no/track.csv"), "the folder no does not exist"),
+    (("bench", "clip.mcap", "--trackers", "grey_pff", "--results", "x.db"), "did you mean 'grey_pf'?"),
+    (("bench", "clip.mcap", "--trackers", "grey_pf:particels=3", "--results", "x.db"), "did you mean 'particles'?"),
+    (("bench", "clip.mcap", "--trackers", "grey_pf,grey_pf", "--results", "x.db"), "labels that differ"),
+    (("bench", "none.mcap", "--trackers", "grey_pf", "--results", "x.db"), "none.mcap"),
+    (("bench", "clip.mcap", "--trackers", "grey_pf", "--results", "no/x.db"), "the folder no does not exist"),
+    (("bench", "clip.mcap", "--trackers", "grey_pf", "--results", "scene.yaml"), "scene.yaml"),
+    (("report", "none.db"), "none.db"),
+    (("report", "clip.mcap"), "clip.mcap"),
+    (("report", "none.db", "-o", "no/report.html"), "the folder no does not exist"),
+]
+
+
+@pytest.mark.parametrize(("words", "said"), BAD, ids=lambda value: " ".join(value) if isinstance(value, tuple) else "")
+def test_bad_input_is_one_line_and_leaves_nothing(
+    call: Call, tmp_path: Path, words: tuple[str, ...], said: str
+) -> None:
+    before = {path.name for path in tmp_path.iterdir()}
+    answer = call(*words)
+    assert answer.status == 2
+    assert answer.out == ""
+    assert answer.err.startswith("irtrack: ")
+    assert answer.err.count("\n") == 1
+    assert said in answer.err
+    assert {path.name for path in tmp_path.iterdir()} == before
+
+
+@pytest.mark.parametrize("words", [("run", "grey_pf"), ("bench", "clip.mcap"), ("walk",), ("bench", "--seeds", "x")])
+def test_wrong_usage_has_status_2(call: Call, words: tuple[str, ...]) -> None:
+    answer = call(*words)
+    assert answer.status == 2
+    assert answer.out == ""
+    assert "Traceback" not in answer.err
+
+
+def test_a_start_box_is_read_as_label_files_write_it() -> None:
+    assert start_box("10,20,5,4") == (Box(12.0, 21.5, 5.0, 4.0), 0)
+    assert start_box("-1.5,0,4,4@7") == (Box(0.0, 1.5, 4.0, 4.0), 7)
+    for wrong in ("", "1,2,3", "1,2,3,4,5", "1,2,0,4", "1,2,3,-4", "nan,2,3,4", "1,2,3,4@", "1,2,3,4@-1", "1,2,3,4@x"):
+        with pytest.raises(InputError, match=r"--init .*allowed"):
+            start_box(wrong)
+
+
+def test_settings_go_to_whom_they_are_for() -> None:
+    scenario = ["seed", "frames", "camera"]
+    words = ["particles=1e3", "frames=5", "camera.netd_mk=80", "noise=fixed", "targets.jet.path.speed=3"]
+    split = split_settings(words, find("grey_pf"), scenario)
+    assert split.tracker == {"particles": 1000.0, "noise": "fixed"}
+    assert split.scenario == ("frames=5", "camera.netd_mk=80", "targets.jet.path.speed=3")
+    with pytest.raises(InputError, match="did you mean 'frames'"):
+        split_settings(["frame=3"], find("grey_pf"), scenario)
+
+
+def test_a_foreign_tracker_may_take_any_setting_and_its_own_come_first() -> None:
+    class Any:
+        def __init__(self, frames: int = 0, **others: object) -> None: ...
+
+    assert parameters(Any) == (["frames"], True)
+    split = split_settings(["frames=5", "depth=2", "camera.bits=8"], Any, ["frames"])
+    assert split.tracker == {"frames": 5, "depth": 2}
+    assert split.scenario == ("camera.bits=8",)
+
+
+def start(folder: Path, *words: str) -> subprocess.Popen[str]:
+    command = [sys.executable, "-c", "from irtrack.cli import main; main()", *words]
+    return subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def test_ctrl_c_ends_with_status_130_and_keeps_a_valid_file(made: Path, tmp_path: Path) -> None:
+    results = tmp_path / "long.db"
+    words = ("bench", "scene.yaml", "--trackers", "grey_pf", "--seeds", "500", "--results", str(results))
+    process = start(made, *words)
+    until = time.monotonic() + 60
+    while time.monotonic() < until:
+        if results.exists() and results.stat().st_size > 40_000:
+            break
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "Traceback" not in err
+    with Results(results) as kept:
+        assert all(cell.status == "ok" for cell in kept.cells())
+
+
+def test_a_reader_that_goes_away_is_no_error(made: Path) -> None:
+    process = start(made, "run", "template", "clip.mcap", "--json")
+    assert process.stdout is not None
+    assert process.stdout.read(1) == "{"
+    process.stdout.close()
+    assert process.stderr is not None
+    assert process.stderr.read() == ""
+    assert process.wait(timeout=60) == 1

@@ -1,0 +1,300 @@
+"""The report: one offline page whose numbers are the scores, and whose commands repeat them."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+
+import irsim
+from irsim.types import Box, Frame
+from irtrack import InputError, Results, run_bench, write_report
+from irtrack.bench import Cell, Trace, parse_trackers
+from irtrack.cli import main
+from irtrack.report.repeat import run_command, source_word
+from irtrack.types import Estimate
+
+SCENE = """
+frames: 26
+camera: {size: [96, 72], netd_mk: 40, noise: [{kind: white}]}
+background: {kind: sky}
+targets:
+  - id: jet
+    shape: {kind: fighter}
+    path: {kind: straight, start: [20, 36], speed: 2.8, range_m: 3000}
+occluders:
+  - {kind: bar, id: pole, center_px: [40, 36], size_px: [12, 60], range_m: 500, temperature_k: 280}
+"""
+COMMAND = "irtrack bench 'sky <1>.yaml' clip.mcap --trackers grey_pf:particles=20,still=..."
+
+
+@dataclass(frozen=True)
+class Still:
+    """Says for ever that the target is where it was; raises at a frame where told to."""
+
+    resumable: ClassVar[bool] = True
+    raise_at: int = 1_000_000
+
+    def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> Box:
+        return box
+
+    def step(self, state: Box, frame: Frame, rng: np.random.Generator) -> tuple[Box, Estimate]:
+        if frame.index >= self.raise_at:
+            raise ValueError("a fault <planted> here")
+        return state, Estimate((state.cx, state.cy), (state.w, state.h), status="occluded")
+
+
+class Page(HTMLParser):
+    """A page taken apart: links, tables (rows of cell texts), texts of the command blocks, all text."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.links: list[str] = []
+        self.tables: list[list[list[str]]] = []
+        self.commands: list[str] = []
+        self.tags: list[str] = []
+        self.text = ""
+        self._open: list[str] = []
+        self._in_commands = False
+        self.feed(html)
+        self.close()
+
+    def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        self.links += [value or "" for name, value in attributes if name in ("src", "href", "xlink:href", "action")]
+        if tag == "table":
+            self.tables.append([])
+        elif tag == "tr":
+            self.tables[-1].append([])
+        elif tag in ("td", "th"):
+            self.tables[-1][-1].append("")
+        elif tag == "pre":
+            self._in_commands = ("class", "commands") in attributes
+        if tag not in VOID:
+            self._open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self._open, f"</{tag}> closes nothing"
+        assert self._open.pop() == tag, f"</{tag}> closes something else"
+
+    def handle_startendtag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
+        self.handle_starttag(tag, attributes)
+        self.handle_endtag(tag)
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+        if self._open and self._open[-1] == "pre" and self._in_commands:
+            self.commands += [line for line in data.splitlines() if line.strip()]
+        if {"td", "th"} & set(self._open) and "title" not in self._open:
+            self.tables[-1][-1][-1] += data
+
+    def close(self) -> None:
+        super().close()
+        assert not self._open, f"never closed: {self._open}"
+
+
+VOID = {"meta", "br", "link", "img", "input"}
+
+
+@dataclass
+class Measured:
+    """A small bench: its folder, results file and page."""
+
+    folder: Path
+    results: Path
+    html: str
+    page: Page
+    cells: list[Cell] = field(default_factory=list)
+    traces: list[Trace | None] = field(default_factory=list)
+
+
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory: pytest.TempPathFactory) -> Measured:
+    folder = tmp_path_factory.mktemp("report")
+    (folder / "sky <1>.yaml").write_text(SCENE)
+    irsim.record(irsim.open_source(folder / "sky <1>.yaml"), folder / "clip.mcap")
+    entries = [
+        *parse_trackers("grey_pf:particles=20"),
+        *parse_trackers(f"still={__name__}:Still,broken={__name__}:Still:raise_at=5"),
+    ]
+    sources = [folder / "sky <1>.yaml", folder / "clip.mcap"]
+    with run_bench(sources, entries, results=folder / "bench.db", seeds=2, command=COMMAND) as results:
+        html = write_report(results).read_text()
+        cells = results.cells()
+        return Measured(folder, results.path, html, Page(html), cells, [results.trace(cell.key) for cell in cells])
+
+
+def test_it_lies_beside_the_results_and_nothing_else_is_left(measured: Measured) -> None:
+    names = sorted(path.name for path in measured.folder.iterdir())
+    assert names == ["bench.db", "clip.mcap", "report.html", "sky <1>.yaml"]
+
+
+def test_it_needs_nothing_from_outside(measured: Measured) -> None:
+    assert measured.page.links
+    assert all(link.startswith(("#", "data:")) for link in measured.page.links)
+    assert not re.findall(r"url\((?!#)|@import", measured.html)
+    assert not {"script", "link", "iframe", "object"} & set(measured.page.tags)
+
+
+def test_inner_links_lead_somewhere_and_ids_are_unique(measured: Measured) -> None:
+    ids = re.findall(r'\bid="([^"]*)"', measured.html)
+    assert len(ids) == len(set(ids))
+    wanted = {link[1:] for link in measured.page.links if link.startswith("#")}
+    wanted |= set(re.findall(r"url\(#([^)]*)\)", measured.html))
+    assert wanted <= set(ids)
+
+
+def test_every_tracker_and_source_is_in_it(measured: Measured) -> None:
+    assert len(measured.page.tables) == 3  # all sources, and each of the two
+    for table in measured.page.tables:
+        assert {row[1] for row in table[2:]} == {"grey_pf:particles=20", "still", "broken"}
+    assert "sky <1>" in measured.page.text
+    assert "sky <1>" not in measured.html  # escaped, everywhere
+    assert measured.page.tags.count("image") == 2 * 2 * 6  # two sources, six frames, two pictures each
+
+
+def test_the_numbers_are_the_scores(measured: Measured) -> None:
+    """Against the tracks themselves, by the definitions that the page prints."""
+    clip = measured.page.tables[1]
+    row = next(row for row in clip if row[1] == "still")
+    pairs = zip(measured.cells, measured.traces, strict=True)
+    traces = [trace for cell, trace in pairs if cell.label == "still" and cell.source == "clip" and trace]
+    assert len(traces) == 2
+    held_x: list[float] = []
+    squares: list[float] = []
+    lost, near = 0, []
+    for trace in traces:
+        offsets = trace.centers - trace.truth_centers
+        distance = np.hypot(*offsets.T)
+        limit = np.maximum(5, np.hypot(*trace.truth_sizes.T))
+        row_of_off: list[int] = []
+        lost_at = len(distance)
+        for place in range(1, len(distance)):
+            if trace.visible[place] < 0.5:
+                continue
+            row_of_off = [*row_of_off, place] if distance[place] > limit[place] else []
+            if len(row_of_off) == 10 and lost_at == len(distance):
+                lost_at = row_of_off[0]
+        lost += lost_at < len(distance)
+        held_x += np.abs(offsets[1:lost_at, 0]).tolist()
+        squares += (distance[1:lost_at] ** 2).tolist()
+        near.append(float(np.mean(distance[1:] <= 5)))
+    assert lost == 2  # else this test looks at no loss
+    text = " ".join(row[3].split())
+    assert text.startswith("100 % 2 of 2")
+    assert row[4].replace("\xa0", " ") == f"{np.mean(held_x):.2f} ± {np.std(held_x):.2f}"
+    assert row[6] == f"{np.sqrt(np.mean(squares)):.2f}"
+    assert row[8] == f"{np.mean(near):.3f}"
+
+
+def test_failed_cells_are_counted_and_their_error_is_shown(measured: Measured) -> None:
+    row = next(row for row in measured.page.tables[0] if row[1] == "broken")
+    assert "4 failed" in row[2]
+    assert row[3:] == ["–"] * 10
+    assert "ValueError: a fault <planted> here" in measured.page.text
+    assert "Traceback (most recent call last)" in measured.page.text
+    assert "4 runs failed" in measured.page.text
+
+
+def test_a_command_of_the_page_gives_the_same_scores(
+    measured: Measured, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    commands = [shlex.split(line) for line in measured.page.commands]
+    assert COMMAND in measured.page.commands
+    assert ["irsim", "render", "sky <1>.yaml", "--seed", "0", "-o", "sky <1>-0.mcap"] in commands
+    runs = [words for words in commands if words[:3] == ["irtrack", "run", "grey_pf"]]
+    assert {words[3] for words in runs} == {"sky <1>.yaml", str(measured.folder / "clip.mcap")}
+    monkeypatch.chdir(measured.folder)
+    for words in runs:
+        monkeypatch.setattr("sys.argv", [*words, "--json"])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        assert ended.value.code == 0
+        again = json.loads(capsys.readouterr().out)
+        assert again["config"]["parameters"]["particles"] == 20
+        wanted = next(
+            cell
+            for cell in measured.cells
+            if cell.source == again["source"] and cell.label.startswith("grey_pf") and cell.key.tracker_seed == 0
+        )
+        assert wanted.score is not None
+        figures = wanted.score.as_dict()
+        assert {k: v for k, v in again["score"].items() if not k.startswith("ms_")} == {
+            k: v for k, v in figures.items() if not k.startswith("ms_")
+        }
+
+
+def test_a_moved_recording_is_said_to_be_gone(measured: Measured, tmp_path: Path) -> None:
+    clip = measured.folder / "clip.mcap"
+    away = clip.rename(tmp_path / "clip.mcap")
+    try:
+        page = Page(write_report(measured.results, tmp_path / "moved.html").read_text())
+    finally:
+        away.rename(clip)
+    assert "No pictures: the source cannot be opened any more" in page.text
+    assert page.tags.count("image") == 12  # the scenario's
+    assert len(page.tables) == 3
+
+
+def test_another_recording_of_that_name_is_not_shown(measured: Measured, tmp_path: Path) -> None:
+    clip = measured.folder / "clip.mcap"
+    away = clip.rename(tmp_path / "clip.mcap")
+    try:
+        irsim.record(irsim.open_source(measured.folder / "sky <1>.yaml", seed=9), clip)
+        page = Page(write_report(measured.results, tmp_path / "other.html").read_text())
+    finally:
+        away.replace(clip)
+    assert "is not the recording that was measured" in page.text
+
+
+def test_without_truth_there_are_pictures_but_no_scores(measured: Measured, tmp_path: Path) -> None:
+    start = (Box(20, 36, 16, 8), 2)
+    arguments: Any = {"results": tmp_path / "blind.db", "init": start}
+    with run_bench([measured.folder / "clip.mcap"], ["grey_pf"], **arguments) as results:
+        page = Page(write_report(results, tmp_path / "blind.html").read_text())
+        cell = results.cells()[0]
+    assert "No scores" in page.text
+    assert "No run could be scored" in page.text
+    assert page.tags.count("image") == 12
+    assert "centre error, px" not in page.text
+    # Pixels 12.5 .. 27.5 across and 32.5 .. 39.5 down, as a label file writes them.
+    assert "--init 12.5,32.5,16,8@2" in run_command(cell, "clip.mcap")
+
+
+@pytest.fixture
+def empty(tmp_path: Path) -> Iterator[Results]:
+    with Results(tmp_path / "empty.db", create=True) as results:
+        yield results
+
+
+def test_empty_results_are_one_clear_error(empty: Results, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"empty\.db: holds no finished cell"):
+        write_report(empty)
+    assert [path.name for path in tmp_path.iterdir()] == ["empty.db"]
+
+
+def test_a_missing_folder_is_one_clear_error(measured: Measured, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"the folder .* does not exist"):
+        write_report(measured.results, tmp_path / "no" / "report.html")
+    with pytest.raises(InputError, match="is a folder"):
+        write_report(measured.results, tmp_path)
+    with pytest.raises(InputError, match="no such file"):
+        write_report(tmp_path / "none.db")
+
+
+def test_a_source_is_named_as_the_latest_command_named_it(measured: Measured) -> None:
+    with Results(measured.results) as results:
+        runs, sources = results.runs(), list(results.sources().values())
+    sky = next(source for source in sources if source.name == "sky <1>")
+    assert source_word(sky, runs) == "sky <1>.yaml"
+    assert source_word(sky, []) == "sky <1>.yaml"
+    clip = next(source for source in sources if source.name == "clip")
+    assert source_word(clip, runs) == str(measured.folder / "clip.mcap")

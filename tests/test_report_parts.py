@@ -1,0 +1,118 @@
+"""The report's pieces, each by itself: which frames are shown, how, and what is drawn and said."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+
+from irtrack.bench import SummaryRow, Trace
+from irtrack.report.charts import Axis, Line, line_chart
+from irtrack.report.filmstrip import CROP_LEAST, Follower, moments, still
+from irtrack.report.page import lead, ms, percent, px, share
+from irtrack.report.palette import looks
+from irtrack.report.plots import LEAST_ERROR, hidden_spans, quartiles
+
+
+def trace(visible: list[float], distance: float = 0.0) -> Trace:
+    """A target that moves 1 px a frame to the right, followed at a constant distance."""
+    count = len(visible)
+    truth = np.column_stack([np.arange(count) + 10.0, np.full(count, 10.0)])
+    return Trace(
+        indices=np.arange(count),
+        centers=truth + np.array([distance, 0.0]),
+        sizes=np.full((count, 2), 6.0),
+        statuses=np.full(count, "tracking"),
+        truth_centers=truth,
+        truth_sizes=np.full((count, 2), 6.0),
+        visible=np.array(visible),
+        accuracy=np.zeros(count),
+        step_ms=np.ones(count),
+    )
+
+
+def follower(label: str, lost_at: int | None, visible: list[float], distance: float = 0.0) -> Follower:
+    return Follower(label, looks([label])[label], trace(visible, distance), lost_at)
+
+
+def test_the_strip_shows_the_start_the_hiding_the_loss_and_the_end() -> None:
+    visible = [1.0] * 10 + [0.0] * 5 + [1.0] * 15
+    shown = moments([follower("a", None, visible), follower("b", 20, visible), follower("c", 25, visible)])
+    assert shown == {0: "start", 9: "before it hides", 12: "hidden", 15: "seen again", 20: "b is lost", 29: "end"}
+
+
+def test_the_strip_is_filled_evenly_and_never_longer_than_the_track() -> None:
+    assert list(moments([follower("a", None, [1.0] * 101)], 3)) == [0, 50, 100]
+    assert list(moments([follower("a", None, [1.0] * 3)], 6)) == [0, 1, 2]
+    assert moments([follower("a", None, [1.0])]) == {0: "end"}
+    assert list(moments([follower("a", None, [1.0, 1.0, 0.0, 0.0])], 3)) == [0, 1, 2, 3]
+
+
+def test_a_still_holds_the_pixels_around_the_target() -> None:
+    image = np.zeros((60, 80), np.uint8)
+    shown = still(image, 3, "start", [follower("a", None, [1.0] * 5, distance=3.0)])
+    # The true centre is (13, 10), its size 6: a square of 40 px, moved to lie inside the frame.
+    assert f'viewBox="-0.5 -0.5 {CROP_LEAST} {CROP_LEAST}"' in shown.crop
+    assert 'viewBox="-0.5 -0.5 80 60"' in shown.whole
+    assert 'x="13.00" y="7.00" width="6.00" height="6.00" stroke=' in shown.crop  # the tracker: 16 - 3
+    assert 'x="10.00" y="7.00" width="6.00" height="6.00" class="truth"' in shown.crop
+    assert shown.notes[0].distance == pytest.approx(3.0)
+
+
+def test_quartiles_over_the_seeds() -> None:
+    seeds = [trace([1.0] * 4, distance) for distance in (0.0, 1.0, 2.0, 3.0, 4.0)]
+    low, middle, high = quartiles(np.arange(5), seeds)
+    assert low[:4].tolist() == [1.0] * 4
+    assert middle[:4].tolist() == [2.0] * 4
+    assert high[:4].tolist() == [3.0] * 4
+    assert np.isnan(middle[4])
+    assert quartiles(np.arange(4), seeds[:1])[1].tolist() == [LEAST_ERROR] * 4
+
+
+def test_hidden_spans_cover_whole_frames_hidden_in_most_seeds() -> None:
+    one, two, three = ([1, 0, 0, 1, 0], [1, 0, 1, 1, 0], [1, 1, 0, 1, 0])
+    traces = [trace([float(v) for v in visible]) for visible in (one, two, three)]
+    assert hidden_spans(np.arange(5), traces) == [(0.5, 2.5), (3.5, 4.5)]
+
+
+def test_looks_differ_and_stay_with_their_labels() -> None:
+    labels = [f"t{number}" for number in range(24)]
+    assert len(set(looks(labels).values())) == 24
+    assert looks(labels[:3]) == {label: looks(labels)[label] for label in labels[:3]}
+    for first, second in pairwise(looks(labels[:6]).values()):
+        assert first.color != second.color
+
+
+def test_a_chart_is_the_same_each_time_and_takes_the_colours_of_the_page() -> None:
+    look = looks(["a"])["a"]
+    line = Line(look, np.arange(5.0), np.array([1.0, 10.0, np.nan, 0.5, 2.0]))
+
+    def draw() -> str:
+        return line_chart([line], Axis("frame"), Axis("error", log=True), size=(300, 200), name="<one>")
+
+    chart = draw()
+    assert chart == draw()
+    assert chart.startswith("<svg ")
+    assert "<one>" not in chart
+    assert "#000000" not in chart  # no black but the page's ink
+    assert look.color in chart
+    assert "currentColor" in chart
+    assert ">frame</text>" in chart
+
+
+def test_figures_are_rounded_as_their_columns_say() -> None:
+    assert (px(1.005001), share(0.98765), percent(0.125), ms(0.012345)) == ("1.01", "0.988", "12 %", "0.0123")
+    assert px(None) == share(None) == percent(None) == ms(None) == "–"
+
+
+def test_the_lead_says_who_lost_how_often() -> None:
+    def row(label: str, lost: int, scored: int, failed: int = 0) -> SummaryRow:
+        named: dict[str, Any] = dict.fromkeys(SummaryRow.__dataclass_fields__)
+        counts = {"lost": lost, "scored": scored, "failed": failed, "runs": scored + failed}
+        return SummaryRow(**{**named, "source": "s", "label": label, "rank": 1, **counts})
+
+    assert lead([row("a", 1, 4), row("b", 4, 4)]) == "a lost the target in 1 of 4 runs, b in 4 of 4."
+    assert lead([row("a", 0, 2, failed=1)]) == "a lost the target in 0 of 2 runs. 1 run failed."
+    assert lead([row("a", 0, 0, failed=2)]).startswith("No run could be scored")
