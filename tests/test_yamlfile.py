@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import example, given
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from irsim.errors import InputError
@@ -173,17 +173,21 @@ def test_a_byte_order_mark_is_no_matter(tmp_path: Path) -> None:
     assert read(path).value == {"a": 1}
 
 
+STEADY = settings(deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
+
 SCALARS = st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False) | st.text()
 TREES = st.recursive(SCALARS, lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner), max_leaves=10)
 
 
 @given(TREES)
+@STEADY
 @example({"a": "1e3", "b": "0o10", "c": "on", "d": 1e17, "e": "~", "f": "2024-01-01"})
 def test_written_text_reads_back(value: Any) -> None:
     assert parse(write(value)).value == value
 
 
 @given(st.text())
+@STEADY
 def test_any_text_gives_a_value_or_an_input_error(text: str) -> None:
     with contextlib.suppress(InputError):
         parse(text)

@@ -1,0 +1,91 @@
+"""KEY=VALUE over a scenario: it reaches everything, and says where it does not."""
+
+from __future__ import annotations
+
+import pytest
+from scenario_text import TEXT, errors_of
+
+from irsim.camera import Camera
+from irsim.detector import Ar1, White
+from irsim.display import Linear
+from irsim.loader import loads
+from irsim.motion.straight import Straight
+from irsim.schema import plain
+
+
+def test_overrides_reach_everything() -> None:
+    scenario = loads(
+        TEXT,
+        overrides=[
+            "camera.netd_mk=80",
+            "targets.jet.path.speed=3",
+            "targets.1.path.speed=1.5",
+            "camera.noise.white.ratio=2",
+            "camera.noise.flicker.rho=0.5",
+            "background.clouds.clouds.depth=1",
+            "camera.size.0=80",
+            "camera.agc.tails=[0.1, 0.2]",
+            "occluders=[]",
+            "about=a=b",
+        ],
+    )
+    assert scenario.camera.netd_mk == 80
+    assert [target.path for target in scenario.targets] == [
+        Straight(start=(10.0, 20.5), speed=3.0),
+        Straight(start=(30.0, 10.0), speed=1.5),
+    ]
+    assert scenario.camera.noise == (White(ratio=2.0), Ar1(id="flicker", rho=0.5, ratio=0.5))
+    assert plain(scenario.background)["clouds"][0]["depth"] == 1
+    assert scenario.camera.size == (80, 48)
+    assert scenario.camera.agc == Linear(tails=(0.1, 0.2))
+    assert scenario.occluders == ()
+    assert scenario.about == "a=b"
+
+
+def test_an_override_begins_from_defaults_where_the_text_is_silent() -> None:
+    minimal = "background: {kind: sky}"
+    scenario = loads(minimal, overrides=["camera.noise.white.ratio=3", "camera.bits=12"])
+    assert scenario.camera == Camera(noise=(White(ratio=3.0),), bits=12)
+
+
+def test_an_override_equals_the_edited_text() -> None:
+    assert loads(TEXT, overrides=["targets.jet.path.speed=3"]) == loads(TEXT.replace("speed: 2", "speed: 3"))
+
+
+OVERRIDES_WRONG = {
+    "camera.netd_mk=-1": "override camera.netd_mk: -1 is out of range; allowed: a number, ",
+    "targets.0.path.speed=x": "override targets.0.path.speed: targets.jet.path.speed: expected a number, not 'x'; ",
+    "camera={bits: 99}": "override camera: camera.bits: 99 is out of range; allowed: a whole number, from 8 to 16",
+    "camra.netd_mk=3": "override camra.netd_mk: unknown key 'camra'; allowed: about, ",
+    "camera.netd=3": "override camera.netd: unknown key 'netd'; allowed: size, ",
+    "targets.jte.path.speed=3": (
+        "override targets.jte.path.speed: there is no 'jte'; allowed: jet, far; did you mean 'jet'?"
+    ),
+    "targets.2.path.speed=3": "override targets.2.path.speed: there is no '2'; allowed: jet, far",
+    "camera.bits.x=3": "override camera.bits.x: there is no 'x' here: what stands above it is a single value",
+    "seed.x=3": "override seed.x: there is no 'x' here: what stands above it is a single value",
+    "camera.bits=[1": "override camera.bits: '[1':1:3: not YAML: ",
+    "without=[wite]": "override without: without.0: there is no 'wite'; allowed: jet, far, bar, white, ",
+    "targets.jet.path={kind: weav}": "override targets.jet.path: targets.jet.path.kind: unknown path kind 'weav'; ",
+    "background.kind=nosuch:Thing": "override background.kind: cannot import 'nosuch:Thing': No module named 'nosuch'",
+    "background.kind=os:path": "override background.kind: 'os:path' is no background kind; allowed: a subclass of ",
+    "camera": "override 'camera': this is no KEY=VALUE; allowed: e.g. camera.netd_mk=80",
+    "=3": "override '=3': this is no KEY=VALUE; allowed: e.g. camera.netd_mk=80",
+}
+
+
+@pytest.mark.parametrize("override", OVERRIDES_WRONG)
+def test_a_wrong_override_says_so(override: str) -> None:
+    lines = errors_of(TEXT, override)
+    assert len(lines) == 1
+    assert lines[0].startswith(OVERRIDES_WRONG[override]), lines[0]
+
+
+def test_a_name_that_two_items_have_is_refused() -> None:
+    text = TEXT.replace("kind: ar1, id: flicker, rho: 0.9,", "kind: white, id: white,")
+    (line,) = errors_of(text, "camera.noise.white.ratio=2")
+    assert line == "override camera.noise.white.ratio: there are 2 of 'white'; allowed: their numbers, from 0"
+
+
+def test_all_wrong_overrides_are_told() -> None:
+    assert len(errors_of(TEXT, "camra.bits=8", "seed=1", "targets.x.id=y")) == 2

@@ -1,0 +1,48 @@
+"""What may stand at each place, in plain words."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+import pytest
+from pydantic import Field, ValidationError
+
+from irsim import yamlfile
+from irsim.explain import explain
+from irsim.kinds import Fraction, NotNegative, Pair, Part, Positive, Several
+from irsim.schema import Slot
+
+
+@pytest.mark.parametrize(
+    ("hint", "words"),
+    [
+        (NotNegative, "a number, 0 or more"),
+        (Positive, "a number, above 0"),
+        (Fraction, "a number, from 0 to 1"),
+        (Annotated[int, Field(gt=2, le=9)], "a whole number, above 2, at most 9"),
+        (bool, "true or false"),
+        (float | None, "a number"),
+        (Literal["a", "b"], "'a', 'b'"),
+        (Fraction | Literal["auto"], "a number, from 0 to 1 or 'auto'"),
+        (Pair, "a list of 2, each a number"),
+        (tuple[int, str], "a list of 2, a whole number; text"),
+        (Several[Positive], "a list, each item a number, above 0"),
+        (Annotated[Several[int], Field(min_length=2)], "a list, each item a whole number, at least 2 items"),
+        (Annotated[str, Field(pattern="^x+$", max_length=3)], "text, at most 3 characters, matching ^x+$"),
+    ],
+)
+def test_what_is_allowed_in_plain_words(hint: Any, words: str) -> None:
+    assert Slot.of(hint).words() == words
+
+
+class Mixed(Part):
+    gain: Fraction | Literal["auto"] = "auto"
+
+
+def test_the_alternatives_of_a_union_are_one_error() -> None:
+    document = yamlfile.parse("gain: 3", "f")
+    with pytest.raises(ValidationError) as caught:
+        Mixed.model_validate(document.value)
+    assert explain(caught.value, document, Mixed) == [
+        "f:1:7: gain: 3 is not allowed; allowed: a number, from 0 to 1 or 'auto'"
+    ]
