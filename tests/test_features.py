@@ -7,7 +7,7 @@ from math import exp, sqrt
 import numpy as np
 import pytest
 
-from irsim.types import Box, Frame
+from irsim.types import Box, Frame, Image
 from irtrack.features.centroid import centroid, contrast
 from irtrack.features.correlation import ncc, peak, rival
 from irtrack.features.histogram import Surround, bhattacharyya, gaussian_kernel, histogram, likeness
@@ -114,7 +114,7 @@ def test_bhattacharyya_by_hand() -> None:
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
 def test_likeness_of_many_windows_equals_one_histogram_each(dtype: type) -> None:
     rng = np.random.default_rng(4)
-    image = rng.integers(0, 256, (40, 50)).astype(dtype)
+    image: Image = rng.integers(0, 256, (40, 50)).astype(dtype)
     window = Window.of(Box(20.3, 11.8, 7, 6))
     kernel = gaussian_kernel(window, 4.0)
     levels = Quantiser(20.0, 230.0, 12)

@@ -7,6 +7,7 @@ from math import sqrt
 import numpy as np
 import pytest
 
+from irsim.types import Floats
 from irtrack.filters import kalman, particles
 from irtrack.filters.motion import ar2, constant_velocity
 from irtrack.filters.resampling import RESAMPLERS, Resampling
@@ -84,7 +85,8 @@ def test_ar2_by_hand() -> None:
 def test_undamped_ar2_spreads_as_the_closed_form() -> None:
     """Var x_n = R^2 sum_{k=1..n} k^2 = R^2 n (n+1) (2n+1) / 6."""
     rng = np.random.default_rng(7)
-    now = before = np.zeros((20_000, 2))
+    now: Floats = np.zeros((20_000, 2))
+    before = now
     for _ in range(6):
         now, before = ar2(now, before, 1.0, 2.0 * rng.standard_normal(now.shape)), now
     assert now.std(axis=0) == pytest.approx([2 * sqrt(6 * 7 * 13 / 6)] * 2, rel=0.02)
@@ -111,7 +113,8 @@ def test_steady_gain_is_that_of_kalata() -> None:
     acceleration, deviation = 0.5, 2.0
     F, Q = constant_velocity(acceleration)
     H, R = np.eye(2, 4), deviation**2 * np.eye(2)
-    mean, P = np.zeros(4), np.eye(4)
+    mean: Floats = np.zeros(4)
+    P: Floats = np.eye(4)
     for _ in range(200):
         mean, P = kalman.predict(mean, P, F, Q)
         mean, P = kalman.update(mean, P, np.zeros(2), H, R)

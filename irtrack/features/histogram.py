@@ -77,7 +77,7 @@ def histogram(
     """
     left, top = window.corner(center)
     cells = _cells(image, quantiser, left, top, left + window.columns, top + window.rows)
-    mass = _masses(cells[None], kernel, quantiser.bins)[0]
+    mass = _masses(cells[None], kernel.reshape(1, -1), quantiser.bins)[0]
     visible = float(mass.sum())
     return mass / max(visible, _NOTHING), visible
 
@@ -109,9 +109,10 @@ def likeness(
     step = cells.strides
     windows: Bins = np.ndarray((rows, columns, window.rows, window.columns), cells.dtype, cells, 0, (*step, *step))
     share = max(1, _PIXELS_AT_ONCE // kernel.size)
+    weights = np.full((min(share, distinct.size), kernel.size), kernel.ravel())
     for start in range(0, distinct.size, share):
         some = distinct[start : start + share]
-        mass = _masses(windows[np.divmod(some, columns)], kernel, quantiser.bins)
+        mass = _masses(windows[np.divmod(some, columns)], weights[: some.size], quantiser.bins)
         rho[some] = bhattacharyya(mass, reference)
         if not inside:
             # With p = mass / visible: rho(p, q) visible = rho(mass, q) sqrt(visible).
@@ -120,15 +121,14 @@ def likeness(
     return rho[keys], visible[keys]
 
 
-def _masses(windows: Bins, kernel: Floats, bins: int) -> Floats:
-    """The kernel's mass in each bin (K, bins) of windows (K, rows, columns); its sums are the visible shares.
+def _masses(windows: Bins, weights: Floats, bins: int) -> Floats:
+    """The kernel's mass in each bin (K, bins) of windows (K, rows, columns) with weights (K, pixels).
 
-    The windows are overwritten.
+    Its sums over the bins are the visible shares. The windows are overwritten.
     """
     count = len(windows)
-    index = windows.reshape(count, kernel.size)
+    index = windows.reshape(weights.shape)
     index += np.arange(0, count * (bins + 1), bins + 1)[:, None]
-    weights = np.full(index.shape, kernel.ravel())
     mass: Floats = np.bincount(index.ravel(), weights.ravel(), count * (bins + 1)).astype(np.float64, copy=False)
     return mass.reshape(count, bins + 1)[:, :-1]
 
