@@ -28,7 +28,7 @@ camera: {size: [96, 72], netd_mk: 40, noise: [{kind: white}]}
 background: {kind: sky}
 targets:
   - {id: jet, shape: {kind: fighter}, path: {kind: straight, start: [30, 36], speed: 1, range_m: 3000}}
-  - {id: bird, shape: {kind: point, temperature_k: 400}, path: {kind: straight, start: [60, 20], speed: 1, range_m: 3000}}
+  - {id: bird, shape: {kind: point, temperature_k: 400}, path: {kind: straight, start: [60, 20], range_m: 3000}}
 """
 MINE = """
 from irtrack.types import Estimate

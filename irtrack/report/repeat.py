@@ -14,18 +14,17 @@ from irtrack.errors import IrtrackError
 
 
 def source_word(source: SourceRow, runs: Iterable[Run]) -> str:
-    """How a command names the source.
+    """How a command names the source: as the bench's command line named it, the latest first.
 
-    A recording: its path. A scenario: as the bench's command line named it, the latest first; else
-    the file that the report lets one save.
+    Else a recording by its path, a scenario by the file that the report lets one save.
     """
-    if source.kind == "recording":
-        return source.text
+    recording = Path(source.text) if source.kind == "recording" else None
     for run in reversed(list(runs)):
         for word in _words(run.command):
-            if Path(word).stem == source.name:
+            named = Path(word)
+            if named.name == recording.name if recording else named.stem == source.name:
                 return word
-    return f"{source.name}.yaml"
+    return str(recording) if recording else f"{source.name}.yaml"
 
 
 def _words(command: str) -> list[str]:
