@@ -134,14 +134,15 @@ def _facts(source: SourceRow, cells: Sequence[Cell]) -> tuple[str, ...]:
     targets = sorted({cell.key.target or "a box given by the user" for cell in cells})
     inputs = sorted({cell.key.input for cell in cells})
     columns, rows = source.size
+    # Runs of one scene are no sample of scenes: say which of the two the intervals speak of.
+    varied = "scene and tracker change with each" if source.kind == "scenario" else "one scene, only trackers change"
     return (
         source.kind,
         f"{columns} × {rows} px at {source.rate_hz:g} Hz",
         f"{source.length} frames",
         f"followed: {', '.join(targets)}",
         f"trackers see: {', '.join(inputs)}",
-        f"{seeds} seed{'s' if seeds > 1 else ''}"
-        + (" of the scene and the trackers" if source.kind == "scenario" else " of the trackers"),
+        f"{seeds} seed{'s' if seeds > 1 else ''}" + (f" ({varied})" if seeds > 1 else ""),
     )
 
 
