@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import replace
+from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,7 @@ _LARGEST_WHOLE = 2**53
 """Up to here a float that is a whole number says exactly which."""
 
 
-def load(path: str | Path, overrides: Iterable[str] = ()) -> Scenario:
+def load(path: str | PathLike[str], overrides: Iterable[str] = ()) -> Scenario:
     """The scenario in a YAML file, or the shipped one of that name, with KEY=VALUE overrides.
 
     InputError: a line for each thing that is wrong, 'file:line:column: key: what; allowed: ...'.
@@ -49,9 +50,9 @@ def examples() -> dict[str, Path]:
     return {path.stem: path for folder in reversed(folders) for path in sorted(folder.glob("*.yaml"))}
 
 
-def find(path: str | Path) -> Path:
+def find(path: str | PathLike[str]) -> Path:
     """The file of that path, else the shipped scenario of that name."""
-    wanted = str(path)
+    wanted = fspath(path)
     try:
         exists = Path(path).exists()
     except (OSError, ValueError):
