@@ -6,10 +6,11 @@ import multiprocessing
 import os
 import signal
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 
 from irsim.display import Agc
 from irsim.loader import dumps
@@ -74,24 +75,27 @@ class Rendering:
         return self._shown(self._renderer.frame(index)[0], input)
 
     def frames(self, input: Input = "counts", start: int = 0, stop: int | None = None) -> Iterator[Frame]:
-        for frame, _ in self.pairs(start, stop):
-            yield self._shown(frame, input)
+        for frame, _ in self.pairs(start, stop, input=input):
+            yield frame
 
     def truths(self, start: int = 0, stop: int | None = None) -> Iterator[Truth]:
         for index in self._range(start, stop):
             yield self._renderer.scene(index)[1]
 
-    def pairs(self, start: int = 0, stop: int | None = None, jobs: int = 1) -> Iterator[tuple[Frame, Truth]]:
-        """(counts, truth) of frames start .. stop-1 in order, rendered by `jobs` processes.
+    def pairs(
+        self, start: int = 0, stop: int | None = None, jobs: int = 1, input: Input = "counts"
+    ) -> Iterator[tuple[Frame, Truth]]:
+        """(frame, truth) of frames start .. stop-1 in order, rendered by `jobs` processes.
 
         With jobs > 1 the calling script needs the guard ``if __name__ == "__main__"``.
         """
         wanted = self._range(start, stop)
         if jobs == 1:
-            yield from map(self._renderer.frame, wanted)
-            return
-        for chunk in chunks(self.scenario, wanted, jobs):
-            yield from chunk.pairs
+            pairs: Iterable[tuple[Frame, Truth]] = map(self._renderer.frame, wanted)
+        else:
+            pairs = chain.from_iterable(chunk.pairs for chunk in chunks(self.scenario, wanted, jobs))
+        for frame, truth in pairs:
+            yield self._shown(frame, input), truth
 
     def _range(self, start: int, stop: int | None) -> range:
         return range(start, len(self) if stop is None else min(stop, len(self)))
@@ -102,9 +106,7 @@ class Rendering:
         return Frame(self.agc.display(frame.image, frame.bits), frame.index, frame.time, 8)
 
 
-def frames(
-    scenario: Scenario, start: int = 0, stop: int | None = None, jobs: int = 1
-) -> Iterator[tuple[Frame, Truth]]:
+def frames(scenario: Scenario, start: int = 0, stop: int | None = None, jobs: int = 1) -> Iterator[tuple[Frame, Truth]]:
     """(Frame, Truth) of a scenario's frames start .. stop-1, in order: counts and what is true of them."""
     return Rendering(scenario).pairs(start, stop, jobs)
 

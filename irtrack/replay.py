@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -108,25 +108,22 @@ def run(
     chosen = _tracker(tracker, parameters or {})
     opened = irsim.open_source(source)
     player = Player(chosen, find_start(opened, opened.truths(), target, init), seed, label)
-    replay([player.see], opened, player.start, input, frames, progress)
+    stop = None if frames is None else player.start.frame + frames
+    replay([player.see], opened.frames(input, player.start.frame, stop), progress)
     return player.track(opened, input)
 
 
 def replay(
     viewers: Sequence[Callable[[Frame], None]],
-    source: Source,
-    start: Start,
-    input: Input,
-    frames: int | None = None,
+    frames: Iterable[Frame],
     progress: Callable[[int], None] | None = None,
 ) -> None:
-    """Show the frames from the start on to all viewers, each frame to all before the next.
+    """Show the frames, from a start on, to all viewers, each frame to all before the next.
 
     So a frame is rendered or read once however many trackers look at it, and no more than one is
     held in memory.
     """
-    stop = None if frames is None else start.frame + frames
-    for done, frame in enumerate(source.frames(input, start.frame, stop), start=1):
+    for done, frame in enumerate(frames, start=1):
         shown = _read_only(frame)
         for view in viewers:
             view(shown)

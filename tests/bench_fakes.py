@@ -66,15 +66,20 @@ class Walker:
 
 @dataclass(frozen=True)
 class Logger(Walker):
-    """A walker that takes `seconds` a step and leaves a line 'pid frame' in the file `log` at each."""
+    """A walker that leaves a line 'pid frame' in the file `log` at each step.
+
+    While the file `hold` exists it goes no further than `patience` lines.
+    """
 
     log: str = ""
-    seconds: float = 0.0
+    hold: str = ""
+    patience: int = 0
 
     def step(self, state: Box, frame: Frame, rng: np.random.Generator) -> tuple[Box, Estimate]:
         with Path(self.log).open("a") as file:
             file.write(f"{os.getpid()} {frame.index}\n")
-        time.sleep(self.seconds)
+        while self.hold and Path(self.hold).exists() and len(Path(self.log).read_bytes().split(b"\n")) > self.patience:
+            time.sleep(0.01)
         return super().step(state, frame, rng)
 
 

@@ -188,32 +188,35 @@ import sys
 from bench_fakes import Logger, Strip
 from irtrack.bench import Entry, run_bench
 if __name__ == "__main__":
-    log, path, jobs = sys.argv[1:]
-    tracker = Entry("slow", Logger(jitter=1.0, log=log, seconds=0.005))
+    log, hold, path, jobs = sys.argv[1:]
+    tracker = Entry("slow", Logger(jitter=1.0, log=log, hold=hold, patience=95))
     run_bench([Strip()], [tracker], seeds=8, jobs=int(jobs), results=path)
 """
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_a_killed_bench_goes_on_where_it_stopped(tmp_path: Path, jobs: int) -> None:
-    log, path, script = tmp_path / "log", tmp_path / "r.db", tmp_path / "killed.py"
+    """It is held after 95 steps: five cells of 19 by one worker, at least three by two."""
+    log, hold, path, script = tmp_path / "log", tmp_path / "hold", tmp_path / "r.db", tmp_path / "killed.py"
+    hold.touch()
     script.write_text(KILLED)
     here = str(Path(__file__).parent)
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([here, str(Path(here).parent)])}
-    process = subprocess.Popen([sys.executable, script, log, path, str(jobs)], env=environment)
+    process = subprocess.Popen([sys.executable, script, log, hold, path, str(jobs)], env=environment)
     try:
-        wait_for(lambda: count_cells(path) >= 2)
+        wait_for(lambda: count_cells(path) >= 3)
     finally:
         process.send_signal(signal.SIGKILL)
         process.wait()
     workers = {int(line.split()[0]) for line in log.read_text().splitlines()} - {process.pid}
-    assert len(workers) == (2 if jobs == 2 else 0)
+    assert (len(workers) > 0) == (jobs == 2)
     wait_for(lambda: not any(is_alive(pid) for pid in workers))  # no worker waits on for work
     with Results(path) as left:
         done = rows(left)
-    assert 2 <= len(done) < 8
+    assert 3 <= len(done) < 8
+    hold.unlink()
     before = steps(log)[19]
-    tracker = Entry("slow", Logger(jitter=1.0, log=str(log), seconds=0.005))
+    tracker = Entry("slow", Logger(jitter=1.0, log=str(log), hold=str(hold), patience=95))
     with run_bench([Strip()], [tracker], seeds=8, results=path) as resumed:
         found = rows(resumed)
     assert steps(log)[19] - before == 8 - len(done)  # what was there is not run again
