@@ -290,8 +290,7 @@ def test_ctrl_c_ends_with_status_130_and_keeps_a_valid_file(made: Path, tmp_path
 def test_a_reader_that_goes_away_is_no_error(made: Path) -> None:
     process = start(made, "run", "template", "clip.mcap", "--json")
     assert process.stdout is not None
-    assert process.stdout.read(1) == "{"
-    process.stdout.close()
+    process.stdout.close()  # long before it has something to say
     assert process.stderr is not None
     assert process.stderr.read() == ""
     assert process.wait(timeout=60) == 1
