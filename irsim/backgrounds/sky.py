@@ -122,7 +122,8 @@ class CloudLayer:
     def light(self, gaze: Gaze) -> tuple[Floats, Floats]:
         right, down = self.clouds.wind_mrad_s
         shift = (right * gaze.time * self.px_per_mrad, down * gaze.time * self.px_per_mrad)
-        return self.transmittance.sample(gaze.chart, shift), self.emission.sample(gaze.chart, shift)
+        places = self.transmittance.places(gaze.chart, shift)  # the emission lies on the same map
+        return self.transmittance.at(*places), self.emission.at(*places)
 
 
 class Sky(Background):

@@ -15,9 +15,7 @@ TILE = 1024
 """Side of a texture, px; it repeats beyond."""
 
 
-def power_law(
-    side: int, beta: float, correlation_px: float, stretch: float, seed: int, *address: Address
-) -> Floats:
+def power_law(side: int, beta: float, correlation_px: float, stretch: float, seed: int, *address: Address) -> Floats:
     """(side, side) float32 periodic Gaussian field of mean 0 and variance 1.
 
     Its 2-D power spectrum falls as f^-beta above 1/correlation_px cycles a px and is flat below:
@@ -48,13 +46,19 @@ class Tile:
 
     def sample(self, chart: Chart, shift_px: tuple[float, float] = (0.0, 0.0)) -> Floats:
         """(rows, cols) float32: the texture, moved right and down by `shift_px`, as the chart sees it."""
+        return self.at(*self.places(chart, shift_px))
+
+    def places(self, chart: Chart, shift_px: tuple[float, float]) -> tuple[Floats, Floats]:
+        """(rows, cols) float32 each: column and row of the texture that each pixel sees."""
         u, v = chart.u - shift_px[0], chart.v - shift_px[1]
         # Whole periods are taken off before float32, whose steps would grow with distance.
         u = u - np.floor(u.min() / self.side) * self.side
         v = v - np.floor(v.min() / self.side) * self.side
-        return np.asarray(
-            cv2.remap(self.padded, chart.spread(u), chart.spread(v), cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
-        )
+        return chart.spread(u), chart.spread(v)
+
+    def at(self, columns: Floats, rows: Floats) -> Floats:
+        """The texture at places between its pixels, linearly."""
+        return np.asarray(cv2.remap(self.padded, columns, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP))
 
 
 def _blurred(texture: Floats, sigma_px: float) -> Floats:
