@@ -2,7 +2,7 @@
 # make test    install and run the tests (make test-all: the slow ones too)
 # make lint    ruff and mypy
 # make bench   speeds, one `name: value unit` a line
-# make docs    rewrite the generated tables and pictures of the documents
+# make docs    rewrite the generated tables of the documents (make pictures: the pictures too, by chromium)
 # make clean   remove what was generated (the environment .venv stays)
 
 # The first interpreter that runs: a shim on PATH may stand for a version that is not installed.
@@ -14,13 +14,13 @@ BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 TESTS := $(BIN)/python -m pytest -n $(JOBS)
 
-.PHONY: demo test test-all lint bench docs install clean
+.PHONY: demo test test-all lint bench docs pictures install clean
 
 demo: $(INSTALLED)
 	$(BIN)/irsim render sky -o recordings/sky.mcap
 	$(BIN)/irsim render ground -o recordings/ground.mcap
 	@rm -f recordings/demo.db
-	$(BIN)/irtrack bench recordings/sky.mcap recordings/ground.mcap --trackers grey_pf,template,kalman --jobs $(JOBS) --results recordings/demo.db
+	$(BIN)/irtrack bench recordings/sky.mcap recordings/ground.mcap --trackers grey_pf,template,kalman --seeds 3 --jobs $(JOBS) --results recordings/demo.db
 	$(BIN)/irtrack report recordings/demo.db -o report.html
 
 test: $(INSTALLED)
@@ -39,8 +39,9 @@ bench: $(INSTALLED)
 
 docs: $(INSTALLED)
 	$(BIN)/python docs/generate.py
-	$(BIN)/irsim show sky -o docs/img/sky.png
-	$(BIN)/irsim show ground -o docs/img/ground.png
+
+pictures: demo
+	$(BIN)/python docs/generate.py --pictures
 
 install: $(INSTALLED)
 

@@ -1,4 +1,4 @@
-"""Rewrites the generated parts of the documents: `make docs`.
+"""Rewrites the generated parts of the documents: `make docs`; with --pictures their pictures too.
 
 A generated part stands between `<!-- generated: name -->` and `<!-- end -->`. The tests compare each
 with what this script would write, so the documents list what the code has.
@@ -8,10 +8,14 @@ from __future__ import annotations
 
 import json
 import re
+import subprocess
+import sys
+import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import get_args
 
+from PIL import Image
 from pydantic.fields import FieldInfo
 
 from irsim.backgrounds import BACKGROUNDS
@@ -19,6 +23,7 @@ from irsim.backgrounds.sky import Clouds
 from irsim.camera import Camera
 from irsim.detector import NOISES
 from irsim.display import AGCS
+from irsim.draw import contact_sheet
 from irsim.kinds import Family, Kind, Name, NamedKind, Part
 from irsim.loader import examples, load
 from irsim.motion import PATHS, POINTINGS
@@ -26,9 +31,13 @@ from irsim.occluders import OCCLUDERS
 from irsim.scenario import Scenario, Target
 from irsim.schema import Slot, plain
 from irsim.shapes import SHAPES
+from irsim.sources import open_source
 from irtrack.trackers import TRACKERS
 
 DOCS = Path(__file__).parent
+WIDTH, COLOURS = 960, 48
+"""Of the pictures: small enough to be kept in git."""
+
 FAMILIES: tuple[Family, ...] = (BACKGROUNDS, SHAPES, PATHS, OCCLUDERS, POINTINGS, NOISES, AGCS)
 
 
@@ -125,9 +134,27 @@ def generated(text: str) -> str:
     return re.sub(r"<!-- generated: ([a-z ]+) -->\n.*?<!-- end -->", fill, text, flags=re.DOTALL)
 
 
+def pictures() -> None:
+    """docs/img: the examples as `irsim show` draws them, and the head of the report of `make demo`."""
+    images = DOCS / "img"
+    for name in examples():
+        contact_sheet(open_source(name), images / f"{name}.png")
+    shot = images / "report.png"
+    report = (DOCS.parent / "report.html").as_uri()
+    with tempfile.TemporaryDirectory() as profile:
+        browser = ["chromium", "--headless", "--no-sandbox", "--hide-scrollbars", f"--user-data-dir={profile}"]
+        subprocess.run([*browser, "--window-size=1100,1180", f"--screenshot={shot}", report], check=True)
+    for path in images.glob("*.png"):
+        with Image.open(path) as picture:
+            picture.thumbnail((WIDTH, 4 * WIDTH))
+            picture.convert("RGB").quantize(COLOURS).save(path, optimize=True)
+
+
 def main() -> None:
     for path in sorted(DOCS.glob("*.md")):
         path.write_text(generated(path.read_text()))
+    if "--pictures" in sys.argv:
+        pictures()
 
 
 if __name__ == "__main__":

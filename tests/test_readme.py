@@ -1,0 +1,88 @@
+"""The documents are true: their commands run, their code runs, their links and generated parts hold."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import cv2
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).parent.parent
+DOCUMENTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.M | re.S)
+
+
+def blocks(path: Path) -> list[tuple[str, str]]:
+    """(language, text) of each fenced block; blocks marked `text` are not run."""
+    return BLOCK.findall(path.read_text())
+
+
+def make_footage(folder: Path) -> None:
+    """What the documents take as the reader's own: my_frames/ and my_truth.csv, a spot that moves right."""
+    (folder / "my_frames").mkdir()
+    rng = np.random.default_rng(0)
+    rows = ["frame,x,y,w,h"]
+    for k in range(20):
+        image = rng.normal(100, 3, (96, 128))
+        x, y = 20 + k, 30
+        image[y : y + 7, x : x + 9] += np.outer(np.hanning(9)[1:-1], np.hanning(11)[1:-1]) * 120
+        cv2.imwrite(str(folder / "my_frames" / f"{k:04}.png"), image.astype(np.uint8))
+        rows.append(f"{k},{x},{y},9,7")
+    (folder / "my_truth.csv").write_text("\n".join(rows) + "\n")
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_commands_and_code_of_the_documents_run(document: Path, tmp_path: Path) -> None:
+    """All blocks of a document in their order, in one folder, as a reader would go through it."""
+    make_footage(tmp_path)
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    for language, text in blocks(document):
+        if language in {"sh", "python"}:
+            command = ["sh", "-e", "-c", text] if language == "sh" else [sys.executable, "-c", text]
+            done = subprocess.run(
+                command, cwd=tmp_path, env={**os.environ, "PATH": path}, capture_output=True, text=True, check=False
+            )
+            assert done.returncode == 0, f"{document.name}:\n{text}\n{done.stdout}\n{done.stderr}"
+            assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_links_lead_somewhere(document: Path) -> None:
+    links = re.findall(r"\]\((?!https?:)([^)#]+)\)", document.read_text())
+    assert not [link for link in links if not (document.parent / link).exists()]
+
+
+def test_make_targets_of_the_documents_exist() -> None:
+    targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.M))
+    named = {name for path in DOCUMENTS for name in re.findall(r"make ([a-z-]+)(?=`|\s+#)", path.read_text())}
+    assert {"demo", "test"} <= named <= targets
+
+
+def load_generator() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("generate", ROOT / "docs" / "generate.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_generated_parts_are_up_to_date() -> None:
+    generator = load_generator()
+    documents = {path: path.read_text() for path in DOCUMENTS}
+    assert "<!-- generated: scenario keys -->" in documents[ROOT / "docs" / "scenarios.md"]
+    stale = [path.name for path, text in documents.items() if generator.generated(text) != text]
+    assert not stale, "run `make docs`"
+
+
+def test_pictures_are_small() -> None:
+    pictures = list((ROOT / "docs" / "img").glob("*"))
+    assert pictures
+    assert not [path.name for path in pictures if path.suffix != ".png" or path.stat().st_size > 300_000]
