@@ -35,7 +35,7 @@ from irsim.sources import open_source
 from irtrack.trackers import TRACKERS
 
 DOCS = Path(__file__).parent
-WIDTH, COLOURS = 960, 48
+WIDTH, COLOURS = 960, 128
 """Of the pictures: small enough to be kept in git."""
 
 FAMILIES: tuple[Family, ...] = (BACKGROUNDS, SHAPES, PATHS, OCCLUDERS, POINTINGS, NOISES, AGCS)
@@ -143,11 +143,12 @@ def pictures() -> None:
     report = (DOCS.parent / "report.html").as_uri()
     with tempfile.TemporaryDirectory() as profile:
         browser = ["chromium", "--headless", "--no-sandbox", "--hide-scrollbars", f"--user-data-dir={profile}"]
-        subprocess.run([*browser, "--window-size=1100,1180", f"--screenshot={shot}", report], check=True)
+        subprocess.run([*browser, "--window-size=1100,1265", f"--screenshot={shot}", report], check=True)
     for path in images.glob("*.png"):
         with Image.open(path) as picture:
             picture.thumbnail((WIDTH, 4 * WIDTH))
-            picture.convert("RGB").quantize(COLOURS).save(path, optimize=True)
+            small = picture.convert("RGB").quantize(COLOURS, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
+            small.save(path, optimize=True)
 
 
 def main() -> None:
