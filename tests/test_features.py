@@ -233,10 +233,17 @@ def test_centroid_of_nothing_is_none() -> None:
     assert centroid(region, 40.0, 0.5) is None
 
 
-def test_contrast_has_the_sign_of_the_target() -> None:
-    image = np.full((20, 20), 100, np.uint16)
-    image[8:12, 8:12] = 180
-    assert contrast(image[7:13, 7:13], image) == 80
-    image[8:12, 8:12] = 30
-    assert contrast(image[7:13, 7:13], image) == -70
-    assert contrast(image[:3, :3], image) == 0
+def test_contrast_has_the_sign_of_the_target_in_tight_and_loose_boxes() -> None:
+    image = np.full((30, 30), 100, np.uint16)
+    image[10:14, 10:16] = 180
+    assert contrast(image[10:14, 10:16][:, :5], image) == 0  # constant: nothing to split
+    assert contrast(image[9:15, 9:17], image) == 80
+    assert contrast(image[4:20, 3:24], image) == 80
+    image[10:14, 10:16] = 30
+    assert contrast(image[4:20, 3:24], image) == -70
+
+
+def test_contrast_by_hand() -> None:
+    """10 20 60 70: the mean 40 splits it into 15 and 65, whose midst is 40 again; 65 - 12 > 15 - 12."""
+    patch = np.array([[10, 20, 60, 70]], np.uint8)
+    assert contrast(patch, np.full((9, 9), 12, np.uint8)) == 53

@@ -10,12 +10,20 @@ from irsim.types import Image
 def contrast(patch: Image, region: Image) -> float:
     """How far the target stands out, counts: positive for a hot one, negative for a cold one.
 
-    `region` holds the patch and what surrounds it; its median is the level. The target's own level
-    is the quartile of its patch on the side of its mean: a silhouette fills only part of its box.
+    `region` holds the patch and what surrounds it; its median is the level. The patch holds target
+    and background, in any shares (boxes may be tight or loose): it is split in two where the
+    threshold is midway between the means of its halves (Ridler, Calvard, "Picture thresholding
+    using an iterative selection method", IEEE Trans. SMC 8, 1978); the target is the half whose mean
+    is farther from the level. 0 where the patch is constant.
     """
+    if patch.min() == patch.max():
+        return 0.0
+    threshold, before = float(patch.mean()), -1.0
+    while threshold != before:
+        low, high = float(patch[patch <= threshold].mean()), float(patch[patch > threshold].mean())
+        threshold, before = (low + high) / 2, threshold
     level = float(np.median(region))
-    hot = float(patch.mean()) >= level
-    return float(np.percentile(patch, 75 if hot else 25)) - level
+    return max(low - level, high - level, key=abs)
 
 
 def centroid(region: Image, contrast: float, threshold: float) -> tuple[float, float] | None:
