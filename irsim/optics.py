@@ -56,16 +56,21 @@ def _density(offset: float, sigma_px: float) -> float:
 def spreading(pixels: int, margin: int, fine: int, sigma_px: float) -> tuple[Floats, Floats]:
     """Two (pixels + 2 margin, pixels * fine) matrices that blur a fine grid and bin it to pixels, on one axis.
 
-    Column c of the first holds how light at the middle of fine cell c falls on the pixels, column c of
-    the second how that changes as the light moves by a cell. A cell's own width, variance
-    1/(12 fine^2) px^2, is taken off the blur. Columns of the first sum to one, of the second to zero,
-    and mirrored cells have mirrored columns: light is conserved and centroids stay. Read only.
+    Column c of the first holds how light that fills fine cell c evenly falls on the pixels; column c
+    of the second, what a first moment of one (light times cells from the cell's middle) adds, the
+    light taken to rise linearly through the cell. Both are closed integrals of the Gaussian over cell
+    and pixel. Columns of the first sum to one, of the second to zero, and mirrored cells have mirrored
+    columns: light is conserved and centroids stay. Read only.
     """
-    sigma = math.sqrt(max(sigma_px**2 - 1 / (12 * fine**2), 0.0))
     cells = (np.arange(pixels * fine) + 0.5) / fine - 0.5
     offsets = np.arange(-margin, pixels + margin)[:, None] - cells
-    matrix = shares(offsets, sigma)
-    slope = (_gaussian(offsets - 0.5, sigma) - _gaussian(offsets + 0.5, sigma)) / fine
+    ahead, behind = offsets + 0.5 / fine, offsets - 0.5 / fine
+    once_ahead, twice_ahead = _integrals(ahead, sigma_px)
+    once_behind, twice_behind = _integrals(behind, sigma_px)
+    matrix = (once_ahead - once_behind) * fine
+    slope = 12 * ((twice_ahead - twice_behind) * fine**2 - (once_ahead + once_behind) * fine / 2)
+    far = np.abs(offsets) > REACH * sigma_px + 1  # differences of large numbers: nothing but rounding
+    matrix[far] = slope[far] = 0.0
     total = matrix.sum(axis=0)
     slope = slope / total - matrix * slope.sum(axis=0) / total**2
     matrix /= total
@@ -74,8 +79,17 @@ def spreading(pixels: int, margin: int, fine: int, sigma_px: float) -> tuple[Flo
     return matrix, slope
 
 
-def _gaussian(offsets: Floats, sigma: float) -> Floats:
-    """Density of a Gaussian; zero where sigma is."""
+def _integrals(offsets: Floats, sigma: float) -> tuple[Floats, Floats]:
+    """The first and the second integral of `shares` by the offset."""
+    (once_above, twice_above), (once_below, twice_below) = (_ramps(offsets + side, sigma) for side in (0.5, -0.5))
+    return once_above - once_below, twice_above - twice_below
+
+
+def _ramps(x: Floats, sigma: float) -> tuple[Floats, Floats]:
+    """The first and the second integral of the normal distribution function of that sigma."""
     if sigma == 0:
-        return np.zeros_like(offsets)
-    return np.asarray(np.exp(-0.5 * (offsets / sigma) ** 2) / (sigma * math.sqrt(2 * math.pi)))
+        ramp = np.maximum(x, 0.0)
+        return ramp, ramp**2 / 2
+    below = np.asarray((1 + _erf(x / (sigma * math.sqrt(2)))) / 2, dtype=np.float64)
+    density = np.exp(-0.5 * (x / sigma) ** 2) / (sigma * math.sqrt(2 * math.pi))
+    return x * below + sigma**2 * density, ((x**2 + sigma**2) * below + x * sigma**2 * density) / 2

@@ -26,7 +26,8 @@ Turns = Annotated[float, Field(ge=1)]
 
 class Manoeuvre(PixelPath):
     """Coordinated turns at constant speed: now and then a new turn rate is drawn, and the rate eases
-    towards it. Near the edge of `keep_in_px` it steers back, harder than `turn_deg` where it must.
+    towards it. Near the edge of `keep_in_px` it steers back, harder than `turn_deg` where it must (up to
+    1 rad per frame: a box of a few frames' way is too small to stay in).
     `turn_deg: 0` flies straight until it has to steer."""
 
     start: Pair
@@ -73,7 +74,7 @@ class Manoeuvre(PixelPath):
         left, top, right, bottom = self.keep_in_px or inset
         band = _BAND * min(right - left, bottom - top)
         sharpest = math.radians(self.turn_deg)
-        hardest = max(sharpest, _STEER * 2 * self.speed / band)
+        hardest = max(sharpest, min(_STEER * 2 * self.speed / band, 1.0))
         middle = ((left + right) / 2, (top + bottom) / 2)
         draws = stream(stage.seed, name, "path").random((count, 2)).tolist()
         x, y = self.start

@@ -16,7 +16,7 @@ from irsim.sprite import Sprite
 from irsim.types import Box, Floats
 
 WIDEST_PX = 2000.0
-"""Of a body that fills more, only what the frame can see is drawn, and its centre is that part's."""
+"""Of a body that fills more, only the part that the frame can see is drawn: its cover counts that part only."""
 
 
 class Body(Shape):
@@ -28,7 +28,7 @@ class Body(Shape):
     """
 
     solids: ClassVar[tuple[Solid, ...]]
-    """The parts, for a body of length 1; they should overlap rather than abut."""
+    """The parts, for a body of length 1."""
 
     length_m: Positive
     """Length, m."""

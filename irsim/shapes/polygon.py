@@ -25,9 +25,7 @@ def coverage(start: Floats, stop: Floats, weights: Floats, size: tuple[int, int]
     """
     rows, columns = size
     delta = stop - start
-    first, at_y = _crossings(start[:, 1], stop[:, 1], rows)
-    second, at_x = _crossings(start[:, 0], stop[:, 0], columns)
-    edge, begin, end = pieces(len(start), np.concatenate([first, second]), np.concatenate([at_y, at_x]))
+    edge, begin, end = pieces(len(start), *_crossings(start, stop, columns, rows))
 
     middle = start[edge] + delta[edge] * ((begin + end) / 2)[:, None]
     corner = np.floor(middle)
@@ -74,15 +72,16 @@ def pieces(
     return edge[1:][inner], place[:-1][inner], place[1:][inner]
 
 
-def _crossings(low: Floats, high: Floats, lines: int) -> tuple[npt.NDArray[np.int64], Floats]:
-    """Where edges between two coordinates cross the grid's lines 0 .. lines: edge numbers and places 0..1."""
-    smaller, larger = np.minimum(low, high), np.maximum(low, high)
-    first = np.maximum(np.floor(smaller) + 1, 0)
-    last = np.minimum(np.ceil(larger) - 1, lines)
+def _crossings(start: Floats, stop: Floats, columns: int, rows: int) -> tuple[npt.NDArray[np.int64], Floats]:
+    """Where edges cross the grid's lines: edge numbers and places 0..1."""
+    low, high = start.T.ravel(), stop.T.ravel()  # all x, then all y
+    last_line = np.repeat([columns, rows], len(start))
+    first = np.maximum(np.floor(np.minimum(low, high)) + 1, 0)
+    last = np.minimum(np.ceil(np.maximum(low, high)) - 1, last_line)
     counts = np.maximum(last - first + 1, 0).astype(np.int64)
     edge = np.repeat(np.arange(len(low)), counts)
     ordinal = np.arange(len(edge)) - np.repeat(np.cumsum(counts) - counts, counts)
-    return edge, (first[edge] + ordinal - low[edge]) / (high[edge] - low[edge])
+    return edge % len(start), (first[edge] + ordinal - low[edge]) / (high[edge] - low[edge])
 
 
 def outline(points: Floats) -> tuple[Floats, Floats]:
@@ -92,16 +91,14 @@ def outline(points: Floats) -> tuple[Floats, Floats]:
     return (points, following) if area >= 0 else (following, points)
 
 
-def centroid(start: Floats, stop: Floats, weights: Floats) -> tuple[float, float, float]:
-    """(integral, x, y) of the flat field whose edges gain `weights` (n,), by Green's theorem.
+def centroids(start: Floats, stop: Floats, weights: Floats) -> tuple[Floats, Floats]:
+    """Integral (channels,) and centroid (channels, 2) of flat fields, see `coverage`, by Green's theorem.
 
-    x and y are nan where the integral is 0.
+    The centroid is nan where the integral is 0.
     """
-    origin = start.mean(axis=0)
+    origin = start[0]
     a, b = start - origin, stop - origin
-    twice = weights * (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
-    integral = float(twice.sum()) / 2
-    if integral == 0:
-        return 0.0, np.nan, np.nan
-    x, y = origin + twice @ (a + b) / (6 * integral)
-    return integral, float(x), float(y)
+    twice = weights.T * (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+    integral = twice.sum(axis=1) / 2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return integral, origin + twice @ (a + b) / (6 * integral[:, None])

@@ -8,17 +8,18 @@ import numpy as np
 import numpy.typing as npt
 
 from irsim.optics import reach_px, spreading
-from irsim.shapes.polygon import centroid, coverage
+from irsim.shapes.polygon import centroids, coverage
 from irsim.shapes.visible import visible_edges
 from irsim.sprite import Sprite
 from irsim.stage import Stage
 from irsim.types import Box, Floats
 
-FINE = 3
-"""Cells of the fine grid to a pixel, on each axis."""
+FINE = 2
+"""Cells of the fine grid to a pixel, on each axis: alpha is within 0.0012 of the exact convolution at a
+blur of 0.6 px, and within 0.006 at 0.3 px."""
 LARGE_PX = 100.0
-"""What is wider or higher than this is drawn on the pixels themselves, to bound the cost: its outline then
-looks sharper by up to a tenth of its contrast, and alpha may pass its limits by 0.004."""
+"""What is wider or higher than this is drawn on the pixels themselves, to bound the cost: within 0.015
+and 0.046."""
 
 
 def sprite(
@@ -36,9 +37,8 @@ def sprite(
     box      tight box of the geometry
     window   what of it is drawn (`box` itself, or a part)
 
-    Each cell's light is spread as its area and first moments say (its second moment is taken for a
-    full cell's), so that pixels follow a shift of a hundredth of a pixel; at a blur of 0.6 px, alpha is
-    within 0.01 of the exact convolution.
+    Each cell's light is spread as its exact area and first moments say, so that pixels follow a shift
+    of a hundredth of a pixel.
     """
     fine = FINE if max(window.w, window.h) <= LARGE_PX else 1
     left, top = math.floor(window.left + 0.5), math.floor(window.top + 0.5)
@@ -58,16 +58,17 @@ def sprite(
     cover[margin : margin + rows, margin : margin + columns] = (
         area[0].reshape(rows, fine, columns, fine).mean(axis=(1, 3))
     )
-    _, *center = centroid(start, stop, weights[:, 0])
-    light, *signal_center = centroid(start, stop, weights[:, 1])
+    (_, light), (center, signal_center) = centroids(start, stop, weights)
+    if not light > 0:
+        signal_center = center
     return Sprite(
         x0=left - margin,
         y0=top - margin,
         cover=cover,
         alpha=alpha,
         emission=emission,
-        center=(center[0], center[1]),
-        signal_center=(signal_center[0], signal_center[1]) if light > 0 else (center[0], center[1]),
+        center=(float(center[0]), float(center[1])),
+        signal_center=(float(signal_center[0]), float(signal_center[1])),
         box=box,
         range_m=range_m,
     )

@@ -172,13 +172,16 @@ def _faces(points: Floats) -> list[tuple[Floats, list[int]]]:
     outward = np.concatenate(
         [normals[(heights <= tolerance).all(axis=1)], -normals[(heights >= -tolerance).all(axis=1)]]
     )
-    faces = []
-    _, one_of_each = np.unique(np.round(outward, 6), axis=0, return_index=True)
-    for normal in outward[one_of_each]:
+    faces = {}  # by their corners: a face of many corners is found from each three of them
+    for normal in outward:
         height = points @ normal
-        corners = np.flatnonzero(height > height.max() - 1e-5 * size)
-        across = points[corners] - points[corners].mean(axis=0)
-        first = across[0] / np.linalg.norm(across[0])
-        angles = np.arctan2(across @ np.cross(normal, first), across @ first)
-        faces.append((normal, [int(corner) for corner in corners[np.argsort(angles)]]))
-    return faces
+        faces[tuple(np.flatnonzero(height > height.max() - tolerance).tolist())] = normal
+    return [(normal, _ring(points, normal, corners)) for corners, normal in faces.items()]
+
+
+def _ring(points: Floats, normal: Floats, corners: tuple[int, ...]) -> list[int]:
+    """A face's corners in order, counter-clockwise about its normal."""
+    across = points[list(corners)] - points[list(corners)].mean(axis=0)
+    first = across[0] / np.linalg.norm(across[0])
+    angles = np.arctan2(across @ np.cross(normal, first), across @ first)
+    return [corners[place] for place in np.argsort(angles)]

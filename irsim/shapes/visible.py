@@ -8,9 +8,9 @@ import numpy.typing as npt
 from irsim.shapes.polygon import pieces
 from irsim.types import Floats
 
-_SHRINK = 1e-9
-"""Each layer is smaller by this than the one in front. Edges of two layers that would coincide, where
-rounding would say at random which is inside which, are told apart by it."""
+_INSET_PX = 1e-9
+"""The edges of each layer lie this much further in than those of the one in front. Edges of two layers
+that would coincide, where rounding would say at random which is inside which, are told apart by it."""
 
 
 def visible_edges(
@@ -26,15 +26,16 @@ def visible_edges(
     it, and parts k from the nearest of the farther polygons that cover it.
     """
     first = np.searchsorted(layer, np.arange(len(glow)))
-    middles = np.add.reduceat(start, first, axis=0) / np.diff(np.append(first, len(start)))[:, None]
-    shrink = (_SHRINK * layer)[:, None]
-    start, stop = start + shrink * (middles[layer] - start), stop + shrink * (middles[layer] - stop)
+    delta = stop - start
+    across, down = -delta[:, 1], delta[:, 0]
+    length = np.maximum(np.hypot(across, down), 1e-300)
+    start = start + np.stack([across, down], axis=1) * (_INSET_PX * layer / length)[:, None]
+    stop = start + delta
 
     # How far each edge's ends are inside each edge's line; a convex polygon is inside all of its own.
-    delta = stop - start
-    normal = np.stack([-delta[:, 1], delta[:, 0]])
-    level = np.sum(normal * start.T, axis=0)
-    at_start, at_stop = start @ normal - level, stop @ normal - level
+    level = across * start[:, 0] + down * start[:, 1]
+    at_start = np.outer(start[:, 0], across) + np.outer(start[:, 1], down) - level
+    at_stop = np.outer(stop[:, 0], across) + np.outer(stop[:, 1], down) - level
     begins_out, ends_out = at_start < 0, at_stop < 0
     with np.errstate(divide="ignore", invalid="ignore"):  # parallel edges cross nowhere and use no crossing
         crossing = at_start / (at_start - at_stop)
@@ -48,8 +49,9 @@ def visible_edges(
     cuts = np.concatenate([entry[edges, polygons], leave[edges, polygons]])
     edge, begin, end = pieces(len(start), np.concatenate([edges, edges]), cuts)
     middle = ((begin + end) / 2)[:, None]
-    within = (entry[edge] < middle) & (middle < leave[edge])
-    nearest = np.where(within.any(axis=1), within.argmax(axis=1), len(glow))
+    within = np.ones((len(edge), len(glow) + 1), dtype=bool)  # the last stands for nothing at all
+    within[:, :-1] = (entry[edge] < middle) & (middle < leave[edge])
+    nearest = within.argmax(axis=1)
     own = layer[edge]
     bare = nearest == len(glow)
     gain = glow[own] - np.append(glow, 0.0)[nearest]

@@ -1,0 +1,301 @@
+"""Paths against their closed forms, camera motions, attitude."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pydantic import TypeAdapter, ValidationError
+
+from irsim.geometry import Geometry
+from irsim.motion import PATHS, POINTINGS, Path, PixelPath, Pointing, angles_deg, attitudes
+from irsim.motion.attitude import STANDARD_GRAVITY, euler
+from irsim.motion.spline import Spline
+from irsim.stage import Stage
+from irsim.types import Floats
+
+GEOMETRY = Geometry((160, 120), 5e-4, 0.1)
+
+
+def stage(seed: int = 0) -> Stage:
+    return Stage(seed, GEOMETRY, 30.0, "mwir", 0.6)
+
+
+def path(**keys: Any) -> Path:
+    value = PATHS.parse(keys)
+    assert isinstance(value, Path)
+    return value
+
+
+def pixels(value: Path, frames: Floats, seed: int = 0) -> Floats:
+    return GEOMETRY.project(value.positions(np.asarray(frames, dtype=float), stage(seed), "jet"))
+
+
+EXAMPLES: dict[str, dict[str, Any]] = {
+    "straight": {"start": [10, 20], "speed": 2.0, "heading_deg": 30.0, "closing_m_s": 50.0},
+    "waypoints": {"points": [[10, 20], [60, 80], [140, 30]], "speed": 1.5},
+    "weave": {"start": [10, 60], "speed": 1.0, "amplitude_px": 12.0},
+    "manoeuvre": {"start": [80, 60], "speed": 2.0},
+    "straight_m": {"start_m": [-20, 5, 800], "velocity_m_s": [30, -2, 10]},
+    "waypoints_m": {"points": [[-50, 0, 900], [0, 10, 1000], [60, -20, 950]], "frames": [0, 40, 90]},
+}
+
+
+def test_every_kind_of_path_is_tested() -> None:
+    assert set(EXAMPLES) == set(PATHS.kinds)
+
+
+@pytest.mark.parametrize("kind", EXAMPLES)
+class TestEveryPath:
+    def test_a_place_does_not_depend_on_the_frames_asked_for(self, kind: str) -> None:
+        value, frames = path(kind=kind, **EXAMPLES[kind]), np.arange(120.0)
+        together = value.positions(frames, stage(3), "jet")
+        for frame in (0, 7, 119):
+            np.testing.assert_array_equal(
+                value.positions(frames[frame : frame + 1], stage(3), "jet")[0], together[frame]
+            )
+
+    def test_it_has_no_jumps(self, kind: str) -> None:
+        frames = np.arange(0.0, 60.0, 0.01)
+        steps = np.linalg.norm(
+            np.diff(path(kind=kind, **EXAMPLES[kind]).positions(frames, stage(), "jet"), axis=0), axis=1
+        )
+        assert steps.max() < 3 * np.median(steps)
+
+    def test_it_is_known_before_frame_0(self, kind: str) -> None:
+        around = path(kind=kind, **EXAMPLES[kind]).positions(np.array([-0.01, 0.0, 0.01]), stage(), "jet")
+        np.testing.assert_allclose(around[1] - around[0], around[2] - around[1], atol=2e-3)
+
+
+def test_straight_has_its_closed_form() -> None:
+    value = path(kind="straight", start=[10, 20], speed=2.0, heading_deg=30.0)
+    frames = np.array([0.0, 10.0, 2.5])
+    expected = [[10 + 2 * f * np.sqrt(3) / 2, 20 + 2 * f / 2] for f in frames]
+    np.testing.assert_allclose(pixels(value, frames), expected)
+
+
+def test_heading_90_is_down() -> None:
+    np.testing.assert_allclose(
+        pixels(path(kind="straight", start=[5, 5], speed=1.0, heading_deg=90.0), [3.0]), [[5, 8]]
+    )
+
+
+def test_closing_shortens_the_range() -> None:
+    value = path(kind="straight", start=[10, 20], range_m=1000.0, closing_m_s=60.0)
+    # 60 m/s at 30 frames a second: 2 m a frame.
+    ranges = np.linalg.norm(value.positions(np.array([0.0, 50.0]), stage(), "jet"), axis=1)
+    np.testing.assert_allclose(ranges, [1000.0, 900.0])
+
+
+def test_straight_m_has_its_closed_form() -> None:
+    value = path(kind="straight_m", start_m=[1, 2, 300], velocity_m_s=[30, 0, -60])
+    np.testing.assert_allclose(value.positions(np.array([10.0]), stage(), "jet"), [[11, 2, 280]])
+
+
+def test_weave_swings_across_its_heading() -> None:
+    value = path(kind="weave", start=[10, 60], speed=1.0, amplitude_px=8.0, period_frames=40.0)
+    # A quarter period on, the swing is at its largest: 8 px to the right of the way, which is down.
+    np.testing.assert_allclose(pixels(value, [0.0, 10.0, 20.0]), [[10, 60], [20, 68], [30, 60]], atol=1e-9)
+
+
+def test_weave_starts_at_its_start_whatever_the_phase() -> None:
+    value = path(kind="weave", start=[10, 60], phase_deg=70.0)
+    np.testing.assert_allclose(pixels(value, [0.0]), [[10, 60]])
+
+
+def test_waypoints_pass_their_points_at_their_frames() -> None:
+    points = [[10, 20], [60, 80], [140, 30], [150, 100]]
+    value = path(kind="waypoints", points=points, frames=[0, 30, 45, 90])
+    np.testing.assert_allclose(pixels(value, [0, 30, 45, 90]), points)
+
+
+def test_waypoints_at_a_speed_keep_it_along_the_curve() -> None:
+    frames = np.arange(0, 250, 0.02)  # past the last point as well
+    value = path(kind="waypoints", points=[[10, 20], [60, 80], [140, 30]], speed=1.5)
+    speeds = np.linalg.norm(np.diff(pixels(value, frames), axis=0), axis=1) / 0.02
+    np.testing.assert_allclose(speeds, 1.5, rtol=1e-5)  # a chord of 0.03 px is that near to its arc
+
+
+def test_two_waypoints_are_a_straight_line() -> None:
+    value = path(kind="waypoints", points=[[10, 20], [40, 60]], speed=5.0)
+    np.testing.assert_allclose(pixels(value, [0.0, 5.0, 20.0]), [[10, 20], [25, 40], [70, 100]])
+
+
+def test_the_spline_is_scipy_s() -> None:
+    from scipy.interpolate import CubicSpline
+
+    knots, points = np.array([0.0, 1.0, 2.5, 3.0, 7.0]), np.random.default_rng(0).normal(size=(5, 2))
+    theirs, at = CubicSpline(knots, points, bc_type="natural"), np.linspace(0, 7, 50)
+    np.testing.assert_allclose(Spline(knots, points).at(at), theirs(at), atol=1e-12)
+    np.testing.assert_allclose(Spline(knots, points).slope(at), theirs(at, 1), atol=1e-12)
+
+
+def test_a_distance_along_a_circle_is_its_angle() -> None:
+    angles = np.linspace(0, np.pi, 60)
+    circle = Spline(angles, np.stack([np.cos(angles), np.sin(angles)], axis=1))
+    np.testing.assert_allclose(circle.at_distance(np.array([np.pi / 2])), [[0, 1]], atol=1e-3)
+
+
+class TestManoeuvre:
+    @pytest.mark.parametrize("speed", [0.5, 2.0, 5.0])
+    def test_it_stays_in_its_box(self, speed: float) -> None:
+        box = (20.0, 15.0, 140.0, 105.0)
+        value = path(kind="manoeuvre", start=[80, 60], speed=speed, keep_in_px=list(box))
+        for seed in range(20):
+            x, y = pixels(value, np.arange(400), seed).T
+            assert x.min() >= box[0]
+            assert x.max() <= box[2]
+            assert y.min() >= box[1]
+            assert y.max() <= box[3]
+
+    def test_it_keeps_its_speed(self) -> None:
+        frames = np.arange(0, 100, 0.01)
+        steps = np.linalg.norm(
+            np.diff(pixels(path(kind="manoeuvre", start=[80, 60], speed=2.0), frames), axis=0), axis=1
+        )
+        np.testing.assert_allclose(steps, 0.02, rtol=1e-6)
+
+    def test_it_turns_no_harder_than_told_far_from_the_edge(self) -> None:
+        value = path(kind="manoeuvre", start=[80, 60], speed=1.0, turn_deg=4.0, keep_in_px=[-9000, -9000, 9000, 9000])
+        steps = np.diff(pixels(value, np.arange(500)), axis=0)
+        turns = np.abs(np.diff(np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))))
+        assert 3.0 < np.degrees(turns.max()) < 4.0
+
+    def test_without_turns_it_is_straight(self) -> None:
+        value = path(kind="manoeuvre", start=[0, 0], speed=2.0, turn_deg=0.0, keep_in_px=[-9000, -9000, 9000, 9000])
+        np.testing.assert_allclose(pixels(value, [10.0]), [[20, 0]], atol=1e-6)
+
+    def test_seeds_and_names_differ(self) -> None:
+        value, frames = path(kind="manoeuvre", start=[80, 60]), np.array([50.0])
+        places = [value.positions(frames, stage(s), n) for s, n in ((0, "jet"), (1, "jet"), (0, "other"))]
+        assert len({place.tobytes() for place in places}) == 3
+
+
+@pytest.mark.parametrize(
+    ("keys", "says"),
+    [
+        ({"kind": "waypoints", "points": [[0, 0], [1, 1]]}, "exactly one"),
+        ({"kind": "waypoints", "points": [[0, 0], [1, 1]], "speed": 1.0, "frames": [0, 1]}, "exactly one"),
+        ({"kind": "waypoints", "points": [[0, 0], [1, 1]], "frames": [0]}, "1 frames for 2 points"),
+        ({"kind": "waypoints", "points": [[0, 0], [1, 1]], "frames": [5, 5]}, "do not rise"),
+        ({"kind": "waypoints", "points": [[0, 0], [0, 0]], "speed": 1.0}, "twice in a row"),
+        ({"kind": "waypoints_m", "points": [[0, 0, 9], [1, 1, 9]], "speed_m_s": 1.0, "frames": [0, 1]}, "exactly one"),
+        ({"kind": "manoeuvre", "start": [0, 0], "keep_in_px": [10, 0, 5, 9]}, "box is empty"),
+    ],
+)
+def test_a_path_that_cannot_be_is_refused(keys: dict[str, Any], says: str) -> None:
+    with pytest.raises(ValidationError) as caught:
+        TypeAdapter(Annotated[Path, PATHS]).validate_python(keys)
+    assert says in str(caught.value.errors())
+
+
+class TestPointings:
+    def test_pan_moves_a_fixed_point_by_its_rate_over_the_ifov(self) -> None:
+        pan = POINTINGS.parse({"kind": "pan", "azimuth_deg_s": 1.0})
+        assert isinstance(pan, Pointing)
+        level = Geometry((160, 120), 5e-4)
+        turns = pan.turns(np.array([0.0, 1.0]), stage())
+        ahead = [level.project(level.rotation(turn) @ [0.0, 0.0, 500.0]) for turn in turns]
+        # 1 deg/s at 30 frames a second and 0.5 mrad a pixel: 0.0174533 / 30 / 0.0005 = 1.16355 px to the left.
+        np.testing.assert_allclose(ahead[1] - ahead[0], [-1.16355, 0.0], atol=1e-5)
+
+    def test_jitter_has_its_rms_and_correlation(self) -> None:
+        frames = np.arange(0.0, 40_000.0)
+        rms, lag = [], []
+        for seed in range(10):
+            shaking = POINTINGS.parse({"kind": "jitter", "rms_px": 2.0, "correlation_s": 0.1})
+            assert isinstance(shaking, Pointing)
+            turns = shaking.turns(frames, stage(seed))[:, :2] / GEOMETRY.ifov_rad
+            rms.append(turns.std(axis=0))
+            lag.append([np.corrcoef(one[:-3], one[3:])[0, 1] for one in turns.T])
+        np.testing.assert_allclose(rms, 2.0, rtol=0.05)
+        # Three frames are 0.1 s, one correlation time: exp(-1/2) = 0.6065; each draw of 32 waves scatters about it.
+        assert np.mean(lag) == pytest.approx(0.6065, abs=3 * np.std(lag) / np.sqrt(20))
+
+    @pytest.mark.parametrize("keys", [{"kind": "jitter"}, {"kind": "pan", "elevation_deg_s": 2.0}])
+    def test_a_frame_alone_is_the_frame_in_sequence(self, keys: dict[str, Any]) -> None:
+        motion = POINTINGS.parse(keys)
+        assert isinstance(motion, Pointing)
+        together = motion.turns(np.arange(50.0), stage(5))
+        np.testing.assert_array_equal(motion.turns(np.array([33.0]), stage(5))[0], together[33])
+
+    def test_jitters_of_two_names_differ(self) -> None:
+        one, other = (POINTINGS.parse({"kind": "jitter", "id": name}) for name in ("wind", "motor"))
+        assert isinstance(one, Pointing)
+        assert isinstance(other, Pointing)
+        assert not np.array_equal(one.turns(np.arange(3.0), stage()), other.turns(np.arange(3.0), stage()))
+
+
+class TestAttitude:
+    @settings(max_examples=60, deadline=None)
+    @given(
+        st.tuples(*[st.floats(-200, 200)] * 3),
+        st.tuples(*[st.floats(-180, 180)] * 3),
+        st.booleans(),
+    )
+    def test_it_is_a_rotation(
+        self, velocity: tuple[float, float, float], offset: tuple[float, float, float], banks: bool
+    ) -> None:
+        value = path(kind="straight_m", start_m=[0, 0, 1000], velocity_m_s=list(velocity))
+        turns = attitudes(value, np.array([0.0, 3.3]), stage(), "jet", offset, (5.0, 0.0, -3.0), banks)
+        np.testing.assert_allclose(turns @ np.swapaxes(turns, 1, 2), np.broadcast_to(np.eye(3), (2, 3, 3)), atol=1e-9)
+        np.testing.assert_allclose(np.linalg.det(turns), 1.0)
+
+    @given(st.floats(-179, 179), st.floats(-89, 89), st.floats(-179, 179))
+    def test_angles_come_back(self, yaw: float, pitch: float, roll: float) -> None:
+        away = np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])
+        np.testing.assert_allclose(
+            angles_deg(away @ euler(np.array([yaw, pitch, roll]))), [yaw, pitch, roll], atol=1e-6
+        )
+
+    @pytest.mark.parametrize(
+        ("velocity", "yaw", "pitch"),
+        [((0, 0, 50), 0, 0), ((50, 0, 0), 90, 0), ((0, 0, -50), 180, 0), ((-50, 0, 0), -90, 0), ((0, -50, 50), 0, 45)],
+        ids=["away", "right", "towards", "left", "climbing away"],
+    )
+    def test_the_nose_follows_the_velocity(self, velocity: tuple[float, ...], yaw: float, pitch: float) -> None:
+        level = Stage(0, Geometry((160, 120), 5e-4), 30.0, "mwir", 0.6)
+        value = path(kind="straight_m", start_m=[0, 0, 1000], velocity_m_s=list(velocity))
+        angles = angles_deg(attitudes(value, np.array([5.0]), level, "jet"))[0]
+        np.testing.assert_allclose(np.abs(angles[0]) if yaw == 180 else angles[0], yaw, atol=1e-6)
+        np.testing.assert_allclose(angles[1:], [pitch, 0], atol=1e-6)
+
+    def test_a_standing_body_looks_right(self) -> None:
+        value = path(kind="straight_m", start_m=[0, 0, 1000])
+        turn = attitudes(value, np.array([0.0]), Stage(0, Geometry((9, 9), 1e-3), 30.0, "mwir", 0.6), "tank")[0]
+        np.testing.assert_allclose(turn @ [1, 0, 0], [1, 0, 0], atol=1e-12)  # nose right
+        np.testing.assert_allclose(turn @ [0, 0, 1], [0, 1, 0], atol=1e-12)  # belly down
+
+    def test_wings_are_level_with_the_world_not_with_the_camera(self) -> None:
+        # Camera up by 0.1 rad: what flies to the right shows its belly, its down axis leans towards us.
+        turn = attitudes(path(kind="straight", start=[80, 60], speed=1.0), np.array([0.0]), stage(), "jet")[0]
+        np.testing.assert_allclose(turn @ [0, 0, 1], [0, np.cos(0.1), -np.sin(0.1)], atol=1e-3)
+
+    @pytest.mark.parametrize("side", [1.0, -1.0])
+    def test_bank_is_that_of_a_coordinated_turn(self, side: float) -> None:
+        # A level circle, 100 m/s at radius 1500 m: tan(bank) = v^2 / (r g) = 0.6798, 34.21 degrees into the turn.
+        angle = np.linspace(0, 1, 60)
+        points = np.stack([side * 1500 * (1 - np.cos(angle)), 0 * angle, 1000 + 1500 * np.sin(angle)], axis=1)
+        value = path(kind="waypoints_m", points=points.tolist(), speed_m_s=100.0)
+        level = Stage(0, Geometry((160, 120), 5e-4), 30.0, "mwir", 0.6)
+        angles = angles_deg(attitudes(value, np.array([200.0]), level, "jet", banks=True))[0]
+        expected = side * np.degrees(np.arctan(100**2 / (1500 * STANDARD_GRAVITY)))
+        assert angles[2] == pytest.approx(expected, rel=2e-3)
+        assert angles[0] == pytest.approx(side * np.degrees(200 / 30 * 100 / 1500), rel=1e-3)
+
+    def test_spin_turns_at_its_rate(self) -> None:
+        value = path(kind="straight_m", start_m=[0, 0, 1000])
+        level = Stage(0, Geometry((160, 120), 5e-4), 30.0, "mwir", 0.6)
+        turns = attitudes(value, np.array([0.0, 30.0]), level, "jet", spin_deg_s=(0.0, 0.0, 40.0))
+        np.testing.assert_allclose(angles_deg(turns)[:, 2], [0, 40], atol=1e-9)
+
+    def test_a_manoeuvring_jet_rolls_smoothly(self) -> None:
+        value = path(kind="manoeuvre", start=[80, 60], speed=1.5)
+        assert isinstance(value, PixelPath)
+        turns = attitudes(value, np.arange(0, 200, 0.1), stage(2), "jet", banks=True)
+        between = np.einsum("nij,nij->n", turns[1:], turns[:-1])
+        steps = np.degrees(np.arccos(np.clip((between - 1) / 2, -1, 1)))
+        assert steps.max() < 10  # degrees in a tenth of a frame, never a flip
