@@ -69,7 +69,8 @@ def test_the_spread_of_a_step_is_the_gaussian_s() -> None:
 
     def integral(u: np.ndarray) -> np.ndarray:
         phi = np.array([math.erf(v / sigma / math.sqrt(2)) for v in u])
-        return u * (1 + phi) / 2 + sigma**2 * np.exp(-0.5 * (u / sigma) ** 2) / (sigma * math.sqrt(2 * math.pi))
+        density = np.exp(-0.5 * (u / sigma) ** 2) / (sigma * math.sqrt(2 * math.pi))
+        return np.asarray(u * (1 + phi) / 2 + sigma**2 * density)
 
     expected = integral(x + 0.5 - 9.5) - integral(x - 0.5 - 9.5)
     np.testing.assert_allclose(edge[:20], expected[:20], atol=1e-8)

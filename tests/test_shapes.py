@@ -35,7 +35,7 @@ def shape(kind: str, **keys: Any) -> Shape:
 
 def seen(
     value: Shape,
-    angles_deg: tuple[float, float, float] = (90, 0, 0),
+    angles_deg: tuple[float, ...] = (90, 0, 0),
     at: tuple[float, float] = (79.5, 59.5),
     range_m: float = 1000.0,
     psf_px: float = 0.6,
@@ -52,7 +52,7 @@ def middle(sprite: Sprite, cells: Floats) -> Floats:
     rows, columns = cells.shape
     x = cells.sum(axis=0) @ (sprite.x0 + np.arange(columns))
     y = cells.sum(axis=1) @ (sprite.y0 + np.arange(rows))
-    return np.array([x, y]) / cells.sum()
+    return np.asarray(np.array([x, y]) / cells.sum())
 
 
 @pytest.mark.parametrize("kind", [name for name, _ in SHAPES])
