@@ -397,7 +397,7 @@ def test_grey_pf_updates_its_reference_by_eq_13_only_when_trusted() -> None:
 
     assert change(update=False) == 0
     assert change(w_t=1.0) == 0
-    assert change(w_t=0.0, alpha=0.1) == pytest.approx(2 * change(w_t=0.0, alpha=0.05))
+    assert change(w_t=0.0, alpha=0.1) == pytest.approx(5 * change(w_t=0.0, alpha=0.02))
     assert change(w_t=0.0) == change() > 0
 
 

@@ -116,7 +116,7 @@ def likeness(
         rho[some] = bhattacharyya(mass, reference)
         if not inside:
             # With p = mass / visible: rho(p, q) visible = rho(mass, q) sqrt(visible).
-            visible[some] = mass.sum(axis=1)
+            visible[some] = np.minimum(mass.sum(axis=1), 1.0)
             rho[some] *= np.sqrt(visible[some])
     return rho[keys], visible[keys]
 
