@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 from irsim.detector import NOISES, Noise, White
 from irsim.display import AGCS, Agc, Linear
 from irsim.geometry import Geometry
-from irsim.kinds import Kelvin, NotNegative, Part, Positive, Several
+from irsim.kinds import Kelvin, Part, Several
 from irsim.motion import POINTINGS, Pointing
 from irsim.radiometry import Band
 
@@ -37,7 +37,7 @@ class Camera(Part):
     """Scene temperatures that give count 0 and full scale."""
     psf_px: Annotated[float, Field(ge=0, le=20)] = 0.6
     """Sigma of the optical blur (Gaussian), px."""
-    netd_mk: NotNegative = 40.0
+    netd_mk: Annotated[float, Field(ge=0, le=10_000)] = 40.0
     """Noise-equivalent temperature difference at 300 K, mK: the unit of every noise term."""
     noise: Several[Annotated[Noise, NOISES]] = (White(),)
     """Noise terms; each adds its own."""

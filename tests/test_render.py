@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -61,7 +64,7 @@ def test_a_shift_of_a_hundredth_of_a_pixel_is_seen(shape: str) -> None:
     assert centers[1][1] - centers[0][1] == pytest.approx(0, abs=1e-3)
 
 
-NOISY = {
+NOISY: dict[str, Any] = {
     "camera": {
         "size": (160, 120),
         "noise": [{"kind": "white"}, {"kind": "fixed_pattern"}, {"kind": "ar1", "rho": 0.9}],
@@ -86,10 +89,14 @@ def test_fewer_frames_are_the_same_frames() -> None:
     assert np.array_equal(Rendering(long).frame(4).image, Rendering(short).frame(4).image)
 
 
-def test_two_processes_give_the_same_frames() -> None:
+def test_two_processes_give_the_same_frames(tmp_path: Path) -> None:
+    """The noise `rendezvous` adds nothing, and lets neither process render before the other is there."""
+    noises = [*NOISY["camera"]["noise"], {"kind": "rendezvous:Rendezvous", "folder": str(tmp_path)}]
     scenario = scene(frames=40, **NOISY)
+    meeting = scene(frames=40, **{**NOISY, "camera": {**NOISY["camera"], "noise": noises}})
     alone = list(irsim.frames(scenario))
-    found = list(chunks(scenario, range(40), 2))
+    found = list(chunks(meeting, range(40), 2))
+    assert {chunk.pid for chunk in found} == {int(file.name) for file in tmp_path.iterdir()}
     assert len({chunk.pid for chunk in found}) == 2
     pairs = [pair for chunk in found for pair in chunk.pairs]
     assert [truth for _, truth in pairs] == [truth for _, truth in alone]
@@ -209,7 +216,7 @@ def test_a_panning_camera_moves_a_standing_target_by_rate_over_ifov() -> None:
     camera = {"size": (160, 120), "netd_mk": 0.0, "motion": [{"kind": "pan", "azimuth_deg_s": 0.3}]}
     truths = list(Rendering(scene(camera=camera)).truths())
     expected = np.radians(0.3) / 30 / 0.5e-3
-    for before, after in zip(truths, truths[1:], strict=False):
+    for before, after in pairwise(truths):
         step = before.targets[0].center[0] - after.targets[0].center[0]
         assert step == pytest.approx(expected, abs=2e-3)
         assert after.targets[0].velocity == pytest.approx((-expected, 0), abs=2e-3)

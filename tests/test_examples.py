@@ -1,0 +1,38 @@
+"""The shipped scenarios: they load, they render, and the demo's two are not toys."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import irsim
+from irsim.loader import examples
+from irtrack.bench import run_bench
+
+SEEDS = 30
+
+
+@pytest.mark.parametrize("path", examples().values(), ids=examples().keys())
+def test_every_example_says_what_it_is_for_and_shows_its_target(path: Path) -> None:
+    scenario = irsim.load(path)
+    assert scenario.about
+    assert path.read_text().startswith("#")
+    truth = next(iter(irsim.Rendering(scenario).truths()))
+    target = truth.target(irsim.Rendering(scenario).follow or "")
+    assert target is not None
+    assert target.visible is not None
+    assert target.visible >= 0.5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["sky", "ground"])
+def test_one_tracker_holds_the_demo_scene_and_another_loses_it(name: str, tmp_path: Path) -> None:
+    """Over 30 seeds: held in at least 80 % by one shipped tracker, lost in at least 20 % by another."""
+    results = run_bench([name], ["grey_pf", "template", "kalman"], results=tmp_path / "demo.db", seeds=SEEDS, jobs=2)
+    lost: dict[str, int] = {}
+    for cell in results.cells():
+        assert cell.score is not None
+        lost[cell.label] = lost.get(cell.label, 0) + bool(cell.score.lost)
+    assert min(lost.values()) <= 0.2 * SEEDS
+    assert max(lost.values()) >= 0.2 * SEEDS
