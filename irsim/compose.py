@@ -80,7 +80,8 @@ def compose(layers: Sequence[Layer], pieces: Iterable[Piece], gaze: Gaze, band: 
     """
     light = layers[0].light(gaze)[1].copy()
     seen: list[Seen] = []
-    for thing in sorted([*layers[1:], *pieces], key=lambda thing: -thing.range_m):
+    things: list[Layer | Piece] = [*layers[1:], *pieces]
+    for thing in sorted(things, key=lambda thing: -thing.range_m):
         if isinstance(thing, Piece):
             _draw(light, thing, seen, band)
         else:

@@ -77,7 +77,7 @@ class Geometry:
 
     def place(self, pixels: Floats, range_m: float | Floats) -> Floats:
         """(..., 3) m: the points at that range in the directions of (..., 2) px."""
-        return self.directions(pixels) * np.asarray(range_m)[..., None]
+        return np.asarray(self.directions(pixels) * np.asarray(range_m)[..., None])
 
     def inside(self, x: float, y: float) -> bool:
         """Is (x, y) px within the frame's edges?"""

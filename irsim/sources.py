@@ -36,7 +36,7 @@ def open_source(
         _refuse(overrides, str(path))
         if seed is not None:
             raise InputError(f"{path}: a recording has no seed; allowed for scenarios only")
-        return open_recording(path)
+        return open_recording(Path(path))
     scenario = load(path, [*overrides, *([] if seed is None else [f"seed={seed}"])])
     return Rendering(scenario, Path(path).stem)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import cv2
 import numpy as np
 import pytest
 
@@ -15,8 +16,13 @@ from irsim.geometry import Geometry
 from irsim.radiometry import radiance, temperature
 from irsim.stage import Stage
 
+ROUNDED = cv2.__version__.startswith("4.")
+"""OpenCV 4 looks textures up at places rounded to 1/32 px, OpenCV 5 at the places asked for."""
 
-def stage(size: tuple[int, int] = (160, 120), ifov_mrad: float = 0.5, elevation_deg: float = 0.0, seed: int = 1) -> Stage:
+
+def stage(
+    size: tuple[int, int] = (160, 120), ifov_mrad: float = 0.5, elevation_deg: float = 0.0, seed: int = 1
+) -> Stage:
     return Stage(seed, Geometry(size, ifov_mrad * 1e-3, math.radians(elevation_deg)), 30.0, "mwir", 0.6)
 
 
@@ -58,7 +64,7 @@ def test_a_turned_camera_sees_the_same_ground_moved() -> None:
     turned = terrain.light(gaze(scene, (8 * 0.5e-3, 0.0, 0.0)))[1]
     error = turned[:, 10:-18] - still[:, 18:-10]
     # The half-degree field bends the map by under 0.02 px: little against the texture's own spread.
-    assert np.abs(error).max() < 0.02 * still.std()
+    assert np.abs(error).max() < (0.1 if ROUNDED else 0.02) * still.std()
 
 
 @pytest.mark.parametrize("beta", [2.2, 2.6, 3.3, 4.0])
@@ -71,7 +77,8 @@ def test_the_spectrum_has_the_slope_asked_for(beta: float) -> None:
         edges = np.geomspace(4 / side, 0.2, 20)
         bins = np.digitize(frequency, edges)
         rings = [(frequency[bins == i].mean(), power[bins == i].mean()) for i in range(1, 20) if np.any(bins == i)]
-        slopes.append(np.polyfit(*np.log(rings).T, 1)[0])
+        x, y = np.log(rings).T
+        slopes.append(np.polyfit(x, y, 1)[0])
     assert np.mean(slopes) == pytest.approx(-beta, abs=0.05)
 
 
@@ -108,7 +115,7 @@ def test_the_sky_with_and_without_a_horizon_in_view_is_one_sky() -> None:
     assert gaze(low).chart.elevation_rad(gaze(low).chart.v).min() < 0  # the horizon's way is taken here
     row = sky.light(gaze(low))[1][:, 80]
     expected = sky.radiance(np.radians(3.0) - np.arctan((np.arange(121) - 60) * 1e-3))
-    assert row == pytest.approx(expected, rel=2e-5)
+    assert row == pytest.approx(expected, rel=2e-4 if ROUNDED else 2e-5)
 
 
 def test_the_us_standard_sky_is_within_five_kelvin() -> None:
@@ -139,7 +146,8 @@ def test_wind_moves_clouds_by_the_angle_asked_for() -> None:
     scene = stage()
     layer = Clouds(wind_mrad_s=(5.0, -2.5)).layer(scene)
     before, after = layer.light(gaze(scene))[0], layer.light(gaze(scene, time=1.0))[0]
-    assert after[5:-5, 15:-5] == pytest.approx(before[10:, 5:-15], abs=0.01)  # 10 px right, 5 px up; the angle bends by .04 px
+    # 10 px right, 5 px up; the angle bends by .04 px
+    assert after[5:-5, 15:-5] == pytest.approx(before[10:, 5:-15], abs=0.02 if ROUNDED else 0.01)
 
 
 @pytest.mark.parametrize("kind", [kind for _, kind in BACKGROUNDS], ids=[name for name, _ in BACKGROUNDS])
