@@ -1,9 +1,9 @@
 """irsim renders infrared scenes from YAML and records frames with exact truth.
 
-    scenario = irsim.load("scenarios/examples/sky.yaml")
-    for frame, truth in irsim.frames(scenario):
-        ...
-    recording = irsim.open_recording("sky.mcap")
+scenario = irsim.load("scenarios/examples/sky.yaml")
+for frame, truth in irsim.frames(scenario):
+    ...
+recording = irsim.open_recording("sky.mcap")
 """
 
 from __future__ import annotations

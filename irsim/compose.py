@@ -54,9 +54,9 @@ class Seen:
         self.left[where] = after
 
 
-def overlap(corner: tuple[int, int], shape: tuple[int, int], other: tuple[int, int], size: tuple[int, int]) -> (
-    tuple[Slices, Slices] | None
-):
+def overlap(
+    corner: tuple[int, int], shape: tuple[int, int], other: tuple[int, int], size: tuple[int, int]
+) -> tuple[Slices, Slices] | None:
     """Where two patches meet, as slices (rows, columns) of each; None where they do not.
 
     A patch is its top-left pixel (x, y) and its shape (rows, columns).

@@ -43,7 +43,11 @@ class Kind(Part):
     """A part that is one of several in its family."""
 
     kind: ClassVar[str]
-    """The name in the family's table, set by the table."""
+    """What YAML calls it: the name in its family's table, else 'module:Class'."""
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        cls.kind = f"{cls.__module__}:{cls.__qualname__}"
 
 
 class NamedKind(Kind):
@@ -117,9 +121,7 @@ class Family:
                 "not_a_kind", "expected a mapping with the key 'kind'; allowed kinds: {allowed}", {"allowed": allowed}
             )
         if "kind" not in value:
-            raise PydanticCustomError(
-                "no_kind", "the key 'kind' is missing; allowed: {allowed}", {"allowed": allowed}
-            )
+            raise PydanticCustomError("no_kind", "the key 'kind' is missing; allowed: {allowed}", {"allowed": allowed})
         chosen = self.find(value["kind"])
         try:
             return chosen.model_validate({key: item for key, item in value.items() if key != "kind"})
