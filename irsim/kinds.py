@@ -104,7 +104,6 @@ class Family:
         if not (isinstance(found, type) and issubclass(found, self.base)):
             base = f"{self.base.__module__}.{self.base.__name__}"
             raise self._unknown(f"{word!r} is no {self.name} kind; allowed: a subclass of {base}")
-        found.kind = word
         return found
 
     @staticmethod
