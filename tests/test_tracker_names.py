@@ -1,0 +1,128 @@
+"""From a name and parameters to a tracker: the table, one's own modules, installed packages."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from irsim.rng import stream
+from irsim.types import Box, Frame
+from irtrack.errors import InputError
+from irtrack.trackers import TRACKERS, describe, make
+from irtrack.trackers.kalman import Kalman
+
+
+@pytest.mark.parametrize("name", TRACKERS)
+def test_parameters_go_out_and_in_again(name: str) -> None:
+    cls = TRACKERS[name]
+    defaults = cls().model_dump()
+    assert repr(make(name, defaults)) == repr(cls())
+    assert all(cls.model_fields[key].description for key in defaults)
+
+
+def test_describe_has_a_row_for_every_tracker() -> None:
+    rows = {row.name: row for row in describe()}
+    assert set(TRACKERS) <= set(rows)
+    for name in TRACKERS:
+        assert rows[name].summary.endswith(".")
+        assert rows[name].source
+
+
+@pytest.mark.parametrize(
+    ("name", "parameters", "words"),
+    [
+        ("gray_pf", {}, ["unknown tracker 'gray_pf'", "grey_pf, template, kalman", "did you mean 'grey_pf'?"]),
+        ("grey_pf", {"particle": 9}, ["grey_pf.particle: unknown parameter", "did you mean 'particles'?"]),
+        ("grey_pf", {"particles": "many"}, ["grey_pf.particles", "integer", "'many'"]),
+        ("grey_pf", {"particles": 1}, ["grey_pf.particles", "greater than or equal to 2", "not 1"]),
+        ("grey_pf", {"alpha": 2.0}, ["grey_pf.alpha", "less than or equal to 1"]),
+        ("grey_pf", {"alpha": float("nan")}, ["grey_pf.alpha", "finite"]),
+        ("grey_pf", {"noise": "loud"}, ["grey_pf.noise", "'adaptive' or 'fixed'"]),
+        ("grey_pf", {"r_min": 4.0, "r_max": 3.0}, ["grey_pf: r_max 3.0 is below r_min 4.0"]),
+        ("kalman", {"measurement": True}, ["kalman.measurement", "'centroid' or 'ncc'"]),
+        ("no_such_module:Tracker", {}, ["cannot import", "no_such_module"]),
+        ("irtrack.types:Nothing", {}, ["cannot import", "Nothing"]),
+        ("irtrack.types:Status", {}, ["not a tracker"]),
+        ("irsim.types:Box", {}, ["not a tracker", "init, step, resumable"]),
+        (":", {}, ["cannot import"]),
+    ],
+)
+def test_bad_names_and_parameters_are_one_clear_line(name: str, parameters: dict[str, Any], words: list[str]) -> None:
+    with pytest.raises(InputError) as caught:
+        make(name, parameters)
+    text = str(caught.value)
+    assert "\n" not in text
+    for word in words:
+        assert word in text
+
+
+def test_each_wrong_parameter_has_a_line() -> None:
+    with pytest.raises(InputError) as caught:
+        make("kalman", {"gate": -1.0, "speed": 2})
+    assert len(str(caught.value).splitlines()) == 2
+
+
+FOREIGN = """
+class Still:
+    '''Stays where it began.'''
+    resumable = True
+
+    def __init__(self, offset=0.0):
+        if offset < 0:
+            raise ValueError("offset must not be negative")
+        self.offset = offset
+
+    def init(self, frame, box, rng):
+        return box
+
+    def step(self, state, frame, rng):
+        return state, state.cx + self.offset
+"""
+
+
+@pytest.fixture
+def foreign(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a tracker of one's own, which is the current one."""
+    (tmp_path / "my_foreign_tracker.py").write_text(FOREIGN)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    monkeypatch.delitem(sys.modules, "my_foreign_tracker", raising=False)
+    return tmp_path
+
+
+def test_a_tracker_of_the_current_folder(foreign: Path) -> None:
+    tracker = make("my_foreign_tracker:Still", {"offset": 2.0})
+    state = tracker.init(Frame(np.zeros((9, 9), np.uint8), 0, 0.0, 8), Box(4, 4, 5, 5), stream(0))
+    assert cast(Any, tracker).step(state, Frame(np.zeros((9, 9), np.uint8), 1, 0.1, 8), stream(0))[1] == 6
+    with pytest.raises(InputError, match=r"unexpected keyword argument 'shift'"):
+        make("my_foreign_tracker:Still", {"shift": 2.0})
+    with pytest.raises(InputError, match=r"my_foreign_tracker:Still: offset must not be negative"):
+        make("my_foreign_tracker:Still", {"offset": -2.0})
+
+
+def test_a_module_that_fails_while_imported_is_one_line(foreign: Path) -> None:
+    (foreign / "my_broken_tracker.py").write_text("class Still(:\n")
+    with pytest.raises(InputError, match=r"cannot import tracker 'my_broken_tracker:Still': SyntaxError") as caught:
+        make("my_broken_tracker:Still")
+    assert "\n" not in str(caught.value)
+
+
+def test_trackers_of_installed_packages(foreign: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    info = foreign / "my_foreign_tracker-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: my-foreign-tracker\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text(
+        "[irtrack.trackers]\nstill = my_foreign_tracker:Still\ngone = no_such_module:Gone\nkalman = x:Y\n"
+    )
+    monkeypatch.syspath_prepend(foreign)
+    assert make("still").resumable
+    assert isinstance(make("kalman"), Kalman)
+    rows = {row.name: row.summary for row in describe()}
+    assert rows["still"] == "Stays where it began."
+    assert rows["gone"].startswith("cannot import tracker 'gone'")
+    with pytest.raises(InputError, match=r"did you mean 'still'\?"):
+        make("stil")
