@@ -50,7 +50,8 @@ class Camera(Part):
     def _range_rises(self) -> Camera:
         if self.range_k[0] >= self.range_k[1]:
             raise PydanticCustomError(
-                "range_k", "{low} K is not below {high} K; allowed: the lower temperature first",
+                "range_k",
+                "{low} K is not below {high} K; allowed: the lower temperature first",
                 {"low": self.range_k[0], "high": self.range_k[1], "at": ("range_k",)},
             )
         return self
