@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from irsim.shapes.mesh import mesh
 from irsim.shapes.polygon import centroids, coverage, outline
-from irsim.shapes.solids import Solid, mesh
+from irsim.shapes.solids import Solid
 from irsim.shapes.visible import visible_edges
 from irsim.types import Floats
 

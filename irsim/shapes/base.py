@@ -11,6 +11,8 @@ from irsim.sprite import Sprite
 from irsim.stage import Stage
 from irsim.types import Floats
 
+Angles = tuple[float, float, float]
+
 
 @dataclass(frozen=True, eq=False)
 class View:
@@ -18,11 +20,13 @@ class View:
 
     position  (3,) m, camera frame
     attitude  (3, 3) body vectors (x forward, y right, z down) to camera vectors
+    time      s since frame 0: how moving parts lie
     """
 
     position: Floats
     attitude: Floats
     stage: Stage
+    time: float = 0.0
 
 
 class Shape(Kind):
@@ -30,6 +34,10 @@ class Shape(Kind):
 
     banks: ClassVar[bool] = False
     """Does it lean into its turns, as an aircraft does?"""
+    poses: ClassVar[tuple[Angles, ...]] = ((90.0, 0.0, 0.0), (50.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    """Yaw, pitch, roll, degrees, that it is often seen at: pictures use them."""
+    behind_k: ClassVar[float] = 262.0
+    """Temperature that is often behind it, kelvin: pictures use it."""
 
     @abstractmethod
     def draw(self, view: View) -> Sprite | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import ClassVar
 
@@ -10,8 +11,10 @@ import numpy as np
 from irsim.kinds import Fraction, Kelvin, Positive
 from irsim.radiometry import Band, radiance
 from irsim.shapes.base import Shape, View
+from irsim.shapes.joints import Rigid
+from irsim.shapes.mesh import Mesh, mesh
 from irsim.shapes.silhouette import sprite, within_sight
-from irsim.shapes.solids import Mesh, Solid, mesh
+from irsim.shapes.solids import Solid
 from irsim.sprite import Sprite
 from irsim.types import Box, Floats
 
@@ -20,7 +23,10 @@ WIDEST_PX = 2000.0
 
 
 class Body(Shape):
-    """A body of convex parts, each with its own temperature.
+    """A body of convex parts, each with its own temperature and emissivity.
+
+    A part's heat is the name of a key, such as `engine_k`; the emissivity of those parts is the key
+    `engine_emissivity` where the body has one, else `emissivity`.
 
     A part is drawn as the outline that its hull has from where the camera is, exactly, and parts hide
     each other in the order of `Mesh.hiding_order`. Where parts of unlike temperature meet, the light
@@ -36,8 +42,12 @@ class Body(Shape):
     """Temperature of the skin, kelvin."""
     emissivity: Fraction = 0.95
 
+    def joints(self, time: float) -> Mapping[str, Rigid]:
+        """Where the joints of moving parts are at a time, s, lengths in those of the body."""
+        return {}
+
     def draw(self, view: View) -> Sprite | None:
-        stage, form = view.stage, _mesh(type(self), self.length_m)
+        stage, form = view.stage, self._posed(view.time)
         points = form.vertices @ view.attitude.T + view.position
         if points[:, 2].min() <= 0:
             return None
@@ -62,6 +72,11 @@ class Body(Shape):
         range_m = float(np.linalg.norm(view.position))
         return sprite((start, stop, rank[form.part[order]]), glow, box, window, stage.psf_px, range_m)
 
+    def _posed(self, time: float) -> Mesh:
+        joints = self.joints(time)
+        motions = {part: joints[solid.joint] for part, solid in enumerate(self.solids) if solid.joint}
+        return _mesh(type(self), self.length_m).posed(motions, self.length_m)
+
 
 @lru_cache(maxsize=64)
 def _mesh(body: type[Body], length_m: float) -> Mesh:
@@ -72,4 +87,7 @@ def _mesh(body: type[Body], length_m: float) -> Mesh:
 def _glow(body: Body, band: Band) -> Floats:
     """(parts,) in-band radiance, W/m2/sr."""
     temperatures = np.array([getattr(body, solid.heat) for solid in body.solids])
-    return np.asarray(body.emissivity * radiance(band, temperatures))
+    emissivities = np.array(
+        [getattr(body, solid.heat.removesuffix("_k") + "_emissivity", body.emissivity) for solid in body.solids]
+    )
+    return np.asarray(emissivities * radiance(band, temperatures))

@@ -1,15 +1,14 @@
 """Convex solids: the parts that bodies are made of.
 
-Body axes: x forward, y right, z down. A solid is the convex hull of its points.
+Body axes: x forward, y right, z down. A solid is the convex hull of its points; lengths are shares of
+the body's own.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from itertools import combinations
+from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
 from irsim.types import Floats
 
@@ -21,10 +20,12 @@ _SIDES = 8
 
 @dataclass(frozen=True)
 class Solid:
-    """points: at least four that do not lie in a plane; heat: the body's key that holds its temperature."""
+    """points: at least four that do not lie in a plane; heat: the body's key that holds its temperature;
+    joint: the joint of the body that it moves with, none where empty."""
 
     points: tuple[Point3, ...]
     heat: str = "temperature_k"
+    joint: str = ""
 
 
 def tube(*stations: tuple[float, float, float, float], heat: str = "temperature_k") -> Solid:
@@ -48,140 +49,54 @@ def profile(outline: tuple[tuple[float, float], ...], left: float, right: float,
     return Solid(tuple((x, y, z) for x, z in outline for y in (left, right)), heat)
 
 
+def block(low: Point3, high: Point3, heat: str = "temperature_k") -> Solid:
+    """A box between two opposite corners."""
+    return plate(((low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])), low[2], high[2], heat)
+
+
+def ball(middle: Point3, halves: Point3, heat: str = "temperature_k") -> Solid:
+    """An ellipsoid with half axes along x, y and z, in three rings and two poles."""
+    angles = 2 * np.pi * np.arange(_SIDES) / _SIDES
+    equator = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
+    rings = [np.cos(rise) * equator + [0.0, 0.0, np.sin(rise)] for rise in np.radians([-45.0, 0.0, 45.0])]
+    points = np.concatenate([*rings, [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]]])
+    return Solid(tuple(_point(np.asarray(middle) + np.asarray(halves) * each) for each in points), heat)
+
+
+def limb(start: Point3, stop: Point3, first: float, last: float, heat: str = "temperature_k", sides: int = 6) -> Solid:
+    """A round solid from one point to another, of the radii `first` and `last` at its ends."""
+    along = np.subtract(stop, start)
+    along = along / np.linalg.norm(along)
+    across = np.cross(along, np.eye(3)[np.argmin(np.abs(along))])
+    across /= np.linalg.norm(across)
+    other = np.cross(along, across)
+    angles = 2 * np.pi * (np.arange(sides) + 0.5) / sides
+    rim = np.outer(np.cos(angles), across) + np.outer(np.sin(angles), other)
+    rings = [np.asarray(start) + first * rim, np.asarray(stop) + last * rim]
+    return Solid(tuple(_point(each) for each in np.concatenate(rings)), heat)
+
+
 def mirrored(solid: Solid) -> Solid:
-    """The same on the other side."""
-    return Solid(tuple((x, -y, z) for x, y, z in solid.points), solid.heat)
+    """The same on the other side; what is on a joint 'left…' is on 'right…' there."""
+    joint = "right" + solid.joint[4:] if solid.joint.startswith("left") else solid.joint
+    return Solid(tuple((x, -y, z) for x, y, z in solid.points), solid.heat, joint)
 
 
-@dataclass(frozen=True, eq=False)
-class Mesh:
-    """Several convex polyhedra.
-
-    vertices (V, 3); normals (F, 3) outward and offsets (F,): a face's plane is normal . v = offset;
-    Each edge runs from vertex `tail` to `head` with its face `left` counter-clockwise as seen from
-    outside, `right` on its other side; `part` (E,) is the part it belongs to.
-    For each pair of parts a plane parts them as well as any face of theirs can: `first` is on the
-    side that `walls` (pairs, 3) point to from `reaches` (pairs,), `second` on the other.
-    """
-
-    vertices: Floats
-    normals: Floats
-    offsets: Floats
-    tail: npt.NDArray[np.int64]
-    head: npt.NDArray[np.int64]
-    left: npt.NDArray[np.int64]
-    right: npt.NDArray[np.int64]
-    part: npt.NDArray[np.int64]
-    first: npt.NDArray[np.int64]
-    second: npt.NDArray[np.int64]
-    walls: Floats
-    reaches: Floats
-
-    def hiding_order(self, eye: Floats) -> npt.NDArray[np.int64]:
-        """(parts,) rank of each part as seen from `eye` (3,), the one that nothing hides first.
-
-        Of two parts the one on the eye's side of their wall hides the other; for convex parts that
-        do not meet this is exact, and where it changes neither hides the other.
-        """
-        nearer = self.walls @ eye > self.reaches
-        hiders = np.bincount(np.where(nearer, self.second, self.first), minlength=int(self.part[-1]) + 1)
-        rank = np.empty_like(hiders)
-        rank[np.argsort(hiders, kind="stable")] = np.arange(len(hiders))
-        return rank
+def shifted(solid: Solid, by: Point3) -> Solid:
+    """The same elsewhere."""
+    return replace(solid, points=tuple((x + by[0], y + by[1], z + by[2]) for x, y, z in solid.points))
 
 
-def mesh(solids: tuple[Solid, ...], scale: float) -> Mesh:
-    """The convex hulls of solids, their lengths times `scale`."""
-    vertices: list[Floats] = []
-    normals: list[Floats] = []
-    edges: list[tuple[int, int, int, int, int]] = []
-    owners: list[int] = []
-    for part, solid in enumerate(solids):
-        points = np.unique(np.round(np.array(solid.points), 9), axis=0)
-        base, face = sum(map(len, vertices)), len(normals)
-        sides = {}
-        for normal, ring in _faces(points):
-            for tail, head in zip(ring, ring[1:] + ring[:1], strict=True):
-                sides[tail, head] = len(normals)
-            normals.append(normal)
-            owners.append(part)
-        if len(normals) - face < 4:
-            raise ValueError(f"solid {part} has no volume")
-        edges += [
-            (base + tail, base + head, left, sides[head, tail], part)
-            for (tail, head), left in sides.items()
-            if tail < head
-        ]
-        vertices.append(points)
-    places = np.concatenate(vertices) * scale
-    tail, head, left, right, owner = np.array(edges).T
-    planes = np.array(normals)
-    some_vertex = np.empty(len(planes), dtype=np.int64)
-    some_vertex[left] = some_vertex[right] = tail
-    offsets = np.sum(planes * places[some_vertex], axis=1)
-    pairs = np.array(list(combinations(range(len(solids)), 2)), dtype=np.int64).reshape(-1, 2)
-    walls = [_wall(pair, [points * scale for points in vertices], planes, offsets, np.array(owners)) for pair in pairs]
-    return Mesh(
-        vertices=places,
-        normals=planes,
-        offsets=offsets,
-        tail=tail,
-        head=head,
-        left=left,
-        right=right,
-        part=owner,
-        first=pairs[:, 0],
-        second=pairs[:, 1],
-        walls=np.array([wall for wall, _ in walls]).reshape(-1, 3),
-        reaches=np.array([reach for _, reach in walls]),
-    )
+def tilted(solid: Solid, rise: float) -> Solid:
+    """The same, lifted by `rise` for each unit to the right of the middle: the dihedral of a right wing."""
+    return replace(solid, points=tuple((x, y, z - rise * y) for x, y, z in solid.points))
 
 
-def _wall(
-    pair: npt.NDArray[np.int64],
-    vertices: list[Floats],
-    normals: Floats,
-    offsets: Floats,
-    owners: npt.NDArray[np.int64],
-) -> tuple[Floats, float]:
-    """The face of either part that the other crosses least, as a plane that points to the first part."""
-    best: tuple[float, Floats, float] | None = None
-    for own, other, sign in ((1, 0, 1.0), (0, 1, -1.0)):
-        faces = np.flatnonzero(owners == pair[own])
-        crossing = offsets[faces] - (normals[faces] @ vertices[pair[other]].T).min(axis=1)
-        least = faces[np.argmin(crossing)]
-        if best is None or crossing.min() < best[0]:
-            best = float(crossing.min()), sign * normals[least], sign * float(offsets[least])
-    assert best is not None
-    return best[1], best[2]
+def on(joint: str, *solids: Solid) -> tuple[Solid, ...]:
+    """The same solids, moving with a joint."""
+    return tuple(replace(solid, joint=joint) for solid in solids)
 
 
-def _faces(points: Floats) -> list[tuple[Floats, list[int]]]:
-    """Faces of the convex hull of (n, 3): outward unit normal, and corners counter-clockwise from outside.
-
-    Every plane through three points that has all others behind it: n^4 work, at most some 50 points.
-    """
-    a, b, c = np.array(list(combinations(range(len(points)), 3))).T
-    normals = np.cross(points[b] - points[a], points[c] - points[a])
-    lengths = np.linalg.norm(normals, axis=1)
-    size = np.ptp(points, axis=0).max()
-    thick = lengths > 1e-9 * size**2
-    normals, a = normals[thick] / lengths[thick, None], a[thick]
-    heights = normals @ points.T - np.sum(normals * points[a], axis=1)[:, None]
-    tolerance = 1e-7 * size
-    outward = np.concatenate(
-        [normals[(heights <= tolerance).all(axis=1)], -normals[(heights >= -tolerance).all(axis=1)]]
-    )
-    faces = {}  # by their corners: a face of many corners is found from each three of them
-    for normal in outward:
-        height = points @ normal
-        faces[tuple(np.flatnonzero(height > height.max() - tolerance).tolist())] = normal
-    return [(normal, _ring(points, normal, corners)) for corners, normal in faces.items()]
-
-
-def _ring(points: Floats, normal: Floats, corners: tuple[int, ...]) -> list[int]:
-    """A face's corners in order, counter-clockwise about its normal."""
-    across = points[list(corners)] - points[list(corners)].mean(axis=0)
-    first = across[0] / np.linalg.norm(across[0])
-    angles = np.arctan2(across @ np.cross(normal, first), across @ first)
-    return [corners[place] for place in np.argsort(angles)]
+def _point(values: Floats) -> Point3:
+    x, y, z = values.tolist()
+    return x, y, z

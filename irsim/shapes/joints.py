@@ -1,0 +1,34 @@
+"""Joints: how the moving parts of a body lie at a time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from irsim.shapes.solids import Point3
+from irsim.types import Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Rigid:
+    """A rigid motion in body axes: v -> turn v + shift, with turn (3, 3) and shift (3,) in body lengths."""
+
+    turn: Floats
+    shift: Floats
+
+    def __matmul__(self, other: Rigid) -> Rigid:
+        """The other motion first, then this one: a shin on a thigh is `thigh @ knee`."""
+        return Rigid(self.turn @ other.turn, self.turn @ other.shift + self.shift)
+
+
+def hinge(pivot: Point3, axis: Point3, angle: float) -> Rigid:
+    """A turn by `angle` radians about an axis (unit vector) through a point, by Rodrigues' formula.
+
+    Right-handed: about y (right) a positive angle lifts what is ahead of the pivot, about z (down)
+    it turns it to the right.
+    """
+    x, y, z = axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    turn = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+    return Rigid(turn, np.asarray(pivot) - turn @ np.asarray(pivot))

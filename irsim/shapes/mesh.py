@@ -1,0 +1,179 @@
+"""Several convex polyhedra: their faces, edges, and which of them hides which."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+import numpy.typing as npt
+
+from irsim.shapes.joints import Rigid
+from irsim.shapes.solids import Solid
+from irsim.types import Floats
+
+Ints = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Several convex polyhedra, the parts.
+
+    vertices (V, 3) of parts `vertex_part` (V,); normals (F, 3) outward and offsets (F,), of parts
+    `face_part` (F,): a face's plane is normal . v = offset, and vertex `corner` (F,) is one of its own.
+    Each edge runs from vertex `tail` to `head` with its face `left` counter-clockwise as seen from
+    outside, `right` on its other side; `part` (E,) is the part it belongs to.
+    For each pair of parts a plane parts them as well as any face of theirs can: `first` is on the
+    side that `walls` (pairs, 3) point to from `reaches` (pairs,), `second` on the other.
+    """
+
+    vertices: Floats
+    vertex_part: Ints
+    normals: Floats
+    offsets: Floats
+    face_part: Ints
+    corner: Ints
+    tail: Ints
+    head: Ints
+    left: Ints
+    right: Ints
+    part: Ints
+    first: Ints
+    second: Ints
+    walls: Floats
+    reaches: Floats
+
+    def hiding_order(self, eye: Floats) -> Ints:
+        """(parts,) rank of each part as seen from `eye` (3,), the one that nothing hides first.
+
+        Of two parts the one on the eye's side of their wall hides the other; for convex parts that
+        do not meet this is exact, and where it changes neither hides the other.
+        """
+        nearer = self.walls @ eye > self.reaches
+        hiders = np.bincount(np.where(nearer, self.second, self.first), minlength=int(self.part[-1]) + 1)
+        rank = np.empty_like(hiders)
+        rank[np.argsort(hiders, kind="stable")] = np.arange(len(hiders))
+        return rank
+
+    def posed(self, motions: Mapping[int, Rigid], scale: float) -> Mesh:
+        """The same with some parts moved: by part, in units of `scale`."""
+        if not motions:
+            return self
+        turns = np.tile(np.eye(3), (int(self.part[-1]) + 1, 1, 1))
+        shifts = np.zeros((len(turns), 3))
+        for part, motion in motions.items():
+            turns[part], shifts[part] = motion.turn, motion.shift * scale
+        vertices = np.einsum("vij,vj->vi", turns[self.vertex_part], self.vertices) + shifts[self.vertex_part]
+        normals = np.einsum("fij,fj->fi", turns[self.face_part], self.normals)
+        offsets = np.sum(normals * vertices[self.corner], axis=1)
+        walls, reaches = _walls(vertices, self.vertex_part, normals, offsets, self.face_part, self.first, self.second)
+        return replace(self, vertices=vertices, normals=normals, offsets=offsets, walls=walls, reaches=reaches)
+
+
+def mesh(solids: tuple[Solid, ...], scale: float) -> Mesh:
+    """The convex hulls of solids, their lengths times `scale`."""
+    vertices: list[Floats] = []
+    normals: list[Floats] = []
+    edges: list[tuple[int, int, int, int, int]] = []
+    owners: list[int] = []
+    for part, solid in enumerate(solids):
+        points = np.unique(np.round(np.array(solid.points), 9), axis=0)
+        base, face = sum(map(len, vertices)), len(normals)
+        sides = {}
+        for normal, ring in _faces(points):
+            for tail, head in zip(ring, ring[1:] + ring[:1], strict=True):
+                sides[tail, head] = len(normals)
+            normals.append(normal)
+            owners.append(part)
+        if len(normals) - face < 4:
+            raise ValueError(f"solid {part} has no volume")
+        edges += [
+            (base + tail, base + head, left, sides[head, tail], part)
+            for (tail, head), left in sides.items()
+            if tail < head
+        ]
+        vertices.append(points)
+    places = np.concatenate(vertices) * scale
+    vertex_part = np.repeat(np.arange(len(solids)), [len(points) for points in vertices])
+    tail, head, left, right, owner = np.array(edges).T
+    planes, face_part = np.array(normals), np.array(owners)
+    corner = np.empty(len(planes), dtype=np.int64)
+    corner[left] = corner[right] = tail
+    offsets = np.sum(planes * places[corner], axis=1)
+    pairs = np.array(list(combinations(range(len(solids)), 2)), dtype=np.int64).reshape(-1, 2)
+    walls, reaches = _walls(places, vertex_part, planes, offsets, face_part, *pairs.T)
+    return Mesh(
+        vertices=places,
+        vertex_part=vertex_part,
+        normals=planes,
+        offsets=offsets,
+        face_part=face_part,
+        corner=corner,
+        tail=tail,
+        head=head,
+        left=left,
+        right=right,
+        part=owner,
+        first=pairs[:, 0],
+        second=pairs[:, 1],
+        walls=walls,
+        reaches=reaches,
+    )
+
+
+def _walls(
+    vertices: Floats,
+    vertex_part: Ints,
+    normals: Floats,
+    offsets: Floats,
+    face_part: Ints,
+    first: Ints,
+    second: Ints,
+) -> tuple[Floats, Floats]:
+    """Of each pair of parts the face of either that the other crosses least, as a plane that points to the first.
+
+    Normals (pairs, 3) and offsets (pairs,).
+    """
+    starts = np.flatnonzero(np.diff(vertex_part, prepend=-1))
+    heights = np.minimum.reduceat(normals @ vertices.T, starts, axis=1)
+    crossing = offsets[:, None] - heights  # (faces, parts): how far a part reaches behind a face
+    counts = np.bincount(face_part)
+    begins = np.cumsum(counts) - counts
+    faces = begins[:, None] + np.minimum(np.arange(counts.max()), counts[:, None] - 1)  # (parts, most faces)
+    least = np.take_along_axis(faces, np.argmin(crossing[faces], axis=1), axis=1)  # (parts, parts): face of, against
+    by_second, by_first = least[second, first], least[first, second]
+    own = crossing[by_second, first] <= crossing[by_first, second]
+    face, sign = np.where(own, by_second, by_first), np.where(own, 1.0, -1.0)
+    return normals[face] * sign[:, None], offsets[face] * sign
+
+
+def _faces(points: Floats) -> list[tuple[Floats, list[int]]]:
+    """Faces of the convex hull of (n, 3): outward unit normal, and corners counter-clockwise from outside.
+
+    Every plane through three points that has all others behind it: n^4 work, at most some 50 points.
+    """
+    a, b, c = np.array(list(combinations(range(len(points)), 3))).T
+    normals = np.cross(points[b] - points[a], points[c] - points[a])
+    lengths = np.linalg.norm(normals, axis=1)
+    size = np.ptp(points, axis=0).max()
+    thick = lengths > 1e-9 * size**2
+    normals, a = normals[thick] / lengths[thick, None], a[thick]
+    heights = normals @ points.T - np.sum(normals * points[a], axis=1)[:, None]
+    tolerance = 1e-7 * size
+    outward = np.concatenate(
+        [normals[(heights <= tolerance).all(axis=1)], -normals[(heights >= -tolerance).all(axis=1)]]
+    )
+    faces = {}  # by their corners: a face of many corners is found from each three of them
+    for normal in outward:
+        height = points @ normal
+        faces[tuple(np.flatnonzero(height > height.max() - tolerance).tolist())] = normal
+    return [(normal, _ring(points, normal, corners)) for corners, normal in faces.items()]
+
+
+def _ring(points: Floats, normal: Floats, corners: tuple[int, ...]) -> list[int]:
+    """A face's corners in order, counter-clockwise about its normal."""
+    across = points[list(corners)] - points[list(corners)].mean(axis=0)
+    first = across[0] / np.linalg.norm(across[0])
+    angles = np.arctan2(across @ np.cross(normal, first), across @ first)
+    return [corners[place] for place in np.argsort(angles)]
