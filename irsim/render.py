@@ -11,8 +11,7 @@ from irsim.backgrounds import Gaze
 from irsim.backgrounds.chart import Chart
 from irsim.compose import Piece, Seen, compose
 from irsim.detector import expose
-from irsim.motion import Mount, angles_deg, attitudes
-from irsim.occluders import Sight
+from irsim.motion import angles_deg, attitudes
 from irsim.scenario import Scenario, Target
 from irsim.shapes import View
 from irsim.types import Box, Floats, Frame, TargetTruth, Truth
@@ -44,15 +43,20 @@ class Renderer:
         self.occluders = [occluder for occluder in scenario.occluders if scenario.is_on(occluder.name)]
         self.noises = [noise for noise in camera.noise if scenario.is_on(noise.name)]
         frames = np.arange(scenario.frames + 1.0)  # one more: frame 0 takes its velocity from frame 1
-        self.mount = Mount.of([motion for motion in camera.motion if scenario.is_on(motion.name)], frames, self.stage)
-        self.courses = [self._course(target, frames) for target in scenario.targets if scenario.is_on(target.id)]
+        motions = [motion.turns(frames, self.stage) for motion in camera.motion if scenario.is_on(motion.name)]
+        self.turns = np.sum([np.zeros((len(frames), 3)), *motions], axis=0)
+        rotations = np.stack([self.stage.geometry.rotation(turn) for turn in self.turns])
+        self.courses = [
+            self._course(target, frames, rotations) for target in scenario.targets if scenario.is_on(target.id)
+        ]
 
-    def _course(self, target: Target, frames: Floats) -> Course:
+    def _course(self, target: Target, frames: Floats, rotations: Floats) -> Course:
         positions = target.path.positions(frames, self.stage, target.id)
         attitude = attitudes(
             target.path, frames, self.stage, target.id, target.attitude_deg, target.spin_deg_s, target.shape.banks
         )
-        steps = np.diff(self.mount.seen(positions), axis=0)
+        pixels = self.stage.geometry.project(np.einsum("nij,nj->ni", rotations, positions))
+        steps = np.diff(pixels, axis=0)
         velocities = np.concatenate([steps[:1], steps[:-1]])
         return Course(target, positions[:-1], attitude[:-1], angles_deg(attitude[:-1]), velocities)
 
