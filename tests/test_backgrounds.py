@@ -10,6 +10,7 @@ import pytest
 
 from irsim.backgrounds import BACKGROUNDS, Gaze, Ground, Sky
 from irsim.backgrounds.chart import Chart
+from irsim.backgrounds.painting import MARGIN
 from irsim.backgrounds.sky import ClearSky, Clouds
 from irsim.backgrounds.texture import power_law
 from irsim.geometry import Geometry
@@ -129,7 +130,7 @@ def test_clouds_cover_the_share_asked_for(coverage: float) -> None:
     shares = []
     for seed in range(6):
         layer = Clouds(coverage=coverage, correlation_mrad=10, depth=50).layer(stage(seed=seed))
-        shares.append(np.mean(layer.transmittance.padded[:1024, :1024] < 0.5))
+        shares.append(np.mean(layer.painting.tiles[0].padded[:1024, :1024] < 0.5))
     assert np.mean(shares) == pytest.approx(coverage, abs=0.06)
 
 
@@ -163,6 +164,29 @@ def test_every_background_gives_layers_far_to_near(kind: type) -> None:
     assert [layer.name for layer in others] == list(background.names())
     again = kind().layers(scene)[0].light(gaze(scene))[1]
     assert np.array_equal(emission, again)
+
+
+@pytest.mark.parametrize(
+    "turn", [(0.0, 0.0, 0.0), (1e-4, -5e-5, 0.0), (2.2e-3, 1.1e-3, 0.0), (0.1, 0.0, 0.0), (0.0, 0.0, 0.1)]
+)
+def test_a_moved_picture_is_the_picture_looked_up(turn: tuple[float, float, float]) -> None:
+    """A move interpolates a second time: 4 % of the texture's spread. A place wrong by 1 px would make 15 %."""
+    scene = stage(size=(320, 240), elevation_deg=12.0)
+    layer = Clouds(wind_mrad_s=(2.0, 1.0)).layer(scene)
+    exact = gaze(scene, turn, time=0.2)
+    wide = Chart.at(scene.geometry, scene.geometry.world_rotation(np.zeros(3)), MARGIN)
+    moved = Gaze(exact.time, exact.chart, key=Gaze(0.0, wide))
+    for asked, expected in zip(layer.light(moved), layer.light(exact), strict=True):
+        assert asked.shape == expected.shape
+        assert np.sqrt(np.mean((asked - expected) ** 2)) < 0.04 * expected.std()
+
+
+def test_a_move_that_would_not_do_is_looked_up() -> None:
+    scene = stage(size=(320, 240), elevation_deg=12.0)
+    painting = Clouds().layer(scene).painting
+    wide = Gaze(0.0, Chart.at(scene.geometry, scene.geometry.world_rotation(np.zeros(3)), MARGIN))
+    for turn, moves in [((1e-3, 0.0, 0.0), True), ((0.05, 0.0, 0.0), False), ((0.0, 0.0, 1e-2), False)]:
+        assert (painting._move(gaze(scene, turn), wide) is not None) == moves
 
 
 def test_benign_backgrounds_are_flat() -> None:

@@ -17,10 +17,15 @@ from irsim.types import Floats
 
 @dataclass(frozen=True, eq=False)
 class Gaze:
-    """One frame's pointing: time in s, and the chart of the directions that the pixels see."""
+    """One frame's pointing: time in s, and the chart of the directions that the pixels see.
+
+    key: the pointing of a frame nearby, its chart with a margin. What is painted for it need only be
+    moved for this one (see `irsim.backgrounds.painting`).
+    """
 
     time: float
     chart: Chart
+    key: Gaze | None = None
 
 
 class Layer(Protocol):

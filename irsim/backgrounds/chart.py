@@ -22,17 +22,25 @@ points follows it within 0.01 px for fields up to 50 degrees (tests/test_backgro
 
 
 @lru_cache(maxsize=16)
-def _basis(length: int) -> tuple[Floats, Floats]:
-    """Chebyshev nodes (NODES,) in px over 0 .. length-1, and their Lagrange basis (length, NODES)."""
+def _nodes(length: int, margin: int) -> Floats:
+    """(NODES,) px: Chebyshev nodes over -margin .. length-1+margin."""
     angles = (2 * np.arange(NODES) + 1) * np.pi / (2 * NODES)
-    nodes = (length - 1) / 2 * (1 - np.cos(angles))
-    pixels = np.arange(length)[:, None]
-    basis = np.ones((length, NODES))
-    for j in range(NODES):
-        for i in range(NODES):
-            if i != j:
-                basis[:, [j]] *= (pixels - nodes[i]) / (nodes[j] - nodes[i])
-    return nodes, basis.astype(np.float32)
+    return np.asarray((length - 1) / 2 - ((length - 1) / 2 + margin) * np.cos(angles))
+
+
+def _lagrange(nodes: Floats, places: Floats) -> Floats:
+    """(n, NODES): the Lagrange basis of the nodes at places (n,) px."""
+    gaps = places[:, None, None] - np.where(np.eye(NODES, dtype=bool), 0.0, nodes)
+    spans = nodes[:, None] - nodes
+    np.fill_diagonal(spans, 1.0)
+    factors = np.where(np.eye(NODES, dtype=bool), 1.0, gaps / spans)
+    return np.asarray(factors.prod(axis=2))
+
+
+@lru_cache(maxsize=16)
+def _basis(length: int, margin: int) -> Floats:
+    """(length + 2 margin, NODES) float32: the basis at every pixel."""
+    return _lagrange(_nodes(length, margin), np.arange(-margin, length + margin)).astype(np.float32)
 
 
 def _product(left: Floats, right: Floats) -> Floats:
@@ -42,16 +50,20 @@ def _product(left: Floats, right: Floats) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class Chart:
-    """u and v (px) at the nodes of the frame, each (NODES, NODES) float64, rows first."""
+    """u and v (px) at the nodes of the frame, each (NODES, NODES) float64, rows first.
+
+    margin: how far beyond the frame's edges the chart reaches, px.
+    """
 
     geometry: Geometry
     u: Floats
     v: Floats
+    margin: int = 0
 
     @classmethod
-    def at(cls, geometry: Geometry, world_rotation: Floats) -> Chart:
+    def at(cls, geometry: Geometry, world_rotation: Floats, margin: int = 0) -> Chart:
         """The chart of a camera whose world_rotation (3, 3) takes world to camera vectors."""
-        columns, rows = (_basis(length)[0] for length in geometry.size)
+        columns, rows = (_nodes(length, margin) for length in geometry.size)
         pixels = np.stack(np.meshgrid(columns, rows), axis=-1)
         east, down, ahead = np.moveaxis(geometry.directions(pixels) @ world_rotation, -1, 0)
         azimuth = np.unwrap(np.unwrap(np.arctan2(east, ahead), axis=1), axis=0)
@@ -61,11 +73,19 @@ class Chart:
             geometry,
             azimuth * np.cos(geometry.elevation_rad) * scale,
             (geometry.elevation_rad - elevation) * scale,
+            margin,
         )
 
+    def moved(self, dx: float, dy: float) -> tuple[Floats, Floats]:
+        """u and v, each (NODES, NODES), at the nodes of the frame without margin, moved by (dx, dy) px."""
+        (width, height), margin = self.geometry.size, self.margin
+        across = _lagrange(_nodes(width, margin), _nodes(width, 0) + dx)
+        along = _lagrange(_nodes(height, margin), _nodes(height, 0) + dy)
+        return along @ self.u @ across.T, along @ self.v @ across.T
+
     def spread(self, nodes: Floats) -> Floats:
-        """(rows, cols) float32 of a smooth quantity from its values at the nodes (NODES, NODES)."""
-        across, along = (_basis(length)[1] for length in self.geometry.size)
+        """(rows, cols) float32, each more by twice the margin, of a smooth quantity from its values at the nodes."""
+        across, along = (_basis(length, self.margin) for length in self.geometry.size)
         # Not by numpy's product: the BLAS behind it starts threads, which wait on each other for
         # milliseconds wherever several processes share the cores.
         return _product(along, _product(nodes.astype(np.float32), np.ascontiguousarray(across.T)))

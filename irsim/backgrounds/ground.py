@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from irsim.backgrounds.base import FARTHEST, Background, Gaze, Layer
+from irsim.backgrounds.painting import Painting
 from irsim.backgrounds.texture import Tile, power_law, tile_side
 from irsim.kinds import Kelvin, NotNegative, Positive
 from irsim.radiometry import radiance
@@ -21,12 +22,12 @@ from irsim.types import Floats
 class Terrain:
     """The opaque layer of the ground."""
 
-    tile: Tile
+    painting: Painting
     name: str = "ground"
     range_m: float = FARTHEST
 
     def light(self, gaze: Gaze) -> tuple[None, Floats]:
-        return None, self.tile.sample(gaze.chart)
+        return None, self.painting.seen(gaze)[0]
 
 
 class Ground(Background):
@@ -55,4 +56,4 @@ class Ground(Background):
         )
         kelvin = np.maximum(self.mean_k + self.spread_k * field, 1.0)
         light = radiance(stage.band, kelvin).astype(np.float32)
-        return [Terrain(Tile.of(light, geometry.size, stage.psf_px))]
+        return [Terrain(Painting((Tile.of(light, geometry.size, stage.psf_px),)))]

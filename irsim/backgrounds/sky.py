@@ -13,6 +13,7 @@ import numpy as np
 from pydantic import Field
 
 from irsim.backgrounds.base import FARTHEST, Background, Gaze, Layer
+from irsim.backgrounds.painting import Painting
 from irsim.backgrounds.texture import Tile, power_law, tile_side
 from irsim.kinds import Kelvin, Name, NotNegative, Pair, Part, Positive, Several
 from irsim.radiometry import Band, radiance
@@ -94,36 +95,23 @@ class Clouds(Part):
         transmittance = np.exp(-self.depth * np.maximum(thickness - edge, 0))
         kelvin = np.maximum(self.temperature_k + self.texture_k * warmth, 1.0)
         emission = (1 - transmittance) * radiance(stage.band, kelvin)
-        return CloudLayer(
-            self,
-            Tile.of(transmittance, geometry.size, stage.psf_px),
-            Tile.of(emission, geometry.size, stage.psf_px),
-            1e-3 / geometry.ifov_rad,
-        )
+        tiles = tuple(Tile.of(field, geometry.size, stage.psf_px) for field in (transmittance, emission))
+        right, down = self.wind_mrad_s
+        px_per_mrad = 1e-3 / geometry.ifov_rad
+        return CloudLayer(self.id, self.range_m, Painting(tiles, (right * px_per_mrad, down * px_per_mrad)))
 
 
 @dataclass(frozen=True, eq=False)
 class CloudLayer:
-    """Clouds, painted."""
+    """Clouds, painted: their transmittance and their emission."""
 
-    clouds: Clouds
-    transmittance: Tile
-    emission: Tile
-    px_per_mrad: float
-
-    @property
-    def name(self) -> str:
-        return self.clouds.id
-
-    @property
-    def range_m(self) -> float:
-        return self.clouds.range_m
+    name: str
+    range_m: float
+    painting: Painting
 
     def light(self, gaze: Gaze) -> tuple[Floats, Floats]:
-        right, down = self.clouds.wind_mrad_s
-        shift = (right * gaze.time * self.px_per_mrad, down * gaze.time * self.px_per_mrad)
-        places = self.transmittance.places(gaze.chart, shift)  # the emission lies on the same map
-        return self.transmittance.at(*places), self.emission.at(*places)
+        transmittance, emission = self.painting.seen(gaze)
+        return transmittance, emission
 
 
 class Sky(Background):

@@ -44,10 +44,6 @@ class Tile:
         margin = int(np.hypot(*frame)) + 64
         return cls(texture.shape[0], np.pad(_blurred(texture, psf_px), (0, margin), mode="wrap"))
 
-    def sample(self, chart: Chart, shift_px: tuple[float, float] = (0.0, 0.0)) -> Floats:
-        """(rows, cols) float32: the texture, moved right and down by `shift_px`, as the chart sees it."""
-        return self.at(*self.places(chart, shift_px))
-
     def places(self, chart: Chart, shift_px: tuple[float, float]) -> tuple[Floats, Floats]:
         """(rows, cols) float32 each: column and row of the texture that each pixel sees."""
         u, v = chart.u - shift_px[0], chart.v - shift_px[1]

@@ -1,0 +1,69 @@
+"""Textures as the camera sees them: warped for one frame of a block, and only moved for its neighbours."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from irsim.backgrounds.base import Gaze
+from irsim.backgrounds.texture import Tile
+from irsim.types import Floats
+
+BLOCK = 16
+"""Frames that share a key frame; a worker of `--jobs` gets whole blocks."""
+
+MARGIN = 16
+"""How far beyond the frame's edges a key frame is painted, px: neighbours may be moved that far."""
+
+BENT = 0.05
+"""Largest bend, px, over the frame for which a neighbour counts as moved only. Backgrounds are no
+truth: a twentieth of a pixel at the frame's corner is not seen, and a look-up of every pixel (four a
+frame with two cloud layers, 1 ms each at 640x512) costs ten times a move."""
+
+
+class Painting:
+    """Textures that lie in one place and drift together.
+
+    The key frame's pictures are kept until another key is asked for: what a frame looks like does
+    not depend on which frames were asked for before.
+    """
+
+    def __init__(self, tiles: tuple[Tile, ...], drift_px_s: tuple[float, float] = (0.0, 0.0)) -> None:
+        self.tiles = tiles
+        self.drift_px_s = drift_px_s
+        self._key: tuple[Floats, Floats] | None = None
+        self._wide: list[Floats] = []
+
+    def seen(self, gaze: Gaze) -> list[Floats]:
+        """The textures of one frame, each (rows, cols) float32."""
+        move = None if gaze.key is None else self._move(gaze, gaze.key)
+        if gaze.key is None or move is None:
+            return self._look_up(gaze)
+        key = (gaze.key.chart.u - self._drift(gaze.key)[0], gaze.key.chart.v - self._drift(gaze.key)[1])
+        if self._key is None or not all(map(np.array_equal, key, self._key)):
+            self._key, self._wide = key, self._look_up(gaze.key)
+        width, height = gaze.chart.geometry.size
+        middle = (MARGIN + (width - 1) / 2 + move[0], MARGIN + (height - 1) / 2 + move[1])
+        return [np.asarray(cv2.getRectSubPix(wide, (width, height), middle)) for wide in self._wide]
+
+    def _drift(self, gaze: Gaze) -> tuple[float, float]:
+        return self.drift_px_s[0] * gaze.time, self.drift_px_s[1] * gaze.time
+
+    def _look_up(self, gaze: Gaze) -> list[Floats]:
+        columns, rows = self.tiles[0].places(gaze.chart, self._drift(gaze))
+        return [tile.at(columns, rows) for tile in self.tiles]
+
+    def _move(self, gaze: Gaze, key: Gaze) -> tuple[float, float] | None:
+        """(dx, dy) px by which the key frame's picture has to be moved; None where that would not do."""
+        before, after = self._drift(key), self._drift(gaze)
+        wanted_u = gaze.chart.u + (before[0] - after[0])
+        wanted_v = gaze.chart.v + (before[1] - after[1])
+        dx = dy = 0.0
+        for _ in range(3):  # Newton: the map's slope is one within a few percent
+            u, v = key.chart.moved(dx, dy)
+            dx, dy = dx + float(np.mean(wanted_u - u)), dy + float(np.mean(wanted_v - v))
+            if max(abs(dx), abs(dy)) > MARGIN - 1:
+                return None
+        u, v = key.chart.moved(dx, dy)
+        bent = max(np.abs(wanted_u - u).max(), np.abs(wanted_v - v).max())
+        return (dx, dy) if bent <= BENT else None
