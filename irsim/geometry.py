@@ -11,7 +11,7 @@ axis; the principal point is the middle of the frame.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -78,6 +78,10 @@ class Geometry:
     def place(self, pixels: Floats, range_m: float | Floats) -> Floats:
         """(..., 3) m: the points at that range in the directions of (..., 2) px."""
         return np.asarray(self.directions(pixels) * np.asarray(range_m)[..., None])
+
+    def zoomed(self, factor: float) -> Geometry:
+        """The same camera with a focal length `factor` times as long."""
+        return self if factor == 1 else replace(self, ifov_rad=self.ifov_rad / factor)
 
     def inside(self, x: float, y: float) -> bool:
         """Is (x, y) px within the frame's edges?"""

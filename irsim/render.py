@@ -3,33 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
 from irsim.backgrounds import Gaze
 from irsim.backgrounds.chart import Chart
 from irsim.compose import Piece, Seen, compose
+from irsim.course import Course
 from irsim.detector import expose
-from irsim.motion import angles_deg, attitudes
-from irsim.scenario import Scenario, Target
-from irsim.shapes import View
+from irsim.motion import Mount, angles_deg
+from irsim.occluders import Sight
+from irsim.scenario import Scenario
 from irsim.types import Box, Floats, Frame, TargetTruth, Truth
-
-
-@dataclass(frozen=True, eq=False)
-class Course:
-    """A target's whole way, frames 0 .. n-1, in the first camera frame.
-
-    positions (n, 3) m;  attitudes (n, 3, 3) body to first camera;  angles_deg (n, 3) yaw, pitch, roll
-    velocities (n, 2) px per frame: the apparent displacement since the frame before (frame 0: to the next)
-    """
-
-    target: Target
-    positions: Floats
-    attitudes: Floats
-    angles_deg: Floats
-    velocities: Floats
 
 
 class Renderer:
@@ -42,23 +27,19 @@ class Renderer:
         self.layers = [layer for layer in scenario.background.layers(self.stage) if scenario.is_on(layer.name)]
         self.occluders = [occluder for occluder in scenario.occluders if scenario.is_on(occluder.name)]
         self.noises = [noise for noise in camera.noise if scenario.is_on(noise.name)]
-        frames = np.arange(scenario.frames + 1.0)  # one more: frame 0 takes its velocity from frame 1
-        motions = [motion.turns(frames, self.stage) for motion in camera.motion if scenario.is_on(motion.name)]
-        self.turns = np.sum([np.zeros((len(frames), 3)), *motions], axis=0)
-        rotations = np.stack([self.stage.geometry.rotation(turn) for turn in self.turns])
+        count = scenario.frames + 1  # one more: frame 0 takes its velocity from frame 1
+        motions = [motion for motion in camera.motion if scenario.is_on(motion.name)]
+        self.mount = Mount.of(motions, np.arange(float(count)), self.stage)
         self.courses = [
-            self._course(target, frames, rotations) for target in scenario.targets if scenario.is_on(target.id)
+            Course.of(target, count, self.stage) for target in scenario.targets if scenario.is_on(target.id)
         ]
+        self.angles_deg = [angles_deg(course.attitudes) for course in self.courses]
+        self.velocities = [self._velocities(course.positions) for course in self.courses]
 
-    def _course(self, target: Target, frames: Floats, rotations: Floats) -> Course:
-        positions = target.path.positions(frames, self.stage, target.id)
-        attitude = attitudes(
-            target.path, frames, self.stage, target.id, target.attitude_deg, target.spin_deg_s, target.shape.banks
-        )
-        pixels = self.stage.geometry.project(np.einsum("nij,nj->ni", rotations, positions))
-        steps = np.diff(pixels, axis=0)
-        velocities = np.concatenate([steps[:1], steps[:-1]])
-        return Course(target, positions[:-1], attitude[:-1], angles_deg(attitude[:-1]), velocities)
+    def _velocities(self, positions: Floats) -> Floats:
+        """(n, 2) px per frame: the apparent displacement since the frame before (frame 0: to the next)."""
+        steps = np.diff(self.mount.seen(positions), axis=0)
+        return np.concatenate([steps[:1], steps[:-1]])
 
     def frame(self, index: int) -> tuple[Frame, Truth]:
         """Frame `index` and its truth. IndexError outside 0 .. frames-1."""
@@ -72,23 +53,28 @@ class Renderer:
         """The noiseless picture, in-band radiance (rows, cols) float32 in W/m2/sr, and its truth."""
         if not 0 <= index < self.scenario.frames:
             raise IndexError(f"frame {index}: the scenario has frames 0 to {self.scenario.frames - 1}")
-        geometry, time = self.stage.geometry, index / self.stage.rate_hz
-        gaze = Gaze(time, Chart.at(geometry, geometry.world_rotation(self.turns[index])))
-        pieces = self._pieces(index, geometry.rotation(self.turns[index]))
+        time = index / self.stage.rate_hz
+        gaze = Gaze(time, Chart.at(self.stage.geometry, self.stage.geometry.world_rotation(self.mount.turns[index])))
+        pieces = self._pieces(index)
         light, seen = compose(self.layers, pieces, gaze, self.stage.band)
         return light, self._truth(index, time, seen)
 
-    def _pieces(self, index: int, rotation: Floats) -> Iterator[Piece]:
+    def _pieces(self, index: int) -> Iterator[Piece]:
         for course in self.courses:
-            time = index / self.stage.rate_hz
-            view = View(rotation @ course.positions[index], rotation @ course.attitudes[index], self.stage, time)
-            sprite = course.target.shape.draw(view)
+            sprite = course.target.shape.draw(course.view(index, self.mount, self.stage))
             if sprite is not None:
                 yield Piece(course.target.id, sprite, tracked=True)
+        sight = self.sight(index)
         for occluder in self.occluders:
-            sprite = occluder.draw(rotation, self.stage)
+            sprite = occluder.draw(sight)
             if sprite is not None:
                 yield Piece(occluder.name, sprite, tracked=False)
+
+    def sight(self, index: int) -> Sight:
+        """How the camera of frame `index` sees what stands about it."""
+        mount = self.mount
+        rotation, place = mount.rotation(index), mount.places[index]
+        return Sight(self.stage, mount.lens(index), rotation, place, index / self.stage.rate_hz)
 
     def _truth(self, index: int, time: float, seen: list[Seen]) -> Truth:
         boxes = {target.piece.name: target.piece.sprite.box for target in seen}
@@ -97,17 +83,17 @@ class Renderer:
             index,
             time,
             tuple(
-                self._target_truth(course, index, found[course.target.id], boxes)
-                for course in self.courses
+                self._target_truth(number, index, found[course.target.id], boxes)
+                for number, course in enumerate(self.courses)
                 if course.target.id in found
             ),
         )
 
-    def _target_truth(self, course: Course, index: int, seen: Seen, boxes: dict[str, Box]) -> TargetTruth:
-        target, sprite = course.target, seen.piece.sprite
+    def _target_truth(self, number: int, index: int, seen: Seen, boxes: dict[str, Box]) -> TargetTruth:
+        target, sprite = self.courses[number].target, seen.piece.sprite
         others = (box for name, box in boxes.items() if name != target.id)
-        vx, vy = course.velocities[index]
-        yaw, pitch, roll = course.angles_deg[index]
+        vx, vy = self.velocities[number][index]
+        yaw, pitch, roll = self.angles_deg[number][index]
         return TargetTruth(
             id=target.id,
             center=sprite.center,

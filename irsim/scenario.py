@@ -13,7 +13,7 @@ from pydantic_core import PydanticCustomError
 from irsim.backgrounds import BACKGROUNDS, Background
 from irsim.camera import Camera
 from irsim.kinds import Name, Part, Several, Triple, suggestion
-from irsim.motion import PATHS, Path
+from irsim.motion import PATHS, Company, Path
 from irsim.occluders import OCCLUDERS, Occluder
 from irsim.shapes import SHAPES, Shape
 from irsim.stage import Stage
@@ -57,7 +57,9 @@ class Scenario(Part):
     @property
     def stage(self) -> Stage:
         camera = self.camera
-        return Stage(self.seed, camera.geometry, camera.rate_hz, camera.band, camera.psf_px)
+        motions = tuple(motion for motion in camera.motion if self.is_on(motion.name))
+        cast = Company({target.id: target.path for target in self.targets}, motions)
+        return Stage(self.seed, camera.geometry, camera.rate_hz, camera.band, camera.psf_px, cast)
 
     @property
     def hash(self) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from irsim.geometry import Geometry
-from irsim.occluders import OCCLUDERS, Occluder
+from irsim.occluders import OCCLUDERS, Occluder, Sight
 from irsim.radiometry import radiance
 from irsim.sprite import Sprite
 from irsim.stage import Stage
@@ -20,7 +20,7 @@ def drawn(turn: tuple[float, float, float] = (0, 0, 0), **keys: Any) -> Sprite |
     keys = {"center_px": [50.0, 40.0], "size_px": [10.0, 30.0], "range_m": 100.0} | keys
     value = OCCLUDERS.parse({"kind": "bar", **keys})
     assert isinstance(value, Occluder)
-    return value.draw(STAGE.geometry.rotation(np.array(turn)), STAGE)
+    return value.draw(Sight(STAGE, STAGE.geometry, STAGE.geometry.rotation(np.array(turn)), np.zeros(3)))
 
 
 def test_an_unturned_camera_sees_it_where_it_was_put() -> None:

@@ -155,7 +155,7 @@ def test_a_bar_behind_the_target_hides_nothing() -> None:
 def test_the_visible_fraction_is_the_share_of_area_that_no_bar_covers(edge: float) -> None:
     """The share of a target right of a straight edge, against its own coverage counted per column."""
     renderer = Renderer(scene())
-    (piece,) = renderer._pieces(0, np.eye(3))
+    (piece,) = renderer._pieces(0)
     sprite = piece.sprite
     left = sprite.center[0] + edge  # the bar covers everything left of this
     columns = sprite.x0 + np.arange(sprite.cover.shape[1])

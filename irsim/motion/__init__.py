@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from irsim.kinds import Family
 from irsim.motion.attitude import angles_deg, attitudes
-from irsim.motion.base import Path, PixelPath, Pointing
+from irsim.motion.base import MetrePath, Path, PixelPath, Pointing
+from irsim.motion.dynamics import Dynamics
 from irsim.motion.jitter import Jitter
 from irsim.motion.manoeuvre import Manoeuvre
+from irsim.motion.mount import Company, Mount
 from irsim.motion.pan import Pan
 from irsim.motion.straight import Straight, StraightM
 from irsim.motion.waypoints import Waypoints, WaypointsM
@@ -27,4 +29,16 @@ PATHS = Family(
 
 POINTINGS = Family("camera motion", Pointing, {"pan": Pan, "jitter": Jitter})
 
-__all__ = ["PATHS", "POINTINGS", "Path", "PixelPath", "Pointing", "angles_deg", "attitudes"]
+__all__ = [
+    "PATHS",
+    "POINTINGS",
+    "Company",
+    "Dynamics",
+    "MetrePath",
+    "Mount",
+    "Path",
+    "PixelPath",
+    "Pointing",
+    "angles_deg",
+    "attitudes",
+]

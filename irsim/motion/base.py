@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Mapping
+from typing import Literal
 
 import numpy as np
 
 from irsim.errors import InputError
+from irsim.geometry import gimbal
 from irsim.kinds import Kind, NamedKind, Positive
+from irsim.motion.dynamics import Dynamics
 from irsim.stage import Stage
 from irsim.types import Floats
 
@@ -22,6 +26,36 @@ class Path(Kind):
 
         `name` is the target's id: it addresses the path's randomness.
         """
+
+    def refers(self) -> Mapping[str, str]:
+        """Ids of the targets whose paths it asks for, by the key that names each."""
+        return {}
+
+    def dynamics(self, stage: Stage) -> Dynamics | None:
+        """Its transition and noise from frame to frame; None where it is scripted, or not linear in any mode."""
+        return None
+
+
+class MetrePath(Path):
+    """A path drawn in space."""
+
+    axes: Literal["camera", "world"] = "camera"
+    """camera: triples are [right, down, ahead] of the camera at its first pointing; world: [east, north,
+    up] of where it stands, north being level ahead at the first pointing."""
+
+    @property
+    def axis_names(self) -> tuple[str, ...]:
+        return ("right", "down", "ahead") if self.axes == "camera" else ("east", "north", "up")
+
+    def to_first(self, vectors: Floats, stage: Stage) -> Floats:
+        """(..., 3) vectors along `axes` in the first camera frame."""
+        return np.asarray(vectors) if self.axes == "camera" else world_to_first(vectors, stage)
+
+
+def world_to_first(vectors: Floats, stage: Stage) -> Floats:
+    """(..., 3) east, north, up as vectors of the first camera frame."""
+    east, north, up = np.moveaxis(np.asarray(vectors, dtype=np.float64), -1, 0)
+    return np.asarray(np.stack([east, -up, north], axis=-1) @ gimbal(0.0, stage.geometry.elevation_rad, 0.0).T)
 
 
 class PixelPath(Path):
@@ -59,8 +93,24 @@ class PixelPath(Path):
 
 
 class Pointing(NamedKind):
-    """A motion of the camera; the motions of a list add up."""
+    """A motion of the camera: it turns it, carries it, or changes its focal length.
 
-    @abstractmethod
+    The motions of a list add up. Each of the methods says how much at frame numbers (n,), which may
+    be fractional.
+    """
+
     def turns(self, frames: Floats, stage: Stage) -> Floats:
         """(n, 3) rad at frame numbers (n,): azimuth (right), elevation (up), roll (clockwise)."""
+        return np.zeros((len(frames), 3))
+
+    def shifts(self, frames: Floats, stage: Stage) -> Floats:
+        """(n, 3) m, first camera frame: how far it has carried the camera from where it first stood."""
+        return np.zeros((len(frames), 3))
+
+    def zooms(self, frames: Floats, stage: Stage) -> Floats:
+        """(n,) how many times longer it makes the focal length."""
+        return np.ones(len(frames))
+
+    def refers(self) -> Mapping[str, str]:
+        """Ids of the targets whose paths it asks for, by the key that names each."""
+        return {}

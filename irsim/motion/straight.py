@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from irsim.kinds import NotNegative, Pair, Triple
-from irsim.motion.base import Path, PixelPath
+from irsim.motion.base import MetrePath, PixelPath
+from irsim.motion.dynamics import Dynamics, constant_velocity
 from irsim.stage import Stage
 from irsim.types import Floats
 
@@ -29,15 +30,22 @@ class Straight(PixelPath):
     def pixels(self, frames: Floats, stage: Stage, name: str) -> Floats:
         return np.asarray(self.start) + self.speed * np.asarray(frames)[:, None] * unit(self.heading_deg)
 
+    def dynamics(self, stage: Stage) -> Dynamics:
+        return constant_velocity(("x", "y"))
 
-class StraightM(Path):
+
+class StraightM(MetrePath):
     """A straight line in space."""
 
     start_m: Triple
-    """[right, down, ahead] of the camera at frame 0, m (first camera frame)."""
+    """Where it is at frame 0, m."""
     velocity_m_s: Triple = (0.0, 0.0, 0.0)
-    """Along the same axes, metres a second."""
+    """Metres a second."""
 
     def positions(self, frames: Floats, stage: Stage, name: str) -> Floats:
         seconds = np.asarray(frames)[:, None] / stage.rate_hz
-        return np.asarray(self.start_m + seconds * np.asarray(self.velocity_m_s))
+        start, velocity = (self.to_first(np.array(vector), stage) for vector in (self.start_m, self.velocity_m_s))
+        return np.asarray(start + seconds * velocity)
+
+    def dynamics(self, stage: Stage) -> Dynamics:
+        return constant_velocity(self.axis_names, 1 / stage.rate_hz)

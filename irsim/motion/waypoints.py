@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.kinds import Pair, Positive, Several, Triple
-from irsim.motion.base import Path, PixelPath
+from irsim.motion.base import MetrePath, PixelPath
 from irsim.motion.spline import Spline
 from irsim.stage import Stage
 from irsim.types import Floats
@@ -65,11 +65,11 @@ class Waypoints(PixelPath):
         return _along(self.points, self.frames, self.speed or 0.0, frames)
 
 
-class WaypointsM(Path):
+class WaypointsM(MetrePath):
     """A smooth curve through points in space, straight on before the first and past the last."""
 
     points: Annotated[Several[Triple], Field(min_length=2)]
-    """List of [right, down, ahead] of the camera, m (first camera frame)."""
+    """List of places, m."""
     frames: Several[float] | None = None
     """Frame at which each point is passed; or give `speed_m_s`."""
     speed_m_s: Positive | None = None
@@ -81,4 +81,5 @@ class WaypointsM(Path):
         return self
 
     def positions(self, frames: Floats, stage: Stage, name: str) -> Floats:
-        return _along(self.points, self.frames, (self.speed_m_s or 0.0) / stage.rate_hz, frames)
+        places = _along(self.points, self.frames, (self.speed_m_s or 0.0) / stage.rate_hz, frames)
+        return self.to_first(places, stage)

@@ -1,0 +1,47 @@
+"""A target's whole way through a scenario, made ready."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from irsim.motion import Mount, attitudes
+from irsim.scenario import Target
+from irsim.shapes import View
+from irsim.stage import Stage
+from irsim.types import Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """positions (n, 3) m and attitudes (n, 3, 3), body to vectors, at frames 0 .. n-1, in the first camera frame."""
+
+    target: Target
+    positions: Floats
+    attitudes: Floats
+
+    @classmethod
+    def of(cls, target: Target, frames: int, stage: Stage) -> Course:
+        """The course of a target over frames 0 .. frames-1."""
+        numbers = np.arange(float(frames))
+        attitude = attitudes(
+            target.path, numbers, stage, target.id, target.attitude_deg, target.spin_deg_s, target.shape.banks
+        )
+        return cls(target, target.path.positions(numbers, stage, target.id), attitude)
+
+    def view(self, index: int, mount: Mount, stage: Stage) -> View:
+        """How the camera sees it at frame `index`."""
+        rotation = mount.rotation(index)
+        return View(
+            rotation @ (self.positions[index] - mount.places[index]),
+            rotation @ self.attitudes[index],
+            zoomed(stage, mount, index),
+            index / stage.rate_hz,
+        )
+
+
+def zoomed(stage: Stage, mount: Mount, index: int) -> Stage:
+    """The stage with the geometry of frame `index`."""
+    lens = mount.lens(index)
+    return stage if lens is stage.geometry else replace(stage, geometry=lens)

@@ -1,0 +1,74 @@
+"""All motions of the camera together: where it looks, where it stands and how far it zooms."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from irsim.geometry import Geometry
+from irsim.motion.base import Path, Pointing
+from irsim.stage import Stage
+from irsim.types import Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Mount:
+    """The camera at n frames.
+
+    turns   (n, 3) rad: azimuth (right), elevation (up), roll (clockwise) from the first pointing
+    places  (n, 3) m, first camera frame: how far it has moved from where it first stood
+    zooms   (n,) how many times longer its focal length is than at first
+    """
+
+    geometry: Geometry
+    turns: Floats
+    places: Floats
+    zooms: Floats
+
+    @classmethod
+    def of(cls, motions: Sequence[Pointing], frames: Floats, stage: Stage) -> Mount:
+        """What the motions make together: turns and ways add up, zooms multiply."""
+        frames = np.asarray(frames, dtype=np.float64)
+        turns = np.sum([np.zeros((len(frames), 3)), *(motion.turns(frames, stage) for motion in motions)], axis=0)
+        zooms = np.prod([np.ones(len(frames)), *(motion.zooms(frames, stage) for motion in motions)], axis=0)
+        return cls(stage.geometry, turns, standpoints(motions, frames, stage), zooms)
+
+    def lens(self, index: int) -> Geometry:
+        """The geometry of frame `index`, zoomed."""
+        return self.geometry.zoomed(float(self.zooms[index]))
+
+    def rotation(self, index: int) -> Floats:
+        """(3, 3): first-camera vectors to the vectors of the camera at frame `index`."""
+        return self.geometry.rotation(self.turns[index])
+
+    def seen(self, points: Floats) -> Floats:
+        """(n, 2) px of points (n, 3) m of the first camera frame, each at its own frame; nan behind the camera."""
+        rotations = np.stack([self.rotation(index) for index in range(len(self.turns))])
+        pixels = self.geometry.project(np.einsum("nij,nj->ni", rotations, points - self.places))
+        if (self.zooms == 1).all():
+            return pixels
+        principal = self.geometry.principal
+        return np.asarray(principal + (pixels - principal) * self.zooms[:, None])
+
+
+def standpoints(motions: Sequence[Pointing], frames: Floats, stage: Stage) -> Floats:
+    """(n, 3) m, first camera frame: where the camera is at frame numbers (n,)."""
+    frames = np.asarray(frames, dtype=np.float64)
+    ways = [motion.shifts(frames, stage) for motion in motions]
+    return np.asarray(np.sum([np.zeros((len(frames), 3)), *ways], axis=0))
+
+
+@dataclass(frozen=True, eq=False)
+class Company:
+    """The Cast of a scenario: the paths of all its targets by name, and the camera's motions that are on."""
+
+    paths: Mapping[str, Path]
+    motions: Sequence[Pointing]
+
+    def way(self, name: str, frames: Floats, stage: Stage) -> Floats:
+        return self.paths[name].positions(frames, stage, name)
+
+    def standpoints(self, frames: Floats, stage: Stage) -> Floats:
+        return standpoints(self.motions, frames, stage)
