@@ -11,9 +11,9 @@ from pydantic_core import PydanticCustomError
 from irsim.detector import NOISES, Noise, White
 from irsim.display import AGCS, Agc, Linear
 from irsim.geometry import Geometry
-from irsim.kinds import Kelvin, Part, Several
+from irsim.kinds import Kelvin, Pair, Part, Several
 from irsim.motion import POINTINGS, Pointing
-from irsim.radiometry import Band
+from irsim.radiometry import BandName, band_fault
 
 Side = Annotated[int, Field(ge=16, le=4096)]
 
@@ -29,8 +29,8 @@ class Camera(Part):
     """Field of view of one pixel, milliradian."""
     elevation_deg: Annotated[float, Field(ge=-80, le=80)] = 0.0
     """Elevation of the first pointing above the horizon."""
-    band: Band = "mwir"
-    """mwir 3-5 um or lwir 8-12 um."""
+    band: BandName | Pair = "mwir"
+    """mwir 3-5 um, lwir 8-12 um, or [low, high], limits in um (from 2 to 20)."""
     bits: Annotated[int, Field(ge=8, le=16)] = 14
     """Depth of the counts."""
     range_k: Annotated[tuple[Kelvin, Kelvin], Field(strict=False)] = (220.0, 400.0)
@@ -54,6 +54,13 @@ class Camera(Part):
                 "{low} K is not below {high} K; allowed: the lower temperature first",
                 {"low": self.range_k[0], "high": self.range_k[1], "at": ("range_k",)},
             )
+        return self
+
+    @model_validator(mode="after")
+    def _band_can_be(self) -> Camera:
+        fault = band_fault(self.band)
+        if fault is not None:
+            raise PydanticCustomError("band", "{fault}", {"fault": fault, "at": ("band",)})
         return self
 
     @property

@@ -112,7 +112,26 @@ WRONG = {
     "choice": (
         "netd_mk: 60",
         "band: mwri",
-        "6:9: camera.band: unknown value 'mwri'; allowed: 'mwir', 'lwir'; did you mean 'mwir'?",
+        "6:9: camera.band: 'mwri' is not allowed; allowed: 'mwir', 'lwir' or a list of 2, each a number; "
+        "did you mean 'mwir'?",
+        "",
+    ),
+    "band turned round": (
+        "netd_mk: 60",
+        "band: [4.9, 3.4]",
+        "6:9: camera.band: 4.9 to 3.4 um is no band; allowed: two limits from 2 to 20 um, the lower first",
+        "",
+    ),
+    "band beyond the tables": (
+        "netd_mk: 60",
+        "band: [1.5, 4.9]",
+        "6:9: camera.band: 1.5 to 4.9 um is no band; allowed: two limits from 2 to 20 um, the lower first",
+        "",
+    ),
+    "band of no width": (
+        "netd_mk: 60",
+        "band: [4.0, 4.01]",
+        "6:9: camera.band: 4 to 4.01 um is too narrow; allowed: a width of 0.05 um or more",
         "",
     ),
     "item of a list": (

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy import constants, integrate
 
-from irsim.radiometry import BAND_UM, TABLE_K, Band, planck, radiance, slope, temperature
+from irsim.radiometry import TABLE_K, Band, band_fault, limits, planck, radiance, slope, temperature
 
-BANDS: list[Band] = ["mwir", "lwir"]
+BANDS: list[Band] = ["mwir", "lwir", (3.4, 4.9), (7.5, 14.0), (19.9, 20.0)]
 
 
 def spectral(wavelength_m: float, kelvin: float) -> float:
@@ -18,7 +18,7 @@ def spectral(wavelength_m: float, kelvin: float) -> float:
 
 
 def in_band(band: Band, kelvin: float) -> float:
-    low, high = BAND_UM[band]
+    low, high = limits(band)
     unit = spectral(high * 1e-6, kelvin)  # quad's tolerances want numbers near 1
     found, _ = integrate.quad(lambda x: spectral(x * 1e-6, kelvin) / unit, low, high, epsabs=0, epsrel=1e-11)
     return float(found * unit * 1e-6)
@@ -73,3 +73,23 @@ def test_far_beyond_the_peak_is_rayleigh_jeans() -> None:
     kelvin, wavelength_um = 300.0, 1e6
     expected = 2 * constants.c * constants.k * kelvin / (wavelength_um * 1e-6) ** 4 * 1e-6
     assert planck(wavelength_um, kelvin) == pytest.approx(expected, rel=1e-4)
+
+
+def test_a_band_of_its_own_limits_is_the_named_one_of_these_limits() -> None:
+    kelvin = np.array([200.0, 300.0, 700.0])
+    assert np.array_equal(radiance((3.0, 5.0), kelvin), radiance("mwir", kelvin))
+    # Radiance adds over the parts of a band.
+    parts = radiance((8.0, 9.5), kelvin) + radiance((9.5, 12.0), kelvin)
+    np.testing.assert_allclose(parts, radiance("lwir", kelvin), rtol=6e-6)
+
+
+@pytest.mark.parametrize("kelvin", [20.0, 180.1, 300.0, 1234.5])
+def test_the_widest_band_keeps_its_tolerance(kelvin: float) -> None:
+    assert radiance((2.0, 20.0), kelvin) == pytest.approx(in_band((2.0, 20.0), kelvin), rel=1e-5)
+
+
+@pytest.mark.parametrize("band", [(5.0, 3.0), (4.0, 4.0), (1.9, 4.0), (8.0, 20.1), (4.0, 4.04), (float("nan"), 4.0)])
+def test_impossible_bands_are_told(band: Band) -> None:
+    assert band_fault(band) is not None
+    assert band_fault("mwir") is None
+    assert band_fault((3.4, 4.9)) is None

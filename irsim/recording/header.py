@@ -85,6 +85,7 @@ class Header(Sealed):
     ifov_rad: float | None = None
     """Field of view of one pixel."""
     band: str | None = None
+    """Name of the band, or its limits in words."""
     range_k: Annotated[tuple[float, float], Field(strict=False)] | None = None
     """Scene temperatures of count 0 and full scale."""
 

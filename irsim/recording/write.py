@@ -205,7 +205,8 @@ def header_of(source: Source, start: int = 0) -> Header:
     camera = getattr(getattr(source, "scenario", None), "camera", None)
     known: dict[str, Any] = {}
     if camera is not None:
-        known = {"ifov_rad": camera.geometry.ifov_rad, "band": camera.band, "range_k": camera.range_k}
+        band = camera.band if isinstance(camera.band, str) else "{} to {} um".format(*camera.band)
+        known = {"ifov_rad": camera.geometry.ifov_rad, "band": band, "range_k": camera.range_k}
     return Header(
         version=__version__,
         name=source.name,
