@@ -31,9 +31,11 @@ def gaze(scene: Stage, turn: tuple[float, float, float] = (0.0, 0.0, 0.0), time:
     return Gaze(time, Chart.at(scene.geometry, scene.geometry.world_rotation(np.array(turn))))
 
 
-@pytest.mark.parametrize("elevation_deg", [0.0, 30.0])
-@pytest.mark.parametrize("field_deg", [2.0, 20.0, 50.0])
-def test_the_chart_follows_the_exact_map(field_deg: float, elevation_deg: float) -> None:
+@pytest.mark.parametrize(
+    ("field_deg", "elevation_deg", "bound_px"),
+    [(2, 0, 1e-3), (20, 30, 1e-3), (20, -60, 1e-3), (10, 70, 1e-3), (50, 30, 0.01), (35, 60, 0.01), (60, 45, 0.05)],
+)
+def test_the_chart_follows_the_exact_map(field_deg: float, elevation_deg: float, bound_px: float) -> None:
     size = (640, 512)
     ifov = 2 * math.tan(math.radians(field_deg) / 2) / size[0]
     geometry = Geometry(size, ifov, math.radians(elevation_deg))
@@ -44,8 +46,8 @@ def test_the_chart_follows_the_exact_map(field_deg: float, elevation_deg: float)
     u = np.arctan2(rays[..., 0], rays[..., 2]) * math.cos(math.radians(elevation_deg)) / ifov
     v = (math.radians(elevation_deg) - np.arcsin(-rays[..., 1])) / ifov
     rows, columns = y.astype(int), x.astype(int)
-    assert np.abs(chart.spread(chart.u)[rows, columns] - u).max() < 0.01
-    assert np.abs(chart.spread(chart.v)[rows, columns] - v).max() < 0.01
+    assert np.abs(chart.spread(chart.u)[rows, columns] - u).max() < bound_px
+    assert np.abs(chart.spread(chart.v)[rows, columns] - v).max() < bound_px
 
 
 def test_a_turn_moves_the_map_by_the_angle() -> None:
@@ -170,7 +172,7 @@ def test_every_background_gives_layers_far_to_near(kind: type) -> None:
     "turn", [(0.0, 0.0, 0.0), (1e-4, -5e-5, 0.0), (2.2e-3, 1.1e-3, 0.0), (0.1, 0.0, 0.0), (0.0, 0.0, 0.1)]
 )
 def test_a_moved_picture_is_the_picture_looked_up(turn: tuple[float, float, float]) -> None:
-    """A move interpolates a second time: 4 % of the texture's spread. A place wrong by 1 px would make 15 %."""
+    """A move interpolates a second time: 4 % of the texture's spread. A place wrong by 1 px would make 11 %."""
     scene = stage(size=(320, 240), elevation_deg=12.0)
     layer = Clouds(wind_mrad_s=(2.0, 1.0)).layer(scene)
     exact = gaze(scene, turn, time=0.2)

@@ -16,9 +16,10 @@ import numpy as np
 from irsim.geometry import Geometry
 from irsim.types import Floats
 
-NODES = 8
-"""Nodes per axis. The map from pixel to (u, v) is smooth: a polynomial through 8 x 8 Chebyshev
-points follows it within 0.01 px for fields up to 50 degrees (tests/test_backgrounds.py)."""
+NODES = 12
+"""Nodes per axis. The map from pixel to (u, v) is smooth: a polynomial through 12 x 12 Chebyshev points
+follows it within 0.05 px for fields of up to 60 degrees that stay 15 degrees from the zenith and the
+nadir, where the map ends, and within 0.001 px for fields under 20 degrees (tests/test_backgrounds.py)."""
 
 
 @lru_cache(maxsize=16)
