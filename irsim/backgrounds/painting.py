@@ -9,7 +9,7 @@ from irsim.backgrounds.base import Gaze
 from irsim.backgrounds.texture import Tile
 from irsim.types import Floats
 
-BLOCK = 16
+BLOCK = 8
 """Frames that share a key frame; a worker of `--jobs` gets whole blocks."""
 
 MARGIN = 16
