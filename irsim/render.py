@@ -8,6 +8,7 @@ import numpy as np
 
 from irsim.backgrounds import Gaze
 from irsim.backgrounds.chart import Chart
+from irsim.backgrounds.painting import BLOCK, MARGIN
 from irsim.compose import Piece, Seen, compose
 from irsim.course import Course
 from irsim.detector import expose
@@ -24,7 +25,8 @@ class Renderer:
         self.scenario = scenario
         self.stage = scenario.stage
         camera = scenario.camera
-        self.layers = [layer for layer in scenario.background.layers(self.stage) if scenario.is_on(layer.name)]
+        farthest, *nearer = scenario.background.layers(self.stage)
+        self.layers = [farthest, *(layer for layer in nearer if scenario.is_on(layer.name))]
         self.occluders = [occluder for occluder in scenario.occluders if scenario.is_on(occluder.name)]
         self.noises = [noise for noise in camera.noise if scenario.is_on(noise.name)]
         count = scenario.frames + 1  # one more: frame 0 takes its velocity from frame 1
@@ -54,10 +56,20 @@ class Renderer:
         if not 0 <= index < self.scenario.frames:
             raise IndexError(f"frame {index}: the scenario has frames 0 to {self.scenario.frames - 1}")
         time = index / self.stage.rate_hz
-        gaze = Gaze(time, Chart.at(self.stage.geometry, self.stage.geometry.world_rotation(self.mount.turns[index])))
+        gaze = self._gaze(index)
         pieces = self._pieces(index)
         light, seen = compose(self.layers, pieces, gaze, self.stage.band)
         return light, self._truth(index, time, seen)
+
+    def _gaze(self, index: int) -> Gaze:
+        """A frame's pointing, with that of its block's first frame as key."""
+        geometry, first = self.stage.geometry, index // BLOCK * BLOCK
+
+        def at(frame: int, margin: int) -> tuple[float, Chart]:
+            rotation = geometry.world_rotation(self.mount.turns[frame])
+            return frame / self.stage.rate_hz, Chart.at(geometry, rotation, margin)
+
+        return Gaze(*at(index, 0), key=Gaze(*at(first, MARGIN)))
 
     def _pieces(self, index: int) -> Iterator[Piece]:
         for course in self.courses:

@@ -135,6 +135,13 @@ def test_a_noise_switched_off_leaves_the_others_as_they_are() -> None:
     assert np.array_equal(Rendering(none).frame(1).image, still.frame(1).image)
 
 
+def test_a_target_may_be_called_like_the_layer_behind_all() -> None:
+    targets = [{**scene().model_dump()["targets"][0], "id": "clear_sky"}]
+    light, truth = Renderer(scene(targets=targets, without=("clear_sky",))).scene(0)
+    assert truth.targets == ()
+    assert np.all(light > 0)
+
+
 def bar(**keys: object) -> list[dict[str, object]]:
     return [{"kind": "bar", "center_px": (80.0, 60.0), "size_px": (40.0, 40.0), "range_m": 500.0, **keys}]
 
