@@ -137,7 +137,8 @@ def test_a_noise_switched_off_leaves_the_others_as_they_are() -> None:
 
 def test_a_target_may_be_called_like_the_layer_behind_all() -> None:
     targets = [{**scene().model_dump()["targets"][0], "id": "clear_sky"}]
-    light, truth = Renderer(scene(targets=targets, without=("clear_sky",))).scene(0)
+    sky = {"kind": "sky", "horizon_k": 250.0, "zenith_k": 250.0}
+    light, truth = Renderer(scene(targets=targets, background=sky, without=("clear_sky",))).scene(0)
     assert truth.targets == ()
     assert np.all(light > 0)
 
