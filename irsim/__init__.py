@@ -8,8 +8,7 @@ recording = irsim.open_recording("sky.mcap")
 
 from __future__ import annotations
 
-import importlib
-from typing import Any
+from irsim.lazy import front_door
 
 __version__ = "0.1.0"
 
@@ -43,14 +42,4 @@ _PUBLIC = {
 
 __all__ = sorted(_PUBLIC)
 
-
-def __getattr__(name: str) -> Any:
-    if name not in _PUBLIC:
-        raise AttributeError(f"module 'irsim' has no attribute {name!r}")
-    value = getattr(importlib.import_module(_PUBLIC[name]), name)
-    globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    return [*globals(), *__all__]
+__getattr__, __dir__ = front_door(__name__, _PUBLIC)

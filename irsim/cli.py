@@ -5,17 +5,17 @@ Modules that take time to import are imported inside the commands: `irsim --help
 
 from __future__ import annotations
 
-import os
 import shlex
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from irsim.errors import InputError, IrsimError
+from irsim.errors import InputError
+from irsim.files import check_output
+from irsim.terminal import progress_bar, run
 
 app = typer.Typer(
     help="Render infrared scenes from YAML, record frames with exact truth, import real ones.",
@@ -30,23 +30,8 @@ RecordingOption = Annotated[Path | None, typer.Option("-o", "--output", metavar=
 
 
 def main() -> None:
-    """The command `irsim`: what is raised on purpose becomes lines on stderr and exit status 2."""
-    # A user's own kinds (`kind: module:Class`) may lie in the folder where the command is given.
-    sys.path.append(os.getcwd())
-    try:
-        app(prog_name="irsim")
-    except IrsimError as error:
-        for line in str(error).splitlines():
-            print(f"irsim: {line}", file=sys.stderr)
-        sys.exit(2)
-    except BrokenPipeError:
-        # Whoever read the output has gone: leave quietly, also when Python flushes at its end.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        sys.exit(1)
-    except OSError as error:
-        # What no room could foresee, such as a full disk under a redirected output.
-        print(f"irsim: {error}", file=sys.stderr)
-        sys.exit(2)
+    """The command `irsim`."""
+    run(app, "irsim")
 
 
 @app.command()
@@ -83,7 +68,7 @@ def show(
 
     opened = open_source(source)
     path = output or Path(f"{opened.name}.png")
-    _check_output(path)
+    check_output(path)
     print(contact_sheet(opened, path))
 
 
@@ -133,8 +118,8 @@ def render(
     if not isinstance(source, Rendering):
         raise InputError(f"{scenario}: is a recording; allowed: a scenario")
     path = output or Path(f"{source.name}.mcap")
-    _check_output(path)
-    with _progress(f"render {source.name}", len(source) - start) as progress:
+    check_output(path)
+    with progress_bar(f"render {source.name}", len(source) - start) as progress:
         record(source, path, start=start, jobs=jobs, progress=progress)
     _say_written(path)
 
@@ -155,19 +140,12 @@ def import_(
     from irsim.convert import import_frames
 
     path = output or Path(f"{frames.resolve().stem}.mcap")
-    _check_output(path)
+    check_output(path)
     if path.resolve() == frames.resolve():
         raise InputError(f"{path}: is what is read; allowed: another name, by -o")
-    with _progress(f"import {frames.name}", None) as progress:
+    with progress_bar(f"import {frames.name}") as progress:
         import_frames(frames, path, truth=truth, rate_hz=rate, progress=progress)
     _say_written(path)
-
-
-def _check_output(path: Path) -> None:
-    """InputError before any work where the file cannot be written."""
-    from irsim.recording.files import check_output
-
-    check_output(path)
 
 
 def _frame_range(text: str) -> tuple[int, int]:
@@ -207,18 +185,3 @@ def _facts(info: dict[str, Any], topics: dict[str, int], has_scenario: bool) -> 
     yield "file", f"{info['bytes'] / 1e6:.2f} MB"
     for note in info.get("notes", ()):
         yield "note", note
-
-
-@contextmanager
-def _progress(label: str, total: int | None) -> Iterator[Callable[[int], None] | None]:
-    """A bar on standard error, told how many frames are done; None where that is no terminal."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(label, total=total)
-        yield lambda done: bar.update(task, completed=done)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from irsim.recording.files import replacing
+from irsim.files import replacing
 from irsim.types import Box, Frame, Image, Source, Truth
 
 if TYPE_CHECKING:

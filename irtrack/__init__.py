@@ -7,8 +7,7 @@ with irtrack.bench(["sky", "ground"], ["grey_pf", "kalman"], seeds=10, results="
 
 from __future__ import annotations
 
-import importlib
-from typing import Any
+from irsim.lazy import front_door
 
 # Public name -> its module, imported on first use: `irtrack --help` must not wait for numpy.
 _PUBLIC = {
@@ -30,14 +29,4 @@ _PUBLIC = {
 
 __all__ = sorted(_PUBLIC)
 
-
-def __getattr__(name: str) -> Any:
-    if name not in _PUBLIC:
-        raise AttributeError(f"module 'irtrack' has no attribute {name!r}")
-    value = getattr(importlib.import_module(_PUBLIC[name]), name)
-    globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    return [*globals(), *__all__]
+__getattr__, __dir__ = front_door(__name__, _PUBLIC)

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import csv
 import math
-import os
 from pathlib import Path
 from typing import Any
 
-from irtrack.errors import InputError
+from irsim.files import replacing_text
 from irtrack.types import Estimate, Track
 
 COLUMNS = ("frame", "time_s", "cx", "cy", "w", "h", "status", "score", "vx", "vy", "neff", "ms")
@@ -18,17 +17,11 @@ COLUMNS = ("frame", "time_s", "cx", "cy", "w", "h", "status", "score", "vx", "vy
 def track_to_csv(track: Track, path: str | Path) -> Path:
     """Write one row a frame (`COLUMNS`). InputError where the folder or the file cannot be written."""
     path = Path(path)
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        with part.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file)
-            writer.writerow(COLUMNS)
-            for row in _rows(track):
-                writer.writerow(["" if row[name] is None else row[name] for name in COLUMNS])
-        os.replace(part, path)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise InputError(f"{path}: cannot be written: {error.strerror}") from None
+    with replacing_text(path) as file:
+        writer = csv.writer(file)
+        writer.writerow(COLUMNS)
+        for row in _rows(track):
+            writer.writerow(["" if row[name] is None else row[name] for name in COLUMNS])
     return path
 
 

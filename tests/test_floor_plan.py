@@ -26,7 +26,7 @@ import irtrack
 ROOT = Path(__file__).parent.parent
 PLAN = (ROOT / "docs" / "architecture.md").read_text()
 PACKAGES = ("irsim", "irtrack")
-SHARED_ROOMS = {"irsim.types", "irsim.rng", "irsim.kinds", "irsim.errors"}
+SHARED_ROOMS = {f"irsim.{room}" for room in ("types", "rng", "kinds", "errors", "lazy", "files", "terminal")}
 LONG = 300
 
 

@@ -282,9 +282,9 @@ def test_empty_results_are_one_clear_error(empty: Results, tmp_path: Path) -> No
 
 
 def test_a_missing_folder_is_one_clear_error(measured: Measured, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"the folder .* does not exist"):
+    with pytest.raises(irsim.InputError, match=r"the folder .* does not exist"):
         write_report(measured.results, tmp_path / "no" / "report.html")
-    with pytest.raises(InputError, match="is a folder"):
+    with pytest.raises(irsim.InputError, match="is a folder"):
         write_report(measured.results, tmp_path)
     with pytest.raises(InputError, match="no such file"):
         write_report(tmp_path / "none.db")

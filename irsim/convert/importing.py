@@ -13,10 +13,10 @@ from irsim.convert.labels import Labels, read_labels
 from irsim.convert.pictures import Picture, Pictures, Video, open_pictures
 from irsim.display import Agc
 from irsim.errors import InputError
+from irsim.files import check_output
 from irsim.recording import recover
 from irsim.recording.chunks import Compression
 from irsim.recording.container import MAGIC
-from irsim.recording.files import check_output
 from irsim.recording.header import Header
 from irsim.recording.write import RecordingWriter, default_agc, writing
 from irsim.types import Frame

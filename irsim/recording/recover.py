@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+from irsim.files import check_output
 from irsim.recording.container import check_mcap
-from irsim.recording.files import check_output
 from irsim.recording.image import decode_image
 from irsim.recording.salvage import Salvage
 from irsim.recording.schema import decode_truth

@@ -13,11 +13,11 @@ from google.protobuf.message import DecodeError
 from pydantic import Field
 
 from irsim.errors import InputError
+from irsim.files import replacing
 from irsim.kinds import Positive
 from irsim.recording.annotate import TRACK, draw
 from irsim.recording.chunks import ChunkWriter, Message
 from irsim.recording.container import DamageError, check_mcap, open_container
-from irsim.recording.files import replacing
 from irsim.recording.header import Sealed
 from irsim.recording.schema import TRACK_STATE, TrackStateMessage, box, optional, point
 from irsim.recording.times import from_ns, to_ns

@@ -17,9 +17,9 @@ from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
 from irsim.display import AGCS, Agc
 from irsim.errors import InputError
+from irsim.files import check_output, replacing
 from irsim.recording.annotate import annotate_truth, stamp
 from irsim.recording.chunks import ChunkWriter, Compression, Message
-from irsim.recording.files import check_output, replacing
 from irsim.recording.header import Contents, Header, TargetEntry
 from irsim.recording.image import OPTICAL_FRAME, encode_image
 from irsim.recording.layout import (

@@ -5,7 +5,6 @@ Modules that take time to import are imported inside the commands: `irtrack --he
 
 from __future__ import annotations
 
-import os
 import shlex
 import sys
 from pathlib import Path
@@ -13,9 +12,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from irsim import terminal
 from irsim.errors import IrsimError
-from irtrack.cli.output import check_output, print_json, print_run, print_summary
-from irtrack.cli.progress import progress_bar
+from irsim.files import check_output
+from irtrack.cli.output import print_json, print_run, print_summary
 from irtrack.errors import InputError, IrtrackError
 
 if TYPE_CHECKING:
@@ -37,23 +37,8 @@ InputName = Annotated[
 
 
 def main() -> None:
-    """The command `irtrack`: what is raised on purpose becomes lines on stderr and exit status 2."""
-    # A tracker of one's own (module:Class) may lie in the folder where the command is given.
-    sys.path.append(os.getcwd())
-    try:
-        app(prog_name="irtrack")
-    except (IrtrackError, IrsimError) as error:
-        for line in str(error).splitlines():
-            print(f"irtrack: {line}", file=sys.stderr)
-        sys.exit(2)
-    except BrokenPipeError:
-        # Whoever read the output has gone. Nothing must be left for Python to flush at its end.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        sys.exit(1)
-    except OSError as error:
-        # What no room could foresee, such as a full disk under a redirected output.
-        print(f"irtrack: {error}", file=sys.stderr)
-        sys.exit(2)
+    """The command `irtrack`."""
+    terminal.run(app, "irtrack", (IrtrackError, IrsimError))
 
 
 @app.command("list")
@@ -123,7 +108,7 @@ def run(
     if seed is not None and replay.scene_seed(opened) is not None:
         opened = open_source(source, split.scenario, seed)
     tracker_seed = seed if seed is not None else replay.scene_seed(opened) or 0
-    with progress_bar(tracker) as progress:
+    with terminal.progress_bar(tracker) as progress:
         track = replay.run(
             made,
             opened,
@@ -186,7 +171,7 @@ def bench(
 
     entries = parse_trackers(trackers)
     opened = [open_source(source) for source in sources]
-    with progress_bar("bench") as progress:
+    with terminal.progress_bar("bench") as progress:
         kept = run_bench(opened, entries, results=results, seeds=seeds, jobs=jobs, input=looked_at, progress=progress)
     # The file may hold more than what was asked for now.
     labels, names = {entry.label for entry in entries}, {source.name for source in opened}

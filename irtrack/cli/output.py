@@ -1,14 +1,11 @@
-"""What the commands print, and the checks of where they may write."""
+"""What the commands print."""
 
 from __future__ import annotations
 
 import json
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-from irtrack.errors import InputError
 
 if TYPE_CHECKING:
     from irtrack.bench import SummaryRow
@@ -16,16 +13,6 @@ if TYPE_CHECKING:
     from irtrack.types import Track
 
 NOTHING = "-"
-
-
-def check_output(path: Path | None) -> None:
-    """InputError where `path` cannot become a file: its folder is missing, or it is a folder."""
-    if path is None:
-        return
-    if not path.parent.is_dir():
-        raise InputError(f"{path}: the folder {path.parent} does not exist; allowed: an existing folder")
-    if path.is_dir():
-        raise InputError(f"{path}: is a folder; allowed: the name of a file")
 
 
 def print_json(value: Any) -> None:

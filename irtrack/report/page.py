@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from datetime import UTC, datetime
 from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from irsim.files import check_output, replacing_text
 from irtrack.bench import Results, Run, SummaryRow, summary
 from irtrack.errors import InputError
 from irtrack.metrics.loss import LOSS_RULE
@@ -26,18 +26,10 @@ def write_report(results: Results | str | Path, out: str | Path | None = None) -
         with Results(results) as opened:
             return write_report(opened, out)
     path = results.path.with_name("report.html") if out is None else Path(out)
-    if not path.parent.is_dir():
-        raise InputError(f"{path}: the folder {path.parent} does not exist; allowed: an existing folder")
-    if path.is_dir():
-        raise InputError(f"{path}: is a folder; allowed: the name of a file")
+    check_output(path)
     text = page(results)
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        part.write_text(text, encoding="utf-8")
-        os.replace(part, path)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise InputError(f"{path}: cannot be written: {error.strerror}") from None
+    with replacing_text(path) as file:
+        file.write(text)
     return path
 
 

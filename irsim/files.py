@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import io
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, TextIO
 
 from irsim.errors import InputError
 
 
-def check_output(path: Path) -> None:
-    """InputError where `path` cannot become a file: its folder is missing, or it is a folder."""
+def check_output(path: Path | None) -> None:
+    """InputError where `path` cannot become a file: its folder is missing, or it is a folder.
+
+    None, an output that nobody asked for, passes.
+    """
+    if path is None:
+        return
     if not path.parent.is_dir():
         raise InputError(f"{path}: the folder {path.parent} does not exist; allowed: an existing folder")
     if path.is_dir():
@@ -35,3 +41,10 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
         raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
     finally:
         temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def replacing_text(path: Path) -> Iterator[TextIO]:
+    """The same for text: UTF-8, lines ended as they are written."""
+    with replacing(path) as file, io.TextIOWrapper(file, encoding="utf-8", newline="") as text:
+        yield text

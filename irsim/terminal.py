@@ -1,0 +1,63 @@
+"""What the commands irsim and irtrack share: errors as lines and exit status, and the progress bar."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Protocol
+
+import typer
+
+from irsim.errors import IrsimError
+
+
+def run(app: typer.Typer, name: str, told: tuple[type[Exception], ...] = (IrsimError,)) -> None:
+    """Run the command `name`: what is raised on purpose becomes lines on standard error and exit status 2."""
+    # Kinds and trackers of a user's own (module:Class) may lie in the folder where the command is given.
+    sys.path.append(os.getcwd())
+    try:
+        app(prog_name=name)
+    except told as error:
+        for line in str(error).splitlines():
+            print(f"{name}: {line}", file=sys.stderr)
+        sys.exit(2)
+    except BrokenPipeError:
+        # Whoever read the output has gone: leave quietly, also when Python flushes at its end.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(1)
+    except OSError as error:
+        # What no room could foresee, such as a full disk under a redirected output.
+        print(f"{name}: {error}", file=sys.stderr)
+        sys.exit(2)
+
+
+class Progress(Protocol):
+    """Called with how much is done and, where that was not known before, of how much."""
+
+    def __call__(self, done: int, total: int | None = None) -> None: ...
+
+
+@contextmanager
+def progress_bar(label: str, total: int | None = None) -> Iterator[Progress | None]:
+    """A bar on standard error; None where that is no terminal and nobody would see one."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich import progress
+    from rich.console import Console
+
+    columns = (
+        progress.TextColumn("{task.description}"),
+        progress.BarColumn(),
+        progress.MofNCompleteColumn(),
+        progress.TimeRemainingColumn(),
+    )
+    with progress.Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(label, total=total)
+
+        def move(done: int, total: int | None = None) -> None:
+            bar.update(task, completed=done, total=total)
+
+        yield move
