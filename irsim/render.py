@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
+from irsim.arrival import arriving
 from irsim.backgrounds import Gaze
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.painting import BLOCK, MARGIN
@@ -31,7 +33,10 @@ class Renderer:
         self.noises = [noise for noise in camera.noise if scenario.is_on(noise.name)]
         count = scenario.frames + 1  # one more: frame 0 takes its velocity from frame 1
         motions = [motion for motion in camera.motion if scenario.is_on(motion.name)]
-        self.mount = Mount.of(motions, np.arange(float(count)), self.stage)
+        frames = np.arange(float(count))
+        tilt = self.stage.air.turbulence.turns(frames, self.stage.band, self.stage.rate_hz, self.stage.seed)
+        still = Mount.of(motions, frames, self.stage)
+        self.mount = replace(still, turns=still.turns + tilt)
         self.courses = [
             Course.of(target, count, self.stage) for target in scenario.targets if scenario.is_on(target.id)
         ]
@@ -39,7 +44,8 @@ class Renderer:
         self.velocities = [self._velocities(course.positions) for course in self.courses]
 
     def _velocities(self, positions: Floats) -> Floats:
-        """(n, 2) px per frame: the apparent displacement since the frame before (frame 0: to the next)."""
+        """(n, 2) px per frame: the apparent displacement since the frame before (frame 0: to the next);
+        nan where it is behind the camera in one of the two."""
         steps = np.diff(self.mount.seen(positions), axis=0)
         return np.concatenate([steps[:1], steps[:-1]])
 
@@ -72,15 +78,15 @@ class Renderer:
         return Gaze(*at(index, 0), key=Gaze(*at(first, MARGIN)))
 
     def _pieces(self, index: int) -> Iterator[Piece]:
+        sight = self.sight(index)
         for course in self.courses:
             sprite = course.target.shape.draw(course.view(index, self.mount, self.stage))
             if sprite is not None:
-                yield Piece(course.target.id, sprite, tracked=True)
-        sight = self.sight(index)
+                yield Piece(course.target.id, arriving(sprite, sight, course.target.id), tracked=True)
         for occluder in self.occluders:
             sprite = occluder.draw(sight)
             if sprite is not None:
-                yield Piece(occluder.name, sprite, tracked=False)
+                yield Piece(occluder.name, arriving(sprite, sight), tracked=False)
 
     def sight(self, index: int) -> Sight:
         """How the camera of frame `index` sees what stands about it."""
@@ -104,7 +110,7 @@ class Renderer:
     def _target_truth(self, number: int, index: int, seen: Seen, boxes: dict[str, Box]) -> TargetTruth:
         target, sprite = self.courses[number].target, seen.piece.sprite
         others = (box for name, box in boxes.items() if name != target.id)
-        vx, vy = self.velocities[number][index]
+        velocity = self.velocities[number][index]
         yaw, pitch, roll = self.angles_deg[number][index]
         return TargetTruth(
             id=target.id,
@@ -112,7 +118,7 @@ class Renderer:
             box=sprite.box,
             cls=target.cls or target.shape.kind,
             signal_center=sprite.signal_center,
-            velocity=(float(vx), float(vy)),
+            velocity=(float(velocity[0]), float(velocity[1])) if np.isfinite(velocity).all() else None,
             attitude=(float(yaw), float(pitch), float(roll)),
             range_m=sprite.range_m,
             visible=seen.visible,

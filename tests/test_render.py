@@ -143,6 +143,15 @@ def test_a_target_may_be_called_like_the_layer_behind_all() -> None:
     assert np.all(light > 0)
 
 
+def test_a_target_that_comes_from_behind_the_camera_has_no_velocity_at_first() -> None:
+    path = {"kind": "straight_m", "start_m": (0.0, 0.0, -50.0), "velocity_m_s": (0.0, 0.0, 3000.0)}
+    targets = [{"id": "one", "shape": {"kind": "point"}, "path": path}]
+    truths = list(Rendering(scene(targets=targets)).truths())
+    assert [len(truth.targets) for truth in truths] == [0, 1, 1, 1]  # at -50, 50, 150, 250 m
+    assert truths[1].targets[0].velocity is None
+    assert truths[2].targets[0].velocity == pytest.approx((0, 0), abs=1e-9)
+
+
 def bar(**keys: object) -> list[dict[str, object]]:
     return [{"kind": "bar", "center_px": (80.0, 60.0), "size_px": (40.0, 40.0), "range_m": 500.0, **keys}]
 
