@@ -13,8 +13,10 @@ import numpy as np
 from pydantic import Field
 
 from irsim.backgrounds.base import FARTHEST, Background, Gaze, Layer
+from irsim.backgrounds.drifting import Drifting
+from irsim.backgrounds.fields import Betas, Evolving, Histogram, shaped, spectral, wrapped_blur
 from irsim.backgrounds.painting import Painting
-from irsim.backgrounds.texture import Tile, power_law, tile_side
+from irsim.backgrounds.texture import Tile, tile_side
 from irsim.kinds import Kelvin, Name, NotNegative, Pair, Part, Positive, Several
 from irsim.radiometry import Band, radiance
 from irsim.stage import Stage
@@ -81,24 +83,82 @@ class Clouds(Part):
     """Distance of the layer, m: targets farther away are behind it."""
     wind_mrad_s: Pair = (0.0, 0.0)
     """Apparent motion, right and down, mrad/s."""
+    betas: Betas | None = None
+    """Slopes of the spectrum along x and along y, where they differ (real thin cloud: [2.7, 3.6]); in place of
+    `beta`."""
+    histogram: Histogram = ()
+    """Thickness at evenly spaced shares of the sky, least to greatest, in any unit ([0, 0.1, 1]: few thick
+    cores); Gaussian where empty."""
+    evolve_s: NotNegative = 0.0
+    """Seconds in which the texture changes to a correlation of 2/3; 0: it only drifts."""
+    sunlit_k: NotNegative = 0.0
+    """How much warmer edges that face the sun look at most, K (MWIR by day: 5 to 20)."""
+    sun_deg: float = -45.0
+    """Where the sun stands in the picture: clockwise from up, degrees."""
 
     def layer(self, stage: Stage) -> CloudLayer:
-        """The textures of transmittance and emission, ready to be sampled."""
+        """The textures of transmittance and emission of a cloud that only drifts, ready to be sampled."""
         geometry = stage.geometry
         side = tile_side(geometry.size)
         correlation_px = self.correlation_mrad * 1e-3 / geometry.ifov_rad
         thickness, warmth = (
-            power_law(side, self.beta, correlation_px, self.stretch, stage.seed, self.id, what)
+            spectral(side, self.beta, self.betas, correlation_px, self.stretch, stage.seed, self.id, what)
             for what in ("thickness", "warmth")
         )
-        edge = NormalDist().inv_cdf(1 - self.coverage)
-        transmittance = np.exp(-self.depth * np.maximum(thickness - edge, 0))
-        kelvin = np.maximum(self.temperature_k + self.texture_k * warmth, 1.0)
-        emission = (1 - transmittance) * radiance(stage.band, kelvin)
+        transmittance, emission = self.paint(thickness, warmth, stage)
         tiles = tuple(Tile.of(field, geometry.size, stage.psf_px) for field in (transmittance, emission))
+        return CloudLayer(self.id, self.range_m, Painting(tiles, self._drift_px_s(geometry.ifov_rad)))
+
+    def evolving(self, stage: Stage) -> Drifting:
+        """The same of a cloud that changes with `evolve_s`, which must not be 0."""
+        side = tile_side(stage.geometry.size)
+        correlation_px = self.correlation_mrad * 1e-3 / stage.geometry.ifov_rad
+        fields = Evolving(side, self.beta, self.betas, correlation_px, self.stretch, stage.seed, self.id)
+
+        def paint(place: float) -> tuple[Floats, Floats]:
+            transmittance, emission = self.paint(*fields.at(place), stage)
+            return wrapped_blur(transmittance, stage.psf_px), wrapped_blur(emission, stage.psf_px)
+
+        return Drifting(self.id, self.range_m, paint, self.evolve_s, self._drift_px_s(stage.geometry.ifov_rad))
+
+    def _drift_px_s(self, ifov_rad: float) -> tuple[float, float]:
         right, down = self.wind_mrad_s
-        px_per_mrad = 1e-3 / geometry.ifov_rad
-        return CloudLayer(self.id, self.range_m, Painting(tiles, (right * px_per_mrad, down * px_per_mrad)))
+        px_per_mrad = 1e-3 / ifov_rad
+        return right * px_per_mrad, down * px_per_mrad
+
+    def paint(self, thickness: Floats, warmth: Floats, stage: Stage) -> tuple[Floats, Floats]:
+        """Transmittance and emission, before optics, of two (side, side) periodic fields of mean 0 and variance 1."""
+        thickness = shaped(thickness, self.histogram)
+        above = np.maximum(thickness - self._edge, 0)
+        transmittance = np.exp(-self.depth * above)
+        kelvin = np.maximum(self.temperature_k + self.texture_k * warmth, 1.0)
+        light = radiance(stage.band, kelvin)
+        if self.sunlit_k:
+            light = light + self._sunlight(thickness, above, stage)
+        return transmittance, (1 - transmittance) * light
+
+    @property
+    def _edge(self) -> float:
+        """The thickness above which there is cloud."""
+        if self.histogram:
+            return float(shaped(np.array([NormalDist().inv_cdf(1 - self.coverage)]), self.histogram)[0])
+        return NormalDist().inv_cdf(1 - self.coverage)
+
+    def _sunlight(self, thickness: Floats, above: Floats, stage: Stage) -> Floats:
+        """What the sun adds, W/m2/sr: most where the cloud is thin and falls off towards the sun.
+
+        The cosine of a Lambertian surface whose height is the thickness, lit from the side; steeper
+        than twice the rms slope is as bright as can be.
+        """
+        sigma = max(self.correlation_mrad * 1e-3 / stage.geometry.ifov_rad / 40, 1.0)
+        smooth = wrapped_blur(thickness, sigma)
+        angle = np.radians(self.sun_deg)
+        across = (np.roll(smooth, -1, axis=1) - np.roll(smooth, 1, axis=1)) / 2
+        down = (np.roll(smooth, -1, axis=0) - np.roll(smooth, 1, axis=0)) / 2
+        falling = np.cos(angle) * down - np.sin(angle) * across  # the sun is at (sin, -cos), y down
+        facing = np.clip(falling / (2 * falling.std() + 1e-12), 0, 1)
+        glow = radiance(stage.band, self.temperature_k + self.sunlit_k) - radiance(stage.band, self.temperature_k)
+        return np.asarray(glow * facing * np.exp(-above))
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +188,7 @@ class Sky(Background):
         clouds = sorted(self.clouds, key=lambda layer: -layer.range_m)
         return [
             ClearSky(stage.band, self.horizon_k, self.zenith_k),
-            *(layer.layer(stage) for layer in clouds),
+            *(layer.evolving(stage) if layer.evolve_s else layer.layer(stage) for layer in clouds),
         ]
 
     def names(self) -> tuple[str, ...]:

@@ -1,0 +1,160 @@
+"""Clouds: slopes along each axis, histograms, change in time, lit edges."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from irsim.backgrounds import Gaze
+from irsim.backgrounds.chart import Chart
+from irsim.backgrounds.fields import STEPS, Evolving, shaped, spectral, weights, wrapped_blur
+from irsim.backgrounds.sky import Clouds
+from irsim.geometry import Geometry
+from irsim.radiometry import radiance
+from irsim.stage import Stage
+
+
+def stage(size: tuple[int, int] = (160, 120), ifov_mrad: float = 0.5) -> Stage:
+    return Stage(1, Geometry(size, ifov_mrad * 1e-3, math.radians(12.0)), 30.0, "mwir", 0.6)
+
+
+def gaze(scene: Stage, time: float = 0.0, turn: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Gaze:
+    return Gaze(time, Chart.at(scene.geometry, scene.geometry.world_rotation(np.array(turn))))
+
+
+@pytest.mark.parametrize("betas", [(2.7, 3.6), (2.2, 3.4), (2.2, 1.9), (3.0, 3.0)])
+def test_slopes_along_the_axes_are_those_asked_for(betas: tuple[float, float]) -> None:
+    """The 2-D power on each axis, over 4/N .. 0.2 cycles a px, averaged over seeds."""
+    side, seeds = 512, 12
+    power = np.mean([np.abs(np.fft.fft2(spectral(side, 0.0, betas, 1e4, 1.0, s, "t"))) ** 2 for s in range(seeds)], 0)
+    frequency = np.arange(side // 2) / side
+    kept = (frequency >= 4 / side) & (frequency <= 0.2)
+    for line, beta in ((power[0, : side // 2], betas[0]), (power[: side // 2, 0], betas[1])):
+        slope = np.polyfit(np.log(frequency[kept]), np.log(line[kept]), 1)[0]
+        assert slope == pytest.approx(-beta, abs=0.15)
+
+
+def test_a_histogram_is_met_and_keeps_the_order_of_the_pixels() -> None:
+    field = spectral(256, 3.0, None, 20.0, 1.0, 4, "t")
+    flat = shaped(field, (0.0, 1.0))
+    assert flat.mean() == pytest.approx(0, abs=0.05)
+    assert flat.std() == pytest.approx(1, abs=0.05)
+    # A uniform distribution of variance 1 ends at +-sqrt(3), and its quartiles lie half way.
+    assert np.abs(flat).max() == pytest.approx(math.sqrt(3), abs=0.01)
+    assert np.quantile(flat, [0.25, 0.75]) == pytest.approx([-math.sqrt(3) / 2, math.sqrt(3) / 2], abs=0.1)
+    order = np.argsort(field, axis=None)
+    assert np.all(np.diff(flat.ravel()[order]) >= 0)
+    assert shaped(field, ()) is field
+
+
+@pytest.mark.parametrize("histogram", [(1.0,), (1.0, 0.0), (2.0, 2.0)])
+def test_a_histogram_that_does_not_rise_is_refused(histogram: tuple[float, ...]) -> None:
+    with pytest.raises(ValidationError, match="least to greatest"):
+        Clouds(histogram=histogram)
+
+
+def test_weights_of_an_evolving_field_keep_the_variance_and_have_no_kink() -> None:
+    for place in np.linspace(-3, 3, 97):
+        assert sum(share**2 for _, share in weights(place)) == pytest.approx(1, abs=1e-12)
+    before, after = dict(weights(4 - 1e-7)), dict(weights(4 + 1e-7))
+    for j in {*before, *after}:
+        assert before.get(j, 0.0) == pytest.approx(after.get(j, 0.0), abs=1e-6)
+
+
+def test_an_evolving_field_forgets_as_it_says() -> None:
+    """Correlation over many independent tiles: 2/3 after a period, 0 after four, 0.9936 after a step."""
+    found: dict[float, list[float]] = {1 / STEPS: [], 1.0: [], 4.0: []}
+    for seed in range(40):
+        fields = Evolving(64, 2.0, None, 4.0, 1.0, seed, "t")
+        start = fields.at(0.25)
+        for lag, values in found.items():
+            values += [float(np.mean(a * b)) for a, b in zip(start, fields.at(0.25 + lag), strict=True)]
+    # The closed form at this phase: sum of h(x) h(x + lag) / 1.5 over the bumps h = cos^2(pi x / 4), |x| < 2.
+    for lag, values in found.items():
+        places = 0.25 - np.arange(-8, 8)
+        bumps = [np.where(np.abs(x) < 2, np.cos(np.pi / 4 * x) ** 2, 0) for x in (places, places + lag)]
+        assert np.mean(values) == pytest.approx(float(bumps[0] @ bumps[1]) / 1.5, abs=0.03)
+
+
+def test_an_evolving_field_does_not_depend_on_what_was_asked_before() -> None:
+    fields, fresh = (Evolving(64, 3.0, (2.7, 3.6), 20.0, 2.0, 3, "t") for _ in range(2))
+    for place in (7.0, 0.0, 2.5, 2.6):
+        last = fields.at(place)
+    assert all(map(np.array_equal, last, fresh.at(2.6)))
+    assert not np.array_equal(*last)
+
+
+def test_a_blur_of_a_periodic_texture_is_its_transform_times_a_gaussian() -> None:
+    field = spectral(128, 2.0, None, 20.0, 1.0, 4, "t")
+    f = np.fft.fftfreq(128)
+    passed = np.exp(-2 * np.pi**2 * 1.5**2 * (f[:, None] ** 2 + f**2))
+    expected = np.fft.ifft2(np.fft.fft2(field) * passed).real
+    assert wrapped_blur(field, 1.5) == pytest.approx(expected, abs=2e-3)
+
+
+CHANGING = Clouds(evolve_s=8.0, wind_mrad_s=(3.0, -1.0), depth=2.0)
+
+
+@pytest.mark.parametrize("ifov_mrad", [0.1, 0.5, 3.0])
+def test_an_evolving_layer_is_the_same_in_any_order(ifov_mrad: float) -> None:
+    scene = stage(ifov_mrad=ifov_mrad)
+    layer = CHANGING.evolving(scene)
+    times = [0.0, 0.4, 1.1, 5.0]
+    forth = [layer.light(gaze(scene, t)) for t in times]
+    for t, (passed, emission) in list(zip(times, forth, strict=True))[::-1]:
+        for again in (layer.light(gaze(scene, t)), CHANGING.evolving(scene).light(gaze(scene, t))):
+            assert np.array_equal(passed, again[0])
+            assert np.array_equal(emission, again[1])
+
+
+def test_an_evolving_layer_drifts_with_the_wind_and_changes_smoothly() -> None:
+    """3 mrad/s over 1/3 s at 0.1 mrad a px: 10 px; the texture itself changes by little in that time."""
+    scene = stage(ifov_mrad=0.1)
+    layer = Clouds(evolve_s=60.0, wind_mrad_s=(3.0, 0.0), depth=2.0, correlation_mrad=6).evolving(scene)
+    before, after = layer.light(gaze(scene, 2.0))[0], layer.light(gaze(scene, 2.0 + 1 / 3))[0]
+    assert np.corrcoef(after[:, 10:].ravel(), before[:, :-10].ravel())[0, 1] > 0.999
+    steps = [
+        np.abs(layer.light(gaze(scene, 7.4 + k / 30))[0] - layer.light(gaze(scene, 7.4 + (k + 1) / 30))[0]).mean()
+        for k in range(12)
+    ]  # across the state at 60/8 = 7.5 s
+    assert max(steps) < 1.5 * min(steps)
+
+
+@pytest.mark.parametrize("ifov_mrad", [0.1, 3.0])
+def test_an_evolving_layer_turns_and_rolls_with_the_camera(ifov_mrad: float) -> None:
+    scene = stage(size=(161, 121), ifov_mrad=ifov_mrad)
+    layer = Clouds(evolve_s=60.0, correlation_mrad=60 * ifov_mrad, depth=2.0).evolving(scene)
+    still = layer.light(gaze(scene))[0]
+    up = layer.light(gaze(scene, turn=(0.0, 5 * ifov_mrad * 1e-3, 0.0)))[0]
+    assert np.corrcoef(up[10:, 40:-40].ravel(), still[5:-5, 40:-40].ravel())[0, 1] > 0.995
+    quarter = layer.light(gaze(scene, turn=(0.0, 0.0, math.pi / 2)))[0]
+    # Rolled clockwise by a quarter, what was to the right of the middle is above it.
+    around = np.s_[60 - 40 : 60 + 41, 80 - 40 : 80 + 41]
+    assert quarter[around] == pytest.approx(np.rot90(still[around]), abs=0.05 if ifov_mrad < 1 else 0.2)
+
+
+def test_the_spread_of_an_evolving_layer_is_constant() -> None:
+    scene = stage(ifov_mrad=0.1)
+    paint = CHANGING.evolving(scene)._paint
+    shares = [float(np.mean(paint(place)[0] < 0.99)) for place in np.linspace(0, 6, 7)]
+    assert np.std(shares) < 0.05
+    assert np.mean(shares) == pytest.approx(0.4, abs=0.06)
+
+
+def test_edges_that_face_the_sun_are_brighter() -> None:
+    """A round cloud: its edge towards the sun gains up to sunlit_k, the far edge nothing."""
+    scene = stage(ifov_mrad=0.5)
+    y, x = np.mgrid[:256, :256] - 127.5
+    bump = (3 * np.exp(-(x**2 + y**2) / (2 * 30**2))).astype(np.float32)
+    flat = np.zeros_like(bump)
+    plain = Clouds(coverage=0.3, texture_k=0, temperature_k=260)
+    lit = plain.model_copy(update={"sunlit_k": 10.0, "sun_deg": 90.0})
+    passed, dark = plain.paint(bump, flat, scene)
+    same, bright = lit.paint(bump, flat, scene)
+    assert np.array_equal(passed, same)
+    gain = (bright - dark) / float(radiance("mwir", 270) - radiance("mwir", 260))
+    assert gain[:, :126].max() < 0.02
+    assert 0.1 < gain[:, 130:].max() <= 1
