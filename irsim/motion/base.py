@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from collections.abc import Mapping
 from typing import Literal
@@ -26,6 +27,11 @@ class Path(Kind):
 
         `name` is the target's id: it addresses the path's randomness.
         """
+
+    @property
+    def begins(self) -> float:
+        """The first frame at which there is something on this path."""
+        return -math.inf
 
     def refers(self) -> Mapping[str, str]:
         """Ids of the targets whose paths it asks for, by the key that names each."""
