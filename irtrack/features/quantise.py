@@ -14,10 +14,12 @@ from irsim.types import Frame, Image
 Bins = npt.NDArray[np.intp]
 BinsRange = Literal["full", "first_frame"]
 
-# Chosen here, no source speaks of it: percentiles instead of the extremes, so that dead pixels and
-# single noise peaks do not set the range, and room on both sides for a target that grows warmer.
-_TAILS = (1.0, 99.0)
-_MARGIN = 0.1
+TAILS = (1.0, 99.0)
+"""Percentiles between which the first frame's levels lie. Chosen here, no source speaks of it: not the
+extremes, so that dead pixels (up to 0.5 % of a detector) and single noise peaks do not set the range."""
+
+MARGIN = 0.1
+"""Share of that range added on both sides. Chosen here: room for a target that grows warmer or colder."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,9 +55,9 @@ def fitted_range(image: Image, patch: Image, bins: int) -> Quantiser:
     With the full range a low-contrast target and its background share one bin, and everything
     matches. The patch counts on its own: a small hot target lies beyond its frame's percentiles.
     """
-    levels = np.concatenate([np.percentile(image, _TAILS), np.percentile(patch, _TAILS)])
+    levels = np.concatenate([np.percentile(image, TAILS), np.percentile(patch, TAILS)])
     low, high = float(levels.min()), float(levels.max())
-    margin = max(_MARGIN * (high - low), 0.5)
+    margin = max(MARGIN * (high - low), 0.5)
     return Quantiser(low - margin, high + margin, bins)
 
 

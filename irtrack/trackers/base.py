@@ -62,10 +62,13 @@ def start_window(frame: Frame, box: Box) -> tuple[Window, tuple[int, int]]:
     return part, corner
 
 
-# Chosen here: slow enough that a hiding that sets in over some frames does not pull the level along.
-_LEVEL_RATE = 0.1
-# Scores closer than the rounding of 32-bit sums are the same: a constant frame shows no target.
-_DISTINCT = 1e-5
+LEVEL_RATE = 0.1
+"""Share of a new score that enters the running level of `Sight`. Chosen here, no source speaks of it: a
+memory of ten frames, slow enough that a hiding that sets in over some frames does not pull the level along."""
+
+DISTINCT = 1e-5
+"""Scores closer than this are the same. OpenCV's correlation sums in 32 bits (rounding 6e-8 of each of
+some hundred terms); without it a constant frame would show a target."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,9 +90,9 @@ class Sight:
     def after(self, score: float, floor: float, share: float) -> Sight:
         """The sight after a frame of this score."""
         level = floor if self.level is None else self.level
-        if score <= floor + max(share * (level - floor), _DISTINCT):
+        if score <= floor + max(share * (level - floor), DISTINCT):
             return self.unseen()
-        return Sight(score if self.level is None else level + _LEVEL_RATE * (score - level))
+        return Sight(score if self.level is None else level + LEVEL_RATE * (score - level))
 
     def seen(self) -> Sight:
         """The sight after a frame in which the target was found by a measure without a score."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import hypot, sqrt
+from math import ceil, hypot, sqrt
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -55,11 +55,12 @@ class GreyPF(TrackerPart):
 
     What the paper leaves open, and what is chosen here: the values of R0, Rmin, Rmax, w_T, alpha;
     the first cloud (normal in place and speed); the scale of the kernel (eq. 6 says "size of the
-    target's area", section 3 calls (14, 10) the sizes); the grey range (fitted to the first frame).
-    Of these, kernel_scale and alpha were chosen on the example scenes: full or half sizes make the
-    kernel flat over the window (.88 and .61 at its corner), and the centre error about three times
-    that of a quarter (.14); alpha = .05 drifts onto clutter more often than .02. w_T stands on rho of
-    eq. 8, and without a value follows the same calibrated threshold as the status (see
+    target's area", section 3 calls (14, 10) the sizes; here half sizes); the grey range (fitted to
+    the first frame). None of these is tuned to a scene. On the shipped examples sky and ground a
+    narrower kernel and a slower update (kernel_scale 0.25, alpha 0.02) were seen to point better:
+    with half sizes the kernel is still .61 at the window's corner, with quarters .14. That is a
+    variant, and no measurement of it elsewhere stands behind it. w_T stands on rho of eq. 8, and
+    without a value follows the same calibrated threshold as the status (see
     `irtrack.trackers.base.Sight`). The text calls R a variance, but U = R U0 with U0 standard normal
     makes it a standard deviation, px. A histogram is taken at the whole pixel nearest to a particle.
     The size stays that of the start box.
@@ -73,7 +74,7 @@ class GreyPF(TrackerPart):
     """B, grey levels of the histogram (section 3: 32; section 2.2.1 names 16 as well)."""
     bins_range: BinsRange = "first_frame"
     """Grey range of the bins: that of the first frame, kept; or the full range of the bits."""
-    kernel_scale: Positive = 0.25
+    kernel_scale: Positive = 0.5
     """Multiplies h = sqrt(hx^2 + hy^2) of eq. 6; 1: hx, hy are full sizes, 0.5: half ones."""
     lam: Positive = 20.0
     """lambda of eq. 10 (section 2.2.2: 20)."""
@@ -91,7 +92,7 @@ class GreyPF(TrackerPart):
     """How particles are drawn (section 2.3, step 2: multinomial by cumulative weights)."""
     update: bool = True
     """Whether the reference follows the target (eq. 13)."""
-    alpha: Fraction = 0.02
+    alpha: Fraction = 0.05
     """alpha of eq. 13; the paper says only: small."""
     w_t: Fraction | None = None
     """w_T, the rho at the estimate from which on the reference is updated; see above."""
@@ -99,6 +100,9 @@ class GreyPF(TrackerPart):
     """Spread of the first cloud on each axis, px."""
     start_speed_sd: NotNegative = 2.0
     """Spread of the first cloud's speed on each axis, px per frame."""
+    ring: Positive = 0.5
+    """Width of the ring around the target that its likeness is judged against, in sides of the window;
+    at 0.5 the ring has three times the window's area, enough pixels for a steady histogram."""
     seen: Fraction = 0.5
     """Share of the way from the surrounding ring's rho to the target's usual one that counts as seen."""
     lost_after: int = Field(default=10, ge=1)
@@ -119,8 +123,7 @@ class GreyPF(TrackerPart):
         levels = quantiser(frame, part.cut(frame.image, corner), self.bins, self.bins_range)
         reference, _ = histogram(frame.image, (box.cx, box.cy), window, kernel, levels)
         positions = np.array([box.cx, box.cy]) + self.start_sd * rng.standard_normal((self.particles, 2))
-        # As wide as half the window on each side, the ring has three times its area.
-        margin = (-(-window.columns // 2), -(-window.rows // 2))
+        margin = (ceil(self.ring * window.columns), ceil(self.ring * window.rows))
         return GreyPFState(
             start=Start(footage(frame), size, window, kernel, Surround.of(window, kernel, margin), levels),
             reference=reference,
