@@ -11,6 +11,7 @@ import re
 import subprocess
 import sys
 import tempfile
+import textwrap
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import get_args
@@ -32,6 +33,7 @@ from irsim.scenario import Scenario, Target
 from irsim.schema import Slot, plain
 from irsim.shapes import SHAPES
 from irsim.sources import open_source
+from irtrack.metrics import LOSS_RULE
 from irtrack.trackers import TRACKERS
 
 DOCS = Path(__file__).parent
@@ -118,10 +120,15 @@ def tracker_keys() -> Iterator[str]:
         yield ""
 
 
+def loss_rule() -> Iterator[str]:
+    yield from textwrap.wrap(f"**Lost.** {LOSS_RULE}", 100)
+
+
 PARTS: dict[str, Callable[[], Iterator[str]]] = {
     "scenario keys": scenario_keys,
     "examples": example_list,
     "tracker parameters": tracker_keys,
+    "loss rule": loss_rule,
 }
 
 

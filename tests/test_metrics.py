@@ -13,6 +13,7 @@ from scipy.stats import binomtest
 
 from irsim.types import Box, Floats, TargetTruth, Truth
 from irtrack.metrics import (
+    LOSS_RULE,
     PRECISION_NORM,
     PRECISION_PX,
     SUCCESS,
@@ -83,6 +84,11 @@ def test_truth_of_limited_accuracy_scores_nothing_tighter() -> None:
     assert curve[:3].tolist() == [0.5, 0.5, 1.0]
     # 1.1 px is beyond an accuracy of 1 px; 40 px is within one of 50 and so never off
     assert off_frames(np.array([40.0, 40.0]), np.array([3.0, 3.0]), np.array([50.0, 1.0])).tolist() == [False, True]
+
+
+def test_the_printed_rule_of_the_loss_names_all_that_decides_it() -> None:
+    for words in ("largest of 5 px", "diagonal", "accuracy", "10 frames", "50% of the target is visible"):
+        assert words in LOSS_RULE
 
 
 @settings(max_examples=50, deadline=None)

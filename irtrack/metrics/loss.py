@@ -12,10 +12,15 @@ OFF_PX = 5.0
 OFF_IN_A_ROW = 10
 """So many frames off in a row make a loss."""
 
+SHOWN = 0.5
+"""A frame counts towards the loss where at least this fraction of the target is visible."""
+
 LOSS_RULE = (
-    "A frame is off when the centre error exceeds max(5 px, the diagonal of the true box). A track is lost when it is "
-    "off in 10 frames in a row among those in which at least half of the target is visible; the loss is dated to the "
-    "first of them. Frames in which the target is hidden or absent neither count nor break the row."
+    f"A frame is off when the centre error exceeds the largest of {OFF_PX:g} px, the diagonal of the true box and the "
+    f"accuracy of the truth (imported labels have one, rendered truth is exact). A track is lost when it is off in "
+    f"{OFF_IN_A_ROW} frames in a row among those in which at least {SHOWN:.0%} of the target is visible; the loss is "
+    "dated to the first of them. Frames in which the target is hidden or absent neither count nor break the row; "
+    "where truth does not know how much is visible, the target counts as visible."
 )
 """The definition in words, for tables."""
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from irsim.types import Floats, Truth
+from irtrack.metrics.loss import SHOWN
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,8 +64,8 @@ class Reference:
 
     @property
     def shown(self) -> np.ndarray:
-        """(n,) bool: present and not more than half hidden; unknown visibility counts as visible."""
-        return np.asarray(self.present & ~(self.visible < 0.5))
+        """(n,) bool: present and at least `SHOWN` of it visible; unknown visibility counts as visible."""
+        return np.asarray(self.present & ~(self.visible < SHOWN))
 
     @property
     def diagonals(self) -> Floats:
