@@ -279,6 +279,9 @@ def test_ctrl_c_ends_with_status_130_and_keeps_a_valid_file(made: Path, tmp_path
         if results.exists() and results.stat().st_size > 40_000:
             break
         time.sleep(0.05)
+    else:
+        process.kill()
+        pytest.fail("waited in vain for the first cells")
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=60)
     assert process.returncode == 130
