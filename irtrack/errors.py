@@ -1,11 +1,10 @@
-"""The one exception family of irtrack; its text is what a user sees."""
+"""The exceptions of irtrack are irsim's: whoever runs a tracker opens sources, and one ``except`` catches both.
 
-from __future__ import annotations
+IrtrackError  anything raised on purpose; ``str(error)`` is ready to be shown to a user
+InputError    what the user gave is wrong: a tracker's name, a parameter, a box, a recording (exit status 2)
+"""
 
+from irsim.errors import InputError
+from irsim.errors import IrsimError as IrtrackError
 
-class IrtrackError(Exception):
-    """Anything irtrack raises on purpose. ``str(error)`` is ready to be shown to a user."""
-
-
-class InputError(IrtrackError):
-    """What the user gave is wrong: a tracker's name, a parameter, a box (exit status 2)."""
+__all__ = ["InputError", "IrtrackError"]

@@ -202,6 +202,14 @@ def test_a_track_as_csv_and_json(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["track.csv"]
 
 
+def test_one_except_catches_what_irsim_and_irtrack_say_of_bad_input() -> None:
+    with pytest.raises(irtrack.InputError, match="nowhere"):
+        irtrack.run("kalman", "nowhere.mcap")
+    with pytest.raises(irsim.InputError, match="did you mean 'kalman'"):
+        irtrack.run("kalmann", Strip())
+    assert issubclass(irtrack.InputError, irtrack.IrtrackError)
+
+
 def test_a_folder_that_does_not_exist_is_one_line(tmp_path: Path) -> None:
     track = irtrack.run(Walker(), Strip(), frames=2)
     with pytest.raises(irsim.InputError, match=r"the folder .*absent does not exist"):
