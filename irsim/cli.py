@@ -73,6 +73,20 @@ def show(
 
 
 @app.command()
+def gallery(
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="PNG", help="Default: gallery.png in this folder.")
+    ] = None,
+) -> None:
+    """Draw a sheet of all kinds of targets, each in several views."""
+    from irsim.gallery import write_sheet
+
+    path = output or Path("gallery.png")
+    check_output(path)
+    print(write_sheet(path))
+
+
+@app.command()
 def info(recording: Annotated[Path, typer.Argument(metavar="REC", help="A recording.")]) -> None:
     """Say what is in a recording."""
     from irsim.recording import open_recording

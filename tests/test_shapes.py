@@ -80,12 +80,14 @@ class TestEveryShape:
         assert outside.cover.sum() == pytest.approx(inside.cover.sum(), rel=5e-3)
 
     def test_emission_is_that_of_its_temperatures(self, kind: str) -> None:
-        value = shape(kind, emissivity=0.8)
+        keys = type(shape(kind)).model_fields
+        value = shape(kind, **{key: 0.8 for key in keys if key.endswith("emissivity")})
         temperatures = [x for key, x in value.model_dump().items() if key.endswith("_k")]
         sprite = seen(value, (30, 10, 0), psf_px=0.0)
         glow = sprite.emission[sprite.alpha > 0.01] / sprite.alpha[sprite.alpha > 0.01]
-        assert glow.min() >= 0.8 * radiance("mwir", min(temperatures)) * (1 - 1e-6)
-        assert glow.max() <= 0.8 * radiance("mwir", max(temperatures)) * (1 + 1e-6)
+        low, high = (0.8 * float(radiance("mwir", kelvin)) for kelvin in (min(temperatures), max(temperatures)))
+        assert glow.min() >= low - 1e-6 * high
+        assert glow.max() <= high * (1 + 1e-6)
 
 
 @pytest.mark.parametrize("kind", BODIES)
@@ -103,20 +105,27 @@ class TestEveryBody:
         assert isinstance(value, Body)
         rng = np.random.default_rng(7)
         for angles in rng.uniform(-180, 180, (4, 3)):
-            sprite = seen(value, tuple(angles.tolist()), range_m=500.0)
+            range_m = 45.0 * value.length_m
+            sprite = seen(value, tuple(angles.tolist()), range_m=range_m)
             turn = AWAY @ euler(angles)
-            position = where.geometry.place(np.array([79.5, 59.5]), 500.0)
-            x, y = np.meshgrid(np.arange(0, 160, 0.1), np.arange(0, 120, 0.1))
+            position = where.geometry.place(np.array([79.5, 59.5]), range_m)
+            box = sprite.box
+            x, y = np.meshgrid(
+                np.arange(box.left - 2, box.right + 2, 0.07), np.arange(box.top - 2, box.bottom + 2, 0.07)
+            )
             inside = np.zeros(x.shape, dtype=bool)
+            joints = value.joints(0.0)
             for solid in value.solids:
-                points = where.geometry.project(np.array(solid.points) * value.length_m @ turn.T + position)
+                corners = np.array(solid.points)
+                if solid.joint:
+                    corners = corners @ joints[solid.joint].turn.T + joints[solid.joint].shift
+                points = where.geometry.project(corners * value.length_m @ turn.T + position)
                 planes = ConvexHull(points).equations
                 inside |= np.all([a * x + b * y + c <= 0 for a, b, c in planes], axis=0)
-            assert sprite.cover.sum() == pytest.approx(inside.sum() * 0.01, rel=5e-3)
+            assert sprite.cover.sum() == pytest.approx(inside.sum() * 0.07**2, rel=5e-3)
             assert sprite.center[0] == pytest.approx(x[inside].mean(), abs=0.02)
             assert sprite.center[1] == pytest.approx(y[inside].mean(), abs=0.02)
             edges = [x[inside].min(), x[inside].max(), y[inside].min(), y[inside].max()]
-            box = sprite.box
             np.testing.assert_allclose([box.left, box.right, box.top, box.bottom], edges, atol=0.35)
 
     @settings(max_examples=60, deadline=None)

@@ -3,11 +3,37 @@
 from __future__ import annotations
 
 from irsim.kinds import Family
+from irsim.shapes.airliner import Airliner
 from irsim.shapes.base import Shape, View
+from irsim.shapes.bird import Bird
+from irsim.shapes.boat import Boat
+from irsim.shapes.car import Car
 from irsim.shapes.fighter import Fighter
+from irsim.shapes.helicopter import Helicopter
+from irsim.shapes.missile import Missile
+from irsim.shapes.pedestrian import Pedestrian
 from irsim.shapes.point import Point
+from irsim.shapes.quadrotor import Quadrotor
 from irsim.shapes.tank import Tank
+from irsim.shapes.truck import Truck
 
-SHAPES = Family("shape", Shape, {"point": Point, "fighter": Fighter, "tank": Tank})
+SHAPES = Family(
+    "shape",
+    Shape,
+    {
+        "point": Point,
+        "fighter": Fighter,
+        "airliner": Airliner,
+        "helicopter": Helicopter,
+        "quadrotor": Quadrotor,
+        "missile": Missile,
+        "bird": Bird,
+        "tank": Tank,
+        "truck": Truck,
+        "car": Car,
+        "boat": Boat,
+        "pedestrian": Pedestrian,
+    },
+)
 
 __all__ = ["SHAPES", "Shape", "View"]

@@ -38,6 +38,8 @@ class Shape(Kind):
     """Yaw, pitch, roll, degrees, that it is often seen at: pictures use them."""
     behind_k: ClassVar[float] = 262.0
     """Temperature that is often behind it, kelvin: pictures use it."""
+    from_above_deg: ClassVar[float] = 0.0
+    """How steeply down it is often looked at, degrees: pictures use it."""
 
     @abstractmethod
     def draw(self, view: View) -> Sprite | None:

@@ -76,6 +76,18 @@ def limb(start: Point3, stop: Point3, first: float, last: float, heat: str = "te
     return Solid(tuple(_point(each) for each in np.concatenate(rings)), heat)
 
 
+def wheel(middle: Point3, radius: float, wide: float, heat: str = "temperature_k") -> Solid:
+    """A disc about an axis along y, `wide` across, its middle at `middle`."""
+    return limb(
+        (middle[0], middle[1] - wide / 2, middle[2]),
+        (middle[0], middle[1] + wide / 2, middle[2]),
+        radius,
+        radius,
+        heat,
+        sides=10,
+    )
+
+
 def mirrored(solid: Solid) -> Solid:
     """The same on the other side; what is on a joint 'left…' is on 'right…' there."""
     joint = "right" + solid.joint[4:] if solid.joint.startswith("left") else solid.joint

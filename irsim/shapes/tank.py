@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 from irsim.kinds import Kelvin, Positive
+from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
 from irsim.shapes.solids import Solid, mirrored, plate, profile, tube
 
@@ -31,6 +32,9 @@ _TURRET = Solid(
 class Tank(Body):
     """Hull, turret and barrel, warm running gear and a hot engine deck at the rear."""
 
+    poses: ClassVar[tuple[Angles, ...]] = ((120.0, 0.0, 0.0), (90.0, 0.0, 0.0), (35.0, 0.0, 0.0))
+    behind_k: ClassVar[float] = 288.0
+    from_above_deg: ClassVar[float] = 12.0
     solids: ClassVar[tuple[Solid, ...]] = (
         profile(((0.46, -0.05), (0.40, 0.07), (-0.44, 0.07), (-0.48, -0.09), (0.22, -0.11)), -0.16, 0.16),
         profile(((0.44, -0.05), (0.28, -0.11), (-0.47, -0.11), (-0.48, -0.05)), -0.25, 0.25),

@@ -1,0 +1,119 @@
+"""Pictures of every target kind, as a camera shows them: `irsim gallery`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from irsim.files import replacing
+from irsim.geometry import Geometry
+from irsim.motion.attitude import euler
+from irsim.radiometry import Band, radiance, temperature
+from irsim.rng import normals
+from irsim.shapes import SHAPES, Shape, View
+from irsim.shapes.base import Angles
+from irsim.shapes.body import Body
+from irsim.sprite import Sprite
+from irsim.stage import Stage
+from irsim.types import Floats, Image
+
+CROP = 64
+"""Side of a crop, px."""
+FILL = 0.84
+"""Share of the crop that the body fills, on its longer side."""
+ENLARGED = 2
+ABREAST = 3
+"""Kinds in a row of the sheet."""
+LABEL = 22
+"""Height of a label, px."""
+NOISE_K = 0.08
+"""Of the camera, K."""
+SPAN_K = 12.0
+"""Least span of temperatures from black to white, K."""
+_AWAY = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
+
+
+def typical(kind: str) -> Shape:
+    """The shape of a kind as it is when nothing but what must be is given."""
+    shape = SHAPES.find(kind).model_validate({})
+    assert isinstance(shape, Shape)
+    return shape
+
+
+def crop(shape: Shape, pose: Angles, *, band: Band = "lwir", time: float = 0.0, side: int = CROP) -> Image:
+    """(side, side) uint8: the body filling most of the picture before an even background, a little noise on it.
+
+    pose  yaw, pitch, roll, degrees, as for targets; white is the 99th percentile of the temperatures
+          in the crop, black the first, at least SPAN_K apart
+    """
+    stage = Stage(0, Geometry((side, side), 5e-4), 30.0, band, 0.6)
+    sprite = _framed(shape, pose, stage, time)
+    light = np.full((side, side), float(radiance(band, shape.behind_k)))
+    _paint(light, sprite)
+    shown = temperature(band, light) + NOISE_K * normals((side, side), 0, "gallery", shape.kind, 0)
+    low, high = np.percentile(shown, [1.0, 99.0])
+    low, high = min(low, shape.behind_k - SPAN_K / 4), max(high, low + SPAN_K)
+    return np.asarray(np.clip((shown - low) / (high - low), 0, 1) * 255).round().astype(np.uint8)
+
+
+def _framed(shape: Shape, pose: Angles, stage: Stage, time: float) -> Sprite:
+    """The body in the middle of the frame, at the range where it fills it."""
+    side = stage.geometry.size[0]
+    down = np.radians(shape.from_above_deg)
+    tilt = np.array([[1, 0, 0], [0, np.cos(down), -np.sin(down)], [0, np.sin(down), np.cos(down)]])
+    attitude = tilt @ _AWAY @ euler(np.array(pose))
+    place, range_m = np.array([(side - 1) / 2] * 2), 3000.0
+
+    def drawn() -> Sprite:
+        sprite = shape.draw(View(stage.geometry.place(place, range_m), attitude, stage, time))
+        assert sprite is not None
+        return sprite
+
+    for _ in range(4):
+        box = drawn().box
+        place = place + (side - 1) / 2 - np.array([box.cx, box.cy])
+        range_m *= max(box.w, box.h) / (FILL * side)
+    return drawn()
+
+
+def _paint(light: Floats, sprite: Sprite) -> None:
+    rows, columns = light.shape
+    top, left = max(sprite.y0, 0), max(sprite.x0, 0)
+    bottom, right = min(sprite.y0 + len(sprite.alpha), rows), min(sprite.x0 + sprite.alpha.shape[1], columns)
+    here = slice(top, bottom), slice(left, right)
+    there = slice(top - sprite.y0, bottom - sprite.y0), slice(left - sprite.x0, right - sprite.x0)
+    light[here] += sprite.emission[there] - sprite.alpha[there] * light[here]
+
+
+def bodies() -> Iterator[str]:
+    """The kinds that have a form and need no file."""
+    for name, kind in SHAPES:
+        if issubclass(kind, Body) and not any(field.is_required() for field in kind.model_fields.values()):
+            yield name
+
+
+def sheet() -> Image:
+    """(rows, columns) uint8: every kind with its name, in each of its poses."""
+    blocks = []
+    for name in bodies():
+        shape = typical(name)
+        crops = np.concatenate([crop(shape, pose) for pose in shape.poses], axis=1)
+        large = cv2.resize(crops, None, fx=ENLARGED, fy=ENLARGED, interpolation=cv2.INTER_NEAREST)
+        label = np.full((LABEL, large.shape[1]), 255, dtype=np.uint8)
+        cv2.putText(label, name, (6, LABEL - 7), cv2.FONT_HERSHEY_SIMPLEX, 0.5, 0, 1, cv2.LINE_AA)
+        blocks.append(np.pad(np.concatenate([label, large]), 3, constant_values=255))
+    blocks += [np.full_like(blocks[0], 255)] * (-len(blocks) % ABREAST)
+    rows = [np.concatenate(blocks[at : at + ABREAST], axis=1) for at in range(0, len(blocks), ABREAST)]
+    return np.concatenate(rows)
+
+
+def write_sheet(path: Path) -> Path:
+    """Write the sheet as a PNG file and return its path. InputError where the file cannot be written."""
+    written, data = cv2.imencode(".png", sheet())
+    assert written
+    with replacing(path) as file:
+        file.write(data.tobytes())
+    return path

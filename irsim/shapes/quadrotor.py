@@ -1,0 +1,70 @@
+"""A small drone with four rotors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Annotated, ClassVar
+
+from pydantic import Field
+
+from irsim.kinds import Kelvin, NotNegative, Positive
+from irsim.shapes.base import Angles
+from irsim.shapes.body import Body
+from irsim.shapes.joints import Rigid, hinge
+from irsim.shapes.solids import Solid, ball, limb, on, plate, tube
+
+_HUBS = {"fl": (0.29, -0.33), "fr": (0.29, 0.33), "rl": (-0.29, -0.33), "rr": (-0.29, 0.33)}
+_TOP = -0.1
+_REACH = 0.21
+
+
+def _corner(name: str) -> tuple[Solid, ...]:
+    """Arm, motor, leg and rotor of one corner."""
+    x, y = _HUBS[name]
+    blades = plate(
+        tuple((x + dx, y + dy) for dx, dy in ((_REACH, 0.022), (_REACH, -0.022), (-_REACH, -0.022), (-_REACH, 0.022))),
+        _TOP - 0.012,
+        _TOP,
+        "rotors_k",
+    )
+    return (
+        limb((x * 0.25, y * 0.2, -0.02), (x, y, -0.03), 0.035, 0.028),
+        limb((x, y, 0.0), (x, y, _TOP), 0.045, 0.042, "motors_k", sides=8),
+        limb((x, y, 0.0), (x, y, 0.11), 0.02, 0.012),
+        *on(name, blades),
+    )
+
+
+class Quadrotor(Body):
+    """A drone: body with a warm battery, four arms with warm motors and turning rotors, a camera below."""
+
+    poses: ClassVar[tuple[Angles, ...]] = ((30.0, 20.0, 0.0), (45.0, 50.0, 0.0), (80.0, -4.0, 12.0))
+    solids: ClassVar[tuple[Solid, ...]] = (
+        tube(
+            (0.24, -0.01, 0.05, 0.04), (0.15, -0.02, 0.1, 0.07), (-0.17, -0.02, 0.1, 0.07), (-0.24, -0.02, 0.06, 0.04)
+        ),
+        plate(((-0.02, -0.065), (-0.02, 0.065), (-0.22, 0.065), (-0.22, -0.065)), -0.11, -0.05, "battery_k"),
+        ball((0.2, 0.0, 0.06), (0.045, 0.045, 0.045), "motors_k"),
+        *(solid for name in _HUBS for solid in _corner(name)),
+    )
+
+    length_m: Positive = 0.45
+    """Length over the rotors of a side, m: 0.45 for a camera drone, above 1 for one that carries loads."""
+    temperature_k: Kelvin = 294.0
+    """Temperature of body and arms, kelvin."""
+    motors_k: Kelvin = 320.0
+    """Temperature of motors and camera, kelvin."""
+    battery_k: Kelvin = 309.0
+    """Temperature of the battery, kelvin."""
+    rotors_k: Kelvin = 288.0
+    """Temperature of the rotors, kelvin."""
+    rotor_hz: NotNegative = 90.0
+    """Turns of the rotors a second; neighbours turn against each other."""
+    rotor_deg: Annotated[float, Field(ge=-360, le=360)] = 20.0
+    """Angle of the rotors in frame 0, degrees."""
+
+    def joints(self, time: float) -> Mapping[str, Rigid]:
+        turn = math.radians(self.rotor_deg) + 2 * math.pi * self.rotor_hz * time
+        signs = {"fl": 1, "fr": -1, "rl": -1, "rr": 1}
+        return {name: hinge((x, y, 0.0), (0.0, 0.0, 1.0), signs[name] * turn) for name, (x, y) in _HUBS.items()}
