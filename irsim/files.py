@@ -12,10 +12,12 @@ from typing import BinaryIO, TextIO
 from irsim.errors import InputError
 
 
-def check_output(path: Path | None) -> None:
-    """InputError where `path` cannot become a file: its folder is missing, or it is a folder.
+def check_output(path: Path | None, *inputs: Path | None) -> None:
+    """InputError where `path` cannot become a file, or would replace one of `inputs`.
 
-    None, an output that nobody asked for, passes.
+    It cannot where its folder is missing, or where it is a folder or a device. `inputs` are what the
+    command reads (a folder: every file in it), or its other outputs. None, an output that nobody
+    asked for, passes.
     """
     if path is None:
         return
@@ -23,17 +25,26 @@ def check_output(path: Path | None) -> None:
         raise InputError(f"{path}: the folder {path.parent} does not exist; allowed: an existing folder")
     if path.is_dir():
         raise InputError(f"{path}: is a folder; allowed: the name of a file")
+    if path.exists() and not path.is_file():
+        raise InputError(f"{path}: is no regular file; allowed: the name of a file")
+    real = path.resolve()
+    for used in inputs:
+        if used is not None and (
+            used.resolve() == real or (used.is_dir() and path.exists() and used.resolve() in real.parents)
+        ):
+            raise InputError(f"{path}: would replace {used}, which this command needs; allowed: another name")
 
 
 @contextmanager
 def replacing(path: Path) -> Iterator[BinaryIO]:
     """A file to write that takes its name when the block ends well and is gone when it does not."""
     check_output(path)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    real = path.resolve()  # a link stays a link
+    temporary = real.with_name(f".{real.name}.{os.getpid()}.tmp")
     try:
         with open(temporary, "wb") as file:
             yield file
-        os.replace(temporary, path)
+        os.replace(temporary, real)
     except OSError as error:
         # A failed write (a full disk) names no file; any other file's trouble is not ours to word.
         if error.filename not in (None, str(temporary)):

@@ -1,9 +1,8 @@
-"""Output files: whole or not there, whatever ends the writing."""
+"""Output files: whole or not there at all, and never over what is read."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from contextlib import AbstractContextManager
+import os
 from pathlib import Path
 
 import pytest
@@ -12,43 +11,63 @@ from irsim.errors import InputError
 from irsim.files import check_output, replacing, replacing_text
 
 
-def test_the_file_is_there_when_the_block_has_ended(tmp_path: Path) -> None:
-    path = tmp_path / "a.txt"
-    with replacing_text(path) as file:
-        file.write("größer\r\n")
-        assert not path.exists()
-    assert path.read_bytes() == "größer\r\n".encode()
-    with replacing(path) as binary:
-        binary.write(b"new")
-    assert path.read_bytes() == b"new"
-    assert list(tmp_path.iterdir()) == [path]
-
-
-@pytest.mark.parametrize("end", [KeyboardInterrupt, SystemExit, RuntimeError, UnicodeError])
-@pytest.mark.parametrize("opened", [replacing, replacing_text])
-def test_whatever_ends_the_block_leaves_what_was_there(
-    tmp_path: Path, end: type[BaseException], opened: Callable[[Path], AbstractContextManager[object]]
-) -> None:
-    path = tmp_path / "a.txt"
+def test_a_file_takes_its_name_at_the_end(tmp_path: Path) -> None:
+    path = tmp_path / "out.bin"
     path.write_bytes(b"old")
-    with pytest.raises(end), opened(path):
-        raise end
-    assert path.read_bytes() == b"old"
-    assert list(tmp_path.iterdir()) == [path]
+    with replacing(path) as file:
+        file.write(b"new")
+        assert path.read_bytes() == b"old"
+    assert path.read_bytes() == b"new"
+    assert os.listdir(tmp_path) == ["out.bin"]
 
 
-def test_a_full_disk_is_one_line(tmp_path: Path) -> None:
-    with (
-        pytest.raises(InputError, match=r"a\.txt: cannot be written: No space left on device"),
-        replacing_text(tmp_path / "a.txt"),
-    ):
-        raise OSError(28, "No space left on device")
-    assert list(tmp_path.iterdir()) == []
+@pytest.mark.parametrize("failure", [ValueError, KeyboardInterrupt])
+def test_a_failure_leaves_what_was_there(tmp_path: Path, failure: type[BaseException]) -> None:
+    path = tmp_path / "out.txt"
+    path.write_text("old")
+    with pytest.raises(failure), replacing_text(path) as file:
+        file.write("new")
+        raise failure
+    assert path.read_text() == "old"
+    assert os.listdir(tmp_path) == ["out.txt"]
 
 
-def test_where_nothing_can_be_written(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"the folder .*no does not exist; allowed: an existing folder"):
-        check_output(tmp_path / "no" / "a.txt")
-    with pytest.raises(InputError, match="is a folder; allowed: the name of a file"):
-        check_output(tmp_path)
+def test_a_link_stays_a_link(tmp_path: Path) -> None:
+    (tmp_path / "real.txt").write_text("old")
+    link = tmp_path / "link.txt"
+    link.symlink_to("real.txt")
+    with replacing_text(link) as file:
+        file.write("new")
+    assert link.is_symlink()
+    assert (tmp_path / "real.txt").read_text() == "new"
+
+
+def test_no_folder_and_no_device(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    for path, what in [
+        (tmp_path / "none" / "a.csv", "does not exist"),
+        (tmp_path, "is a folder"),
+        (pipe, "is no regular file"),
+        (Path(os.devnull), "is no regular file"),
+    ]:
+        with pytest.raises(InputError, match=what):
+            check_output(path)
     check_output(None)
+
+
+def test_what_is_read_is_not_replaced(tmp_path: Path) -> None:
+    frames = tmp_path / "frames"
+    frames.mkdir()
+    picture = frames / "0.png"
+    picture.touch()
+    scenario = tmp_path / "a.yaml"
+    scenario.touch()
+    (tmp_path / "b.yaml").symlink_to(scenario)
+    check_output(tmp_path / "new.mcap", scenario, frames, None)
+    check_output(frames / "new.mcap", frames)
+    for path, used in [(scenario, scenario), (tmp_path / "b.yaml", scenario), (picture, frames)]:
+        with pytest.raises(InputError, match="would replace"):
+            check_output(path, None, used)
+    with pytest.raises(InputError, match="would replace"):  # two outputs of one name, neither there yet
+        check_output(tmp_path / "x", tmp_path / "x")
