@@ -2,14 +2,17 @@
 
 A *part* is a frozen pydantic model whose fields are its YAML keys. A *family* is a table of kinds
 that may stand in one place, told apart by their key ``kind``. A new kind is a class and a line in
-its family's table; a user's own kind is named as ``module:Class``.
+its family's table; a user's own kind is named as ``module:Class``, which imports that module.
 """
 
 from __future__ import annotations
 
 import difflib
 import importlib
+import sys
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import Annotated, Any, ClassVar, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, ValidationError
@@ -32,6 +35,8 @@ Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
 Kelvin = Annotated[float, Field(gt=0, le=6000)]
 Pair = Annotated[tuple[float, float], Field(strict=False)]
+Index = Annotated[int, Field(ge=0)]
+"""A frame's number."""
 Triple = Annotated[tuple[float, float, float], Field(strict=False)]
 
 Item = TypeVar("Item")
@@ -59,6 +64,22 @@ class NamedKind(Kind):
     @property
     def name(self) -> str:
         return self.id or self.kind
+
+
+_may_import: ContextVar[bool] = ContextVar("may_import", default=True)
+
+
+@contextmanager
+def importing_nothing() -> Iterator[None]:
+    """In this block a kind 'module:Class' is known only where its module is imported already.
+
+    For texts out of recordings and results files: whoever made the file would choose the code to run.
+    """
+    before = _may_import.set(False)
+    try:
+        yield
+    finally:
+        _may_import.reset(before)
 
 
 def suggestion(word: object, allowed: Iterable[str]) -> str:
@@ -97,6 +118,11 @@ class Family:
 
     def _foreign(self, word: str) -> type[Kind]:
         module, _, name = word.partition(":")
+        if module not in sys.modules and not _may_import.get():
+            raise self._unknown(
+                f"{word!r} is somebody's own {self.name} kind, and what this file names is not imported; "
+                f"allowed: {', '.join(self.kinds)}, or import the module {module!r} first, if you trust it"
+            )
         try:
             found = getattr(importlib.import_module(module), name)
         except Exception as error:  # a user's module may fail in any way while it is imported

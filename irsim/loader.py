@@ -14,6 +14,7 @@ from pydantic import ValidationError
 from irsim import yamlfile
 from irsim.errors import InputError
 from irsim.explain import explain, listed
+from irsim.kinds import importing_nothing
 from irsim.overrides import override
 from irsim.scenario import Scenario
 from irsim.schema import plain
@@ -33,9 +34,17 @@ def load(path: str | PathLike[str], overrides: Iterable[str] = ()) -> Scenario:
     return _scenario(yamlfile.read(find(path)), overrides)
 
 
-def loads(text: str, name: str = "<text>", overrides: Iterable[str] = ()) -> Scenario:
-    """The scenario in a YAML text; errors call the text `name`. InputError as `load`."""
-    return _scenario(yamlfile.parse(text, name), overrides)
+def loads(text: str, name: str = "<text>", overrides: Iterable[str] = (), trusted: bool = True) -> Scenario:
+    """The scenario in a YAML text; errors call the text `name`. InputError as `load`.
+
+    trusted   False for a text that came inside a file (a recording, a results file): it may name a
+              user's own kinds only where their modules are imported already, for it must run no code
+    """
+    document = yamlfile.parse(text, name)
+    if trusted:
+        return _scenario(document, overrides)
+    with importing_nothing():
+        return _scenario(document, overrides)
 
 
 def dumps(scenario: Scenario) -> str:

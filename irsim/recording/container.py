@@ -11,7 +11,7 @@ import os
 import struct
 import zlib
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -20,12 +20,12 @@ from typing import BinaryIO
 import numpy as np
 import numpy.typing as npt
 from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Attachment, AttachmentIndex, Channel, ChunkIndex, Metadata, MetadataIndex
 from mcap.stream_reader import StreamReader
 
 from irsim.errors import InputError
+from irsim.recording.damage import BROKEN, DamageError, damage, decoded
 
 MAGIC = b"\x89MCAP0\r\n"
 
@@ -39,12 +39,9 @@ _CRC = struct.Struct("<I")
 _INDEX_HEAD = struct.Struct("<BQHI")  # of a MessageIndex: opcode, length, channel, bytes of entries
 _INDEX_ENTRY_BYTES = 16
 
-DAMAGE = (McapError, ValueError, struct.error, KeyError, IndexError, OverflowError, MemoryError, RuntimeError)
-"""What mcap, lz4 and struct raise on bytes that are not what they should be."""
-
-
-class DamageError(InputError):
-    """A file's bytes are not what was written."""
+_LARGEST_UNPACKED = 1 << 30
+"""Bytes that a compressed chunk may unpack to: two frames of 16384 x 16384 counts. A forged one of a
+few kB could fill the memory."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,9 +71,13 @@ class Lane:
 
 @dataclass(frozen=True, eq=False)
 class Container:
-    """An MCAP file's summary. It holds no open file; `open` refuses a file that was changed since."""
+    """An MCAP file's summary. It holds no open file; `open` refuses a file that was changed since.
+
+    remedy   what errors advise where the file is damaged
+    """
 
     path: Path
+    remedy: str
     stamp: tuple[int, int, int]
     channels: tuple[Channel, ...]
     chunks: tuple[ChunkIndex, ...]
@@ -104,10 +105,7 @@ class Container:
         chunks = tuple(chunk for chunk in self.chunks if channel in chunk.message_index_offsets)
         counts = []
         for chunk in chunks:
-            file.seek(chunk.message_index_offsets[channel])
-            head = file.read(_INDEX_HEAD.size)
-            if len(head) < _INDEX_HEAD.size:
-                raise self.damage("the index of a chunk is cut off")
+            head = self._read(file, chunk.message_index_offsets[channel], _INDEX_HEAD.size)
             opcode, _, indexed, size = _INDEX_HEAD.unpack(head)
             if opcode != Opcode.MESSAGE_INDEX or indexed != channel:
                 raise self.damage("the index of a chunk is not where it should be")
@@ -115,23 +113,35 @@ class Container:
         return Lane(channel, chunks, np.cumsum(counts, dtype=np.int64))
 
     def damage(self, what: str) -> DamageError:
-        """The error to raise where a chunk or its index is broken."""
-        return DamageError(f"{self.path}: damaged: {what}; irsim import {self.path} -o NEW.mcap keeps what is whole")
+        """The error to raise where a check of what stands in the file fails."""
+        return damage(self.path, what, self.remedy)
+
+    def decoded(self, what: str) -> AbstractContextManager[None]:
+        """Around decoding what stands in the file, see `damage.decoded`."""
+        return decoded(self.path, what, self.remedy)
 
     def packets(self, file: BinaryIO, lane: Lane, chunk: int) -> list[Packet]:
         """A topic's messages in its chunk number `chunk`, in order."""
-        return list(packets(self.chunk_data(file, lane.chunks[chunk]), lane.channel))
+        data = self.chunk_data(file, lane.chunks[chunk])
+        with self.decoded("the messages of a chunk cannot be read"):
+            return list(packets(data, lane.channel))
 
     def chunk_data(self, file: BinaryIO, chunk: ChunkIndex) -> memoryview:
         """A chunk's records, unpacked, CRC checked."""
-        file.seek(chunk.chunk_start_offset)
-        raw = memoryview(file.read(chunk.chunk_length))
-        if len(raw) != chunk.chunk_length or chunk.compressed_size > chunk.chunk_length:
+        raw = memoryview(self._read(file, chunk.chunk_start_offset, chunk.chunk_length))
+        if not chunk.compressed_size <= len(raw) - _CHUNK_CRC_AT - _CRC.size:
             raise self.damage("a chunk is cut off")
         data = unpack(raw[len(raw) - chunk.compressed_size :], chunk.compression, chunk.uncompressed_size)
         if data is None or not _matches(data, _CRC.unpack_from(raw, _CHUNK_CRC_AT)[0]):
             raise self.damage("a chunk does not match its CRC")
         return data
+
+    def _read(self, file: BinaryIO, offset: int, length: int) -> bytes:
+        """Bytes that the index promises; DamageError where they are not in the file."""
+        if length < 0 or offset + length > self.stamp[1]:
+            raise self.damage("its index points past its end")
+        file.seek(offset)
+        return file.read(length)
 
     @cached_property
     def metadata(self) -> dict[str, dict[str, str]]:
@@ -139,11 +149,9 @@ class Container:
         found = {}
         with self.open() as file:
             for entry in self.metadata_index:
-                file.seek(entry.offset + RECORD.size)
-                try:
-                    record = Metadata.read(ReadDataStream(io.BytesIO(file.read(entry.length - RECORD.size))))
-                except DAMAGE:
-                    raise DamageError(f"{self.path}: damaged: its metadata cannot be read") from None
+                raw = self._read(file, entry.offset, entry.length)
+                with self.decoded("its metadata cannot be read"):
+                    record = Metadata.read(ReadDataStream(io.BytesIO(raw[RECORD.size :])))
                 found[record.name] = record.metadata
         return found
 
@@ -152,19 +160,19 @@ class Container:
         for entry in self.attachment_index:
             if entry.name == name:
                 with self.open() as file:
-                    file.seek(entry.offset)
-                    raw = file.read(entry.length)
-                body = raw[RECORD.size : -_CRC.size]
-                if len(raw) != entry.length or not _matches(body, _CRC.unpack(raw[-_CRC.size :])[0]):
-                    raise DamageError(f"{self.path}: damaged: the attachment {name} does not match its CRC")
-                record: Attachment = Attachment.read(ReadDataStream(io.BytesIO(raw[RECORD.size :])))
-                return record.data
+                    raw = self._read(file, entry.offset, entry.length)
+                with self.decoded(f"the attachment {name} cannot be read"):
+                    body, (crc,) = raw[RECORD.size : -_CRC.size], _CRC.unpack(raw[-_CRC.size :])
+                    if not _matches(body, crc):
+                        raise self.damage(f"the attachment {name} does not match its CRC")
+                    record: Attachment = Attachment.read(ReadDataStream(io.BytesIO(raw[RECORD.size :])))
+                    return record.data
         return None
 
 
-def open_container(path: Path) -> Container:
+def open_container(path: Path, remedy: str = "") -> Container:
     """Read and check an MCAP file's summary. InputError where there is no such file or it is no MCAP
-    file; DamageError where it is cut short or its summary is broken."""
+    file; DamageError, which ends with the `remedy`, where it is cut short or its summary is broken."""
     check_mcap(path)
     with open(path, "rb") as file:
         stamp = _stamp(file)
@@ -172,21 +180,20 @@ def open_container(path: Path) -> Container:
         file.seek(max(size - _FOOTER.size - len(MAGIC), 0))
         tail = file.read()
         if len(tail) < _FOOTER.size + len(MAGIC) or not tail.endswith(MAGIC):
-            raise DamageError(f"{path}: cut short")
+            raise damage(path, "it is cut short", remedy)
         opcode, _, start, _, crc = _FOOTER.unpack_from(tail)
         if opcode != Opcode.FOOTER or not len(MAGIC) <= start <= size - len(tail):
-            raise DamageError(f"{path}: damaged: it has no index")
+            raise damage(path, "it has no index", remedy)
         file.seek(start)
         summary = file.read()
     if not _matches(memoryview(summary)[: -len(MAGIC) - _CRC.size], crc):
-        raise DamageError(f"{path}: damaged: its index does not match its CRC")
-    try:
+        raise damage(path, "its index does not match its CRC", remedy)
+    with decoded(path, "its index cannot be read", remedy):
         records = list(StreamReader(io.BytesIO(summary), skip_magic=True).records)
-    except DAMAGE:
-        raise DamageError(f"{path}: damaged: its index cannot be read") from None
     chunks = [record for record in records if isinstance(record, ChunkIndex)]
     return Container(
         path=path,
+        remedy=remedy,
         stamp=stamp,
         channels=tuple(record for record in records if isinstance(record, Channel)),
         chunks=tuple(sorted(chunks, key=lambda chunk: chunk.chunk_start_offset)),
@@ -235,17 +242,21 @@ def unpack(packed: memoryview, compression: str, size: int) -> memoryview | None
     """A chunk's records (`size` bytes) from their compressed form; None where that fails."""
     if compression == "":
         return packed
+    if not 0 < size <= _LARGEST_UNPACKED:
+        return None
     import lz4.frame  # type: ignore[import-untyped]
     import zstandard
 
     try:
         if compression == "lz4":
-            return memoryview(lz4.frame.decompress(packed))
-        if compression == "zstd":
-            return memoryview(zstandard.decompress(packed, max_output_size=size))
-    except (*DAMAGE, zstandard.ZstdError):
+            data = lz4.frame.LZ4FrameDecompressor().decompress(packed, max_length=size + 1)
+        elif compression == "zstd" and zstandard.frame_content_size(packed) in (-1, size):
+            data = zstandard.decompress(packed, max_output_size=size)
+        else:
+            return None
+    except (*BROKEN, zstandard.ZstdError):
         return None
-    return None
+    return memoryview(data) if len(data) == size else None
 
 
 def _matches(data: bytes | memoryview, crc: int) -> bool:

@@ -11,12 +11,17 @@ from pydantic import Field, ValidationError
 
 from irsim.display import AGCS, Agc
 from irsim.errors import InputError
-from irsim.kinds import Part, Positive, Several
+from irsim.kinds import NotNegative, Part, Positive, Several, importing_nothing
 
 FORMAT = 1
 """Version of the file layout; a reader refuses a newer one."""
 
-Size = Annotated[tuple[int, int], Field(strict=False)]
+_Side = Annotated[int, Field(ge=1, le=65_535)]
+Size = Annotated[tuple[_Side, _Side], Field(strict=False)]
+"""Columns, rows."""
+
+
+Count = Annotated[int, Field(ge=0)]
 
 
 class Sealed(Part):
@@ -28,7 +33,8 @@ class Sealed(Part):
     def seal(self) -> dict[str, str]:
         """The record's keys and texts; a field that is None has no key."""
         values = self.model_dump(mode="json", exclude_none=True)
-        texts = {key: value if isinstance(value, str) else json.dumps(value) for key, value in values.items()}
+        as_text = self._kept_as_text()
+        texts = {key: value if key in as_text else json.dumps(value) for key, value in values.items()}
         return {**texts, "digest": _digest(texts)}
 
     @classmethod
@@ -37,15 +43,24 @@ class Sealed(Part):
         texts = {key: text for key, text in record.items() if key != "digest"}
         if record.get("digest") != _digest(texts):
             raise InputError("damaged: its metadata does not match its digest")
-        kept_as_text = {name for name, field in cls.model_fields.items() if _is_text(field.annotation)}
+        as_text = cls._kept_as_text()
         try:
-            return cls.model_validate(
-                {key: text if key in kept_as_text else json.loads(text) for key, text in texts.items()}
-            )
+            # A recording may come from anywhere: what it names is not imported for it.
+            with importing_nothing():
+                return cls.model_validate(
+                    {key: text if key in as_text else json.loads(text) for key, text in texts.items()}
+                )
         except ValidationError as error:
             first = error.errors()[0]
             place = ".".join(str(part) for part in first["loc"])
             raise InputError(f"its metadata is not understood: {place}: {first['msg']}") from None
+        except (ValueError, RecursionError):
+            raise InputError("damaged: its metadata cannot be read") from None
+
+    @classmethod
+    def _kept_as_text(cls) -> set[str]:
+        """Fields that are text and nothing else; all others are kept as JSON."""
+        return {name for name, field in cls.model_fields.items() if _is_text(field.annotation)}
 
 
 def _digest(texts: Mapping[str, str]) -> str:
@@ -76,13 +91,13 @@ class Header(Sealed):
     follow: str | None = None
     """Id of the target to follow."""
     has_truth: bool
-    accuracy_px: float = 0.0
+    accuracy_px: NotNegative = 0.0
     """How far the truth's centres may be off."""
     agc: Annotated[Agc, AGCS]
     """How counts become the 8-bit picture."""
-    first_frame: int = 0
+    first_frame: Count = 0
     """The source's index of the recording's frame 0."""
-    ifov_rad: float | None = None
+    ifov_rad: Positive | None = None
     """Field of view of one pixel."""
     band: str | None = None
     """Name of the band, or its limits in words."""
@@ -95,16 +110,16 @@ class TargetEntry(Part):
 
     id: str
     cls: str | None = None
-    first: int
+    first: Count
     """First frame in which it exists."""
-    frames: int
+    frames: Count
     """In how many frames it exists."""
 
 
 class Contents(Sealed):
     """What is known after the last frame."""
 
-    frames: int
+    frames: Annotated[int, Field(ge=1)]
     targets: Several[TargetEntry] = ()
     """In the order of their appearance."""
     notes: Several[str] = ()

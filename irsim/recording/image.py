@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
-from google.protobuf.message import DecodeError
 
 from irsim.recording.annotate import stamp
 from irsim.types import Image
@@ -30,12 +29,13 @@ def encode_image(image: Image, log_time: int) -> bytes:
 
 
 def decode_image(data: memoryview, size: tuple[int, int]) -> Image:
-    """The read-only (rows, columns) counts of a foxglove.RawImage; ValueError where they are not those
-    of a picture of `size` (columns, rows)."""
-    try:
-        message = RawImage.FromString(data)  # type: ignore[arg-type]
-    except DecodeError as error:
-        raise ValueError(str(error)) from None
+    """The read-only (rows, columns) counts of a foxglove.RawImage; ValueError or protobuf's DecodeError
+    where they are not those of a picture of `size` (columns, rows)."""
+    message = RawImage.FromString(data)  # type: ignore[arg-type]
     if message.encoding not in _DTYPES:
         raise ValueError(f"encoding {message.encoding!r}")
-    return np.frombuffer(message.data, _DTYPES[message.encoding]).reshape(size[1], size[0])
+    dtype = np.dtype(_DTYPES[message.encoding])
+    columns, rows = size
+    if (message.width, message.height, message.step) != (columns, rows, columns * dtype.itemsize):
+        raise ValueError(f"{message.width}x{message.height}, {message.step} bytes a row")
+    return np.frombuffer(message.data, dtype).reshape(rows, columns)

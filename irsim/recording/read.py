@@ -9,15 +9,12 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, NoReturn
 
-from google.protobuf.message import DecodeError
-
 from irsim.display import Agc
 from irsim.errors import InputError
-from irsim.recording.container import Container, DamageError, Lane, Packet, check_mcap, open_container
+from irsim.recording.container import Container, Lane, Packet, open_container
 from irsim.recording.header import Contents, Header
 from irsim.recording.image import decode_image
 from irsim.recording.layout import IMAGE, SCENARIO, TRUTH
-from irsim.recording.salvage import count_whole_frames
 from irsim.recording.schema import decode_truth
 from irsim.recording.times import from_ns
 from irsim.types import Frame, Input, Truth
@@ -84,7 +81,8 @@ class Recording:
     def scenario_text(self) -> str | None:
         """The scenario that was rendered, as YAML; None for imported frames."""
         text = self.container.attachment(SCENARIO)
-        return None if text is None else text.decode()
+        with self.container.decoded("the scenario in it is no text"):
+            return None if text is None else text.decode()
 
     def __len__(self) -> int:
         return self.contents.frames
@@ -98,10 +96,8 @@ class Recording:
     def frames(self, input: Input = "counts", start: int = 0, stop: int | None = None) -> Iterator[Frame]:
         """Frames start .. stop-1 in order, as detector counts or as the 8-bit picture."""
         for index, packet in self._packets(IMAGE, start, stop):
-            try:
+            with self.container.decoded(f"frame {index} cannot be read"):
                 image = decode_image(packet.data, self.size)
-            except ValueError:
-                self._damaged(index)
             bits = self.bits
             if input == "display":
                 image, bits = self.agc.display(image, bits), 8
@@ -112,18 +108,23 @@ class Recording:
         if not self.has_truth:
             return
         for index, packet in self._packets(TRUTH, start, stop):
-            try:
-                yield decode_truth(packet.data, index, from_ns(packet.log_time, self.rate_hz))
-            except DecodeError:
-                self._damaged(index)
+            with self.container.decoded(f"the truth of frame {index} cannot be read"):
+                truth = decode_truth(packet.data, index, from_ns(packet.log_time, self.rate_hz))
+            yield truth
 
     def info(self) -> dict[str, Any]:
-        """Facts about the recording, ready for JSON."""
+        """Facts about the recording, ready for JSON; `topics` counts the messages of each."""
         stated = self.header.model_dump(mode="json", exclude_none=True)
         kept = self.contents.model_dump(mode="json", exclude_none=True)
-        duration = len(self) / self.rate_hz
-        size = self.path.stat().st_size
-        return {"path": str(self.path), "bytes": size, "hash": self.hash, "duration_s": duration, **stated, **kept}
+        return {
+            "path": str(self.path),
+            "bytes": self.path.stat().st_size,
+            "hash": self.hash,
+            "duration_s": len(self) / self.rate_hz,
+            **stated,
+            **kept,
+            "topics": {topic: len(lane) for topic, lane in self.container.lanes.items()},
+        }
 
     def _packets(self, topic: str, start: int, stop: int | None) -> Iterator[tuple[int, Packet]]:
         stop = len(self) if stop is None else min(stop, len(self))
@@ -161,12 +162,8 @@ def open_recording(path: str | Path) -> Recording:
     damaged, not MCAP, or not a recording of irsim.
     """
     path = Path(path)
-    check_mcap(path)
-    try:
-        container = open_container(path)
-        metadata = container.metadata
-    except DamageError as error:
-        raise DamageError(f"{error}; {_rescue(path)}") from None
+    container = open_container(path, remedy=f"irsim import {path} -o NEW.mcap keeps what is whole")
+    metadata = container.metadata
     if "irsim" not in metadata:
         what = "holds a track, not frames" if "irsim_track" in metadata else "has no metadata record 'irsim'"
         raise InputError(f"{path}: is MCAP but not a recording of irsim: it {what}")
@@ -179,10 +176,3 @@ def open_recording(path: str | Path) -> Recording:
         )
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-
-
-def _rescue(path: Path) -> str:
-    count = count_whole_frames(path)
-    if not count:
-        return "nothing can be recovered"
-    return f"{count} whole frames can be recovered: irsim import {path} -o NEW.mcap"

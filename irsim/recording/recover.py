@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from irsim.files import check_output
 from irsim.recording.container import check_mcap
+from irsim.recording.damage import BROKEN
+from irsim.recording.header import Header
 from irsim.recording.image import decode_image
-from irsim.recording.salvage import Salvage
+from irsim.recording.salvage import Salvage, nothing_left
 from irsim.recording.schema import decode_truth
 from irsim.recording.times import from_ns
 from irsim.recording.write import writing
-from irsim.types import Frame
+from irsim.types import Frame, Truth
 
 
 def recover(path: str | Path, out: str | Path, progress: Callable[[int], None] | None = None) -> Path:
@@ -27,11 +29,24 @@ def recover(path: str | Path, out: str | Path, progress: Callable[[int], None] |
     header = salvage.header()
     with writing(out, header, salvage.scenario) as writer:
         kept = 0
-        for kept, (image, truth) in enumerate(salvage.frames(), 1):
-            time = from_ns(image.log_time, header.rate_hz)
-            frame = Frame(decode_image(image.data, header.size), image.sequence, time, header.bits)
-            writer.add(frame, None if truth is None else decode_truth(truth.data, truth.sequence, time))
+        for frame, truth in _decodable(salvage, header):
+            writer.add(frame, truth)
+            kept += 1
             if progress is not None:
                 progress(kept)
+        if not kept:
+            raise nothing_left(path)
         writer.finish(notes=(f"{kept} frames recovered from {path.name}",))
     return out
+
+
+def _decodable(salvage: Salvage, header: Header) -> Iterator[tuple[Frame, Truth | None]]:
+    """The frames that mean something, with their truths."""
+    for image, truth in salvage.frames():
+        time = from_ns(image.log_time, header.rate_hz)
+        try:
+            frame = Frame(decode_image(image.data, header.size), image.sequence, time, header.bits)
+            known = None if truth is None else decode_truth(truth.data, truth.sequence, time)
+        except BROKEN:
+            continue
+        yield frame, known

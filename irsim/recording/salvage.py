@@ -7,6 +7,7 @@ import os
 import struct
 import zlib
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import BinaryIO
@@ -17,16 +18,15 @@ from mcap.records import Attachment, Channel, Chunk, Metadata
 
 from irsim.errors import InputError
 from irsim.recording.container import (
-    DAMAGE,
     MAGIC,
     RECORD,
-    DamageError,
     Packet,
     open_container,
     packets,
     records,
     unpack,
 )
+from irsim.recording.damage import BROKEN, DamageError
 from irsim.recording.header import Header
 from irsim.recording.layout import IMAGE, SCENARIO, TRUTH
 
@@ -58,7 +58,7 @@ class Salvage:
                 self.metadata[part.name] = part.metadata
             elif isinstance(part, Attachment):
                 if part.name == SCENARIO:
-                    self.scenario = part.data.decode()
+                    self._note_scenario(part.data)
             elif isinstance(part, Channel):
                 self.topics[part.topic] = part.id
             else:
@@ -67,33 +67,33 @@ class Salvage:
     def header(self) -> Header:
         """The recording's header, which stands before its first frame; InputError where it is gone."""
         if next(self.frames(), None) is None or "irsim" not in self.metadata:
-            raise InputError(f"{self.path}: not one whole frame of a recording of irsim is left in it")
+            raise nothing_left(self.path)
         try:
             return Header.unseal(self.metadata["irsim"])
         except InputError as error:
             raise InputError(f"{self.path}: {error}") from None
 
-    def _frames_in(self, chunk: memoryview) -> Iterator[tuple[Packet, Packet | None]]:
-        for opcode, body in records(chunk):
-            if opcode == Opcode.CHANNEL:
-                channel = Channel.read(ReadDataStream(io.BytesIO(body)))
-                self.topics[channel.topic] = channel.id
-        for truth in packets(chunk, self.topics.get(TRUTH, 0)):
-            self.truths[truth.sequence] = truth
-        for image in packets(chunk, self.topics.get(IMAGE, 0)):
-            truth_or_none = self.truths.pop(image.sequence, None)
-            if truth_or_none is not None or not self.has_truth:
-                yield image, truth_or_none
+    def _note_scenario(self, data: bytes) -> None:
+        with suppress(UnicodeDecodeError):
+            self.scenario = data.decode()
+
+    def _frames_in(self, chunk: memoryview) -> list[tuple[Packet, Packet | None]]:
+        """What can be read of a chunk's frames."""
+        images: list[Packet] = []
+        with suppress(*BROKEN):
+            for opcode, body in records(chunk):
+                if opcode == Opcode.CHANNEL:
+                    channel = Channel.read(ReadDataStream(io.BytesIO(body)))
+                    self.topics[channel.topic] = channel.id
+            for truth in packets(chunk, self.topics.get(TRUTH, 0)):
+                self.truths[truth.sequence] = truth
+            images.extend(packets(chunk, self.topics.get(IMAGE, 0)))
+        paired = [(image, self.truths.pop(image.sequence, None)) for image in images]
+        return [(image, truth) for image, truth in paired if truth is not None or not self.has_truth]
 
 
-def count_whole_frames(path: Path) -> int:
-    """How many frames `recover` would keep."""
-    salvage = Salvage(path)
-    try:
-        salvage.header()
-    except InputError:
-        return 0
-    return sum(1 for _ in salvage.frames())
+def nothing_left(path: Path) -> InputError:
+    return InputError(f"{path}: not one whole frame of a recording of irsim is left in it")
 
 
 def _parts(path: Path) -> Iterator[Part]:
@@ -136,7 +136,7 @@ def _walk(file: BinaryIO) -> Iterator[Part]:
 
 def _part(opcode: int, body: bytes) -> Part | None:
     stream = ReadDataStream(io.BytesIO(body))
-    try:
+    with suppress(*BROKEN):
         if opcode == Opcode.METADATA:
             metadata: Metadata = Metadata.read(stream)
             return metadata
@@ -149,6 +149,4 @@ def _part(opcode: int, body: bytes) -> Part | None:
             # Without an index nothing but its CRC says that this is a chunk at all.
             if data is not None and zlib.crc32(data) == chunk.uncompressed_crc:
                 return data
-    except DAMAGE:
-        pass
     return None

@@ -6,6 +6,7 @@ so any MCAP reader can decode the messages. Syntax proto2: a field that is not s
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import Any
 
 from google.protobuf.descriptor import Descriptor, FileDescriptor
@@ -117,6 +118,14 @@ def optional(message: Any, field: str) -> Any:
     return value
 
 
+def needed(message: Any, field: str) -> Any:
+    """The numbers of a field that must be there, as a tuple; ValueError where it is not set or one is not finite."""
+    values = optional(message, field)
+    if values is None or not all(map(isfinite, values)):
+        raise ValueError(f"{field} {values}")
+    return values
+
+
 def encode_truth(truth: Truth) -> bytes:
     """The bytes of an irsim.Truth."""
     targets = [
@@ -142,13 +151,14 @@ def encode_truth(truth: Truth) -> bytes:
 
 
 def decode_truth(data: bytes | memoryview, index: int, time: float) -> Truth:
-    """The Truth of frame `index` at `time` s from the bytes of an irsim.Truth."""
+    """The Truth of frame `index` at `time` s from the bytes of an irsim.Truth; ValueError or protobuf's
+    DecodeError where they are none."""
     message: Any = TruthMessage.FromString(data)  # type: ignore[arg-type]
     targets = [
         TargetTruth(
             id=target.id,
-            center=optional(target, "center"),
-            box=Box(*optional(target, "box")),
+            center=needed(target, "center"),
+            box=Box(*needed(target, "box")),
             cls=optional(target, "cls"),
             signal_center=optional(target, "signal_center"),
             velocity=optional(target, "velocity"),

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from foxglove_schemas_protobuf.ImageAnnotations_pb2 import ImageAnnotations
-from google.protobuf.message import DecodeError
 from pydantic import Field
 
 from irsim.errors import InputError
@@ -17,9 +16,9 @@ from irsim.files import replacing
 from irsim.kinds import Positive
 from irsim.recording.annotate import TRACK, draw
 from irsim.recording.chunks import ChunkWriter, Message
-from irsim.recording.container import DamageError, check_mcap, open_container
+from irsim.recording.container import open_container
 from irsim.recording.header import Sealed
-from irsim.recording.schema import TRACK_STATE, TrackStateMessage, box, optional, point
+from irsim.recording.schema import TRACK_STATE, TrackStateMessage, box, needed, optional, point
 from irsim.recording.times import from_ns, to_ns
 from irsim.types import Box
 
@@ -95,7 +94,6 @@ def write_tracks(path: str | Path, header: TrackHeader, states: Iterable[TrackSt
 def read_tracks(path: str | Path) -> TrackRecording:
     """Read a track recording. InputError where it is missing, damaged, or something else."""
     path = Path(path)
-    check_mcap(path)
     container = open_container(path)
     if "irsim_track" not in container.metadata:
         raise InputError(f"{path}: is not a track recording of irsim; allowed: a file that irtrack run -o wrote")
@@ -108,12 +106,10 @@ def read_tracks(path: str | Path) -> TrackRecording:
     with container.open() as file:
         for chunk in range(len(lane.chunks) if lane else 0):
             for packet in container.packets(file, lane, chunk):  # type: ignore[arg-type]
-                try:
+                with container.decoded(f"state {len(states)} cannot be read"):
                     states.append(_decode(packet.data, packet.sequence, from_ns(packet.log_time, header.rate_hz)))
-                except (DecodeError, TypeError, ValueError):
-                    raise DamageError(f"{path}: damaged: state {len(states)} cannot be read") from None
     if len(states) != header.states:
-        raise DamageError(f"{path}: damaged: it holds {len(states)} of {header.states} states")
+        raise container.damage(f"it holds {len(states)} of {header.states} states")
     return TrackRecording(header, tuple(states))
 
 
@@ -146,7 +142,7 @@ def _decode(data: memoryview, index: int, time: float) -> TrackState:
     return TrackState(
         index=index,
         time=time,
-        box=Box(*optional(message, "box")),
+        box=Box(*needed(message, "box")),
         status=message.status,
         score=optional(message, "score"),
         velocity=optional(message, "velocity"),

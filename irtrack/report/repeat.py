@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
+import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -63,12 +64,23 @@ def _init(start: str) -> str:
 
 def _settings(config: dict[str, Any]) -> Sequence[str]:
     """KEY=VALUE of the parameters that are not the tracker's defaults."""
+    defaults = _defaults(config["tracker"])
+    changed = {key: value for key, value in config["parameters"].items() if defaults.get(key, ...) != value}
+    return [f"{key}={value if isinstance(value, str) else json.dumps(value)}" for key, value in changed.items()]
+
+
+def _defaults(tracker: str) -> dict[str, Any]:
+    """The tracker's own parameters; none of somebody else's tracker that cannot be made here.
+
+    A results file may come from anywhere: what it names is not imported for it.
+    """
     from irtrack.identity import tracker_config
     from irtrack.trackers import make
 
+    module, colon, _ = tracker.partition(":")
+    if colon and module not in sys.modules:
+        return {}
     try:
-        defaults = tracker_config(make(config["tracker"]))["parameters"]
-    except IrtrackError:  # a tracker of somebody else's that cannot be made here
-        defaults = {}
-    changed = {key: value for key, value in config["parameters"].items() if defaults.get(key, ...) != value}
-    return [f"{key}={value if isinstance(value, str) else json.dumps(value)}" for key, value in changed.items()]
+        return dict(tracker_config(make(tracker))["parameters"])
+    except IrtrackError:
+        return {}

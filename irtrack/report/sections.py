@@ -168,5 +168,5 @@ def _opened(source: SourceRow) -> Source:
     if source.kind == "recording":
         opened = open_recording(source.text)
     else:
-        opened = Rendering(loads(source.text, source.name), source.name)
+        opened = Rendering(loads(source.text, source.name, trusted=False), source.name)
     return opened

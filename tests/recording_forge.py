@@ -1,0 +1,57 @@
+"""Recordings as somebody who means harm would write them: CRCs and digests right, the rest as told."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
+from recording_fakes import Noise
+
+from irsim.recording.chunks import ChunkWriter, Compression, Message
+from irsim.recording.header import Contents, _digest
+from irsim.recording.image import encode_image
+from irsim.recording.layout import IMAGE, SCENARIO, TRUTH
+from irsim.recording.schema import TRUTH as TRUTH_SCHEMA
+from irsim.recording.schema import encode_truth
+from irsim.recording.times import to_ns
+from irsim.recording.write import header_of
+
+SOURCE = Noise(count=1)
+
+
+def honest_image() -> bytes:
+    return encode_image(SOURCE.frame(0).image, to_ns(0.0))
+
+
+def honest_truth() -> bytes:
+    return encode_truth(next(SOURCE.truths()))
+
+
+def forge(
+    path: Path,
+    header: Mapping[str, str] | None = None,
+    contents: Mapping[str, str] | None = None,
+    image: bytes | None = None,
+    truth: bytes | None = None,
+    scenario: bytes | None = None,
+    compression: Compression = "none",
+) -> Path:
+    """A recording of one frame; `header` and `contents` change single texts of the metadata."""
+    with path.open("wb") as file:
+        writer = ChunkWriter(file, compression)
+        writer.metadata("irsim", resealed(header_of(SOURCE).seal(), header))
+        if scenario is not None:
+            writer.attachment(SCENARIO, "application/yaml", scenario)
+        channel = writer.topic(TRUTH, TRUTH_SCHEMA)
+        writer.chunk([Message(channel, 0, to_ns(0.0), honest_truth() if truth is None else truth)])
+        channel = writer.topic(IMAGE, RawImage.DESCRIPTOR)
+        writer.chunk([Message(channel, 0, to_ns(0.0), honest_image() if image is None else image)])
+        writer.metadata("irsim_contents", resealed(Contents(frames=1).seal(), contents))
+        writer.finish()
+    return path
+
+
+def resealed(record: dict[str, str], changes: Mapping[str, str] | None) -> dict[str, str]:
+    texts = {key: text for key, text in record.items() if key != "digest"} | dict(changes or {})
+    return {**texts, "digest": _digest(texts)}

@@ -1,0 +1,203 @@
+"""Recordings that somebody made to do harm: one clear line, no code run, no memory filled."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
+from recording_fakes import Noise, same_frames
+from recording_forge import SOURCE, forge, honest_image
+
+import irsim
+from irsim.errors import InputError
+from irsim.recording import open_recording, record, recover
+from irsim.recording.chunks import ChunkWriter, Message
+from irsim.recording.container import unpack
+from irsim.recording.schema import TRACK_STATE, TrackStateMessage, TruthMessage
+from irsim.recording.tracks import TrackHeader, read_tracks
+
+EVIL = "raise SystemExit('code of a file was run')"
+
+
+@pytest.fixture
+def evil(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """The name of a module that lies on the path and must not be imported."""
+    name = f"evil_{abs(hash(tmp_path))}"
+    (tmp_path / f"{name}.py").write_text(EVIL)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    return name
+
+
+def read_all(path: Path) -> None:
+    recording = open_recording(path)
+    list(recording.frames("display"))
+    list(recording.truths())
+    _ = recording.scenario_text
+
+
+def refused(path: Path) -> str:
+    """The one line that reading all of a recording ends with."""
+    with pytest.raises(InputError) as caught:
+        read_all(path)
+    text = str(caught.value)
+    assert "\n" not in text
+    assert text.startswith(f"{path}: ")
+    return text
+
+
+def test_the_forger_writes_recordings_that_are_read(tmp_path: Path) -> None:
+    recording = open_recording(forge(tmp_path / "r.mcap"))
+    assert same_frames(recording.frames(), SOURCE.frames())
+    assert list(recording.truths()) == list(SOURCE.truths())
+
+
+def test_opening_a_recording_imports_nothing_that_it_names(tmp_path: Path, evil: str) -> None:
+    path = forge(tmp_path / "r.mcap", {"agc": f'{{"kind": "{evil}:X"}}'})
+    assert "is not imported" in refused(path)
+    with pytest.raises(InputError, match="is not imported"):
+        recover(path, tmp_path / "out.mcap")
+    assert evil not in sys.modules
+
+
+def test_a_kind_of_ones_own_is_read_once_its_module_is_imported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    name = "agc_of_my_own"
+    (tmp_path / f"{name}.py").write_text("from irsim.display import Plain\n\n\nclass Mine(Plain):\n    pass\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    path = forge(tmp_path / "r.mcap", {"agc": f'{{"kind": "{name}:Mine"}}'})
+    refused(path)
+    __import__(name)
+    assert open_recording(path).agc.kind == f"{name}:Mine"
+
+
+def test_a_scenario_out_of_a_file_imports_nothing_that_it_names(evil: str) -> None:
+    text = f"background: {{kind: '{evil}:X'}}\n"
+    with pytest.raises(InputError, match="is not imported"):
+        irsim.loads(text, trusted=False)
+    assert evil not in sys.modules
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"size": "[-1, 64]"},
+        {"size": "[32, 65536]"},
+        {"size": "[32"},
+        {"size": "[" * 100_000},
+        {"agc": "{}"},
+        {"agc": "linear"},
+        {"bits": "99999999999999999999"},
+        {"rate_hz": "NaN"},
+        {"rate_hz": "0"},
+        {"accuracy_px": "-1"},
+        {"ifov_rad": "0"},
+        {"first_frame": "-4"},
+    ],
+)
+def test_headers_that_mean_nothing(tmp_path: Path, change: dict[str, str]) -> None:
+    assert "metadata" in refused(forge(tmp_path / "r.mcap", change))
+
+
+@pytest.mark.parametrize("change", [{"frames": "-3"}, {"frames": "0"}, {"frames": "1e400"}, {"targets": "[{}]"}])
+def test_tables_of_contents_that_mean_nothing(tmp_path: Path, change: dict[str, str]) -> None:
+    assert "metadata" in refused(forge(tmp_path / "r.mcap", contents=change))
+
+
+def test_more_frames_than_there_are(tmp_path: Path) -> None:
+    path = forge(tmp_path / "r.mcap", contents={"frames": "3"})
+    assert "has 1 messages for 3 frames" in refused(path)
+    assert len(open_recording(recover(path, tmp_path / "out.mcap"))) == 1
+
+
+def changed_image(**fields: object) -> bytes:
+    message = RawImage.FromString(honest_image())
+    for name, value in fields.items():
+        setattr(message, name, value)
+    return bytes(message.SerializeToString())
+
+
+@pytest.mark.parametrize(
+    "image",
+    [
+        b"\xff\xff\xff",
+        b"",
+        changed_image(width=24, height=32),
+        changed_image(step=2),
+        changed_image(data=b"short"),
+        changed_image(encoding="rgb8"),
+        changed_image(encoding="mono8"),
+    ],
+)
+def test_pictures_that_are_none(tmp_path: Path, image: bytes) -> None:
+    path = forge(tmp_path / "r.mcap", image=image)
+    assert "damaged: frame 0 cannot be read" in refused(path)
+    with pytest.raises(InputError, match="not one whole frame"):
+        recover(path, tmp_path / "out.mcap")
+    assert not (tmp_path / "out.mcap").exists()
+
+
+@pytest.mark.parametrize(
+    "target",
+    [
+        {"id": "jet", "center": {"x": 1, "y": 2}},
+        {"id": "jet", "box": {"cx": 1, "cy": 2, "w": 3, "h": 4}},
+        {"id": "jet", "center": {"x": float("nan"), "y": 2}, "box": {"cx": 1, "cy": 2, "w": 3, "h": 4}},
+    ],
+)
+def test_truth_that_misses_what_it_must_have(tmp_path: Path, target: dict[str, object]) -> None:
+    truth = TruthMessage(index=0, time=0.0, targets=[target]).SerializeToString()
+    path = forge(tmp_path / "r.mcap", truth=truth)
+    assert "damaged: the truth of frame 0 cannot be read" in refused(path)
+    with pytest.raises(InputError, match="not one whole frame"):
+        recover(path, tmp_path / "out.mcap")
+
+
+def test_truth_and_scenario_that_are_no_text(tmp_path: Path) -> None:
+    assert "the truth of frame 0" in refused(forge(tmp_path / "r.mcap", truth=b"\xff\xff"))
+    path = forge(tmp_path / "s.mcap", scenario=b"\xff\xfe")
+    assert "the scenario in it is no text" in refused(path)
+    assert open_recording(recover(path, tmp_path / "out.mcap")).scenario_text is None
+
+
+def test_track_states_without_a_box(tmp_path: Path) -> None:
+    path = tmp_path / "t.mcap"
+    with path.open("wb") as file:
+        writer = ChunkWriter(file)
+        writer.metadata(
+            "irsim_track", TrackHeader(tracker="x", source="s", source_hash="h", rate_hz=1.0, states=1).seal()
+        )
+        channel = writer.topic("/tracks/x/states", TRACK_STATE)
+        writer.chunk([Message(channel, 0, 0, TrackStateMessage(index=0).SerializeToString())])
+        writer.finish()
+    with pytest.raises(InputError, match=r"t\.mcap: damaged: state 0 cannot be read$"):
+        read_tracks(path)
+
+
+def test_an_index_that_promises_more_than_the_file_holds(tmp_path: Path) -> None:
+    recording = open_recording(record(Noise(), tmp_path / "r.mcap"))
+    for chunk in recording.container.chunks:
+        chunk.chunk_length = 2**60
+    with pytest.raises(InputError, match="its index points past its end"):
+        recording.frame(0)
+    for entry in recording.container.attachment_index:
+        entry.length = 2**62
+    with pytest.raises(InputError, match="its index points past its end"):
+        recording.container.attachment("layout.json")
+
+
+@pytest.mark.parametrize("compression", ["lz4", "zstd"])
+def test_a_chunk_unpacks_to_what_it_says_and_no_more(compression: str) -> None:
+    import lz4.frame  # type: ignore[import-untyped]
+    import zstandard
+
+    plain = bytes(4_000_000)
+    packed = memoryview(lz4.frame.compress(plain) if compression == "lz4" else zstandard.compress(plain))
+    whole = unpack(packed, compression, len(plain))
+    assert whole is not None
+    assert np.frombuffer(whole, np.uint8).size == len(plain)
+    for stated in (1000, len(plain) - 1, len(plain) + 1, 0, -1, 2**62):
+        assert unpack(packed, compression, stated) is None
