@@ -80,6 +80,8 @@ class Renderer:
     def _pieces(self, index: int) -> Iterator[Piece]:
         sight = self.sight(index)
         for course in self.courses:
+            if not course.target.exists(index):
+                continue
             sprite = course.target.shape.draw(course.view(index, self.mount, self.stage))
             if sprite is not None:
                 yield Piece(course.target.id, arriving(sprite, sight, course.target.id), tracked=True)

@@ -12,11 +12,16 @@ from pydantic_core import PydanticCustomError
 
 from irsim.backgrounds import BACKGROUNDS, Background
 from irsim.camera import Camera
-from irsim.kinds import Name, Part, Several, Triple, suggestion
+from irsim.kinds import Index, Name, Part, Several, Triple, suggestion
 from irsim.motion import PATHS, Company, Path
 from irsim.occluders import OCCLUDERS, Occluder
 from irsim.shapes import SHAPES, Shape
 from irsim.stage import Stage
+
+KeyPath = tuple[str | int, ...]
+
+Stretch = Annotated[tuple[Index, Index], Field(strict=False)]
+"""[first, last] frame, both counted."""
 
 
 class Target(Part):
@@ -34,6 +39,23 @@ class Target(Part):
     """Yaw, pitch, roll added to the attitude that its path gives, degrees."""
     spin_deg_s: Triple = (0.0, 0.0, 0.0)
     """Rates of the same three, degrees a second."""
+    absent: Several[Stretch] = ()
+    """List of [first, last] frame between which, both counted, it is not there: not drawn, and no truth."""
+
+    @model_validator(mode="after")
+    def _absences_are_stretches(self) -> Target:
+        for index, (first, last) in enumerate(self.absent):
+            if last < first:
+                raise PydanticCustomError(
+                    "absent",
+                    "frame {last} is before frame {first}; allowed: [first, last]",
+                    {"first": first, "last": last, "at": ("absent", index)},
+                )
+        return self
+
+    def exists(self, frame: int) -> bool:
+        """Is it there in that frame?"""
+        return frame >= self.path.begins and not any(first <= frame <= last for first, last in self.absent)
 
 
 class Scenario(Part):
@@ -98,13 +120,42 @@ class Scenario(Part):
             seen.add(name)
         return self
 
+    def references(self) -> Iterator[tuple[str, str, KeyPath]]:
+        """(who, whom, place) of everything that refers to a target by its id; `who` is a target's id or ''."""
+        for index, target in enumerate(self.targets):
+            for key, name in target.path.refers().items():
+                yield target.id, name, ("targets", index, "path", key)
+        for index, motion in enumerate(self.camera.motion):
+            for key, name in motion.refers().items():
+                yield "", name, ("camera", "motion", index, key)
+
+    @model_validator(mode="after")
+    def _nobody_waits_for_himself(self) -> Scenario:
+        waits = {who: (whom, place) for who, whom, place in self.references() if who}
+        for first in waits:
+            chain = [first]
+            while chain[-1] in waits:
+                whom, place = waits[chain[-1]]
+                if whom == first:
+                    raise PydanticCustomError(
+                        "circle",
+                        "{chain} refer to each other in a circle; allowed: one of them with a path of its own",
+                        {"chain": ", ".join(chain), "at": place},
+                    )
+                if whom in chain:
+                    break  # the circle is further on, and found from one of its own
+                chain.append(whom)
+        return self
+
     @model_validator(mode="after")
     def _names_exist(self) -> Scenario:
         names = [name for name, _ in self.names()]
         targets = [target.id for target in self.targets]
+        wanted: list[tuple[str, KeyPath, list[str]]]
         wanted = [(name, ("without", index), names) for index, name in enumerate(self.without)]
         if self.follow is not None:
-            wanted.append((self.follow, ("follow",), targets))  # type: ignore[arg-type]
+            wanted.append((self.follow, ("follow",), targets))
+        wanted += [(whom, place, targets) for _, whom, place in self.references()]
         for name, place, allowed in wanted:
             if name not in allowed:
                 raise PydanticCustomError(
