@@ -20,6 +20,7 @@ from PIL import Image
 from pydantic.fields import FieldInfo
 
 from irsim.backgrounds import BACKGROUNDS
+from irsim.backgrounds.patches import Clutter, Fields, Roads, Water
 from irsim.backgrounds.sky import Clouds
 from irsim.camera import Camera
 from irsim.detector import NOISES
@@ -41,6 +42,15 @@ WIDTH, COLOURS = 960, 128
 """Of the pictures: small enough to be kept in git."""
 
 FAMILIES: tuple[Family, ...] = (BACKGROUNDS, SHAPES, PATHS, OCCLUDERS, POINTINGS, NOISES, AGCS)
+
+PARTS: dict[str, type[Part]] = {
+    "clouds: each, in `background: {kind: sky}`": Clouds,
+    "fields, in `background: {kind: ground}`": Fields,
+    "roads, in `background: {kind: ground}`": Roads,
+    "water, in `background: {kind: ground}`": Water,
+    "clutter, in `background: {kind: ground}`": Clutter,
+}
+"""Parts of backgrounds, and where they stand."""
 
 
 def keys(part: type[Part]) -> Iterator[str]:
@@ -93,9 +103,10 @@ def scenario_keys() -> Iterator[str]:
         yield f"### {title}\n"
         yield from keys(part)
         yield ""
-    yield "### clouds: each, in `background: {kind: sky}`\n"
-    yield from keys(Clouds)
-    yield ""
+    for title, part in PARTS.items():
+        yield f"### {title}\n"
+        yield from keys(part)
+        yield ""
     for family in FAMILIES:
         yield f"### {family.name} kinds\n"
         for name, kind in family:

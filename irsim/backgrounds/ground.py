@@ -1,17 +1,20 @@
-"""Ground seen from above: a temperature field in angle."""
+"""Ground seen from above: a temperature field in angle, and what lies on it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from irsim.backgrounds.base import FARTHEST, Background, Gaze, Layer
+from irsim.backgrounds.fields import Betas, Histogram, shaped, spectral
+from irsim.backgrounds.hours import TEMPERATURES, Hour, filled
 from irsim.backgrounds.painting import Painting
-from irsim.backgrounds.texture import Tile, power_law, tile_side
+from irsim.backgrounds.patches import Clutter, Fields, Painted, Roads, Water
+from irsim.backgrounds.texture import Tile, tile_side
 from irsim.kinds import Kelvin, NotNegative, Positive
 from irsim.radiometry import radiance
 from irsim.stage import Stage
@@ -30,8 +33,21 @@ class Terrain:
         return None, self.painting.seen(gaze)[0]
 
 
+@dataclass(frozen=True, eq=False)
+class Patches:
+    """What lies on the ground: its transmittance (1 less its cover) and its emission."""
+
+    name: str
+    painting: Painting
+    range_m: float = FARTHEST
+
+    def light(self, gaze: Gaze) -> tuple[Floats, Floats]:
+        transmittance, emission = self.painting.seen(gaze)
+        return transmittance, emission
+
+
 class Ground(Background):
-    """Terrain whose temperature varies about a mean; with `spread_k: 0` it is flat."""
+    """Terrain whose temperature varies about a mean; with `spread_k: 0` and nothing on it it is flat."""
 
     mean_k: Kelvin = 290.0
     """Mean temperature, K."""
@@ -43,17 +59,73 @@ class Ground(Background):
     """Size of the largest features, mrad."""
     stretch: Annotated[float, Field(ge=0.1, le=10)] = 1.5
     """How much wider than high features are."""
+    betas: Betas | None = None
+    """Slopes along x and along y, where they differ; in place of `beta`."""
+    histogram: Histogram = ()
+    """Temperatures at evenly spaced shares of the ground, least to greatest, in any unit; Gaussian where empty."""
+    hour: Hour = "any"
+    """day or night: temperatures that are not given are typical of it."""
+    fields: Fields | None = None
+    roads: Roads | None = None
+    water: Water | None = None
+    clutter: Clutter | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _by_hour(cls, data: Any) -> Any:
+        return filled(data, {"mean_k": "ground", "spread_k": "spread"})
 
     def layers(self, stage: Stage) -> Sequence[Layer]:
         geometry = stage.geometry
-        field = power_law(
-            tile_side(geometry.size),
-            self.beta,
-            self.correlation_mrad * 1e-3 / geometry.ifov_rad,
-            self.stretch,
-            stage.seed,
-            "ground",
+        field = shaped(
+            spectral(
+                tile_side(geometry.size),
+                self.beta,
+                self.betas,
+                self.correlation_mrad * 1e-3 / geometry.ifov_rad,
+                self.stretch,
+                stage.seed,
+                "ground",
+            ),
+            self.histogram,
         )
         kelvin = np.maximum(self.mean_k + self.spread_k * field, 1.0)
         light = radiance(stage.band, kelvin).astype(np.float32)
-        return [Terrain(Painting((Tile.of(light, geometry.size, stage.psf_px),)))]
+        terrain = Terrain(Painting((Tile.of(light, geometry.size, stage.psf_px),)))
+        # Fields are made of the ground that they lie on, roads and water are smooth.
+        rough = {"fields": 0.5 * self.spread_k * field}
+        return [
+            terrain,
+            *(
+                self._patches(name, cover, kelvin + rough.get(name, 0.0), stage)
+                for name, cover, kelvin in self._on(stage)
+            ),
+        ]
+
+    def names(self) -> tuple[str, ...]:
+        return tuple(name for name in ("fields", "water", "roads", "clutter") if getattr(self, name) is not None)
+
+    def _on(self, stage: Stage) -> list[tuple[str, Floats, Floats]]:
+        """Name, cover and temperature less the ground's of all that lies on it, the lowest first."""
+        side, px_per_mrad = tile_side(stage.geometry.size), 1e-3 / stage.geometry.ifov_rad
+        found: list[tuple[str, Painted]] = []
+        if self.fields is not None:
+            spread = self._typical(self.fields.spread_k, "fields", 3.0)
+            found.append(("fields", self.fields.paint(side, px_per_mrad, spread, stage.seed)))
+        if self.water is not None:
+            contrast = self._typical(self.water.contrast_k, "water", -8.0)
+            found.append(("water", self.water.paint(side, px_per_mrad, contrast, stage.seed)))
+        if self.roads is not None:
+            contrast = self._typical(self.roads.contrast_k, "roads", 6.0)
+            found.append(("roads", self.roads.paint(side, px_per_mrad, contrast, stage.seed)))
+        if self.clutter is not None:
+            found.append(("clutter", self.clutter.paint(side, px_per_mrad, stage.seed)))
+        return [(name, *painted) for name, painted in found]
+
+    def _typical(self, given: float | None, what: str, otherwise: float) -> float:
+        return given if given is not None else TEMPERATURES.get(self.hour, {}).get(what, otherwise)
+
+    def _patches(self, name: str, cover: Floats, offset_k: Floats, stage: Stage) -> Patches:
+        emission = cover * radiance(stage.band, np.maximum(self.mean_k + offset_k, 1.0))
+        size, psf_px = stage.geometry.size, stage.psf_px
+        return Patches(name, Painting(tuple(Tile.of(part, size, psf_px) for part in (1 - cover, emission))))

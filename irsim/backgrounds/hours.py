@@ -1,0 +1,41 @@
+"""Temperatures of what the ground is made of, by day and by night."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+Hour = Literal["any", "day", "night"]
+"""`any` stands for no hour: every temperature is as its key says."""
+
+TEMPERATURES: dict[str, dict[str, float]] = {
+    "day": {
+        "ground": 303.0,
+        "spread": 4.0,
+        "fields": 4.0,
+        "roads": 9.0,
+        "water": -11.0,
+        "trees": 297.0,
+        "walls": 304.0,
+    },
+    "night": {
+        "ground": 283.0,
+        "spread": 1.2,
+        "fields": 1.0,
+        "roads": 4.0,
+        "water": 5.0,
+        "trees": 285.5,
+        "walls": 287.0,
+    },
+}
+"""K: ground, trees and walls themselves; spreads of the ground and between fields; roads and water
+less the ground. Round figures for a clear summer day and night at mid latitudes: bare soil and asphalt
+swing most between day and night, water hardly, crowns of trees stay near the air (Oke, Boundary Layer
+Climates, 2nd ed. 1987, chapters 2 to 4). So water is the coldest by day and warm by night."""
+
+
+def filled(data: Any, keys: dict[str, str]) -> Any:
+    """A part's keys with those that are missing taken from its `hour`; `keys`: key of the part -> key of the table."""
+    if not isinstance(data, dict) or data.get("hour", "any") not in TEMPERATURES:
+        return data
+    table = TEMPERATURES[data["hour"]]
+    return {**{key: table[what] for key, what in keys.items()}, **data}

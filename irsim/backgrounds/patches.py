@@ -1,0 +1,153 @@
+"""What lies on the ground: fields with lanes between them, roads, water, and clutter like targets.
+
+Each is painted on a periodic map of px, (side, side), and gives its cover (0..1, of each pixel) and
+its temperature less the ground's, K.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import cv2
+import numpy as np
+from pydantic import Field
+
+from irsim.backgrounds.fields import spectral
+from irsim.kinds import Fraction, NotNegative, Part, Positive
+from irsim.rng import stream
+from irsim.types import Floats
+
+Painted = tuple[Floats, Floats]
+"""Cover, 0..1, and temperature less the ground's, K."""
+
+
+class Fields(Part):
+    """A patchwork of fields, each of one temperature, with lanes between them."""
+
+    size_mrad: Positive = 60.0
+    """Side of a field, mrad; they vary by a factor of two about it."""
+    spread_k: NotNegative | None = None
+    """Standard deviation between fields, K; by the ground's `hour` where not given, else 3."""
+    lane_mrad: NotNegative = 1.5
+    """Width of the lanes, mrad."""
+    lane_k: float = 3.0
+    """Temperature of the lanes less the ground's mean, K."""
+
+    def paint(self, side: int, px_per_mrad: float, spread_k: float, seed: int) -> Painted:
+        """A square is split until its parts are of the wanted size, then bent so that no edge is straight for long."""
+        draw = stream(seed, "fields")
+        offsets, lanes = np.zeros((side, side), np.float32), np.zeros((side, side), np.float32)
+        half = self.lane_mrad * px_per_mrad / 2
+        todo = [(0.0, 0.0, float(side), float(side))]
+        while todo:
+            x, y, w, h = todo.pop()
+            limit = self.size_mrad * px_per_mrad * np.exp(draw.uniform(-0.4, 0.4))
+            if max(w, h) > 1.4 * limit and min(w, h) > 4:
+                cut = draw.uniform(0.35, 0.65)
+                if w > h * draw.uniform(0.7, 1.4):
+                    todo += [(x, y, w * cut, h), (x + w * cut, y, w * (1 - cut), h)]
+                else:
+                    todo += [(x, y, w, h * cut), (x, y + h * cut, w, h * (1 - cut))]
+                continue
+            rows, columns = slice(round(y), round(y + h)), slice(round(x), round(x + w))
+            offsets[rows, columns] = draw.standard_normal()
+            along = _within(np.arange(float(columns.start), columns.stop), x, x + w, half)
+            down = _within(np.arange(float(rows.start), rows.stop), y, y + h, half)
+            lanes[rows, columns] = 1 - down[:, None] * along
+        bent = _bend((offsets * spread_k) * (1 - lanes) + self.lane_k * lanes, self.size_mrad * px_per_mrad, seed)
+        return np.ones_like(bent), bent
+
+
+def _within(pixels: Floats, low: float, high: float, edge: float) -> Floats:
+    """Share of each pixel that lies more than `edge` inside (low, high)."""
+    inside = np.minimum(pixels + 0.5 - low, high - pixels - 0.5) - edge
+    return np.asarray(np.clip(inside + 0.5, 0, 1), dtype=np.float32)
+
+
+def _bend(texture: Floats, size_px: float, seed: int) -> Floats:
+    """A periodic texture displaced smoothly, by a tenth of `size_px`."""
+    side = texture.shape[0]
+    across, down = (spectral(side, 4.5, None, 2 * size_px, 1.0, seed, "bend", axis) for axis in ("x", "y"))
+    x, y = np.meshgrid(np.arange(side, dtype=np.float32), np.arange(side, dtype=np.float32))
+    columns, rows = (np.mod(at + 0.1 * size_px * shift, side) for at, shift in ((x, across), (y, down)))
+    wide = cv2.copyMakeBorder(texture, 0, 1, 0, 1, cv2.BORDER_WRAP)
+    return np.asarray(cv2.remap(wide, columns.astype(np.float32), rows.astype(np.float32), cv2.INTER_LINEAR))
+
+
+class Roads(Part):
+    """Winding roads across the picture."""
+
+    count: Annotated[int, Field(ge=1, le=50)] = 2
+    """How many on a map of 1024 px."""
+    width_mrad: Positive = 2.0
+    """Width, mrad."""
+    contrast_k: float | None = None
+    """Temperature less the ground's mean, K; by the ground's `hour` where not given, else 6."""
+
+    def paint(self, side: int, px_per_mrad: float, contrast_k: float, seed: int) -> Painted:
+        distance = np.full((side, side), np.inf)
+        along = np.arange(side)
+        for number in range(round(self.count * side / 1024) or 1):
+            draw = stream(seed, "roads", number)
+            waves = np.arange(1, 6)
+            amplitude = draw.standard_normal((2, 5)) * side * 0.05 / waves**1.5
+            phase = 2 * np.pi * np.outer(along / side, waves)
+            course = np.cos(phase) @ amplitude[0] + np.sin(phase) @ amplitude[1]
+            slope = np.gradient(course)
+            middle = draw.uniform(0, side) + course
+            off = np.abs((along[:, None] - middle + side / 2) % side - side / 2) / np.hypot(1, slope)
+            distance = np.minimum(distance, off if number % 2 else off.T)
+        cover = np.clip(self.width_mrad * px_per_mrad / 2 - distance + 0.5, 0, 1).astype(np.float32)
+        return cover, np.full_like(cover, contrast_k)
+
+
+class Water(Part):
+    """Ponds and lakes: smooth, and of one temperature."""
+
+    share: Annotated[float, Field(gt=0, lt=1)] = 0.1
+    """Share of the ground."""
+    size_mrad: Positive = 80.0
+    """Size of the largest, mrad."""
+    contrast_k: float | None = None
+    """Temperature less the ground's mean, K; by the ground's `hour` where not given, else -8."""
+
+    def paint(self, side: int, px_per_mrad: float, contrast_k: float, seed: int) -> Painted:
+        field = spectral(side, 4.2, None, self.size_mrad * px_per_mrad, 1.3, seed, "water")
+        shore = float(np.quantile(field, 1 - self.share))
+        steep = np.hypot(*np.gradient(field)) + 1e-6
+        cover = np.clip((field - shore) / steep + 0.5, 0, 1).astype(np.float32)
+        return cover, np.full_like(cover, contrast_k)
+
+
+class Clutter(Part):
+    """Small warm and cold things of the size and grey of targets: false targets."""
+
+    per_mrad2: NotNegative = 0.002
+    """How many in a square milliradian."""
+    size_mrad: Annotated[tuple[Positive, Positive], Field(strict=False)] = (1.0, 4.0)
+    """Smallest and largest length, mrad."""
+    contrast_k: Annotated[tuple[NotNegative, NotNegative], Field(strict=False)] = (3.0, 10.0)
+    """Least and greatest temperature less the ground's mean, without sign, K."""
+    cold: Fraction = 0.2
+    """Share of them that is colder than the ground."""
+
+    def paint(self, side: int, px_per_mrad: float, seed: int) -> Painted:
+        """Ellipses turned at random, twice as long as wide at most, half-way soft over a pixel at the edge."""
+        draw = stream(seed, "clutter")
+        cover, kelvin = np.zeros((side, side), np.float32), np.zeros((side, side), np.float32)
+        for _ in range(draw.poisson(self.per_mrad2 * (side / px_per_mrad) ** 2)):
+            x, y, angle = draw.uniform(0, side), draw.uniform(0, side), draw.uniform(0, np.pi)
+            length = draw.uniform(min(self.size_mrad), max(self.size_mrad)) * px_per_mrad / 2
+            width = length * draw.uniform(0.5, 1)
+            contrast = draw.uniform(min(self.contrast_k), max(self.contrast_k)) * (
+                -1 if draw.random() < self.cold else 1
+            )
+            reach = int(length) + 2
+            columns, rows = (np.arange(int(at) - reach, int(at) + reach + 1) for at in (x, y))
+            dx, dy = columns - x, (rows - y)[:, None]
+            ahead, beside = dx * np.cos(angle) + dy * np.sin(angle), dy * np.cos(angle) - dx * np.sin(angle)
+            inside = np.clip((1 - np.hypot(ahead / length, beside / width)) * width + 0.5, 0, 1)
+            patch = np.ix_(rows % side, columns % side)
+            kelvin[patch] = np.where(inside > cover[patch], contrast, kelvin[patch])
+            cover[patch] = np.maximum(cover[patch], inside)
+        return cover, kelvin
