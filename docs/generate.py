@@ -43,7 +43,7 @@ WIDTH, COLOURS = 960, 128
 
 FAMILIES: tuple[Family, ...] = (BACKGROUNDS, SHAPES, PATHS, OCCLUDERS, POINTINGS, NOISES, AGCS)
 
-PARTS: dict[str, type[Part]] = {
+INNER: dict[str, type[Part]] = {
     "clouds: each, in `background: {kind: sky}`": Clouds,
     "fields, in `background: {kind: ground}`": Fields,
     "roads, in `background: {kind: ground}`": Roads,
@@ -103,7 +103,7 @@ def scenario_keys() -> Iterator[str]:
         yield f"### {title}\n"
         yield from keys(part)
         yield ""
-    for title, part in PARTS.items():
+    for title, part in INNER.items():
         yield f"### {title}\n"
         yield from keys(part)
         yield ""
