@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 
 class IrsimError(Exception):
     """Anything irsim raises on purpose. ``str(error)`` is ready to be shown to a user."""
@@ -12,3 +14,10 @@ class InputError(IrsimError):
 
     The text is one line for each thing that is wrong, each with its place.
     """
+
+
+class Notice(NamedTuple):
+    """Something legal that may not be meant: its place in the tree, and what to say of it."""
+
+    at: tuple[str | int, ...]
+    what: str

@@ -4,19 +4,25 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections.abc import Iterator
 from typing import Annotated
 
+import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from irsim.atmosphere import Atmosphere, fitted_band
 from irsim.backgrounds import BACKGROUNDS, Background
 from irsim.camera import Camera
+from irsim.errors import Notice
 from irsim.kinds import Index, Name, Part, Several, Triple, suggestion
 from irsim.motion import PATHS, Company, Path
 from irsim.occluders import OCCLUDERS, Occluder
+from irsim.radiometry import BAND_UM, limits
 from irsim.shapes import SHAPES, Shape
 from irsim.stage import Stage
+from irsim.turbulence import Turbulence
 
 KeyPath = tuple[str | int, ...]
 
@@ -58,6 +64,10 @@ class Target(Part):
         return frame >= self.path.begins and not any(first <= frame <= last for first, last in self.absent)
 
 
+WATCHED = 200
+"""Frames, evenly spread, at which warnings look at where targets are."""
+
+
 class Scenario(Part):
     """What irsim renders."""
 
@@ -68,6 +78,7 @@ class Scenario(Part):
     frames: Annotated[int, Field(ge=1, le=10_000_000)] = 100
     """How many frames."""
     camera: Camera = Camera()
+    atmosphere: Atmosphere = Atmosphere()
     background: Annotated[Background, BACKGROUNDS]
     targets: Several[Target] = ()
     occluders: Several[Annotated[Occluder, OCCLUDERS]] = ()
@@ -81,7 +92,16 @@ class Scenario(Part):
         camera = self.camera
         motions = tuple(motion for motion in camera.motion if self.is_on(motion.name))
         cast = Company({target.id: target.path for target in self.targets}, motions)
-        return Stage(self.seed, camera.geometry, camera.rate_hz, camera.band, camera.psf_px, cast)
+        air = self.air
+        psf_px = math.hypot(camera.psf_px, air.turbulence.blur_rms(camera.band) / camera.geometry.ifov_rad)
+        return Stage(self.seed, camera.geometry, camera.rate_hz, camera.band, psf_px, cast, air, camera.netd_mk * 1e-3)
+
+    @property
+    def air(self) -> Atmosphere:
+        """The atmosphere, less what is switched off."""
+        turbulence = self.atmosphere.turbulence if self.is_on("turbulence") else Turbulence()
+        still = self.atmosphere if self.is_on("atmosphere") else Atmosphere()
+        return still.model_copy(update={"turbulence": turbulence})
 
     @property
     def hash(self) -> str:
@@ -108,6 +128,47 @@ class Scenario(Part):
             yield motion.name, ("camera", "motion", index, "id")
         for name in self.background.names():
             yield name, ("background",)
+        if not self.atmosphere.is_clear:
+            yield "atmosphere", ("atmosphere",)
+        if self.atmosphere.turbulence.cn2 > 0:
+            yield "turbulence", ("atmosphere", "turbulence")
+
+    def warnings(self) -> list[Notice]:
+        """What is legal but may not be meant, such as a path longer than any that the atmosphere was fitted to."""
+        return [
+            *(Notice(("atmosphere", *at), what) for at, what in self.air.notices(self.camera.band)),
+            *self._long_paths(),
+        ]
+
+    def _long_paths(self) -> Iterator[Notice]:
+        """For each target that goes beyond the atmosphere's fit, the first reason why."""
+        stage = self.stage
+        if stage.air.preset == "none" or stage.cast is None:
+            return
+        frames = np.unique(np.linspace(0, self.frames - 1, min(self.frames, WATCHED)).round())
+        places = stage.cast.standpoints(frames, stage)
+        for index, target in enumerate(self.targets):
+            sight = target.path.positions(frames, stage, target.id) - places
+            ranges = np.linalg.norm(sight, axis=-1)
+            rises = -sight @ stage.geometry.down
+            for k in (ranges.argmin(), ranges.argmax(), rises.argmin(), rises.argmax()):
+                why = stage.air.beyond(float(ranges[k]), float(np.arcsin(np.clip(rises[k] / ranges[k], -1, 1))))
+                if why is not None:
+                    yield Notice(("targets", index, "path"), f"frame {frames[k]:.0f}: {why}")
+                    break
+
+    @model_validator(mode="after")
+    def _air_is_fitted(self) -> Scenario:
+        air, band = self.atmosphere, self.camera.band
+        if (air.preset != "none" or air.fog_visibility_km is not None) and fitted_band(band) is None:
+            low, high = limits(band)
+            named = " or ".join(f"{name} ({first:g} to {last:g} um)" for name, (first, last) in BAND_UM.items())
+            raise PydanticCustomError(
+                "unfitted_band",
+                "no atmosphere is fitted to a band of {band}; allowed with one: at least half of it within {named}",
+                {"band": f"{low:g} to {high:g} um", "named": named, "at": ("camera", "band")},
+            )
+        return self
 
     @model_validator(mode="after")
     def _names_are_unique(self) -> Scenario:

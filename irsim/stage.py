@@ -5,8 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Protocol
 
+import numpy as np
+
+from irsim.atmosphere import Atmosphere
 from irsim.geometry import Geometry
-from irsim.radiometry import Band
+from irsim.radiometry import Band, radiance
 from irsim.types import Floats
 
 
@@ -22,10 +25,15 @@ class Cast(Protocol):
         ...
 
 
+NOTHING = Atmosphere()
+"""Air that does nothing."""
+
+
 @dataclass(frozen=True)
 class Stage:
     """seed of the scene; geometry of the camera; rate_hz; band; psf_px, the optical blur's sigma in px;
-    cast, who else is in the scene (None: nobody)."""
+    cast, who else is in the scene (None: nobody); air, what is between (by default nothing);
+    noise_k, the camera's NETD, K."""
 
     seed: int
     geometry: Geometry
@@ -33,3 +41,21 @@ class Stage:
     band: Band
     psf_px: float
     cast: Cast | None = field(default=None, compare=False, repr=False)
+    air: Atmosphere = NOTHING
+    noise_k: float = 0.0
+
+    @property
+    def surroundings(self) -> float:
+        """Radiance that grey bodies reflect, W/m2/sr."""
+        return self.air.surroundings(self.band)
+
+    def glow(self, temperature_k: float | Floats, emissivity: float | Floats) -> Floats:
+        """Radiance of a grey body, W/m2/sr: what it emits, and what it reflects of its surroundings."""
+        return np.asarray(emissivity * radiance(self.band, temperature_k) + (1 - emissivity) * self.surroundings)
+
+    def through(
+        self, emission: Floats, alpha: Floats, range_m: float | Floats, elevation_rad: float | Floats
+    ) -> Floats:
+        """Emission, W/m2/sr, of something that replaces the share `alpha` of the light, as it arrives through the
+        air from a range, m, at an elevation, rad (arrays broadcast)."""
+        return self.air.through(self.band, emission, alpha, range_m, elevation_rad)

@@ -10,7 +10,6 @@ import numpy as np
 
 from irsim.geometry import Geometry
 from irsim.kinds import Fraction, Kelvin, NamedKind, Positive
-from irsim.radiometry import radiance
 from irsim.shapes.polygon import outline
 from irsim.shapes.silhouette import sprite, within_sight
 from irsim.sprite import Sprite
@@ -88,5 +87,5 @@ class Opaque(Occluder):
         edges = [outline(points) for points in outlines]
         start, stop = (np.concatenate(ends) for ends in zip(*edges, strict=True))
         layer = np.repeat(np.arange(len(facets)), [len(points) for points in outlines])
-        glow = self.emissivity * radiance(stage.band, np.array([kelvin for _, kelvin in facets]))
+        glow = stage.glow(np.array([kelvin for _, kelvin in facets]), self.emissivity)
         return sprite((start, stop, layer), glow, box, window, stage.psf_px, self.range_m)

@@ -68,7 +68,7 @@ class Body(Shape):
         start = pixels[np.where(left, form.head, form.tail)[order]]
         stop = pixels[np.where(left, form.tail, form.head)[order]]
         glow = np.empty(len(rank))
-        glow[rank] = _glow(self, stage.band)
+        glow[rank] = _glow(self, stage.band, stage.surroundings)
         range_m = float(np.linalg.norm(view.position))
         return sprite((start, stop, rank[form.part[order]]), glow, box, window, stage.psf_px, range_m)
 
@@ -84,10 +84,10 @@ def _mesh(body: type[Body], length_m: float) -> Mesh:
 
 
 @lru_cache(maxsize=64)
-def _glow(body: Body, band: Band) -> Floats:
+def _glow(body: Body, band: Band, surroundings: float) -> Floats:
     """(parts,) in-band radiance, W/m2/sr."""
     temperatures = np.array([getattr(body, solid.heat) for solid in body.solids])
     emissivities = np.array(
         [getattr(body, solid.heat.removesuffix("_k") + "_emissivity", body.emissivity) for solid in body.solids]
     )
-    return np.asarray(emissivities * radiance(band, temperatures))
+    return np.asarray(emissivities * radiance(band, temperatures) + (1 - emissivities) * surroundings)

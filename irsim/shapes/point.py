@@ -6,7 +6,6 @@ import numpy as np
 
 from irsim.kinds import Fraction, Kelvin, Positive
 from irsim.optics import fwhm_px, reach_px, shares
-from irsim.radiometry import radiance
 from irsim.shapes.base import Shape, View
 from irsim.sprite import Sprite
 from irsim.types import Box
@@ -37,6 +36,6 @@ class Point(Shape):
         pixels = np.arange(2 * reach + 1)
         cover = np.outer(shares(y0 + pixels - y, stage.psf_px), shares(x0 + pixels - x, stage.psf_px))
         alpha = np.minimum(phi * cover, 1.0)
-        emission = alpha * self.emissivity * radiance(stage.band, self.temperature_k)
+        emission = alpha * stage.glow(self.temperature_k, self.emissivity)
         width = fwhm_px(stage.psf_px)
         return Sprite(x0, y0, cover, alpha, emission, (x, y), (x, y), Box(x, y, width, width), range_m)

@@ -1,0 +1,38 @@
+"""What the air makes of a thing's light on its way to the camera."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from irsim.occluders import Sight
+from irsim.sprite import Sprite
+
+
+def arriving(sprite: Sprite, sight: Sight, name: str | None = None) -> Sprite:
+    """A sprite as it is seen through the air: its light weakened, the path's light added, and twinkling where
+    it is the target of that `name`. The sprite itself where the air does nothing."""
+    stage, air = sight.stage, sight.stage.air
+    twinkles = name is not None and air.turbulence.cn2 > 0
+    if air.is_clear and not twinkles:
+        return sprite
+    emission = sprite.emission
+    if name is not None and twinkles:
+        area = sprite.alpha.sum() * (sprite.range_m * sight.lens.ifov_rad) ** 2
+        width = 2 * float(np.sqrt(area / np.pi))
+        emission = emission * air.turbulence.twinkle(name, sight.time, sprite.range_m, width, stage.band, stage.seed)
+    tau, light = air.path(stage.band, sprite.range_m, elevation_rad(sprite, sight))
+    own, added = tau * emission, light * sprite.alpha
+    arrived = own + added
+    total = arrived.sum()
+    share = float(added.sum() / total) if total > 0 else 0.0
+    (x, y), (own_x, own_y) = sprite.center, sprite.signal_center
+    center = (own_x + share * (x - own_x), own_y + share * (y - own_y))
+    return replace(sprite, emission=arrived, signal_center=center)
+
+
+def elevation_rad(sprite: Sprite, sight: Sight) -> float:
+    """Elevation above the level at which the camera sees a sprite, rad."""
+    direction = sight.lens.directions(np.asarray(sprite.center)) @ sight.rotation
+    return float(-np.arcsin(np.clip(direction @ sight.stage.geometry.down, -1, 1)))

@@ -1,0 +1,315 @@
+"""The air between the camera and what it sees: transmittance, its own light, and the clear sky.
+
+Transmittance over a band is no Beer's law: strong lines are soon opaque, what is left is clearer. So
+
+    tau(R) = exp(-a R^b),  R in km,
+
+fitted to LOWTRAN7 for level paths 100 m above the sea, 0.5 to 20 km long (largest error 0.022). Other
+paths are cut into layers: an absorber thins out with height, and a path counts as the level one that
+holds as much of it. Each step of a path shines as a black body at its air's temperature by the share
+that it absorbs (Kirchhoff), so path light and transmittance always belong together: behind an opaque
+path everything has the temperature of the air.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+
+from irsim.errors import Notice
+from irsim.kinds import Kelvin, Part
+from irsim.radiometry import BAND_UM, Band, BandName, limits, radiance
+from irsim.turbulence import Turbulence
+from irsim.types import Floats
+
+ClimateName = Literal["us_standard", "midlatitude_summer", "midlatitude_winter", "tropical"]
+
+FIT_KM = (0.5, 20.0)
+"""Lengths of the paths that the transmittance was fitted to, km; beyond them the fit is carried on."""
+FIT_HEIGHT_KM = 0.1
+"""Their height above the sea, km."""
+FIT_VISIBILITY_KM = (5.0, 23.0)
+"""Their two visibilities, km."""
+
+KOSCHMIEDER = 3.912
+"""Extinction at 0.55 um times visibility: -ln 0.02 (Koschmieder 1924: a contrast of 2 % is just seen)."""
+
+AEROSOL_KM = 1.2
+"""Scale height of haze, km (Penndorf 1954; McClatchey et al., AFCRL-72-0497, 1972, for the lowest 5 km)."""
+
+RAIN_TOP_KM = 3.0
+"""Height from which rain falls, km (ITU-R P.839: the 0-degree isotherm, 2 to 5 km in mid latitudes)."""
+FOG_TOP_KM = 0.2
+"""Height of fog above the sea, km: radiation and advection fog are some 50 to 300 m deep."""
+
+FOG: dict[str, dict[BandName, float]] = {
+    "advection": {"mwir": 1.08, "lwir": 1.13},
+    "radiation": {"mwir": 1.35, "lwir": 0.33},
+}
+"""Extinction of fog in each band against that at 0.55 um: Mie's theory, the mean over the band, with the drop
+sizes of Shettle and Fenn (AFGL-TR-79-0214, 1979), r^3 exp(-0.3 r) and r^6 exp(-3 r), r in um, and the
+refractive index of water of Hale and Querry (Appl. Opt. 12, 555, 1973)."""
+
+_EARTH_KM = 6371.0
+_TOP_KM = 40.0
+"""Above this there is no air that counts."""
+_STEPS = 40
+_SKY_STEPS = 120
+
+
+@dataclass(frozen=True)
+class Climate:
+    """A model atmosphere.
+
+    fit       (a, b) of each band at the two visibilities, 5 and 23 km
+    profile   ((km, K), ...) air temperature, linear between; McClatchey et al. 1972 as in Anderson et al.,
+              AFGL-TR-86-0110 (1986), within 0.1 K; the U.S. Standard Atmosphere 1976 is linear itself
+    gas_km    scale height of what absorbs, km: that at which the layered sky has the printed clear-sky
+              temperatures (LOWTRAN7) within 2 K. It lies below the water column over the vapour at the
+              ground (1.4/5.9, 2.9/14 g/cm2 over g/m3: 2.4 and 2.1 km), as the continuum grows with the
+              square of the vapour: more so in humid air.
+    """
+
+    fit: dict[BandName, tuple[tuple[float, float], tuple[float, float]]]
+    profile: tuple[tuple[float, float], ...]
+    gas_km: float
+
+
+CLIMATES: dict[ClimateName, Climate] = {
+    "us_standard": Climate(
+        {"mwir": ((0.614, 0.57), (0.554, 0.47)), "lwir": ((0.186, 0.86), (0.130, 0.79))},
+        ((0, 288.15), (11, 216.65)),
+        2.1,
+    ),
+    "midlatitude_summer": Climate(
+        {"mwir": ((0.776, 0.56), (0.711, 0.48)), "lwir": ((0.351, 0.89), (0.295, 0.86))},
+        ((0, 294.2), (2, 285.2), (6, 261.2), (13, 215.8)),
+        1.5,
+    ),
+    "midlatitude_winter": Climate(
+        {"mwir": ((0.557, 0.58), (0.491, 0.47)), "lwir": ((0.149, 0.87), (0.094, 0.78))},
+        ((0, 272.2), (3, 261.7), (10, 219.7), (13, 218.2)),
+        2.1,  # as the dry air of us_standard
+    ),
+    "tropical": Climate(
+        {"mwir": ((0.860, 0.55), (0.795, 0.48)), "lwir": ((0.485, 0.89), (0.429, 0.87))},
+        ((0, 299.7), (2, 287.7), (3, 283.7), (13, 217.0)),
+        1.5,  # as the humid air of midlatitude_summer
+    ),
+}
+
+
+def fitted_band(band: Band) -> BandName | None:
+    """The named band whose fit serves a band: that which holds at least half of it; None where none does."""
+    low, high = limits(band)
+    for name, (lowest, highest) in BAND_UM.items():
+        if min(high, highest) - max(low, lowest) >= (high - low) / 2:
+            return name
+    return None
+
+
+class Atmosphere(Part):
+    """The air. As it stands by default there is none: everything is seen as it is."""
+
+    preset: ClimateName | Literal["none"] = "none"
+    """Model atmosphere: its absorption and its temperatures."""
+    visibility_km: Annotated[float, Field(ge=1, le=300)] = 23.0
+    """Visibility, km: haze. Fitted at 5 and 23; extinction goes with its inverse between and beyond."""
+    altitude_m: Annotated[float, Field(ge=0, le=20_000)] = 100.0
+    """Height of the camera above the sea, m."""
+    temperature_k: Kelvin | None = None
+    """Air temperature at the sea's level, kelvin; all heights shift with it. The preset's where not given."""
+    surroundings_k: Kelvin | None = None
+    """Temperature of what targets and occluders reflect, kelvin. Where not given: the mean of the clear sky
+    and of ground as warm as the air; without a preset nothing."""
+    rain_mm_h: Annotated[float, Field(ge=0, le=300)] = 0.0
+    """Rain, mm/h."""
+    fog_visibility_km: Annotated[float, Field(ge=0.01, le=5)] | None = None
+    """Visibility in fog that lies up to 200 m high, km; no fog where not given."""
+    fog: Literal["radiation", "advection"] = "radiation"
+    """Fog of small drops, which LWIR sees through better, or of large ones, which stop all bands alike."""
+    turbulence: Turbulence = Turbulence()
+
+    @property
+    def is_clear(self) -> bool:
+        """Does nothing weaken light, and nothing in the air shine?"""
+        return self.preset == "none" and self.rain_mm_h == 0 and self.fog_visibility_km is None
+
+    def path(self, band: Band, range_m: float | Floats, elevation_rad: float | Floats = 0.0) -> tuple[Floats, Floats]:
+        """(transmittance, light of the path in W/m2/sr) from the camera to a range, m, at an elevation, rad.
+
+        Arrays broadcast; each element costs some 40 steps, so pictures are better asked for at a few nodes.
+        """
+        along, elevation = np.broadcast_arrays(np.asarray(range_m) * 1e-3, elevation_rad)
+        return self._path(band, along, elevation, _STEPS)
+
+    def transmittance(self, band: Band, range_m: float | Floats, elevation_rad: float | Floats = 0.0) -> Floats:
+        """Transmittance from the camera to a range, m, at an elevation, rad."""
+        return self.path(band, range_m, elevation_rad)[0]
+
+    def through(
+        self, band: Band, emission: Floats, alpha: Floats, range_m: float | Floats, elevation_rad: float | Floats
+    ) -> Floats:
+        """Emission, W/m2/sr, of something that replaces the share `alpha` of the light, as it arrives:
+        tau emission + alpha L_path. The same array where the air is clear."""
+        if self.is_clear:
+            return emission
+        tau, light = self.path(band, range_m, elevation_rad)
+        return np.asarray(tau * emission + alpha * light)
+
+    def sky(self, band: Band, elevation_rad: float | Floats) -> Floats:
+        """Radiance of the clear sky, W/m2/sr, at elevations, rad; below the horizon as at it."""
+        elevation = np.maximum(np.asarray(elevation_rad, dtype=np.float64), 0.0)
+        below = _EARTH_KM + self.altitude_m * 1e-3
+        rise = below * np.sin(elevation)
+        to_top = np.sqrt(rise**2 + (_EARTH_KM + _TOP_KM) ** 2 - below**2) - rise
+        return self._path(band, to_top, elevation, _SKY_STEPS)[1]
+
+    def surroundings(self, band: Band) -> float:
+        """Radiance that a grey body reflects, W/m2/sr: a mean over the whole sphere."""
+        return _surroundings(self, band)
+
+    def air_k(self, height_km: float | Floats) -> Floats:
+        """Temperature of the air, K, at heights above the sea, km."""
+        heights, kelvin = zip(*self._climate.profile, strict=True)
+        shift = 0.0 if self.temperature_k is None else self.temperature_k - kelvin[0]
+        return np.asarray(np.interp(height_km, heights, kelvin) + shift)
+
+    def depth(self, band: Band, gas_km: Floats, haze_km: Floats) -> Floats:
+        """Optical depth of level paths that hold as much gas and as much haze as given, km.
+
+        With the depth D_V = a R^b at the visibilities V = 5 and 23 km, A = (D_5 - D_23) / (1/5 - 1/23) is
+        what haze adds for each inverse km of visibility, and D_23 - A/23 what is left without it. Below
+        0.5 km A is proportional to R: haze has no lines.
+        """
+        if self.preset == "none":
+            return np.zeros_like(gas_km)
+        near, far = FIT_VISIBILITY_KM
+        (a5, b5), (a23, b23) = self._climate.fit[_fitted(band)]
+
+        def haze(km: Floats) -> Floats:
+            fitted = np.maximum(km, FIT_KM[0])
+            added = (a5 * fitted**b5 - a23 * fitted**b23) / (1 / near - 1 / far)
+            return np.asarray(added * np.minimum(km / FIT_KM[0], 1.0))
+
+        clean = a23 * gas_km**b23 - haze(gas_km) / far
+        return np.asarray(clean + haze(haze_km) / self.visibility_km)
+
+    def notices(self, band: Band) -> Iterator[Notice]:
+        """What is legal but beyond the fit; places are those within this part."""
+        if self.preset == "none":
+            return
+        near, far = FIT_VISIBILITY_KM
+        if not near <= self.visibility_km <= far:
+            yield Notice(
+                ("visibility_km",),
+                f"{self.visibility_km:g} km lies beyond the fitted {near:g} to {far:g} km; "
+                "haze goes with the inverse of visibility",
+            )
+        name = _fitted(band)
+        if limits(band) != limits(name):
+            low, high = limits(band)
+            yield Notice(
+                ("preset",), f"transmittance is fitted to {name}, not to {low:g} to {high:g} um: that of {name} is used"
+            )
+
+    def beyond(self, range_m: float, elevation_rad: float) -> str | None:
+        """Why a path lies beyond the fit; None where it does not."""
+        if self.preset == "none":
+            return None
+        shortest, longest = FIT_KM
+        along = range_m * 1e-3
+        if not shortest <= along <= longest:
+            return f"a range of {along:.3g} km lies beyond the fitted {shortest:g} to {longest:g} km"
+        stations, heights = self._stations(np.asarray(along), np.asarray(elevation_rad), _STEPS)
+        share = _amount(stations, heights, self._climate.gas_km)[-1] / along
+        if abs(share - 1) > THINNED:
+            top = max(heights) * 1e3
+            return (
+                f"a path up to {top:.0f} m above the sea is not the fitted level one at "
+                f"{FIT_HEIGHT_KM * 1e3:.0f} m: scaled by layers, it holds {share:.0%} of the gas"
+            )
+        return None
+
+    @property
+    def _climate(self) -> Climate:
+        return CLIMATES["us_standard" if self.preset == "none" else self.preset]
+
+    def _stations(self, along: Floats, elevation: Floats, steps: int) -> tuple[Floats, Floats]:
+        """(..., steps + 1) km each: places along paths, close together near the camera, and their heights."""
+        places = along[..., None] * np.linspace(0, 1, steps + 1) ** 2
+        base = _EARTH_KM + self.altitude_m * 1e-3
+        rise = np.sin(elevation)[..., None]
+        # The distance from the Earth's middle less its radius, without the difference of large numbers.
+        square = places * (places + 2 * base * rise) + base**2 - _EARTH_KM**2
+        return places, np.maximum(square / (np.sqrt(square + _EARTH_KM**2) + _EARTH_KM), 0.0)
+
+    def _path(self, band: Band, along: Floats, elevation: Floats, steps: int) -> tuple[Floats, Floats]:
+        places, heights = self._stations(along, elevation, steps)
+        total = self.depth(band, _amount(places, heights, self._climate.gas_km), _amount(places, heights, AEROSOL_KM))
+        if self.rain_mm_h:
+            total = total + rain_extinction(self.rain_mm_h) * _below(places, heights, RAIN_TOP_KM)
+        if self.fog_visibility_km is not None:
+            extinction = KOSCHMIEDER / self.fog_visibility_km * FOG[self.fog][_fitted(band)]
+            total = total + extinction * _below(places, heights, FOG_TOP_KM)
+        passed = np.exp(-total)
+        air = radiance(band, self.air_k((heights[..., 1:] + heights[..., :-1]) / 2))
+        return passed[..., -1], np.sum(air * -np.diff(passed), axis=-1)
+
+
+THINNED = 0.1
+"""By how much the gas on a path may differ from that on the fitted level path before it is told."""
+
+
+def rain_extinction(mm_h: float) -> float:
+    """Extinction of rain, 1/km, the same in all bands as drops are much wider than the wavelength.
+
+    0.365 r^0.63: drop sizes of Marshall and Palmer, as in LOWTRAN (Kneizys et al., AFGL-TR-83-0187, 1983);
+    1.58 r^0.63 dB/km in ITU-R P.1814.
+    """
+    return float(0.365 * mm_h**0.63)
+
+
+def _fitted(band: Band) -> BandName:
+    name = fitted_band(band)
+    if name is None:
+        low, high = limits(band)
+        raise ValueError(f"no transmittance was fitted to a band of {low:g} to {high:g} um")
+    return name
+
+
+def _sums(steps: Floats) -> Floats:
+    """Running sums along the last axis, from 0 on."""
+    return np.concatenate([np.zeros_like(steps[..., :1]), np.cumsum(steps, axis=-1)], axis=-1)
+
+
+def _amount(places: Floats, heights: Floats, scale_km: float) -> Floats:
+    """(..., n) km: level path at the fit's height that holds as much as each path up to its stations."""
+    density = np.exp((FIT_HEIGHT_KM - heights) / scale_km)
+    return _sums((density[..., 1:] + density[..., :-1]) / 2 * np.diff(places))
+
+
+def _below(places: Floats, heights: Floats, top_km: float) -> Floats:
+    """(..., n) km: length of the path up to each station that lies below a height; heights run linearly between."""
+    low = np.minimum(heights[..., 1:], heights[..., :-1])
+    rise = np.abs(np.diff(heights))
+    share = np.where(rise > 0, (top_km - low) / np.where(rise > 0, rise, 1.0), low < top_km)
+    return _sums(np.clip(share, 0, 1) * np.diff(places))
+
+
+@lru_cache(maxsize=64)
+def _surroundings(air: Atmosphere, band: Band) -> float:
+    """Half sky, half ground: the irradiance of the sky over pi, by Gauss-Legendre in the sine of elevation."""
+    if air.surroundings_k is not None:
+        return float(radiance(band, air.surroundings_k))
+    if air.preset == "none":
+        return 0.0
+    nodes, weights = np.polynomial.legendre.leggauss(32)
+    sine = (nodes + 1) / 2
+    above = float(np.sum(weights * sine * air.sky(band, np.arcsin(sine))))
+    return (above + float(radiance(band, air.air_k(0.0)))) / 2
