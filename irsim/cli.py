@@ -25,7 +25,9 @@ app = typer.Typer(
     no_args_is_help=True,
 )
 
-ScenarioArgument = Annotated[str, typer.Argument(metavar="SCENARIO", help="A scenario's file or shipped name.")]
+SourceArgument = Annotated[
+    str, typer.Argument(metavar="SCENARIO|REC", help="A scenario's file or name, or a recording.")
+]
 RecordingOption = Annotated[Path | None, typer.Option("-o", "--output", metavar="REC", help="The recording to write.")]
 
 
@@ -57,7 +59,7 @@ def check(
 
 @app.command()
 def show(
-    source: Annotated[str, typer.Argument(metavar="SCENARIO|REC", help="A scenario's file or name, or a recording.")],
+    source: SourceArgument,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="PNG", help="Default: NAME.png in this folder.")
     ] = None,
@@ -92,14 +94,13 @@ def info(recording: Annotated[Path, typer.Argument(metavar="REC", help="A record
     from irsim.recording import open_recording
 
     opened = open_recording(recording)
-    topics = {topic: len(lane) for topic, lane in opened.container.lanes.items()}
-    for label, text in _facts(opened.info(), topics, opened.scenario_text is not None):
+    for label, text in _facts(opened.info(), opened.scenario_text is not None):
         print(f"{label:10} {text}")
 
 
 @app.command()
 def render(
-    scenario: ScenarioArgument,
+    source: SourceArgument,
     overrides: Annotated[
         list[str] | None,
         typer.Argument(
@@ -114,27 +115,21 @@ def render(
     ] = None,
     jobs: Annotated[int, typer.Option(metavar="N", min=1, help="Processes that render.")] = 1,
     without: Annotated[
-        str | None, typer.Option(metavar="NAME,...", help="Switch these parts of the scene off; nothing else changes.")
+        str | None,
+        typer.Option(metavar="NAME,...", help="Switch these parts off as well; nothing else changes."),
     ] = None,
 ) -> None:
-    """Render a scenario into a recording (default: NAME.mcap in this folder)."""
+    """Render a scenario, or a recording again by the scenario in it, into a recording (default: NAME.mcap here)."""
     from irsim.recording import record
-    from irsim.simulate import Rendering
-    from irsim.sources import open_source
+    from irsim.sources import open_rendering
 
-    changes = list(overrides or ())
-    start, stop = _frame_range(frames) if frames is not None else (0, None)
-    if stop is not None:
-        changes.append(f"frames={stop}")
-    if without is not None:
-        changes.append(f"without=[{without}]")
-    source = open_source(scenario, changes, seed)
-    if not isinstance(source, Rendering):
-        raise InputError(f"{scenario}: is a recording; allowed: a scenario")
-    path = output or Path(f"{source.name}.mcap")
-    check_output(path)
-    with progress_bar(f"render {source.name}", len(source) - start) as progress:
-        record(source, path, start=start, jobs=jobs, progress=progress)
+    wanted = None if frames is None else _frame_range(frames)
+    off = [name.strip() for name in (without or "").split(",") if name.strip()]
+    rendering, start, stop = open_rendering(source, overrides or (), seed, wanted, off)
+    path = output or Path(f"{Path(source).stem}.mcap")
+    _check_output(path, Path(source))
+    with progress_bar(f"render {rendering.name}", stop - start) as progress:
+        record(rendering, path, start, stop, jobs, progress)
     _say_written(path)
 
 
@@ -148,18 +143,29 @@ def import_(
     rate: Annotated[
         float | None, typer.Option(metavar="HZ", help="Frames a second; default: the video's, or 30.")
     ] = None,
+    bits: Annotated[
+        int | None, typer.Option(metavar="N", help="True depth of 16-bit pictures, such as 12 or 14; default: 16.")
+    ] = None,
+    accuracy: Annotated[
+        float | None, typer.Option(metavar="PX", help="How far the truth's centres may be off; default: 1.")
+    ] = None,
     output: RecordingOption = None,
 ) -> None:
     """Import real frames into a recording (default: NAME.mcap in this folder)."""
     from irsim.convert import import_frames
 
     path = output or Path(f"{frames.resolve().stem}.mcap")
-    check_output(path)
-    if path.resolve() == frames.resolve():
-        raise InputError(f"{path}: is what is read; allowed: another name, by -o")
+    _check_output(path, frames)
     with progress_bar(f"import {frames.name}") as progress:
-        import_frames(frames, path, truth=truth, rate_hz=rate, progress=progress)
+        import_frames(frames, path, truth, rate, bits=bits, accuracy_px=accuracy, progress=progress)
     _say_written(path)
+
+
+def _check_output(path: Path, read: Path) -> None:
+    """InputError where `path` cannot be written, or is what is read."""
+    check_output(path)
+    if path.resolve() == read.resolve():
+        raise InputError(f"{path}: is what is read; allowed: another name, by -o")
 
 
 def _frame_range(text: str) -> tuple[int, int]:
@@ -176,8 +182,8 @@ def _say_written(path: Path) -> None:
     print(f"look at it: irsim show {shlex.quote(str(path))}, or open it in Foxglove or Lichtblick")
 
 
-def _facts(info: dict[str, Any], topics: dict[str, int], has_scenario: bool) -> Iterator[tuple[str, str]]:
-    """Labels and texts of what `Recording.info` says, the messages of each topic, and the scenario."""
+def _facts(info: dict[str, Any], has_scenario: bool) -> Iterator[tuple[str, str]]:
+    """Labels and texts of what `Recording.info` says, and of the scenario."""
     columns, rows = info["size"]
     yield "recording", info["path"]
     yield "frames", f"{info['frames']} at {info['rate_hz']:g} Hz, {info['duration_s']:.3g} s"
@@ -191,7 +197,7 @@ def _facts(info: dict[str, Any], topics: dict[str, int], has_scenario: bool) -> 
         yield "target", f"{target['id']}{what}: {target['frames']} frames from {target['first']} on"
     if info.get("follow"):
         yield "follow", info["follow"]
-    for topic, count in topics.items():
+    for topic, count in info["topics"].items():
         yield "topic", f"{topic}: {count} messages"
     yield "scenario", "attached" if has_scenario else "none"
     yield "source", f"{info['input']} from {info['name']} by irsim {info['version']}"

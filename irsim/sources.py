@@ -7,8 +7,8 @@ from os import PathLike
 from pathlib import Path
 
 from irsim.errors import InputError
-from irsim.loader import load
-from irsim.recording import open_recording
+from irsim.loader import load, loads
+from irsim.recording import Recording, open_recording
 from irsim.scenario import Scenario
 from irsim.simulate import Rendering
 from irsim.types import Source
@@ -39,6 +39,46 @@ def open_source(
         return open_recording(Path(path))
     scenario = load(path, [*overrides, *([] if seed is None else [f"seed={seed}"])])
     return Rendering(scenario, Path(path).stem)
+
+
+def open_rendering(
+    path: str | PathLike[str],
+    overrides: Sequence[str] = (),
+    seed: int | None = None,
+    frames: tuple[int, int] | None = None,
+    without: Sequence[str] = (),
+) -> tuple[Rendering, int, int]:
+    """(rendering, start, stop): what to render of a scenario, or of a recording by the scenario in it.
+
+    path      a scenario's file or name, or a recording's file
+    frames    (start, stop) as the scenario, or else the recording, counts them; all where not given
+    without   parts to switch off besides those that the scenario has off
+
+    A recording's scenario runs no code that it names (see `loader.loads`). InputError as `load`, and
+    where a recording holds no scenario.
+    """
+    recording = open_recording(Path(path)) if _is_recording(Path(path)) else None
+    before = 0 if recording is None else recording.header.first_frame
+    changes = [*overrides, *([] if seed is None else [f"seed={seed}"])]
+    if frames is not None:
+        changes.append(f"frames={before + frames[1]}")
+    scenario = _scenario(path, recording, changes)
+    if without:
+        switched_off = dict.fromkeys([*scenario.without, *without])
+        scenario = _scenario(path, recording, [*changes, f"without=[{', '.join(switched_off)}]"])
+    start = before if frames is None else before + frames[0]
+    if recording is None:
+        return Rendering(scenario, Path(path).stem), start, scenario.frames
+    longer = any(change.partition("=")[0].strip() == "frames" for change in changes)
+    return Rendering(scenario, recording.header.name), start, scenario.frames if longer else before + len(recording)
+
+
+def _scenario(path: str | PathLike[str], recording: Recording | None, changes: Sequence[str]) -> Scenario:
+    if recording is None:
+        return load(path, changes)
+    if recording.scenario_text is None:
+        raise InputError(f"{path}: holds no scenario, its frames were imported; allowed: a recording of a scenario")
+    return loads(recording.scenario_text, f"{path}: scenario", changes, trusted=False)
 
 
 def _is_recording(path: Path) -> bool:

@@ -139,6 +139,56 @@ def test_frames_n_and_frames_a_to_b(run: Run, folder: Path) -> None:
         assert np.array_equal(frame.image, wanted.image)
 
 
+def test_without_adds_to_what_the_scenario_has_off(run: Run, folder: Path) -> None:
+    (folder / "off.yaml").write_text(TEXT + "without: [jet]\n")
+    done = run("render", "off.yaml", "--without", "white", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    text = irsim.open_recording(folder / "off.mcap").scenario_text
+    assert text is not None
+    assert irsim.loads(text).without == ("jet", "white")
+
+
+def same_pictures(folder: Path, one: str, other: str) -> bool:
+    first, second = (irsim.open_recording(folder / name) for name in (one, other))
+    return list(first.truths()) == list(second.truths()) and all(
+        a.time == b.time and np.array_equal(a.image, b.image)
+        for a, b in zip(first.frames(), second.frames(), strict=True)
+    )
+
+
+@pytest.mark.parametrize("frames", ["6", "2:5"])
+def test_a_recording_is_rendered_again_from_itself(run: Run, folder: Path, frames: str) -> None:
+    assert run("render", "scene.yaml", "--seed", "7", "--frames", frames, cwd=folder).returncode == 0
+    (folder / "scene.yaml").unlink()
+    done = run("render", "scene.mcap", "-o", "again.mcap", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert same_pictures(folder, "scene.mcap", "again.mcap")
+    first, again = (irsim.open_recording(folder / name).header for name in ("scene.mcap", "again.mcap"))
+    assert again == first
+
+
+def test_a_recording_is_rendered_again_with_changes(run: Run, folder: Path) -> None:
+    run("render", "scene.yaml", "-o", "first.mcap", "--frames", "2:5", cwd=folder)
+    run("render", "first.mcap", "-o", "a.mcap", "--frames", "1:4", "--seed", "9", "camera.netd_mk=90", cwd=folder)
+    run("render", "scene.yaml", "-o", "b.mcap", "--frames", "3:6", "--seed", "9", "camera.netd_mk=90", cwd=folder)
+    assert same_pictures(folder, "a.mcap", "b.mcap")
+    run("render", "first.mcap", "-o", "c.mcap", "frames=9", cwd=folder)
+    run("render", "scene.yaml", "-o", "d.mcap", "--frames", "2:9", cwd=folder)
+    assert same_pictures(folder, "c.mcap", "d.mcap")
+
+
+def test_a_recording_renders_no_code_that_it_names(run: Run, folder: Path) -> None:
+    from recording_forge import forge
+
+    (folder / "evil_scene.py").write_text("raise SystemExit('code of a file was run')")
+    forge(folder / "r.mcap", scenario=b"background: {kind: 'evil_scene:X'}\n")
+    done = run("render", "r.mcap", "-o", "x.mcap", cwd=folder)
+    assert done.returncode == 2
+    assert done.stderr.startswith("irsim: r.mcap: scenario:1:"), done.stderr
+    assert "is not imported" in done.stderr
+    assert "evil_scene" not in sys.modules
+
+
 def test_info_says_what_is_in_a_recording(run: Run, folder: Path) -> None:
     run("render", "scene.yaml", cwd=folder)
     done = run("info", "scene.mcap", cwd=folder)
@@ -183,6 +233,16 @@ def test_import_makes_a_recording_of_pictures(run: Run, folder: Path) -> None:
     assert [len(truth.targets) for truth in recording.truths()] == [1, 0, 1]
 
 
+def test_import_of_deep_pictures_and_loose_boxes(run: Run, folder: Path) -> None:
+    (folder / "clip").mkdir()
+    cv2.imwrite(str(folder / "clip" / "0.png"), np.full((16, 20), 4095, np.uint16))
+    (folder / "boxes.csv").write_text("frame,x,y,w,h\n0,1,2,5,5\n")
+    done = run("import", "clip", "--truth", "boxes.csv", "--bits", "12", "--accuracy", "2.5", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    recording = irsim.open_recording(folder / "clip.mcap")
+    assert (recording.bits, recording.header.accuracy_px) == (12, 2.5)
+
+
 BAD = {
     "no such scenario": (["render", "nosuch"], "irsim: nosuch: there is no such file and no shipped scenario"),
     "broken scenario": (["render", "broken.yaml"], "irsim: broken.yaml:1:9: seed: expected a whole number, not 'x'; "),
@@ -195,7 +255,17 @@ BAD = {
     "seed below 0": (["render", "scene.yaml", "--seed", "-1"], "irsim: override seed: -1 is out of range; allowed: "),
     "no output folder": (["render", "scene.yaml", "-o", "no/x.mcap"], "irsim: no/x.mcap: the folder no does not exist"),
     "output is a folder": (["render", "scene.yaml", "-o", "dir"], "irsim: dir: is a folder"),
-    "recording to render": (["render", "good.mcap"], "irsim: good.mcap: is a recording; allowed: a scenario"),
+    "imported recording to render": (
+        ["render", "imported.mcap", "-o", "x.mcap"],
+        "irsim: imported.mcap: holds no scenario, its frames were imported; allowed: ",
+    ),
+    "render onto itself": (["render", "good.mcap"], "irsim: good.mcap: is what is read; allowed: another name, by -o"),
+    "accuracy of no truth": (["import", "clip", "--accuracy", "2"], "irsim: clip: an accuracy is that of the truth; "),
+    "too many bits": (["import", "clip", "--bits", "17"], "irsim: clip/0.png: 17 bits do not fit; allowed: 1 to 8"),
+    "bits of a recording": (
+        ["import", "good.mcap", "-o", "x.mcap", "--bits", "12"],
+        "irsim: good.mcap: is a recording and is kept as it is; allowed: no bits",
+    ),
     "no such recording": (["info", "none.mcap"], "irsim: none.mcap: there is no such file"),
     "foreign recording": (["info", "scene.yaml"], "irsim: scene.yaml: is not an MCAP file"),
     "empty recording": (["info", "empty.mcap"], "irsim: empty.mcap: "),
@@ -215,6 +285,9 @@ def messy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "broken.yaml").write_text(TEXT.replace("seed: 3", "seed:   x"))
     (folder / "dir").mkdir()
     irsim.record(irsim.Rendering(irsim.loads(TEXT)), folder / "good.mcap")
+    (folder / "clip").mkdir()
+    cv2.imwrite(str(folder / "clip" / "0.png"), np.zeros((8, 8), np.uint8))
+    irsim.import_frames(folder / "clip", folder / "imported.mcap")
     (folder / "empty.mcap").write_bytes(b"")
     (folder / "cut.mcap").write_bytes((folder / "good.mcap").read_bytes()[:2000])
     return folder
@@ -258,8 +331,10 @@ def test_interrupted_it_leaves_nothing_behind(messy: Path) -> None:
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
     )
+    begun = time.monotonic()
     while not list(messy.glob("*long.mcap*")):  # it has begun to write
         assert process.poll() is None
+        assert time.monotonic() < begun + 60, "waited in vain"
         time.sleep(0.02)
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=60)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -121,14 +123,30 @@ def test_boxes_become_truth(tmp_path: Path, folder: Path, truth: Callable[[str],
     recording = open_recording(import_frames(folder, tmp_path / "r.mcap", truth=table, rate_hz=30))
     first, second, third, fourth = recording.truths()
     # Pixels 10, 11, 12, 13 have their middle at 11.5; rows 5, 6, 7 at 6.
-    jet = TargetTruth("jet", (11.5, 6.0), Box(11.5, 6.0, 4.0, 3.0), cls="plane", accuracy_px=1.0)
-    other = TargetTruth("target", (2.25, 2.5), Box(2.25, 2.5, 2.5, 2.0), accuracy_px=1.0)
+    jet = TargetTruth("jet", (11.5, 6.0), Box(11.5, 6.0, 4.0, 3.0), cls="plane", in_view=True, accuracy_px=1.0)
+    other = TargetTruth("target", (2.25, 2.5), Box(2.25, 2.5, 2.5, 2.0), in_view=True, accuracy_px=1.0)
     assert first.targets == (jet, other)
     assert second.targets == third.targets == ()
     assert fourth.targets[0].center == (0.0, 0.0)
     assert fourth.time == 3 / 30
     assert recording.follow == "jet"
     assert recording.header.accuracy_px == 1.0
+
+
+def test_truth_knows_whether_its_centre_is_in_view(tmp_path: Path, folder: Path, truth: Callable[[str], Path]) -> None:
+    # The picture is 32x24: centres from -0.5 to 31.5 and 23.5 lie in it.
+    table = truth("frame,x,y,w,h\n0,100,5,4,3\n1,-4,2,7,2\n2,-4,2,8,2\n3,30,23,4,2\n")
+    recording = open_recording(import_frames(folder, tmp_path / "r.mcap", truth=table, rate_hz=30))
+    assert [truth.targets[0].in_view for truth in recording.truths()] == [False, False, True, True]
+
+
+def test_numbers_are_read_as_they_are_usually_written(
+    tmp_path: Path, folder: Path, truth: Callable[[str], Path]
+) -> None:
+    table = truth("frame,x,y,w,h\n0,1e1,+2.5,.5,3.\n")
+    recording = open_recording(import_frames(folder, tmp_path / "r.mcap", truth=table, rate_hz=30))
+    (target,) = next(recording.truths()).targets
+    assert target.box.pixels == (10.0, 2.5, 0.5, 3.0)
 
 
 def test_accuracy_may_be_told(tmp_path: Path, folder: Path, truth: Callable[[str], Path]) -> None:
@@ -160,6 +178,9 @@ def test_ids_become_names(tmp_path: Path, folder: Path, truth: Callable[[str], P
         ("frame,x,y,w,h\n\n1.5,1,1,2,2\n", "gt.csv:3: frame: '1.5' is not a frame number"),
         ("frame,x,y,w,h\n-1,1,1,2,2\n", "gt.csv:2: frame: '-1' is not a frame number"),
         ("frame,x,y,w,h\n0,one,1,2,2\n", "gt.csv:2: x: 'one' is not a number"),
+        ("frame,x,y,w,h\n0,1_0,1,2,2\n", "gt.csv:2: x: '1_0' is not a number"),
+        ("frame,x,y,w,h\n0,\u0661,1,2,2\n", "gt.csv:2: x: '\u0661' is not a number"),
+        ("frame,x,y,w,h\n0,1e999,1,2,2\n", "gt.csv:2: x: '1e999' is not a number"),
         ("frame,x,y,w,h\n0,1,nan,2,2\n", "gt.csv:2: y: 'nan' is not a number"),
         ("frame,x,y,w,h\n0,1,,2,2\n", "gt.csv:2: y: '' is not a number; allowed: px, or all four blank for absent"),
         ("frame,x,y,w,h\n0,1,1,-2,2\n", "gt.csv:2: w: -2 is not a size"),
@@ -202,9 +223,12 @@ def test_pictures_must_be_alike(tmp_path: Path) -> None:
 def test_broken_pictures_are_named(tmp_path: Path, folder: Path) -> None:
     third = folder / "frame_2.png"
     whole = third.read_bytes()
+    huge = bytearray(whole)
+    huge[16:20] = (2**31 - 1).to_bytes(4, "big")  # IHDR: columns; its CRC made right again
+    huge[29:33] = zlib.crc32(huge[12:29]).to_bytes(4, "big")
     flipped = bytearray(whole)
     flipped[len(whole) // 2] ^= 4
-    for broken in (b"", b"text", whole[:-20], whole[: len(whole) // 2], bytes(flipped)):
+    for broken in (b"", b"text", whole[:-20], whole[: len(whole) // 2], bytes(flipped), bytes(huge)):
         third.write_bytes(broken)
         with pytest.raises(InputError, match=r"frame_2\.png: is not a PNG picture, or is cut short or damaged"):
             import_frames(folder, tmp_path / "r.mcap")
@@ -243,5 +267,32 @@ def test_a_damaged_recording_is_imported_for_what_is_whole(tmp_path: Path, folde
     recording = open_recording(import_frames(cut, tmp_path / "rescued.mcap"))
     assert 0 < len(recording) <= 4
     assert np.array_equal(recording.frame(0).image, pictures()[0])
-    with pytest.raises(InputError, match="is a recording"):
-        import_frames(cut, tmp_path / "again.mcap", rate_hz=5)
+
+
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        ({"rate_hz": 5.0}, "no rate"),
+        ({"truth": "gt.csv"}, "no truth"),
+        ({"name": "x"}, "no name"),
+        ({"bits": 12, "agc": AGCS.parse({"kind": "linear"})}, "no agc, no bits"),
+        ({"accuracy_px": 1.0}, "no accuracy"),
+        ({"compression": "none"}, "no compression"),
+    ],
+)
+def test_what_a_recording_has_of_its_own_is_not_silently_ignored(
+    tmp_path: Path, folder: Path, given: dict[str, Any], says: str
+) -> None:
+    whole = import_frames(folder, tmp_path / "r.mcap", rate_hz=10)
+    with pytest.raises(InputError, match=rf"r\.mcap: is a recording and is kept as it is; allowed: {says}$"):
+        import_frames(whole, tmp_path / "again.mcap", **given)
+    assert not (tmp_path / "again.mcap").exists()
+
+
+def test_an_accuracy_must_mean_something(tmp_path: Path, folder: Path, truth: Callable[[str], Path]) -> None:
+    with pytest.raises(InputError, match="allowed with truth only"):
+        import_frames(folder, tmp_path / "r.mcap", accuracy_px=2.0)
+    table = truth("frame,x,y,w,h\n0,1,1,3,3\n")
+    for wrong in (-1.0, float("nan"), float("inf")):
+        with pytest.raises(InputError, match="allowed: 0 px or more"):
+            import_frames(folder, tmp_path / "r.mcap", truth=table, accuracy_px=wrong)

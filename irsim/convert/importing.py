@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -38,8 +38,8 @@ def import_frames(
     name: str | None = None,
     agc: Agc | None = None,
     bits: int | None = None,
-    accuracy_px: float = ACCURACY_PX,
-    compression: Compression = "none",
+    accuracy_px: float | None = None,
+    compression: Compression | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Path:
     """Write a folder of PNG (8 or 16 bit, natural order of names) or a video as a recording.
@@ -48,24 +48,35 @@ def import_frames(
     rate_hz      default: the video's own, 30 for a folder
     agc          counts to the 8-bit picture; default: none for 8-bit pictures, linear for 16-bit ones
     bits         true depth of 16-bit pictures, default 16
-    accuracy_px  how far the truth's centres may be off
+    accuracy_px  how far the truth's centres may be off, default ACCURACY_PX
+    compression  of the recording's chunks, default none
     progress     called with the number of frames done
 
-    A recording that is damaged is taken too: what is whole in it is kept (`recording.recover`).
-    Colours are made grey. InputError, one line with its place, for anything wrong; nothing is left
-    behind then.
+    A recording that is damaged is taken too: what is whole in it is kept as it is (`recording.recover`),
+    and none of the above but `progress` is for it. Colours are made grey. InputError, one line with its
+    place, for anything wrong; nothing is left behind then.
     """
     source, out = Path(source), Path(out)
     check_output(out)
-    if rate_hz is not None and not (math.isfinite(rate_hz) and rate_hz > 0):
-        raise InputError(f"rate {rate_hz:g}: allowed: more than 0 Hz")
+    _check_numbers(rate_hz, accuracy_px)
     if _is_mcap(source):
-        if truth is not None or rate_hz is not None:
-            raise InputError(f"{source}: is a recording, with truth and rate of its own; allowed: no truth, no rate")
+        given = {
+            "truth": truth,
+            "rate": rate_hz,
+            "name": name,
+            "agc": agc,
+            "bits": bits,
+            "accuracy": accuracy_px,
+            "compression": compression,
+        }
+        _refuse_given(source, given)
         return recover(source, out, progress)
+    if accuracy_px is not None and truth is None:
+        raise InputError(f"{source}: an accuracy is that of the truth; allowed with truth only (--truth CSV)")
+    accuracy = ACCURACY_PX if accuracy_px is None else accuracy_px
 
     pictures = open_pictures(source)
-    labels = None if truth is None else read_labels(Path(truth), accuracy_px)
+    labels = None if truth is None else read_labels(Path(truth), accuracy)
     if labels is not None and pictures.count is not None:
         labels.check_end(pictures.count)
     rate, notes = _rate(source, pictures, rate_hz)
@@ -80,10 +91,10 @@ def import_frames(
         rate_hz=rate,
         follow=None if labels is None else labels.follow,
         has_truth=labels is not None,
-        accuracy_px=0.0 if labels is None else accuracy_px,
+        accuracy_px=0.0 if labels is None else accuracy,
         agc=agc or default_agc(8 * first.image.itemsize),
     )
-    with writing(out, header, compression=compression) as writer:
+    with writing(out, header, compression=compression or "none") as writer:
         done, coloured = 0, 0
         picture: Picture | None = first
         while picture is not None:
@@ -101,6 +112,20 @@ def import_frames(
             notes.append(f"the video states {pictures.stated_count} frames; {done} could be decoded")
         writer.finish(tuple(notes))
     return out
+
+
+def _check_numbers(rate_hz: float | None, accuracy_px: float | None) -> None:
+    if rate_hz is not None and not (math.isfinite(rate_hz) and rate_hz > 0):
+        raise InputError(f"rate {rate_hz:g}: allowed: more than 0 Hz")
+    if accuracy_px is not None and not (math.isfinite(accuracy_px) and accuracy_px >= 0):
+        raise InputError(f"accuracy {accuracy_px:g}: allowed: 0 px or more")
+
+
+def _refuse_given(source: Path, given: Mapping[str, object]) -> None:
+    """InputError where something was given that a recording has of its own."""
+    named = [name for name, value in given.items() if value is not None]
+    if named:
+        raise InputError(f"{source}: is a recording and is kept as it is; allowed: no {', no '.join(named)}")
 
 
 def _is_mcap(source: Path) -> bool:
@@ -143,7 +168,9 @@ def _add(
     if header.bits < 8 * image.itemsize and (highest := int(np.max(image))) >= 2**header.bits:
         raise InputError(f"{picture.place}: has the count {highest}; allowed: {header.bits} bits")
     time = index / header.rate_hz
-    writer.add(Frame(image, index, time, header.bits), None if labels is None else labels.truth(index, time))
+    writer.add(
+        Frame(image, index, time, header.bits), None if labels is None else labels.truth(index, time, header.size)
+    )
 
 
 def _described(picture: Picture) -> str:

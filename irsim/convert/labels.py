@@ -6,7 +6,7 @@ import csv
 import math
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from irsim.errors import InputError
@@ -18,6 +18,7 @@ _OPTIONAL = ("id", "cls")
 _ALLOWED = "allowed: frame,x,y,w,h[,id,cls]"
 _ONLY_ID = "target"
 _LONGEST_ID = 64
+_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 
 
 @dataclass(frozen=True)
@@ -34,8 +35,9 @@ class Labels:
     follow: str | None
     notes: tuple[str, ...]
 
-    def truth(self, index: int, time: float) -> Truth:
-        return Truth(index, time, self.targets.get(index, ()))
+    def truth(self, index: int, time: float, size: tuple[int, int]) -> Truth:
+        """The truth of a frame of `size` (columns, rows); it knows of each centre whether it is in view."""
+        return Truth(index, time, tuple(_placed(target, size) for target in self.targets.get(index, ())))
 
     def check_end(self, frames: int) -> None:
         """InputError where a row is about a frame that is not there."""
@@ -44,6 +46,12 @@ class Labels:
             raise InputError(
                 f"{self.path}:{line}: frame {frame} is past the end; allowed: 0 to {frames - 1}, counted from 0"
             )
+
+
+def _placed(target: TargetTruth, size: tuple[int, int]) -> TargetTruth:
+    """Pixel i reaches from i - 1/2 to i + 1/2."""
+    in_view = all(-0.5 <= at <= side - 0.5 for at, side in zip(target.center, size, strict=True))
+    return replace(target, in_view=in_view)
 
 
 def read_labels(path: Path, accuracy_px: float) -> Labels:
@@ -128,10 +136,8 @@ def _box(row: dict[str, str], place: str) -> Box | None:
         return None
     values = []
     for column, text in zip(_NEEDED[1:], given, strict=True):
-        try:
-            value = float(text)
-        except ValueError:
-            value = math.nan
+        # Python's float would take '1_0' and digits of other scripts as well.
+        value = float(text) if _NUMBER.fullmatch(text) else math.nan
         if not math.isfinite(value):
             raise InputError(f"{place}: {column}: {text!r} is not a number; allowed: px, or all four blank for absent")
         if column in ("w", "h") and value <= 0:

@@ -81,7 +81,10 @@ def _read_png(file: Path) -> Any:
         data = file.read_bytes()
     except OSError as error:
         raise InputError(f"{file}: cannot be read: {error.strerror}") from None
-    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED) if _is_whole_png(data) else None
+    try:
+        image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED) if _is_whole_png(data) else None
+    except cv2.error:  # a size that no picture has
+        image = None
     if image is None:
         raise InputError(f"{file}: is not a PNG picture, or is cut short or damaged")
     return image
