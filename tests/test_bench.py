@@ -119,6 +119,28 @@ def test_two_labels_may_stand_for_one_cell(tmp_path: Path) -> None:
     assert steps(log) == dict.fromkeys(range(1, 20), 1)
 
 
+def test_sources_of_equal_content_keep_their_names(tmp_path: Path) -> None:
+    log = tmp_path / "log"
+    trackers = [Entry("w", Logger(log=str(log)))]
+    with run_bench([Strip("a"), Strip("b")], trackers, seeds=2, results=tmp_path / "r.db") as results:
+        assert [(cell.source, cell.key.tracker_seed) for cell in results.cells()] == [
+            ("a", 0), ("a", 1), ("b", 0), ("b", 1),
+        ]  # fmt: skip
+        assert {name for name, _ in results.sources()} == {"a", "b"}
+        assert [(row.source, row.runs) for row in summary(results.cells())] == [("a", 2), ("b", 2)]
+    assert steps(log) == dict.fromkeys(range(1, 20), 2)  # measured once
+
+
+def test_a_run_tells_its_own_cells_from_the_others_in_the_file(tmp_path: Path) -> None:
+    path, trackers = tmp_path / "r.db", [Entry("w", Walker())]
+    run_bench([Strip()], trackers, seeds=5, results=path).close()
+    with run_bench([Strip()], trackers, seeds=[1, 7], results=path) as results:
+        assert [cell.key.tracker_seed for cell in results.cells(run=results.run)] == [1, 7]
+        assert [cell.key.tracker_seed for cell in results.cells()] == [0, 1, 2, 3, 4, 7]
+    with Results(path) as results:
+        assert results.run is None
+
+
 # -- seeds
 
 
@@ -133,7 +155,7 @@ def test_seeds_are_paired_over_trackers(tmp_path: Path) -> None:
     assert len(set(scenes[0])) == 3
     assert len({cell.scene_hash for cell in cells}) == 1
     for cell in cells:  # the source's row gives the very scene back
-        kept = irsim.loads(sources[cell.key.source_hash].text)
+        kept = irsim.loads(sources[cell.source, cell.key.source_hash].text)
         assert kept.hash == cell.key.source_hash
         assert kept.seed == cell.key.scene_seed
 
@@ -264,7 +286,7 @@ def test_a_failing_tracker_fails_alone_and_is_tried_again(tmp_path: Path) -> Non
     assert "RuntimeError: the planted failure" in breaker.failure
     assert "read-only" in (vandal.failure or "")
     assert fine.score is not None
-    assert fine.score.error == 0
+    assert fine.score.all.error == 0
     seen: list[tuple[int, int]] = []
     run_bench([Strip()], trackers, results=tmp_path / "r.db", progress=lambda *counts: seen.append(counts)).close()
     assert seen == [(2, 2)]
@@ -295,7 +317,7 @@ def test_a_source_without_truth_runs_from_a_box_and_scores_nothing(tmp_path: Pat
     assert trace.indices.tolist() == list(range(2, 20))
     assert np.isnan(trace.truth_centers).all()
     (row,) = summary([cell])
-    assert (row.runs, row.scored, row.lost_share, row.error) == (1, 0, None, None)
+    assert (row.runs, row.scored, row.lost_share, row.held.error) == (1, 0, None, None)
     assert row.ms_median is not None
 
 

@@ -164,7 +164,7 @@ def test_bench_and_report(call: Call, tmp_path: Path) -> None:
     }
     # Only what was asked for now, however much the file holds.
     part = json.loads(call("bench", "clip.mcap", "--trackers", "grey_pf", "--seeds", "1", "--json").out)
-    assert [(row["source"], row["label"]) for row in part["rows"]] == [("clip", "grey_pf")]
+    assert [(row["source"], row["label"], row["runs"]) for row in part["rows"]] == [("clip", "grey_pf", 1)]
     written = call("report", "irtrack.db")
     assert (written.status, written.out) == (0, "report.html\n")
     assert (tmp_path / "report.html").stat().st_size > 10_000

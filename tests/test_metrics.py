@@ -193,7 +193,7 @@ def test_a_perfect_track() -> None:
     centers, sizes = np.column_stack([np.arange(12.0), np.zeros(12)]), np.full((12, 2), 6.0)
     figures = score(track_of(centers, sizes), reference_of(centers, sizes))
     assert (figures.frames, figures.held_frames, figures.lost, figures.lost_at) == (11, 11, False, None)
-    assert figures.error == figures.rmse == figures.abs_x == figures.sd_y == figures.off_share == 0
+    assert figures.all.error == figures.all.rmse == figures.all.abs_x == figures.all.sd_y == figures.off_share == 0
     assert figures.precision_5 == figures.precision_20 == figures.precision_norm == 1
     assert figures.success_auc == pytest.approx(20 / 21)
     assert figures.ms_mean == figures.ms_median == 1.0  # the start's 100 ms are not a step
@@ -206,12 +206,12 @@ def test_a_track_that_loses_by_hand() -> None:
     figures = score(track_of(centers, sizes), reference_of(truth, sizes))
     assert (figures.frames, figures.held_frames, figures.lost, figures.lost_at) == (30, 15, True, 16)
     assert figures.off_share == 0.5
-    assert figures.error == pytest.approx((15 * 5 + 15 * 50) / 30)
-    assert (figures.error_held, figures.abs_x_held, figures.abs_y_held) == (5.0, 3.0, 4.0)
-    assert (figures.sd_x_held, figures.rmse_held, figures.rmse_x_held, figures.rmse_y_held) == (0.0, 5.0, 3.0, 4.0)
-    assert figures.abs_x == pytest.approx(16.5)
-    assert figures.sd_x == pytest.approx(13.5)
-    assert figures.rmse == pytest.approx(math.sqrt((25 + 2500) / 2))
+    assert figures.all.error == pytest.approx((15 * 5 + 15 * 50) / 30)
+    assert (figures.held.error, figures.held.abs_x, figures.held.abs_y) == (5.0, 3.0, 4.0)
+    assert (figures.held.sd_x, figures.held.rmse, figures.held.rmse_x, figures.held.rmse_y) == (0.0, 5.0, 3.0, 4.0)
+    assert figures.all.abs_x == pytest.approx(16.5)
+    assert figures.all.sd_x == pytest.approx(13.5)
+    assert figures.all.rmse == pytest.approx(math.sqrt((25 + 2500) / 2))
     assert figures.precision_5 == figures.precision_20 == 0.5
     # normalised error hypot(3/6, 4/8) = .7071 is beyond 0.5
     assert figures.precision_norm == 0.0
@@ -223,7 +223,7 @@ def test_the_start_frame_is_not_scored() -> None:
     truth, sizes = np.zeros((4, 2)), np.full((4, 2), 6.0)
     centers = truth.copy()
     centers[0] = 99.0
-    assert score(track_of(centers, sizes), reference_of(truth, sizes)).error == 0
+    assert score(track_of(centers, sizes), reference_of(truth, sizes)).all.error == 0
 
 
 def test_absent_frames_are_left_out_and_hidden_ones_are_scored() -> None:
@@ -235,10 +235,10 @@ def test_absent_frames_are_left_out_and_hidden_ones_are_scored() -> None:
     visible = np.array([1.0, 1.0, np.nan, 0.0, np.nan, 1.0])
     figures = score(track_of(centers, sizes), reference_of(truth, sizes, visible))
     assert figures.frames == 4
-    assert figures.error == pytest.approx(math.hypot(8, 8) / 4)
+    assert figures.all.error == pytest.approx(math.hypot(8, 8) / 4)
     assert figures.off_share == 0  # the hidden frame does not count; unknown visibility counts as visible
     lone = score(track_of(centers, sizes), reference_of(np.full((6, 2), np.nan), sizes))
-    assert (lone.frames, lone.lost, lone.error, lone.success_auc, lone.ms_median) == (0, None, None, None, 1.0)
+    assert (lone.frames, lone.lost, lone.all.error, lone.success_auc, lone.ms_median) == (0, None, None, None, 1.0)
 
 
 def test_accuracy_of_the_truth_enters_precision() -> None:
@@ -256,7 +256,7 @@ def test_a_track_and_its_truth_meet_by_frame_index() -> None:
     )
     figures = score(late, truth)
     assert figures.frames == 3  # frame 9 has no truth
-    assert figures.error == 0
+    assert figures.all.error == 0
 
 
 @settings(max_examples=50, deadline=None)
@@ -275,7 +275,7 @@ def test_twice_as_far_is_never_better(centers: Floats, truth: Floats, factor: in
     sizes = np.full((15, 2), 6.0)
     near = score(track_of(centers, sizes), reference_of(truth, sizes))
     far = score(track_of(truth + factor * (centers - truth), sizes), reference_of(truth, sizes))
-    assert far.rmse == pytest.approx(factor * (near.rmse or 0))
+    assert far.all.rmse == pytest.approx(factor * (near.all.rmse or 0))
     for name in ("precision_5", "precision_20", "precision_norm", "success_auc"):
         assert getattr(far, name) <= getattr(near, name)
     assert far.lost or not near.lost

@@ -34,7 +34,7 @@ def test_a_run_over_truth() -> None:
     assert track.centers.tolist() == [[10.0 + index, 20.0] for index in range(20)]
     assert track.step_ms.shape == (20,)
     figures = irtrack.score(track, irtrack.Reference.of(Strip().truths(), "a"))
-    assert (figures.frames, figures.error) == (19, 0.0)
+    assert (figures.frames, figures.all.error) == (19, 0.0)
 
 
 def test_it_starts_where_half_of_the_target_shows() -> None:

@@ -19,7 +19,7 @@ from irsim.types import Box, Frame
 from irtrack import InputError, Results, run_bench, write_report
 from irtrack.bench import Cell, Trace, parse_trackers
 from irtrack.cli import main
-from irtrack.report.repeat import run_command, source_word
+from irtrack.report.repeat import run_command
 from irtrack.types import Estimate
 
 SCENE = """
@@ -208,10 +208,11 @@ def test_a_command_of_the_page_gives_the_same_scores(
     measured: Measured, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     commands = [shlex.split(line) for line in measured.page.commands]
+    sky, clip = measured.folder / "sky <1>.yaml", measured.folder / "clip.mcap"
     assert COMMAND in measured.page.commands
-    assert ["irsim", "render", "sky <1>.yaml", "--seed", "0", "-o", "sky <1>-0.mcap"] in commands
+    assert ["irsim", "render", str(sky), "--seed", "0", "-o", "sky <1>-0.mcap"] in commands
     runs = [words for words in commands if words[:3] == ["irtrack", "run", "grey_pf"]]
-    assert {words[3] for words in runs} == {"sky <1>.yaml", "clip.mcap"}
+    assert {words[3] for words in runs} == {str(sky), str(clip)}
     monkeypatch.chdir(measured.folder)
     for words in runs:
         monkeypatch.setattr("sys.argv", [*words, "--json"])
@@ -290,12 +291,20 @@ def test_a_missing_folder_is_one_clear_error(measured: Measured, tmp_path: Path)
         write_report(tmp_path / "none.db")
 
 
-def test_a_source_is_named_as_the_latest_command_named_it(measured: Measured) -> None:
+def test_a_source_is_named_as_it_was_asked_for(measured: Measured, tmp_path: Path) -> None:
+    """By the very word of its source, not by any word of the command line that looks like it."""
+    clip, sky = measured.folder / "clip.mcap", measured.folder / "sky <1>.yaml"
+    values = [irsim.open_source(clip), irsim.load(sky)]
+    command = "irtrack bench elsewhere/clip.mcap --results scenario.db"
+    with run_bench(values, ["template"], results=tmp_path / "r.db", command=command) as results:
+        words = {source.name: source.word for source in results.sources().values()}
+    assert words == {"clip": str(clip), "scenario": "scenario.yaml"}
     with Results(measured.results) as results:
-        runs, sources = results.runs(), list(results.sources().values())
-    sky = next(source for source in sources if source.name == "sky <1>")
-    assert source_word(sky, runs) == "sky <1>.yaml"
-    assert source_word(sky, []) == "sky <1>.yaml"
-    clip = next(source for source in sources if source.name == "clip")
-    assert source_word(clip, runs) == "clip.mcap"
-    assert source_word(clip, []) == str(measured.folder / "clip.mcap")
+        assert {source.word for source in results.sources().values()} == {str(sky), str(clip)}
+
+
+def test_a_bench_from_python_has_no_command(measured: Measured, tmp_path: Path) -> None:
+    with run_bench([measured.folder / "clip.mcap"], ["template"], results=tmp_path / "r.db") as results:
+        assert results.run is not None
+        assert results.run.command is None
+        assert "called from Python" in write_report(results).read_text()

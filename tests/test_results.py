@@ -25,6 +25,7 @@ def test_a_results_file_keeps_what_it_is_given(tmp_path: Path) -> None:
         (cell,) = results.cells()
         trace = results.trace(cell.key)
         assert results.trace(replace(cell.key, tracker_seed=5)) is None
+        assert run == results.run
         again = results.start_run("2026-11-21T00:00:00+00:00", "x", versions)
         assert results.runs()[1] == again
     assert run.command == "irtrack bench strip"

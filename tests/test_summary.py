@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import math
-from dataclasses import fields
 from typing import Any
 
 import numpy as np
 import pytest
 
 from irtrack.bench import ALL_SOURCES, Cell, Key, summary
-from irtrack.metrics import Score, wilson
+from irtrack.metrics import FIGURES, Score, wilson
 
 
 def cell(label: str, source: str = "s", **figures: Any) -> Cell:
     key = Key(source, "a", "visible", "display", 0, 0, "{}", "c")
     if not figures:
         return Cell(key, label, source, source, "failed", "broke")
-    unsaid = {field.name: None for field in fields(Score)} | {"frames": 10, "held_frames": 10, "lost": False}
-    return Cell(key, label, source, source, "ok", score=Score(**unsaid | figures))
+    unsaid = dict.fromkeys(FIGURES) | {"frames": 10, "held_frames": 10, "lost": False}
+    return Cell(key, label, source, source, "ok", score=Score.from_dict(unsaid | figures))
 
 
 def test_the_table_pools_frames_before_loss_by_hand() -> None:
@@ -30,13 +29,13 @@ def test_the_table_pools_frames_before_loss_by_hand() -> None:
     assert (row.runs, row.failed, row.scored, row.lost) == (4, 1, 3, 2)
     assert row.lost_share == pytest.approx(2 / 3)
     assert (row.lost_low, row.lost_high) == wilson(2, 3)
-    assert row.error == pytest.approx((30 * 2 + 10 * 6) / 40)
-    assert row.abs_x == pytest.approx((30 * 1 + 10 * 5) / 40)
+    assert row.held.error == pytest.approx((30 * 2 + 10 * 6) / 40)
+    assert row.held.abs_x == pytest.approx((30 * 1 + 10 * 5) / 40)
     # thirty values 1 and ten of mean 5, sd 2: say five 3s and five 7s
-    assert row.sd_x == pytest.approx(np.std([1.0] * 30 + [3.0] * 5 + [7.0] * 5))
-    assert row.rmse == pytest.approx(math.sqrt((30 * 4 + 10 * 36) / 40))
+    assert row.held.sd_x == pytest.approx(np.std([1.0] * 30 + [3.0] * 5 + [7.0] * 5))
+    assert row.held.rmse == pytest.approx(math.sqrt((30 * 4 + 10 * 36) / 40))
     assert row.success_auc == pytest.approx(0.4)
-    assert row.abs_y is None
+    assert row.held.abs_y is None
 
 
 def test_the_table_ranks_by_loss_then_share_off_then_error_then_time() -> None:
@@ -60,7 +59,7 @@ def test_the_table_by_source_and_over_all() -> None:
         ("one", "a", 1), ("two", "b", 1), ("two", "a", 2),
     ]  # fmt: skip
     overall = summary(cells, overall=True)
-    assert {(row.source, row.label): row.error for row in overall} == {
+    assert {(row.source, row.label): row.held.error for row in overall} == {
         (ALL_SOURCES, "a"): 2.0, (ALL_SOURCES, "b"): 2.0,
     }  # fmt: skip
     assert overall[0].as_dict()["runs"] == 2

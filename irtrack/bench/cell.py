@@ -46,11 +46,14 @@ class Key:
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """One call of the bench: when it started (UTC, ISO 8601), its command line, the versions used."""
+    """One call of the bench: when it started (UTC, ISO 8601), its command line, the versions used.
+
+    command is None where Python code called it.
+    """
 
     id: int
     started: str
-    command: str
+    command: str | None
     versions: dict[str, str]
 
 
@@ -60,6 +63,7 @@ class SourceRow:
 
     scene_hash   the same for all seeds of a scenario (a recording: its hash)
     text         kind 'scenario': the whole scenario as YAML, its seed applied; 'recording': its path
+    word         how a command names it: as whoever asked for it wrote it
     size         (columns, rows)
     length       how many frames it has
     """
@@ -69,6 +73,7 @@ class SourceRow:
     name: str
     kind: Literal["scenario", "recording"]
     text: str
+    word: str
     size: tuple[int, int]
     rate_hz: float
     length: int

@@ -60,14 +60,16 @@ def plans(
     """One plan per source and seed; InputError where two sources share a name or nothing can be measured."""
     found = []
     names: set[str] = set()
-    for source in map(irsim.open_source, sources):
+    for asked in sources:
+        source = irsim.open_source(asked)
         if source.name in names:
             raise InputError(f"two sources are named '{source.name}'; allowed: names that differ")
         names.add(source.name)
         if init is None and not source.has_truth:
             raise InputError(f"{source.name} has no truth to measure by; irtrack run follows a box given by --init")
         target = None if init is not None else _followed(source)
-        for seeded, row, scene_seed, seed in _seeded(source, seeds):
+        word = str(asked) if isinstance(asked, str | Path) else None
+        for seeded, row, scene_seed, seed in _seeded(source, seeds, word):
             members = tuple(
                 Member(
                     tracker.entry.label,
@@ -90,24 +92,30 @@ def plans(
 
 
 def _seeded(
-    source: Source, seeds: Sequence[int]
+    source: Source, seeds: Sequence[int], word: str | None
 ) -> Iterator[tuple[Source | irsim.Scenario, SourceRow, int | None, int]]:
-    """(source, row, scene seed, tracker seed) for each seed; only a scenario's scene changes with it."""
+    """(source, row, scene seed, tracker seed) for each seed; only a scenario's scene changes with it.
+
+    word   how the source was named; a value from Python is named by a recording's path, or by the
+           file in which the report lets one save the scenario
+    """
     scenario = getattr(source, "scenario", None)
     if not isinstance(scenario, irsim.Scenario):
         path = getattr(source, "path", None)
         text = "" if path is None else str(Path(path).resolve())
-        row = _row(source, source.hash, source.hash, "recording", text)
+        row = _row(source, source.hash, source.hash, "recording", text, word or text or source.name)
         yield from ((source, row, None, seed) for seed in seeds)
         return
-    scene_hash = scenario.model_copy(update={"seed": 0}).hash
+    scene_hash, name = scenario.model_copy(update={"seed": 0}).hash, word or f"{source.name}.yaml"
     for seed in seeds:
         seeded = scenario.model_copy(update={"seed": seed})
-        yield seeded, _row(source, seeded.hash, scene_hash, "scenario", irsim.dumps(seeded)), seed, seed
+        yield seeded, _row(source, seeded.hash, scene_hash, "scenario", irsim.dumps(seeded), name), seed, seed
 
 
-def _row(source: Source, hash: str, scene_hash: str, kind: Literal["scenario", "recording"], text: str) -> SourceRow:
-    return SourceRow(hash, scene_hash, source.name, kind, text, source.size, source.rate_hz, len(source))
+def _row(
+    source: Source, hash: str, scene_hash: str, kind: Literal["scenario", "recording"], text: str, word: str
+) -> SourceRow:
+    return SourceRow(hash, scene_hash, source.name, kind, text, word, source.size, source.rate_hz, len(source))
 
 
 def _followed(source: Source) -> str:

@@ -16,36 +16,38 @@ from typing import Any
 
 from irtrack.bench.cell import Cell, Key, Run, SourceRow, Trace
 from irtrack.errors import InputError
-from irtrack.metrics.scoring import Score
+from irtrack.metrics import FIGURES, Score
 
 APPLICATION_ID = 0x69727472
 """'irtr' in the file's header tells a results file from any other SQLite file."""
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 """Raised whenever a table below or `Score` changes."""
 
 _KEY = [field.name for field in fields(Key)]
-_SCORE = {field.name: "REAL" if "float" in str(field.type) else "INTEGER" for field in fields(Score)}
+_SQL_TYPES = {int: "INTEGER", bool: "INTEGER", float: "REAL"}
+_FIGURES = ", ".join(f"{name} {_SQL_TYPES[kind]}" for name, kind in FIGURES.items())
 
 _SCHEMA = f"""
 BEGIN IMMEDIATE;
 PRAGMA application_id = {APPLICATION_ID};
 PRAGMA user_version = {SCHEMA_VERSION};
-CREATE TABLE runs (id INTEGER PRIMARY KEY, started TEXT NOT NULL, command TEXT NOT NULL, versions TEXT NOT NULL);
+CREATE TABLE runs (id INTEGER PRIMARY KEY, started TEXT NOT NULL, command TEXT, versions TEXT NOT NULL);
 CREATE TABLE sources (
-    hash TEXT PRIMARY KEY, scene_hash TEXT NOT NULL, name TEXT NOT NULL, kind TEXT NOT NULL, text TEXT NOT NULL,
-    columns INTEGER NOT NULL, rows INTEGER NOT NULL, rate_hz REAL NOT NULL, length INTEGER NOT NULL
+    hash TEXT NOT NULL, scene_hash TEXT NOT NULL, name TEXT NOT NULL, kind TEXT NOT NULL, text TEXT NOT NULL,
+    word TEXT NOT NULL, columns INTEGER NOT NULL, rows INTEGER NOT NULL, rate_hz REAL NOT NULL, length INTEGER NOT NULL,
+    PRIMARY KEY (name, hash)
 );
 CREATE TABLE cells (
     digest TEXT PRIMARY KEY,
-    source_hash TEXT NOT NULL REFERENCES sources (hash), target TEXT, start TEXT NOT NULL, input TEXT NOT NULL,
+    source_hash TEXT NOT NULL, target TEXT, start TEXT NOT NULL, input TEXT NOT NULL,
     scene_seed INTEGER, tracker_seed INTEGER NOT NULL, config TEXT NOT NULL, code_hash TEXT NOT NULL,
-    status TEXT NOT NULL, failure TEXT, trace BLOB, {", ".join(f"{name} {kind}" for name, kind in _SCORE.items())}
+    status TEXT NOT NULL, failure TEXT, trace BLOB, {_FIGURES}
 );
--- Which cells a run wanted, under which label, whether it had to compute them or found them here.
+-- Which cells a run wanted, of which source under which label, whether it had to compute them or found them here.
 CREATE TABLE wanted (
-    run INTEGER NOT NULL REFERENCES runs (id), label TEXT NOT NULL, digest TEXT NOT NULL,
-    PRIMARY KEY (run, label, digest)
+    run INTEGER NOT NULL REFERENCES runs (id), source TEXT NOT NULL, label TEXT NOT NULL, digest TEXT NOT NULL,
+    PRIMARY KEY (run, source, label, digest)
 );
 COMMIT;
 """
@@ -54,11 +56,13 @@ COMMIT;
 class Results:
     """A results file. Errors with the file, foreign and broken ones too, are InputErrors.
 
-    `create=True` makes the file where there is none (its folder must exist).
+    `create=True` makes the file where there is none (its folder must exist). `run` is the call of the
+    bench that opened it; None where it was opened to be read.
     """
 
     def __init__(self, path: str | Path, create: bool = False) -> None:
         self.path = Path(path)
+        self.run: Run | None = None
         if self.path.is_dir():
             raise InputError(f"{path}: is a folder; allowed: a results file")
         is_new = not self.path.exists() or (create and self.path.stat().st_size == 0)
@@ -131,20 +135,21 @@ class Results:
             )
         return cursor.lastrowid or 0
 
-    def start_run(self, started: str, command: str, versions: dict[str, str]) -> Run:
-        """Note a call of the bench."""
+    def start_run(self, started: str, command: str | None, versions: dict[str, str]) -> Run:
+        """Note a call of the bench; it is `run` from now on."""
         row = {"started": started, "command": command, "versions": json.dumps(versions)}
-        return Run(self._insert("runs", row), started, command, dict(versions))
+        self.run = Run(self._insert("runs", row), started, command, dict(versions))
+        return self.run
 
     def add_source(self, source: SourceRow) -> None:
-        """Note a source; one of the same hash is replaced (a recording may have moved)."""
+        """Note a source; one of the same name and hash is replaced (a recording may have moved)."""
         row = {field.name: getattr(source, field.name) for field in fields(source)}
         row["columns"], row["rows"] = row.pop("size")
         self._insert("sources", row, "REPLACE")
 
-    def want(self, run: Run, label: str, key: Key) -> None:
-        """Note that a run is about this cell, whoever computes it."""
-        self._insert("wanted", {"run": run.id, "label": label, "digest": key.digest}, "IGNORE")
+    def want(self, run: Run, source: str, label: str, key: Key) -> None:
+        """Note that a run is about this cell of the source of that name, whoever computes it."""
+        self._insert("wanted", {"run": run.id, "source": source, "label": label, "digest": key.digest}, "IGNORE")
 
     def has(self, key: Key) -> bool:
         """Is this cell there and not failed? (A failed one is worth another try.)"""
@@ -166,36 +171,38 @@ class Results:
             rows = self._db.execute("SELECT id, started, command, versions FROM runs ORDER BY id").fetchall()
         return [Run(id, started, command, json.loads(versions)) for id, started, command, versions in rows]
 
-    def sources(self) -> dict[str, SourceRow]:
-        """All sources by hash."""
+    def sources(self) -> dict[tuple[str, str], SourceRow]:
+        """All sources by (name, hash): two sources of other names may have the same content."""
         names = [field.name for field in fields(SourceRow) if field.name != "size"]
         with self._clear_errors():
             rows = self._db.execute(f"SELECT columns, rows, {', '.join(names)} FROM sources ORDER BY rowid").fetchall()
         sources = [SourceRow(size=row[:2], **dict(zip(names, row[2:], strict=True))) for row in rows]
-        return {source.hash: source for source in sources}
+        return {(source.name, source.hash): source for source in sources}
 
-    def cells(self, every: bool = False) -> list[Cell]:
+    def cells(self, every: bool = False, run: Run | None = None) -> list[Cell]:
         """The cells, by source, label and seeds.
 
         Where a source or a tracker has changed under the same name, only its newest version (the one
-        that a run wanted last) is given; `every=True` gives the older ones too.
+        that a run wanted last) is given; `every=True` gives the older ones too. With `run` only the
+        cells that this run wanted.
         """
-        columns = ["label", "name", "scene_hash", *_KEY, "status", "failure", *_SCORE]
+        columns = ["label", "name", "scene_hash", *_KEY, "status", "failure", *FIGURES]
         sql = f"""
             SELECT max(run), {", ".join(columns)} FROM wanted JOIN cells USING (digest)
-            JOIN sources ON sources.hash = cells.source_hash GROUP BY label, digest
+            JOIN sources ON sources.name = wanted.source AND sources.hash = cells.source_hash
+            WHERE :run IS NULL OR run = :run GROUP BY name, label, digest
             ORDER BY name, scene_hash, label, config, code_hash, scene_seed, tracker_seed, target, input, start
         """
         with self._clear_errors():
-            rows = self._db.execute(sql).fetchall()
+            rows = self._db.execute(sql, {"run": None if run is None else run.id}).fetchall()
         dated = [(row[0], _cell(dict(zip(columns, row[1:], strict=True)))) for row in rows]
         if every:
             return [cell for _, cell in dated]
         newest: dict[tuple[str, str], int] = {}
-        for run, cell in dated:
+        for last, cell in dated:
             place = (cell.source, cell.label)
-            newest[place] = max(run, newest.get(place, 0))
-        current = {_version(cell) for run, cell in dated if run == newest[cell.source, cell.label]}
+            newest[place] = max(last, newest.get(place, 0))
+        current = {_version(cell) for last, cell in dated if last == newest[cell.source, cell.label]}
         return [cell for _, cell in dated if _version(cell) in current]
 
     def trace(self, key: Key) -> Trace | None:
@@ -211,9 +218,6 @@ def _version(cell: Cell) -> tuple[str, ...]:
 
 
 def _cell(row: dict[str, Any]) -> Cell:
-    figures = {name: row[name] for name in _SCORE}
-    if figures["lost"] is not None:
-        figures["lost"] = bool(figures["lost"])
-    score = Score(**figures) if row["status"] == "ok" else None
+    score = Score.from_dict(row) if row["status"] == "ok" else None
     key = Key(**{name: row[name] for name in _KEY})
     return Cell(key, row["label"], row["name"], row["scene_hash"], row["status"], row["failure"], score)

@@ -5,8 +5,6 @@ from __future__ import annotations
 import multiprocessing
 import os
 import platform
-import shlex
-import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -55,9 +53,9 @@ def run_bench(
     jobs      worker processes; the cells are the same for any number, times aside. With more than one
               the calling script needs the guard ``if __name__ == "__main__"``
     init      (box, frame) to start from, for sources without truth
-    command   how this was asked for, for the report; the process' own command line if not given
+    command   the command line that asked for this, for the report; None where Python code does
 
-    Returns the results file, open. A tracker's exception makes a failed cell; bad input is an
+    Returns the results file, open; its `run` is this one. A tracker's exception makes a failed cell; bad input is an
     InputError before anything is run.
     """
     compared = contestants(trackers)
@@ -67,8 +65,9 @@ def run_bench(
     kept = Results(results, create=True)
     try:
         with kept.transaction():
-            run = kept.start_run(_now(), command or shlex.join(["irtrack", *sys.argv[1:]]), _versions())
-            groups = [group for plan in wanted if (group := _missing(kept, run, plan)).members]
+            run = kept.start_run(_now(), command, _versions())
+            taken: set[Key] = set()
+            groups = [group for plan in wanted if (group := _missing(kept, run, plan, taken)).members]
         done, total = 0, sum(len(group.members) for group in groups)
         for outcomes in _outcomes(groups, jobs):
             with kept.transaction():
@@ -90,15 +89,19 @@ def _seeds(seeds: int | Iterable[int]) -> list[int]:
     return found
 
 
-def _missing(kept: Results, run: Run, plan: Plan) -> Group:
-    """Note what the plan wants; its group with the cells that the file has not."""
+def _missing(kept: Results, run: Run, plan: Plan, taken: set[Key]) -> Group:
+    """Note what the plan wants; its group with the cells that neither the file has nor a group before it.
+
+    Two labels, or two names of one and the same scene, may stand for one cell.
+    """
     kept.add_source(plan.row)
-    missing: dict[Key, Member] = {}  # two labels may stand for one and the same cell
+    missing: list[Member] = []
     for member in plan.group.members:
-        kept.want(run, member.label, member.key)
-        if not kept.has(member.key):
-            missing.setdefault(member.key, member)
-    return replace(plan.group, members=tuple(missing.values()))
+        kept.want(run, plan.row.name, member.label, member.key)
+        if member.key not in taken and not kept.has(member.key):
+            missing.append(member)
+            taken.add(member.key)
+    return replace(plan.group, members=tuple(missing))
 
 
 def _outcomes(groups: list[Group], jobs: int) -> Iterator[list[tuple[Cell, Trace | None]]]:

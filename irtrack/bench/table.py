@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from irtrack.bench.cell import Cell
-from irtrack.metrics import Score, wilson
+from irtrack.metrics import CentreFigures, Score, wilson
 
 ALL_SOURCES = "all sources"
 
@@ -22,9 +22,7 @@ class SummaryRow:
     runs, failed      cells, and those of them in which the tracker raised
     scored            runs that did not fail and have truth;  lost  those of them that were lost
     lost_share        lost/scored, with its Wilson 95 % interval lost_low .. lost_high
-    error .. rmse_y   of the frames before the loss, those of all runs taken together, px: mean
-                      Euclidean error; mean |error| per axis and its standard deviation; root mean
-                      square errors
+    held              centre errors of the frames before the loss, those of all runs taken together
     off_share, precision_*, success_auc, ms_median
                       means over runs of the figures of `irtrack.metrics.Score`
     """
@@ -39,14 +37,7 @@ class SummaryRow:
     lost_share: float | None
     lost_low: float | None
     lost_high: float | None
-    error: float | None
-    abs_x: float | None
-    abs_y: float | None
-    sd_x: float | None
-    sd_y: float | None
-    rmse: float | None
-    rmse_x: float | None
-    rmse_y: float | None
+    held: CentreFigures
     off_share: float | None
     precision_5: float | None
     precision_20: float | None
@@ -56,7 +47,9 @@ class SummaryRow:
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for JSON or a table."""
-        return asdict(self)
+        flat = asdict(self)
+        held: dict[str, Any] = flat.pop("held")
+        return flat | held
 
 
 def summary(cells: Iterable[Cell], overall: bool = False) -> list[SummaryRow]:
@@ -77,8 +70,6 @@ def _row(source: str, label: str, rank: int, cells: list[Cell]) -> SummaryRow:
     told = [score for score in scores if score.lost is not None]
     lost = sum(score.lost is True for score in told)
     low, high = wilson(lost, len(told)) if told else (None, None)
-    abs_x, sd_x = _pooled_spread([(score.held_frames, score.abs_x_held, score.sd_x_held) for score in scores])
-    abs_y, sd_y = _pooled_spread([(score.held_frames, score.abs_y_held, score.sd_y_held) for score in scores])
     return SummaryRow(
         source=source,
         label=label,
@@ -90,14 +81,7 @@ def _row(source: str, label: str, rank: int, cells: list[Cell]) -> SummaryRow:
         lost_share=lost / len(told) if told else None,
         lost_low=low,
         lost_high=high,
-        error=_pooled([(score.held_frames, score.error_held) for score in scores]),
-        abs_x=abs_x,
-        abs_y=abs_y,
-        sd_x=sd_x,
-        sd_y=sd_y,
-        rmse=_pooled_rms([(score.held_frames, score.rmse_held) for score in scores]),
-        rmse_x=_pooled_rms([(score.held_frames, score.rmse_x_held) for score in scores]),
-        rmse_y=_pooled_rms([(score.held_frames, score.rmse_y_held) for score in scores]),
+        held=_together([(score.held_frames, score.held) for score in scores]),
         off_share=_mean([score.off_share for score in scores]),
         precision_5=_mean([score.precision_5 for score in scores]),
         precision_20=_mean([score.precision_20 for score in scores]),
@@ -112,7 +96,7 @@ def _order(cells: list[Cell]) -> tuple[float, float, float, float]:
     broken = sum(cell.status == "failed" or (cell.score is not None and cell.score.lost is True) for cell in cells)
     figures = (
         _mean([score.off_share for score in scores]),
-        _pooled([(score.held_frames, score.error_held) for score in scores]),
+        _pooled([(score.held_frames, score.held.error) for score in scores]),
         _mean([score.ms_median for score in scores]),
     )
     off, error, ms = (math.inf if figure is None else figure for figure in figures)
@@ -126,6 +110,22 @@ def _scores(cells: list[Cell]) -> list[Score]:
 def _mean(figures: list[float | None]) -> float | None:
     known = [figure for figure in figures if figure is not None]
     return sum(known) / len(known) if known else None
+
+
+def _together(parts: list[tuple[int, CentreFigures]]) -> CentreFigures:
+    """The figures over all frames, from (frames, figures) of each run."""
+    abs_x, sd_x = _pooled_spread([(count, each.abs_x, each.sd_x) for count, each in parts])
+    abs_y, sd_y = _pooled_spread([(count, each.abs_y, each.sd_y) for count, each in parts])
+    return CentreFigures(
+        error=_pooled([(count, each.error) for count, each in parts]),
+        abs_x=abs_x,
+        abs_y=abs_y,
+        sd_x=sd_x,
+        sd_y=sd_y,
+        rmse=_pooled_rms([(count, each.rmse) for count, each in parts]),
+        rmse_x=_pooled_rms([(count, each.rmse_x) for count, each in parts]),
+        rmse_y=_pooled_rms([(count, each.rmse_y) for count, each in parts]),
+    )
 
 
 def _pooled(parts: list[tuple[int, float | None]]) -> float | None:

@@ -120,7 +120,7 @@ def run(
         )
     followed = track.target if opened.has_truth else None
     result = score(track, Reference.of(opened.truths(), followed))
-    repeat = shlex.join(["irtrack", *sys.argv[1:], *([] if seed is not None else ["--seed", str(tracker_seed)])])
+    repeat = _command() if seed is not None else f"{_command()} --seed {tracker_seed}"
     if csv is not None:
         from irtrack.trackfile import track_to_csv
 
@@ -166,17 +166,22 @@ def bench(
     """Run trackers over sources with many seeds; print the ranked table and where the results are."""
     check_output(results)
     looked_at = _input(input)
-    from irsim import open_source
     from irtrack.bench import parse_trackers, run_bench, summary
 
     entries = parse_trackers(trackers)
-    opened = [open_source(source) for source in sources]
     with terminal.progress_bar("bench") as progress:
-        kept = run_bench(opened, entries, results=results, seeds=seeds, jobs=jobs, input=looked_at, progress=progress)
-    # The file may hold more than what was asked for now.
-    labels, names = {entry.label for entry in entries}, {source.name for source in opened}
+        kept = run_bench(
+            sources,
+            entries,
+            results=results,
+            seeds=seeds,
+            jobs=jobs,
+            input=looked_at,
+            command=_command(),
+            progress=progress,
+        )
     with kept:
-        cells = [cell for cell in kept.cells() if cell.label in labels and cell.source in names]
+        cells = kept.cells(run=kept.run)  # the file may hold more than what was asked for now
     rows = summary(cells)
     if as_json:
         print_json({"results": str(results), "rows": [row.as_dict() for row in rows]})
@@ -202,6 +207,11 @@ def report(
     from irtrack.report import write_report
 
     print(write_report(results, output))
+
+
+def _command() -> str:
+    """The command line that was given."""
+    return shlex.join(["irtrack", *sys.argv[1:]])
 
 
 def _input(word: str) -> Input:

@@ -49,9 +49,9 @@ def print_run(track: Track, score: Score) -> None:
         print(f"time         {number(score.ms_median, '.3g')} ms a frame (median)")
         return
     print(f"lost         {f'at frame {score.lost_at}' if score.lost else 'no'}")
-    print(f"|error| x    {number(score.abs_x)} ± {number(score.sd_x)} px")
-    print(f"|error| y    {number(score.abs_y)} ± {number(score.sd_y)} px")
-    print(f"rmse         {number(score.rmse)} px")
+    print(f"|error| x    {number(score.all.abs_x)} ± {number(score.all.sd_x)} px")
+    print(f"|error| y    {number(score.all.abs_y)} ± {number(score.all.sd_y)} px")
+    print(f"rmse         {number(score.all.rmse)} px")
     print(f"within 5 px  {number(score.precision_5, '.3f')}    20 px  {number(score.precision_20, '.3f')}")
     print(f"norm. prec.  {number(score.precision_norm, '.3f')}")
     print(f"success AUC  {number(score.success_auc, '.3f')}")
@@ -70,8 +70,8 @@ def print_summary(rows: Sequence[SummaryRow]) -> None:
                 str(row.runs) + (f" ({row.failed} failed)" if row.failed else ""),
                 number(row.lost_share, ".0%"),
                 NOTHING if row.lost_low is None else f"{row.lost_low:.0%}..{row.lost_high:.0%}",
-                number(row.abs_x),
-                number(row.abs_y),
+                number(row.held.abs_x),
+                number(row.held.abs_y),
                 number(row.precision_5, ".3f"),
                 number(row.precision_20, ".3f"),
                 number(row.success_auc, ".3f"),

@@ -14,13 +14,15 @@ from irtrack.metrics.interval import wilson
 from irtrack.metrics.loss import LOSS_RULE, loss, off_frames
 from irtrack.metrics.overlap import SUCCESS, overlaps, success_curve
 from irtrack.metrics.reference import Reference
-from irtrack.metrics.scoring import Score, score
+from irtrack.metrics.scoring import FIGURES, CentreFigures, Score, score
 
 __all__ = [
+    "FIGURES",
     "LOSS_RULE",
     "PRECISION_NORM",
     "PRECISION_PX",
     "SUCCESS",
+    "CentreFigures",
     "Reference",
     "Score",
     "area",

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+from typing import Any, get_args, get_type_hints
 
 import numpy as np
 
@@ -24,19 +25,46 @@ from irtrack.types import Track
 
 
 @dataclass(frozen=True, slots=True)
+class CentreFigures:
+    """Figures of the centre errors of some frames; None where there is no frame.
+
+    error                   mean Euclidean centre error, px
+    abs_x, abs_y            mean |error| per axis, px;  sd_x, sd_y  its standard deviation
+    rmse, rmse_x, rmse_y    root mean square error, px
+    """
+
+    error: float | None
+    abs_x: float | None
+    abs_y: float | None
+    sd_x: float | None
+    sd_y: float | None
+    rmse: float | None
+    rmse_x: float | None
+    rmse_y: float | None
+
+    @classmethod
+    def of(cls, offsets: Floats) -> CentreFigures:
+        """The figures of errors (n, 2) px."""
+        if len(offsets) == 0:
+            return cls(*[None] * len(fields(cls)))
+        errors = np.hypot(offsets[:, 0], offsets[:, 1])
+        (abs_x, sd_x), (abs_y, sd_y) = mean_abs(offsets[:, 0]), mean_abs(offsets[:, 1])
+        squares = rmse(errors), rmse(offsets[:, 0]), rmse(offsets[:, 1])
+        return cls(float(errors.mean()), abs_x, abs_y, sd_x, sd_y, *squares)
+
+
+@dataclass(frozen=True, slots=True)
 class Score:
     """What one track scores. A figure is None where no frame says anything about it.
 
-    Scored frames are those after the start frame in which the target is present; `held` figures
-    take only the scored frames before the loss (all of them where there is none).
+    Scored frames are those after the start frame in which the target is present; held ones are the
+    scored frames before the loss (all of them where there is none).
 
     frames, held_frames     how many frames were scored, and how many of them before the loss
     lost                    lost by `irtrack.metrics.loss`; None where nothing was scored
     lost_at                 index of the frame that the loss is dated to
     off_share               share of the scored frames with a visible target that are off (far from it)
-    error                   mean Euclidean centre error, px
-    abs_x, abs_y            mean |error| per axis, px;  sd_x, sd_y  its standard deviation
-    rmse, rmse_x, rmse_y    root mean square error, px
+    all, held               figures of the centre errors of all scored frames, and of the held ones
     precision_5, _20        share of scored frames with centre error <= 5, 20 px
     precision_norm          area under the normalised precision curve, 0..1
     success_auc             area under the success curve, 0..1
@@ -48,22 +76,8 @@ class Score:
     lost: bool | None
     lost_at: int | None
     off_share: float | None
-    error: float | None
-    abs_x: float | None
-    abs_y: float | None
-    sd_x: float | None
-    sd_y: float | None
-    rmse: float | None
-    rmse_x: float | None
-    rmse_y: float | None
-    error_held: float | None
-    abs_x_held: float | None
-    abs_y_held: float | None
-    sd_x_held: float | None
-    sd_y_held: float | None
-    rmse_held: float | None
-    rmse_x_held: float | None
-    rmse_y_held: float | None
+    all: CentreFigures
+    held: CentreFigures
     precision_5: float | None
     precision_20: float | None
     precision_norm: float | None
@@ -72,8 +86,45 @@ class Score:
     ms_median: float | None
 
     def as_dict(self) -> dict[str, Any]:
-        """The figures by name, plain values for JSON or a table."""
-        return asdict(self)
+        """The figures by name (`FIGURES`), plain values for JSON or a table."""
+        flat: dict[str, Any] = {}
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if isinstance(value, CentreFigures):
+                flat |= {name + _SUFFIX[field.name]: figure for name, figure in asdict(value).items()}
+            else:
+                flat[field.name] = value
+        return flat
+
+    @classmethod
+    def from_dict(cls, flat: Mapping[str, Any]) -> Score:
+        """The inverse of `as_dict`; truth values may be 0 and 1, as SQLite keeps them."""
+        values: dict[str, Any] = {}
+        for field in fields(cls):
+            if field.name in _SUFFIX:
+                suffix = _SUFFIX[field.name]
+                values[field.name] = CentreFigures(*(flat[each.name + suffix] for each in fields(CentreFigures)))
+            else:
+                value = flat[field.name]
+                values[field.name] = bool(value) if FIGURES[field.name] is bool and value is not None else value
+        return cls(**values)
+
+
+_SUFFIX = {"all": "", "held": "_held"}
+
+
+def _figures() -> dict[str, type]:
+    found: dict[str, type] = {}
+    for name, hint in get_type_hints(Score).items():
+        if name in _SUFFIX:
+            found |= {each.name + _SUFFIX[name]: float for each in fields(CentreFigures)}
+        else:
+            found[name] = next((each for each in get_args(hint) if each is not type(None)), hint)
+    return found
+
+
+FIGURES: dict[str, type] = _figures()
+"""The name of every figure in `Score.as_dict`, and whether it is an int, a bool or a float (or None)."""
 
 
 def score(track: Track, reference: Reference) -> Score:
@@ -98,8 +149,7 @@ def score(track: Track, reference: Reference) -> Score:
     normalised = normalised_errors(centers, truth.centers, truth.sizes)[scored]
     overlap = overlaps(centers, sizes, truth.centers, truth.sizes)[scored]
     offsets = centers - truth.centers
-    figures = _centre_figures(offsets[scored], "") | _centre_figures(offsets[held], "_held")
-    figures |= {
+    figures = {
         "off_share": float(off[counted].mean()) if counted.any() else np.nan,
         "precision_5": at_5,
         "precision_20": at_20,
@@ -113,22 +163,7 @@ def score(track: Track, reference: Reference) -> Score:
         held_frames=int(held.sum()),
         lost=lost_position is not None if scored.any() else None,
         lost_at=None if lost_position is None else int(track.indices[lost_position]),
+        all=CentreFigures.of(offsets[scored]),
+        held=CentreFigures.of(offsets[held]),
         **{name: float(value) if np.isfinite(value) else None for name, value in figures.items()},
     )
-
-
-def _centre_figures(offsets: Floats, suffix: str) -> dict[str, float]:
-    """Figures of the errors (n, 2) px, by their names in `Score`."""
-    errors = np.hypot(offsets[:, 0], offsets[:, 1])
-    (abs_x, sd_x), (abs_y, sd_y) = mean_abs(offsets[:, 0]), mean_abs(offsets[:, 1])
-    figures = {
-        "error": float(errors.mean()) if len(errors) else np.nan,
-        "abs_x": abs_x,
-        "abs_y": abs_y,
-        "sd_x": sd_x,
-        "sd_y": sd_y,
-        "rmse": rmse(errors),
-        "rmse_x": rmse(offsets[:, 0]),
-        "rmse_y": rmse(offsets[:, 1]),
-    }
-    return {name + suffix: value for name, value in figures.items()}

@@ -5,41 +5,19 @@ from __future__ import annotations
 import json
 import shlex
 import sys
-from collections.abc import Iterable, Sequence
-from pathlib import Path
+from collections.abc import Sequence
 from typing import Any
 
 from irsim.types import Box
-from irtrack.bench import Cell, Run, SourceRow
+from irtrack.bench import Cell, SourceRow
 from irtrack.errors import IrtrackError
 
 
-def source_word(source: SourceRow, runs: Iterable[Run]) -> str:
-    """How a command names the source: as the bench's command line named it, the latest first.
-
-    Else a recording by its path, a scenario by the file that the report lets one save.
-    """
-    recording = Path(source.text) if source.kind == "recording" else None
-    for run in reversed(list(runs)):
-        for word in _words(run.command):
-            named = Path(word)
-            if named.name == recording.name if recording else named.stem == source.name:
-                return word
-    return str(recording) if recording else f"{source.name}.yaml"
-
-
-def _words(command: str) -> list[str]:
-    try:
-        return shlex.split(command)
-    except ValueError:  # a command line noted from Python may hold anything
-        return []
-
-
-def render_command(source: SourceRow, word: str, seed: int | None) -> str | None:
+def render_command(source: SourceRow, seed: int | None) -> str | None:
     """The command that renders the scene to a recording; None for what is one already."""
     if source.kind == "recording":
         return None
-    return shlex.join(["irsim", "render", word, "--seed", str(seed), "-o", f"{source.name}-{seed}.mcap"])
+    return shlex.join(["irsim", "render", source.word, "--seed", str(seed), "-o", f"{source.name}-{seed}.mcap"])
 
 
 def run_command(cell: Cell, word: str) -> str:

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 
 from irsim import IrsimError, Rendering, loads, open_recording
 from irsim.types import Source
-from irtrack.bench import Cell, Results, Run, SourceRow, SummaryRow, Trace, summary
+from irtrack.bench import Cell, Results, SourceRow, SummaryRow, Trace, summary
 from irtrack.report.filmstrip import Follower, Still, moments, still
 from irtrack.report.palette import Look
 from irtrack.report.plots import Plots, plots
-from irtrack.report.repeat import render_command, run_command, source_word
+from irtrack.report.repeat import render_command, run_command
 
 CHANGED = {
     "recording": "{} is not the recording that was measured, it has changed since.",
@@ -75,8 +75,8 @@ def sections(results: Results, cells: Sequence[Cell], looks: Mapping[str, Look])
     by_name: defaultdict[str, list[Cell]] = defaultdict(list)
     for cell in cells:
         by_name[cell.source].append(cell)
-    known, runs = results.sources(), results.runs()
-    return [_section(results, members, known, runs, looks) for _, members in sorted(by_name.items())]
+    known = results.sources()
+    return [_section(results, members, known, looks) for _, members in sorted(by_name.items())]
 
 
 def failures(cells: Sequence[Cell]) -> list[Failure]:
@@ -95,14 +95,13 @@ def failures(cells: Sequence[Cell]) -> list[Failure]:
 def _section(
     results: Results,
     cells: Sequence[Cell],
-    known: Mapping[str, SourceRow],
-    runs: Sequence[Run],
+    known: Mapping[tuple[str, str], SourceRow],
     looks: Mapping[str, Look],
 ) -> Section:
     # Seeds are paired: all cells of the least seed saw the same frames.
     first = min(cells, key=lambda cell: (cell.key.tracker_seed, cell.label)).key
     firsts = [cell for cell in cells if cell.key.tracker_seed == first.tracker_seed]
-    source = known[first.source_hash]
+    source = known[cells[0].source, first.source_hash]
     traces: dict[str, list[Trace]] = {}
     for cell in cells:
         trace = results.trace(cell.key)
@@ -114,8 +113,7 @@ def _section(
         if (trace := results.trace(cell.key)) is not None
     ]
     stills, note = _filmstrip(source, followers)
-    word = source_word(source, runs)
-    render = render_command(source, word, first.scene_seed)
+    render = render_command(source, first.scene_seed)
     return Section(
         name=source.name,
         facts=_facts(source, cells),
@@ -124,7 +122,7 @@ def _section(
         stills=stills,
         strip_note=note,
         strip_seed=first.tracker_seed,
-        commands=(*([render] if render else []), *(run_command(cell, word) for cell in firsts)),
+        commands=(*([render] if render else []), *(run_command(cell, source.word) for cell in firsts)),
         scenario=source.text if source.kind == "scenario" else None,
     )
 
