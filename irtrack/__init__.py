@@ -1,8 +1,8 @@
 """irtrack replays infrared recordings into trackers, measures where they break, and reports it.
 
-track = irtrack.run("grey_pf", "sky.mcap")
-with irtrack.bench(["sky", "ground"], ["grey_pf", "kalman"], seeds=10, results="irtrack.db") as results:
-    irtrack.report(results, "report.html")
+track = irtrack.run("grey_pf", "sky")
+with irtrack.run_bench(["sky", "ground"], ["grey_pf", "kalman"], seeds=10, results="irtrack.db") as results:
+    irtrack.write_report(results, "report.html")
 """
 
 from __future__ import annotations

@@ -7,13 +7,20 @@ import dataclasses
 import hashlib
 import importlib.util
 import inspect
-import json
-from collections.abc import Iterator
+import math
+import re
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from irsim.kinds import Part
+from irtrack.errors import InputError
 from irtrack.types import Tracker
+
+_SAYS_TOO_LITTLE = re.compile(r" at 0x[0-9a-fA-F]+|\.\.\.")
+"""In a repr: an address, which differs from run to run, or what numpy writes for what it leaves out."""
 
 
 def tracker_name(tracker: Tracker) -> str:
@@ -27,18 +34,49 @@ def tracker_name(tracker: Tracker) -> str:
 def tracker_config(tracker: Tracker) -> dict[str, Any]:
     """{"tracker": name, "parameters": {...}}, plain values that JSON can hold.
 
-    Parameters are a Part's or a dataclass' fields, else the object's attributes; a value that JSON
-    cannot hold is given by its repr.
+    Parameters are a Part's or a dataclass' fields, else the object's attributes. Different values
+    give different configurations: an array is told by its dtype, shape and a digest of its bytes, an
+    infinity as YAML writes it, anything else by its repr. InputError where a repr does not tell.
     """
-    value: Any = tracker
+    name = tracker_name(tracker)
+    parameters = _fields(tracker)
+    return {"tracker": name, "parameters": {key: _plain(value, f"{name}: {key}") for key, value in parameters.items()}}
+
+
+def _fields(value: Any) -> dict[str, Any]:
     if isinstance(value, Part):
-        parameters = value.model_dump(mode="json")
-    elif dataclasses.is_dataclass(value):
-        parameters = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
-    else:
-        parameters = getattr(value, "__dict__", {})
-    plain = json.loads(json.dumps(parameters, default=repr))
-    return {"tracker": tracker_name(tracker), "parameters": plain}
+        return {field: getattr(value, field) for field in type(value).model_fields}
+    if dataclasses.is_dataclass(value):
+        return {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
+    return dict(getattr(value, "__dict__", {}))
+
+
+def _plain(value: Any, place: str) -> Any:
+    """The value as strict JSON can hold it."""
+    if isinstance(value, np.ndarray) and value.dtype != object:
+        digest = hashlib.blake2b(value.tobytes(), digest_size=16).hexdigest()
+        return {"array": digest, "dtype": str(value.dtype), "shape": list(value.shape)}
+    if isinstance(value, np.generic | np.ndarray):
+        return _plain(value.tolist(), place)
+    if isinstance(value, float) and not math.isfinite(value):
+        return ".nan" if math.isnan(value) else ".inf" if value > 0 else "-.inf"
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item, place) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item, place) for item in value]
+    if isinstance(value, set | frozenset):
+        return sorted((_plain(item, place) for item in value), key=repr)
+    if isinstance(value, Part) or (dataclasses.is_dataclass(value) and not isinstance(value, type)):
+        return {"type": type(value).__qualname__, **{k: _plain(v, f"{place}.{k}") for k, v in _fields(value).items()}}
+    text = repr(value)
+    if _SAYS_TOO_LITTLE.search(text):
+        raise InputError(
+            f"{place}: {type(value).__name__} does not say what it is, so results could not be told apart; allowed: "
+            "numbers, texts, arrays, lists, mappings, dataclasses of these, or a __repr__ that says its parameters"
+        )
+    return text
 
 
 def code_hash(tracker: Tracker) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
@@ -16,7 +15,7 @@ from irsim.types import Box, Frame, Input, Source
 from irtrack.errors import IrtrackError
 from irtrack.identity import tracker_config, tracker_name
 from irtrack.start import Start, find_start
-from irtrack.types import Estimate, Track, Tracker
+from irtrack.types import Estimate, Track, Tracker, fault
 
 
 class Player:
@@ -30,6 +29,7 @@ class Player:
         self.start = start
         self.seed = seed
         self.name = tracker_name(tracker)
+        self.config = tracker_config(tracker)
         self.label = label or self.name
         self._state: Any = None
         self._frames: list[tuple[int, float]] = []
@@ -47,7 +47,9 @@ class Player:
             box = self.start.box
             estimate = Estimate((box.cx, box.cy), (box.w, box.h))
         self._step_ms.append((time.perf_counter() - begin) * 1e3)
-        _check(estimate, self.name, frame.index)
+        wrong = fault(estimate)
+        if wrong is not None:
+            raise IrtrackError(f"{self.name}: frame {frame.index}: {wrong}")
         self._frames.append((frame.index, frame.time))
         self._estimates.append(estimate)
 
@@ -57,7 +59,7 @@ class Player:
             source=source.name,
             source_hash=source.hash,
             tracker=self.label,
-            config=tracker_config(self.tracker),
+            config=self.config,
             target=self.start.target,
             start=self.start.frame,
             start_box=self.start.box,
@@ -68,16 +70,6 @@ class Player:
             times=np.array([seconds for _, seconds in self._frames], dtype=np.float64),
             estimates=tuple(self._estimates),
             step_ms=np.array(self._step_ms),
-        )
-
-
-def _check(estimate: Estimate, name: str, index: int) -> None:
-    x, y = estimate.center
-    w, h = estimate.size
-    if not (all(map(math.isfinite, (x, y, w, h))) and w > 0 and h > 0):
-        raise IrtrackError(
-            f"{name}: frame {index}: the estimate has centre ({x}, {y}) and size ({w}, {h}); "
-            "allowed: finite numbers and a size above 0"
         )
 
 

@@ -6,7 +6,7 @@ Coordinates follow `irsim.types`: px, x right, y down, the centre of the top-lef
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal, Protocol
+from typing import Any, ClassVar, Literal, Protocol, get_args
 
 import numpy as np
 
@@ -43,6 +43,58 @@ class Estimate:
     @property
     def box(self) -> Box:
         return Box(*self.center, *self.size)
+
+
+def fault(estimate: object) -> str | None:
+    """What is wrong with what a tracker says, and what is allowed; None where it is a legal `Estimate`."""
+    if not isinstance(estimate, Estimate):
+        return f"step gave a {type(estimate).__name__}; allowed: an Estimate"
+    if estimate.status not in get_args(Status):
+        return f"the status {estimate.status!r}; allowed: {', '.join(get_args(Status))}"
+    for name, shape in _SHAPES.items():
+        value = getattr(estimate, name)
+        if value is None and name not in ("center", "size"):
+            continue
+        try:
+            numbers = np.asarray(value, dtype=np.float64)
+        except (TypeError, ValueError):
+            return f"the {name} {' '.join(repr(value).split())}; allowed: numbers"
+        if len(numbers.shape) != len(shape) or any(
+            n not in (None, m) for n, m in zip(shape, numbers.shape, strict=True)
+        ):
+            wanted = ", ".join("any" if n is None else str(n) for n in shape)
+            return f"the {name} has the shape {numbers.shape}; allowed: ({wanted})"
+        if not np.isfinite(numbers).all():
+            return f"the {name} {' '.join(str(value).split())}; allowed: finite numbers"
+    if min(estimate.size) <= 0:
+        return f"the size {estimate.size}; allowed: above 0"
+    if estimate.covariance is not None and min(np.diagonal(estimate.covariance)) < 0:
+        return f"the covariance {np.asarray(estimate.covariance).tolist()}; allowed: variances of 0 or more"
+    if estimate.weights is not None:
+        return _fault_of_weights(estimate.weights, estimate.particles)
+    return None
+
+
+_SHAPES: dict[str, tuple[int | None, ...]] = {
+    "center": (2,),
+    "size": (2,),
+    "score": (),
+    "velocity": (2,),
+    "covariance": (2, 2),
+    "neff": (),
+    "particles": (None, None),
+    "weights": (None,),
+}
+"""Shapes of what an Estimate holds; None: any length."""
+
+
+def _fault_of_weights(weights: Floats, particles: Floats | None) -> str | None:
+    if particles is None or len(particles) != len(weights):
+        there = "no" if particles is None else str(len(particles))
+        return f"{len(weights)} weights for {there} particles; allowed: one for each"
+    if np.min(weights) < 0 or abs(np.sum(weights) - 1) > 1e-6:
+        return f"the weights sum to {np.sum(weights):g}, the least is {np.min(weights):g}; allowed: 0 or more, sum 1"
+    return None
 
 
 class Tracker(Protocol):

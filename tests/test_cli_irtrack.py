@@ -39,6 +39,12 @@ class Broken:
         return box
     def step(self, state, frame, rng):
         raise ValueError("planted")
+
+class Reaching(Broken):
+    def __init__(self, reach=1.0):
+        self.reach = reach
+    def step(self, state, frame, rng):
+        return state, Estimate((state.cx, state.cy), (state.w, state.h))
 """
 
 
@@ -136,6 +142,12 @@ def test_run_writes_the_track(call: Call, tmp_path: Path) -> None:
     with (tmp_path / "track.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert [float(row["cx"]) for row in rows] == [row["cx"] for row in frames]
+
+
+def test_a_parameter_of_infinity_is_still_one_document(call: Call) -> None:
+    answer = call("run", "mine:Reaching", "clip.mcap", "reach=.inf", "--json")
+    assert (answer.status, answer.err) == (0, "")
+    assert json.loads(answer.out)["config"]["parameters"] == {"reach": ".inf"}
 
 
 def test_run_from_a_given_box_has_no_scores(call: Call) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ast
 import importlib.util
+import inspect
 import os
 import re
 import subprocess
@@ -13,6 +15,9 @@ from types import ModuleType
 import cv2
 import numpy as np
 import pytest
+
+import irsim
+import irtrack
 
 ROOT = Path(__file__).parent.parent
 DOCUMENTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -86,3 +91,22 @@ def test_pictures_are_small() -> None:
     pictures = list((ROOT / "docs" / "img").glob("*"))
     assert pictures
     assert not [path.name for path in pictures if path.suffix != ".png" or path.stat().st_size > 300_000]
+
+
+@pytest.mark.parametrize("package", [irsim, irtrack], ids=["irsim", "irtrack"])
+def test_the_example_of_a_package_calls_what_there_is(package: ModuleType) -> None:
+    """Each public name in the docstring exists and takes the arguments that it is given there."""
+    _, _, code = (package.__doc__ or "").partition("\n\n")
+    calls = [
+        call
+        for call in ast.walk(ast.parse(code))
+        if isinstance(call, ast.Call)
+        and isinstance(call.func, ast.Attribute)
+        and isinstance(call.func.value, ast.Name)
+        and call.func.value.id == package.__name__
+    ]
+    assert len(calls) >= 3
+    for call in calls:
+        assert isinstance(call.func, ast.Attribute)
+        named = {keyword.arg: None for keyword in call.keywords if keyword.arg}
+        inspect.signature(getattr(package, call.func.attr)).bind(*call.args, **named)

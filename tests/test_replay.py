@@ -6,7 +6,9 @@ import csv
 import json
 import math
 import time
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,7 +22,7 @@ from irtrack.errors import InputError, IrtrackError
 from irtrack.identity import code_hash, tracker_config, tracker_name
 from irtrack.start import find_start
 from irtrack.trackfile import track_as_dict, track_to_csv
-from irtrack.types import Estimate
+from irtrack.types import Estimate, fault
 
 
 def test_a_run_over_truth() -> None:
@@ -127,6 +129,66 @@ def test_no_tracker_changes_what_the_next_one_sees() -> None:
 def test_an_estimate_must_be_finite() -> None:
     with pytest.raises(IrtrackError, match=r"Vague: frame 1: .*nan.*allowed: finite"):
         irtrack.run(Vague(), Strip())
+
+
+@pytest.mark.parametrize(
+    ("said", "needles"),
+    [
+        ({"status": "searching"}, ["status 'searching'", "tracking, occluded, lost"]),
+        ({"center": (1.0, 2.0, 3.0)}, ["center", "(3,)", "allowed: (2)"]),
+        ({"center": None}, ["center", "allowed"]),
+        ({"center": ("here", "there")}, ["center", "allowed: numbers"]),
+        ({"size": (0.0, 4.0)}, ["size (0.0, 4.0)", "above 0"]),
+        ({"score": math.inf}, ["score inf", "finite"]),
+        ({"velocity": (1.0, math.nan)}, ["velocity", "finite"]),
+        ({"covariance": np.eye(3)}, ["covariance", "(3, 3)", "allowed: (2, 2)"]),
+        ({"covariance": -np.eye(2)}, ["covariance", "0 or more"]),
+        ({"particles": np.zeros(4)}, ["particles", "(4,)", "allowed: (any, any)"]),
+        ({"weights": np.full(4, 0.25)}, ["4 weights for no particles"]),
+        ({"particles": np.zeros((4, 2)), "weights": np.full(4, 0.5)}, ["weights sum to 2"]),
+    ],
+)
+def test_whatever_is_wrong_with_an_estimate_is_one_line(said: dict[str, Any], needles: list[str]) -> None:
+    good: dict[str, Any] = {"center": (1.0, 2.0), "size": (3.0, 4.0)}
+    assert fault(Estimate(**good)) is None
+    text = fault(Estimate(**good | said)) or ""
+    assert all(needle in text for needle in needles), text
+    assert "\n" not in text
+
+
+def test_what_is_no_estimate_is_one_line() -> None:
+    class Forgetful(Walker):
+        def step(self, state: Box, frame: Frame, rng: np.random.Generator) -> tuple[Any, Any]:
+            return state, state
+
+    with pytest.raises(IrtrackError, match=r"frame 1: step gave a Box; allowed: an Estimate"):
+        irtrack.run(Forgetful(), Strip())
+
+
+def test_configurations_that_differ_are_told_apart() -> None:
+    class Of:
+        def __init__(self, value: object) -> None:
+            self.value = value
+
+    def told(value: object) -> str:
+        return json.dumps(tracker_config(Of(value))["parameters"]["value"], allow_nan=False)  # type: ignore[arg-type]
+
+    long = np.zeros(5000)
+    other = long.copy()
+    other[2500] = 1  # where numpy's repr leaves out
+    values = [long, other, long.astype(np.float32), long.reshape(50, 100), Nest(long), Nest(other), math.inf, -math.inf]
+    assert len({told(value) for value in values}) == len(values)
+    assert told(long) == told(np.zeros(5000))
+    assert told({"b", "a"}) == told({"a", "b"})
+    assert told(np.float32(0.5)) == told(0.5)
+    for vague in (object(), [object()], np.array([object()])):
+        with pytest.raises(InputError, match=r"value: object does not say what it is.*allowed"):
+            told(vague)
+
+
+@dataclass(frozen=True)
+class Nest:
+    inner: np.ndarray
 
 
 def test_only_the_tracker_is_timed(monkeypatch: pytest.MonkeyPatch) -> None:

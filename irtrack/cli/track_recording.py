@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+
 from irsim import TrackHeader, TrackState, write_tracks
 from irtrack.types import Estimate, Track
 
@@ -25,7 +27,7 @@ def record_track(track: Track, rate_hz: float, path: str | Path) -> Path:
 def _state(index: int, time: float, estimate: Estimate) -> TrackState:
     covariance = None
     if estimate.covariance is not None:
-        (xx, xy), (yx, yy) = estimate.covariance.tolist()
+        (xx, xy), (yx, yy) = np.asarray(estimate.covariance, dtype=np.float64).tolist()
         covariance = ((xx, xy), (yx, yy))
     return TrackState(
         index=index,
