@@ -15,7 +15,7 @@ import typer
 
 from irsim.errors import InputError
 from irsim.files import check_output
-from irsim.terminal import progress_bar, run
+from irsim.terminal import import_first, progress_bar, run
 
 app = typer.Typer(
     help="Render infrared scenes from YAML, record frames with exact truth, import real ones.",
@@ -23,6 +23,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     add_completion=False,
     no_args_is_help=True,
+    callback=import_first,
 )
 
 SourceArgument = Annotated[
@@ -40,18 +41,20 @@ def main() -> None:
 def check(
     scenarios: Annotated[list[str], typer.Argument(metavar="SCENARIO", help="Scenario files or shipped names.")],
 ) -> None:
-    """Check scenarios: each is ok, or a line for each thing that is wrong, with its place."""
-    from irsim.loader import load
+    """Check scenarios: each is ok, or a line for each thing that is wrong, with its place; doubts are warnings."""
+    from irsim.loader import warnings
 
     wrong = 0
     for scenario in scenarios:
         try:
-            load(scenario)
+            told = warnings(scenario)
         except InputError as error:
             wrong += 1
             # As `FILE:LINE:COLUMN: ...`, without a prefix, so that editors can jump there.
             print(error, file=sys.stderr)
         else:
+            for line in told:
+                print(line, file=sys.stderr)
             print(f"{scenario}: ok")
     if wrong:
         sys.exit(2)
@@ -127,7 +130,7 @@ def render(
     off = [name.strip() for name in (without or "").split(",") if name.strip()]
     rendering, start, stop = open_rendering(source, overrides or (), seed, wanted, off)
     path = output or Path(f"{Path(source).stem}.mcap")
-    _check_output(path, Path(source))
+    check_output(path, Path(source))
     with progress_bar(f"render {rendering.name}", stop - start) as progress:
         record(rendering, path, start, stop, jobs, progress)
     _say_written(path)
@@ -155,17 +158,10 @@ def import_(
     from irsim.convert import import_frames
 
     path = output or Path(f"{frames.resolve().stem}.mcap")
-    _check_output(path, frames)
+    check_output(path, frames, truth)
     with progress_bar(f"import {frames.name}") as progress:
         import_frames(frames, path, truth, rate, bits=bits, accuracy_px=accuracy, progress=progress)
     _say_written(path)
-
-
-def _check_output(path: Path, read: Path) -> None:
-    """InputError where `path` cannot be written, or is what is read."""
-    check_output(path)
-    if path.resolve() == read.resolve():
-        raise InputError(f"{path}: is what is read; allowed: another name, by -o")
 
 
 def _frame_range(text: str) -> tuple[int, int]:

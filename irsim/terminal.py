@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Protocol
+from typing import Annotated, Protocol
 
 import typer
 
-from irsim.errors import IrsimError
+from irsim.errors import InputError, IrsimError
 
 
 def run(app: typer.Typer, name: str, told: tuple[type[Exception], ...] = (IrsimError,)) -> None:
@@ -31,6 +32,25 @@ def run(app: typer.Typer, name: str, told: tuple[type[Exception], ...] = (IrsimE
         # What no room could foresee, such as a full disk under a redirected output.
         print(f"{name}: {error}", file=sys.stderr)
         sys.exit(2)
+
+
+def import_first(
+    modules: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--import",
+            metavar="MODULE",
+            help="Import this module of your own first; kinds in it may then be named by recordings and results.",
+        ),
+    ] = None,
+) -> None:
+    """An app's callback: files must not name code to run, so the user does."""
+    for module in modules or ():
+        try:
+            importlib.import_module(module)
+        except Exception as error:  # a user's module may fail in any way while it is imported
+            what = " ".join(f"{type(error).__name__}: {error}".split())
+            raise InputError(f"--import {module}: cannot be imported: {what}") from None
 
 
 class Progress(Protocol):

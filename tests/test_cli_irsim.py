@@ -259,7 +259,10 @@ BAD = {
         ["render", "imported.mcap", "-o", "x.mcap"],
         "irsim: imported.mcap: holds no scenario, its frames were imported; allowed: ",
     ),
-    "render onto itself": (["render", "good.mcap"], "irsim: good.mcap: is what is read; allowed: another name, by -o"),
+    "render onto itself": (
+        ["render", "good.mcap"],
+        "irsim: good.mcap: would replace good.mcap, ",
+    ),
     "accuracy of no truth": (["import", "clip", "--accuracy", "2"], "irsim: clip: an accuracy is that of the truth; "),
     "too many bits": (["import", "clip", "--bits", "17"], "irsim: clip/0.png: 17 bits do not fit; allowed: 1 to 8"),
     "bits of a recording": (
@@ -274,7 +277,10 @@ BAD = {
     "no folder to show to": (["show", "scene.yaml", "-o", "no/x.png"], "irsim: no/x.png: the folder no does not exist"),
     "nothing to import": (["import", "none"], "irsim: none: "),
     "empty folder": (["import", "dir"], "irsim: dir: "),
-    "import onto itself": (["import", "good.mcap"], "irsim: good.mcap: is what is read; allowed: another name, by -o"),
+    "import onto itself": (
+        ["import", "good.mcap"],
+        "irsim: good.mcap: would replace good.mcap, ",
+    ),
 }
 
 
@@ -341,6 +347,26 @@ def test_interrupted_it_leaves_nothing_behind(messy: Path) -> None:
     assert process.returncode == 130
     assert b"Traceback" not in errors
     assert not list(messy.glob("*long.mcap*"))
+
+
+def test_what_a_recording_names_is_known_where_the_user_imports_it(run: Run, folder: Path) -> None:
+    (folder / "own_agc.py").write_text("from irsim.display import Plain\n\n\nclass Mine(Plain):\n    pass\n")
+    (folder / "scene.yaml").write_text(TEXT.replace("{size", "{agc: {kind: 'own_agc:Mine'}, size"))
+    script = Path(sys.executable).with_name("irsim")
+
+    def call(*words: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run([script, *words], cwd=folder, capture_output=True, text=True, timeout=60)
+
+    assert call("render", "scene.yaml").returncode == 0
+    refused = call("info", "scene.mcap")
+    assert refused.returncode == 2
+    assert "--import own_agc" in refused.stderr
+    assert call("--import", "own_agc", "info", "scene.mcap").returncode == 0
+    again = call("--import", "own_agc", "render", "scene.mcap", "-o", "again.mcap")
+    assert again.returncode == 0, again.stderr
+    wrong = run("--import", "nosuch_module", "info", "scene.mcap", cwd=folder)
+    assert wrong.returncode == 2
+    assert wrong.stderr.startswith("irsim: --import nosuch_module: cannot be imported: ModuleNotFoundError: ")
 
 
 def test_a_kind_of_the_users_own_lies_where_the_command_is_given(folder: Path) -> None:
