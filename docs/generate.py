@@ -33,6 +33,7 @@ from irsim.occluders import OCCLUDERS
 from irsim.scenario import Scenario, Target
 from irsim.schema import Slot, plain
 from irsim.shapes import SHAPES
+from irsim.shapes.flicker import FLICKERS
 from irsim.sources import open_source
 from irtrack.metrics import LOSS_RULE
 from irtrack.trackers import TRACKERS
@@ -41,7 +42,7 @@ DOCS = Path(__file__).parent
 WIDTH, COLOURS = 960, 128
 """Of the pictures: small enough to be kept in git."""
 
-FAMILIES: tuple[Family, ...] = (BACKGROUNDS, SHAPES, PATHS, OCCLUDERS, POINTINGS, NOISES, AGCS)
+FAMILIES: tuple[Family, ...] = (BACKGROUNDS, SHAPES, FLICKERS, PATHS, OCCLUDERS, POINTINGS, NOISES, AGCS)
 
 INNER: dict[str, type[Part]] = {
     "clouds: each, in `background: {kind: sky}`": Clouds,

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from irsim.backgrounds import Gaze, Layer
+from irsim.contrast import fulfilled
 from irsim.radiometry import Band, temperature
 from irsim.sprite import Sprite
 from irsim.types import Floats
@@ -90,6 +91,8 @@ def compose(layers: Sequence[Layer], pieces: Iterable[Piece], gaze: Gaze, band: 
 
 
 def _draw(light: Floats, piece: Piece, seen: list[Seen], band: Band) -> None:
+    if piece.sprite.wanted is not None:
+        piece = replace(piece, sprite=fulfilled(piece.sprite, light, band))
     sprite = piece.sprite
     corner = (sprite.x0, sprite.y0)
     for target in seen:

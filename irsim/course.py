@@ -38,6 +38,7 @@ class Course:
             rotation @ self.attitudes[index],
             zoomed(stage, mount, index),
             index / stage.rate_hz,
+            self.target.id,
         )
 
 

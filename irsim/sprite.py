@@ -7,6 +7,20 @@ from dataclasses import dataclass
 from irsim.types import Box, Floats
 
 
+@dataclass(frozen=True)
+class Wanted:
+    """A brightness that depends on what is behind: just one of contrast_k, K, and scr is given.
+
+    noise_k  the camera's noise, K at 300 K: it counts as clutter
+    gain     factor of the difference to what is behind
+    """
+
+    contrast_k: float | None = None
+    scr: float | None = None
+    noise_k: float = 0.0
+    gain: float = 1.0
+
+
 @dataclass(frozen=True, eq=False)
 class Sprite:
     """A patch whose top-left pixel is (x0, y0); it may reach past the frame. Arrays are (h, w) float64.
@@ -16,6 +30,7 @@ class Sprite:
     emission  in-band radiance that it adds, after optics, W/m2/sr: L <- L (1 - alpha) + emission
     center    (x, y) px, area centroid;  signal_center, weighted by emission
     box       tight box of the geometry
+    wanted    where its brightness depends on what is behind: what it is to be
     """
 
     x0: int
@@ -27,3 +42,4 @@ class Sprite:
     signal_center: tuple[float, float]
     box: Box
     range_m: float
+    wanted: Wanted | None = None

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 from irsim.kinds import Kind
+from irsim.shapes.flicker import FLICKERS, Flicker, Steady
 from irsim.sprite import Sprite
 from irsim.stage import Stage
 from irsim.types import Floats
@@ -21,12 +22,14 @@ class View:
     position  (3,) m, camera frame
     attitude  (3, 3) body vectors (x forward, y right, z down) to camera vectors
     time      s since frame 0: how moving parts lie
+    name      the target's id: what is random about it is addressed by it
     """
 
     position: Floats
     attitude: Floats
     stage: Stage
     time: float = 0.0
+    name: str = ""
 
 
 class Shape(Kind):
@@ -40,6 +43,13 @@ class Shape(Kind):
     """Temperature that is often behind it, kelvin: pictures use it."""
     from_above_deg: ClassVar[float] = 0.0
     """How steeply down it is often looked at, degrees: pictures use it."""
+
+    flicker: Annotated[Flicker, FLICKERS] = Steady()
+    """How its brightness changes over time."""
+
+    def brightness(self, view: View) -> float:
+        """The factor that its flicker makes all its light by."""
+        return self.flicker.factor(view.time, view.stage.seed, view.name)
 
     @abstractmethod
     def draw(self, view: View) -> Sprite | None:

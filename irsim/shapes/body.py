@@ -68,7 +68,7 @@ class Body(Shape):
         start = pixels[np.where(left, form.head, form.tail)[order]]
         stop = pixels[np.where(left, form.tail, form.head)[order]]
         glow = np.empty(len(rank))
-        glow[rank] = _glow(self, stage.band, stage.surroundings)
+        glow[rank] = _glow(self, stage.band, stage.surroundings) * self.brightness(view)
         range_m = float(np.linalg.norm(view.position))
         return sprite((start, stop, rank[form.part[order]]), glow, box, window, stage.psf_px, range_m)
 

@@ -1,0 +1,107 @@
+"""What a target stands out by: its contrast and its signal-to-clutter ratio, measured and asked for.
+
+SCR = |mean of the target's pixels - mean of a ring around them| / standard deviation of the ring
+(Gao et al., IEEE Trans. Image Processing 22, 2013, whose ring reaches 20 px beyond the target). The
+ring leaves out GUARD_PX next to the target, where its own blurred light falls.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from irsim.radiometry import Band, radiance, slope, temperature
+from irsim.sprite import Sprite
+from irsim.types import Box, Floats
+
+RING_PX = 20
+"""How far the ring reaches beyond the target."""
+GUARD_PX = 4
+"""How far from the target it begins."""
+NETD_AT_K = 300.0
+"""Temperature at which a noise-equivalent temperature difference is stated."""
+
+
+def scr(picture: Floats, box: Box, noise: float = 0.0) -> float:
+    """Signal-to-clutter ratio in a picture (rows, cols) of what fills a box, positive where it is brighter.
+
+    noise  standard deviation of noise that the picture does not hold yet, in its unit; nan where
+           the box or its ring lie outside the picture, inf where the ring is quite even
+    """
+    inside, ring = around(picture.shape, box)
+    if not inside.any() or not ring.any():
+        return math.nan
+    level, spread = _ring(picture, ring, noise)
+    signal = float((inside * picture).sum() / inside.sum()) - level
+    return signal / spread if spread > 0 else math.copysign(math.inf, signal)
+
+
+def around(shape: tuple[int, ...], box: Box) -> tuple[Floats, npt.NDArray[np.bool_]]:
+    """(rows, cols) twice: the share of each pixel that the box holds (it has a pixel's size at least), and its ring.
+
+    Shares rather than whole pixels, so that nothing jumps where the target moves by a part of a pixel.
+    """
+    x, y = np.arange(shape[1]), np.arange(shape[0])[:, None]
+    wide, high = max(box.w, 1.0) / 2, max(box.h, 1.0) / 2
+
+    def share(places: npt.NDArray[np.int64], middle: float, half: float) -> Floats:
+        held = np.minimum(places + 0.5, middle + half) - np.maximum(places - 0.5, middle - half)
+        return np.asarray(np.clip(held, 0, 1))
+
+    def grown(by: float) -> npt.NDArray[np.bool_]:
+        return np.asarray((np.abs(y - box.cy) <= high + by) & (np.abs(x - box.cx) <= wide + by))
+
+    return share(y, box.cy, high) * share(x, box.cx, wide), grown(RING_PX) & ~grown(GUARD_PX)
+
+
+def _ring(picture: Floats, ring: npt.NDArray[np.bool_], noise: float) -> tuple[float, float]:
+    """Mean and standard deviation over the ring, with noise that is still to come."""
+    values = picture[ring].astype(np.float64)
+    return float(values.mean()), math.hypot(float(values.std()), noise)
+
+
+def fulfilled(sprite: Sprite, light: Floats, band: Band) -> Sprite:
+    """A sprite with the light that gives the contrast or SCR which it asks for, before what is behind it.
+
+    light  (rows, cols) W/m2/sr: what is behind it. A sprite that asks for nothing, or that lies
+           outside the picture, stays as it is. Darker than without any light it cannot be.
+    """
+    wanted = sprite.wanted
+    if wanted is None:
+        return sprite
+    light, left, top = _near(light, sprite)
+    grid = np.indices(sprite.alpha.shape)
+    rows, columns = grid[0] + sprite.y0 - top, grid[1] + sprite.x0 - left
+    there = (rows >= 0) & (rows < light.shape[0]) & (columns >= 0) & (columns < light.shape[1])
+    alpha = np.zeros(light.shape)
+    alpha[rows[there], columns[there]] = sprite.alpha[there]
+    if not alpha.any():
+        return sprite
+    behind = float((alpha * light).sum() / alpha.sum())
+    if wanted.contrast_k is not None:
+        own = float(radiance(band, max(float(temperature(band, behind)) + wanted.contrast_k, 1.0)))
+    else:
+        assert wanted.scr is not None
+        box = sprite.box
+        inside, ring = around(light.shape, Box(box.cx - left, box.cy - top, box.w, box.h))
+        if not (inside * alpha).any() or not ring.any():
+            return sprite
+        level, spread = _ring(light, ring, wanted.noise_k * slope(band, NETD_AT_K))
+        passed = float((inside * light * (1 - alpha)).sum())
+        own = ((level + wanted.scr * spread) * float(inside.sum()) - passed) / float((inside * alpha).sum())
+    own = max(behind + wanted.gain * (own - behind), 0.0)
+    return replace(sprite, emission=own * sprite.alpha, signal_center=sprite.center)
+
+
+def _near(light: Floats, sprite: Sprite) -> tuple[Floats, int, int]:
+    """The part of a picture that the sprite's patch and ring lie in, and its first column and row."""
+    box, (high, wide) = sprite.box, sprite.alpha.shape
+    reach = RING_PX + 1
+    left = max(min(math.floor(box.left) - reach, sprite.x0), 0)
+    top = max(min(math.floor(box.top) - reach, sprite.y0), 0)
+    right = max(math.ceil(box.right) + reach, sprite.x0 + wide) + 1
+    bottom = max(math.ceil(box.bottom) + reach, sprite.y0 + high) + 1
+    return light[top : max(bottom, top), left : max(right, left)], left, top
