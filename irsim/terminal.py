@@ -14,13 +14,13 @@ import typer
 from irsim.errors import InputError, IrsimError
 
 
-def run(app: typer.Typer, name: str, told: tuple[type[Exception], ...] = (IrsimError,)) -> None:
+def run(app: typer.Typer, name: str) -> None:
     """Run the command `name`: what is raised on purpose becomes lines on standard error and exit status 2."""
     # Kinds and trackers of a user's own (module:Class) may lie in the folder where the command is given.
     sys.path.append(os.getcwd())
     try:
         app(prog_name=name)
-    except told as error:
+    except IrsimError as error:
         for line in str(error).splitlines():
             print(f"{name}: {line}", file=sys.stderr)
         sys.exit(2)

@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from irsim import terminal
-from irsim.errors import IrsimError
 from irsim.files import check_output
 from irtrack.cli.output import print_json, print_run, print_summary
-from irtrack.errors import InputError, IrtrackError
+from irtrack.errors import InputError
 
 if TYPE_CHECKING:
     from irsim.types import Input
@@ -39,7 +38,7 @@ InputName = Annotated[
 
 def main() -> None:
     """The command `irtrack`."""
-    terminal.run(app, "irtrack", (IrtrackError, IrsimError))
+    terminal.run(app, "irtrack")
 
 
 @app.command("list")
