@@ -19,6 +19,7 @@ from typing import get_args
 from PIL import Image
 from pydantic.fields import FieldInfo
 
+from irsim.atmosphere import Atmosphere
 from irsim.backgrounds import BACKGROUNDS
 from irsim.backgrounds.patches import Clutter, Fields, Roads, Water
 from irsim.backgrounds.sky import Clouds
@@ -35,6 +36,7 @@ from irsim.schema import Slot, plain
 from irsim.shapes import SHAPES
 from irsim.shapes.flicker import FLICKERS
 from irsim.sources import open_source
+from irsim.turbulence import Turbulence
 from irtrack.metrics import LOSS_RULE
 from irtrack.trackers import TRACKERS
 
@@ -43,6 +45,15 @@ WIDTH, COLOURS = 960, 128
 """Of the pictures: small enough to be kept in git."""
 
 FAMILIES: tuple[Family, ...] = (BACKGROUNDS, SHAPES, FLICKERS, PATHS, OCCLUDERS, POINTINGS, NOISES, AGCS)
+
+OUTER: dict[str, type[Part]] = {
+    "Scenario": Scenario,
+    "camera": Camera,
+    "targets: each": Target,
+    "atmosphere": Atmosphere,
+    "turbulence, in `atmosphere`": Turbulence,
+}
+"""Parts of a scenario, and where they stand."""
 
 INNER: dict[str, type[Part]] = {
     "clouds: each, in `background: {kind: sky}`": Clouds,
@@ -100,11 +111,7 @@ def first_sentence(part: type) -> str:
 
 
 def scenario_keys() -> Iterator[str]:
-    for title, part in (("Scenario", Scenario), ("camera", Camera), ("targets: each", Target)):
-        yield f"### {title}\n"
-        yield from keys(part)
-        yield ""
-    for title, part in INNER.items():
+    for title, part in {**OUTER, **INNER}.items():
         yield f"### {title}\n"
         yield from keys(part)
         yield ""

@@ -41,18 +41,20 @@ def main() -> None:
 def check(
     scenarios: Annotated[list[str], typer.Argument(metavar="SCENARIO", help="Scenario files or shipped names.")],
 ) -> None:
-    """Check scenarios: each is ok, or a line for each thing that is wrong, with its place."""
-    from irsim.loader import load
+    """Check scenarios: each is ok, or a line for each thing that is wrong, with its place; doubts are warnings."""
+    from irsim.loader import warnings
 
     wrong = 0
     for scenario in scenarios:
         try:
-            load(scenario)
+            told = warnings(scenario)
         except InputError as error:
             wrong += 1
             # As `FILE:LINE:COLUMN: ...`, without a prefix, so that editors can jump there.
             print(error, file=sys.stderr)
         else:
+            for line in told:
+                print(line, file=sys.stderr)
             print(f"{scenario}: ok")
     if wrong:
         sys.exit(2)

@@ -13,14 +13,14 @@ from pydantic import ValidationError
 
 from irsim import yamlfile
 from irsim.errors import InputError
-from irsim.explain import explain, listed
+from irsim.explain import explain, line, listed
 from irsim.kinds import importing_nothing
 from irsim.overrides import override
 from irsim.scenario import Scenario
-from irsim.schema import plain
+from irsim.schema import Slot, plain, shown
 from irsim.yamlfile import Document, scalar
 
-__all__ = ["dumps", "examples", "find", "load", "loads", "scalar"]
+__all__ = ["dumps", "examples", "find", "load", "loads", "scalar", "warnings"]
 
 _LARGEST_WHOLE = 2**53
 """Up to here a float that is a whole number says exactly which."""
@@ -45,6 +45,16 @@ def loads(text: str, name: str = "<text>", overrides: Iterable[str] = (), truste
         return _scenario(document, overrides)
     with importing_nothing():
         return _scenario(document, overrides)
+
+
+def warnings(path: str | PathLike[str], overrides: Iterable[str] = ()) -> list[str]:
+    """Lines 'file:line:column: key: warning: what' on what is legal but may not be meant. InputError as `load`."""
+    document = _changed(yamlfile.read(find(path)), overrides)
+    root = Slot.of(Scenario)
+    return [
+        line(document, notice.at, shown(notice.at, root, document.value), f"warning: {notice.what}")
+        for notice in _validated(document).warnings()
+    ]
 
 
 def dumps(scenario: Scenario) -> str:
@@ -77,6 +87,11 @@ def find(path: str | PathLike[str]) -> Path:
 
 
 def _scenario(document: Document, overrides: Iterable[str]) -> Scenario:
+    return _validated(_changed(document, overrides))
+
+
+def _changed(document: Document, overrides: Iterable[str]) -> Document:
+    """The document with overrides."""
     if not isinstance(document.value, dict):
         keys = ", ".join(Scenario.model_fields)
         raise InputError(f"{document.values[()]}: expected a mapping; allowed: the keys {keys}")
@@ -88,7 +103,10 @@ def _scenario(document: Document, overrides: Iterable[str]) -> Scenario:
             wrong.append(str(error))
     if wrong:
         raise InputError("\n".join(wrong))
-    document = replace(document, value=_whole(document.value))
+    return replace(document, value=_whole(document.value))
+
+
+def _validated(document: Document) -> Scenario:
     try:
         return Scenario.model_validate(document.value)
     except ValidationError as error:

@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.atmosphere import Atmosphere, fitted_band
-from irsim.backgrounds import BACKGROUNDS, Background
+from irsim.backgrounds import BACKGROUNDS, Background, Sky
 from irsim.camera import Camera
 from irsim.errors import Notice
 from irsim.kinds import Index, Name, Part, Several, Triple, suggestion
@@ -138,7 +138,22 @@ class Scenario(Part):
         return [
             *(Notice(("atmosphere", *at), what) for at, what in self.air.notices(self.camera.band)),
             *self._long_paths(),
+            *self._unlike_skies(),
         ]
+
+    @property
+    def _sky(self) -> str | None:
+        """The preset of the clear sky."""
+        return self.background.preset if isinstance(self.background, Sky) else None
+
+    def _unlike_skies(self) -> Iterator[Notice]:
+        air = self.air.preset
+        if isinstance(self.background, Sky) and air not in ("none", self._sky):
+            given = "of its own temperatures" if self._sky is None else f"of {self._sky}"
+            yield Notice(
+                ("background", "preset"),
+                f"the sky is {given} behind an atmosphere of {air}: far things will not fade into it",
+            )
 
     def _long_paths(self) -> Iterator[Notice]:
         """For each target that goes beyond the atmosphere's fit, the first reason why."""
@@ -160,7 +175,8 @@ class Scenario(Part):
     @model_validator(mode="after")
     def _air_is_fitted(self) -> Scenario:
         air, band = self.atmosphere, self.camera.band
-        if (air.preset != "none" or air.fog_visibility_km is not None) and fitted_band(band) is None:
+        needed = air.preset != "none" or air.fog_visibility_km is not None or self._sky is not None
+        if needed and fitted_band(band) is None:
             low, high = limits(band)
             named = " or ".join(f"{name} ({first:g} to {last:g} um)" for name, (first, last) in BAND_UM.items())
             raise PydanticCustomError(

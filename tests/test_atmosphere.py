@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,9 @@ from pydantic import ValidationError
 from scipy import integrate
 
 from irsim.atmosphere import CLIMATES, FOG, Atmosphere, ClimateName, fitted_band, rain_extinction
+from irsim.backgrounds.air import ground_range_m
+from irsim.cli import check
+from irsim.loader import warnings
 from irsim.radiometry import Band, BandName, radiance, temperature
 from irsim.render import Renderer
 from irsim.scenario import Scenario
@@ -340,14 +344,101 @@ def test_a_target_arrives_weakened_with_the_light_of_its_path() -> None:
 
 
 def test_the_signal_stays_where_truth_says() -> None:
-    """The centroid of target less empty scene is the truth's, path light and all (against a dark ground)."""
-    dark = {"kind": "ground", "spread_k": 0.0, "mean_k": 20.0}
+    """The centroid of target less empty scene is the truth's, path light and all (against a dark sky)."""
+    dark = {"kind": "sky", "horizon_k": 20.0, "zenith_k": 20.0}
     with_target, empty = scene(background=dark), scene(background=dark, targets=[])
     light, truth = Renderer(with_target).scene(2)
     signal = light.astype(np.float64) - Renderer(empty).scene(2)[0]
     y, x = np.indices(signal.shape)
     found = (signal * x).sum() / signal.sum(), (signal * y).sum() / signal.sum()
     assert found == pytest.approx(truth.targets[0].signal_center, abs=5e-3)
+
+
+def test_the_presets_sky_stands_behind_all() -> None:
+    sky = {"kind": "sky", "preset": "midlatitude_summer"}
+    camera = {"size": (64, 48), "netd_mk": 0.0, "elevation_deg": 30.0, "band": "lwir"}
+    scenario = scene(background=sky, camera=camera, atmosphere={"altitude_m": 0.0}, targets=[])
+    light = Renderer(scenario).scene(0)[0]
+    # The middle lies between the two pixels about it: 30 degrees, 258 K printed.
+    middle = float(temperature("lwir", light[23:25, 31:33].mean()))
+    air = Atmosphere(preset="midlatitude_summer", altitude_m=0)
+    assert middle == pytest.approx(float(temperature("lwir", air.sky("lwir", np.pi / 6))), abs=0.01)
+    assert middle == pytest.approx(258, abs=2)
+    with pytest.raises(ValidationError, match="no atmosphere is fitted"):
+        scene(background=sky, camera={"band": (5.2, 7.0)}, atmosphere={})
+
+
+def test_a_sky_unlike_the_air_before_it_is_told() -> None:
+    for sky, words in (({}, "of its own temperatures"), ({"preset": "tropical"}, "of tropical")):
+        (notice,) = scene(background={"kind": "sky", **sky}).warnings()
+        assert notice.at == ("background", "preset")
+        assert words in notice.what
+    assert scene(background={"kind": "sky", "preset": "us_standard"}).warnings() == []
+
+
+@pytest.mark.parametrize(("degrees", "height_m", "range_m"), [(90, 100, 100), (30, 100, 200), (45, 1000, 1414.4)])
+def test_ground_lies_where_the_ray_falls(degrees: float, height_m: float, range_m: float) -> None:
+    assert ground_range_m(height_m, np.radians(degrees)) == pytest.approx(range_m, rel=2e-4)
+
+
+def test_the_horizon_is_as_far_as_pythagoras_says() -> None:
+    """From 100 m: sqrt(2 * 6371 km * 0.1 km) = 35.70 km, also for rays above it."""
+    dip = np.arccos(6371.0 / 6371.1)
+    np.testing.assert_allclose(ground_range_m(100.0, np.array([dip, 0.0, -0.2])), 35.70e3, rtol=1e-3)
+
+
+def test_far_ground_fades_into_the_air_and_near_ground_stays() -> None:
+    camera = {"size": (64, 400), "netd_mk": 0.0, "ifov_mrad": 1.0, "elevation_deg": -10.0, "band": "lwir"}
+    air = {"preset": "tropical", "visibility_km": 5}
+    warm = {"kind": "ground", "spread_k": 0.0, "mean_k": 310.0}
+    scenario = scene(camera=camera, atmosphere=air, background=warm, targets=[])
+    kelvin = temperature("lwir", Renderer(scenario).scene(0)[0])
+    horizon = round(199.5 - np.tan(np.radians(10)) / 1e-3)  # the level, px
+    assert kelvin[horizon, 32] == pytest.approx(299.7 - 0.6, abs=0.2)
+    below = 300  # px: depression 10 degrees and atan(0.1005)
+    depression = np.radians(10) + np.arctan((below - 199.5) * 1e-3)
+    tau, path = Atmosphere.model_validate(air).path("lwir", 100 / np.sin(depression), -depression)
+    assert kelvin[below, 32] == pytest.approx(
+        float(temperature("lwir", tau * radiance("lwir", 310.0) + path)), abs=0.01
+    )
+
+
+def test_clouds_arrive_through_the_air_before_them() -> None:
+    """Thick cloud all over, 6 km off: tau B(260) + L_path."""
+    cloud = {"coverage": 0.999, "depth": 1000.0, "temperature_k": 260.0, "texture_k": 0.0, "range_m": 6000.0}
+    sky = {"kind": "sky", "preset": "us_standard", "clouds": [cloud]}
+    camera = {"size": (64, 48), "netd_mk": 0.0, "elevation_deg": 20.0, "band": "lwir"}
+    light = Renderer(scene(background=sky, camera=camera, targets=[])).scene(0)[0]
+    tau, path = Atmosphere(preset="us_standard").path("lwir", 6000.0, np.radians(20))
+    assert np.median(light) == pytest.approx(float(tau * radiance("lwir", 260.0) + path), rel=1e-4)
+
+
+def test_warnings_have_their_place_in_the_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = """\
+frames: 3
+camera: {size: [64, 48]}
+atmosphere:
+  preset: us_standard
+  visibility_km: 40
+background: {kind: ground}
+targets:
+  - {id: jet, shape: {kind: fighter}, path: {kind: straight, start: [32, 24], range_m: 30000}}
+"""
+    file = tmp_path / "far.yaml"
+    file.write_text(text)
+    hazy, far = warnings(file)
+    assert hazy == (
+        f"{file}:5:18: atmosphere.visibility_km: warning: 40 km lies beyond the fitted 5 to 23 km; "
+        "haze goes with the inverse of visibility"
+    )
+    assert far == (
+        f"{file}:8:45: targets.jet.path: warning: frame 0: a range of 30 km lies beyond the fitted 0.5 to 20 km"
+    )
+    assert warnings(file, ["atmosphere.preset=none"]) == []
+    check([str(file)])
+    printed = capsys.readouterr()
+    assert printed.out == f"{file}: ok\n"
+    assert printed.err.splitlines() == [hazy, far]
 
 
 def test_the_atmosphere_is_switched_off_by_name() -> None:

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field, model_validator
 
+from irsim.backgrounds.air import through_air
 from irsim.backgrounds.base import FARTHEST, Background, Gaze, Layer
 from irsim.backgrounds.fields import Betas, Histogram, shaped, spectral
 from irsim.backgrounds.hours import TEMPERATURES, Hour, filled
@@ -94,13 +95,14 @@ class Ground(Background):
         terrain = Terrain(Painting((Tile.of(light, geometry.size, stage.psf_px),)))
         # Fields are made of the ground that they lie on, roads and water are smooth.
         rough = {"fields": 0.5 * self.spread_k * field}
-        return [
+        layers: list[Layer] = [
             terrain,
             *(
                 self._patches(name, cover, kelvin + rough.get(name, 0.0), stage)
                 for name, cover, kelvin in self._on(stage)
             ),
         ]
+        return through_air(layers, stage)
 
     def names(self) -> tuple[str, ...]:
         return tuple(name for name in ("fields", "water", "roads", "clutter") if getattr(self, name) is not None)

@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 from pydantic import Field
 
+from irsim.atmosphere import Atmosphere, ClimateName
 from irsim.backgrounds.base import FARTHEST, Background, Gaze, Layer
 from irsim.backgrounds.drifting import Drifting
 from irsim.backgrounds.fields import Betas, Evolving, Histogram, shaped, spectral, wrapped_blur
@@ -40,11 +41,22 @@ class ClearSky:
     zenith_k: float
     name: str = "clear_sky"
     range_m: float = FARTHEST
+    air: Atmosphere | None = None
+    """Where given, its light stands in place of the two temperatures."""
 
     def radiance(self, elevation_rad: Floats) -> Floats:
         """In-band radiance at an elevation; below the horizon it stays as at the horizon."""
+        if self.air is not None:
+            return np.interp(elevation_rad, *self._model)
         share = np.exp(-np.maximum(np.sin(elevation_rad), 0) / SCALE_SIN_ELEVATION)
         return radiance(self.band, self.zenith_k + (self.horizon_k - self.zenith_k) * share)
+
+    @cached_property
+    def _model(self) -> tuple[Floats, Floats]:
+        """Elevations, rad, dense at the horizon, and radiance there."""
+        assert self.air is not None
+        elevations = np.linspace(0, 1, 512) ** 2 * np.pi / 2
+        return elevations, self.air.sky(self.band, elevations)
 
     @cached_property
     def _column(self) -> Floats:
@@ -135,7 +147,8 @@ class Clouds(Part):
         light = radiance(stage.band, kelvin)
         if self.sunlit_k:
             light = light + self._sunlight(thickness, above, stage)
-        return transmittance, (1 - transmittance) * light
+        cover = 1 - transmittance
+        return transmittance, stage.through(cover * light, cover, self.range_m, stage.geometry.elevation_rad)
 
     @property
     def _edge(self) -> float:
@@ -181,13 +194,17 @@ class Sky(Background):
     """Brightness temperature at the horizon, K."""
     zenith_k: Kelvin = 211.0
     """Brightness temperature at the zenith, K."""
+    preset: ClimateName | None = None
+    """Model atmosphere whose clear sky it is, in place of the two temperatures; with the haze, altitude, rain
+    and fog of the scenario's atmosphere."""
     clouds: Several[Clouds] = ()
     """Cloud layers."""
 
     def layers(self, stage: Stage) -> Sequence[Layer]:
         clouds = sorted(self.clouds, key=lambda layer: -layer.range_m)
+        air = None if self.preset is None else stage.air.model_copy(update={"preset": self.preset})
         return [
-            ClearSky(stage.band, self.horizon_k, self.zenith_k),
+            ClearSky(stage.band, self.horizon_k, self.zenith_k, air=air),
             *(layer.evolving(stage) if layer.evolve_s else layer.layer(stage) for layer in clouds),
         ]
 
