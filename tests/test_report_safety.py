@@ -1,0 +1,53 @@
+"""A results file may come from a stranger: reporting it runs no code that it names."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+import sys
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import irsim
+from irtrack import Results, run_bench, write_report
+from irtrack.report.repeat import run_command
+
+EVIL = "named_by_a_file"
+
+TEXT = """\
+frames: 4
+camera: {size: [48, 32]}
+background: {kind: sky}
+targets: [{id: jet, shape: {kind: point}, path: {kind: straight, start: [10, 16], speed: 2}}]
+"""
+
+
+@pytest.fixture
+def results(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A results file beside a module that must not be imported."""
+    (tmp_path / f"{EVIL}.py").write_text("raise SystemExit('code of a file was run')")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    path = tmp_path / "r.db"
+    run_bench([irsim.Rendering(irsim.loads(TEXT), "scene")], ["template"], results=path, seeds=1).close()
+    return path
+
+
+def test_a_kind_in_a_scenario_is_not_imported(results: Path) -> None:
+    with closing(sqlite3.connect(results)) as database, database:
+        database.execute("UPDATE sources SET text = replace(text, 'kind: sky', ?)", (f"kind: {EVIL}:Sky",))
+    page = write_report(results).read_text()
+    assert "No pictures: the source cannot be opened any more" in page
+    assert "is not imported" in page
+    assert EVIL not in sys.modules
+
+
+def test_a_tracker_is_not_imported_to_word_its_command(results: Path) -> None:
+    with Results(results) as kept:
+        (cell,) = kept.cells()
+    config = json.dumps({**cell.config, "tracker": f"{EVIL}:Tracker"})
+    named = replace(cell, key=replace(cell.key, config=config))
+    assert run_command(named, "scene.yaml").startswith(f"irtrack run {EVIL}:Tracker scene.yaml --seed 0")
+    assert EVIL not in sys.modules
