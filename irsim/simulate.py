@@ -16,7 +16,7 @@ from irsim.display import Agc
 from irsim.loader import dumps
 from irsim.render import Renderer
 from irsim.scenario import Scenario
-from irsim.types import Frame, Input, Truth
+from irsim.types import CameraFacts, Frame, Input, Truth
 
 CHUNK = 16
 """Frames that a worker renders at a time; neighbours share the memory of noise with memory."""
@@ -26,6 +26,7 @@ class Rendering:
     """A scenario as a Source: it renders what it is asked for, and keeps no frame."""
 
     has_truth = True
+    file = None
 
     def __init__(self, scenario: Scenario, name: str = "scenario") -> None:
         self.scenario = scenario
@@ -46,6 +47,19 @@ class Rendering:
     def scenario_text(self) -> str:
         """The scenario as YAML with every key written out: it travels inside a recording."""
         return dumps(self.scenario)
+
+    @property
+    def seed(self) -> int:
+        return self.scenario.seed
+
+    def with_seed(self, seed: int) -> Rendering:
+        return Rendering(self.scenario.model_copy(update={"seed": seed}), self.name)
+
+    @property
+    def camera(self) -> CameraFacts:
+        camera = self.scenario.camera
+        band = camera.band if isinstance(camera.band, str) else "{} to {} um".format(*camera.band)
+        return CameraFacts(camera.geometry.ifov_rad, band, camera.range_k)
 
     @property
     def size(self) -> tuple[int, int]:

@@ -27,7 +27,7 @@ def open_source(
     if isinstance(path, Scenario):
         _refuse(overrides, "a Scenario in Python: set its fields instead")
         return Rendering(path if seed is None else path.model_copy(update={"seed": seed}))
-    if isinstance(path, Source):
+    if not isinstance(path, str | PathLike):
         _refuse(overrides, path.name)
         if seed is not None:
             raise InputError(f"{path.name}: a seed is for scenarios, this is a source already opened")

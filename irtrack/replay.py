@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +11,14 @@ import numpy as np
 
 import irsim
 from irsim.rng import stream
-from irsim.types import Box, Frame, Input, Source
+from irsim.types import Box, Frame, Input, Source, Truth
 from irtrack.errors import IrtrackError
 from irtrack.identity import tracker_config, tracker_name
 from irtrack.start import Start, find_start
 from irtrack.types import Estimate, Track, Tracker, fault
+
+Progress = Callable[[int, int], None]
+"""Called with (frames done, frames to do)."""
 
 
 class Player:
@@ -64,7 +67,7 @@ class Player:
             start=self.start.frame,
             start_box=self.start.box,
             input=input,
-            scene_seed=scene_seed(source),
+            scene_seed=source.seed,
             tracker_seed=self.seed,
             indices=np.array([index for index, _ in self._frames], dtype=np.int64),
             times=np.array([seconds for _, seconds in self._frames], dtype=np.float64),
@@ -84,7 +87,7 @@ def run(
     seed: int = 0,
     label: str | None = None,
     frames: int | None = None,
-    progress: Callable[[int], None] | None = None,
+    progress: Progress | None = None,
 ) -> Track:
     """Run one tracker over one source.
 
@@ -93,7 +96,7 @@ def run(
     target, init   see `irtrack.start.find_start`
     seed      of the tracker's generators
     frames    at most so many, the start frame included
-    progress  called with the number of frames done
+    progress  called with (frames done, frames to do)
 
     What a tracker raises is passed on. InputError (of irtrack or irsim) for bad input.
     """
@@ -101,26 +104,34 @@ def run(
     opened = irsim.open_source(source)
     player = Player(chosen, find_start(opened, opened.truths(), target, init), seed, label)
     stop = None if frames is None else player.start.frame + frames
-    replay([player.see], opened.frames(input, player.start.frame, stop), progress)
+    replay(opened, [player.see], input, player.start.frame, stop, progress)
     return player.track(opened, input)
 
 
 def replay(
+    source: Source,
     viewers: Sequence[Callable[[Frame], None]],
-    frames: Iterable[Frame],
-    progress: Callable[[int], None] | None = None,
-) -> None:
-    """Show the frames, from a start on, to all viewers, each frame to all before the next.
+    input: Input,
+    start: int,
+    stop: int | None = None,
+    progress: Progress | None = None,
+) -> list[Truth]:
+    """Show frames start .. stop-1 to all viewers, each frame to all before the next; return what is true of them.
 
-    So a frame is rendered or read once however many trackers look at it, and no more than one is
-    held in memory.
+    So a frame is rendered or read once, truth and all, however many trackers look at it, and no more
+    than one is held in memory. Nothing is true where the source has no truth.
     """
-    for done, frame in enumerate(frames, start=1):
+    total = (len(source) if stop is None else min(stop, len(source))) - start
+    truths: list[Truth] = []
+    for done, (frame, truth) in enumerate(source.pairs(start, stop, input=input), start=1):
         shown = _read_only(frame)
         for view in viewers:
             view(shown)
+        if truth is not None:
+            truths.append(truth)
         if progress is not None:
-            progress(done)
+            progress(done, total)
+    return truths
 
 
 def _read_only(frame: Frame) -> Frame:
@@ -128,12 +139,6 @@ def _read_only(frame: Frame) -> Frame:
     image = frame.image.view()
     image.flags.writeable = False
     return Frame(image, frame.index, frame.time, frame.bits)
-
-
-def scene_seed(source: Source) -> int | None:
-    """The seed of a rendered scene; None for a recording."""
-    scenario = getattr(source, "scenario", None)
-    return None if scenario is None else int(scenario.seed)
 
 
 def _tracker(tracker: str | Tracker, parameters: Mapping[str, object]) -> Tracker:

@@ -11,12 +11,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from irsim.types import Box, Frame, Input, TargetTruth, Truth
+from irsim.types import Box, Frame, Input, Source, TargetTruth, Truth
 from irtrack.types import Estimate
 
 
 @dataclass(frozen=True, eq=False)
-class Strip:
+class Strip(Source):
     """A source of 20 frames of 64x48: target 'a' moves right by 1 px a frame from (10, 20), 4x3 px."""
 
     name: str = "strip"

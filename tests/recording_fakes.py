@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from irsim.types import Box, Frame, Input, TargetTruth, Truth
+from irsim.types import Box, Frame, Input, Source, TargetTruth, Truth
 
 FULL = TargetTruth(
     id="jet",
@@ -28,7 +28,7 @@ BARE = TargetTruth(id="dot", center=(3.0, 4.0), box=Box(3.0, 4.0, 2.0, 2.0), acc
 
 
 @dataclass(frozen=True)
-class Noise:
+class Noise(Source):
     """A source of random pictures whose truth has every field or hardly any; `jet` is absent at times."""
 
     count: int = 7

@@ -12,7 +12,7 @@ import pytest
 from recording_fakes import Noise, same_frames
 
 import irsim
-from irsim.display import AGCS
+from irsim.display import AGCS, Fixed
 from irsim.errors import InputError
 from irsim.recording import (
     open_recording,
@@ -64,7 +64,7 @@ def test_display_is_the_agc_of_the_counts(tmp_path: Path, recorded: Path) -> Non
 def test_the_recorded_agc_is_used(tmp_path: Path) -> None:
     @dataclass(frozen=True)
     class Shown(Noise):
-        agc = AGCS.parse({"kind": "fixed", "low": 1000, "high": 9000})
+        agc = Fixed(low=1000, high=9000)
 
     recording = open_recording(record(Shown(), tmp_path / "r.mcap"))
     assert recording.agc == Shown.agc

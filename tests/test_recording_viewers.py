@@ -27,6 +27,7 @@ from irsim.recording import (
     record,
 )
 from irsim.recording.times import EPOCH_NS
+from irsim.types import CameraFacts
 
 
 @pytest.fixture(scope="module")
@@ -134,18 +135,9 @@ def test_chunks_are_small_whole_and_of_one_sort(recorded: Path) -> None:
 
 
 def test_a_calibrated_camera(tmp_path: Path) -> None:
-    class Geometry:
-        ifov_rad = 0.0005
-
-    class Camera:
-        geometry, band, range_k = Geometry, "mwir", (220.0, 400.0)
-
-    class Scene:
-        camera = Camera
-
     @dataclass(frozen=True)
     class Calibrated(Noise):
-        scenario = Scene
+        camera = CameraFacts(0.0005, "mwir", (220.0, 400.0))
         scenario_text = "seed: 3\n"
 
     path = record(Calibrated(), tmp_path / "r.mcap")

@@ -67,10 +67,12 @@ def test_frames_and_input_are_as_asked() -> None:
             seen.append(frame)
             return super().step(state, frame, rng)
 
-    done: list[int] = []
-    track = irtrack.run(Watcher(), Strip(), input="counts", frames=4, progress=done.append)
+    done: list[tuple[int, int]] = []
+    late = {"init": (Box(20.0, 20.0, 9.0, 9.0), 17)}
+    irtrack.run(Walker(), Strip(), progress=lambda *counts: done.append(counts), **late)
+    assert done == [(1, 3), (2, 3), (3, 3)]  # frames before the start do not count
+    track = irtrack.run(Watcher(), Strip(), input="counts", frames=4)
     assert len(track.indices) == 4
-    assert done == [1, 2, 3, 4]
     assert [(frame.index, str(frame.image.dtype), frame.bits) for frame in seen] == [
         (k, "uint16", 14) for k in (1, 2, 3)
     ]

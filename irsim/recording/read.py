@@ -17,13 +17,13 @@ from irsim.recording.image import decode_image
 from irsim.recording.layout import IMAGE, SCENARIO, TRUTH
 from irsim.recording.schema import decode_truth
 from irsim.recording.times import from_ns
-from irsim.types import Frame, Input, Truth
+from irsim.types import CameraFacts, Frame, Input, Source, Truth
 
 _HASH_BLOCK = 1 << 20
 
 
 @dataclass(frozen=True, eq=False)
-class Recording:
+class Recording(Source):
     """A recording as a Source. A value: it holds no open file, and pickles.
 
     Frame k is the k-th in the file. Images are read-only.
@@ -33,6 +33,14 @@ class Recording:
     header: Header
     contents: Contents
     container: Container
+
+    @property
+    def file(self) -> Path:
+        return self.path
+
+    @property
+    def camera(self) -> CameraFacts:
+        return CameraFacts(self.header.ifov_rad, self.header.band, self.header.range_k)
 
     @property
     def name(self) -> str:

@@ -187,8 +187,8 @@ def record(
     stop = len(source) if stop is None else stop
     if not 0 <= start < stop <= len(source):
         raise InputError(f"{source.name}: there are no frames {start}:{stop}; allowed: within 0:{len(source)}")
-    with writing(path, header_of(source, start), getattr(source, "scenario_text", None), compression) as writer:
-        for done, (frame, truth) in enumerate(_pairs(source, start, stop, jobs), 1):
+    with writing(path, header_of(source, start), source.scenario_text, compression) as writer:
+        for done, (frame, truth) in enumerate(source.pairs(start, stop, jobs), 1):
             writer.add(frame, truth)
             if progress is not None:
                 progress(done)
@@ -202,11 +202,7 @@ def header_of(source: Source, start: int = 0) -> Header:
         return source.header.model_copy(update={"first_frame": source.header.first_frame + start})
     from irsim import __version__
 
-    camera = getattr(getattr(source, "scenario", None), "camera", None)
-    known: dict[str, Any] = {}
-    if camera is not None:
-        band = camera.band if isinstance(camera.band, str) else "{} to {} um".format(*camera.band)
-        known = {"ifov_rad": camera.geometry.ifov_rad, "band": band, "range_k": camera.range_k}
+    camera = source.camera
     return Header(
         version=__version__,
         name=source.name,
@@ -217,9 +213,11 @@ def header_of(source: Source, start: int = 0) -> Header:
         rate_hz=source.rate_hz,
         follow=source.follow,
         has_truth=source.has_truth,
-        agc=getattr(source, "agc", None) or default_agc(source.bits),
+        agc=source.agc if isinstance(source.agc, Agc) else default_agc(source.bits),
         first_frame=start,
-        **known,
+        ifov_rad=camera.ifov_rad,
+        band=camera.band,
+        range_k=camera.range_k,
     )
 
 
@@ -228,14 +226,3 @@ def default_agc(bits: int) -> Agc:
     agc = AGCS.parse({"kind": "none" if bits <= 8 else "linear"})
     assert isinstance(agc, Agc)
     return agc
-
-
-def _pairs(source: Source, start: int, stop: int, jobs: int) -> Iterator[tuple[Frame, Truth | None]]:
-    pairs = getattr(source, "pairs", None)
-    if pairs is not None:
-        yield from pairs(start, stop, jobs)
-    elif source.has_truth:
-        yield from zip(source.frames("counts", start, stop), source.truths(start, stop), strict=True)
-    else:
-        for frame in source.frames("counts", start, stop):
-            yield frame, None

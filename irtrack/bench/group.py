@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Iterator
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
 
-import irsim
-from irsim.types import Box, Frame, Input, Source, Truth
+from irsim.types import Box, Frame, Input, Source
 from irtrack.bench.cell import Cell, Key, Trace
 from irtrack.errors import InputError
 from irtrack.metrics import Reference, score
@@ -22,11 +21,10 @@ from irtrack.types import Track, Tracker
 class Group:
     """The cells of one source that share its frames.
 
-    source is a Source, or a Scenario whose textures the worker paints; target, init, input as in
-    `run_bench`; members: what is still to be run.
+    target, init, input as in `run_bench`; members: what is still to be run.
     """
 
-    source: Source | irsim.Scenario
+    source: Source
     name: str
     scene_hash: str
     target: str | None
@@ -49,15 +47,13 @@ def run_group(group: Group) -> list[tuple[Cell, Trace | None]]:
 
     What the source raises (a damaged recording) is passed on.
     """
-    scenario = group.source if isinstance(group.source, irsim.Scenario) else None
-    source = group.source if scenario is None else irsim.Rendering(scenario, group.name)
+    source = copy(group.source)  # what it paints on the way goes with it
     try:
         start = find_start(source, source.truths(), group.target, group.init)
     except InputError as error:
         return [(_failed(group, member, str(error)), None) for member in group.members]
     attempts = [_Attempt(Player(member.tracker, start, member.key.tracker_seed)) for member in group.members]
-    truths: list[Truth] = []
-    replay([attempt.see for attempt in attempts], _frames(source, start.frame, group.input, truths))
+    truths = replay(source, [attempt.see for attempt in attempts], group.input, start.frame)
     reference = Reference.of(truths, start.target)
     outcomes: list[tuple[Cell, Trace | None]] = []
     for member, attempt in zip(group.members, attempts, strict=True):
@@ -69,20 +65,6 @@ def run_group(group: Group) -> list[tuple[Cell, Trace | None]]:
         cell = Cell(member.key, member.label, group.name, group.scene_hash, "ok", score=figures)
         outcomes.append((cell, trace(track, reference)))
     return outcomes
-
-
-def _frames(source: Source, start: int, input: Input, truths: list[Truth]) -> Iterator[Frame]:
-    """The frames from `start` on; their truths are appended to `truths` on the way.
-
-    A scenario gives both in one go: asked for them apart it would draw every scene twice.
-    """
-    if isinstance(source, irsim.Rendering):
-        for frame, truth in source.pairs(start, input=input):
-            truths.append(truth)
-            yield frame
-    else:
-        truths.extend(source.truths(start))
-        yield from source.frames(input, start)
 
 
 class _Attempt:

@@ -69,7 +69,7 @@ def plans(
             raise InputError(f"{source.name} has no truth to measure by; irtrack run follows a box given by --init")
         target = None if init is not None else _followed(source)
         word = str(asked) if isinstance(asked, str | Path) else None
-        for seeded, row, scene_seed, seed in _seeded(source, seeds, word):
+        for seeded, row, seed in _seeded(source, seeds, word):
             members = tuple(
                 Member(
                     tracker.entry.label,
@@ -79,7 +79,7 @@ def plans(
                         target=target,
                         start=_start(init),
                         input=input,
-                        scene_seed=scene_seed,
+                        scene_seed=seeded.seed,
                         tracker_seed=seed,
                         config=tracker.config,
                         code_hash=tracker.code_hash,
@@ -91,31 +91,23 @@ def plans(
     return found
 
 
-def _seeded(
-    source: Source, seeds: Sequence[int], word: str | None
-) -> Iterator[tuple[Source | irsim.Scenario, SourceRow, int | None, int]]:
-    """(source, row, scene seed, tracker seed) for each seed; only a scenario's scene changes with it.
+def _seeded(source: Source, seeds: Sequence[int], word: str | None) -> Iterator[tuple[Source, SourceRow, int]]:
+    """(source, row, tracker seed) for each seed; only a scenario's scene changes with it.
 
     word   how the source was named; a value from Python is named by a recording's path, or by the
            file in which the report lets one save the scenario
     """
-    scenario = getattr(source, "scenario", None)
-    if not isinstance(scenario, irsim.Scenario):
-        path = getattr(source, "path", None)
-        text = "" if path is None else str(Path(path).resolve())
-        row = _row(source, source.hash, source.hash, "recording", text, word or text or source.name)
-        yield from ((source, row, None, seed) for seed in seeds)
-        return
-    scene_hash, name = scenario.model_copy(update={"seed": 0}).hash, word or f"{source.name}.yaml"
+    scene_hash = source.with_seed(0).hash
     for seed in seeds:
-        seeded = scenario.model_copy(update={"seed": seed})
-        yield seeded, _row(source, seeded.hash, scene_hash, "scenario", irsim.dumps(seeded), name), seed, seed
-
-
-def _row(
-    source: Source, hash: str, scene_hash: str, kind: Literal["scenario", "recording"], text: str, word: str
-) -> SourceRow:
-    return SourceRow(hash, scene_hash, source.name, kind, text, word, source.size, source.rate_hz, len(source))
+        seeded = source.with_seed(seed)
+        kind: Literal["scenario", "recording"] = "recording" if seeded.seed is None else "scenario"
+        if kind == "scenario":
+            text, name = seeded.scenario_text or "", f"{source.name}.yaml"
+        else:
+            text = "" if source.file is None else str(source.file.resolve())
+            name = text or source.name
+        facts = (source.size, source.rate_hz, len(source))
+        yield seeded, SourceRow(seeded.hash, scene_hash, source.name, kind, text, word or name, *facts), seed
 
 
 def _followed(source: Source) -> str:

@@ -95,9 +95,10 @@ def run(
     check_output(csv)
     looked_at, start = _input(input), None
     from irsim import Scenario, open_source
-    from irtrack import replay
     from irtrack.cli.options import split_settings, start_box
     from irtrack.metrics import Reference, score
+    from irtrack.replay import Player, replay
+    from irtrack.start import find_start
     from irtrack.trackers import find, make
 
     if init is not None:
@@ -105,21 +106,14 @@ def run(
     split = split_settings(settings or (), find(tracker), Scenario.model_fields)
     made = make(tracker, split.tracker)
     opened = open_source(source, split.scenario)
-    if seed is not None and replay.scene_seed(opened) is not None:
-        opened = open_source(source, split.scenario, seed)
-    tracker_seed = seed if seed is not None else replay.scene_seed(opened) or 0
+    if seed is not None:
+        opened = opened.with_seed(seed)
+    tracker_seed = seed if seed is not None else opened.seed or 0
+    player = Player(made, find_start(opened, opened.truths(), target, start), tracker_seed)
     with terminal.progress_bar(tracker) as progress:
-        track = replay.run(
-            made,
-            opened,
-            target=target,
-            init=start,
-            input=looked_at,
-            seed=tracker_seed,
-            progress=None if progress is None else lambda done: progress(done, len(opened)),
-        )
-    followed = track.target if opened.has_truth else None
-    result = score(track, Reference.of(opened.truths(), followed))
+        truths = replay(opened, [player.see], looked_at, player.start.frame, progress=progress)
+    track = player.track(opened, looked_at)
+    result = score(track, Reference.of(truths, track.target))
     repeat = _command() if seed is not None else f"{_command()} --seed {tracker_seed}"
     if csv is not None:
         from irtrack.trackfile import track_to_csv
