@@ -23,6 +23,7 @@ from irsim.atmosphere import Atmosphere
 from irsim.backgrounds import BACKGROUNDS
 from irsim.backgrounds.patches import Clutter, Fields, Roads, Water
 from irsim.backgrounds.sky import Clouds
+from irsim.backgrounds.structures import Buildings, Trees
 from irsim.camera import Camera
 from irsim.detector import NOISES
 from irsim.display import AGCS
@@ -57,10 +58,12 @@ OUTER: dict[str, type[Part]] = {
 
 INNER: dict[str, type[Part]] = {
     "clouds: each, in `background: {kind: sky}`": Clouds,
-    "fields, in `background: {kind: ground}`": Fields,
+    "fields, in `background: {kind: ground}` and `{kind: landscape}`": Fields,
     "roads, in `background: {kind: ground}`": Roads,
     "water, in `background: {kind: ground}`": Water,
-    "clutter, in `background: {kind: ground}`": Clutter,
+    "clutter, in `background: {kind: ground}` and `{kind: landscape}`": Clutter,
+    "trees: each, in `background: {kind: landscape}`": Trees,
+    "buildings: each, in `background: {kind: landscape}`": Buildings,
 }
 """Parts of backgrounds, and where they stand."""
 
@@ -111,9 +114,17 @@ def first_sentence(part: type) -> str:
 
 
 def scenario_keys() -> Iterator[str]:
+<<<<<<< main
     for title, part in {**OUTER, **INNER}.items():
+=======
+    for title, part in (("Scenario", Scenario), ("camera", Camera), ("targets: each", Target)):
         yield f"### {title}\n"
         yield from keys(part)
+        yield ""
+    for title, inner in INNER.items():
+>>>>>>> local
+        yield f"### {title}\n"
+        yield from keys(inner)
         yield ""
     for family in FAMILIES:
         yield f"### {family.name} kinds\n"

@@ -2,9 +2,10 @@
 
 from irsim.backgrounds.base import Background, Gaze, Layer
 from irsim.backgrounds.ground import Ground
+from irsim.backgrounds.landscape import Landscape
 from irsim.backgrounds.sky import Sky
 from irsim.kinds import Family
 
-BACKGROUNDS = Family("background", Background, {"sky": Sky, "ground": Ground})
+BACKGROUNDS = Family("background", Background, {"sky": Sky, "ground": Ground, "landscape": Landscape})
 
-__all__ = ["BACKGROUNDS", "Background", "Gaze", "Ground", "Layer", "Sky"]
+__all__ = ["BACKGROUNDS", "Background", "Gaze", "Ground", "Landscape", "Layer", "Sky"]

@@ -21,11 +21,14 @@ class Gaze:
 
     key: the pointing of a frame nearby, its chart with a margin. What is painted for it need only be
     moved for this one (see `irsim.backgrounds.painting`).
+    place: how far right, below and ahead of its first place the camera is, m; level, ahead is the
+    azimuth of the first pointing.
     """
 
     time: float
     chart: Chart
     key: Gaze | None = None
+    place: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 class Layer(Protocol):

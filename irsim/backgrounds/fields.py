@@ -67,6 +67,14 @@ def spectral(
     return np.asarray(field / field.std(), dtype=np.float32)
 
 
+def profile(length: int, beta: float, correlation_px: float, seed: int, *address: Address) -> Floats:
+    """(length,) float64: a cut through a field whose 2-D spectrum has the slope `beta`, mean 0 and variance 1."""
+    amplitude = (1 / correlation_px**2 + np.fft.rfftfreq(length) ** 2) ** (-(beta - 1) / 4)
+    amplitude[0] = 0.0
+    line = np.fft.irfft(np.fft.rfft(normals((length,), seed, *address)) * amplitude, n=length)
+    return np.asarray(line / line.std())
+
+
 def shaped(field: Floats, histogram: tuple[float, ...]) -> Floats:
     """A Gaussian field (mean 0, variance 1) with another histogram, again of mean 0 and variance 1.
 

@@ -1,0 +1,213 @@
+"""Open country under a sky: ground up to the horizon, trees and buildings at their ranges."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+from pydantic import model_validator
+
+from irsim.backgrounds.base import FARTHEST, Gaze, Layer
+from irsim.backgrounds.fields import Betas, profile, spectral
+from irsim.backgrounds.hours import TEMPERATURES, Hour, filled
+from irsim.backgrounds.painting import Painting
+from irsim.backgrounds.panorama import Panorama, Sheet
+from irsim.backgrounds.patches import Clutter, Fields
+from irsim.backgrounds.sky import Sky
+from irsim.backgrounds.structures import Buildings, Trees
+from irsim.backgrounds.texture import TILE
+from irsim.kinds import Kelvin, NotNegative, Positive, Several
+from irsim.radiometry import radiance
+from irsim.stage import Stage
+from irsim.types import Floats
+
+VANISHING_PX = 40.0
+"""The ground is drawn as a plane whose lines meet this far above the horizon, px: as if a low rise hid
+the farthest ground, whose features would be thinner than a pixel."""
+
+NEARER = 5.0
+"""The ground's texture is drawn a second time this much finer, for what is near."""
+
+FAR_M = 20_000.0
+"""Farthest ground that is looked through the air at, m: the atmosphere is fitted up to there."""
+
+
+class Landscape(Sky):
+    """Country under a sky: ground to the horizon, rows of trees and buildings at their ranges."""
+
+    camera_height_m: Positive = 10.0
+    """Height of the camera above the ground, m."""
+    ground_k: Kelvin = 290.0
+    """Mean temperature of the ground, K."""
+    spread_k: NotNegative = 2.0
+    """Standard deviation of the ground's temperature, K."""
+    betas: Betas = (2.9, 4.0)
+    """Slopes of the ground's spectrum along x and along y (real horizon and field: [2.9, 4.0])."""
+    correlation_mrad: Positive = 30.0
+    """Size of the largest features of the ground at the horizon, mrad; nearer ones are larger."""
+    hills_mrad: NotNegative = 0.5
+    """Standard deviation of the horizon's elevation, mrad."""
+    hour: Hour = "any"
+    """day or night: temperatures that are not given are typical of it."""
+    fields: Fields | None = None
+    clutter: Clutter | None = None
+    trees: Several[Trees] = ()
+    """Rows of trees."""
+    buildings: Several[Buildings] = ()
+    """Rows of buildings."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _by_hour(cls, data: Any) -> Any:
+        return filled(data, {"ground_k": "ground", "spread_k": "spread"})
+
+    def layers(self, stage: Stage) -> Sequence[Layer]:
+        sky, *clouds = super().layers(stage)
+        whole = Sheet.of(stage.geometry)
+        sheet = whole.between(whole.horizon - 5 * self.hills_mrad * 1e-3 / stage.geometry.ifov_rad, np.inf)
+        kelvin, cover, below = self._ground(sheet, stage)
+        country = Country(sky, self._laid("ground", sheet, cover, kelvin, stage))
+        lying = []
+        side, px_per_mrad = TILE, 1e-3 / stage.geometry.ifov_rad
+        if self.fields is not None:
+            spread = self.fields.spread_k if self.fields.spread_k is not None else self._typical("fields", 3.0)
+            flat = _plane(self.fields.paint(side, px_per_mrad, spread, stage.seed)[1], sheet, below, 1.0, 4.0)
+            lying.append(self._laid("fields", sheet, cover, flat + (kelvin + self.ground_k) / 2, stage))
+        if self.clutter is not None:
+            spots, offset = (_repeated(part, sheet) for part in self.clutter.paint(side, px_per_mrad, stage.seed))
+            lying.append(self._laid("clutter", sheet, spots * cover, self.ground_k + offset, stage))
+        standing = [
+            part.paint(whole, self.camera_height_m, part.temperature_k or self._typical(what, otherwise), stage)
+            for parts, what, otherwise in ((self.trees, "trees", 288.0), (self.buildings, "walls", 290.0))
+            for part in parts
+        ]
+        return [country, *lying, *(Above(layer, country) for layer in clouds), *standing]
+
+    def names(self) -> tuple[str, ...]:
+        lying = tuple(name for name in ("fields", "clutter") if getattr(self, name) is not None)
+        return (*lying, *super().names(), *(part.id for part in (*self.trees, *self.buildings)))
+
+    def _typical(self, what: str, otherwise: float) -> float:
+        return TEMPERATURES.get(self.hour, {}).get(what, otherwise)
+
+    def _ground(self, sheet: Sheet, stage: Stage) -> tuple[Floats, Floats, Floats]:
+        """Temperature, cover and px below the horizon (0 above it), each (rows, cols) of the sheet."""
+        unit = stage.geometry.ifov_rad
+        size_px = self.correlation_mrad * 1e-3 / unit
+        hills = profile(len(sheet.columns), 3.5, 4 * size_px, stage.seed, "hills")
+        edge = sheet.horizon - self.hills_mrad * 1e-3 / unit * hills
+        below = sheet.rows[:, None] - edge
+        cover = np.clip(below + 0.5, 0, 1)
+        below = np.maximum(below, 0)
+        field = spectral(TILE, 3.0, self.betas, size_px, 3.0, stage.seed, "ground")
+        near = np.clip((below / VANISHING_PX - 1) / 4, 0, 1)
+        # Finer by a factor n, a texture of slope beta is weaker by n^-(beta-2)/2.
+        weaker = NEARER ** (1 - np.mean(self.betas) / 2)
+        kelvin = _plane(field, sheet, below, 1.0, 3.0) + near * weaker * _plane(field, sheet, below, NEARER, 2 * NEARER)
+        return self.ground_k + self.spread_k * kelvin, cover, below
+
+    def _laid(self, name: str, sheet: Sheet, cover: Floats, kelvin: Floats, stage: Stage) -> Laid:
+        light = cover * radiance(stage.band, np.maximum(kelvin, 1.0))
+        down = np.maximum((sheet.rows - sheet.horizon) * stage.geometry.ifov_rad, self.camera_height_m / FAR_M)
+        distance = self.camera_height_m / np.sin(np.minimum(down, np.pi / 2))
+        emission = stage.through(light, cover, distance[:, None], -down[:, None])
+        pictures = tuple(Panorama.on(sheet, part, stage.psf_px) for part in (1 - cover, emission))
+        return Laid(name, Painting(pictures), self.camera_height_m)
+
+
+def _plane(texture: Floats, sheet: Sheet, below: Floats, finer_x: float, finer_y: float) -> Floats:
+    """(rows, cols): a periodic texture laid on the ground; at the horizon one texel is one px, divided by `finer`."""
+    shrunk = VANISHING_PX / (below + VANISHING_PX)
+    side = texture.shape[0]
+    columns = np.mod(sheet.columns * shrunk * finer_x, side).astype(np.float32)
+    rows = np.mod(VANISHING_PX * shrunk * finer_y, side).astype(np.float32)
+    wide = cv2.copyMakeBorder(texture, 0, 1, 0, 1, cv2.BORDER_WRAP)
+    return np.asarray(cv2.remap(wide, columns, rows, cv2.INTER_LINEAR))
+
+
+def _repeated(texture: Floats, sheet: Sheet) -> Floats:
+    rows, columns = (np.mod(np.arange(length), texture.shape[0]) for length in sheet.shape)
+    return np.asarray(texture[np.ix_(rows, columns)])
+
+
+@dataclass(frozen=True, eq=False)
+class Laid:
+    """Something painted on the ground, and parallax by the distance at which each pixel meets it."""
+
+    name: str
+    painting: Painting
+    camera_height_m: float
+    range_m: float = FARTHEST
+
+    def light(self, gaze: Gaze) -> tuple[Floats, Floats]:
+        if not any(gaze.place):
+            transmittance, emission = self.painting.seen(gaze)
+            return transmittance, emission
+        columns, rows = self._places(gaze)
+        transmittance, emission = (tile.at(columns, rows) for tile in self.painting.tiles)
+        return transmittance, emission
+
+    def _places(self, gaze: Gaze) -> tuple[Floats, Floats]:
+        """Where the panorama, painted from the first place, shows the points of the plane that each pixel sees."""
+        chart, (x, y, z) = gaze.chart, gaze.place
+        geometry, height = chart.geometry, self.camera_height_m
+        unit, squeeze = geometry.ifov_rad, np.cos(geometry.elevation_rad)
+        azimuth = chart.spread(chart.u) * unit / squeeze
+        down = chart.spread(chart.v) * unit - geometry.elevation_rad  # angle below the horizon
+        distance = max(height - y, 0.1) / np.tan(np.maximum(down, 1e-6))
+        right, ahead = x + distance * np.sin(azimuth), z + distance * np.cos(azimuth)
+        first = np.arctan2(height, np.hypot(right, ahead))
+        picture = self.painting.tiles[0]
+        assert isinstance(picture, Panorama)
+        on_ground = down > 0
+        u = np.where(on_ground, np.arctan2(right, ahead), azimuth) * squeeze / unit
+        v = (np.where(on_ground, first, down) + geometry.elevation_rad) / unit
+        rows = np.clip(v - picture.top, 0, picture.padded.shape[0] - 1)
+        return (u - picture.left).astype(np.float32), rows.astype(np.float32)
+
+
+class Country:
+    """The opaque layer: the clear sky, and the ground before it."""
+
+    name = "country"
+    range_m = FARTHEST
+
+    def __init__(self, sky: Layer, ground: Laid) -> None:
+        self._sky, self._ground = sky, ground
+        self._last: tuple[Gaze, Floats] | None = None
+
+    def light(self, gaze: Gaze) -> tuple[None, Floats]:
+        transmittance, emission = self._ground.light(gaze)
+        self._last = gaze, transmittance
+        return None, cv2.multiply(self._sky.light(gaze)[1], transmittance) + emission
+
+    def sky_left(self, gaze: Gaze) -> Floats:
+        """(rows, cols): the share of each pixel that the ground leaves to the sky."""
+        if self._last is None or self._last[0] is not gaze:
+            self._last = gaze, self._ground.light(gaze)[0]
+        return self._last[1]
+
+
+@dataclass(frozen=True, eq=False)
+class Above:
+    """A cloud layer that the ground hides."""
+
+    layer: Layer
+    country: Country
+
+    @property
+    def name(self) -> str:
+        return self.layer.name
+
+    @property
+    def range_m(self) -> float:
+        return self.layer.range_m
+
+    def light(self, gaze: Gaze) -> tuple[Floats, Floats]:
+        transmittance, emission = self.layer.light(gaze)
+        assert transmittance is not None
+        left = self.country.sky_left(gaze)
+        return 1 - (1 - transmittance) * left, emission * left

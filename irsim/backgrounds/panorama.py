@@ -1,0 +1,120 @@
+"""A picture of all that stands around the horizon, and how it moves as the camera does."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+
+from irsim.backgrounds.base import Gaze
+from irsim.backgrounds.chart import Chart
+from irsim.backgrounds.painting import Painting
+from irsim.backgrounds.texture import Tile
+from irsim.geometry import Geometry
+from irsim.types import Floats
+
+WIDE = 2048
+"""Least width of a panorama, px. Past its ends it is mirrored: seamless, and seldom looked at."""
+
+AROUND = 256
+"""How far above and below the first frame a panorama reaches, px; beyond, its last rows go on."""
+
+ROOM = 32
+"""What a thing's own rows are extended by, px: its blur ends within."""
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """Where a panorama's pixels lie on the map: columns (w,), rows (h,), and the row of elevation 0, px."""
+
+    columns: Floats
+    rows: Floats
+    horizon: float
+
+    @classmethod
+    def of(cls, geometry: Geometry) -> Sheet:
+        """For cameras whose first pointing is that of `geometry`."""
+        width, height = geometry.size
+        half, reach = max(WIDE, 2 * width) // 2, height // 2 + AROUND
+        return cls(
+            np.arange(-half, half, dtype=np.float64),
+            np.arange(-reach, reach, dtype=np.float64),
+            geometry.elevation_rad / geometry.ifov_rad,
+        )
+
+    def between(self, top: float, bottom: float) -> Sheet:
+        """The rows of it that lie between two rows of the map, with some room; never none."""
+        first = int(np.clip(np.searchsorted(self.rows, top - ROOM), 0, len(self.rows) - 1))
+        last = int(np.clip(np.searchsorted(self.rows, bottom + ROOM), first + 1, len(self.rows)))
+        return Sheet(self.columns, self.rows[first:last], self.horizon)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        return len(self.rows), len(self.columns)
+
+
+@dataclass(frozen=True, eq=False)
+class Panorama(Tile):
+    """A picture (`padded`, rows and columns of a sheet) whose top-left pixel lies at (left, top) of the map."""
+
+    left: float
+    top: float
+
+    @classmethod
+    def on(cls, sheet: Sheet, picture: Floats, psf_px: float) -> Panorama:
+        """A picture on a sheet, blurred by the optics."""
+        soft = np.asarray(picture, dtype=np.float32)
+        if psf_px:
+            soft = np.asarray(cv2.GaussianBlur(soft, (0, 0), psf_px, borderType=cv2.BORDER_REPLICATE), np.float32)
+        return cls(soft.shape[1], soft, float(sheet.columns[0]), float(sheet.rows[0]))
+
+    def places(self, chart: Chart, shift_px: tuple[float, float]) -> tuple[Floats, Floats]:
+        """(rows, cols) float32 each: column and row of the picture that each pixel sees."""
+        columns = chart.spread(chart.u - shift_px[0] - self.left)
+        rows = chart.spread(chart.v - shift_px[1] - self.top)
+        return columns, np.clip(rows, 0, self.padded.shape[0] - 1)
+
+    def at(self, columns: Floats, rows: Floats) -> Floats:
+        """The picture at places between its pixels, linearly."""
+        return np.asarray(cv2.remap(self.padded, columns, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT_101))
+
+
+@dataclass(frozen=True, eq=False)
+class Standing:
+    """A layer that stands at a range: transmittance and emission, and parallax where the camera has moved."""
+
+    name: str
+    range_m: float
+    painting: Painting
+
+    def light(self, gaze: Gaze) -> tuple[Floats, Floats]:
+        transmittance, emission = self.painting.seen(seen_from(gaze, self.range_m))
+        return transmittance, emission
+
+
+def seen_from(gaze: Gaze, range_m: float) -> Gaze:
+    """The pointing from the first place that sees what this one sees of a cylinder of radius `range_m`.
+
+    A camera at (x, y, z) m right, below and ahead of the first place looks along azimuth a and
+    elevation e. Its ray passes the first place's axis at p = x cos a - z sin a and meets the cylinder
+    after rho = sqrt(R^2 - p^2) - x sin a - z cos a, on the level. So the first place sees that point at
+    the azimuth a + asin(p/R) and at the elevation whose tangent is (rho tan e - y) / R.
+    """
+    key = None if gaze.key is None else seen_from(gaze.key, range_m)
+    if not any(gaze.place):
+        return gaze if key is gaze.key else replace(gaze, key=key)
+    x, y, z = gaze.place
+    chart = gaze.chart
+    unit = chart.geometry.ifov_rad
+    squeeze = np.cos(chart.geometry.elevation_rad)
+    azimuth, elevation = chart.u * unit / squeeze, chart.elevation_rad(chart.v)
+    off = np.clip((x * np.cos(azimuth) - z * np.sin(azimuth)) / range_m, -1, 1)
+    along = range_m * np.sqrt(1 - off**2) - x * np.sin(azimuth) - z * np.cos(azimuth)
+    first_elevation = np.arctan((along * np.tan(elevation) - y) / range_m)
+    moved = replace(
+        chart,
+        u=(azimuth + np.arcsin(off)) * squeeze / unit,
+        v=(chart.geometry.elevation_rad - first_elevation) / unit,
+    )
+    return replace(gaze, chart=moved, key=key)
