@@ -114,17 +114,9 @@ def first_sentence(part: type) -> str:
 
 
 def scenario_keys() -> Iterator[str]:
-<<<<<<< main
     for title, part in {**OUTER, **INNER}.items():
-=======
-    for title, part in (("Scenario", Scenario), ("camera", Camera), ("targets: each", Target)):
         yield f"### {title}\n"
         yield from keys(part)
-        yield ""
-    for title, inner in INNER.items():
->>>>>>> local
-        yield f"### {title}\n"
-        yield from keys(inner)
         yield ""
     for family in FAMILIES:
         yield f"### {family.name} kinds\n"
