@@ -16,6 +16,7 @@ from irsim.atmosphere import Atmosphere, fitted_band
 from irsim.backgrounds import BACKGROUNDS, Background, Sky
 from irsim.camera import Camera
 from irsim.errors import Notice
+from irsim.identity import scene_code
 from irsim.kinds import Index, Name, Part, Several, Triple, suggestion
 from irsim.motion import PATHS, Company, Path
 from irsim.occluders import OCCLUDERS, Occluder
@@ -105,11 +106,11 @@ class Scenario(Part):
 
     @property
     def hash(self) -> str:
-        """Hex digest of all that decides the pixels and the truth (not of `about`)."""
+        """Hex digest of all that decides the pixels and the truth: values and code (not `about`)."""
         from irsim import __version__
 
         value = json.loads(self.model_dump_json(exclude={"about"}))
-        text = json.dumps([__version__, value], sort_keys=True)
+        text = json.dumps([__version__, scene_code(self), value], sort_keys=True)
         return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
 
     def is_on(self, name: str) -> bool:

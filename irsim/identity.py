@@ -1,0 +1,62 @@
+"""The code that decides a scene's pixels and truth, as a digest: results of other code are other results."""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+from collections.abc import Iterator
+from functools import lru_cache
+from pathlib import Path
+
+from irsim.kinds import Kind, Part
+
+NOT_PIXELS = {
+    *("cli", "convert", "draw", "errors", "explain", "files", "gallery", "lazy", "loader", "overrides"),
+    *("recording", "schema", "sources", "terminal", "yamlfile"),
+}
+"""Rooms that no pixel and no truth depends on: they read, write, word and show."""
+
+
+def scene_code(scene: Part) -> str:
+    """Hex digest of irsim's rendering code and of the modules of the user's own kinds in a scene.
+
+    The version alone would not do: in a checkout, and in a user's module, code changes without it.
+    """
+    digest = hashlib.blake2b(rendering_code().encode(), digest_size=16)
+    for kind in sorted(set(_foreign_kinds(scene)), key=lambda kind: kind.kind):
+        digest.update(f"{kind.kind}\0".encode() + _source(kind) + b"\0")
+    return digest.hexdigest()
+
+
+@lru_cache
+def rendering_code() -> str:
+    """Hex digest of irsim's own code, but for the rooms that no pixel depends on."""
+    here = Path(__file__).parent
+    digest = hashlib.blake2b(digest_size=16)
+    for path in sorted(here.rglob("*.py")):
+        place = path.relative_to(here)
+        if place.with_suffix("").parts[0] not in NOT_PIXELS:
+            digest.update(place.as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
+    return digest.hexdigest()
+
+
+def _foreign_kinds(value: object) -> Iterator[type[Kind]]:
+    """The classes of the user's own kinds in a tree of parts, and those that they derive from."""
+    if isinstance(value, Kind):
+        yield from (
+            each for each in type(value).__mro__ if issubclass(each, Kind) and each.__module__.split(".")[0] != "irsim"
+        )
+    if isinstance(value, Part):
+        for field in type(value).model_fields:
+            yield from _foreign_kinds(getattr(value, field))
+    elif isinstance(value, tuple | list):
+        for item in value:
+            yield from _foreign_kinds(item)
+
+
+def _source(kind: type[Kind]) -> bytes:
+    """The file of a class; nothing where it has none (typed into a prompt)."""
+    try:
+        return Path(inspect.getsourcefile(kind) or "").read_bytes()
+    except (TypeError, OSError):
+        return b""
