@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 from recording_fakes import Noise, same_frames
-from recording_forge import SOURCE, forge, honest_image
+from recording_forge import SOURCE, forge, honest_image, honest_truth
 
 import irsim
 from irsim.errors import InputError
@@ -150,6 +150,16 @@ def test_pictures_that_are_none(tmp_path: Path, image: bytes) -> None:
 )
 def test_truth_that_misses_what_it_must_have(tmp_path: Path, target: dict[str, object]) -> None:
     truth = TruthMessage(index=0, time=0.0, targets=[target]).SerializeToString()
+    path = forge(tmp_path / "r.mcap", truth=truth)
+    assert "damaged: the truth of frame 0 cannot be read" in refused(path)
+    with pytest.raises(InputError, match="not one whole frame"):
+        recover(path, tmp_path / "out.mcap")
+
+
+@pytest.mark.parametrize("word", [b"jet", b"body", b"pole"])  # id, class, occluder
+def test_names_that_are_no_text(tmp_path: Path, word: bytes) -> None:
+    assert word in honest_truth()
+    truth = honest_truth().replace(word, b"\xff" * len(word))
     path = forge(tmp_path / "r.mcap", truth=truth)
     assert "damaged: the truth of frame 0 cannot be read" in refused(path)
     with pytest.raises(InputError, match="not one whole frame"):

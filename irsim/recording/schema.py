@@ -109,12 +109,19 @@ def box(value: Box) -> dict[str, float]:
 
 
 def optional(message: Any, field: str) -> Any:
-    """A field's value, None where it is not set; a Point or an Attitude as a tuple."""
+    """A field's value, None where it is not set; a Point or an Attitude as a tuple. ValueError as `text`."""
     if not message.HasField(field):
         return None
     value = getattr(message, field)
     if isinstance(value, Message):
         return tuple(getattr(value, part.name) for part in value.DESCRIPTOR.fields)
+    return text(value) if isinstance(value, bytes) else value
+
+
+def text(value: str | bytes) -> str:
+    """A text; ValueError where it is bytes, as protobuf gives one that is not UTF-8."""
+    if isinstance(value, bytes):
+        raise ValueError(f"{value!r} is no text")
     return value
 
 
@@ -156,7 +163,7 @@ def decode_truth(data: bytes | memoryview, index: int, time: float) -> Truth:
     message: Any = TruthMessage.FromString(data)  # type: ignore[arg-type]
     targets = [
         TargetTruth(
-            id=target.id,
+            id=text(target.id),
             center=needed(target, "center"),
             box=Box(*needed(target, "box")),
             cls=optional(target, "cls"),
@@ -165,7 +172,7 @@ def decode_truth(data: bytes | memoryview, index: int, time: float) -> Truth:
             attitude=optional(target, "attitude"),
             range_m=optional(target, "range_m"),
             visible=optional(target, "visible"),
-            occluders=tuple(target.occluders),
+            occluders=tuple(map(text, target.occluders)),
             crossing=optional(target, "crossing"),
             in_view=optional(target, "in_view"),
             contrast_k=optional(target, "contrast_k"),

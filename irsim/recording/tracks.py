@@ -18,7 +18,7 @@ from irsim.recording.annotate import TRACK, draw
 from irsim.recording.chunks import ChunkWriter, Message
 from irsim.recording.container import open_container
 from irsim.recording.header import Sealed
-from irsim.recording.schema import TRACK_STATE, TrackStateMessage, box, needed, optional, point
+from irsim.recording.schema import TRACK_STATE, TrackStateMessage, box, needed, optional, point, text
 from irsim.recording.times import from_ns, to_ns
 from irsim.types import Box
 
@@ -143,7 +143,7 @@ def _decode(data: memoryview, index: int, time: float) -> TrackState:
         index=index,
         time=time,
         box=Box(*needed(message, "box")),
-        status=message.status,
+        status=text(message.status),
         score=optional(message, "score"),
         velocity=optional(message, "velocity"),
         covariance=covariance,
