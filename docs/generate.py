@@ -25,9 +25,10 @@ from irsim.backgrounds.patches import Clutter, Fields, Roads, Water
 from irsim.backgrounds.sky import Clouds
 from irsim.backgrounds.structures import Buildings, Trees
 from irsim.camera import Camera
-from irsim.detector import NOISES
+from irsim.detector import DETECTORS, NOISES, Bloom, Correction
 from irsim.display import AGCS
 from irsim.draw import contact_sheet
+from irsim.falloff import Falloff
 from irsim.kinds import Family, Kind, Name, NamedKind, Part
 from irsim.loader import examples, load
 from irsim.motion import PATHS, POINTINGS
@@ -45,11 +46,14 @@ DOCS = Path(__file__).parent
 WIDTH, COLOURS = 960, 128
 """Of the pictures: small enough to be kept in git."""
 
-FAMILIES: tuple[Family, ...] = (BACKGROUNDS, SHAPES, FLICKERS, PATHS, OCCLUDERS, POINTINGS, NOISES, AGCS)
+FAMILIES: tuple[Family, ...] = (BACKGROUNDS, SHAPES, FLICKERS, PATHS, OCCLUDERS, POINTINGS, DETECTORS, NOISES, AGCS)
 
 OUTER: dict[str, type[Part]] = {
     "Scenario": Scenario,
     "camera": Camera,
+    "correction, in `camera`": Correction,
+    "falloff, in `camera`": Falloff,
+    "bloom, in `camera`": Bloom,
     "targets: each": Target,
     "atmosphere": Atmosphere,
     "turbulence, in `atmosphere`": Turbulence,

@@ -3,16 +3,33 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from collections.abc import Callable, Iterator, Mapping
+from typing import Annotated, Any
 
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.detector import NOISES, Noise, White
+from irsim.detector import (
+    DETECTORS,
+    NOISES,
+    Bloom,
+    Correction,
+    Detector,
+    Electrons,
+    Lag,
+    Noise,
+    Response,
+    Sensor,
+    Setting,
+    Stated,
+    White,
+)
 from irsim.display import AGCS, Agc, Linear
+from irsim.falloff import Falloff
 from irsim.geometry import Geometry
 from irsim.kinds import Kelvin, Pair, Part, Several
 from irsim.motion import POINTINGS, Pointing
+from irsim.presets import PRESETS, Preset
 from irsim.radiometry import BandName, band_fault
 
 Side = Annotated[int, Field(ge=16, le=4096)]
@@ -21,6 +38,8 @@ Side = Annotated[int, Field(ge=16, le=4096)]
 class Camera(Part):
     """An infrared camera, from direction to counts. With `netd_mk: 0` it has no noise at all."""
 
+    preset: Preset | None = None
+    """A camera of the trade; keys given beside it override its own."""
     size: Annotated[tuple[Side, Side], Field(strict=False)] = (320, 240)
     """Columns, rows."""
     rate_hz: Annotated[float, Field(gt=0, le=10_000)] = 30.0
@@ -34,17 +53,62 @@ class Camera(Part):
     bits: Annotated[int, Field(ge=8, le=16)] = 14
     """Depth of the counts."""
     range_k: Annotated[tuple[Kelvin, Kelvin], Field(strict=False)] = (220.0, 400.0)
-    """Scene temperatures that give count 0 and full scale."""
+    """Scene temperatures that give count 0 and full scale, for a detector of kind stated."""
     psf_px: Annotated[float, Field(ge=0, le=20)] = 0.6
     """Sigma of the optical blur (Gaussian), px."""
     netd_mk: Annotated[float, Field(ge=0, le=10_000)] = 40.0
-    """Noise-equivalent temperature difference at 300 K, mK: the unit of every noise term."""
+    """Noise-equivalent temperature difference at 300 K, mK, the unit of every noise term: of a stated detector.
+    One that counts electrons has the NETD that follows from them."""
+    detector: Annotated[Detector, DETECTORS] = Stated()
+    """How light becomes counts."""
+    time_constant_ms: Annotated[float, Field(ge=0, le=200)] = 0.0
+    """Time in which the detector follows a change of light to 1 - 1/e, ms (microbolometers 7-12); 0 is at once."""
     noise: Several[Annotated[Noise, NOISES]] = (White(),)
-    """Noise terms; each adds its own."""
+    """Noise terms; each adds its own. Where none are given, shot noise for a detector in electrons."""
+    correction: Correction | None = None
+    """When the camera corrects its non-uniformity; never where not given."""
+    falloff: Falloff | None = None
+    """How the picture darkens off the axis; not at all where not given."""
+    bloom: Bloom | None = None
+    """What saturated pixels spill into others; nothing where not given."""
     motion: Several[Annotated[Pointing, POINTINGS]] = ()
     """Motions of the camera; they add up."""
     agc: Annotated[Agc, AGCS] = Linear()
     """How counts become the 8-bit picture."""
+
+    @classmethod
+    def default_for(cls, key: str, given: Mapping[str, Any]) -> Any:
+        filled = _filled(given)
+        return filled[key] if key in filled else super().default_for(key, given)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _fill(cls, given: Any) -> Any:
+        return _filled(given) if isinstance(given, Mapping) else given
+
+    @model_validator(mode="after")
+    def _detector_fits(self) -> Camera:
+        if isinstance(self.detector, Electrons):
+            if self.detector.integration_ms * self.rate_hz > 1000:
+                raise PydanticCustomError(
+                    "integration",
+                    "{integration} ms do not fit into a frame at {rate} Hz; allowed: at most {most} ms",
+                    {
+                        "integration": self.detector.integration_ms,
+                        "rate": self.rate_hz,
+                        "most": f"{1000 / self.rate_hz:g}",
+                        "at": ("detector", "integration_ms"),
+                    },
+                )
+            return self
+        for index, noise in enumerate(self.noise):
+            if noise.needs_electrons:
+                raise PydanticCustomError(
+                    "no_electrons",
+                    "{name} counts electrons, and this detector has none; allowed: detector: {kind: electrons}",
+                    {"name": noise.name, "at": ("noise", index, "kind")},
+                )
+        return self
 
     @model_validator(mode="after")
     def _range_rises(self) -> Camera:
@@ -66,3 +130,56 @@ class Camera(Part):
     @property
     def geometry(self) -> Geometry:
         return Geometry(self.size, self.ifov_mrad * 1e-3, math.radians(self.elevation_deg))
+
+    def names(self) -> Iterator[tuple[str, tuple[str | int, ...]]]:
+        """Name and place of everything in the camera that can be switched off."""
+        for key in ("noise", "motion"):
+            for index, part in enumerate(getattr(self, key)):
+                yield part.name, (key, index, "id")
+        for key in ("correction", "falloff", "bloom"):
+            if getattr(self, key) is not None:
+                yield key, (key,)
+        if self.time_constant_ms:
+            yield "lag", ("time_constant_ms",)
+
+    def response(self) -> Response:
+        """The detector, made ready."""
+        return self.detector.response(Setting(self.band, self.bits, self.netd_mk, self.range_k))
+
+    def netd(self) -> float:
+        """Noise-equivalent temperature difference at 300 K, mK: sigma of the pixel's noise over its rise per kelvin."""
+        return self.response().netd_mk
+
+    def sensor(self, seed: int, is_on: Callable[[str], bool] = lambda name: True) -> Sensor:
+        """The detector with the noise terms whose names are switched on, in a scene of that seed."""
+        falloff = self.falloff.transmittance(self.geometry) if self.falloff and is_on("falloff") else None
+        return Sensor(
+            response=self.response(),
+            noises=tuple(noise for noise in self.noise if is_on(noise.name)),
+            rate_hz=self.rate_hz,
+            seed=seed,
+            bloom=self.bloom if is_on("bloom") else None,
+            correction=self.correction if is_on("correction") else None,
+            falloff=falloff,
+        )
+
+    def lag(self, is_on: Callable[[str], bool] = lambda name: True) -> Lag:
+        """How the detector follows the light."""
+        return Lag(self.time_constant_ms * 1e-3 if is_on("lag") else 0.0, self.rate_hz)
+
+
+def _filled(given: Mapping[str, Any]) -> dict[str, Any]:
+    """A camera's keys with those of its preset, and with the noise that goes with its detector."""
+    preset = given.get("preset")
+    keys = PRESETS.get(preset, {}) if isinstance(preset, str) else {}  # type: ignore[call-overload]
+    filled = {**keys, **given}
+    detector = filled.get("detector")
+    if isinstance(detector, Mapping):
+        if "kind" not in detector and "detector" in keys:
+            detector = filled["detector"] = {**keys["detector"], **detector}
+        kind = DETECTORS.kinds.get(str(detector.get("kind")))
+        if "noise" not in filled and kind is not None and issubclass(kind, Detector):
+            filled["noise"] = list(kind.terms)
+    elif isinstance(detector, Detector) and "noise" not in filled:
+        filled["noise"] = list(detector.terms)
+    return filled

@@ -26,6 +26,11 @@ class Part(BaseModel):
         frozen=True, strict=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True
     )
 
+    @classmethod
+    def default_for(cls, key: str, given: Mapping[str, Any]) -> Any:
+        """What a key holds in a mapping, `given`, that leaves it out."""
+        return cls.model_fields[key].get_default()
+
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_-]*$", max_length=64)]
 """An id: what --without, overrides and truth call a part of the scene."""

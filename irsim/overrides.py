@@ -62,16 +62,16 @@ def _placed_in_mapping(node: dict[str, Any], slot: Slot | None, steps: list[str]
         raise InputError(f"unknown key '{step}'{listed(keys, step)}")
     below = node.get(step)
     if below is None and rest:
-        below = _beginning(part, step, child, rest[0])
+        below = _beginning(part, step, child, rest[0], node)
     below, path = _placed(below, child, rest, value)
     return {**node, step: below}, (step, *path)
 
 
-def _beginning(part: type[Part] | None, step: str, slot: Slot | None, below: str) -> Any:
-    """What a key that the text leaves out holds, for an override to change some of it."""
+def _beginning(part: type[Part] | None, step: str, slot: Slot | None, below: str, node: dict[str, Any]) -> Any:
+    """What a key that the text, `node`, leaves out holds, for an override to change some of it."""
     if part is None or slot is None:
         return {}
-    default = plain(part.model_fields[step].get_default())
+    default = plain(part.default_for(step, node))
     if isinstance(default, dict | list):
         return default
     if slot.family is None and slot.part(None) is None:

@@ -13,11 +13,10 @@ from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.painting import BLOCK, MARGIN
 from irsim.compose import Piece, Seen, compose
 from irsim.course import Course
-from irsim.detector import expose
 from irsim.motion import Mount, angles_deg
 from irsim.occluders import Sight
 from irsim.scenario import Scenario
-from irsim.types import Box, Floats, Frame, TargetTruth, Truth
+from irsim.types import Box, Floats, Frame, Image, TargetTruth, Truth
 
 
 class Renderer:
@@ -30,7 +29,9 @@ class Renderer:
         farthest, *nearer = scenario.background.layers(self.stage)
         self.layers = [farthest, *(layer for layer in nearer if scenario.is_on(layer.name))]
         self.occluders = [occluder for occluder in scenario.occluders if scenario.is_on(occluder.name)]
-        self.noises = [noise for noise in camera.noise if scenario.is_on(noise.name)]
+        self.sensor = camera.sensor(scenario.seed, scenario.is_on)
+        self.lag = camera.lag(scenario.is_on)
+        self._held: tuple[int, Image] | None = None
         count = scenario.frames + 1  # one more: frame 0 takes its velocity from frame 1
         motions = [motion for motion in camera.motion if scenario.is_on(motion.name)]
         frames = np.arange(float(count))
@@ -52,10 +53,29 @@ class Renderer:
     def frame(self, index: int) -> tuple[Frame, Truth]:
         """Frame `index` and its truth. IndexError outside 0 .. frames-1."""
         light, truth = self.scene(index)
-        camera, seed = self.scenario.camera, self.stage.seed
-        patterns = [noise.pattern(index, light.shape, camera.rate_hz, seed) for noise in self.noises]
-        counts = expose(light, patterns, camera.netd_mk, camera.band, camera.range_k, camera.bits)
-        return Frame(counts, index, truth.time, camera.bits), truth
+        shown = self.sensor.shown(index)
+        image: Image
+        if shown == index:
+            settled = self.lag.light(index, lambda k: light if k == index else self.scene(k)[0])
+            image = self.sensor.expose(settled, index)
+        else:
+            image = self._standing(shown)
+        return Frame(image, index, truth.time, self.scenario.camera.bits), truth
+
+    def _standing(self, index: int) -> Image:
+        """The picture of a frame that is shown again; the last one is kept, which changes nothing."""
+        if self._held is None or self._held[0] != index:
+            self._held = index, self.sensor.expose(self.light(index), index)
+        return self._held[1].copy()
+
+    def light(self, index: int) -> Floats:
+        """The noiseless picture that the detector has settled to, (rows, cols) float32 in W/m2/sr."""
+        return self.lag.light(index, lambda k: self.scene(k)[0])
+
+    def variance(self, index: int, fixed: bool = True) -> Floats:
+        """Noise of each pixel of a frame, (rows, cols) float64 counts^2; see `Sensor.variance`."""
+        shown = self.sensor.shown(index)
+        return self.sensor.variance(self.light(shown), shown, fixed)
 
     def scene(self, index: int) -> tuple[Floats, Truth]:
         """The noiseless picture, in-band radiance (rows, cols) float32 in W/m2/sr, and its truth."""

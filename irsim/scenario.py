@@ -123,10 +123,8 @@ class Scenario(Part):
             yield target.id, ("targets", index, "id")
         for index, occluder in enumerate(self.occluders):
             yield occluder.name, ("occluders", index, "id")
-        for index, noise in enumerate(self.camera.noise):
-            yield noise.name, ("camera", "noise", index, "id")
-        for index, motion in enumerate(self.camera.motion):
-            yield motion.name, ("camera", "motion", index, "id")
+        for name, place in self.camera.names():
+            yield name, ("camera", *place)
         for name in self.background.names():
             yield name, ("background",)
         if not self.atmosphere.is_clear:

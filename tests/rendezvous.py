@@ -8,18 +8,18 @@ from pathlib import Path
 
 import numpy as np
 
-from irsim.detector import Noise
+from irsim.detector import Additive, Moment
 from irsim.types import Floats
 
 PATIENCE_S = 120.0
 
 
-class Rendezvous(Noise):
+class Rendezvous(Additive):
     """Each process leaves its id in `folder` and waits for another's."""
 
     folder: str
 
-    def pattern(self, index: int, shape: tuple[int, int], rate_hz: float, seed: int) -> Floats:
+    def pattern(self, moment: Moment) -> Floats:
         folder = Path(self.folder)
         (folder / str(os.getpid())).touch()
         end = time.monotonic() + PATIENCE_S
@@ -28,3 +28,6 @@ class Rendezvous(Noise):
                 raise TimeoutError("no second process came")
             time.sleep(0.01)
         return np.zeros((1, 1), np.float32)
+
+    def spread(self, moment: Moment, fixed: bool) -> float:
+        return 0.0

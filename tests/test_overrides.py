@@ -57,7 +57,7 @@ OVERRIDES_WRONG = {
     "targets.0.path.speed=x": "override targets.0.path.speed: targets.jet.path.speed: expected a number, not 'x'; ",
     "camera={bits: 99}": "override camera: camera.bits: 99 is out of range; allowed: a whole number, from 8 to 16",
     "camra.netd_mk=3": "override camra.netd_mk: unknown key 'camra'; allowed: about, ",
-    "camera.netd=3": "override camera.netd: unknown key 'netd'; allowed: size, ",
+    "camera.netd=3": "override camera.netd: unknown key 'netd'; allowed: preset, size, ",
     "targets.jte.path.speed=3": (
         "override targets.jte.path.speed: there is no 'jte'; allowed: jet, far; did you mean 'jet'?"
     ),

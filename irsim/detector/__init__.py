@@ -1,13 +1,58 @@
-"""From radiance to counts: the detector's noise terms and its quantisation."""
+"""From radiance to counts: the detector's response, its noise terms and its quantisation."""
 
 from irsim.detector.ar1 import Ar1
-from irsim.detector.base import Noise
-from irsim.detector.counts import Response, expose, response
+from irsim.detector.bad_pixels import BadPixels
+from irsim.detector.base import Additive, Moment, Noise
+from irsim.detector.bloom import Bloom
+from irsim.detector.correction import Correction
+from irsim.detector.drift import Drift
 from irsim.detector.fixed_pattern import FixedPattern
+from irsim.detector.lag import Lag
+from irsim.detector.noise_3d import Noise3d
+from irsim.detector.odd_even import OddEven
+from irsim.detector.response import DETECTORS, Detector, Electrons, Response, Setting, Stated
+from irsim.detector.sensor import Sensor
+from irsim.detector.shot import Shot
 from irsim.detector.white import White
 from irsim.kinds import Family
 
-NOISES = Family("noise", Noise, {"white": White, "fixed_pattern": FixedPattern, "ar1": Ar1})
+NOISES = Family(
+    "noise",
+    Noise,
+    {
+        "white": White,
+        "shot": Shot,
+        "fixed_pattern": FixedPattern,
+        "ar1": Ar1,
+        "noise_3d": Noise3d,
+        "drift": Drift,
+        "odd_even": OddEven,
+        "bad_pixels": BadPixels,
+    },
+)
 """Noise terms of a detector."""
 
-__all__ = ["NOISES", "Ar1", "FixedPattern", "Noise", "Response", "White", "expose", "response"]
+__all__ = [
+    "DETECTORS",
+    "NOISES",
+    "Additive",
+    "Ar1",
+    "BadPixels",
+    "Bloom",
+    "Correction",
+    "Detector",
+    "Drift",
+    "Electrons",
+    "FixedPattern",
+    "Lag",
+    "Moment",
+    "Noise",
+    "Noise3d",
+    "OddEven",
+    "Response",
+    "Sensor",
+    "Setting",
+    "Shot",
+    "Stated",
+    "White",
+]

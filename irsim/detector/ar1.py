@@ -1,25 +1,25 @@
-"""Noise with memory: a first-order autoregressive process of its own in each pixel."""
+"""Noise with memory: a first-order autoregressive process of its own in each pixel, row or column."""
 
 from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import Annotated
+from typing import Annotated, Literal
 
 import cv2
 import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.detector.base import Noise, Ratio
+from irsim.detector.base import Additive, Moment, Ratio, read_only
+from irsim.detector.bridge import Bridge
 from irsim.rng import normals
 from irsim.types import Floats
 
-ANCHOR_CORRELATION = 1e-6
-"""Frames whose correlation is below this are drawn independently of each other."""
+Over = Literal["pixel", "row", "column", "frame"]
 
 
-class Ar1(Noise):
+class Ar1(Additive):
     """x[k] = rho x[k-1] + sqrt(1 - rho^2) white[k] in each pixel, stationary from frame 0 on."""
 
     ratio: Ratio = 1.0
@@ -28,6 +28,8 @@ class Ar1(Noise):
     """Correlation of neighbouring frames (0 is white); or give time_constant_s."""
     time_constant_s: Annotated[float, Field(gt=0, le=1e6)] | None = None
     """Time in which correlation falls to 1/e, s; or give rho."""
+    over: Over = "pixel"
+    """What has a process of its own: each pixel, row or column, or the frame as a whole."""
 
     @model_validator(mode="after")
     def _one_way(self) -> Ar1:
@@ -46,67 +48,45 @@ class Ar1(Noise):
             return 1 / (rate_hz * self.time_constant_s)
         return -math.log(self.rho) if self.rho else math.inf
 
-    def pattern(self, index: int, shape: tuple[int, int], rate_hz: float, seed: int) -> Floats:
-        process = _process(self.decay(rate_hz), shape, seed, self.name)
-        return process.frame(index) * np.float32(self.ratio)
+    def pattern(self, moment: Moment) -> Floats:
+        shape = over(moment.shape, self.over)
+        drawn = _process(self.decay(moment.rate_hz), shape, moment.seed, self.name).frame(moment.index)
+        return drawn if self.ratio == 1 else drawn * np.float32(self.ratio)
+
+    def spread(self, moment: Moment, fixed: bool) -> float:
+        return self.ratio**2
 
 
-@lru_cache(maxsize=4)
-def _process(decay: float, shape: tuple[int, int], seed: int, name: str) -> _Process:
-    return _Process(decay, shape, seed, name)
+def over(shape: tuple[int, int], what: Over) -> tuple[int, int]:
+    """The shape of numbers for each pixel, row or column of a picture, or for it as a whole."""
+    rows, columns = shape
+    return {"pixel": (rows, columns), "row": (rows, 1), "column": (1, columns), "frame": (1, 1)}[what]
 
 
-class _Process:
-    """Unit AR(1) in each pixel, any frame of which costs O(log period) draws.
+@lru_cache(maxsize=8)
+def _process(decay: float, shape: tuple[int, int], seed: int, name: str) -> Process:
+    return Process(decay, shape, seed, "noise", name)
 
-    Every `period` frames stands an anchor, independent of the others. Between two anchors runs a
-    Gauss-Markov bridge: given x[k-d] and x[k+d], x[k] is normal with mean
-    (x[k-d] + x[k+d]) / (2 cosh(decay d)) and variance tanh(decay d), which is the conditional law of
-    an AR(1) process with rho = exp(-decay). So frame k is drawn from its two neighbours at a distance
-    d = the largest power of two that divides k, they from theirs, up to the anchors. The nodes on
-    the way to the last frame are kept: in sequence a frame costs one draw on average. What is kept
-    changes no result.
+
+class Process(Bridge[Floats]):
+    """Unit AR(1) in each element of `shape`, float32, addressed by the seed, the words and the frame.
+
+    Its bridge is Gauss-Markov: given x[k-d] and x[k+d], x[k] is normal with mean
+    (x[k-d] + x[k+d]) / (2 cosh(decay d)) and variance tanh(decay d), which is the conditional law of an
+    AR(1) process with rho = exp(-decay).
     """
 
-    def __init__(self, decay: float, shape: tuple[int, int], seed: int, name: str) -> None:
-        self.decay = decay
+    def __init__(self, decay: float, shape: tuple[int, int], seed: int, *address: str) -> None:
+        super().__init__(decay)
         self.shape = shape
         self.seed = seed
-        self.name = name
-        self.period = 1
-        while self.period * decay <= -math.log(ANCHOR_CORRELATION):
-            self.period *= 2
-        self._kept: dict[int, Floats] = {}
+        self.address = address
 
-    def frame(self, index: int) -> Floats:
-        """Frame `index`, `shape` float32, read-only."""
-        nodes: dict[int, Floats] = {}
-        distance = self.period
-        left = index - index % distance
-        for anchor in (left,) if left == index else (left, left + distance):
-            nodes[anchor] = self._kept[anchor] if anchor in self._kept else self._draw(anchor)
-        while index not in nodes:
-            distance //= 2
-            middle = left + distance
-            if middle in self._kept:
-                nodes[middle] = self._kept[middle]
-            else:
-                nodes[middle] = self._between(nodes[left], nodes[middle + distance], middle, distance)
-            if middle <= index:
-                left = middle
-        self._kept = nodes
-        return nodes[index]
+    def anchor(self, index: int) -> Floats:
+        return read_only(normals(self.shape, self.seed, *self.address, index))
 
-    def _between(self, before: Floats, after: Floats, index: int, distance: int) -> Floats:
+    def between(self, before: Floats, after: Floats, index: int, distance: int) -> Floats:
         weight = 0.5 / math.cosh(self.decay * distance)
         spread = math.sqrt(math.tanh(self.decay * distance))
         mean = cv2.addWeighted(before, weight, after, weight, 0)
-        return _read_only(np.asarray(cv2.scaleAdd(self._draw(index), spread, mean, dst=mean)))
-
-    def _draw(self, index: int) -> Floats:
-        return _read_only(normals(self.shape, self.seed, "noise", self.name, index))
-
-
-def _read_only(values: Floats) -> Floats:
-    values.flags.writeable = False
-    return values
+        return read_only(np.asarray(cv2.scaleAdd(self.anchor(index), spread, mean, dst=mean)))

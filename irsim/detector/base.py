@@ -1,12 +1,16 @@
-"""What a noise is."""
+"""What a noise is, and what it may know."""
 
 from __future__ import annotations
 
 from abc import abstractmethod
+from dataclasses import dataclass
 from typing import Annotated
 
+import cv2
+import numpy as np
 from pydantic import Field
 
+from irsim.detector.response import Response
 from irsim.kinds import NamedKind
 from irsim.types import Floats
 
@@ -14,13 +18,76 @@ Ratio = Annotated[float, Field(ge=0, le=1000)]
 """A sigma in units of the camera's NETD."""
 
 
+@dataclass(frozen=True)
+class Moment:
+    """A frame as noise sees it.
+
+    index of the frame; shape (rows, cols); rate_hz; seed of the scene; corrected, the frame of the last
+    non-uniformity correction (0 where there was none yet); corrections, how many there were so far.
+    """
+
+    index: int
+    shape: tuple[int, int]
+    rate_hz: float
+    seed: int
+    corrected: int = 0
+    corrections: int = 0
+
+
 class Noise(NamedKind):
-    """One term of the detector's noise, in units of the camera's NETD (sigma of the white term)."""
+    """One term of a detector's noise. It overrides what it does of the three steps, and tells its variance.
+
+    `signal` is the frame so far, (rows, cols) float32 in the units of `response`, and is changed in
+    place. Everything random is addressed by (seed, self.name, index): the same whatever frames were
+    asked for before.
+    """
+
+    def respond(self, signal: Floats, response: Response, moment: Moment) -> None:
+        """Change how strongly pixels answer to light: before they saturate."""
+
+    def add(self, signal: Floats, response: Response, moment: Moment) -> None:
+        """Add to what was read: after they saturate."""
+
+    def replace(self, signal: Floats, response: Response, moment: Moment) -> None:
+        """Put another value in place of what was read: last."""
 
     @abstractmethod
-    def pattern(self, index: int, shape: tuple[int, int], rate_hz: float, seed: int) -> Floats:
-        """Frame `index`'s noise, broadcastable to `shape` (rows, cols), float32, in units of NETD.
+    def variance(self, signal: Floats, response: Response, moment: Moment, fixed: bool) -> Floats | float:
+        """Variance that this term gives each pixel about the noiseless `signal`, in squared units of it.
 
-        Addressed by (seed, self.name, index): the same whatever frames were asked for before. The
-        caller must not write to it.
+        Over all draws of the scene's seed; without `fixed`, of what changes from frame to frame only.
+        Broadcastable to the signal; infinite where a pixel says nothing of the light.
         """
+
+    @property
+    def needs_electrons(self) -> bool:
+        """Whether it can act only where the signal is in electrons."""
+        return False
+
+
+class Additive(Noise):
+    """A noise that is added, whatever the light."""
+
+    @abstractmethod
+    def pattern(self, moment: Moment) -> Floats:
+        """The frame's noise, broadcastable to (rows, cols), float32, in units of NETD. Read only."""
+
+    @abstractmethod
+    def spread(self, moment: Moment, fixed: bool) -> float:
+        """Variance of a pixel of the pattern in squared units of NETD; see `variance` for `fixed`."""
+
+    def add(self, signal: Floats, response: Response, moment: Moment) -> None:
+        pattern = self.pattern(moment)
+        if pattern.shape == signal.shape:
+            cv2.scaleAdd(pattern, response.noise, signal, dst=signal)
+        else:
+            np.add(signal, pattern * np.float32(response.noise), out=signal)
+
+    def variance(self, signal: Floats, response: Response, moment: Moment, fixed: bool) -> Floats | float:
+        return self.spread(moment, fixed) * response.noise**2
+
+
+def read_only(values: Floats) -> Floats:
+    """The array, from now on protected."""
+    values.flags.writeable = False
+    return values

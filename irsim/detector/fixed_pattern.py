@@ -6,12 +6,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from irsim.detector.base import Noise, Ratio
+from irsim.detector.base import Additive, Moment, Ratio, read_only
 from irsim.rng import normals
 from irsim.types import Floats
 
 
-class FixedPattern(Noise):
+class FixedPattern(Additive):
     """The same in every frame: what non-uniformity correction leaves (vh, h and v in 3-D noise terms).
 
     The defaults are those of a fresh correction, tvh:vh:h:v = 1:0.3:0.15:0.08. The terms are those of
@@ -24,18 +24,26 @@ class FixedPattern(Noise):
     """Sigma from column to column (h), in units of the camera's NETD."""
     row: Ratio = 0.08
     """Sigma from row to row (v), in units of the camera's NETD."""
+    redrawn: bool = False
+    """Whether each correction of the camera leaves another pattern; else all leave the same."""
 
-    def pattern(self, index: int, shape: tuple[int, int], rate_hz: float, seed: int) -> Floats:
-        return _pattern(shape, seed, self.name, self.pixel, self.column, self.row)
+    def pattern(self, moment: Moment) -> Floats:
+        number = moment.corrections if self.redrawn else 0
+        return _pattern(moment.shape, moment.seed, self.name, number, self.pixel, self.column, self.row)
+
+    def spread(self, moment: Moment, fixed: bool) -> float:
+        return (self.pixel**2 + self.column**2 + self.row**2) if fixed else 0.0
 
 
 @lru_cache(maxsize=4)
-def _pattern(shape: tuple[int, int], seed: int, name: str, pixel: float, column: float, row: float) -> Floats:
+def _pattern(
+    shape: tuple[int, int], seed: int, name: str, number: int, pixel: float, column: float, row: float
+) -> Floats:
     rows, columns = shape
+    after = (number,) if number else ()
     pattern: Floats = (
-        normals(shape, seed, "noise", name, "pixel") * np.float32(pixel)
-        + normals((1, columns), seed, "noise", name, "column") * np.float32(column)
-        + normals((rows, 1), seed, "noise", name, "row") * np.float32(row)
+        normals(shape, seed, "noise", name, "pixel", *after) * np.float32(pixel)
+        + normals((1, columns), seed, "noise", name, "column", *after) * np.float32(column)
+        + normals((rows, 1), seed, "noise", name, "row", *after) * np.float32(row)
     )
-    pattern.flags.writeable = False
-    return pattern
+    return read_only(pattern)

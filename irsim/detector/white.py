@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from irsim.detector.base import Noise, Ratio
+from irsim.detector.base import Additive, Moment, Ratio
 from irsim.rng import normals
 from irsim.types import Floats
 
 
-class White(Noise):
+class White(Additive):
     """Independent from pixel to pixel and from frame to frame (tvh in 3-D noise terms)."""
 
     ratio: Ratio = 1.0
     """Sigma in units of the camera's NETD."""
 
-    def pattern(self, index: int, shape: tuple[int, int], rate_hz: float, seed: int) -> Floats:
-        drawn = normals(shape, seed, "noise", self.name, index)
+    def pattern(self, moment: Moment) -> Floats:
+        drawn = normals(moment.shape, moment.seed, "noise", self.name, moment.index)
         return np.multiply(drawn, np.float32(self.ratio), out=drawn)
+
+    def spread(self, moment: Moment, fixed: bool) -> float:
+        return self.ratio**2

@@ -1,0 +1,158 @@
+"""Pixels that do not do what the others do."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Annotated
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import Field
+
+from irsim.detector.base import Moment, Noise, Ratio
+from irsim.detector.bridge import Bridge
+from irsim.detector.response import Response
+from irsim.kinds import Fraction, Positive
+from irsim.rng import stream
+from irsim.types import Floats
+
+Places = npt.NDArray[np.intp]
+Share = Annotated[float, Field(ge=0, le=0.2)]
+
+
+class BadPixels(Noise):
+    """Dead, hot and blinking pixels, in clusters. Real cameras have 0.05 to 0.5 % of them.
+
+    A blinking pixel jumps between two levels at random (random telegraph signal). Heights of hot and
+    blinking pixels differ from pixel to pixel: exponential, in blinking ones up or down.
+    """
+
+    dead: Share = 0.0005
+    """Share of pixels that do not answer."""
+    hot: Share = 0.0005
+    """Share of pixels that lie too high."""
+    blinking: Share = 0.001
+    """Share of pixels that blink."""
+    cluster: Annotated[float, Field(ge=1, le=100)] = 2.0
+    """Mean number of pixels that go bad together."""
+    dead_level: Fraction = 0.0
+    """Where dead pixels stand: 0 is count 0, 1 the highest."""
+    hot_ratio: Ratio = 100.0
+    """Mean height of hot pixels, in units of the camera's NETD; the lowest lie at half of it."""
+    blink_ratio: Ratio = 20.0
+    """Mean height of a blinking pixel's jump, in units of the camera's NETD."""
+    on_s: Positive = 0.5
+    """Mean time that a blinking pixel stays away from its own level, s."""
+    off_s: Positive = 2.0
+    """Mean time that a blinking pixel stays at its own level, s."""
+
+    def add(self, signal: Floats, response: Response, moment: Moment) -> None:
+        hot, heights = self._hot(moment)
+        flat = signal.reshape(-1)
+        flat[hot] += (heights * response.noise).astype(np.float32)
+        blinking, jumps = self._blinking(moment)
+        if blinking.size:
+            on = self._telegraph(moment, blinking.size).frame(moment.index)
+            flat[blinking] += (np.where(on, jumps, 0) * response.noise).astype(np.float32)
+
+    def replace(self, signal: Floats, response: Response, moment: Moment) -> None:
+        level = (self.dead_level * response.full - response.offset) * response.gain
+        signal.reshape(-1)[self._places("dead", self.dead, moment)] = level
+
+    def variance(self, signal: Floats, response: Response, moment: Moment, fixed: bool) -> Floats | float:
+        """Of the pixels where they are: infinite for dead ones, p (1 - p) height^2 for blinking ones."""
+        variance = np.zeros(signal.size)
+        on = self.on_s / (self.on_s + self.off_s)
+        blinking, jumps = self._blinking(moment)
+        variance[blinking] = on * (1 - on) * (jumps * response.noise) ** 2
+        variance[self._places("dead", self.dead, moment)] = math.inf
+        return variance.reshape(signal.shape)
+
+    def _places(self, what: str, share: float, moment: Moment) -> Places:
+        return places(moment.shape, share, self.cluster, moment.seed, self.name, what)
+
+    def _hot(self, moment: Moment) -> tuple[Places, Floats]:
+        hot = self._places("hot", self.hot, moment)
+        spread = stream(moment.seed, "noise", self.name, "hot heights").random(hot.size)
+        return hot, self.hot_ratio * (0.5 - 0.5 * np.log1p(-spread))
+
+    def _blinking(self, moment: Moment) -> tuple[Places, Floats]:
+        blinking = self._places("blinking", self.blinking, moment)
+        spread = stream(moment.seed, "noise", self.name, "jumps").random((2, blinking.size))
+        return blinking, np.where(spread[0] < 0.5, -1.0, 1.0) * -np.log1p(-spread[1]) * self.blink_ratio
+
+    def _telegraph(self, moment: Moment, count: int) -> Telegraph:
+        address = moment.seed, "noise", self.name, "telegraph"
+        return _telegraph(self.on_s * moment.rate_hz, self.off_s * moment.rate_hz, count, address)
+
+
+@lru_cache(maxsize=16)
+def places(shape: tuple[int, int], share: float, cluster: float, seed: int, name: str, what: str) -> Places:
+    """Flat indices of round(share * pixels) different pixels, in clusters of `cluster` on average.
+
+    A cluster grows by neighbours (of four) of its pixels; its size is geometric.
+    """
+    rows, columns = shape
+    wanted = round(share * rows * columns)
+    draws = stream(seed, "noise", name, what)
+    found: dict[int, None] = {}
+    while len(found) < wanted:
+        size = min(int(draws.geometric(1 / cluster)), wanted - len(found))
+        members = [(int(draws.integers(rows)), int(draws.integers(columns)))]
+        while len(members) < size:
+            row, column = members[int(draws.integers(len(members)))]
+            down, right = ((0, 1), (0, -1), (1, 0), (-1, 0))[int(draws.integers(4))]
+            members.append((min(max(row + down, 0), rows - 1), min(max(column + right, 0), columns - 1)))
+        found.update(dict.fromkeys(row * columns + column for row, column in members))
+    return np.array(list(found), np.intp)
+
+
+Address = tuple[int, str, str, str]
+
+
+@lru_cache(maxsize=8)
+def _telegraph(on: float, off: float, count: int, address: Address) -> Telegraph:
+    return Telegraph(on, off, count, address)
+
+
+@dataclass(frozen=True)
+class _Law:
+    """P(on at the end | on or off at the beginning)."""
+
+    from_on: float
+    from_off: float
+
+
+class Telegraph(Bridge[npt.NDArray[np.bool_]]):
+    """Which of `count` pixels are on, each a Markov chain of its own: on and off, its mean stays in frames.
+
+    Over d frames the chain forgets by exp(-d (1/on + 1/off)). Given the states d before and d after, the
+    one between is on with odds P(on | before) P(after | on) to P(off | before) P(after | off).
+    """
+
+    def __init__(self, on: float, off: float, count: int, address: Address) -> None:
+        super().__init__(1 / on + 1 / off)
+        self.share = on / (on + off)
+        self.count = count
+        self.address = address
+
+    def anchor(self, index: int) -> npt.NDArray[np.bool_]:
+        return self._uniform(index) < self.share
+
+    def between(
+        self, before: npt.NDArray[np.bool_], after: npt.NDArray[np.bool_], index: int, distance: int
+    ) -> npt.NDArray[np.bool_]:
+        law = self._law(distance)
+        up = np.where(before, law.from_on, law.from_off)
+        if_on = up * np.where(after, law.from_on, 1 - law.from_on)
+        if_off = (1 - up) * np.where(after, law.from_off, 1 - law.from_off)
+        return np.asarray(self._uniform(index) * (if_on + if_off) < if_on)
+
+    def _law(self, distance: int) -> _Law:
+        kept = math.exp(-self.decay * distance)
+        return _Law(self.share + (1 - self.share) * kept, self.share * (1 - kept))
+
+    def _uniform(self, index: int) -> Floats:
+        return stream(*self.address, index).random(self.count)

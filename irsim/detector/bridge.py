@@ -1,0 +1,56 @@
+"""Processes with memory, any frame of which costs few draws."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from typing import Generic, TypeVar
+
+State = TypeVar("State")
+
+ANCHOR_CORRELATION = 1e-6
+"""Frames whose correlation is below this are drawn independently of each other."""
+
+
+class Bridge(ABC, Generic[State]):
+    """A stationary Markov process whose correlation falls by exp(-decay) a frame.
+
+    Every `period` frames stands an anchor, independent of the others. Between two anchors runs a
+    bridge: frame k is drawn from its two neighbours at a distance d = the largest power of two that
+    divides k, they from theirs, up to the anchors. The nodes on the way to the last frame are kept:
+    in sequence a frame costs one draw on average. What is kept changes no result.
+    """
+
+    def __init__(self, decay: float) -> None:
+        self.decay = decay
+        self.period = 1
+        while self.period * decay <= -math.log(ANCHOR_CORRELATION):
+            self.period *= 2
+        self._kept: dict[int, State] = {}
+
+    @abstractmethod
+    def anchor(self, index: int) -> State:
+        """A draw of the stationary law, addressed by index."""
+
+    @abstractmethod
+    def between(self, before: State, after: State, index: int, distance: int) -> State:
+        """A draw of frame `index` given those `distance` before and after it, addressed by index."""
+
+    def frame(self, index: int) -> State:
+        """The process at frame `index`; the caller must not write to it."""
+        nodes: dict[int, State] = {}
+        distance = self.period
+        left = index - index % distance
+        for anchor in (left,) if left == index else (left, left + distance):
+            nodes[anchor] = self._kept[anchor] if anchor in self._kept else self.anchor(anchor)
+        while index not in nodes:
+            distance //= 2
+            middle = left + distance
+            if middle in self._kept:
+                nodes[middle] = self._kept[middle]
+            else:
+                nodes[middle] = self.between(nodes[left], nodes[middle + distance], middle, distance)
+            if middle <= index:
+                left = middle
+        self._kept = nodes
+        return nodes[index]

@@ -1,0 +1,92 @@
+"""The detector of a camera as a whole: light to counts, and the variance of each count."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from irsim.detector.base import Moment, Noise
+from irsim.detector.bloom import Bloom
+from irsim.detector.correction import Correction
+from irsim.detector.response import Response
+from irsim.types import Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Sensor:
+    """A response and its noise terms, in a camera and a scene.
+
+    rate_hz of the camera; seed of the scene; bloom of saturated pixels; correction, when the camera
+    corrects itself; falloff (rows, cols) float32, the share of light that the lens lets through.
+    """
+
+    response: Response
+    noises: Sequence[Noise]
+    rate_hz: float
+    seed: int
+    bloom: Bloom | None = None
+    correction: Correction | None = None
+    falloff: Floats | None = None
+
+    def shown(self, index: int) -> int:
+        """The frame whose picture is seen at frame `index`."""
+        return index if self.correction is None else self.correction.shown(index)
+
+    def moment(self, index: int, shape: tuple[int, int]) -> Moment:
+        """Frame `index` as noise sees it."""
+        last, count = (0, 0) if self.correction is None else self.correction.last(index)
+        return Moment(index, shape, self.rate_hz, self.seed, last, count)
+
+    def expose(self, light: Floats, index: int) -> npt.NDArray[np.uint16]:
+        """(rows, cols) uint16 counts of `light` (rows, cols) float32, in-band radiance in W/m2/sr, at a frame.
+
+        Counts are rounded to the nearest (halves to even) and clipped to the depth of the detector.
+        """
+        signal, moment = self._signal(light), self.moment(index, light.shape)
+        for noise in self.noises:
+            noise.respond(signal, self.response, moment)
+        self._saturate(signal)
+        for noise in self.noises:
+            noise.add(signal, self.response, moment)
+        for noise in self.noises:
+            noise.replace(signal, self.response, moment)
+        return self.response.counts(signal)
+
+    def mean(self, light: Floats) -> Floats:
+        """(rows, cols) float32: the noiseless counts of a light before they are rounded and clipped."""
+        return self._counts(self._held(light))
+
+    def variance(self, light: Floats, index: int, fixed: bool = True) -> Floats:
+        """(rows, cols) float64, counts^2: the noise of each pixel about `mean(light)`, rounding's 1/12 with it.
+
+        Over all draws of the seed, noise terms being independent; without `fixed`, what changes from
+        frame to frame only. Infinite where a pixel says nothing of the light: dead, or saturated.
+        """
+        signal, moment = self._held(light), self.moment(index, light.shape)
+        variance = np.full(light.shape, 1 / 12)
+        for noise in self.noises:
+            variance += noise.variance(signal, self.response, moment, fixed) / self.response.gain**2
+        counts = self._counts(signal)
+        silent = (counts < 0) | (counts >= self.response.full) | (signal >= self.response.well)
+        variance[silent] = np.inf
+        return variance
+
+    def _signal(self, light: Floats) -> Floats:
+        return self.response.signal(light if self.falloff is None else light * self.falloff)
+
+    def _held(self, light: Floats) -> Floats:
+        signal = self._signal(light)
+        self._saturate(signal)
+        return signal
+
+    def _counts(self, signal: Floats) -> Floats:
+        return signal / np.float32(self.response.gain) + np.float32(self.response.offset)
+
+    def _saturate(self, signal: Floats) -> None:
+        if self.bloom is not None:
+            self.bloom.spill(signal, self.response.top)
+        if np.isfinite(self.response.well):
+            np.minimum(signal, np.float32(self.response.well), out=signal)

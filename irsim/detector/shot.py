@@ -1,0 +1,74 @@
+"""The noise of counting electrons."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import cv2
+import numpy as np
+
+from irsim.detector.base import Moment, Noise
+from irsim.detector.response import Response
+from irsim.rng import bits, normals
+from irsim.types import Floats
+
+EXACT_E = 200.0
+"""Below so many electrons the Poisson law is drawn as it is; above, its skewness is under 0.07."""
+
+
+class Shot(Noise):
+    """Shot noise of the electrons, and the read noise with it. For a detector of kind electrons.
+
+    Variance S + read noise^2 in electrons: a Poisson number below 200 electrons, above them its normal
+    limit, both noises in one draw. What a full well holds does not vary.
+    """
+
+    @property
+    def needs_electrons(self) -> bool:
+        return True
+
+    def add(self, signal: Floats, response: Response, moment: Moment) -> None:
+        drawn = normals(moment.shape, moment.seed, "noise", self.name, moment.index)
+        least, most = cv2.minMaxLoc(signal)[:2]
+        low = signal < EXACT_E if least < EXACT_E else None
+        sigma = np.add(signal, np.float32(response.read**2), out=_scratch(moment.shape))
+        if most >= response.well:
+            sigma[signal >= response.well] = response.read**2
+        if low is not None:
+            sigma[low] = response.read**2
+            words = bits(moment.seed, "noise", self.name, "uniform", moment.index).random_raw(signal.size)
+            uniform = ((words.reshape(moment.shape)[low] >> np.uint64(11)) + 0.5) * 2.0**-53
+            signal[low] = poisson(np.maximum(signal[low], 0), uniform)
+        cv2.sqrt(sigma, dst=sigma)
+        cv2.multiply(sigma, drawn, dst=sigma)
+        cv2.add(signal, sigma, dst=signal)
+
+    def variance(self, signal: Floats, response: Response, moment: Moment, fixed: bool) -> Floats | float:
+        return np.maximum(signal, 0).astype(np.float64) + response.read**2
+
+
+@lru_cache(maxsize=2)
+def _scratch(shape: tuple[int, int]) -> Floats:
+    """A buffer that is kept, as a fresh one costs page faults; what it holds means nothing."""
+    return np.empty(shape, np.float32)
+
+
+def poisson(means: Floats, uniform: Floats) -> Floats:
+    """Poisson numbers, (n,) float64, of `means` (0 to a few hundred) at quantiles `uniform` within 0..1.
+
+    The smallest k whose distribution function reaches the quantile, by summing the probabilities
+    m^k e^-m / k! from 0 on.
+    """
+    found = np.zeros(means.shape)
+    left = np.arange(means.size)
+    term = np.exp(-np.asarray(means, np.float64))
+    mean, wanted, total = np.asarray(means, np.float64), np.asarray(uniform, np.float64), term.copy()
+    k = 0
+    while left.size:
+        going = (total < wanted) & ((k < mean) | (term > 0))
+        left, mean, wanted, term, total = left[going], mean[going], wanted[going], term[going], total[going]
+        k += 1
+        found[left] = k
+        term = term * mean / k
+        total = total + term
+    return found

@@ -1,0 +1,89 @@
+"""Cameras of the trade: keys of a camera by name."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+Preset = Literal["cooled_mwir", "cooled_lwir", "uncooled_lwir", "ideal"]
+
+NETD_MK: dict[Preset, float] = {"cooled_mwir": 17.7, "cooled_lwir": 22.0, "uncooled_lwir": 40.0, "ideal": 0.0}
+"""What each is stated to have, mK at 300 K."""
+
+_LEFT_BY_CORRECTION = {"kind": "fixed_pattern", "pixel": 0.3, "column": 0.15, "row": 0.08, "redrawn": True}
+"""tvh:vh:h:v = 1:0.3:0.15:0.08 after a fresh correction."""
+
+PRESETS: dict[Preset, dict[str, Any]] = {
+    # InSb, 640x512 of 15 um behind 100 mm F/4: half-filled wells of 7 Me- in 10 ms.
+    "cooled_mwir": {
+        "size": [640, 512],
+        "rate_hz": 50.0,
+        "ifov_mrad": 0.15,
+        "band": [3.4, 4.9],
+        "bits": 14,
+        "psf_px": 0.47,  # 0.42 lambda F / pitch
+        "detector": {
+            "kind": "electrons",
+            "pitch_um": 15.0,
+            "f_number": 4.0,
+            "transmittance": 0.85,
+            "quantum_efficiency": 0.8,
+            "integration_ms": 10.0,
+            "well_me": 7.0,
+            "read_noise_e": 400.0,
+        },
+        "noise": [
+            {"kind": "shot"},
+            _LEFT_BY_CORRECTION,
+            {"kind": "drift", "pixel": 0.8, "column": 0.2, "row": 0.1, "gain": 0.0005, "time_constant_s": 1800.0},
+            {"kind": "bad_pixels", "dead": 0.0, "hot": 0.0, "blinking": 0.0005},  # a camera hides the steady ones
+        ],
+    },
+    # HgCdTe, 640x512 of 15 um behind 50 mm F/2: wells fill fast, so integration is short.
+    "cooled_lwir": {
+        "size": [640, 512],
+        "rate_hz": 100.0,
+        "ifov_mrad": 0.3,
+        "band": [7.7, 9.3],
+        "bits": 14,
+        "psf_px": 0.48,
+        "detector": {
+            "kind": "electrons",
+            "pitch_um": 15.0,
+            "f_number": 2.0,
+            "transmittance": 0.85,
+            "quantum_efficiency": 0.7,
+            "integration_ms": 0.4,
+            "well_me": 12.0,
+            "read_noise_e": 800.0,
+        },
+        "noise": [
+            {"kind": "shot"},
+            _LEFT_BY_CORRECTION,
+            {"kind": "drift", "pixel": 1.0, "column": 0.25, "row": 0.1, "gain": 0.001, "time_constant_s": 900.0},
+            {"kind": "bad_pixels", "dead": 0.0, "hot": 0.0, "blinking": 0.001},
+        ],
+    },
+    # A microbolometer, 640x512 of 12 um behind 24 mm F/1: slow, with noise that remembers, and a shutter.
+    "uncooled_lwir": {
+        "size": [640, 512],
+        "rate_hz": 30.0,
+        "ifov_mrad": 0.5,
+        "band": "lwir",
+        "bits": 14,
+        "range_k": [233.0, 413.0],
+        "psf_px": 0.5,
+        "netd_mk": 40.0,
+        "time_constant_ms": 10.0,
+        "noise": [
+            {"kind": "white", "ratio": 0.6},
+            {"kind": "ar1", "ratio": 0.8, "time_constant_s": 1.05},  # with white, 1 in all
+            {"kind": "ar1", "id": "level", "over": "frame", "ratio": 1.0, "time_constant_s": 20.0},
+            {"kind": "fixed_pattern", "pixel": 0.5, "column": 0.3, "row": 0.2, "redrawn": True},
+            {"kind": "drift", "pixel": 2.5, "column": 0.7, "row": 0.5, "time_constant_s": 120.0},
+            {"kind": "bad_pixels", "dead": 0.0, "hot": 0.0, "blinking": 0.0005},
+        ],
+        "correction": {"period_frames": 5400, "freeze_frames": 15},  # a shutter every three minutes, for 0.5 s
+    },
+    # Light and nothing else.
+    "ideal": {"bits": 16, "netd_mk": 0.0, "noise": []},
+}
