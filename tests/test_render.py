@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from mesh_files import GIVEN
 
 import irsim
 from irsim.compose import overlap
@@ -30,7 +31,7 @@ def scene(frames: int = 4, shape: str = "fighter", x: float = 80.0, y: float = 6
         "targets": [
             {
                 "id": "one",
-                "shape": {"kind": shape},
+                "shape": dict(GIVEN.get(shape, {}), kind=shape),
                 "path": {"kind": "straight", "start": (x, y), "speed": 0.0, "range_m": 1500.0},
                 "attitude_deg": (30.0, 20.0, 40.0),
             }

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from mesh_files import GIVEN
 
 from irsim.geometry import Geometry
 from irsim.motion.attitude import euler
@@ -28,7 +29,7 @@ def stage(psf_px: float = 0.6) -> Stage:
 
 
 def shape(kind: str, **keys: Any) -> Shape:
-    value = SHAPES.parse({"kind": kind, **keys})
+    value = SHAPES.parse({"kind": kind, **GIVEN.get(kind, {}), **keys})
     assert isinstance(value, Shape)
     return value
 
@@ -82,7 +83,8 @@ class TestEveryShape:
     def test_emission_is_that_of_its_temperatures(self, kind: str) -> None:
         keys = type(shape(kind)).model_fields
         value = shape(kind, **{key: 0.8 for key in keys if key.endswith("emissivity")})
-        temperatures = [x for key, x in value.model_dump().items() if key.endswith("_k") and key != "contrast_k"]
+        given = {key: x for key, x in value.model_dump().items() if key.endswith("_k")}
+        temperatures = [x for x in (*given.values(), *given.pop("materials_k", {}).values()) if isinstance(x, float)]
         sprite = seen(value, (30, 10, 0), psf_px=0.0)
         glow = sprite.emission[sprite.alpha > 0.01] / sprite.alpha[sprite.alpha > 0.01]
         low, high = (0.8 * float(radiance("mwir", kelvin)) for kelvin in (min(temperatures), max(temperatures)))

@@ -11,6 +11,7 @@ from irsim.shapes.car import Car
 from irsim.shapes.fighter import Fighter
 from irsim.shapes.helicopter import Helicopter
 from irsim.shapes.missile import Missile
+from irsim.shapes.model import Model
 from irsim.shapes.pedestrian import Pedestrian
 from irsim.shapes.point import Point
 from irsim.shapes.quadrotor import Quadrotor
@@ -33,6 +34,7 @@ SHAPES = Family(
         "car": Car,
         "boat": Boat,
         "pedestrian": Pedestrian,
+        "mesh": Model,
     },
 )
 

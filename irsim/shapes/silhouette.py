@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -40,16 +41,49 @@ def sprite(
     Each cell's light is spread as its exact area and first moments say, so that pixels follow a shift
     of a hundredth of a pixel.
     """
-    fine = FINE if max(window.w, window.h) <= LARGE_PX else 1
-    left, top = math.floor(window.left + 0.5), math.floor(window.top + 0.5)
-    columns = max(math.ceil(window.right - 0.5) - left + 1, 1)
-    rows = max(math.ceil(window.bottom - 0.5) - top + 1, 1)
     start, stop, weights = visible_edges(*edges, glow)
-    corner = np.array([left - 0.5, top - 0.5])
-    area, y_moment, x_moment = coverage(
-        (start - corner) * fine, (stop - corner) * fine, weights, (rows * fine, columns * fine)
-    )
+    grid = Grid.over(window)
+    fields = coverage((start - grid.corner) * grid.fine, (stop - grid.corner) * grid.fine, weights, grid.cells)
+    (_, light), (center, signal_center) = centroids(start, stop, weights)
+    if not light > 0:
+        signal_center = center
+    return spread(grid, fields, center, signal_center, box, psf_px, range_m)
 
+
+@dataclass(frozen=True)
+class Grid:
+    """Cells that things are drawn on: left, top pixel; columns, rows of pixels; fine cells to a pixel."""
+
+    left: int
+    top: int
+    columns: int
+    rows: int
+    fine: int
+
+    @classmethod
+    def over(cls, window: Box) -> Grid:
+        """The grid that holds a window."""
+        left, top = math.floor(window.left + 0.5), math.floor(window.top + 0.5)
+        columns = max(math.ceil(window.right - 0.5) - left + 1, 1)
+        rows = max(math.ceil(window.bottom - 0.5) - top + 1, 1)
+        return cls(left, top, columns, rows, FINE if max(window.w, window.h) <= LARGE_PX else 1)
+
+    @property
+    def corner(self) -> Floats:
+        """(2,) px: its outer corner."""
+        return np.array([self.left - 0.5, self.top - 0.5])
+
+    @property
+    def cells(self) -> tuple[int, int]:
+        """(rows, columns) of cells."""
+        return self.rows * self.fine, self.columns * self.fine
+
+
+def spread(
+    grid: Grid, fields: Floats, center: Floats, signal_center: Floats, box: Box, psf_px: float, range_m: float
+) -> Sprite:
+    """A sprite of areas and moments (3, 2, rows, columns) of (opacity, glow) in the cells of a grid, see `coverage`."""
+    (area, y_moment, x_moment), rows, columns, fine = fields, grid.rows, grid.columns, grid.fine
     margin = reach_px(psf_px)
     down, down_slope = spreading(rows, margin, fine, psf_px)
     across, across_slope = (matrix.T for matrix in spreading(columns, margin, fine, psf_px))
@@ -58,12 +92,9 @@ def sprite(
     cover[margin : margin + rows, margin : margin + columns] = (
         area[0].reshape(rows, fine, columns, fine).mean(axis=(1, 3))
     )
-    (_, light), (center, signal_center) = centroids(start, stop, weights)
-    if not light > 0:
-        signal_center = center
     return Sprite(
-        x0=left - margin,
-        y0=top - margin,
+        x0=grid.left - margin,
+        y0=grid.top - margin,
         cover=cover,
         alpha=alpha,
         emission=emission,

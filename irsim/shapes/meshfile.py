@@ -1,0 +1,159 @@
+"""Reading triangle meshes: Wavefront OBJ, and STL as text or binary."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from irsim.types import Floats
+
+MOST_FACES = 20_000
+"""Triangles that a mesh may have: drawing takes a time about in proportion."""
+
+
+class MeshError(ValueError):
+    """A mesh that cannot be read; the text is one line with the file and, in text files, the line."""
+
+
+@dataclass(frozen=True, eq=False)
+class Triangles:
+    """vertices (V, 3); faces (F, 3) vertex numbers, counter-clockwise from outside; group (F,) of each face;
+    groups, their names; digest of the file."""
+
+    vertices: Floats
+    faces: npt.NDArray[np.int64]
+    group: npt.NDArray[np.int64]
+    groups: tuple[str, ...]
+    digest: str
+
+
+def read_mesh(path: str) -> Triangles:
+    """The mesh in a file; MeshError where there is none to be read. A file is read again when it changes."""
+    try:
+        stamp = Path(path).stat().st_mtime_ns
+    except OSError as error:
+        raise MeshError(f"{path}: {error.strerror or error}") from None
+    return _read(path, stamp)
+
+
+@lru_cache(maxsize=16)
+def _read(path: str, stamp: int) -> Triangles:
+    readers: dict[str, Callable[[str, bytes], _Parsed]] = {".obj": _obj, ".stl": _stl}
+    reader = readers.get(Path(path).suffix.lower())
+    if reader is None:
+        raise MeshError(f"{path}: unknown kind of mesh; allowed: .obj, .stl")
+    try:
+        data = Path(path).read_bytes()
+    except OSError as error:
+        raise MeshError(f"{path}: {error.strerror or error}") from None
+    corners, faces, group, names = reader(path, data)
+    if not len(faces):
+        raise MeshError(f"{path}: holds no faces")
+    if len(faces) > MOST_FACES:
+        raise MeshError(f"{path}: has {len(faces)} triangles; allowed: at most {MOST_FACES}")
+    if not np.isfinite(corners).all():
+        raise MeshError(f"{path}: a coordinate is not finite")
+    # One vertex a place, so that faces that touch share their edges (in STL each has its own corners).
+    size = float(np.ptp(corners, axis=0).max())
+    if not size > 0:
+        raise MeshError(f"{path}: all its points are one")
+    _, first, merged = np.unique(np.round(corners / size, 7), axis=0, return_index=True, return_inverse=True)
+    vertices, faces = corners[first], merged.reshape(-1)[faces]
+    whole = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
+    faces, group = faces[whole], group[whole]
+    a, b, c = (vertices[faces[:, k]] - vertices.mean(axis=0) for k in range(3))
+    volume = float(np.sum(a * np.cross(b, c)))
+    if abs(volume) < 1e-9 * size**3:
+        raise MeshError(f"{path}: encloses no volume; allowed: a closed surface")
+    if volume < 0:
+        faces = faces[:, ::-1]
+    return Triangles(vertices, faces, group, names, hashlib.blake2b(data, digest_size=16).hexdigest())
+
+
+_Parsed = tuple[Floats, npt.NDArray[np.int64], npt.NDArray[np.int64], tuple[str, ...]]
+
+
+def _obj(path: str, data: bytes) -> _Parsed:
+    """Vertices and faces (polygons as fans) of an OBJ file; groups are its materials, else its groups or objects."""
+    corners: list[tuple[float, ...]] = []
+    faces: list[tuple[int, int, int]] = []
+    group: list[int] = []
+    names: dict[str, int] = {}
+    by_material = b"usemtl" in data
+    current = ""
+    for number, line in enumerate(data.decode("utf-8", errors="replace").splitlines(), start=1):
+        word, *rest = line.partition("#")[0].split() or [""]
+        try:
+            if word == "v":
+                corners.append(_three(rest[:3]))
+            elif word == "f":
+                ring = [_index(each, len(corners)) for each in rest]
+                if len(ring) < 3:
+                    raise ValueError(f"a face of {len(ring)} corners; allowed: three or more")
+                faces += [(ring[0], ring[k], ring[k + 1]) for k in range(1, len(ring) - 1)]
+                group += [names.setdefault(current, len(names))] * (len(ring) - 2)
+            elif word == "usemtl" or (word in ("g", "o") and not by_material):
+                current = " ".join(rest)
+        except ValueError as error:
+            raise MeshError(f"{path}:{number}: {error}") from None
+    return (
+        np.array(corners, dtype=np.float64).reshape(-1, 3),
+        np.array(faces, dtype=np.int64).reshape(-1, 3),
+        np.array(group, dtype=np.int64),
+        tuple(names),
+    )
+
+
+def _three(words: list[str]) -> tuple[float, ...]:
+    if len(words) != 3:
+        raise ValueError(f"{len(words)} coordinates; allowed: three")
+    try:
+        return tuple(float(word) for word in words)
+    except ValueError:
+        raise ValueError(f"{' '.join(words)!r} are no coordinates; allowed: three numbers") from None
+
+
+def _index(word: str, count: int) -> int:
+    """Vertex number, from 0 on, of a corner such as 3, 3/1, 3//2 or -1."""
+    try:
+        number = int(word.partition("/")[0])
+    except ValueError:
+        raise ValueError(f"{word!r} is no corner; allowed: a vertex number") from None
+    if not (1 <= number <= count or 1 <= -number <= count):
+        raise ValueError(f"vertex {number} does not exist; allowed: 1 to {count}")
+    return number - 1 if number > 0 else count + number
+
+
+def _stl(path: str, data: bytes) -> _Parsed:
+    count = int.from_bytes(data[80:84], "little")
+    if len(data) >= 84 and len(data) == 84 + 50 * count:
+        records = np.frombuffer(data, dtype=np.dtype([("f", "<f4", (4, 3)), ("a", "<u2")]), offset=84)
+        return _soup(records["f"][:, 1:].reshape(-1, 3).astype(np.float64))
+    if not data.lstrip().startswith(b"solid"):
+        raise MeshError(
+            f"{path}: {len(data)} bytes are no STL file; allowed: 84 and 50 for each of its {count} triangles"
+        )
+    corners = []
+    for number, line in enumerate(data.decode("utf-8", errors="replace").splitlines(), start=1):
+        word, *rest = line.split() or [""]
+        if word == "vertex":
+            try:
+                corners.append(_three(rest))
+            except ValueError as error:
+                raise MeshError(f"{path}:{number}: {error}") from None
+        elif word == "endfacet" and len(corners) % 3:
+            raise MeshError(f"{path}:{number}: a facet ends without three vertices")
+    if len(corners) % 3:
+        raise MeshError(f"{path}: ends within a facet")
+    return _soup(np.array(corners, dtype=np.float64).reshape(-1, 3))
+
+
+def _soup(corners: Floats) -> _Parsed:
+    faces = np.arange(len(corners), dtype=np.int64).reshape(-1, 3)
+    return corners, faces, np.zeros(len(faces), dtype=np.int64), ("",)

@@ -1,0 +1,155 @@
+"""A user's own body from a mesh file."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from irsim.kinds import Fraction, Kelvin, Positive, suggestion
+from irsim.radiometry import Band, radiance
+from irsim.shapes.base import Shape, View
+from irsim.shapes.body import WIDEST_PX
+from irsim.shapes.contours import Ints, contour
+from irsim.shapes.meshfile import MeshError, Triangles, read_mesh
+from irsim.shapes.polygon import centroids, coverage
+from irsim.shapes.silhouette import Grid, spread, within_sight
+from irsim.shapes.zbuffer import nearest
+from irsim.sprite import Sprite
+from irsim.types import Box, Floats
+
+SAMPLES = 3
+"""Points to a cell and axis at which it is asked which face is seen, where faces are of unlike temperature."""
+
+_AXES: dict[str, tuple[int, int, int]] = {
+    # File axes as (forward, right, down), signs apart: x forward, y left, z up is the robotics' way.
+    "x forward, z up": (1, -2, -3),
+    "y forward, z up": (2, 1, -3),
+    "x forward, y up": (1, 3, -2),
+    "z forward, y up": (3, -1, -2),
+    "-z forward, y up": (-3, 1, -2),
+}
+
+
+class Model(Shape):
+    """A body from an OBJ or STL file: a closed surface, in one temperature or one for each material.
+
+    Its outline is exact, like that of all bodies. Where faces of unlike temperature meet, which one is
+    seen is asked at points 1/6 px apart. It is placed by the middle of its extent.
+    """
+
+    file: str
+    """The mesh, .obj or .stl; a relative name is looked for in the folder where the command is given."""
+    length_m: Positive
+    """Length of its longest side, m: the file's own unit does not matter."""
+    axes: Literal["x forward, z up", "y forward, z up", "x forward, y up", "z forward, y up", "-z forward, y up"] = (
+        "x forward, z up"
+    )
+    """How the body lies in the file."""
+    temperature_k: Kelvin = 300.0
+    """Temperature of all materials that `materials_k` does not name, kelvin."""
+    materials_k: dict[str, Kelvin] = Field(default_factory=dict)
+    """Temperatures of materials (OBJ: usemtl, else g or o) by name, kelvin."""
+    emissivity: Fraction = 0.95
+
+    @model_validator(mode="after")
+    def _file_can_be_read(self) -> Model:
+        try:
+            groups = read_mesh(self.file).groups
+        except MeshError as error:
+            raise PydanticCustomError("mesh", "{what}", {"what": str(error), "at": ("file",)}) from None
+        for name in self.materials_k:
+            if name not in groups:
+                what = f"{self.file} has no material {name!r}; allowed: {', '.join(filter(None, groups)) or 'none'}"
+                raise PydanticCustomError(
+                    "material", "{what}", {"what": what + suggestion(name, groups), "at": ("materials_k", name)}
+                )
+        return self
+
+    def __hash__(self) -> int:
+        return hash((self.file, self.length_m, self.axes, self.temperature_k, tuple(self.materials_k.items())))
+
+    def draw(self, view: View) -> Sprite | None:
+        stage = view.stage
+        triangles, vertices, normals = _placed(self, read_mesh(self.file))
+        points = vertices @ view.attitude.T + view.position
+        if points[:, 2].min() <= 0:
+            return None
+        pixels = stage.geometry.project(points)
+        box = Box.from_edges(*pixels.min(axis=0).tolist(), *pixels.max(axis=0).tolist())
+        window = box if max(box.w, box.h) <= WIDEST_PX else within_sight(box, stage)
+        if window is None:
+            return None
+        eye = -view.position @ view.attitude
+        faces = triangles.faces
+        front = np.sum(normals * (eye - vertices[faces[:, 0]]), axis=1) > 0
+        # A face seen from outside runs clockwise with x right, y down where its corners are read backwards.
+        seen = faces[front][:, ::-1]
+        start, stop = contour(pixels, seen)
+        grid = Grid.over(window)
+        area = coverage(
+            (start - grid.corner) * grid.fine, (stop - grid.corner) * grid.fine, np.ones((len(start), 1)), grid.cells
+        )[:, 0]
+        _, ((x, y),) = centroids(start, stop, np.ones((len(start), 1)))
+        glow = _glow(self, triangles.groups, stage.band, stage.surroundings) * self.brightness(view)
+        shades = glow[triangles.group[front]]
+        shine = _shine(pixels, points[:, 2], seen, shades, grid) if np.ptp(shades) > 0 else float(shades[0])
+        fields = np.stack([area, area * shine], axis=1)
+        center = np.array([x, y])
+        range_m = float(np.linalg.norm(view.position))
+        return spread(grid, fields, center, _middle(fields[:, 1], grid, center), box, stage.psf_px, range_m)
+
+
+def _shine(pixels: Floats, depth: Floats, faces: Ints, shades: Floats, grid: Grid) -> Floats:
+    """(rows, columns) mean glow of what is seen in each cell; of what is seen nearby where no point meets a face."""
+    steps = grid.fine * SAMPLES
+    size = grid.rows * steps, grid.columns * steps
+    number = nearest((pixels - grid.corner) * steps - 0.5, depth, faces, size)
+    hit = number >= 0
+    light = np.where(hit, shades[number], 0.0)
+
+    def cells(points: Floats) -> Floats:
+        blocks = points.reshape(size[0] // SAMPLES, SAMPLES, size[1] // SAMPLES, SAMPLES)
+        return np.asarray(blocks.sum(axis=(1, 3)))
+
+    count, total = cells(hit.astype(np.float64)), cells(light)
+    around = [np.pad(array, 1) for array in (count, total)]
+    rows, columns = count.shape
+    wide_count, wide_total = (
+        np.sum([array[i : i + rows, j : j + columns] for i in range(3) for j in range(3)], axis=0) for array in around
+    )
+    mean = total.sum() / count.sum() if count.any() else shades.mean()
+    beside = np.where(wide_count > 0, wide_total / np.maximum(wide_count, 1), mean)
+    return np.asarray(np.where(count > 0, total / np.maximum(count, 1), beside))
+
+
+def _middle(field: Floats, grid: Grid, otherwise: Floats) -> Floats:
+    """Centroid (2,) px of a field's areas and moments (3, rows, columns); `otherwise` where it is dark."""
+    area, y_moment, x_moment = field
+    light = area.sum()
+    if not light > 0:
+        return otherwise
+    rows, columns = area.shape
+    x = (area.sum(axis=0) @ (np.arange(columns) + 0.5) + x_moment.sum()) / light
+    y = (area.sum(axis=1) @ (np.arange(rows) + 0.5) + y_moment.sum()) / light
+    return np.asarray(grid.corner + np.array([x, y]) / grid.fine)
+
+
+@lru_cache(maxsize=16)
+def _placed(model: Model, triangles: Triangles) -> tuple[Triangles, Floats, Floats]:
+    """The mesh, its vertices (V, 3) m in body axes about their middle, and its faces' outward normals (F, 3)."""
+    own = triangles.vertices[:, np.abs(_AXES[model.axes]) - 1] * np.sign(_AXES[model.axes])
+    low, high = own.min(axis=0), own.max(axis=0)
+    vertices = (own - (low + high) / 2) * (model.length_m / (high - low).max())
+    a, b, c = (vertices[triangles.faces[:, corner]] for corner in range(3))
+    return triangles, vertices, np.cross(b - a, c - a)
+
+
+@lru_cache(maxsize=64)
+def _glow(model: Model, groups: tuple[str, ...], band: Band, surroundings: float) -> Floats:
+    """(groups,) in-band radiance, W/m2/sr."""
+    temperatures = np.array([model.materials_k.get(name, model.temperature_k) for name in groups])
+    return np.asarray(model.emissivity * radiance(band, temperatures) + (1 - model.emissivity) * surroundings)
