@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -110,3 +111,8 @@ class Vague(Walker):
 
     def step(self, state: Box, frame: Frame, rng: np.random.Generator) -> tuple[Any, Estimate]:
         return state, Estimate((float("nan"), 0.0), (1.0, 1.0))
+
+
+def steps(log: Path) -> Counter[int]:
+    """How often each frame was stepped."""
+    return Counter(int(line.split()[1]) for line in log.read_text().splitlines()) if log.exists() else Counter()

@@ -13,15 +13,15 @@ from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import irsim
-from irsim.types import Box
-from irtrack import InputError, Results
+from irsim.render import Renderer
+from irtrack import Results
 from irtrack.cli import main
-from irtrack.cli.options import parameters, split_settings, start_box
-from irtrack.trackers import TRACKERS, find
+from irtrack.trackers import TRACKERS
 
 SCENE = """
 seed: 3
@@ -146,6 +146,20 @@ def test_run_writes_the_track(call: Call, tmp_path: Path) -> None:
     assert [float(row["cx"]) for row in rows] == [row["cx"] for row in frames]
 
 
+def test_a_run_draws_each_scene_once(call: Call, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn: list[int] = []
+    plain = Renderer.scene
+
+    def counted(self: Renderer, index: int) -> Any:
+        drawn.append(index)
+        return plain(self, index)
+
+    monkeypatch.setattr(Renderer, "scene", counted)
+    assert call("run", "kalman", "scene.yaml", "--json").status == 0
+    assert drawn[:2] == [0, 0]  # to find the start; then the frames with their truth
+    assert drawn[1:] == list(range(20))
+
+
 def test_a_parameter_of_infinity_is_still_one_document(call: Call) -> None:
     answer = call("run", "mine:Reaching", "clip.mcap", "reach=.inf", "--json")
     assert (answer.status, answer.err) == (0, "")
@@ -249,34 +263,6 @@ def test_wrong_usage_has_status_2(call: Call, words: tuple[str, ...]) -> None:
     assert answer.status == 2
     assert answer.out == ""
     assert "Traceback" not in answer.err
-
-
-def test_a_start_box_is_read_as_label_files_write_it() -> None:
-    assert start_box("10,20,5,4") == (Box(12.0, 21.5, 5.0, 4.0), 0)
-    assert start_box("-1.5,0,4,4@7") == (Box(0.0, 1.5, 4.0, 4.0), 7)
-    for wrong in ("", "1,2,3", "1,2,3,4,5", "1,2,0,4", "1,2,3,-4", "nan,2,3,4", "1,2,3,4@", "1,2,3,4@-1", "1,2,3,4@x"):
-        with pytest.raises(InputError, match=r"--init .*allowed"):
-            start_box(wrong)
-
-
-def test_settings_go_to_whom_they_are_for() -> None:
-    scenario = ["seed", "frames", "camera"]
-    words = ["particles=1e3", "frames=5", "camera.netd_mk=80", "noise=fixed", "targets.jet.path.speed=3"]
-    split = split_settings(words, find("grey_pf"), scenario)
-    assert split.tracker == {"particles": 1000.0, "noise": "fixed"}
-    assert split.scenario == ("frames=5", "camera.netd_mk=80", "targets.jet.path.speed=3")
-    with pytest.raises(InputError, match="did you mean 'frames'"):
-        split_settings(["frame=3"], find("grey_pf"), scenario)
-
-
-def test_a_foreign_tracker_may_take_any_setting_and_its_own_come_first() -> None:
-    class Any:
-        def __init__(self, frames: int = 0, **others: object) -> None: ...
-
-    assert parameters(Any) == (["frames"], True)
-    split = split_settings(["frames=5", "depth=2", "camera.bits=8"], Any, ["frames"])
-    assert split.tracker == {"frames": 5, "depth": 2}
-    assert split.scenario == ("camera.bits=8",)
 
 
 def start(folder: Path, *words: str) -> subprocess.Popen[str]:

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.stats import binomtest
 
-from irsim.types import Box, Floats, TargetTruth, Truth
+from irsim.types import Floats
 from irtrack.metrics import (
     LOSS_RULE,
     PRECISION_NORM,
@@ -29,7 +27,6 @@ from irtrack.metrics import (
     rmse,
     score,
     success_curve,
-    wilson,
 )
 from irtrack.types import Estimate, Track
 
@@ -282,53 +279,7 @@ def test_twice_as_far_is_never_better(centers: Floats, truth: Floats, factor: in
     assert (near.lost_at or 99) >= (far.lost_at or 99)
 
 
-# -- reference
-
-
-def test_reference_from_truths() -> None:
-    box = Box(5.0, 6.0, 4.0, 3.0)
-    seen = TargetTruth("a", (5.0, 6.0), box, visible=0.25, accuracy_px=1.5)
-    truths = [
-        Truth(3, 0.3, (TargetTruth("b", (1.0, 1.0), box), seen)),
-        Truth(4, 0.4, ()),
-        Truth(5, 0.5, (replace(seen, visible=None, in_view=None),)),
-        Truth(6, 0.6, (replace(seen, in_view=False),)),
-        Truth(7, 0.7, (replace(seen, visible=0.5),)),
-    ]
-    reference = Reference.of(truths, "a")
-    assert reference.indices.tolist() == [3, 4, 5, 6, 7]
-    assert reference.present.tolist() == [True, False, True, False, True]  # no entry; out of view
-    assert reference.shown.tolist() == [False, False, True, False, True]
-    assert reference.centers[0].tolist() == [5.0, 6.0]
-    assert reference.diagonals[0] == 5.0
-    assert reference.accuracy[0] == 1.5
-    assert not Reference.of(truths, None).present.any()
-    assert len(Reference.of([], "a").indices) == 0
-    assert not Reference.of([], "a").at(np.arange(3)).present.any()
-
-
-# -- interval
-
-
-@pytest.mark.parametrize(
-    ("count", "total", "low", "high"),
-    # Newcombe, Statistics in Medicine 17 (1998) 857, table I, method 3 (score without correction)
-    [(81, 263, 0.2553, 0.3662), (15, 148, 0.0624, 0.1605), (0, 20, 0.0, 0.1611), (1, 29, 0.0061, 0.1718)],
-)
-def test_wilson_gives_the_printed_intervals(count: int, total: int, low: float, high: float) -> None:
-    assert wilson(count, total) == pytest.approx((low, high), abs=5e-5)
-
-
-@given(st.integers(1, 300).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n))))
-@settings(max_examples=30, deadline=None)
-def test_wilson_equals_scipy(case: tuple[int, int]) -> None:
-    count, total = case
-    other = binomtest(count, total).proportion_ci(method="wilson")
-    assert wilson(count, total) == pytest.approx((other.low, other.high), abs=1e-12)
-
-
 def test_nothing_tells_nothing() -> None:
-    assert wilson(0, 0) == (0.0, 1.0)
     assert np.isnan(precision_curve(np.array([]), PRECISION_NORM)).all()
     assert np.isnan(success_curve(np.array([]))).all()
     assert np.isnan(rmse(np.array([])))

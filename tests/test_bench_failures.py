@@ -1,0 +1,89 @@
+"""What a bench makes of trackers that raise, scenes that show nothing, and bad input."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from bench_fakes import Breaker, Logger, Strip, Vandal, Walker, steps
+
+import irsim
+from irsim.types import Box
+from irtrack.bench import Entry, run_bench, summary
+from irtrack.errors import InputError
+
+
+def test_a_failing_tracker_fails_alone_and_is_tried_again(tmp_path: Path) -> None:
+    log = tmp_path / "log"
+    trackers = [Entry("breaker", Breaker()), Entry("vandal", Vandal()), Entry("fine", Logger(log=str(log)))]
+    with run_bench([Strip()], trackers, results=tmp_path / "r.db") as results:
+        breaker, fine, vandal = results.cells()
+        assert results.trace(breaker.key) is None
+    assert (breaker.status, fine.status, vandal.status) == ("failed", "ok", "failed")
+    assert breaker.score is None
+    assert breaker.failure is not None
+    assert breaker.failure.startswith("frame 5:\nTraceback")
+    assert "RuntimeError: the planted failure" in breaker.failure
+    assert "read-only" in (vandal.failure or "")
+    assert fine.score is not None
+    assert fine.score.all.error == 0
+    seen: list[tuple[int, int]] = []
+    run_bench([Strip()], trackers, results=tmp_path / "r.db", progress=lambda *counts: seen.append(counts)).close()
+    assert seen == [(2, 2)]
+    assert steps(log)[5] == 1
+
+
+def test_a_scene_that_never_shows_its_target_is_a_failed_cell(tmp_path: Path) -> None:
+    hidden = Strip(visible=(0.0,) * 5)
+    with run_bench([hidden], [Entry("w", Walker())], results=tmp_path / "r.db") as results:
+        (cell,) = results.cells()
+    assert cell.status == "failed"
+    assert "never shows" in (cell.failure or "")
+
+
+def test_a_source_without_truth_runs_from_a_box_and_scores_nothing(tmp_path: Path) -> None:
+    bare = Strip(has_truth=False)
+    with pytest.raises(InputError, match="no truth"):
+        run_bench([bare], [Entry("w", Walker())], results=tmp_path / "r.db")
+    assert not (tmp_path / "r.db").exists()
+    start = (Box(10.0, 20.0, 5.0, 5.0), 2)
+    with run_bench([bare], [Entry("w", Walker())], init=start, results=tmp_path / "r.db") as results:
+        (cell,) = results.cells()
+        trace = results.trace(cell.key)
+    assert cell.key.start == "10.0,20.0,5.0,5.0@2"
+    assert cell.score is not None
+    assert (cell.score.frames, cell.score.lost) == (0, None)
+    assert trace is not None
+    assert trace.indices.tolist() == list(range(2, 20))
+    assert np.isnan(trace.truth_centers).all()
+    (row,) = summary([cell])
+    assert (row.runs, row.scored, row.lost_share, row.held.error) == (1, 0, None, None)
+    assert row.ms_median is not None
+
+
+@pytest.mark.parametrize(
+    ("change", "needle"),
+    [
+        ({"trackers": []}, "no trackers"),
+        ({"trackers": ["kalman", "kalman"]}, "two trackers are labelled 'kalman'"),
+        ({"trackers": ["kalmann"]}, "did you mean 'kalman'?"),
+        ({"sources": [Strip(), Strip(hash="2")]}, "two sources are named 'strip'"),
+        ({"sources": ["absent.mcap"]}, "absent.mcap"),
+        ({"seeds": 0}, "seeds 0"),
+        ({"seeds": [1, 1]}, "none twice"),
+        ({"jobs": 0}, "jobs 0"),
+        ({"results": Path("absent") / "r.db"}, "absent does not exist"),
+    ],
+)
+def test_bad_input_is_one_line_before_any_work(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, change: dict[str, Any], needle: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    plain: dict[str, Any] = {"sources": [Strip()], "trackers": [Entry("w", Walker())], "results": "r.db"}
+    with pytest.raises((InputError, irsim.InputError)) as caught:
+        run_bench(**plain | change)
+    assert needle in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert list(tmp_path.iterdir()) == []

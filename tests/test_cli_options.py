@@ -1,0 +1,38 @@
+"""What the words of the command line mean."""
+
+from __future__ import annotations
+
+import pytest
+
+from irsim.types import Box
+from irtrack import InputError
+from irtrack.cli.options import parameters, split_settings, start_box
+from irtrack.trackers import find
+
+
+def test_a_start_box_is_read_as_label_files_write_it() -> None:
+    assert start_box("10,20,5,4") == (Box(12.0, 21.5, 5.0, 4.0), 0)
+    assert start_box("-1.5,0,4,4@7") == (Box(0.0, 1.5, 4.0, 4.0), 7)
+    for wrong in ("", "1,2,3", "1,2,3,4,5", "1,2,0,4", "1,2,3,-4", "nan,2,3,4", "1,2,3,4@", "1,2,3,4@-1", "1,2,3,4@x"):
+        with pytest.raises(InputError, match=r"--init .*allowed"):
+            start_box(wrong)
+
+
+def test_settings_go_to_whom_they_are_for() -> None:
+    scenario = ["seed", "frames", "camera"]
+    words = ["particles=1e3", "frames=5", "camera.netd_mk=80", "noise=fixed", "targets.jet.path.speed=3"]
+    split = split_settings(words, find("grey_pf"), scenario)
+    assert split.tracker == {"particles": 1000.0, "noise": "fixed"}
+    assert split.scenario == ("frames=5", "camera.netd_mk=80", "targets.jet.path.speed=3")
+    with pytest.raises(InputError, match="did you mean 'frames'"):
+        split_settings(["frame=3"], find("grey_pf"), scenario)
+
+
+def test_a_foreign_tracker_may_take_any_setting_and_its_own_come_first() -> None:
+    class Any:
+        def __init__(self, frames: int = 0, **others: object) -> None: ...
+
+    assert parameters(Any) == (["frames"], True)
+    split = split_settings(["frames=5", "depth=2", "camera.bits=8"], Any, ["frames"])
+    assert split.tracker == {"frames": 5, "depth": 2}
+    assert split.scenario == ("camera.bits=8",)
