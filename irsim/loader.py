@@ -12,8 +12,9 @@ from typing import Any
 from pydantic import ValidationError
 
 from irsim import yamlfile
-from irsim.errors import InputError
+from irsim.errors import InputError, Notice
 from irsim.explain import explain, line, listed
+from irsim.intent import idle, unmet
 from irsim.kinds import importing_nothing
 from irsim.overrides import override
 from irsim.scenario import Scenario
@@ -50,11 +51,9 @@ def loads(text: str, name: str = "<text>", overrides: Iterable[str] = (), truste
 def warnings(path: str | PathLike[str], overrides: Iterable[str] = ()) -> list[str]:
     """Lines 'file:line:column: key: warning: what' on what is legal but may not be meant. InputError as `load`."""
     document = _changed(yamlfile.read(find(path)), overrides)
-    root = Slot.of(Scenario)
-    return [
-        line(document, notice.at, shown(notice.at, root, document.value), f"warning: {notice.what}")
-        for notice in _validated(document).warnings()
-    ]
+    scenario = _validated(document)
+    doubts = [*scenario.warnings(), *idle(scenario)]
+    return [_told(document, notice, f"warning: {notice.what}") for notice in doubts]
 
 
 def dumps(scenario: Scenario) -> str:
@@ -108,9 +107,18 @@ def _changed(document: Document, overrides: Iterable[str]) -> Document:
 
 def _validated(document: Document) -> Scenario:
     try:
-        return Scenario.model_validate(document.value)
+        scenario = Scenario.model_validate(document.value)
     except ValidationError as error:
         raise InputError("\n".join(explain(error, document, Scenario))) from None
+    faults = [_told(document, notice, notice.what) for notice in unmet(scenario)]
+    if faults:
+        raise InputError("\n".join(faults))
+    return scenario
+
+
+def _told(document: Document, notice: Notice, what: str) -> str:
+    """'file:line:column: key: what'."""
+    return line(document, notice.at, shown(notice.at, Slot.of(Scenario), document.value), what)
 
 
 def _whole(value: Any) -> Any:

@@ -13,6 +13,7 @@ from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.painting import BLOCK, MARGIN
 from irsim.compose import Piece, Seen, compose
 from irsim.course import Course
+from irsim.intent import placed
 from irsim.motion import Mount, angles_deg
 from irsim.occluders import Sight
 from irsim.scenario import Scenario
@@ -28,7 +29,7 @@ class Renderer:
         camera = scenario.camera
         farthest, *nearer = scenario.background.layers(self.stage)
         self.layers = [farthest, *(layer for layer in nearer if scenario.is_on(layer.name))]
-        self.occluders = [occluder for occluder in scenario.occluders if scenario.is_on(occluder.name)]
+        self.occluders = [occluder for occluder in placed(scenario) if scenario.is_on(occluder.name)]
         self.sensor = camera.sensor(scenario.seed, scenario.is_on)
         self.lag = camera.lag(scenario.is_on)
         self._held: tuple[int, Image] | None = None

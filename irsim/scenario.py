@@ -204,6 +204,9 @@ class Scenario(Part):
         for index, motion in enumerate(self.camera.motion):
             for key, name in motion.refers().items():
                 yield "", name, ("camera", "motion", index, key)
+        for index, occluder in enumerate(self.occluders):
+            if occluder.hides is not None:
+                yield "", occluder.hides, ("occluders", index, "hides")
 
     @model_validator(mode="after")
     def _nobody_waits_for_himself(self) -> Scenario:

@@ -13,12 +13,16 @@ from irsim.motion.manoeuvre import Manoeuvre
 from irsim.motion.mount import Company, Mount
 from irsim.motion.others import Crosses, Follow, Thrown
 from irsim.motion.pan import Pan
+from irsim.motion.platform import Platform
 from irsim.motion.singer import Singer, SingerM
 from irsim.motion.stop_and_go import StopAndGo
 from irsim.motion.straight import Straight, StraightM
+from irsim.motion.tracks import Tracks
 from irsim.motion.turns import Turns, TurnsM
+from irsim.motion.vibration import Shake, Vibration
 from irsim.motion.waypoints import Waypoints, WaypointsM
 from irsim.motion.weave import Weave
+from irsim.motion.zoom import Zoom
 
 PATHS = Family(
     "path",
@@ -43,12 +47,25 @@ PATHS = Family(
     },
 )
 
-POINTINGS = Family("camera motion", Pointing, {"pan": Pan, "jitter": Jitter})
+POINTINGS = Family(
+    "camera motion",
+    Pointing,
+    {
+        "pan": Pan,
+        "jitter": Jitter,
+        "shake": Shake,
+        "vibration": Vibration,
+        "zoom": Zoom,
+        "platform": Platform,
+        "tracks": Tracks,
+    },
+)
 
 __all__ = [
     "PATHS",
     "POINTINGS",
     "Company",
+    "Crosses",
     "Dynamics",
     "MetrePath",
     "Mount",

@@ -5,16 +5,25 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import Annotated, ClassVar, Self, TypeVar
 
 import numpy as np
+from pydantic import Field, model_validator
+from pydantic_core import PydanticCustomError
 
 from irsim.geometry import Geometry
-from irsim.kinds import Fraction, Kelvin, NamedKind, Positive
+from irsim.kinds import Fraction, Index, Kelvin, Name, NamedKind, Positive
 from irsim.shapes.polygon import outline
 from irsim.shapes.silhouette import sprite, within_sight
 from irsim.sprite import Sprite
 from irsim.stage import Stage
 from irsim.types import Box, Floats
+
+T = TypeVar("T")
+
+Stretch = Annotated[tuple[Index, Index], Field(strict=False)]
+"""[first, last] frame, both counted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,14 +57,77 @@ class Sight:
 
 
 class Occluder(NamedKind):
-    """Something between the camera and the targets behind it; it stands still in space."""
+    """Something between the camera and the targets behind it; it stands still in space.
+
+    It has a place, or an intent: whom it hides, and when. `irsim.intent` finds the place for that.
+    """
+
+    placing: ClassVar[tuple[str, ...]] = ()
+    """The keys that give its place."""
+    thins: ClassVar[bool] = False
+    """Does it hide less by being thinner? Otherwise by being smaller."""
 
     range_m: Positive
     """Metres from where the camera first stands; it hides what is farther."""
+    hides: Name | None = None
+    """Id of a target that it shall hide: given instead of its place."""
+    frames: Stretch | None = None
+    """[first, last] frame, both counted, in which it shall hide it."""
+    fraction: Annotated[float, Field(gt=0, le=1)] = 1.0
+    """How much of the target it shall hide in those frames, at least."""
+
+    @model_validator(mode="after")
+    def _place_or_intent(self) -> Self:
+        given = [key for key in self.placing if getattr(self, key) is not None]
+        needed = " and ".join(self.placing)
+        if self.hides is None:
+            missing = [key for key in self.placing if key not in given]
+            if missing:
+                raise PydanticCustomError(
+                    "no_place", "it is missing; allowed: {needed}, or 'hides' and 'frames'",
+                    {"needed": needed, "at": (missing[0],)},
+                )  # fmt: skip
+            if self.frames is not None:
+                raise PydanticCustomError(
+                    "intent", "'frames' says when it hides whom; allowed: with 'hides'", {"at": ("frames",)}
+                )
+            return self
+        if given:
+            raise PydanticCustomError(
+                "two_places", "its place follows from whom it hides; allowed: {needed}, or 'hides'",
+                {"needed": needed, "at": (given[0],)},
+            )  # fmt: skip
+        if self.frames is None or self.frames[1] < self.frames[0]:
+            raise PydanticCustomError(
+                "intent", "it says whom it hides, but not when; allowed: [first, last] frame", {"at": ("frames",)}
+            )
+        return self
 
     @abstractmethod
     def draw(self, sight: Sight) -> Sprite | None:
         """The occluder as the camera sees it; None where it cannot be seen."""
+
+    def extent(self, stage: Stage) -> Box | None:
+        """What holds all of it, px of the unmoved camera, in any frame; None where that is not known."""
+        return None
+
+    def over(self, window: Box, share: float, stage: Stage) -> Self:
+        """The same with a place that covers `window`, px of the unmoved camera, and no intent.
+
+        share: how dense it is, 0..1, where `thins`. ValueError where it cannot be placed by intent.
+        """
+        raise ValueError(f"a {self.kind} cannot be placed by whom it hides; allowed: its place")
+
+    def at(self, **place: object) -> Self:
+        """The same with a place and no intent."""
+        return self.model_copy(update={"hides": None, "frames": None, **place})
+
+
+def given(value: T | None) -> T:
+    """A key of the place; ValueError where there is an intent instead, whose place has yet to be found."""
+    if value is None:
+        raise ValueError("the occluder has no place yet: irsim.intent finds it")
+    return value
 
 
 Facet = tuple[Floats, float]
@@ -73,19 +145,29 @@ class Opaque(Occluder):
     def facets(self, stage: Stage) -> Sequence[Facet]:
         """Its facets, the nearest first, as the unmoved camera sees them."""
 
+    def extent(self, stage: Stage) -> Box | None:
+        points = np.concatenate([points for points, _ in self.facets(stage)])
+        return Box.from_edges(*points.min(axis=0).tolist(), *points.max(axis=0).tolist())
+
     def draw(self, sight: Sight) -> Sprite | None:
-        stage = sight.stage
-        facets = self.facets(stage)
-        outlines = [sight.pixels(points, self.range_m) for points, _ in facets]
-        corners = np.concatenate(outlines)
-        if not np.isfinite(corners).all():
-            return None
-        box = Box.from_edges(*corners.min(axis=0).tolist(), *corners.max(axis=0).tolist())
-        window = within_sight(box, stage)
-        if window is None:
-            return None
-        edges = [outline(points) for points in outlines]
-        start, stop = (np.concatenate(ends) for ends in zip(*edges, strict=True))
-        layer = np.repeat(np.arange(len(facets)), [len(points) for points in outlines])
-        glow = stage.glow(np.array([kelvin for _, kelvin in facets]), self.emissivity)
-        return sprite((start, stop, layer), glow, box, window, stage.psf_px, self.range_m)
+        return _drawn(self, sight.stage, sight.lens, sight.rotation.tobytes(), sight.place.tobytes())
+
+
+@lru_cache(maxsize=32)
+def _drawn(occluder: Opaque, stage: Stage, lens: Geometry, rotation: bytes, place: bytes) -> Sprite | None:
+    """Facets drawn, and kept for a camera that stands still."""
+    sight = Sight(stage, lens, np.frombuffer(rotation).reshape(3, 3), np.frombuffer(place))
+    facets = occluder.facets(stage)
+    outlines = [sight.pixels(points, occluder.range_m) for points, _ in facets]
+    corners = np.concatenate(outlines)
+    if not np.isfinite(corners).all():
+        return None
+    box = Box.from_edges(*corners.min(axis=0).tolist(), *corners.max(axis=0).tolist())
+    window = within_sight(box, stage)
+    if window is None:
+        return None
+    edges = [outline(points) for points in outlines]
+    start, stop = (np.concatenate(ends) for ends in zip(*edges, strict=True))
+    layer = np.repeat(np.arange(len(facets)), [len(points) for points in outlines])
+    glow = stage.glow(np.array([kelvin for _, kelvin in facets]), occluder.emissivity)
+    return sprite((start, stop, layer), glow, box, window, stage.psf_px, occluder.range_m)

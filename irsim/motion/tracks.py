@@ -1,0 +1,64 @@
+"""A camera that follows a target."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from irsim.errors import InputError
+from irsim.kinds import Name, NotNegative, Pair
+from irsim.motion.base import Pointing
+from irsim.stage import Stage
+from irsim.types import Floats
+
+
+class Tracks(Pointing):
+    """Turns so that a target stays at a place in the picture, a while behind it; other motions come on top.
+
+    It looks where the target was `lag_s` ago, from where the camera is: a target at a steady angular
+    rate is seen that much ahead of its place.
+    """
+
+    target: Name
+    """Id of the target; switched off with --without it is followed all the same."""
+    place_px: Pair | None = None
+    """[x, y] where it is kept, px; the middle of the picture where not given."""
+    lag_s: NotNegative = 0.0
+    """How far the camera is behind, s."""
+
+    def refers(self) -> Mapping[str, str]:
+        return {"target": self.target}
+
+    def turns(self, frames: Floats, stage: Stage) -> Floats:
+        if stage.cast is None:
+            raise InputError(f"there is no target '{self.target}' to look at; allowed: a target of the scenario")
+        frames = np.asarray(frames, dtype=np.float64)
+        seen = stage.cast.way(self.target, frames - self.lag_s * stage.rate_hz, stage)
+        seen = seen - stage.cast.standpoints(frames, stage)
+        geometry = stage.geometry
+        world = seen @ geometry.rotation(np.zeros(3)).T @ geometry.world_rotation(np.zeros(3))
+        azimuth, elevation = _angles(world)
+        place = geometry.principal if self.place_px is None else np.asarray(self.place_px)
+        aside, above = _angles(geometry.directions(place)[None])
+        # The place's own direction from the axis: exact at the axis, and off it within a level camera's
+        # second order; two rounds of what is left over make it exact anywhere in the picture.
+        turns = np.stack([azimuth - aside, elevation - above - geometry.elevation_rad, np.zeros(len(frames))], axis=-1)
+        turns[:, 0] = np.unwrap(turns[:, 0])
+        for _ in range(3):
+            rotations = np.stack([geometry.world_rotation(turn) for turn in turns])
+            now = _angles(np.einsum("nji,j->ni", rotations, geometry.directions(place)))
+            turns[:, 0] += _near(azimuth - now[0])
+            turns[:, 1] += elevation - now[1]
+        return turns
+
+
+def _angles(vectors: Floats) -> tuple[Floats, Floats]:
+    """Azimuth to the right and elevation upwards, rad, of vectors (n, 3) x right, y down, z ahead."""
+    x, y, z = vectors.T
+    return np.arctan2(x, z), np.arctan2(-y, np.hypot(x, z))
+
+
+def _near(angles: Floats) -> Floats:
+    """The same angles within half a turn of 0."""
+    return np.asarray((angles + np.pi) % (2 * np.pi) - np.pi)
