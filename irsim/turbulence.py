@@ -132,17 +132,35 @@ def scintillation(
 
     Weak: b^2 = 0.4 * 1.23 Cn2 k^(7/6) L^(11/6) (Rytov, spherical wave). Strong turbulence saturates it:
     exp(0.49 b^2 / (1 + 0.56 b^(12/5))^(7/6) + 0.51 b^2 / (1 + 0.69 b^(12/5))^(5/6)) - 1 (Andrews & Phillips,
-    Laser Beam Propagation through Random Media, 2nd ed., 2005, ch. 9). Averaged over the aperture D by
-    1 / (1 + 0.214 (k D^2 / 4L)^(7/6)) (Churnside, Appl. Opt. 30, 1982, 1991), and by reciprocity in the same
-    way over the target.
+    Laser Beam Propagation through Random Media, 2nd ed., 2005, ch. 9). It is averaged over
+    the aperture, and by reciprocity in the same way over the target.
     """
     k = 2 * math.pi / wavelength_m
     weak = 0.4 * 1.23 * cn2 * k ** (7 / 6) * range_m ** (11 / 6)
     power = weak ** (6 / 5)
     index = math.expm1(0.49 * weak / (1 + 0.56 * power) ** (7 / 6) + 0.51 * weak / (1 + 0.69 * power) ** (5 / 6))
     for width in (aperture_m, size_m):
-        index /= 1 + 0.214 * (k * width**2 / (4 * range_m)) ** (7 / 6)
+        index *= averaging(k * width**2 / (4 * range_m))
     return index
+
+
+_LOG_RATIO = np.arange(-3.0, 4.1, 0.5) * math.log(10)
+_LOG_LOST = np.array(
+    [-5.313, -4.421, -3.546, -2.685, -1.835, -0.980, -0.096, 0.851, 1.882, 2.995, 4.175, 5.405, 6.673, 7.965, 9.274]
+)
+"""log(1/A - 1) at k D^2 / 4L of 0.001 to 10,000, by Rytov's integral for a spherical wave: sin^2(kappa^2 z (L - z) /
+(2 k L)) (2 J1(x) / x)^2 kappa^(-8/3) over kappa and z, x = kappa D z / 2L. The usual 1 / (1 + 0.214 (k D^2 /
+4L)^(7/6)) (Churnside, Appl. Opt. 30, 1982, 1991) is its end for wide apertures only."""
+
+
+def averaging(ratio: float) -> float:
+    """Aperture-averaging factor A of weak scintillation, 1 for a point, of k D^2 / 4L."""
+    if ratio == 0:
+        return 1.0
+    place = math.log(ratio)
+    # Beyond the table: the powers of its ends.
+    beyond = 7 / 6 * max(place - _LOG_RATIO[-1], 0) + 5 / 6 * min(place - _LOG_RATIO[0], 0)
+    return 1 / (1 + math.exp(float(np.interp(place, _LOG_RATIO, _LOG_LOST)) + beyond))
 
 
 def _waves(hertz: Floats, phases: Floats, seconds: Floats) -> Floats:

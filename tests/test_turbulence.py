@@ -1,0 +1,268 @@
+"""Turbulence: Fried's r0, tilt, blur and scintillation against their integrals; processes; pictures."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import integrate, optimize, special, stats
+
+from irsim.render import Renderer
+from irsim.scenario import Scenario
+from irsim.turbulence import (
+    TILT_KNEE,
+    Turbulence,
+    averaging,
+    fried_m,
+    long_exposure_rad,
+    scintillation,
+    tilt_hertz,
+    tilt_rad,
+)
+from irsim.types import Floats
+
+
+def test_r0_is_where_the_wave_structure_function_is_6_88() -> None:
+    """Spherical wave, even Cn2: D(r) = 2.914 (3/8) k^2 Cn2 L r^(5/3) (Tatarskii 1971)."""
+    cn2, path, wavelength = 3e-14, 2500.0, 4.1e-6
+    r0 = fried_m(cn2, path, wavelength)
+    k = 2 * math.pi / wavelength
+    assert 2.914 * 3 / 8 * k**2 * cn2 * path * r0 ** (5 / 3) == pytest.approx(6.88, rel=2e-3)
+
+
+def test_r0_of_an_example() -> None:
+    """Cn2 1e-14, 1 km, 1.55 um, by hand: k = 4.0537e6; 0.158625 * 1.64322e13 * 1e-11 = 26.0657; ^-0.6 = 0.14137 m."""
+    assert fried_m(1e-14, 1000.0, 1.55e-6) == pytest.approx(0.14137, rel=1e-4)
+
+
+def test_r0_grows_with_the_six_fifths_power_of_wavelength() -> None:
+    assert fried_m(1e-14, 1e3, 10e-6) / fried_m(1e-14, 1e3, 4e-6) == pytest.approx(2.5**1.2)
+
+
+def test_seeing_of_an_arc_second_is_r0_of_ten_centimetres() -> None:
+    """0.98 * 0.5 um / 0.1 m = 1.01 arc seconds full width at half maximum (the astronomers' rule)."""
+    width = long_exposure_rad(0.1, 0.5e-6) * 2.3548
+    assert math.degrees(width) * 3600 == pytest.approx(1.011, abs=0.001)
+
+
+def test_the_long_exposure_is_as_wide_as_its_transfer_function_makes_it() -> None:
+    """The Hankel transform of exp(-3.44 (lambda f / r0)^(5/3)) (Fried 1966), in units of lambda / r0."""
+
+    def brightness(angle: float) -> float:
+        found, _ = integrate.quad(
+            lambda f: f * np.exp(-3.44 * f ** (5 / 3)) * special.j0(2 * np.pi * f * angle), 0, 4, limit=200
+        )
+        return float(found)
+
+    half = optimize.brentq(lambda angle: brightness(angle) - brightness(0) / 2, 0.1, 2)
+    assert long_exposure_rad(1.0, 1.0) * math.sqrt(8 * math.log(2)) == pytest.approx(2 * half, rel=0.01)
+
+
+def test_tilt_is_the_first_zernike_mode_of_kolmogorov_phase() -> None:
+    """Phase spectrum 0.0229 r0^(-5/3) f^(-11/3), filter 4 cos^2 (J2(2 pi R f) / (pi R f))^2 (Noll 1976)."""
+    aperture, r0, wavelength = 0.3, 0.1, 4e-6
+    radius = aperture / 2
+    spectral, _ = integrate.quad(
+        lambda f: f ** (-8 / 3) * (special.jv(2, 2 * np.pi * radius * f) / (np.pi * radius * f)) ** 2,
+        1e-6,
+        400,
+        limit=2000,
+    )
+    radians = 0.0229 * r0 ** (-5 / 3) * 4 * np.pi * spectral
+    # The mode is 2 x / R on the aperture: a slope of 2 a / R rad/m, which is lambda / (2 pi) times that in angle.
+    angle = math.sqrt(radians) * 2 / radius * wavelength / (2 * math.pi)
+    assert tilt_rad(r0, aperture, wavelength) == pytest.approx(angle, rel=0.01)
+
+
+def test_blur_and_tilt_together_are_the_long_exposure() -> None:
+    strong = Turbulence(cn2=1e-12, path_m=3000, aperture_m=0.3)
+    r0 = fried_m(1e-12, 3000, 4e-6)
+    total = math.hypot(strong.blur_rms("mwir"), strong.tilt_rms("mwir"))
+    assert total == pytest.approx(long_exposure_rad(r0, 4e-6))
+    small = Turbulence(cn2=1e-14, aperture_m=0.02)
+    assert small.blur_rms("mwir") == 0
+    assert small.tilt_rms("mwir") > 0
+
+
+def rytov(aperture: float) -> float:
+    """Scintillation of a spherical wave, over Cn2 k^(7/6) L^(11/6), by Rytov's double integral.
+
+    16 pi^2 k^2 int dz int kappa 0.033 Cn2 kappa^(-11/3) sin^2(kappa^2 z (L - z) / (2 k L)) (2 J1(x) / x)^2, with
+    x = kappa D z / (2 L); lengths in units of sqrt(L / k). Fast oscillations count as their mean.
+    """
+    kappa = np.geomspace(1e-4, 1000, 60_001)
+    nodes, weights = np.polynomial.legendre.leggauss(60)
+    total = 0.0
+    for s, weight in zip((nodes + 1) / 2, weights / 2, strict=True):
+        phase = kappa**2 * s * (1 - s) / 2
+        waves = np.where(phase < 100, np.sin(np.minimum(phase, 100)) ** 2, 0.5)
+        x = kappa * aperture * s / 2
+        filtered = (2 * special.j1(x) / x) ** 2 if aperture else 1.0
+        total += weight * np.trapezoid(kappa ** (-8 / 3) * waves * filtered, kappa)
+    return float(16 * math.pi**2 * 0.033 * total)
+
+
+def test_weak_scintillation_is_rytovs() -> None:
+    cn2, distance, wavelength = 1e-16, 1500.0, 4e-6
+    k = 2 * math.pi / wavelength
+    expected = rytov(0.0) * cn2 * k ** (7 / 6) * distance ** (11 / 6)
+    assert scintillation(cn2, distance, wavelength) == pytest.approx(expected, rel=0.02)
+
+
+@pytest.mark.parametrize("widths", [0.05, 0.3, 1.0, 3.0, 8.0, 40.0])
+def test_wide_apertures_average_scintillation(widths: float) -> None:
+    """Aperture in units of sqrt(L / k), against Rytov's integral."""
+    cn2, distance, wavelength = 1e-17, 2000.0, 4e-6
+    unit = math.sqrt(distance * wavelength / (2 * math.pi))
+    share = scintillation(cn2, distance, wavelength, widths * unit) / scintillation(cn2, distance, wavelength)
+    assert share == pytest.approx(rytov(widths) / rytov(0.0), rel=0.02)
+
+
+def test_very_wide_apertures_average_as_printed() -> None:
+    """1 / (1 + 0.214 (k D^2 / 4L)^(7/6)), spherical wave (Churnside 1991)."""
+    assert averaging(1e6) == pytest.approx(1 / (0.214 * 1e6 ** (7 / 6)), rel=0.1)
+    assert averaging(0.0) == 1
+    assert averaging(1e-6) == pytest.approx(1, abs=2e-5)
+
+
+def test_scintillation_saturates_at_one() -> None:
+    found = [scintillation(cn2, 20e3, 1e-6) for cn2 in (1e-15, 1e-13, 1e-9, 1e-3)]
+    assert max(found) < 2
+    assert found[-1] == pytest.approx(1, abs=0.02)
+
+
+def test_targets_as_wide_as_a_house_do_not_twinkle() -> None:
+    assert scintillation(1e-13, 2000.0, 4e-6, size_m=10.0) < 1e-3 * scintillation(1e-13, 2000.0, 4e-6)
+
+
+def test_frequencies_of_tilt_follow_its_spectrum() -> None:
+    """A power of f^(-2/3) gives a distribution of f^(1/3) below the knee; f^(-17/3) leaves f^(-14/3) above."""
+    u = (np.arange(100_000) + 0.5) / 100_000
+    hertz = tilt_hertz(u, 7.0)
+    assert (np.diff(hertz) > 0).all()
+    for f in (0.01, 0.5, 3.0, 6.9):
+        assert (hertz < f).mean() == pytest.approx(14 / 15 * (f / 7) ** (1 / 3), abs=2e-5)
+    for f in (7.1, 10.0, 20.0):
+        assert (hertz > f).mean() == pytest.approx((f / 7) ** (-14 / 3) / 15, abs=2e-5)
+
+
+def test_tilt_has_its_strength() -> None:
+    air = Turbulence(cn2=1e-13, path_m=2000, aperture_m=0.1)
+    draws = np.concatenate([air.turns(np.arange(1.0), "mwir", 30.0, seed) for seed in range(1500)])
+    for axis in (0, 1):
+        share = np.sum(draws[:, axis] ** 2) / air.tilt_rms("mwir") ** 2
+        assert stats.chi2(1500).ppf(1e-4) < share < stats.chi2(1500).ppf(1 - 1e-4)
+    assert not draws[:, 2].any()
+    assert abs(stats.pearsonr(draws[:, 0], draws[:, 1])[0]) < 0.1
+
+
+def test_tilt_is_correlated_as_its_spectrum_says() -> None:
+    """rho(t) is the mean of cos(2 pi f t) over the spectrum: slow drift and quick shaking."""
+    air = Turbulence(cn2=1e-13, aperture_m=0.1, wind_m_s=2.0)
+    frames = np.array([0.0, 1.0, 6.0])
+    draws = np.stack([air.turns(frames, "mwir", 60.0, seed)[:, 0] for seed in range(2500)])
+    u = (np.arange(200_000) + 0.5) / 200_000
+    hertz = tilt_hertz(u, TILT_KNEE * 2.0 / 0.1)
+    for k, seconds in ((1, 1 / 60), (2, 0.1)):
+        expected = np.cos(2 * np.pi * hertz * seconds).mean()
+        found = stats.pearsonr(draws[:, 0], draws[:, k])[0]
+        assert abs(np.arctanh(found) - np.arctanh(expected)) < 4 / math.sqrt(2500)
+
+
+def test_a_frame_of_tilt_alone_is_that_in_sequence() -> None:
+    air = Turbulence(cn2=1e-13)
+    ordered = air.turns(np.arange(50.0), "lwir", 25.0, 7)
+    assert np.array_equal(air.turns(np.array([31.0]), "lwir", 25.0, 7)[0], ordered[31])
+    still = Turbulence(cn2=1e-13, wind_m_s=0).turns(np.arange(5.0), "lwir", 25.0, 7)
+    assert np.ptp(still, axis=0).max() == 0
+
+
+def test_twinkling_is_log_normal_about_one() -> None:
+    air = Turbulence(cn2=2e-15, aperture_m=0.02)
+    factors = np.array([air.twinkle(f"t{k}", 0.4, 3000.0, 0.05, "mwir", 1) for k in range(3000)])
+    index = scintillation(2e-15, 3000.0, 4e-6, 0.02, 0.05)
+    assert 0.02 < index < 0.2
+    assert abs(factors.mean() - 1) < 4 * math.sqrt(index / 3000)
+    spread = np.log(factors).std() / math.sqrt(math.log1p(index))
+    assert spread == pytest.approx(1, abs=4 / math.sqrt(2 * 3000))
+    assert np.log(factors).mean() == pytest.approx(-math.log1p(index) / 2, abs=4 * math.sqrt(index / 3000))
+
+
+def test_twinkling_changes_with_the_wind() -> None:
+    """Correlation exp(-t^2 / (2 T^2)) of the logarithm, T = sqrt(lambda L) / v = 0.1095 m / 3 m/s."""
+    air = Turbulence(cn2=2e-15, aperture_m=0.02)
+    seconds = 0.8 * math.sqrt(4e-6 * 3000) / 3.0
+    pairs = np.log(
+        [[air.twinkle(f"t{k}", t, 3000.0, 0.0, "mwir", 1) for t in (1.0, 1.0 + seconds)] for k in range(2000)]
+    )
+    found = stats.pearsonr(pairs[:, 0], pairs[:, 1])[0]
+    assert abs(np.arctanh(found) - np.arctanh(math.exp(-0.32))) < 4 / math.sqrt(2000)
+
+
+def scene(turbulence: dict[str, Any], shape: str = "point", **other: Any) -> Scenario:
+    value: dict[str, Any] = {
+        "frames": 30,
+        "camera": {"size": (96, 64), "netd_mk": 0.0, "ifov_mrad": 0.1},
+        "atmosphere": {"turbulence": turbulence},
+        "background": {"kind": "sky", "horizon_k": 20.0, "zenith_k": 20.0},
+        "targets": [
+            {
+                "id": "one",
+                "shape": {"kind": shape, "temperature_k": 400.0},
+                "path": {"kind": "straight", "start": (48.0, 32.0), "speed": 0.0, "range_m": 3000.0},
+            }
+        ],
+        **other,
+    }
+    return Scenario.model_validate(value)
+
+
+STRONG = {"cn2": 1e-13, "path_m": 5000.0, "aperture_m": 0.1}
+
+
+def centroid(light: Floats) -> Floats:
+    y, x = np.indices(light.shape)
+    total = light.sum(dtype=np.float64)
+    return np.asarray(np.array([(x * light).sum(dtype=np.float64), (y * light).sum(dtype=np.float64)]) / total)
+
+
+def test_still_air_changes_no_pixel() -> None:
+    still, none = scene({"cn2": 0.0, "aperture_m": 0.3}), scene({})
+    assert np.array_equal(Renderer(still).scene(3)[0], Renderer(none).scene(3)[0])
+    assert still.stage.psf_px == still.camera.psf_px
+
+
+def test_truth_follows_the_wandering_picture() -> None:
+    renderer = Renderer(scene(STRONG))
+    centers = []
+    for index in (0, 9, 21):
+        light, truth = renderer.scene(index)
+        assert truth.targets[0].center == pytest.approx(centroid(light), abs=0.01)
+        centers.append(truth.targets[0].center)
+    tilts = renderer.stage.air.turbulence.turns(np.arange(30.0), "mwir", 30.0, 0) / 1e-4
+    for index, center in zip((0, 9, 21), centers, strict=True):
+        assert center == pytest.approx((48 - tilts[index, 0], 32 + tilts[index, 1]), abs=1e-3)
+
+
+def test_the_picture_is_blurred_by_what_tilt_leaves() -> None:
+    stage = scene(STRONG).stage
+    blur = Turbulence(**STRONG).blur_rms("mwir") / 1e-4
+    assert blur > 0.1
+    assert stage.psf_px**2 == pytest.approx(0.6**2 + blur**2)
+
+
+def test_points_twinkle_and_bodies_do_not() -> None:
+    spreads = {}
+    for shape in ("point", "fighter"):
+        renderer = Renderer(scene({**STRONG, "cn2": 1e-14}, shape, background=scene({}).background))
+        totals = [float(renderer.scene(index)[0].sum(dtype=np.float64)) for index in range(0, 30, 3)]
+        spreads[shape] = np.std(totals) / np.mean(totals)
+    assert spreads["point"] > 0.05
+    assert spreads["fighter"] < 0.01
+
+
+def test_turbulence_is_switched_off_by_name() -> None:
+    off = scene(STRONG, without=["turbulence"])
+    assert np.array_equal(Renderer(off).scene(3)[0], Renderer(scene({})).scene(3)[0])
