@@ -3,9 +3,10 @@
 from irsim.backgrounds.base import Background, Gaze, Layer
 from irsim.backgrounds.ground import Ground
 from irsim.backgrounds.landscape import Landscape
+from irsim.backgrounds.sea import Sea
 from irsim.backgrounds.sky import Sky
 from irsim.kinds import Family
 
-BACKGROUNDS = Family("background", Background, {"sky": Sky, "ground": Ground, "landscape": Landscape})
+BACKGROUNDS = Family("background", Background, {"sky": Sky, "ground": Ground, "landscape": Landscape, "sea": Sea})
 
-__all__ = ["BACKGROUNDS", "Background", "Gaze", "Ground", "Landscape", "Layer", "Sky"]
+__all__ = ["BACKGROUNDS", "Background", "Gaze", "Ground", "Landscape", "Layer", "Sea", "Sky"]

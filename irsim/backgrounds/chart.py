@@ -41,7 +41,7 @@ def _lagrange(nodes: Floats, places: Floats) -> Floats:
 @lru_cache(maxsize=16)
 def _basis(length: int, margin: int) -> Floats:
     """(length + 2 margin, NODES) float32: the basis at every pixel."""
-    return _lagrange(_nodes(length, margin), np.arange(-margin, length + margin)).astype(np.float32)
+    return _lagrange(_nodes(length, margin), np.arange(float(-margin), length + margin)).astype(np.float32)
 
 
 def _product(left: Floats, right: Floats) -> Floats:

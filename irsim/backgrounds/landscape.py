@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import cv2
 import numpy as np
@@ -191,12 +191,20 @@ class Country:
         return self._last[1]
 
 
+class Hides(Protocol):
+    """What hides the lower part of the sky."""
+
+    def sky_left(self, gaze: Gaze) -> Floats:
+        """(rows, cols): the share of each pixel that it leaves to the sky."""
+        ...
+
+
 @dataclass(frozen=True, eq=False)
 class Above:
-    """A cloud layer that the ground hides."""
+    """A cloud layer that the ground or the sea hides."""
 
     layer: Layer
-    country: Country
+    country: Hides
 
     @property
     def name(self) -> str:

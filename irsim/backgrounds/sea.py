@@ -1,0 +1,235 @@
+"""The sea under a sky: waves that travel, the sky's reflection in them, and the sun's glint."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Annotated
+
+import cv2
+import numpy as np
+from pydantic import Field
+
+from irsim.backgrounds.base import FARTHEST, Gaze, Layer
+from irsim.backgrounds.fields import spectral
+from irsim.backgrounds.landscape import Above
+from irsim.backgrounds.sky import ClearSky, Sky
+from irsim.kinds import Fraction, Kelvin, Positive
+from irsim.radiometry import Band, limits, radiance
+from irsim.rng import normals, stream
+from irsim.stage import Stage
+from irsim.types import Floats
+
+GRAVITY = 9.81
+"""m/s2."""
+
+INDEX = {4.0: (1.351, 0.0046), 10.0: (1.218, 0.0508)}
+"""Complex refractive index (n, k) of water at wavelengths in um (Hale and Querry 1973, table I)."""
+
+SUN_K, SUN_SR = 5772.0, 6.8e-5
+"""The sun as a black body (IAU 2015) and its solid angle."""
+
+TILE, PER_WAVE = 512, 16
+"""Side of a wave texture, texels, and texels for each wavelength at its middle."""
+
+BANDS = 6
+"""Octaves of waves that are drawn, from the longest; shorter ones roughen the surface within a pixel."""
+
+OCTAVES = 12
+"""Octaves that share the slopes' variance alike: from tens of metres to centimetres."""
+
+STEPS = 4096
+"""Of the tables of angle."""
+
+
+def reflectance(band: Band, grazing_rad: Floats) -> Floats:
+    """Of smooth water for unpolarised light at a grazing angle (Fresnel), 0..1."""
+    low, high = limits(band)
+    n, k = INDEX[min(INDEX, key=lambda um: abs(um - (low + high) / 2))]
+    cosine = np.sin(grazing_rad) + 0j
+    inner = np.sqrt((n + 1j * k) ** 2 - 1 + cosine**2)
+    across = (cosine - inner) / (cosine + inner)
+    along = ((n + 1j * k) ** 2 * cosine - inner) / ((n + 1j * k) ** 2 * cosine + inner)
+    return np.asarray((np.abs(across) ** 2 + np.abs(along) ** 2) / 2)
+
+
+def slope_variance(wind_m_s: float) -> float:
+    """Mean square slope of the sea, both axes together, at a wind at 12.5 m height (Cox and Munk 1954)."""
+    return 0.003 + 0.00512 * wind_m_s
+
+
+def longest_wave(wind_m_s: float) -> float:
+    """Wavelength, m, at the peak of a full sea: w = 0.877 g / U (Pierson and Moskowitz 1964), k = w^2 / g."""
+    return float(2 * np.pi * wind_m_s**2 / (0.877**2 * GRAVITY))
+
+
+class Sea(Sky):
+    """The sea to the horizon under a sky; with `wind_m_s: 0` it is a mirror."""
+
+    camera_height_m: Positive = 15.0
+    """Height of the camera above the water, m."""
+    water_k: Kelvin = 288.0
+    """Temperature of the water, K."""
+    wind_m_s: Annotated[float, Field(ge=0, le=25)] = 6.0
+    """Wind, m/s: it makes the waves' slopes and the length of the longest."""
+    wind_deg: float = 200.0
+    """Where the waves run: clockwise from straight away from the camera, degrees."""
+    gusts: Fraction = 0.3
+    """Standard deviation of the slopes from place to place and time to time, as a share of their mean."""
+    sun_deg: Annotated[tuple[float, float], Field(strict=False)] | None = None
+    """[azimuth right of the first pointing, elevation] of a sun that glints, degrees; none where not given."""
+
+    def layers(self, stage: Stage) -> Sequence[Layer]:
+        sky, *clouds = super().layers(stage)
+        water = Water(self, sky, stage)
+        return [water, *(Above(layer, water) for layer in clouds)]
+
+
+class Water:
+    """The opaque layer: the clear sky, and the sea below the horizon."""
+
+    name = "sea"
+    range_m = FARTHEST
+
+    def __init__(self, sea: Sea, sky: Layer, stage: Stage) -> None:
+        self._sea, self._sky, self._stage = sea, sky, stage
+        self._waves = [_Waves(sea, number, stage.seed) for number in range(BANDS)] if sea.wind_m_s else []
+        self._gusts = spectral(TILE, 3.0, None, TILE / 8, 1.0, stage.seed, "gusts")
+        angles = np.linspace(0, np.pi / 2, STEPS)
+        self._reflected = reflectance(stage.band, angles).astype(np.float32)[:, None]
+        above = sky.radiance(angles) if isinstance(sky, ClearSky) else np.zeros(STEPS)
+        self._heaven = above.astype(np.float32)[:, None]
+
+    def sky_left(self, gaze: Gaze) -> Floats:
+        """(rows, cols): the share of each pixel above the horizon."""
+        chart = gaze.chart
+        edge = chart.spread(self._stage.geometry.elevation_rad / self._stage.geometry.ifov_rad - chart.v)
+        soft = max(self._stage.psf_px, 0.3)
+        return np.asarray(np.clip(edge / (2.5 * soft) + 0.5, 0, 1), dtype=np.float32)
+
+    def light(self, gaze: Gaze) -> tuple[None, Floats]:
+        above = self._sky.light(gaze)[1]
+        left = self.sky_left(gaze)
+        rows = np.flatnonzero(left.min(axis=1) < 1)
+        if not len(rows):
+            return None, above
+        seen = slice(rows[0], None)
+        light = above.copy()
+        light[seen] = above[seen] * left[seen] + (1 - left[seen]) * self._water(gaze, seen)
+        return None, light
+
+    def _water(self, gaze: Gaze, seen: slice) -> Floats:
+        """Radiance of the rows `seen`, drawn as if they were all water."""
+        sea, geometry, chart = self._sea, self._stage.geometry, gaze.chart
+        unit = geometry.ifov_rad
+        azimuth = (chart.spread(chart.u)[seen] * np.float32(unit / np.cos(geometry.elevation_rad))).astype(np.float32)
+        down = np.maximum(chart.spread(chart.v)[seen] * np.float32(unit) - np.float32(geometry.elevation_rad), unit / 4)
+        x, y, z = gaze.place
+        distance = max(sea.camera_height_m - y, 0.1) / np.tan(down)
+        right = (distance * np.sin(azimuth) + x).astype(np.float32)
+        ahead = (distance * np.cos(azimuth) + z).astype(np.float32)
+        footprint = distance * unit / np.sin(down)  # of a pixel, along the line of sight, m
+        across, along, rest = self._slopes(right, ahead, footprint, gaze.time)
+        # Facets that lean away are hidden by those before them: at grazing angles what is seen leans
+        # towards the camera by about the slopes' spread.
+        grazing = np.abs(down + along + 0.5 * np.sqrt(rest))
+        reflected = _looked_up(self._reflected, grazing)
+        heaven = _looked_up(self._heaven, np.abs(2 * grazing - down))
+        light = reflected * heaven + (1 - reflected) * np.float32(radiance(self._stage.band, sea.water_k))
+        if sea.sun_deg is not None:
+            light = light + self._glint(azimuth, down, across, along, rest)
+        if self._stage.psf_px:
+            light = cv2.GaussianBlur(light, (0, 0), self._stage.psf_px, borderType=cv2.BORDER_REPLICATE)
+        return np.asarray(light, dtype=np.float32)
+
+    def _slopes(self, right: Floats, ahead: Floats, footprint: Floats, time: float) -> tuple[Floats, Floats, Floats]:
+        """Slopes to the right and towards the camera, and the variance of what is too fine to be drawn."""
+        variance = slope_variance(self._sea.wind_m_s) / 2 if self._sea.wind_m_s else 0.0  # of each axis
+        rest = np.full_like(right, variance)
+        slopes = [np.zeros_like(right), np.zeros_like(right)]
+        for waves in self._waves:
+            seen = 1 / (1 + (2 * footprint / waves.length_m) ** 2)  # how much of it a pixel resolves
+            rest -= variance / OCTAVES * seen**2
+            for slope, wave in zip(slopes, waves.at(right, ahead, time), strict=True):
+                slope += math.sqrt(variance / OCTAVES) * seen * wave
+        if self._sea.gusts and self._waves:
+            # Gusts of some hundred metres run with the wind.
+            texel = 400.0 / (TILE / 8)
+            angle = math.radians(self._sea.wind_deg)
+            run = self._sea.wind_m_s * time
+            gust = _sampled(
+                self._gusts, (right - run * math.sin(angle)) / texel, (ahead - run * math.cos(angle)) / texel
+            )
+            factor = np.maximum(1 + self._sea.gusts * gust, 0.1)
+            slopes = [slope * factor for slope in slopes]
+            rest = rest * factor**2
+        return slopes[0], slopes[1], rest
+
+    def _glint(self, azimuth: Floats, down: Floats, across: Floats, along: Floats, rest: Floats) -> Floats:
+        """Sunlight that facets too fine to be drawn send here: rho E p(slope) / (4 sin d cos^4 tilt) (Cox and Munk)."""
+        assert self._sea.sun_deg is not None
+        where, height = (math.radians(angle) for angle in self._sea.sun_deg)
+        # Half way between the directions to the sun and to the camera stands the facet's normal.
+        right = math.cos(height) * math.sin(where) - np.cos(down) * np.sin(azimuth)
+        ahead = math.cos(height) * math.cos(where) - np.cos(down) * np.cos(azimuth)
+        up = math.sin(height) + np.sin(down)
+        tilt_right, tilt_near = -right / up, ahead / up
+        rest = np.maximum(rest, 1e-5)
+        density = np.exp(-((tilt_right - across) ** 2 + (tilt_near - along) ** 2) / (2 * rest)) / (2 * np.pi * rest)
+        sun = float(radiance(self._stage.band, SUN_K)) * SUN_SR
+        bounce = _looked_up(self._reflected, np.full_like(down, max(height, 0.02)))
+        steep = (1 + tilt_right**2 + tilt_near**2) ** 2
+        # Facets hide each other at grazing angles: what is seen of them does not grow beyond their spread.
+        seen = np.sin(down) + 0.5 * math.sqrt(slope_variance(self._sea.wind_m_s) / 2)
+        return np.asarray(bounce * sun * density * steep / (4 * seen), dtype=np.float32)
+
+
+class _Waves:
+    """An octave of waves: two trains, twenty degrees to either side of the wind, each with its own groups."""
+
+    def __init__(self, sea: Sea, number: int, seed: int) -> None:
+        self.length_m = longest_wave(sea.wind_m_s) / 2**number
+        self._speed = math.sqrt(GRAVITY * self.length_m / (2 * math.pi))  # of deep water
+        self._angles = [math.radians(sea.wind_deg + side) for side in (-20.0, 20.0)]
+        self._trains = [_train(seed, number, side) for side in range(2)]
+        draw = stream(seed, "waves", number)
+        self._starts = draw.uniform(0, TILE, (2, 2)).tolist()
+
+    def at(self, right: Floats, ahead: Floats, time: float) -> tuple[Floats, Floats]:
+        """Slopes to the right and towards the camera, each axis of variance 1 if waves ran all ways, (rows, cols)."""
+        per_m = PER_WAVE / self.length_m
+        across, along = np.zeros_like(right), np.zeros_like(right)
+        for angle, train, start in zip(self._angles, self._trains, self._starts, strict=True):
+            sine, cosine = math.sin(angle), math.cos(angle)
+            run = (right * sine + ahead * cosine - self._speed * time) * per_m + start[0]
+            beside = (right * cosine - ahead * sine) * per_m + start[1]
+            wave = _sampled(train, beside, run)
+            across += wave * sine
+            along -= wave * cosine
+        return across, along
+
+
+def _train(seed: int, number: int, side: int) -> Floats:
+    """(TILE, TILE) periodic waves that run along the rows' axis, PER_WAVE texels long, long-crested; variance 1."""
+    fx, fy = np.fft.rfftfreq(TILE)[None, :], np.fft.fftfreq(TILE)[:, None]
+    length = np.hypot(fx, fy) * PER_WAVE
+    with np.errstate(divide="ignore"):
+        octave = np.exp(-0.5 * (np.log2(np.maximum(length, 1e-9)) / 0.4) ** 2)
+    spread = np.exp(-0.5 * (np.arctan2(fx, np.abs(fy)) / np.radians(25)) ** 2)
+    white = np.fft.rfft2(normals((TILE, TILE), seed, "waves", number, side))
+    field = np.fft.irfft2(white * octave * spread, s=(TILE, TILE))
+    return np.asarray(field / field.std(), dtype=np.float32)
+
+
+def _sampled(texture: Floats, columns: Floats, rows: Floats) -> Floats:
+    """A periodic texture at places (any size) between its texels."""
+    side = texture.shape[0]
+    wide = cv2.copyMakeBorder(texture, 0, 1, 0, 1, cv2.BORDER_WRAP)
+    x, y = ((at - np.floor(at / side) * side).astype(np.float32) for at in (columns, rows))
+    return np.asarray(cv2.remap(wide, x, y, cv2.INTER_LINEAR))
+
+
+def _looked_up(table: Floats, angle: Floats) -> Floats:
+    """A table over 0 .. pi/2 at angles (rows, cols)."""
+    rows = np.minimum(angle * np.float32((STEPS - 1) / (np.pi / 2)), STEPS - 1).astype(np.float32)
+    return np.asarray(cv2.remap(table, np.zeros_like(rows), rows, cv2.INTER_LINEAR))

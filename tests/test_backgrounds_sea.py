@@ -1,0 +1,115 @@
+"""The sea: reflectance and slopes against printed figures, waves that travel, the horizon, glint."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from irsim.backgrounds import Gaze, Sea
+from irsim.backgrounds.chart import Chart
+from irsim.backgrounds.sea import GRAVITY, PER_WAVE, _train, longest_wave, reflectance, slope_variance
+from irsim.geometry import Geometry
+from irsim.radiometry import radiance, temperature
+from irsim.stage import Stage
+
+
+def stage(elevation_deg: float = 0.0, size: tuple[int, int] = (161, 121), seed: int = 1) -> Stage:
+    return Stage(seed, Geometry(size, 0.5e-3, math.radians(elevation_deg)), 30.0, "lwir", 0.0)
+
+
+def gaze(scene: Stage, time: float = 0.0, turn: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Gaze:
+    return Gaze(time, Chart.at(scene.geometry, scene.geometry.world_rotation(np.array(turn))))
+
+
+def test_reflectance_of_water() -> None:
+    """At normal incidence ((n - 1)^2 + k^2) / ((n + 1)^2 + k^2), at grazing incidence 1."""
+    for band, n, k in (("mwir", 1.351, 0.0046), ("lwir", 1.218, 0.0508)):
+        expected = ((n - 1) ** 2 + k**2) / ((n + 1) ** 2 + k**2)
+        assert float(reflectance(band, np.array(np.pi / 2))) == pytest.approx(expected, rel=1e-6)  # type: ignore[arg-type]
+        assert float(reflectance(band, np.array(0.0))) == pytest.approx(1)  # type: ignore[arg-type]
+    angles = np.linspace(0.01, np.pi / 2, 50)
+    assert np.all(np.diff(reflectance("mwir", angles)) < 0)
+
+
+def test_printed_figures_of_the_sea() -> None:
+    """Cox and Munk: 0.0542 at 10 m/s. Pierson and Moskowitz: at 10 m/s the peak has a period of 7.3 s, so 83 m."""
+    assert slope_variance(10.0) == pytest.approx(0.0542, abs=1e-4)
+    period = 2 * math.pi * 10 / (0.877 * GRAVITY)
+    assert period == pytest.approx(7.3, abs=0.01)
+    assert longest_wave(10.0) == pytest.approx(GRAVITY * period**2 / (2 * math.pi), rel=1e-12)
+
+
+def test_waves_are_as_long_as_they_say() -> None:
+    power = np.mean([np.abs(np.fft.fft2(_train(seed, 0, 0))) ** 2 for seed in range(4)], axis=0)
+    line = power.sum(axis=1)[: len(power) // 2]
+    assert len(power) / np.argmax(line) == pytest.approx(PER_WAVE, rel=0.25)
+    assert power.sum(axis=1)[20:50].sum() > 3 * power.sum(axis=0)[20:50].sum()  # crests lie across the way
+
+
+def test_above_the_horizon_is_sky_and_still_water_mirrors_it() -> None:
+    """Without wind, at grazing angle d: rho(d) of the sky at d above the horizon and 1 - rho(d) of the water."""
+    scene = stage()
+    sea = Sea(wind_m_s=0, horizon_k=270, zenith_k=270, water_k=290)
+    (water,) = sea.layers(scene)
+    light = water.light(gaze(scene))[1]
+    assert temperature("lwir", light[:59, 80]) == pytest.approx(270, abs=0.01)
+    share = reflectance("lwir", np.arctan((np.arange(64, 121) - 60) * 0.5e-3))
+    expected = share * radiance("lwir", 270) + (1 - share) * radiance("lwir", 290)
+    assert light[64:, 80] == pytest.approx(expected, rel=2e-3)
+
+
+def test_waves_travel_and_change_and_any_frame_stands_alone() -> None:
+    scene = stage(elevation_deg=-3.0)
+    sea = Sea(wind_m_s=5.0)
+    (water,) = sea.layers(scene)
+    frames = [water.light(gaze(scene, t))[1] for t in (0.0, 1 / 30, 2.0, 60.0)]
+    (other,) = sea.layers(scene)
+    assert np.array_equal(other.light(gaze(scene, 2.0))[1], frames[2])
+    parts = [frame[60:].ravel() - frame[60:].mean() for frame in frames]
+
+    def alike(a: int, b: int) -> float:
+        return float(np.corrcoef(parts[a], parts[b])[0, 1])
+
+    assert alike(0, 1) > 0.9
+    assert alike(0, 2) < alike(0, 1)
+    assert abs(alike(0, 3)) < 0.5
+    assert frames[3].std() == pytest.approx(frames[0].std(), rel=0.5)
+
+
+def test_more_wind_makes_more_clutter() -> None:
+    scene = stage(elevation_deg=-3.0)
+    spreads = [Sea(wind_m_s=wind).layers(scene)[0].light(gaze(scene))[1][40:].std() for wind in (0.0, 3.0, 12.0)]
+    assert spreads[0] < spreads[1] < spreads[2]
+
+
+def test_the_sun_glints_below_where_it_stands() -> None:
+    scene = stage(elevation_deg=-3.0, size=(321, 121))
+    dark = Sea(wind_m_s=4.0).layers(scene)[0].light(gaze(scene))[1]
+    for azimuth in (-3.0, 2.0):
+        lit = Sea(wind_m_s=4.0, sun_deg=(azimuth, 12.0)).layers(scene)[0].light(gaze(scene))[1]
+        gain = (lit - dark)[40:].sum(axis=0)
+        assert gain.min() >= 0
+        middle = float(gain @ np.arange(321) / gain.sum())
+        assert (middle - 160) * azimuth > 0  # on the sun's side
+
+
+def test_the_sea_turns_with_the_camera() -> None:
+    scene = stage(elevation_deg=-2.0, size=(321, 121))
+    (water,) = Sea().layers(scene)
+    still, turned = (water.light(gaze(scene, turn=(angle, 0.0, 0.0)))[1] for angle in (0.0, 4e-3))
+    near = slice(90, 121)
+    assert np.corrcoef(turned[near, :-8].ravel(), still[near, 8:].ravel())[0, 1] > 0.98
+
+
+def test_the_sea_hides_clouds_below_the_horizon() -> None:
+    scene = stage()
+    sea = Sea.model_validate({"clouds": ({"coverage": 0.999, "depth": 100.0},)})
+    water, cloud = sea.layers(scene)
+    seen = gaze(scene)
+    water.light(seen)
+    passed, _ = cloud.light(seen)
+    assert passed is not None
+    assert passed[63:].min() == 1
+    assert passed[:57].mean() < 0.1
