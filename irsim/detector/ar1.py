@@ -13,6 +13,8 @@ from pydantic_core import PydanticCustomError
 
 from irsim.detector.base import Additive, Moment, Ratio, read_only
 from irsim.detector.bridge import Bridge
+from irsim.detector.response import Response
+from irsim.detector.scratch import scratch
 from irsim.rng import normals
 from irsim.types import Floats
 
@@ -53,6 +55,16 @@ class Ar1(Additive):
         drawn = _process(self.decay(moment.rate_hz), shape, moment.seed, self.name).frame(moment.index)
         return drawn if self.ratio == 1 else drawn * np.float32(self.ratio)
 
+    def add(self, signal: Floats, response: Response, moment: Moment) -> None:
+        if self.over != "pixel":
+            super().add(signal, response, moment)
+            return
+        process = _process(self.decay(moment.rate_hz), moment.shape, moment.seed, self.name)
+        drawn = process.frame(moment.index)
+        if self.ratio != 1:
+            drawn = np.multiply(drawn, np.float32(self.ratio), out=scratch(moment.shape, "drawn"))
+        cv2.scaleAdd(drawn, response.noise, signal, dst=signal)
+
     def spread(self, moment: Moment, fixed: bool) -> float:
         return self.ratio**2
 
@@ -89,4 +101,5 @@ class Process(Bridge[Floats]):
         weight = 0.5 / math.cosh(self.decay * distance)
         spread = math.sqrt(math.tanh(self.decay * distance))
         mean = cv2.addWeighted(before, weight, after, weight, 0)
-        return read_only(np.asarray(cv2.scaleAdd(self.anchor(index), spread, mean, dst=mean)))
+        drawn = normals(self.shape, self.seed, *self.address, index, out=scratch(self.shape, "bridge"))
+        return read_only(np.asarray(cv2.scaleAdd(drawn, spread, mean, dst=mean)))

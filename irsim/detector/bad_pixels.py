@@ -104,7 +104,9 @@ def places(shape: tuple[int, int], share: float, cluster: float, seed: int, name
         while len(members) < size:
             row, column = members[int(draws.integers(len(members)))]
             down, right = ((0, 1), (0, -1), (1, 0), (-1, 0))[int(draws.integers(4))]
-            members.append((min(max(row + down, 0), rows - 1), min(max(column + right, 0), columns - 1)))
+            beside = (min(max(row + down, 0), rows - 1), min(max(column + right, 0), columns - 1))
+            if beside not in members:
+                members.append(beside)
         found.update(dict.fromkeys(row * columns + column for row, column in members))
     return np.array(list(found), np.intp)
 

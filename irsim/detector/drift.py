@@ -13,6 +13,7 @@ from pydantic import Field
 from irsim.detector.ar1 import Over, Process, over
 from irsim.detector.base import Moment, Noise, Ratio, read_only
 from irsim.detector.response import Response
+from irsim.detector.scratch import scratch
 from irsim.kinds import Fraction, NotNegative
 from irsim.types import Floats
 
@@ -43,7 +44,8 @@ class Drift(Noise):
 
     def respond(self, signal: Floats, response: Response, moment: Moment) -> None:
         if self.gain:
-            gain = np.ones(moment.shape, np.float32)
+            gain = scratch(moment.shape, "gain")
+            gain.fill(1)
             for scale, drawn in self._sum("gain", "pixel", moment):
                 cv2.scaleAdd(drawn, self.gain * scale, gain, dst=gain)
             cv2.multiply(signal, gain, dst=signal)

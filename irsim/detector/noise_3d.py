@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import lru_cache
 
+import cv2
 import numpy as np
+import numpy.typing as npt
 
 from irsim.detector.base import Additive, Moment, Ratio, read_only
+from irsim.detector.response import Response
+from irsim.detector.scratch import scratch
 from irsim.rng import normals
 from irsim.types import Floats
 
@@ -35,24 +40,33 @@ class Noise3d(Additive):
     """Sigma from pixel to pixel, anew in each frame."""
 
     def pattern(self, moment: Moment) -> Floats:
-        stays = _fixed(moment.shape, moment.seed, self.name, self.v, self.h, self.vh)
-        rows, columns = moment.shape
-        lines = self._drawn("t", (1, 1), moment) + self._drawn("th", (1, columns), moment)
-        lines = lines + self._drawn("tv", (rows, 1), moment)
+        pattern = np.array(_fixed(moment.shape, moment.seed, self.name, self.v, self.h, self.vh))
+        for drawn in self._lines(moment):
+            pattern = pattern + drawn
         if not self.tvh:
-            return stays + lines
-        pattern = normals(moment.shape, moment.seed, "noise", self.name, "tvh", moment.index)
-        np.multiply(pattern, np.float32(self.tvh), out=pattern)
-        for added in (stays, lines):
-            if added.any():
-                np.add(pattern, added, out=pattern)
-        return pattern
+            return pattern
+        return pattern + np.float32(self.tvh) * self._pixels(moment, None)
 
-    def _drawn(self, term: str, shape: tuple[int, int], moment: Moment) -> Floats:
-        sigma = getattr(self, term)
-        if not sigma:
-            return np.zeros((1, 1), np.float32)
-        return normals(shape, moment.seed, "noise", self.name, term, moment.index) * np.float32(sigma)
+    def add(self, signal: Floats, response: Response, moment: Moment) -> None:
+        for pattern in (_fixed(moment.shape, moment.seed, self.name, self.v, self.h, self.vh), *self._lines(moment)):
+            if pattern.shape == moment.shape:
+                cv2.scaleAdd(pattern, response.noise, signal, dst=signal)
+            else:
+                np.add(signal, pattern * np.float32(response.noise), out=signal)
+        if self.tvh:
+            drawn = self._pixels(moment, scratch(moment.shape, "drawn"))
+            cv2.scaleAdd(drawn, self.tvh * response.noise, signal, dst=signal)
+
+    def _lines(self, moment: Moment) -> Iterator[Floats]:
+        """The terms t, tv and th, where they are not 0."""
+        rows, columns = moment.shape
+        for term, shape in (("t", (1, 1)), ("tv", (rows, 1)), ("th", (1, columns))):
+            sigma = getattr(self, term)
+            if sigma:
+                yield normals(shape, moment.seed, "noise", self.name, term, moment.index) * np.float32(sigma)
+
+    def _pixels(self, moment: Moment, out: npt.NDArray[np.float32] | None) -> Floats:
+        return normals(moment.shape, moment.seed, "noise", self.name, "tvh", moment.index, out=out)
 
     def spread(self, moment: Moment, fixed: bool) -> float:
         changing = self.t**2 + self.tv**2 + self.th**2 + self.tvh**2

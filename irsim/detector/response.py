@@ -57,12 +57,16 @@ class Response:
         """The highest signal that can be told: that of a full well or of the highest count."""
         return min(self.well, (self.full - self.offset) * self.gain)
 
-    def signal(self, light: Floats) -> Floats:
-        """A fresh float32 array: the noiseless signal of in-band radiance (rows, cols) float32, W/m2/sr."""
-        if not self.root:
-            return np.asarray(cv2.addWeighted(light, self.linear, light, 0, self.zero))
-        signal = cv2.sqrt(np.maximum(light, np.float32(0)))
-        return np.asarray(cv2.addWeighted(light, self.linear, signal, self.root, self.zero, dst=signal))
+    def signal(self, light: Floats, out: Floats | None = None) -> Floats:
+        """The noiseless signal of in-band radiance (rows, cols) float32, W/m2/sr; into `out` where it is given."""
+        signal = np.empty_like(light) if out is None else out
+        if self.root:
+            np.maximum(light, np.float32(0), out=signal)
+            cv2.sqrt(signal, dst=signal)
+            cv2.addWeighted(light, self.linear, signal, self.root, self.zero, dst=signal)
+        else:
+            cv2.addWeighted(light, self.linear, light, 0, self.zero, dst=signal)
+        return signal
 
     def counts(self, signal: Floats) -> npt.NDArray[np.uint16]:
         """uint16 counts of a signal, which is changed.

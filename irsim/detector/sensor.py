@@ -12,6 +12,7 @@ from irsim.detector.base import Moment, Noise
 from irsim.detector.bloom import Bloom
 from irsim.detector.correction import Correction
 from irsim.detector.response import Response
+from irsim.detector.scratch import scratch
 from irsim.types import Floats
 
 
@@ -45,7 +46,8 @@ class Sensor:
 
         Counts are rounded to the nearest (halves to even) and clipped to the depth of the detector.
         """
-        signal, moment = self._signal(light), self.moment(index, light.shape)
+        signal = self._signal(light, scratch(light.shape, "signal"))
+        moment = self.moment(index, light.shape)
         for noise in self.noises:
             noise.respond(signal, self.response, moment)
         self._saturate(signal)
@@ -74,8 +76,10 @@ class Sensor:
         variance[silent] = np.inf
         return variance
 
-    def _signal(self, light: Floats) -> Floats:
-        return self.response.signal(light if self.falloff is None else light * self.falloff)
+    def _signal(self, light: Floats, out: Floats | None = None) -> Floats:
+        if self.falloff is not None:
+            light = np.multiply(light, self.falloff, out=scratch(light.shape, "light"))
+        return self.response.signal(light, out)
 
     def _held(self, light: Floats) -> Floats:
         signal = self._signal(light)

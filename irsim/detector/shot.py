@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import cv2
 import numpy as np
 
 from irsim.detector.base import Moment, Noise
 from irsim.detector.response import Response
+from irsim.detector.scratch import scratch
 from irsim.rng import bits, normals
 from irsim.types import Floats
 
@@ -28,10 +27,11 @@ class Shot(Noise):
         return True
 
     def add(self, signal: Floats, response: Response, moment: Moment) -> None:
-        drawn = normals(moment.shape, moment.seed, "noise", self.name, moment.index)
+        buffer = scratch(moment.shape, "drawn")
+        drawn = normals(moment.shape, moment.seed, "noise", self.name, moment.index, out=buffer)
         least, most = cv2.minMaxLoc(signal)[:2]
         low = signal < EXACT_E if least < EXACT_E else None
-        sigma = np.add(signal, np.float32(response.read**2), out=_scratch(moment.shape))
+        sigma = np.add(signal, np.float32(response.read**2), out=scratch(moment.shape, "sigma"))
         if most >= response.well:
             sigma[signal >= response.well] = response.read**2
         if low is not None:
@@ -45,12 +45,6 @@ class Shot(Noise):
 
     def variance(self, signal: Floats, response: Response, moment: Moment, fixed: bool) -> Floats | float:
         return np.maximum(signal, 0).astype(np.float64) + response.read**2
-
-
-@lru_cache(maxsize=2)
-def _scratch(shape: tuple[int, int]) -> Floats:
-    """A buffer that is kept, as a fresh one costs page faults; what it holds means nothing."""
-    return np.empty(shape, np.float32)
 
 
 def poisson(means: Floats, uniform: Floats) -> Floats:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
+import numpy.typing as npt
 
 from irsim.detector.base import Additive, Moment, Ratio
+from irsim.detector.response import Response
+from irsim.detector.scratch import scratch
 from irsim.rng import normals
 from irsim.types import Floats
 
@@ -16,7 +20,14 @@ class White(Additive):
     """Sigma in units of the camera's NETD."""
 
     def pattern(self, moment: Moment) -> Floats:
-        drawn = normals(moment.shape, moment.seed, "noise", self.name, moment.index)
+        return self._draw(moment, None)
+
+    def add(self, signal: Floats, response: Response, moment: Moment) -> None:
+        drawn = self._draw(moment, scratch(moment.shape, "drawn"))
+        cv2.scaleAdd(drawn, response.noise, signal, dst=signal)
+
+    def _draw(self, moment: Moment, out: npt.NDArray[np.float32] | None) -> Floats:
+        drawn = normals(moment.shape, moment.seed, "noise", self.name, moment.index, out=out)
         return np.multiply(drawn, np.float32(self.ratio), out=drawn)
 
     def spread(self, moment: Moment, fixed: bool) -> float:

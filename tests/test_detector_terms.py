@@ -1,0 +1,250 @@
+"""Noise terms one by one: 3-D noise, drift, bad pixels, odd and even lines, lines and levels with memory."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import ndimage, stats
+
+from irsim.detector import Ar1, BadPixels, Drift, Moment, Noise, Noise3d, OddEven
+from irsim.detector.bad_pixels import Telegraph, places
+from irsim.detector.response import Electrons, Response, Setting
+from irsim.types import Floats
+
+SHAPE = (120, 160)
+RATE_HZ = 30.0
+LEVEL = 2e6
+
+
+def at(index: int, shape: tuple[int, int] = SHAPE, seed: int = 1) -> Moment:
+    return Moment(index, shape, RATE_HZ, seed)
+
+
+def response() -> Response:
+    return Electrons().response(Setting("mwir", 14, 40.0, (220.0, 400.0)))
+
+
+def effect(noise: Noise, moment: Moment, level: float = LEVEL) -> Floats:
+    """What a noise makes of an even picture, less that picture, in units of NETD."""
+    made = response()
+    signal = np.full(moment.shape, level, np.float32)
+    for step in (noise.respond, noise.add, noise.replace):
+        step(signal, made, moment)
+    return (signal.astype(np.float64) - level) / made.noise
+
+
+# 3-D noise
+
+TERMS = {"t": 0.7, "v": 1.1, "h": 0.6, "tv": 0.9, "th": 0.5, "vh": 1.3, "tvh": 2.0}
+
+
+def mean_squares(cube: Floats) -> dict[str, float]:
+    """Mean squares of the seven effects of a crossed layout frames x rows x columns (Scheffe 1959, ch. 4)."""
+    sizes = dict(zip("tvh", cube.shape, strict=True))
+    axes = {"t": 0, "v": 1, "h": 2}
+
+    def mean_over(names: str) -> Floats:
+        return np.asarray(cube.mean(axis=tuple(axes[name] for name in names), keepdims=True))
+
+    found = {}
+    for term in TERMS:
+        effect_of = np.zeros((1, 1, 1))
+        for count in range(len(term) + 1):
+            for part in itertools.combinations(term, count):
+                others = "".join(name for name in "tvh" if name not in part)
+                effect_of = effect_of + (-1) ** (len(term) - count) * mean_over(others)
+        freedom = math.prod(sizes[name] - 1 for name in term)
+        repeats = math.prod(sizes[name] for name in "tvh" if name not in term)
+        found[term] = float((effect_of**2).sum()) * repeats / freedom
+    return found
+
+
+def expected_squares(sizes: dict[str, int]) -> dict[str, float]:
+    """Of the effect of a term: the variances of all terms that hold it, each times its repeats."""
+    return {
+        term: sum(
+            sigma**2 * math.prod(sizes[name] for name in "tvh" if name not in other)
+            for other, sigma in TERMS.items()
+            if set(term) <= set(other)
+        )
+        for term in TERMS
+    }
+
+
+def test_seven_terms_have_the_seven_sigmas() -> None:
+    """Each mean square over its expectation is a chi-square of its degrees of freedom, within 99.9 %."""
+    shape, frames = (64, 80), 60
+    noise = Noise3d.model_validate(TERMS)
+    cube = np.stack([effect(noise, at(index, shape)) for index in range(frames)])
+    sizes = {"t": frames, "v": shape[0], "h": shape[1]}
+    expected = expected_squares(sizes)
+    for term, square in mean_squares(cube).items():
+        freedom = math.prod(sizes[name] - 1 for name in term)
+        low, high = (stats.chi2.ppf(p, freedom) / freedom for p in (5e-4, 1 - 5e-4))
+        assert low < square / expected[term] < high, term
+
+
+@pytest.mark.parametrize("term", TERMS)
+def test_each_term_alone_varies_along_its_own_axes_only(term: str) -> None:
+    noise = Noise3d.model_validate({**dict.fromkeys(TERMS, 0), term: 1.0})
+    cube = np.stack([effect(noise, at(index, (20, 30))) for index in range(8)])
+    for axis, name in enumerate("tvh"):
+        assert (np.ptp(cube, axis=axis).max() > 0.01) == (name in term)
+    assert noise.pattern(at(3, (20, 30))).dtype == np.float32
+    np.testing.assert_allclose(np.broadcast_to(noise.pattern(at(3, (20, 30))), (20, 30)), cube[3], atol=2e-3)
+
+
+# Lines and levels with memory
+
+
+@pytest.mark.parametrize(("over", "shape"), [("row", (400, 1)), ("column", (1, 300)), ("frame", (1, 1))])
+def test_lines_and_levels_may_have_memory(over: str, shape: tuple[int, int]) -> None:
+    noise = Ar1.model_validate({"over": over, "rho": 0.8, "ratio": 3.0})
+    moments = [at(index, (400, 300)) for index in range(4000)]
+    patterns = np.stack([noise.pattern(moment) for moment in (moments if over == "frame" else moments[:60])])
+    assert patterns.shape[1:] == shape
+    count = patterns.size * 0.2 / 1.8  # independent draws in AR(1): (1 - rho) / (1 + rho)
+    assert patterns.var() == pytest.approx(9, rel=6 * math.sqrt(2 / count))
+    lag = (patterns[1:] * patterns[:-1]).mean() / patterns.var()
+    assert lag == pytest.approx(0.8, abs=6 * math.sqrt((1 - 0.64) / patterns.size))
+    assert effect(noise, moments[3]).shape == (400, 300)
+
+
+# Odd and even
+
+
+@pytest.mark.parametrize("along", ["rows", "columns"])
+def test_odd_and_even_lines_stand_apart(along: str) -> None:
+    done = effect(OddEven.model_validate({"ratio": 4.0, "along": along}), at(0))
+    even, odd = (done[::2], done[1::2]) if along == "rows" else (done[:, ::2], done[:, 1::2])
+    np.testing.assert_allclose(even, 4, atol=1e-3)
+    np.testing.assert_allclose(odd, -4, atol=1e-3)
+
+
+# Drift
+
+WANDERS = Drift(pixel=2.0, column=0.0, row=0.0, time_constant_s=10.0)
+"""Decay 1/300 a frame."""
+
+
+def drift_at(index: int, corrected: int = 0, noise: Drift = WANDERS) -> Floats:
+    moment = replace(at(index), corrected=corrected, corrections=int(corrected > 0))
+    return effect(noise, moment)
+
+
+def test_drift_reverts_to_the_mean() -> None:
+    """From age a to b the deviation shrinks by exp(-(b - a) / 300) on average, and gains the rest anew."""
+    n = SHAPE[0] * SHAPE[1]
+    for first, second in ((100, 160), (255, 257), (700, 1100)):
+        before, after = drift_at(first), drift_at(second)
+        kept = math.exp(-(second - first) / 300)
+        slope = (before * after).sum() / (before**2).sum()
+        spread = math.sqrt((1 - kept**2) * 4 / (before**2).sum())
+        assert slope == pytest.approx(kept, abs=4.5 * spread + 1e-3)
+        gained = after - kept * before
+        assert gained.var() == pytest.approx(4 * (1 - kept**2), rel=4.5 * math.sqrt(2 / n) + 0.02)
+        assert abs(np.corrcoef(gained.ravel(), before.ravel())[0, 1]) < 4.5 / math.sqrt(n)
+
+
+def test_drift_begins_anew_at_a_correction() -> None:
+    assert not drift_at(500, corrected=500).any()
+    grown = 4 * (1 - math.exp(-2 * 90 / 300))
+    assert drift_at(590, corrected=500).var() == pytest.approx(grown, rel=0.05)
+    assert drift_at(590).var() == pytest.approx(4 * (1 - math.exp(-2 * 590 / 300)), rel=0.05)
+
+
+def test_drift_may_have_begun_before_the_first_frame() -> None:
+    old = WANDERS.model_copy(update={"age_s": 20.0})
+    assert drift_at(0, noise=old).var() == pytest.approx(4 * (1 - math.exp(-2 * 600 / 300)), rel=0.05)
+    assert not drift_at(0).any()
+
+
+def test_gain_drifts_in_proportion_to_the_light() -> None:
+    noise = Drift(pixel=0, column=0, row=0, gain=0.01, time_constant_s=10.0, age_s=1000.0)
+    weak, strong = effect(noise, at(5), 1e6), effect(noise, at(5), 4e6)
+    np.testing.assert_allclose(strong, 4 * weak, atol=0.01)
+    assert strong.std() * response().noise / 4e6 == pytest.approx(0.01, rel=0.03)
+
+
+def test_drift_is_smooth_from_frame_to_frame() -> None:
+    """No step anywhere is larger than the process takes: variance 2 (1 - rho) = 2/300 of 4 a frame, or less."""
+    seen = np.stack([drift_at(index) for index in range(600, 700)])
+    steps = np.diff(seen, axis=0).var(axis=(1, 2))
+    assert steps.max() < 4 * 2 / 300 * 1.1
+
+
+# Bad pixels
+
+
+@pytest.mark.parametrize("share", [0.0, 0.0005, 0.005, 0.05])
+@pytest.mark.parametrize("cluster", [1.0, 3.0])
+def test_bad_pixels_are_as_many_as_asked_for_and_in_the_frame(share: float, cluster: float) -> None:
+    found = places((200, 300), share, cluster, 1, "bad", "dead")
+    assert found.size == np.unique(found).size == round(share * 60_000)
+    assert not found.size or (found.min() >= 0 and found.max() < 60_000)
+
+
+def test_bad_pixels_lie_in_clusters_of_the_mean_size() -> None:
+    """At a share where clusters seldom touch, their mean size by connected regions is the one asked for."""
+    for cluster in (1.0, 2.0, 4.0):
+        picture = np.zeros(1000 * 1000, bool)
+        picture[places((1000, 1000), 0.002, cluster, 3, "bad", "hot")] = True
+        regions = ndimage.label(picture.reshape(1000, 1000))[1]
+        assert picture.sum() / regions == pytest.approx(cluster, rel=0.1)
+
+
+def test_dead_pixels_stand_still_and_hot_ones_lie_high() -> None:
+    noise = BadPixels(dead=0.01, hot=0.02, blinking=0, cluster=1, hot_ratio=50)
+    done = effect(noise, at(0))
+    dead = done == -LEVEL / response().noise
+    assert dead.sum() == round(0.01 * dead.size)
+    np.testing.assert_array_equal(effect(noise, at(0), 5e6) == -5e6 / response().noise, dead)
+    hot = done[(done > 1) & ~dead]
+    assert hot.size == pytest.approx(0.02 * done.size, rel=0.03)  # some are dead
+    assert hot.min() >= 24.9
+    assert hot.mean() == pytest.approx(50, rel=0.15)
+    np.testing.assert_array_equal(done, effect(noise, at(400)))
+    half = BadPixels(dead=0.01, hot=0, blinking=0, dead_level=0.5)
+    made = response()
+    signal = np.full(SHAPE, LEVEL, np.float32)
+    half.replace(signal, made, at(0))
+    assert set(np.unique(made.counts(signal))) == {round(LEVEL / made.gain), round(0.5 * (2**14 - 1))}
+
+
+def test_blinking_pixels_jump_between_two_levels() -> None:
+    noise = BadPixels(dead=0, hot=0, blinking=0.08, blink_ratio=10, on_s=0.4, off_s=1.2)
+    seen = np.stack([effect(noise, at(index, (60, 80))).ravel() for index in range(1000)])
+    moving = np.flatnonzero(np.ptp(seen, axis=0) > 0)
+    assert moving.size == pytest.approx(0.08 * 60 * 80, rel=0.02)
+    on = seen[:, moving] != 0
+    assert on.mean() == pytest.approx(0.25, abs=0.01)
+    heights = np.abs(seen[:, moving]).max(axis=0)
+    assert heights.mean() == pytest.approx(10, rel=5 / math.sqrt(moving.size))
+    for column in seen[:, moving[:20]].T:
+        assert np.unique(column).size == 2
+
+
+def test_a_telegraph_has_exponential_stays_and_no_seam() -> None:
+    """P(on at k + d | on at k) = p + (1 - p) exp(-d (1/on + 1/off)), wherever k stands; stays of mean 12 and 36."""
+    chain = Telegraph(12.0, 36.0, 20_000, (1, "noise", "bad", "telegraph"))
+    states = np.stack([chain.frame(index) for index in range(560)])
+    decay, share = 1 / 12 + 1 / 36, 0.25
+    assert chain.period == 128
+    for start in (0, 3, 63, 64, 100, 127, 128, 255, 256, 500):
+        for lag in (1, 2, 7, 20):
+            now, later = states[start], states[start + lag]
+            assert now.mean() == pytest.approx(share, abs=4.5 * math.sqrt(share * (1 - share) / 20_000))
+            expected = share + (1 - share) * math.exp(-decay * lag)
+            assert later[now].mean() == pytest.approx(expected, abs=4.5 * 0.5 / math.sqrt(now.sum())), (start, lag)
+    for index in (559, 130, 7):
+        alone = Telegraph(12.0, 36.0, 20_000, (1, "noise", "bad", "telegraph")).frame(index)
+        np.testing.assert_array_equal(alone, states[index])
+    # The chain has no memory but the frame before: what it does next does not depend on how long it was on.
+    on = states[200] & states[201]
+    long, short = on & states[199], on & ~states[199]
+    difference = states[202][long].mean() - states[202][short].mean()
+    assert abs(difference) < 4.5 * 0.5 * math.sqrt(1 / long.sum() + 1 / short.sum())
