@@ -90,13 +90,15 @@ class Renderer:
 
     def _gaze(self, index: int) -> Gaze:
         """A frame's pointing, with that of its block's first frame as key."""
-        geometry, first = self.stage.geometry, index // BLOCK * BLOCK
+        geometry, mount, first = self.stage.geometry, self.mount, index // BLOCK * BLOCK
 
-        def at(frame: int, margin: int) -> tuple[float, Chart]:
-            rotation = geometry.world_rotation(self.mount.turns[frame])
-            return frame / self.stage.rate_hz, Chart.at(geometry, rotation, margin)
+        def at(frame: int, margin: int, key: Gaze | None) -> Gaze:
+            rotation = geometry.world_rotation(mount.turns[frame])
+            chart = Chart.at(geometry, rotation, margin, mount.lens(frame))
+            x, y, z = (geometry.world_rotation(np.zeros(3)).T @ mount.places[frame]).tolist()
+            return Gaze(frame / self.stage.rate_hz, chart, key, (x, y, z))
 
-        return Gaze(*at(index, 0), key=Gaze(*at(first, MARGIN)))
+        return at(index, 0, at(first, MARGIN, None))
 
     def _pieces(self, index: int) -> Iterator[Piece]:
         sight = self.sight(index)

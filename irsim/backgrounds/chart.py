@@ -62,11 +62,14 @@ class Chart:
     margin: int = 0
 
     @classmethod
-    def at(cls, geometry: Geometry, world_rotation: Floats, margin: int = 0) -> Chart:
-        """The chart of a camera whose world_rotation (3, 3) takes world to camera vectors."""
+    def at(cls, geometry: Geometry, world_rotation: Floats, margin: int = 0, lens: Geometry | None = None) -> Chart:
+        """The chart of a camera whose world_rotation (3, 3) takes world to camera vectors.
+
+        lens: the geometry that it sees with, where that is zoomed; the map's px stay those of `geometry`.
+        """
         columns, rows = (_nodes(length, margin) for length in geometry.size)
         pixels = np.stack(np.meshgrid(columns, rows), axis=-1)
-        east, down, ahead = np.moveaxis(geometry.directions(pixels) @ world_rotation, -1, 0)
+        east, down, ahead = np.moveaxis((lens or geometry).directions(pixels) @ world_rotation, -1, 0)
         azimuth = np.unwrap(np.unwrap(np.arctan2(east, ahead), axis=1), axis=0)
         elevation = np.arctan2(-down, np.hypot(east, ahead))
         scale = 1 / geometry.ifov_rad

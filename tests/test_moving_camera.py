@@ -1,0 +1,67 @@
+"""Frames of a camera that zooms, is carried along and follows a target: truth against noiseless pictures."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from irsim import loads
+from irsim.backgrounds.chart import Chart
+from irsim.geometry import Geometry
+from irsim.render import Renderer
+
+SCENE = """
+frames: 40
+camera: {size: [160, 120], netd_mk: 0, elevation_deg: 10, motion: MOTION}
+background: {kind: sky, horizon_k: 20, zenith_k: 20}
+targets:
+  - {id: jet, shape: {kind: fighter}, path: {kind: straight, start: [60, 50], speed: 0.7, range_m: 1500}}
+"""
+
+MOTIONS = [
+    "[{kind: zoom, factors: [[0, 1], [39, 2.5]]}]",
+    "[{kind: platform, velocity_m_s: [8, 0, 2]}]",
+    "[{kind: tracks, target: jet, lag_s: 0.05}, {kind: zoom, factors: [[5, 1.5]]}, {kind: shake, rms_px: 1}]",
+]
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_truth_is_the_centroid_of_a_noiseless_picture(motion: str) -> None:
+    renderer = Renderer(loads(SCENE.replace("MOTION", motion)))
+    for frame in (0, 13, 39):
+        light, truth = renderer.scene(frame)
+        y, x = np.indices(light.shape)
+        total = light.sum(dtype=np.float64)
+        found = ((x * light).sum(dtype=np.float64) / total, (y * light).sum(dtype=np.float64) / total)
+        assert truth.targets[0].signal_center == pytest.approx(found, abs=0.01)
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_velocity_is_the_displacement_since_the_frame_before(motion: str) -> None:
+    renderer = Renderer(loads(SCENE.replace("MOTION", motion).replace("fighter", "point")))
+    (before,), (now,) = renderer.scene(20)[1].targets, renderer.scene(21)[1].targets
+    assert now.velocity == pytest.approx(np.subtract(now.center, before.center), abs=1e-9)
+
+
+def test_a_zoomed_camera_sees_a_smaller_part_of_the_background() -> None:
+    level = Geometry((160, 120), 5e-4)
+    wide, near = (Chart.at(level, np.eye(3), lens=level.zoomed(factor)) for factor in (1.0, 4.0))
+    # Half a frame is 80 px x 0.5 mrad = 40 mrad wide: atan(0.04) against atan(0.01), in px of the map.
+    assert wide.spread(wide.u)[60, -1] == pytest.approx(np.arctan(79.5 * 5e-4) / 5e-4, abs=1e-3)
+    assert near.spread(near.u)[60, -1] == pytest.approx(np.arctan(79.5 * 5e-4 / 4) / 5e-4, abs=1e-3)
+
+
+def test_a_platform_moves_near_things_before_far_ones() -> None:
+    """At 10 m/s to the right, after a second: 10 m / range / 0.5 mrad to the left."""
+    motion = "[{kind: platform, velocity_m_s: [10, 0, 0]}]"
+    near = "occluders: [{kind: bar, center_px: [100, 60], size_px: [4, 30], range_m: 500}]\n"
+    renderer = Renderer(loads(SCENE.replace("MOTION", motion).replace("speed: 0.7", "speed: 0.0") + near))
+    screen = renderer.occluders[0]
+    before, after = (screen.draw(renderer.sight(frame)) for frame in (0, 30))
+    assert before is not None
+    assert after is not None
+    assert after.center[0] - before.center[0] == pytest.approx(-10 / 500 / 5e-4, abs=0.1)
+    (first,), (last,) = renderer.scene(0)[1].targets, renderer.scene(30)[1].targets
+    assert last.center[0] - first.center[0] == pytest.approx(-10 / 1500 / 5e-4, abs=0.1)
+    assert first.range_m is not None
+    assert last.range_m == pytest.approx(np.hypot(first.range_m, 10), abs=0.2)
