@@ -15,7 +15,7 @@ import typer
 
 from irsim.errors import InputError
 from irsim.files import check_output
-from irsim.terminal import import_first, progress_bar, run
+from irsim.terminal import first_options, progress_bar, run
 
 app = typer.Typer(
     help="Render infrared scenes from YAML, record frames with exact truth, import real ones.",
@@ -23,7 +23,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     add_completion=False,
     no_args_is_help=True,
-    callback=import_first,
+    callback=first_options,
 )
 
 SourceArgument = Annotated[

@@ -1,4 +1,4 @@
-"""What the commands irsim and irtrack share: errors as lines and exit status, and the progress bar."""
+"""What the commands irsim and irtrack share: errors as lines and exit status, options, the progress bar."""
 
 from __future__ import annotations
 
@@ -7,19 +7,33 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Annotated, Protocol
+from io import TextIOWrapper
+from typing import Annotated, Any, Protocol
 
 import typer
 
 from irsim.errors import InputError, IrsimError
+
+UsageError: Any = typer.BadParameter.__base__
+"""What typer raises of options and arguments; it has no public name there."""
 
 
 def run(app: typer.Typer, name: str) -> None:
     """Run the command `name`: what is raised on purpose becomes lines on standard error and exit status 2."""
     # Kinds and trackers of a user's own (module:Class) may lie in the folder where the command is given.
     sys.path.append(os.getcwd())
+    if isinstance(sys.stdout, TextIOWrapper):
+        sys.stdout.reconfigure(errors="replace")  # a terminal may know fewer letters than are printed
     try:
-        app(prog_name=name)
+        sys.exit(app(prog_name=name, standalone_mode=False))
+    except UsageError as error:
+        if "\n" in error.message:  # the help, where a command was given nothing
+            error.show()
+        else:
+            from irsim.usage import usage_line
+
+            print(f"{name}: {usage_line(error)}", file=sys.stderr)
+        sys.exit(2)
     except IrsimError as error:
         for line in str(error).splitlines():
             print(f"{name}: {line}", file=sys.stderr)
@@ -34,7 +48,15 @@ def run(app: typer.Typer, name: str) -> None:
         sys.exit(2)
 
 
-def import_first(
+def _say_version(context: typer.Context, asked: bool) -> None:
+    if asked:
+        from irsim import __version__
+
+        print(f"{context.find_root().info_name} {__version__}")
+        raise typer.Exit
+
+
+def first_options(
     modules: Annotated[
         list[str] | None,
         typer.Option(
@@ -43,8 +65,11 @@ def import_first(
             help="Import this module of your own first; kinds in it may then be named by recordings and results.",
         ),
     ] = None,
+    version: Annotated[
+        bool, typer.Option("--version", help="Say the version and leave.", is_eager=True, callback=_say_version)
+    ] = False,
 ) -> None:
-    """An app's callback: files must not name code to run, so the user does."""
+    """An app's callback, for options before the command. Files must not name code to run, so the user does."""
     for module in modules or ():
         try:
             importlib.import_module(module)

@@ -311,12 +311,50 @@ def test_bad_input_is_one_line_and_status_2(run: Run, messy: Path, case: str) ->
     assert sorted(messy.iterdir()) == before
 
 
-@pytest.mark.parametrize("arguments", [["render"], ["render", "scene.yaml", "--jobs", "0"], ["paint"], ["check"]])
-def test_wrong_usage_is_status_2_without_traceback(run: Run, messy: Path, arguments: list[str]) -> None:
+WRONG_USAGE = {
+    "nothing to render": (["render"], "irsim: SCENARIO|REC: is missing; see irsim render --help"),
+    "nothing to check": (["check"], "irsim: SCENARIO: is missing; see irsim check --help"),
+    "no jobs": (["render", "scene.yaml", "--jobs", "0"], "irsim: --jobs: must be 1 or more, not 0"),
+    "part of a job": (["render", "scene.yaml", "--jobs", "1.5"], "irsim: --jobs: must be a whole number, not 1.5"),
+    "rate in words": (["import", "clip", "--rate", "abc"], "irsim: --rate: must be a number, not abc"),
+    "option of no value": (["render", "scene.yaml", "--seed"], "irsim: --seed: requires an argument"),
+    "misspelt option": (["render", "scene.yaml", "--sed", "1"], "irsim: --sed: no such option; did you mean '--seed'?"),
+    "unknown option": (["--foo", "check"], "irsim: --foo: no such option; see irsim --help"),
+    "unknown command": (["paint"], "irsim: no such command 'paint'; see irsim --help"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG_USAGE)
+def test_wrong_usage_is_one_line_and_status_2(run: Run, messy: Path, case: str) -> None:
+    arguments, expected = WRONG_USAGE[case]
     done = run(*arguments, cwd=messy)
+    assert (done.returncode, done.stdout, done.stderr.splitlines()) == (2, "", [expected])
+
+
+def test_the_command_alone_shows_its_help(run: Run, folder: Path) -> None:
+    done = run(cwd=folder)
     assert done.returncode == 2
-    assert "Error: " in done.stderr
-    assert "Traceback" not in done.stderr
+    assert "Commands:" in done.stderr
+
+
+@pytest.mark.parametrize("name", ["irsim", "irtrack"])
+def test_both_commands_say_their_version(folder: Path, name: str) -> None:
+    script = Path(sys.executable).with_name(name)
+    done = subprocess.run([script, "--version"], cwd=folder, capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stdout) == (0, f"{name} {irsim.__version__}\n")
+
+
+def test_a_terminal_of_few_letters_gets_what_it_knows(folder: Path) -> None:
+    (folder / "sc\u00e9ne.yaml").write_text(TEXT)
+    done = subprocess.run(
+        [*COMMAND, "check", "sc\u00e9ne.yaml"],
+        cwd=folder,
+        capture_output=True,
+        timeout=60,
+        env={**os.environ, "LC_ALL": "C", "PYTHONIOENCODING": "ascii"},
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith(b"sc?")
 
 
 def test_a_reader_that_leaves_is_no_error_to_tell(messy: Path) -> None:
