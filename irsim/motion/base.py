@@ -9,12 +9,14 @@ from typing import Literal
 
 import numpy as np
 
-from irsim.errors import InputError
 from irsim.geometry import gimbal
 from irsim.kinds import Kind, NamedKind, Positive
 from irsim.motion.dynamics import Dynamics
 from irsim.stage import Stage
 from irsim.types import Floats
+
+HORIZON = 1e-4
+"""Sine of the least angle below the level at which ground is seen: 100 km away from 10 m up."""
 
 
 class Path(Kind):
@@ -36,6 +38,10 @@ class Path(Kind):
     def refers(self) -> Mapping[str, str]:
         """Ids of the targets whose paths it asks for, by the key that names each."""
         return {}
+
+    def obstacle(self, frames: Floats, stage: Stage, name: str) -> str | None:
+        """What makes the path impossible at one of the frame numbers (n,); None where nothing does."""
+        return None
 
     def dynamics(self, stage: Stage) -> Dynamics | None:
         """Its transition and noise from frame to frame; None where it is scripted, or not linear in any mode."""
@@ -88,14 +94,23 @@ class PixelPath(Path):
         pixels = self.pixels(frames, stage, name)
         if self.ground_m is None:
             return stage.geometry.place(pixels, self.range_m - self.closing_m_s * frames / stage.rate_hz)
-        descent = stage.geometry.directions(pixels) @ stage.geometry.down
-        if descent.min() <= 0:
-            x, y = pixels[np.argmin(descent)]
-            raise InputError(
-                f"targets.{name}.path: ({x:.0f}, {y:.0f}) px lies above the horizon, where there is no ground; "
-                "allowed with ground_m: a path below the horizon"
-            )
-        return stage.geometry.place(pixels, self.ground_m / descent)
+        descent = self._descent(pixels, stage)
+        return stage.geometry.place(pixels, self.ground_m / np.maximum(descent, HORIZON))
+
+    def obstacle(self, frames: Floats, stage: Stage, name: str) -> str | None:
+        if self.ground_m is None:
+            return None
+        pixels = self.pixels(np.asarray(frames, dtype=np.float64), stage, name)
+        descent = self._descent(pixels, stage)
+        if descent.min() >= HORIZON:
+            return None
+        x, y = pixels[np.argmax(descent < HORIZON)]
+        return f"at ({x:.0f}, {y:.0f}) px it is above the horizon; allowed with ground_m: a path below the horizon"
+
+    @staticmethod
+    def _descent(pixels: Floats, stage: Stage) -> Floats:
+        """(n,): sine of the angle by which the directions of pixels (n, 2) look down."""
+        return np.asarray(stage.geometry.directions(pixels) @ stage.geometry.down)
 
 
 class Pointing(NamedKind):
