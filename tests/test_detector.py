@@ -89,7 +89,14 @@ def test_a_frame_alone_is_the_frame_in_sequence(word: str) -> None:
 
 def forget() -> None:
     """As a new process: nothing kept from earlier frames."""
-    for kept in (ar1._process, drift._process, drift._node, drift._at, bad_pixels._telegraph, fixed_pattern._pattern):
+    for kept in (
+        ar1._process,
+        drift._process,
+        drift._deviation,
+        drift._at,
+        bad_pixels._telegraph,
+        fixed_pattern._pattern,
+    ):
         kept.cache_clear()
 
 

@@ -75,17 +75,22 @@ class BadPixels(Noise):
 
     def _hot(self, moment: Moment) -> tuple[Places, Floats]:
         hot = self._places("hot", self.hot, moment)
-        spread = stream(moment.seed, "noise", self.name, "hot heights").random(hot.size)
-        return hot, self.hot_ratio * (0.5 - 0.5 * np.log1p(-spread))
+        return hot, self.hot_ratio * (0.5 + 0.5 * np.abs(_jumps(moment.seed, self.name, "hot heights", hot.size)))
 
     def _blinking(self, moment: Moment) -> tuple[Places, Floats]:
         blinking = self._places("blinking", self.blinking, moment)
-        spread = stream(moment.seed, "noise", self.name, "jumps").random((2, blinking.size))
-        return blinking, np.where(spread[0] < 0.5, -1.0, 1.0) * -np.log1p(-spread[1]) * self.blink_ratio
+        return blinking, self.blink_ratio * _jumps(moment.seed, self.name, "jumps", blinking.size)
 
     def _telegraph(self, moment: Moment, count: int) -> Telegraph:
         address = moment.seed, "noise", self.name, "telegraph"
         return _telegraph(self.on_s * moment.rate_hz, self.off_s * moment.rate_hz, count, address)
+
+
+@lru_cache(maxsize=16)
+def _jumps(seed: int, name: str, what: str, count: int) -> Floats:
+    """Exponential numbers of mean 1, each with a sign of its own."""
+    drawn = stream(seed, "noise", name, what).random((2, count))
+    return np.asarray(np.where(drawn[0] < 0.5, -1.0, 1.0) * -np.log1p(-drawn[1]))
 
 
 @lru_cache(maxsize=16)

@@ -17,6 +17,9 @@ from irsim.detector.scratch import scratch
 from irsim.kinds import Fraction, NotNegative
 from irsim.types import Floats
 
+Term = tuple[str, Over, float]
+"""Name of a term, what has a process of its own in it, and its sigma."""
+
 COARSE = 0.002
 """The drift is drawn at nodes this share of its time constant apart; straight lines between them lack a thousandth
 of the variance that it tends to, at most."""
@@ -44,23 +47,25 @@ class Drift(Noise):
 
     def respond(self, signal: Floats, response: Response, moment: Moment) -> None:
         if self.gain:
+            ends = self._ends(moment, (("gain", "pixel", self.gain),))
             gain = scratch(moment.shape, "gain")
-            gain.fill(1)
-            for scale, drawn in self._sum("gain", "pixel", moment):
-                cv2.scaleAdd(drawn, self.gain * scale, gain, dst=gain)
+            (before, share), (after, rest) = ends
+            cv2.addWeighted(before, share, after, rest, 1, dst=gain)
             cv2.multiply(signal, gain, dst=signal)
             if response.zero:  # what dark pixels give has no gain
                 cv2.addWeighted(gain, -response.zero, signal, 1, response.zero, dst=signal)
 
     def add(self, signal: Floats, response: Response, moment: Moment) -> None:
-        if self.pixel:
-            for scale, drawn in self._sum("pixel", "pixel", moment):
-                cv2.scaleAdd(drawn, self.pixel * response.noise * scale, signal, dst=signal)
-        lines: tuple[tuple[Over, float], ...] = (("column", self.column), ("row", self.row))
-        for what, sigma in lines:
-            if sigma:
-                line = sum(np.float32(scale) * drawn for scale, drawn in self._sum(what, what, moment))
-                np.add(signal, line * np.float32(sigma * response.noise), out=signal)
+        terms: tuple[Term, ...] = (
+            ("pixel", "pixel", self.pixel),
+            ("column", "column", self.column),
+            ("row", "row", self.row),
+        )
+        terms = tuple(term for term in terms if term[2])
+        if terms:
+            for pattern, share in self._ends(moment, terms):
+                if share:
+                    cv2.scaleAdd(pattern, share * response.noise, signal, dst=signal)
 
     def variance(self, signal: Floats, response: Response, moment: Moment, fixed: bool) -> Floats | float:
         if not fixed:
@@ -75,35 +80,47 @@ class Drift(Noise):
         since = moment.corrected if moment.corrections else -round(self.age_s * moment.rate_hz)
         return 1 / (moment.rate_hz * self.time_constant_s), since
 
-    def _sum(self, term: str, what: Over, moment: Moment) -> list[tuple[float, Floats]]:
-        """The terms, factor and array, whose sum is D at this frame."""
+    def _ends(self, moment: Moment, terms: tuple[Term, ...]) -> tuple[tuple[Floats, float], tuple[Floats, float]]:
+        """The sum of the terms' D before and after this frame, (rows, cols), and the share of each in it."""
         decay, since = self._course(moment)
-        shape = over(moment.shape, what)
-        key = (decay, shape, moment.seed, self.name, term)
-        terms = [(share, _node(*key, node)) for node, share in _between(moment.index, decay)]
-        kept = math.exp(-decay * (moment.index - since))
-        return [*terms, (-kept, _at(*key, since))] if kept > 1e-6 else terms
+        step = _step(decay)
+        node = moment.index // step
+        start, end = max(node * step, since), (node + 1) * step
+        share = (end - moment.index) / (end - start)
+        key = (decay, moment.shape, moment.seed, self.name, terms, since)
+        return (_deviation(*key, start), share), (_deviation(*key, end), 1 - share)
 
 
-def _between(index: int, decay: float) -> list[tuple[int, float]]:
-    """Nodes on both sides of a frame and their shares in it."""
-    step = max(int(COARSE / decay), 1)
-    node, beyond = divmod(index, step)
-    return [(node, 1 - beyond / step), (node + 1, beyond / step)] if beyond else [(node, 1.0)]
+def _step(decay: float) -> int:
+    """Frames from node to node."""
+    return max(int(COARSE / decay), 1)
+
+
+@lru_cache(maxsize=8)
+def _deviation(
+    decay: float, shape: tuple[int, int], seed: int, name: str, terms: tuple[Term, ...], since: int, index: int
+) -> Floats:
+    """The sum of the terms' D at a node, or at the correction itself."""
+    total = np.zeros(shape, np.float32)
+    kept = np.float32(math.exp(-decay * (index - since)))
+    for term, what, sigma in terms:
+        key = (decay, over(shape, what), seed, name, term)
+        total += np.float32(sigma) * (_at(*key, index) - kept * _at(*key, since))
+    return read_only(total)
 
 
 @lru_cache(maxsize=8)
 def _at(decay: float, shape: tuple[int, int], seed: int, name: str, term: str, index: int) -> Floats:
-    """X at a frame."""
-    nodes = [(share, _node(decay, shape, seed, name, term, node)) for node, share in _between(index, decay)]
-    return read_only(np.asarray(sum(np.float32(share) * drawn for share, drawn in nodes)))
-
-
-@lru_cache(maxsize=16)
-def _node(decay: float, shape: tuple[int, int], seed: int, name: str, term: str, node: int) -> Floats:
-    return _process(decay, shape, seed, name, term).frame(node)
+    """X at a frame: at a node, or on the straight line between two."""
+    process = _process(decay, shape, seed, name, term)
+    node, beyond = divmod(index, _step(decay))
+    before = process.frame(node)
+    if not beyond:
+        return before
+    share = np.float32(beyond / _step(decay))
+    return read_only(before + share * (process.frame(node + 1) - before))
 
 
 @lru_cache(maxsize=8)
 def _process(decay: float, shape: tuple[int, int], seed: int, name: str, term: str) -> Process:
-    return Process(decay * max(int(COARSE / decay), 1), shape, seed, "noise", name, term)
+    return Process(decay * _step(decay), shape, seed, "noise", name, term)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from irsim.radiometry import Band, limits, planck
@@ -13,12 +15,14 @@ _HC = 6.62607015e-34 * 299_792_458.0
 _C2_UM = _HC / 1.380649e-23 * 1e6
 
 
+@lru_cache
 def photon_radiance(band: Band, temperature_k: float) -> float:
     """In-band photon radiance of a black body, 1/s/m2/sr: spectral radiance over the energy hc/lambda of a photon."""
     wavelengths, weights = _nodes(band)
     return float((planck(wavelengths, temperature_k) * wavelengths * 1e-6 / _HC) @ weights)
 
 
+@lru_cache
 def photon_slope(band: Band, temperature_k: float) -> float:
     """dQ/dT of the in-band photon radiance, 1/s/m2/sr/K: Planck's law differentiated, then integrated."""
     wavelengths, weights = _nodes(band)

@@ -61,7 +61,7 @@ class Response:
         """The noiseless signal of in-band radiance (rows, cols) float32, W/m2/sr; into `out` where it is given."""
         signal = np.empty_like(light) if out is None else out
         if self.root:
-            np.maximum(light, np.float32(0), out=signal)
+            cv2.threshold(light, 0, 0, cv2.THRESH_TOZERO, dst=signal)  # none is below 0 but by rounding
             cv2.sqrt(signal, dst=signal)
             cv2.addWeighted(light, self.linear, signal, self.root, self.zero, dst=signal)
         else:

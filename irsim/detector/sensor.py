@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -92,5 +93,5 @@ class Sensor:
     def _saturate(self, signal: Floats) -> None:
         if self.bloom is not None:
             self.bloom.spill(signal, self.response.top)
-        if np.isfinite(self.response.well):
+        if cv2.minMaxLoc(signal)[1] > self.response.well:
             np.minimum(signal, np.float32(self.response.well), out=signal)

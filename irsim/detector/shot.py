@@ -40,8 +40,7 @@ class Shot(Noise):
             uniform = ((words.reshape(moment.shape)[low] >> np.uint64(11)) + 0.5) * 2.0**-53
             signal[low] = poisson(np.maximum(signal[low], 0), uniform)
         cv2.sqrt(sigma, dst=sigma)
-        cv2.multiply(sigma, drawn, dst=sigma)
-        cv2.add(signal, sigma, dst=signal)
+        cv2.accumulateProduct(sigma, drawn, signal)
 
     def variance(self, signal: Floats, response: Response, moment: Moment, fixed: bool) -> Floats | float:
         return np.maximum(signal, 0).astype(np.float64) + response.read**2
