@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from irsim.arrival import arriving
-from irsim.backgrounds import Gaze
+from irsim.backgrounds import Footage, Gaze
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.painting import BLOCK, MARGIN
 from irsim.compose import Piece, Seen, compose
@@ -56,6 +56,9 @@ class Renderer:
         light, truth = self.scene(index)
         shown = self.sensor.shown(index)
         image: Image
+        if isinstance(self.layers[0], Footage):
+            image = self.layers[0].developed(light, index)
+            return Frame(image, index, truth.time, self.scenario.camera.bits), truth
         if shown == index:
             settled = self.lag.light(index, lambda k: light if k == index else self.scene(k)[0])
             image = self.sensor.expose(settled, index)

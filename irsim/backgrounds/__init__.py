@@ -3,10 +3,13 @@
 from irsim.backgrounds.base import Background, Gaze, Layer
 from irsim.backgrounds.ground import Ground
 from irsim.backgrounds.landscape import Landscape
+from irsim.backgrounds.recorded import Footage, Recorded
 from irsim.backgrounds.sea import Sea
 from irsim.backgrounds.sky import Sky
 from irsim.kinds import Family
 
-BACKGROUNDS = Family("background", Background, {"sky": Sky, "ground": Ground, "landscape": Landscape, "sea": Sea})
+BACKGROUNDS = Family(
+    "background", Background, {"sky": Sky, "ground": Ground, "landscape": Landscape, "sea": Sea, "recording": Recorded}
+)
 
-__all__ = ["BACKGROUNDS", "Background", "Gaze", "Ground", "Landscape", "Layer", "Sea", "Sky"]
+__all__ = ["BACKGROUNDS", "Background", "Footage", "Gaze", "Ground", "Landscape", "Layer", "Recorded", "Sea", "Sky"]

@@ -59,6 +59,10 @@ class Background(Kind):
         """Names of the layers that can be switched off (the opaque one cannot)."""
         return ()
 
+    def refuses(self, size: tuple[int, int], bits: int) -> str | None:
+        """Why a camera of that size (columns, rows) and depth cannot look at it; None where it can."""
+        return None
+
 
 FARTHEST = float(np.inf)
 """Range of what lies behind every target, m."""

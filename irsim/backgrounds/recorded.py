@@ -1,0 +1,134 @@
+"""Somebody's own footage as the background: synthetic targets are put into recorded frames."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from irsim.backgrounds.base import FARTHEST, Background, Gaze, Layer
+from irsim.errors import InputError
+from irsim.kinds import Kelvin
+from irsim.radiometry import radiance
+from irsim.stage import Stage
+from irsim.types import Floats, Image
+
+if TYPE_CHECKING:
+    from irsim.recording import Recording
+
+UNKNOWN_RANGE_K = (220.0, 400.0)
+"""Scene temperatures of count 0 and full scale where neither the scenario nor the recording says them."""
+
+
+class Recorded(Background):
+    """Frames of a recording, as they are, with targets put into them; its own noise stays the only one.
+
+    Counts stand for radiance evenly between black bodies of `range_k`: L = L0 + (L1 - L0) count / full.
+    What is drawn changes a pixel's light, and its count by that change; every other pixel keeps its
+    count bit for bit. The camera needs the recording's size and depth; its detector, noise and motion
+    do not touch the recorded frames.
+    """
+
+    file: str
+    """The recording, as found from the working directory."""
+    start: Annotated[int, Field(ge=0)] = 0
+    """Its frame that is frame 0 here."""
+    past_end: Literal["loop", "hold"] = "loop"
+    """After its last frame: from the first again, or the last one on and on."""
+    range_k: Annotated[tuple[Kelvin, Kelvin], Field(strict=False)] = UNKNOWN_RANGE_K
+    """Black bodies that count 0 and full scale stand for, K; the recording's own where not given and known."""
+    digest: str = ""
+    """Of the recording's bytes; filled in, and compared where given: a changed recording is another scene."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _look_inside(cls, data: Any) -> Any:
+        if not isinstance(data, dict) or not isinstance(data.get("file"), str):
+            return data
+        try:
+            recording = _opened(data["file"])
+            digest = recording.hash
+        except (InputError, OSError) as error:
+            raise _wrong("file", str(error)) from None
+        if data.get("digest") and data["digest"] != digest:
+            raise _wrong(
+                "digest", f"{data['file']} has changed: its digest is {digest}; allowed: that, or no key digest"
+            )
+        if isinstance(data.get("start"), int) and data["start"] >= len(recording):
+            raise _wrong("start", f"{data['file']} has no frame {data['start']}; allowed: 0 to {len(recording) - 1}")
+        return {"range_k": recording.header.range_k or UNKNOWN_RANGE_K, **data, "digest": digest}
+
+    @model_validator(mode="after")
+    def _range_rises(self) -> Recorded:
+        if self.range_k[0] >= self.range_k[1]:
+            low, high = self.range_k
+            raise _wrong("range_k", f"{low} K is not below {high} K; allowed: the lower temperature first")
+        return self
+
+    def refuses(self, size: tuple[int, int], bits: int) -> str | None:
+        recording = _opened(self.file)
+        if (recording.size, recording.bits) == (size, bits):
+            return None
+        return (
+            f"{self.file} has {recording.size[0]}x{recording.size[1]} px of {recording.bits} bits, the camera "
+            f"{size[0]}x{size[1]} of {bits}; allowed: camera size: {list(recording.size)}, bits: {recording.bits}"
+        )
+
+    def layers(self, stage: Stage) -> Sequence[Layer]:
+        return [Footage(self, stage)]
+
+
+class Footage:
+    """The opaque layer of recorded frames. It reads on where it stands; any other frame is sought."""
+
+    name = "recording"
+    range_m = FARTHEST
+
+    def __init__(self, recorded: Recorded, stage: Stage) -> None:
+        self._recorded = recorded
+        self._rate_hz = stage.rate_hz
+        self._dark, bright = (float(radiance(stage.band, kelvin)) for kelvin in recorded.range_k)
+        self._span = bright - self._dark
+        self._last: tuple[int, Image] | None = None
+
+    @cached_property
+    def _recording(self) -> Recording:
+        return _opened(self._recorded.file)
+
+    @property
+    def _full(self) -> int:
+        return int(2**self._recording.bits - 1)
+
+    def counts(self, index: int) -> Image:
+        """The recorded frame behind frame `index`."""
+        wanted, length = self._recorded.start + index, len(self._recording)
+        wanted = wanted % length if self._recorded.past_end == "loop" else min(wanted, length - 1)
+        if self._last is None or self._last[0] != wanted:
+            self._last = wanted, self._recording.frame(wanted).image
+        return self._last[1]
+
+    def light(self, gaze: Gaze) -> tuple[None, Floats]:
+        return None, self._light(self.counts(round(gaze.time * self._rate_hz)))
+
+    def _light(self, counts: Image) -> Floats:
+        return counts.astype(np.float32) * np.float32(self._span / self._full) + np.float32(self._dark)
+
+    def developed(self, light: Floats, index: int) -> Image:
+        """Counts (uint16) of frame `index` with what was drawn on its light, which must have come from `light`."""
+        counts = self.counts(index)
+        added = (light - self._light(counts)) * np.float32(self._full / self._span)
+        return np.clip(np.rint(counts + added), 0, self._full).astype(np.uint16)
+
+
+def _opened(file: str) -> Recording:
+    from irsim.recording import open_recording  # imports mcap and protobuf: only where a recording is asked for
+
+    return open_recording(file)
+
+
+def _wrong(key: str, what: str) -> PydanticCustomError:
+    return PydanticCustomError("recording", "{what}", {"what": what, "at": (key,)})

@@ -1,0 +1,153 @@
+"""A recording as background: bit for bit where nothing is drawn, truth and light of what is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from irsim.errors import InputError
+from irsim.loader import dumps, loads
+from irsim.radiometry import radiance
+from irsim.recording import open_recording, record
+from irsim.scenario import Scenario
+from irsim.simulate import Rendering
+
+SIZE = (64, 48)
+
+
+def footage(folder: Path, frames: int = 5, bits: int = 14, **camera: Any) -> Path:
+    """A small noisy recording."""
+    scene = Scenario.model_validate(
+        {
+            "frames": frames,
+            "camera": {"size": SIZE, "bits": bits, "range_k": (250.0, 330.0), **camera},
+            "background": {"kind": "ground", "spread_k": 4.0},
+        }
+    )
+    return record(Rendering(scene), folder / "own.mcap")
+
+
+def scene(file: Path, background: dict[str, Any] | None = None, **keys: Any) -> Scenario:
+    return Scenario.model_validate(
+        {
+            "frames": 12,
+            "camera": {"size": SIZE, "bits": 14, **keys.pop("camera", {})},
+            "background": {"kind": "recording", "file": str(file), **(background or {})},
+            **keys,
+        }
+    )
+
+
+TARGET = {
+    "id": "hot",
+    "shape": {"kind": "fighter"},
+    "path": {"kind": "straight", "start": (30.0, 24.0), "speed": 0.5, "range_m": 1500.0},
+}
+
+
+def test_without_targets_frames_are_those_of_the_recording(tmp_path: Path) -> None:
+    file = footage(tmp_path)
+    own = [frame.image for frame in open_recording(file).frames()]
+    looped = Rendering(scene(file, {"start": 1}))
+    held = Rendering(scene(file, {"past_end": "hold"}))
+    for index in (0, 11, 3, 4, 9):
+        assert np.array_equal(looped.frame(index).image, own[(1 + index) % 5])
+        assert np.array_equal(held.frame(index).image, own[min(index, 4)])
+
+
+@pytest.mark.parametrize("bits", [8, 14, 16])
+def test_every_count_comes_back(tmp_path: Path, bits: int) -> None:
+    """Counts to radiance and back, all of them, by the layer's own way."""
+    from irsim.backgrounds import Footage, Recorded
+
+    file = footage(tmp_path, frames=1, bits=bits)
+    layer = Footage(Recorded.model_validate({"file": str(file)}), scene(file, camera={"bits": bits}).stage)
+    for first in range(0, 2**bits, 48 * 64):
+        counts = (np.arange(first, first + 48 * 64) % 2**bits).astype(np.uint16).reshape(48, 64)
+        layer._last = (0, counts)
+        assert np.array_equal(layer.developed(layer._light(counts), 0), counts)
+
+
+def test_a_target_is_drawn_with_truth_and_leaves_all_else(tmp_path: Path) -> None:
+    file = footage(tmp_path)
+    own = open_recording(file).frame(2).image.astype(int)
+    frame, truth = next(Rendering(scene(file, targets=[TARGET])).pairs(2, 3))
+    (target,) = truth.targets
+    changed = np.argwhere(frame.image.astype(int) != own)
+    assert len(changed) > 4
+    assert np.abs(changed[:, ::-1] - target.center).max() < 20
+    assert target.visible == pytest.approx(1)
+    assert target.contrast_k is not None
+    assert target.contrast_k > 0
+
+
+def test_what_is_drawn_changes_counts_by_its_light(tmp_path: Path) -> None:
+    """The sum of all changes is the target's light, at (B(330) - B(250)) / 16383 a count."""
+    file = footage(tmp_path)
+    lit = scene(file, targets=[TARGET])
+    rendering = Rendering(lit)
+    added = rendering.frame(0).image.astype(float) - open_recording(file).frame(0).image
+    from irsim.render import Renderer
+
+    bare = Renderer(scene(file)).scene(0)[0].astype(float)
+    light = Renderer(lit).scene(0)[0].astype(float) - bare
+    per_count = float(radiance("mwir", 330.0) - radiance("mwir", 250.0)) / 16383
+    unsaturated = rendering.frame(0).image < 16383
+    assert added[unsaturated].sum() == pytest.approx(
+        (light / per_count)[unsaturated].sum(), abs=len(added.ravel()) ** 0.5
+    )
+
+
+def test_the_camera_adds_no_second_noise(tmp_path: Path) -> None:
+    file = footage(tmp_path)
+    quiet, noisy = (
+        Rendering(scene(file, camera={"netd_mk": netd}, targets=[TARGET])).frame(1).image for netd in (0.0, 500.0)
+    )
+    assert np.array_equal(quiet, noisy)
+
+
+def test_any_process_gives_the_same_frames(tmp_path: Path) -> None:
+    text = dumps(scene(footage(tmp_path), targets=[TARGET]))
+    alone = Rendering(loads(text))
+    assert loads(text) == scene(tmp_path / "own.mcap", targets=[TARGET])
+    together = [frame.image for frame, _ in alone.pairs(0, 4, jobs=2)]
+    assert all(np.array_equal(image, alone.frame(k).image) for k, image in enumerate(together))
+
+
+def test_its_range_of_temperatures_is_taken_from_the_recording(tmp_path: Path) -> None:
+    file = footage(tmp_path)
+    assert scene(file).background.range_k == (250.0, 330.0)  # type: ignore[attr-defined]
+    assert scene(file, {"range_k": (200.0, 500.0)}).background.range_k == (200.0, 500.0)  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ("file: nowhere.mcap", "nowhere.mcap"),
+        ("file: OWN, start: 9", "allowed: 0 to 4"),
+        ("file: OWN, range_k: [300, 250]", "the lower temperature first"),
+        ("file: OWN, digest: abc", "has changed"),
+    ],
+)
+def test_what_cannot_be_is_one_line_with_its_place(tmp_path: Path, keys: str, said: str) -> None:
+    file = footage(tmp_path)
+    text = f"camera: {{size: [64, 48], bits: 14}}\nbackground: {{kind: recording, {keys.replace('OWN', str(file))}}}\n"
+    with pytest.raises(InputError, match=said) as raised:
+        loads(text, "scene.yaml")
+    assert str(raised.value).startswith("scene.yaml:2:")
+    assert "\n" not in str(raised.value)
+
+
+def test_a_camera_of_another_size_is_refused(tmp_path: Path) -> None:
+    text = f"background: {{kind: recording, file: {footage(tmp_path)}}}\n"
+    with pytest.raises(InputError, match=r"allowed: camera size: \[64, 48\], bits: 14"):
+        loads(text)
+
+
+def test_another_recording_of_the_same_name_is_another_scene(tmp_path: Path) -> None:
+    before = scene(footage(tmp_path)).hash
+    after = scene(footage(tmp_path, netd_mk=80.0)).hash
+    assert before != after
