@@ -29,6 +29,7 @@ from irsim.detector import DETECTORS, NOISES, Bloom, Correction
 from irsim.display import AGCS
 from irsim.draw import contact_sheet
 from irsim.falloff import Falloff
+from irsim.gallery import write_sheet
 from irsim.kinds import Family, Kind, Name, NamedKind, Part
 from irsim.loader import examples, load
 from irsim.motion import PATHS, POINTINGS
@@ -168,8 +169,9 @@ def generated(text: str) -> str:
 
 
 def pictures() -> None:
-    """docs/img: the examples as `irsim show` draws them, and the head of the report of `make demo`."""
+    """docs/img: the examples as `irsim show` draws them, all targets, and the head of the report of `make demo`."""
     images = DOCS / "img"
+    write_sheet(images / "gallery.png")
     for name in examples():
         contact_sheet(open_source(name), images / f"{name}.png")
     shot = images / "report.png"

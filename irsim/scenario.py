@@ -106,11 +106,12 @@ class Scenario(Part):
 
     @property
     def hash(self) -> str:
-        """Hex digest of all that decides the pixels and the truth: values and code (not `about`)."""
+        """Hex digest of all that decides the pixels and the truth: values, code and meshes (not `about`)."""
         from irsim import __version__
 
         value = json.loads(self.model_dump_json(exclude={"about"}))
-        text = json.dumps([__version__, scene_code(self), value], sort_keys=True)
+        meshes = [target.shape.contents for target in self.targets if target.shape.contents]
+        text = json.dumps([__version__, scene_code(self), value, *meshes], sort_keys=True)
         return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
 
     def is_on(self, name: str) -> bool:
@@ -183,13 +184,6 @@ class Scenario(Part):
                 "no atmosphere is fitted to a band of {band}; allowed with one: at least half of it within {named}",
                 {"band": f"{low:g} to {high:g} um", "named": named, "at": ("camera", "band")},
             )
-        return self
-
-    @model_validator(mode="after")
-    def _camera_fits(self) -> Scenario:
-        why = self.background.refuses(self.camera.size, self.camera.bits)
-        if why is not None:
-            raise PydanticCustomError("background_refuses", "{why}", {"why": why, "at": ("background",)})
         return self
 
     @model_validator(mode="after")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -228,16 +229,28 @@ def test_too_many_faces_are_refused(tmp_path: Path) -> None:
         read_mesh(str(path))
 
 
-def test_a_scenario_names_the_place(tmp_path: Path) -> None:
-    text = """frames: 2
+def test_another_mesh_is_another_scene(tmp_path: Path) -> None:
+    path = tmp_path / "own.stl"
+    hashes = set()
+    for rings in (6, 8):
+        write_stl(path, sphere(rings))
+        os.utime(path, ns=(0, rings))
+        hashes.add(loads(TARGET.replace("nowhere.obj", str(path))).hash)
+    assert len(hashes) == 2
+
+
+TARGET = """frames: 2
 background: {kind: sky}
 targets:
   - id: own
     shape: {kind: mesh, file: nowhere.obj, length_m: 3}
     path: {kind: straight, start: [10, 10]}
 """
+
+
+def test_a_scenario_names_the_place(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"5:\d+: .*nowhere.obj: No such file"):
-        loads(text)
+        loads(TARGET)
     path = write_obj(tmp_path / "jet.obj", body("fighter"))
     with pytest.raises(ValidationError, match=r"no material 'engine'.*did you mean 'engine_k'"):
         Model(file=str(path), length_m=3.0, materials_k={"engine": 500.0})

@@ -47,6 +47,11 @@ class Shape(Kind):
     flicker: Annotated[Flicker, FLICKERS] = Steady()
     """How its brightness changes over time."""
 
+    @property
+    def contents(self) -> str:
+        """Digest of the files that decide how it looks; empty where there are none."""
+        return ""
+
     def brightness(self, view: View) -> float:
         """The factor that its flicker makes all its light by."""
         return self.flicker.factor(view.time, view.stage.seed, view.name)

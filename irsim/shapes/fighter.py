@@ -17,7 +17,7 @@ class Fighter(Body):
     """A jet with cropped delta wings, one fin and a hot nozzle that only its tail shows."""
 
     banks: ClassVar[bool] = True
-    poses: ClassVar[tuple[Angles, ...]] = ((60.0, 15.0, 40.0), (90.0, 0.0, 0.0), (20.0, 10.0, -60.0))
+    poses: ClassVar[tuple[Angles, ...]] = ((70.0, 10.0, -50.0), (90.0, 0.0, 0.0), (20.0, 10.0, -60.0))
     solids: ClassVar[tuple[Solid, ...]] = (
         tube((0.5, 0.01, 0.004, 0.004), (0.41, 0.005, 0.02, 0.02), (0.22, 0.0, 0.043, 0.043)),
         tube(

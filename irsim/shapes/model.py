@@ -72,6 +72,10 @@ class Model(Shape):
     def __hash__(self) -> int:
         return hash((self.file, self.length_m, self.axes, self.temperature_k, tuple(self.materials_k.items())))
 
+    @property
+    def contents(self) -> str:
+        return read_mesh(self.file).digest
+
     def draw(self, view: View) -> Sprite | None:
         stage = view.stage
         triangles, vertices, normals = _placed(self, read_mesh(self.file))

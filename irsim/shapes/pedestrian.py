@@ -46,7 +46,7 @@ def _side(side: int) -> tuple[Solid, ...]:
 class Pedestrian(Body):
     """A walking person: warm face and hands, clothes less so, cool shoes; arms swing against the legs."""
 
-    poses: ClassVar[tuple[Angles, ...]] = ((60.0, 0.0, 0.0), (90.0, 0.0, 0.0), (180.0, 0.0, 0.0))
+    poses: ClassVar[tuple[Angles, ...]] = ((120.0, 0.0, 0.0), (90.0, 0.0, 0.0), (180.0, 0.0, 0.0))
     behind_k: ClassVar[float] = 287.0
     from_above_deg: ClassVar[float] = 8.0
     solids: ClassVar[tuple[Solid, ...]] = (

@@ -32,7 +32,7 @@ _TURRET = Solid(
 class Tank(Body):
     """Hull, turret and barrel, warm running gear and a hot engine deck at the rear."""
 
-    poses: ClassVar[tuple[Angles, ...]] = ((120.0, 0.0, 0.0), (90.0, 0.0, 0.0), (35.0, 0.0, 0.0))
+    poses: ClassVar[tuple[Angles, ...]] = ((90.0, 0.0, 0.0), (110.0, 0.0, 0.0), (60.0, 0.0, 0.0))
     behind_k: ClassVar[float] = 288.0
     from_above_deg: ClassVar[float] = 12.0
     solids: ClassVar[tuple[Solid, ...]] = (
