@@ -387,6 +387,11 @@ def test_the_horizon_is_as_far_as_pythagoras_says() -> None:
     np.testing.assert_allclose(ground_range_m(100.0, np.array([dip, 0.0, -0.2])), 35.70e3, rtol=1e-3)
 
 
+def test_a_camera_on_the_ground_sees_it() -> None:
+    light = Renderer(scene(atmosphere={"preset": "us_standard", "altitude_m": 0.0}, targets=[])).scene(0)[0]
+    assert np.isfinite(light).all()
+
+
 def test_far_ground_fades_into_the_air_and_near_ground_stays() -> None:
     camera = {"size": (64, 400), "netd_mk": 0.0, "ifov_mrad": 1.0, "elevation_deg": -10.0, "band": "lwir"}
     air = {"preset": "tropical", "visibility_km": 5}
@@ -401,6 +406,21 @@ def test_far_ground_fades_into_the_air_and_near_ground_stays() -> None:
     assert kelvin[below, 32] == pytest.approx(
         float(temperature("lwir", tau * radiance("lwir", 310.0) + path)), abs=0.01
     )
+
+
+def test_the_sea_meets_the_sky_at_the_horizon() -> None:
+    """Far water is hidden by the air before it: at the horizon sea and sky have one temperature, near ones differ."""
+    camera = {"size": (64, 200), "netd_mk": 0.0, "ifov_mrad": 1.0, "band": "lwir", "psf_px": 0.0}
+    sea = {"kind": "sea", "preset": "tropical", "water_k": 285.0, "wind_m_s": 0.0, "camera_height_m": 100.0}
+    bare = Renderer(scene(camera=camera, background=sea, atmosphere={}, targets=[])).scene(0)[0]
+    hazy = Renderer(scene(camera=camera, background=sea, atmosphere={"preset": "tropical"}, targets=[])).scene(0)[0]
+    middle = temperature("lwir", hazy[:, 32]) - temperature("lwir", bare[:, 32])
+    assert abs(middle[:99]).max() < 1e-3  # the sky stands as it is
+    water = temperature("lwir", hazy[100:, 32])
+    assert water[1] == pytest.approx(float(temperature("lwir", hazy[97, 32])), abs=1.5)
+    below = np.arctan(0.0805)  # row 180
+    tau, path = Atmosphere(preset="tropical").path("lwir", 100 / np.sin(below), -below)
+    assert hazy[180, 32] == pytest.approx(float(tau * bare[180, 32] + path), rel=1e-3)
 
 
 def test_clouds_arrive_through_the_air_before_them() -> None:

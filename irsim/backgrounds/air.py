@@ -28,14 +28,33 @@ def ground_range_m(height_m: float, depression_rad: Floats) -> Floats:
 
 
 @dataclass(frozen=True, eq=False)
-class ThroughAir:
-    """A layer on the ground below, with the air before it.
+class Column:
+    """Transmittance and light of the path, (COLUMN, 1, 2) float32, from the level down to ground at sea level."""
 
-    column  (COLUMN, 1, 2) float32: transmittance, and light of the path, from the level down
-    """
+    table: Floats
+
+    @classmethod
+    def of(cls, stage: Stage, height_m: float) -> Column:
+        """As seen from a height above the ground, m; none is below a metre."""
+        height_m = max(height_m, 1.0)
+        depression = np.linspace(0, np.pi / 2, COLUMN)
+        air = stage.air.model_copy(update={"altitude_m": height_m})
+        path = air.path(stage.band, ground_range_m(height_m, depression), -depression)
+        return cls(np.stack(path, axis=-1).astype(np.float32)[:, None])
+
+    def at(self, depression_rad: Floats) -> tuple[Floats, Floats]:
+        """(transmittance, light of the path) at angles below the level (rows, cols); above it, as at it."""
+        rows = (depression_rad * ((COLUMN - 1) / (np.pi / 2))).astype(np.float32)
+        found = cv2.remap(self.table, np.zeros_like(rows), rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        return np.asarray(found[..., 0], np.float32), np.asarray(found[..., 1], np.float32)
+
+
+@dataclass(frozen=True, eq=False)
+class ThroughAir:
+    """A layer on the ground below, with the air before it."""
 
     layer: Layer
-    column: Floats
+    column: Column
 
     @property
     def name(self) -> str:
@@ -46,20 +65,14 @@ class ThroughAir:
         return self.layer.range_m
 
     def light(self, gaze: Gaze) -> tuple[Floats | None, Floats]:
-        chart = gaze.chart
-        rows = chart.spread(-chart.elevation_rad(chart.v) / (np.pi / 2) * (COLUMN - 1))
-        looked_up = cv2.remap(self.column, np.zeros_like(rows), rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        tau, path = looked_up[..., 0], looked_up[..., 1]
+        tau, path = self.column.at(gaze.chart.spread(-gaze.chart.elevation_rad(gaze.chart.v)))
         passed, emission = self.layer.light(gaze)
         return passed, np.asarray(tau * emission + (path if passed is None else path * (1 - passed)))
 
 
 def through_air(layers: Sequence[Layer], stage: Stage) -> Sequence[Layer]:
     """Layers on ground at the sea's level as the camera sees them from its altitude; as they are in clear air."""
-    air = stage.air
-    if air.is_clear:
+    if stage.air.is_clear:
         return layers
-    depression = np.linspace(0, np.pi / 2, COLUMN)
-    path = air.path(stage.band, ground_range_m(air.altitude_m, depression), -depression)
-    column = np.stack(path, axis=-1).astype(np.float32)[:, None]
+    column = Column.of(stage, stage.air.altitude_m)
     return [ThroughAir(layer, column) for layer in layers]

@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from pydantic import Field
 
+from irsim.backgrounds.air import Column
 from irsim.backgrounds.base import FARTHEST, Gaze, Layer
 from irsim.backgrounds.fields import spectral
 from irsim.backgrounds.landscape import Above
@@ -93,6 +94,7 @@ class Water:
 
     def __init__(self, sea: Sea, sky: Layer, stage: Stage) -> None:
         self._sea, self._sky, self._stage = sea, sky, stage
+        self._column = None if stage.air.is_clear else Column.of(stage, sea.camera_height_m)
         self._waves = [_Waves(sea, number, stage.seed) for number in range(BANDS)] if sea.wind_m_s else []
         self._gusts = spectral(TILE, 3.0, None, TILE / 8, 1.0, stage.seed, "gusts")
         angles = np.linspace(0, np.pi / 2, STEPS)
@@ -138,6 +140,9 @@ class Water:
         light = reflected * heaven + (1 - reflected) * np.float32(radiance(self._stage.band, sea.water_k))
         if sea.sun_deg is not None:
             light = light + self._glint(azimuth, down, across, along, rest)
+        if self._column is not None:
+            tau, path = self._column.at(down)
+            light = tau * light + path
         if self._stage.psf_px:
             light = cv2.GaussianBlur(light, (0, 0), self._stage.psf_px, borderType=cv2.BORDER_REPLICATE)
         return np.asarray(light, dtype=np.float32)
