@@ -187,6 +187,13 @@ class Scenario(Part):
         return self
 
     @model_validator(mode="after")
+    def _camera_fits(self) -> Scenario:
+        why = self.background.refuses(self.camera.size, self.camera.bits)
+        if why is not None:
+            raise PydanticCustomError("background_refuses", "{why}", {"why": why, "at": ("background",)})
+        return self
+
+    @model_validator(mode="after")
     def _names_are_unique(self) -> Scenario:
         seen: set[str] = set()
         for name, place in self.names():
