@@ -93,6 +93,8 @@ def compose(layers: Sequence[Layer], pieces: Iterable[Piece], gaze: Gaze, band: 
 def _draw(light: Floats, piece: Piece, seen: list[Seen], band: Band) -> None:
     if piece.sprite.wanted is not None:
         piece = replace(piece, sprite=fulfilled(piece.sprite, light, band))
+    if piece.sprite.contrast != 1:
+        piece = replace(piece, sprite=_faded(piece.sprite, light))
     sprite = piece.sprite
     corner = (sprite.x0, sprite.y0)
     for target in seen:
@@ -109,6 +111,21 @@ def _draw(light: Floats, piece: Piece, seen: list[Seen], band: Band) -> None:
     if met is not None:
         inner, outer = met
         light[outer] += sprite.emission[inner] - sprite.alpha[inner] * light[outer]
+
+
+def _faded(sprite: Sprite, light: Floats) -> Sprite:
+    """A sprite whose light differs from what is behind it by its `contrast` times as much as it would."""
+    met = overlap((sprite.x0, sprite.y0), sprite.cover.shape, (0, 0), light.shape)
+    if met is None:
+        return sprite
+    inner, outer = met
+    emission, share = sprite.emission.copy(), sprite.contrast
+    behind = sprite.alpha[inner] * light[outer]
+    emission[inner] = np.maximum(behind + share * (emission[inner] - behind), 0.0)
+    own, lent = share * float(sprite.emission.sum()), (1 - share) * float(behind.sum())
+    part = lent / (own + lent) if own + lent > 0 else 1.0
+    (x, y), (own_x, own_y) = sprite.center, sprite.signal_center
+    return replace(sprite, emission=emission, signal_center=(own_x + part * (x - own_x), own_y + part * (y - own_y)))
 
 
 def _contrast(sprite: Sprite, light: Floats, inner: Slices, outer: Slices, band: Band) -> float | None:

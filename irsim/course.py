@@ -39,6 +39,7 @@ class Course:
             zoomed(stage, mount, index),
             index / stage.rate_hz,
             self.target.id,
+            max(index - self.target.path.begins, 0.0) / stage.rate_hz,
         )
 
 

@@ -110,7 +110,8 @@ class Renderer:
                 continue
             sprite = course.target.shape.draw(course.view(index, self.mount, self.stage))
             if sprite is not None:
-                yield Piece(course.target.id, arriving(sprite, sight, course.target.id), tracked=True)
+                arrived = replace(arriving(sprite, sight, course.target.id), contrast=course.target.contrast)
+                yield Piece(course.target.id, arrived, tracked=True)
         for occluder in self.occluders:
             sprite = occluder.draw(sight)
             if sprite is not None:
@@ -144,7 +145,7 @@ class Renderer:
             id=target.id,
             center=sprite.center,
             box=sprite.box,
-            cls=target.cls or target.shape.kind,
+            cls=target.cls or target.shape.stands_for,
             signal_center=sprite.signal_center,
             velocity=(float(velocity[0]), float(velocity[1])) if np.isfinite(velocity).all() else None,
             attitude=(float(yaw), float(pitch), float(roll)),

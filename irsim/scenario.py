@@ -95,7 +95,7 @@ class Scenario(Part):
         cast = Company({target.id: target.path for target in self.targets}, motions)
         air = self.air
         psf_px = math.hypot(camera.psf_px, air.turbulence.blur_rms(camera.band) / camera.geometry.ifov_rad)
-        return Stage(self.seed, camera.geometry, camera.rate_hz, camera.band, psf_px, cast, air, camera.netd_mk * 1e-3)
+        return Stage(self.seed, camera.geometry, camera.rate_hz, camera.band, psf_px, cast, air, camera.netd() * 1e-3)
 
     @property
     def air(self) -> Atmosphere:

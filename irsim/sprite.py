@@ -31,6 +31,7 @@ class Sprite:
     center    (x, y) px, area centroid;  signal_center, weighted by emission
     box       tight box of the geometry
     wanted    where its brightness depends on what is behind: what it is to be
+    contrast  factor of its difference to what is behind it
     """
 
     x0: int
@@ -43,3 +44,4 @@ class Sprite:
     box: Box
     range_m: float
     wanted: Wanted | None = None
+    contrast: float = 1.0

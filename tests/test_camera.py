@@ -73,6 +73,11 @@ def test_noise_goes_with_the_detector() -> None:
     assert Camera(detector=Stated()).noise == (White(),)
 
 
+def test_the_scene_knows_the_noise_of_its_camera() -> None:
+    stage = loads("background: {kind: sky}\ncamera: {preset: cooled_mwir}").stage
+    assert stage.noise_k == pytest.approx(0.0177, rel=0.005)
+
+
 def test_netd_is_that_of_the_white_noise_or_of_the_electrons() -> None:
     assert Camera(netd_mk=55.0).netd() == 55.0
     fast = Camera(detector=Electrons(integration_ms=2.5, read_noise_e=0.0), band=(3.4, 4.9))
@@ -254,74 +259,6 @@ def test_variance_of_a_scenario_is_that_of_its_frames_over_seeds(preset: str) ->
 
 def loads_seed(scenario: irsim.Scenario, seed: int) -> irsim.Scenario:
     return scenario.model_copy(update={"seed": seed})
-
-
-# What real cameras measure
-
-
-def test_cooled_camera_without_correction_has_the_figures_of_a_real_one() -> None:
-    """MWIR, uncorrected: temporal 3.9 (white), fixed pixel 16, column 3, row 52 by odd and even rows, counts."""
-    fixed = "{kind: fixed_pattern, pixel: 4.10, column: 0.77, row: 1}"
-    text = f"""
-frames: 40
-camera:
-  size: [256, 192]
-  netd_mk: 100
-  range_k: [220, 400]
-  noise: [{{kind: white}}, {fixed}, {{kind: odd_even, ratio: 13.3}}]
-background: {{kind: sky, horizon_k: 300, zenith_k: 300}}
-"""
-    scenario = loads(text)
-    unit = scenario.camera.response().noise
-    netd = 3.9 / unit * 100
-    renderer = Renderer(loads(text, overrides=[f"camera.netd_mk={netd}"]))
-    seen = np.stack([renderer.frame(index)[0].image for index in range(40)]).astype(float)
-    pairs = np.diff(seen, axis=0).std() / math.sqrt(2)
-    assert pairs == pytest.approx(3.9, rel=0.02)
-    flat = seen.mean(axis=0)
-    rows, columns = flat.mean(axis=1), flat.mean(axis=0)
-    assert rows.std() == pytest.approx(52, rel=0.03)
-    assert columns.std() == pytest.approx(math.hypot(3, 16 / math.sqrt(192)), rel=0.1)
-    assert (flat - rows[:, None] - columns).std() == pytest.approx(math.hypot(16, 3.9 / math.sqrt(40)), rel=0.02)
-
-
-def test_uncooled_noise_has_the_differences_of_a_real_lepton() -> None:
-    """Sigma of differences at lags 1, 2, 3, 5, 9, 18, 36 of a Lepton 3: 0.51 ... 1.58; AR(1) of rho 0.9, sigma 1.13."""
-    text = """
-frames: 500
-camera:
-  size: [80, 60]
-  rate_hz: 9
-  band: lwir
-  bits: 16
-  range_k: [250, 350]
-  netd_mk: 10
-  noise: [{kind: ar1, rho: 0.9}]
-background: {kind: sky, horizon_k: 300, zenith_k: 300}
-"""
-    scenario = loads(text)
-    renderer = Renderer(scenario)
-    unit = scenario.camera.response().noise / 1.13
-    seen = np.stack([renderer.frame(index)[0].image for index in range(500)]).astype(np.float64) / unit
-    measured = {1: 0.51, 2: 0.70, 3: 0.84, 5: 1.03, 9: 1.24, 18: 1.44, 36: 1.58}
-    for lag, sigma in measured.items():
-        assert (seen[lag:] - seen[:-lag]).std() == pytest.approx(sigma, abs=0.04), lag
-
-
-def test_blinking_pixels_give_a_cooled_camera_heavy_tails() -> None:
-    """Kurtosis over the frame of the difference of frames: 216 in a real cooled camera, 3 in a clean patch."""
-    text = """
-frames: 60
-camera: {size: [320, 240], noise: [{kind: white}, {kind: bad_pixels, blinking: 0.002, dead: 0, hot: 0}]}
-background: {kind: sky, horizon_k: 300, zenith_k: 300}
-"""
-    renderer = Renderer(loads(text))
-    difference = renderer.frame(45)[0].image.astype(float) - renderer.frame(0)[0].image
-    kurtosis = (difference**4).mean() / (difference**2).mean() ** 2
-    assert 60 < kurtosis < 400
-    clean = Renderer(loads(text, overrides=["without=[bad_pixels]"]))
-    difference = clean.frame(45)[0].image.astype(float) - clean.frame(0)[0].image
-    assert (difference**4).mean() / (difference**2).mean() ** 2 == pytest.approx(3, abs=0.1)
 
 
 def test_radiance_of_a_stated_camera_is_its_range() -> None:

@@ -9,7 +9,9 @@ from irsim.shapes.bird import Bird
 from irsim.shapes.boat import Boat
 from irsim.shapes.car import Car
 from irsim.shapes.fighter import Fighter
+from irsim.shapes.flare import Flare
 from irsim.shapes.helicopter import Helicopter
+from irsim.shapes.hot_spot import HotSpot
 from irsim.shapes.missile import Missile
 from irsim.shapes.model import Model
 from irsim.shapes.pedestrian import Pedestrian
@@ -35,6 +37,8 @@ SHAPES = Family(
         "boat": Boat,
         "pedestrian": Pedestrian,
         "mesh": Model,
+        "flare": Flare,
+        "hot_spot": HotSpot,
     },
 )
 

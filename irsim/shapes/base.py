@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
@@ -23,6 +24,7 @@ class View:
     attitude  (3, 3) body vectors (x forward, y right, z down) to camera vectors
     time      s since frame 0: how moving parts lie
     name      the target's id: what is random about it is addressed by it
+    age       s since its path began: how a flare burns; inf where the path has no beginning
     """
 
     position: Floats
@@ -30,6 +32,7 @@ class View:
     stage: Stage
     time: float = 0.0
     name: str = ""
+    age: float = math.inf
 
 
 class Shape(Kind):
@@ -55,6 +58,11 @@ class Shape(Kind):
     def brightness(self, view: View) -> float:
         """The factor that its flicker makes all its light by."""
         return self.flicker.factor(view.time, view.stage.seed, view.name)
+
+    @property
+    def stands_for(self) -> str:
+        """Its class in truth, where the scenario gives none."""
+        return self.kind
 
     @abstractmethod
     def draw(self, view: View) -> Sprite | None:
