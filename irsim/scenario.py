@@ -37,7 +37,7 @@ class Target(Part):
     id: Name
     """Its name in truth, overrides and --without."""
     cls: Name | None = None
-    """Its class in truth; the shape's kind where not given."""
+    """Its class in truth; the shape's kind where not given (of flares and hot spots: decoy)."""
     shape: Annotated[Shape, SHAPES]
     """What it looks like."""
     path: Annotated[Path, PATHS]
@@ -46,6 +46,8 @@ class Target(Part):
     """Yaw, pitch, roll added to the attitude that its path gives, degrees."""
     spin_deg_s: Triple = (0.0, 0.0, 0.0)
     """Rates of the same three, degrees a second."""
+    contrast: Annotated[float, Field(ge=0, le=2)] = 1.0
+    """Factor of its difference to what is behind it: fainter, for a neighbour of like grey; 0 is invisible."""
     absent: Several[Stretch] = ()
     """List of [first, last] frame between which, both counted, it is not there: not drawn, and no truth."""
 
