@@ -242,7 +242,7 @@ class Atmosphere(Part):
 
     def _stations(self, along: Floats, elevation: Floats, steps: int) -> tuple[Floats, Floats]:
         """(..., steps + 1) km each: places along paths, close together near the camera, and their heights."""
-        places = along[..., None] * np.linspace(0, 1, steps + 1) ** 2
+        places = along[..., None] * _shares(steps)
         base = _EARTH_KM + self.altitude_m * 1e-3
         rise = np.sin(elevation)[..., None]
         # The distance from the Earth's middle less its radius, without the difference of large numbers.
@@ -259,7 +259,7 @@ class Atmosphere(Part):
             total = total + extinction * _below(places, heights, FOG_TOP_KM)
         passed = np.exp(-total)
         air = radiance(band, self.air_k((heights[..., 1:] + heights[..., :-1]) / 2))
-        return passed[..., -1], np.sum(air * -np.diff(passed), axis=-1)
+        return passed[..., -1], np.sum(air * (passed[..., :-1] - passed[..., 1:]), axis=-1)
 
 
 THINNED = 0.1
@@ -283,15 +283,25 @@ def _fitted(band: Band) -> BandName:
     return name
 
 
+@lru_cache
+def _shares(steps: int) -> Floats:
+    """Places along a path of length 1, close together near the camera. Read only."""
+    places = np.linspace(0, 1, steps + 1) ** 2
+    places.setflags(write=False)
+    return places
+
+
 def _sums(steps: Floats) -> Floats:
     """Running sums along the last axis, from 0 on."""
-    return np.concatenate([np.zeros_like(steps[..., :1]), np.cumsum(steps, axis=-1)], axis=-1)
+    sums = np.zeros((*steps.shape[:-1], steps.shape[-1] + 1))
+    np.cumsum(steps, axis=-1, out=sums[..., 1:])
+    return sums
 
 
 def _amount(places: Floats, heights: Floats, scale_km: float) -> Floats:
     """(..., n) km: level path at the fit's height that holds as much as each path up to its stations."""
     density = np.exp((FIT_HEIGHT_KM - heights) / scale_km)
-    return _sums((density[..., 1:] + density[..., :-1]) / 2 * np.diff(places))
+    return _sums((density[..., 1:] + density[..., :-1]) * (places[..., 1:] - places[..., :-1]) / 2)
 
 
 def _below(places: Floats, heights: Floats, top_km: float) -> Floats:
