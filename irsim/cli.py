@@ -16,6 +16,7 @@ import typer
 from irsim.errors import InputError
 from irsim.files import check_output
 from irsim.terminal import first_options, progress_bar, run
+from irsim.wording import counted
 
 app = typer.Typer(
     help="Render infrared scenes from YAML, record frames with exact truth, import real ones.",
@@ -69,11 +70,12 @@ def show(
 ) -> None:
     """Draw a sheet of frames over time with their truth boxes."""
     from irsim.draw import contact_sheet
+    from irsim.loader import find
     from irsim.sources import open_source
 
     opened = open_source(source)
     path = output or Path(f"{opened.name}.png")
-    check_output(path)
+    check_output(path, find(source))
     print(contact_sheet(opened, path))
 
 
@@ -114,7 +116,11 @@ def render(
     output: RecordingOption = None,
     seed: Annotated[int | None, typer.Option(metavar="N", help="Seed of the scene.")] = None,
     frames: Annotated[
-        str | None, typer.Option(metavar="N|A:B", help="N frames from the first on, or frames A to B-1.")
+        str | None,
+        typer.Option(
+            metavar="N|A:B",
+            help="N frames from the first on, or frames A to B-1; a scenario goes on beyond its own number.",
+        ),
     ] = None,
     jobs: Annotated[int, typer.Option(metavar="N", min=1, help="Processes that render.")] = 1,
     without: Annotated[
@@ -123,6 +129,7 @@ def render(
     ] = None,
 ) -> None:
     """Render a scenario, or a recording again by the scenario in it, into a recording (default: NAME.mcap here)."""
+    from irsim.loader import find
     from irsim.recording import record
     from irsim.sources import open_rendering
 
@@ -130,7 +137,7 @@ def render(
     off = [name.strip() for name in (without or "").split(",") if name.strip()]
     rendering, start, stop = open_rendering(source, overrides or (), seed, wanted, off)
     path = output or Path(f"{Path(source).stem}.mcap")
-    check_output(path, Path(source))
+    check_output(path, find(source))
     with progress_bar(f"render {rendering.name}", stop - start) as progress:
         record(rendering, path, start, stop, jobs, progress)
     _say_written(path)
@@ -152,15 +159,21 @@ def import_(
     accuracy: Annotated[
         float | None, typer.Option(metavar="PX", help="How far the truth's centres may be off; default: 1.")
     ] = None,
+    follow: Annotated[
+        str | None, typer.Option(metavar="ID", help="Whom trackers follow; default: the first in the truth.")
+    ] = None,
     output: RecordingOption = None,
 ) -> None:
     """Import real frames into a recording (default: NAME.mcap in this folder)."""
-    from irsim.convert import import_frames
+    from irsim.convert import import_frames, name_of
+    from irsim.recording import open_recording
 
-    path = output or Path(f"{frames.resolve().stem}.mcap")
+    path = output or Path(f"{name_of(frames)}.mcap")
     check_output(path, frames, truth)
     with progress_bar(f"import {frames.name}") as progress:
-        import_frames(frames, path, truth, rate, bits=bits, accuracy_px=accuracy, progress=progress)
+        import_frames(frames, path, truth, rate, bits=bits, accuracy_px=accuracy, follow=follow, progress=progress)
+    for note in open_recording(path).contents.notes:
+        print(f"irsim: note: {note}", file=sys.stderr)
     _say_written(path)
 
 
@@ -190,11 +203,11 @@ def _facts(info: dict[str, Any], has_scenario: bool) -> Iterator[tuple[str, str]
         yield "truth", "exact" if info["accuracy_px"] == 0 else f"within {info['accuracy_px']:g} px"
     for target in info["targets"]:
         what = f" ({target['cls']})" if target.get("cls") else ""
-        yield "target", f"{target['id']}{what}: {target['frames']} frames from {target['first']} on"
+        yield "target", f"{target['id']}{what}: {counted(target['frames'], 'frame')} from {target['first']} on"
     if info.get("follow"):
         yield "follow", info["follow"]
     for topic, count in info["topics"].items():
-        yield "topic", f"{topic}: {count} messages"
+        yield "topic", f"{topic}: {counted(count, 'message')}"
     yield "scenario", "attached" if has_scenario else "none"
     yield "source", f"{info['input']} from {info['name']} by irsim {info['version']}"
     yield "hash", info["hash"]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,6 +11,7 @@ import numpy as np
 
 from irsim.files import replacing
 from irsim.types import Box, Frame, Image, Source, Truth
+from irsim.wording import counted
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,6 +24,8 @@ CELL_IN = 3.6
 TRUTH_COLOR = "#ffb000"  # legible on black, grey and white; told apart by the colour-blind too
 ZOOM_PX = 32
 """Least side of the enlarged part, px."""
+ZOOM_SHARE = 0.3
+"""Height of that part on the sheet, as a share of the picture's."""
 MARGIN_PX = 6.0
 """Boxes are drawn larger by this, or they would hide what they show."""
 
@@ -46,7 +51,7 @@ def contact_sheet(source: Source, path: str | Path) -> Path:
         figsize=(CELL_IN * columns, (CELL_IN * height / width + 0.12) * rows + 0.5),
         layout="constrained",
     )
-    facts = f"{width} x {height} px, {source.bits} bits, {len(source)} frames at {source.rate_hz:g} Hz"
+    facts = f"{width} x {height} px, {source.bits} bits, {counted(len(source), 'frame')} at {source.rate_hz:g} Hz"
     key = "; boxes: truth, dotted where more than half is hidden" if source.has_truth else "; no truth"
     figure.suptitle(f"{source.name}: {facts}{key}", fontsize=9)
     grid = figure.subplots(rows, columns, squeeze=False)
@@ -83,7 +88,8 @@ def _draw_frame(axes: Axes, frame: Frame, truth: Truth | None, follow: str | Non
         )
     followed = truth.target(follow) if truth is not None and follow is not None else None
     if followed is not None and followed.in_view is not False:
-        _draw_zoom(axes, frame.image, followed.box)
+        others = [target.box for target in truth.targets if target is not followed] if truth is not None else []
+        _draw_zoom(axes, frame.image, followed.box, others)
 
 
 def _draw_box(axes: Axes, box: Box, hidden: bool) -> None:
@@ -102,15 +108,37 @@ def _draw_box(axes: Axes, box: Box, hidden: bool) -> None:
     )
 
 
-def _draw_zoom(axes: Axes, image: Image, box: Box) -> None:
-    """An enlarged part around a box, in the corner that is farthest from it."""
+def zoom_corner(box: Box, others: Sequence[Box], size: tuple[int, int]) -> tuple[float, float]:
+    """Lower left corner, as shares of the axes, of the enlarged part of a picture of `size` (columns, rows).
+
+    It stands in the corner that hides the fewest of the other boxes, of these in the farthest from `box`.
+    """
+    columns, rows = size
+    width, height = ZOOM_SHARE * rows, ZOOM_SHARE * rows
+    best: tuple[int, float] | None = None
+    chosen = (0.0, 0.0)
+    for left in (0.0, columns - width):
+        for top in (0.0, rows - height):
+            hidden = sum(
+                left < other.right + MARGIN_PX
+                and other.left - MARGIN_PX < left + width
+                and top < other.bottom + MARGIN_PX
+                and other.top - MARGIN_PX < top + height
+                for other in [box, *others]
+            )
+            near = -math.hypot(left + width / 2 - box.cx, top + height / 2 - box.cy)
+            if best is None or (hidden, near) < best:
+                best, chosen = (hidden, near), (left / columns, 1 - (top + height) / rows)
+    return chosen
+
+
+def _draw_zoom(axes: Axes, image: Image, box: Box, others: Sequence[Box]) -> None:
+    """An enlarged part around a box, in the corner where it hides least."""
     rows, columns = image.shape
     side = min(max(ZOOM_PX, 2 * round(max(box.w, box.h))), rows, columns)
     left = min(max(round(box.cx - side / 2), 0), columns - side)
     top = min(max(round(box.cy - side / 2), 0), rows - side)
-    corner_x = 0.0 if box.cx > columns / 2 else 1 - 0.3 * rows / columns
-    corner_y = 0.0 if box.cy < rows / 2 else 0.7
-    zoom = axes.inset_axes((corner_x, corner_y, 0.3 * rows / columns, 0.3))
+    zoom = axes.inset_axes((*zoom_corner(box, others, (columns, rows)), ZOOM_SHARE * rows / columns, ZOOM_SHARE))
     zoom.imshow(
         image[top : top + side, left : left + side],
         cmap="gray",

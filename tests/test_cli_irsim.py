@@ -231,6 +231,24 @@ def test_import_makes_a_recording_of_pictures(run: Run, folder: Path) -> None:
     assert [int(frame.image[0, 0]) for frame in recording.frames()] == [0, 10, 20]
     assert recording.rate_hz == 25
     assert [len(truth.targets) for truth in recording.truths()] == [1, 0, 1]
+    assert done.stderr == ""
+
+
+def test_import_tells_what_it_assumed_and_whom_it_renamed(run: Run, folder: Path) -> None:
+    (folder / "clip").mkdir()
+    cv2.imwrite(str(folder / "clip" / "0.png"), np.zeros((16, 20), np.uint8))
+    (folder / "boxes.csv").write_text("frame,x,y,w,h,id\n0,1,2,5,5,7\n0,9,9,5,5,8\n")
+    done = run("import", "clip", "--truth", "boxes.csv", "--follow", "8", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.splitlines() == [
+        "irsim: note: no rate was given: 30 Hz assumed",
+        "irsim: note: id '7' is called target-7",
+        "irsim: note: id '8' is called target-8",
+    ]
+    facts = run("info", "clip.mcap", cwd=folder).stdout.splitlines()
+    assert "follow     target-8" in facts
+    assert "topic      /ir/image: 1 message" in facts
+    assert "target     target-7: 1 frame from 0 on" in facts
 
 
 def test_import_of_deep_pictures_and_loose_boxes(run: Run, folder: Path) -> None:
@@ -258,6 +276,26 @@ BAD = {
     "imported recording to render": (
         ["render", "imported.mcap", "-o", "x.mcap"],
         "irsim: imported.mcap: holds no scenario, its frames were imported; allowed: ",
+    ),
+    "render onto its scenario": (
+        ["render", "scene.yaml", "-o", "scene.yaml"],
+        "irsim: scene.yaml: would replace scene.yaml, ",
+    ),
+    "show onto its recording": (
+        ["show", "good.mcap", "-o", "good.mcap"],
+        "irsim: good.mcap: would replace good.mcap, ",
+    ),
+    "import onto a frame": (
+        ["import", "clip", "-o", "clip/0.png"],
+        "irsim: clip/0.png: would replace clip, ",
+    ),
+    "import onto the truth": (
+        ["import", "clip", "--truth", "boxes.csv", "-o", "boxes.csv"],
+        "irsim: boxes.csv: would replace boxes.csv, ",
+    ),
+    "nobody to follow": (
+        ["import", "clip", "--truth", "boxes.csv", "--follow", "x", "-o", "x.mcap"],
+        "irsim: boxes.csv: there is no target 'x'; allowed: target",
     ),
     "render onto itself": (
         ["render", "good.mcap"],
@@ -294,6 +332,7 @@ def messy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "clip").mkdir()
     cv2.imwrite(str(folder / "clip" / "0.png"), np.zeros((8, 8), np.uint8))
     irsim.import_frames(folder / "clip", folder / "imported.mcap")
+    (folder / "boxes.csv").write_text("frame,x,y,w,h\n0,1,2,5,5\n")
     (folder / "empty.mcap").write_bytes(b"")
     (folder / "cut.mcap").write_bytes((folder / "good.mcap").read_bytes()[:2000])
     return folder

@@ -163,9 +163,46 @@ def test_ids_become_names(tmp_path: Path, folder: Path, truth: Callable[[str], P
     assert recording.contents.notes == ("id '0' is called target-0", "id 'big bird' is called big_bird")
 
 
+@pytest.mark.parametrize(("asked", "followed"), [(None, "target-0"), ("3", "target-3"), ("target-3", "target-3")])
+def test_who_is_followed_may_be_told(
+    tmp_path: Path, folder: Path, truth: Callable[[str], Path], asked: str | None, followed: str
+) -> None:
+    table = truth("frame,x,y,w,h,id\n0,1,1,2,2,0\n0,9,9,2,2,3\n")
+    recording = open_recording(import_frames(folder, tmp_path / "r.mcap", truth=table, follow=asked))
+    assert recording.follow == followed
+
+
+def test_nobody_of_that_name_to_follow(tmp_path: Path, folder: Path, truth: Callable[[str], Path]) -> None:
+    table = truth("frame,x,y,w,h,id\n0,1,1,2,2,jet\n")
+    with pytest.raises(InputError, match=r"gt\.csv: there is no target 'jat'; allowed: jet; did you mean 'jet'\?"):
+        import_frames(folder, tmp_path / "r.mcap", truth=table, follow="jat")
+    with pytest.raises(InputError, match=r"allowed with truth only \(--truth CSV\)"):
+        import_frames(folder, tmp_path / "r.mcap", follow="jet")
+
+
+def test_a_folder_gives_its_whole_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    made = folder_of(tmp_path / "flight.2", pictures(1))
+    assert open_recording(import_frames(made, tmp_path / "a.mcap")).header.name == "flight.2"
+    monkeypatch.chdir(made)
+    assert open_recording(import_frames(".", tmp_path / "b.mcap")).header.name == "flight.2"
+
+
+def test_an_import_replaces_nothing_that_it_reads(tmp_path: Path, folder: Path, truth: Callable[[str], Path]) -> None:
+    table = truth("frame,x,y,w,h\n0,1,1,2,2\n")
+    for out in (table, folder / "frame_0.png"):
+        before = out.read_bytes()
+        with pytest.raises(InputError, match="would replace"):
+            import_frames(folder, out, truth=table)
+        assert out.read_bytes() == before
+
+
 @pytest.mark.parametrize(
     ("text", "says"),
     [
+        (
+            "0,10,20,5,5\n1,11,20,5,5\n",
+            "gt.csv:1: the header is missing: the first line names the columns; allowed: frame,x,y,w,h[,id,cls]",
+        ),
         ("", "gt.csv:1: missing frame, x, y, w, h; allowed: frame,x,y,w,h[,id,cls]"),
         ("frame,x,y,w\n", "gt.csv:1: missing h"),
         (
@@ -278,6 +315,7 @@ def test_a_damaged_recording_is_imported_for_what_is_whole(tmp_path: Path, folde
         ({"bits": 12, "agc": AGCS.parse({"kind": "linear"})}, "no agc, no bits"),
         ({"accuracy_px": 1.0}, "no accuracy"),
         ({"compression": "none"}, "no compression"),
+        ({"follow": "jet"}, "no follow"),
     ],
 )
 def test_what_a_recording_has_of_its_own_is_not_silently_ignored(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from pathlib import Path
 
@@ -40,6 +41,21 @@ def test_a_link_stays_a_link(tmp_path: Path) -> None:
         file.write("new")
     assert link.is_symlink()
     assert (tmp_path / "real.txt").read_text() == "new"
+
+
+def test_a_read_only_file_system_is_told_of_the_output(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """There even taking away what is not there fails, with the name of what is not there."""
+
+    def refuse(path: object, *arguments: object, **named: object) -> None:
+        raise OSError(errno.EROFS, "Read-only file system", str(path))
+
+    monkeypatch.setattr("builtins.open", refuse)
+    monkeypatch.setattr(Path, "unlink", refuse)
+    with (
+        pytest.raises(InputError, match=r"out\.bin: cannot be written: Read-only file system$"),
+        replacing(tmp_path / "out.bin"),
+    ):
+        pass
 
 
 def test_no_folder_and_no_device(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from mcap.writer import Writer
 from recording_fakes import Noise, same_frames
 
 from irsim.display import AGCS
@@ -137,7 +138,36 @@ def test_recovery_keeps_what_stands_behind_a_broken_chunk(tmp_path: Path, record
     rescued = open_recording(recover(path, tmp_path / "out.mcap"))
     assert [round(frame.time * 30) for frame in rescued.frames()] == [0, 1, 4, 5, 6]
     assert [frame.index for frame in rescued.frames()] == [0, 1, 2, 3, 4]
-    assert rescued.contents.notes == ("5 frames recovered from broken.mcap",)
+    assert rescued.contents.notes == ("5 of 7 frames recovered from broken.mcap",)
+
+
+def test_what_follows_the_end_is_told_apart_from_a_cut(tmp_path: Path, recorded: Path) -> None:
+    path = tmp_path / "longer.mcap"
+    path.write_bytes(recorded.read_bytes() + b"junk")
+    with pytest.raises(InputError, match=r"longer\.mcap: damaged: 4 bytes of something else after its end; ") as error:
+        open_recording(path)
+    one_line(error, path)
+    assert len(open_recording(recover(path, tmp_path / "out.mcap"))) == len(Noise())
+
+
+def test_recovery_says_what_is_no_recording_of_irsim(tmp_path: Path) -> None:
+    path = tmp_path / "foreign.mcap"
+    with open(path, "wb") as file:
+        writer = Writer(file)
+        writer.start()
+        writer.finish()  # type: ignore[no-untyped-call]
+    with pytest.raises(InputError, match=r"foreign\.mcap: is MCAP but not a recording of irsim; allowed: "):
+        recover(path, tmp_path / "out.mcap")
+    assert not (tmp_path / "out.mcap").exists()
+
+
+def test_nothing_is_recorded_or_recovered_over_what_is_read(tmp_path: Path, recorded: Path) -> None:
+    before = recorded.read_bytes()
+    with pytest.raises(InputError, match="would replace"):
+        record(open_recording(recorded), recorded)
+    with pytest.raises(InputError, match="would replace"):
+        recover(recorded, recorded)
+    assert recorded.read_bytes() == before
 
 
 def test_outputs_are_checked_before_any_work(tmp_path: Path) -> None:

@@ -20,6 +20,7 @@ from irsim.recording.container import MAGIC
 from irsim.recording.header import Header
 from irsim.recording.write import RecordingWriter, default_agc, writing
 from irsim.types import Frame
+from irsim.wording import counted
 
 ACCURACY_PX = 1.0
 """How far an imported centre may be off where the user does not say: boxes drawn by hand and partly
@@ -39,6 +40,7 @@ def import_frames(
     agc: Agc | None = None,
     bits: int | None = None,
     accuracy_px: float | None = None,
+    follow: str | None = None,
     compression: Compression | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Path:
@@ -49,6 +51,7 @@ def import_frames(
     agc          counts to the 8-bit picture; default: none for 8-bit pictures, linear for 16-bit ones
     bits         true depth of 16-bit pictures, default 16
     accuracy_px  how far the truth's centres may be off, default ACCURACY_PX
+    follow       id of the target to follow, as the CSV or the recording calls it; default: its first
     compression  of the recording's chunks, default none
     progress     called with the number of frames done
 
@@ -57,7 +60,7 @@ def import_frames(
     place, for anything wrong; nothing is left behind then.
     """
     source, out = Path(source), Path(out)
-    check_output(out)
+    check_output(out, source, None if truth is None else Path(truth))
     _check_numbers(rate_hz, accuracy_px)
     if _is_mcap(source):
         given = {
@@ -67,16 +70,19 @@ def import_frames(
             "agc": agc,
             "bits": bits,
             "accuracy": accuracy_px,
+            "follow": follow,
             "compression": compression,
         }
         _refuse_given(source, given)
         return recover(source, out, progress)
     if accuracy_px is not None and truth is None:
         raise InputError(f"{source}: an accuracy is that of the truth; allowed with truth only (--truth CSV)")
+    if follow is not None and truth is None:
+        raise InputError(f"{source}: whom to follow is told by the truth; allowed with truth only (--truth CSV)")
     accuracy = ACCURACY_PX if accuracy_px is None else accuracy_px
 
     pictures = open_pictures(source)
-    labels = None if truth is None else read_labels(Path(truth), accuracy)
+    labels = None if truth is None else read_labels(Path(truth), accuracy, follow)
     if labels is not None and pictures.count is not None:
         labels.check_end(pictures.count)
     rate, notes = _rate(source, pictures, rate_hz)
@@ -84,7 +90,7 @@ def import_frames(
     first = next(reading)
     header = Header(
         version=__version__,
-        name=name or source.stem,
+        name=name or name_of(source),
         input="imported",
         size=(first.image.shape[1], first.image.shape[0]),
         bits=_bits(first, bits),
@@ -107,11 +113,17 @@ def import_frames(
             labels.check_end(done)
             notes.extend(labels.notes)
         if coloured:
-            notes.append(f"{coloured} of {done} pictures had colours: made grey by luma (ITU-R BT.601)")
+            notes.append(f"{coloured} of {counted(done, 'picture')} had colours: made grey by luma (ITU-R BT.601)")
         if isinstance(pictures, Video) and pictures.stated_count not in (None, done):
-            notes.append(f"the video states {pictures.stated_count} frames; {done} could be decoded")
+            notes.append(f"the video states {counted(pictures.stated_count, 'frame')}; {done} could be decoded")
         writer.finish(tuple(notes))
     return out
+
+
+def name_of(source: Path) -> str:
+    """What a folder or a video is called: the folder's name, or the file's without its ending."""
+    real = source.resolve()
+    return real.name if real.is_dir() else real.stem
 
 
 def _check_numbers(rate_hz: float | None, accuracy_px: float | None) -> None:

@@ -54,8 +54,10 @@ def _placed(target: TargetTruth, size: tuple[int, int]) -> TargetTruth:
     return replace(target, in_view=in_view)
 
 
-def read_labels(path: Path, accuracy_px: float) -> Labels:
+def read_labels(path: Path, accuracy_px: float, follow: str | None = None) -> Labels:
     """Read boxes by top-left corner and size in px, whole or fractional; blank numbers mean absent.
+
+    `follow` is an id of the file or the name that it becomes; the first target is followed without it.
 
     Frames count from 0. Several rows may be about one frame, with ids of their own. An id becomes a
     valid name: other characters than letters, digits, '_' and '-' become '_', and 'target-' goes before
@@ -83,8 +85,20 @@ def read_labels(path: Path, accuracy_px: float) -> Labels:
         raise InputError(f"{path}: holds no row; {_ALLOWED}")
     targets = {frame: tuple(target for target, _ in there.values()) for frame, there in boxes.items()}
     changed = tuple(f"id {raw!r} is called {name}" for raw, name in names.items() if raw and raw != name)
-    first = min(targets, default=None)
-    return Labels(path, targets, last, None if first is None else targets[first][0].id, changed)
+    return Labels(path, targets, last, _followed(targets, names, follow, path), changed)
+
+
+def _followed(
+    targets: dict[int, tuple[TargetTruth, ...]], names: dict[str, str], asked: str | None, path: Path
+) -> str | None:
+    """The name of who is followed."""
+    if asked is None:
+        return targets[min(targets)][0].id if targets else None
+    wanted = names.get(asked, asked)
+    if wanted not in names.values():
+        known = ", ".join(names.values()) or "nothing, there are none"
+        raise InputError(f"{path}: there is no target '{asked}'; allowed: {known}{suggestion(asked, names.values())}")
+    return wanted
 
 
 def _rows(path: Path) -> Iterator[tuple[int, dict[str, str]]]:
@@ -114,6 +128,8 @@ def _rows(path: Path) -> Iterator[tuple[int, dict[str, str]]]:
 
 def _check_columns(columns: Sequence[str], place: str) -> None:
     known = (*_NEEDED, *_OPTIONAL)
+    if columns and not any(column in known for column in columns):
+        raise InputError(f"{place}: the header is missing: the first line names the columns; {_ALLOWED}")
     for column in columns:
         if column not in known:
             raise InputError(f"{place}: unknown column {column!r}; {_ALLOWED}{suggestion(column, known)}")

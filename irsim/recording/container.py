@@ -7,6 +7,7 @@ for every frame saves mcap's copies of it: a chunk's header, and the messages in
 from __future__ import annotations
 
 import io
+import mmap
 import os
 import struct
 import zlib
@@ -26,6 +27,7 @@ from mcap.stream_reader import StreamReader
 
 from irsim.errors import InputError
 from irsim.recording.damage import BROKEN, DamageError, damage, decoded
+from irsim.wording import counted
 
 MAGIC = b"\x89MCAP0\r\n"
 
@@ -180,7 +182,9 @@ def open_container(path: Path, remedy: str = "") -> Container:
         file.seek(max(size - _FOOTER.size - len(MAGIC), 0))
         tail = file.read()
         if len(tail) < _FOOTER.size + len(MAGIC) or not tail.endswith(MAGIC):
-            raise damage(path, "it is cut short", remedy)
+            beyond = _beyond_end(path)
+            follows = f"{counted(beyond or 0, 'byte')} of something else after its end"
+            raise damage(path, "it is cut short" if beyond is None else follows, remedy)
         opcode, _, start, _, crc = _FOOTER.unpack_from(tail)
         if opcode != Opcode.FOOTER or not len(MAGIC) <= start <= size - len(tail):
             raise damage(path, "it has no index", remedy)
@@ -200,6 +204,16 @@ def open_container(path: Path, remedy: str = "") -> Container:
         metadata_index=tuple(record for record in records if isinstance(record, MetadataIndex)),
         attachment_index=tuple(record for record in records if isinstance(record, AttachmentIndex)),
     )
+
+
+def _beyond_end(path: Path) -> int | None:
+    """How many bytes stand behind a footer with its magic; None where there is none."""
+    with open(path, "rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+        at = data.rfind(MAGIC)
+        footer = data[max(at - _FOOTER.size, 0) : at]
+        if len(footer) < _FOOTER.size or footer[0] != Opcode.FOOTER:
+            return None
+        return len(data) - at - len(MAGIC)
 
 
 def check_mcap(path: Path) -> None:

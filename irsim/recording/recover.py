@@ -15,6 +15,7 @@ from irsim.recording.schema import decode_truth
 from irsim.recording.times import from_ns
 from irsim.recording.write import writing
 from irsim.types import Frame, Truth
+from irsim.wording import counted
 
 
 def recover(path: str | Path, out: str | Path, progress: Callable[[int], None] | None = None) -> Path:
@@ -23,7 +24,7 @@ def recover(path: str | Path, out: str | Path, progress: Callable[[int], None] |
     Frames are numbered anew and keep their times. InputError where nothing can be kept.
     """
     path, out = Path(path), Path(out)
-    check_output(out)
+    check_output(out, path)
     check_mcap(path)
     salvage = Salvage(path)
     header = salvage.header()
@@ -36,8 +37,14 @@ def recover(path: str | Path, out: str | Path, progress: Callable[[int], None] |
                 progress(kept)
         if not kept:
             raise nothing_left(path)
-        writer.finish(notes=(f"{kept} frames recovered from {path.name}",))
+        writer.finish(notes=(*salvage.notes, _told(kept, salvage.stated_frames, path.name)))
     return out
+
+
+def _told(kept: int, stated: int | None, name: str) -> str:
+    if stated is None:
+        return f"{counted(kept, 'frame')} recovered from {name}"
+    return f"{kept} of {counted(stated, 'frame')} recovered from {name}"
 
 
 def _decodable(salvage: Salvage, header: Header) -> Iterator[tuple[Frame, Truth | None]]:

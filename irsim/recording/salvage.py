@@ -27,7 +27,7 @@ from irsim.recording.container import (
     unpack,
 )
 from irsim.recording.damage import BROKEN, DamageError
-from irsim.recording.header import Header
+from irsim.recording.header import Contents, Header
 from irsim.recording.layout import IMAGE, SCENARIO, TRUTH
 
 _CRC = struct.Struct("<I")
@@ -51,6 +51,24 @@ class Salvage:
         """Does the recording say that every frame has a truth?"""
         return self.metadata.get("irsim", {}).get("has_truth") == "true"
 
+    @property
+    def stated_frames(self) -> int | None:
+        """How many frames there were, where the table of contents is left."""
+        contents = self._contents
+        return None if contents is None else contents.frames
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was known of the recording before it was damaged."""
+        contents = self._contents
+        return () if contents is None else contents.notes
+
+    @property
+    def _contents(self) -> Contents | None:
+        with suppress(InputError):
+            return Contents.unseal(self.metadata.get("irsim_contents", {}))
+        return None
+
     def frames(self) -> Iterator[tuple[Packet, Packet | None]]:
         """Each whole image message with its truth's; frames whose truth is gone are left out."""
         for part in _parts(self.path):
@@ -66,8 +84,9 @@ class Salvage:
 
     def header(self) -> Header:
         """The recording's header, which stands before its first frame; InputError where it is gone."""
-        if next(self.frames(), None) is None or "irsim" not in self.metadata:
-            raise nothing_left(self.path)
+        begun = next(self.frames(), None) is not None
+        if not begun or "irsim" not in self.metadata:
+            raise _foreign(self.path) if _is_foreign(self.path) else nothing_left(self.path)
         try:
             return Header.unseal(self.metadata["irsim"])
         except InputError as error:
@@ -90,6 +109,20 @@ class Salvage:
             images.extend(packets(chunk, self.topics.get(IMAGE, 0)))
         paired = [(image, self.truths.pop(image.sequence, None)) for image in images]
         return [(image, truth) for image, truth in paired if truth is not None or not self.has_truth]
+
+
+def _is_foreign(path: Path) -> bool:
+    """Is it whole, and nothing that irsim wrote?"""
+    try:
+        return all(entry.name != "irsim" for entry in open_container(path).metadata_index)
+    except DamageError:
+        return False
+
+
+def _foreign(path: Path) -> InputError:
+    return InputError(
+        f"{path}: is MCAP but not a recording of irsim; allowed: a folder of PNG, a video, or a recording of irsim"
+    )
 
 
 def nothing_left(path: Path) -> InputError:

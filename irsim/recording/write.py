@@ -183,7 +183,7 @@ def record(
     InputError where the frames are not in the source or the file cannot be written.
     """
     path = Path(path)
-    check_output(path)
+    check_output(path, source.file)
     stop = len(source) if stop is None else stop
     if not 0 <= start < stop <= len(source):
         raise InputError(f"{source.name}: there are no frames {start}:{stop}; allowed: within 0:{len(source)}")
