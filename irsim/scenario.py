@@ -219,6 +219,15 @@ class Scenario(Part):
                 yield "", occluder.hides, ("occluders", index, "hides")
 
     @model_validator(mode="after")
+    def _paths_are_possible(self) -> Scenario:
+        frames, stage = np.arange(float(self.frames)), self.stage
+        for index, target in enumerate(self.targets):
+            why = target.path.obstacle(frames, stage, target.id)
+            if why is not None:
+                raise PydanticCustomError("obstacle", "{why}", {"why": why, "at": ("targets", index, "path")})
+        return self
+
+    @model_validator(mode="after")
     def _nobody_waits_for_himself(self) -> Scenario:
         waits = {who: (whom, place) for who, whom, place in self.references() if who}
         for first in waits:

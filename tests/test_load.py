@@ -228,3 +228,19 @@ def test_text_back_gives_the_equal_scenario() -> None:
 
 def test_scalars_of_options() -> None:
     assert [scalar(text) for text in ("80", "on", "[64, 48]", "", "1e3")] == [80, "on", [64, 48], None, 1000.0]
+
+
+def test_a_ground_path_above_the_horizon_is_refused_with_its_place() -> None:
+    text = """
+frames: {frames}
+camera: {{size: [160, 120], ifov_mrad: 1, elevation_deg: -2}}
+background: {{kind: ground}}
+targets:
+  - id: car
+    shape: {{kind: point}}
+    path: {{kind: straight, start: [10, 60], speed: 2, heading_deg: -70, ground_m: 100}}
+"""
+    with pytest.raises(InputError, match=r"^up:8:\d+: targets.car.path: at \(\d+, \d+\) px it is above the horizon"):
+        irsim.loads(text.format(frames=40), "up")
+    scenario = irsim.loads(text.format(frames=10), "up")  # only later would it leave the ground
+    assert len(list(irsim.Rendering(scenario).truths())) == 10
