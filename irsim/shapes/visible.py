@@ -32,26 +32,27 @@ def visible_edges(
     start = start + np.stack([across, down], axis=1) * (_INSET_PX * layer / length)[:, None]
     stop = start + delta
 
-    # How far each edge's ends are inside each edge's line; a convex polygon is inside all of its own.
-    level = across * start[:, 0] + down * start[:, 1]
-    at_start = np.outer(start[:, 0], across) + np.outer(start[:, 1], down) - level
-    at_stop = np.outer(stop[:, 0], across) + np.outer(stop[:, 1], down) - level
+    # (lines, edges): how far each edge's ends are inside each edge's line; a convex polygon is inside all of its own.
+    level = (across * start[:, 0] + down * start[:, 1])[:, None]
+    across, down = across[:, None], down[:, None]
+    at_start = start[:, 0] * across + start[:, 1] * down - level
+    at_stop = stop[:, 0] * across + stop[:, 1] * down - level
     begins_out, ends_out = at_start < 0, at_stop < 0
     with np.errstate(divide="ignore", invalid="ignore"):  # parallel edges cross nowhere and use no crossing
         crossing = at_start / (at_start - at_stop)
     entering = np.where(begins_out, crossing, 0.0)
     entering[begins_out & ends_out] = 2.0
-    entry = np.maximum.reduceat(entering, first, axis=1)
-    leave = np.minimum.reduceat(np.where(ends_out, crossing, 1.0), first, axis=1)
-    entry[np.arange(len(start)), layer] = 2.0  # nothing is inside itself
+    entry = np.maximum.reduceat(entering, first, axis=0)
+    leave = np.minimum.reduceat(np.where(ends_out, crossing, 1.0), first, axis=0)
+    entry[layer, np.arange(len(start))] = 2.0  # nothing is inside itself
 
-    edges, polygons = np.nonzero(entry < leave)
-    cuts = np.concatenate([entry[edges, polygons], leave[edges, polygons]])
+    polygons, edges = np.nonzero(entry < leave)
+    cuts = np.concatenate([entry[polygons, edges], leave[polygons, edges]])
     edge, begin, end = pieces(len(start), np.concatenate([edges, edges]), cuts)
-    middle = ((begin + end) / 2)[:, None]
-    within = np.ones((len(edge), len(glow) + 1), dtype=bool)  # the last stands for nothing at all
-    within[:, :-1] = (entry[edge] < middle) & (middle < leave[edge])
-    nearest = within.argmax(axis=1)
+    middle = (begin + end) / 2
+    within = np.ones((len(glow) + 1, len(edge)), dtype=bool)  # the last stands for nothing at all
+    within[:-1] = (entry[:, edge] < middle) & (middle < leave[:, edge])
+    nearest = within.argmax(axis=0)
     own = layer[edge]
     bare = nearest == len(glow)
     gain = glow[own] - np.append(glow, 0.0)[nearest]
