@@ -90,6 +90,14 @@ def test_bare_trees_let_more_through_than_leafy_ones() -> None:
     assert shares[0] < shares[1] < shares[2]
 
 
+def test_without_undergrowth_only_trunks_meet_the_ground() -> None:
+    scene = stage(size=(320, 240))
+    trees = Trees(range_m=300, spacing_m=40, leaves=1, undergrowth=0)
+    passed, _ = trees.paint(Sheet.of(scene.geometry), 10.0, 290.0, scene).light(gaze(scene))
+    foot = round(119.5 + (math.radians(1.0) + math.atan(10 / 300)) / 0.5e-3)
+    assert (1 - passed[foot - 3 : foot + 2]).mean() < 0.1
+
+
 def test_buildings_have_walls_and_warm_windows() -> None:
     scene = stage(size=(320, 240))
     layer = Buildings(range_m=500, spread_k=0, windows_k=5, spacing_m=30).paint(

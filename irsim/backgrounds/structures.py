@@ -103,7 +103,8 @@ class Trees(Structure):
             self._tree(
                 canvas, float(draw.uniform(sheet.columns[0], sheet.columns[-1])), base, tall, temperature_k, draw
             )
-        self._bushes(canvas, base, tall, temperature_k, stage.seed)
+        if self.undergrowth:
+            self._bushes(canvas, base, tall, temperature_k, stage.seed)
         grain = _texture(sheet, self.beta, max(tall / 2, 2.0), stage.seed, self.id, "grain")
         if self.leaves < 1:
             self._thin(canvas, tall, stage.seed)
