@@ -13,6 +13,7 @@ from typing import Annotated, Any
 
 import typer
 
+from irsim import commands_measure
 from irsim.errors import InputError
 from irsim.files import check_output
 from irsim.terminal import first_options, progress_bar, run
@@ -36,6 +37,9 @@ RecordingOption = Annotated[Path | None, typer.Option("-o", "--output", metavar=
 def main() -> None:
     """The command `irsim`."""
     run(app, "irsim")
+
+
+app.command()(commands_measure.noise)
 
 
 @app.command()

@@ -1,0 +1,77 @@
+"""The commands of irsim that measure recordings; the command line itself is `irsim.cli`."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from irsim.errors import InputError
+from irsim.terminal import progress_bar
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    from irsim.types import Input, Source
+
+Measured = Annotated[
+    str, typer.Argument(metavar="SCENARIO|REC", help="A recording, or a scenario, which is rendered for it.")
+]
+Frames = Annotated[
+    str | None, typer.Option(metavar="N|A:B", help="N frames from the first on, or frames A to B-1; default: 300.")
+]
+Json = Annotated[bool, typer.Option("--json", help="One JSON document instead of lines.")]
+
+_MOST = 300
+"""Frames that are looked at where the user does not say: 200 MB of 640x512 px."""
+
+
+def noise(
+    source: Measured,
+    region: Annotated[
+        str | None, typer.Option(metavar="X,Y,W,H", help="Where only noise is seen, px; default: the flattest window.")
+    ] = None,
+    frames: Frames = None,
+    as_json: Json = False,
+) -> None:
+    """Measure noise on a flat region: 3-D noise, memory in time, drift, bad pixels, with 95 % intervals."""
+    from irsim.measure import measure_noise, noise_lines, parse_region
+    from irsim.sources import open_source
+
+    opened = open_source(source)
+    where = None if region is None else parse_region(region, opened.size)
+    start, stop = _span(frames, len(opened))
+    stack = read_stack(opened, start, stop, "counts")
+    try:
+        report = measure_noise(stack, opened.rate_hz, where, 2.0**opened.bits - 1)
+    except InputError as error:
+        raise InputError(f"{source}: {error}") from None
+    if as_json:
+        print(json.dumps({"source": source, "start": start, **report.as_json()}))
+        return
+    for label, text in noise_lines(report):
+        print(f"{label:8} {text}")
+
+
+def read_stack(source: Source, start: int, stop: int, input: Input) -> npt.NDArray[np.integer]:
+    """Frames start .. stop-1 as one array (T, rows, columns), with a progress bar."""
+    import numpy as np
+
+    images = []
+    with progress_bar(f"read {source.name}", stop - start) as progress:
+        for frame in source.frames(input, start, stop):
+            images.append(frame.image)
+            if progress is not None:
+                progress(len(images))
+    return np.stack(images)
+
+
+def _span(text: str | None, length: int) -> tuple[int, int]:
+    """'10' is (0, 10), '5:9' is (5, 9), None the first 300; cut at the source's end."""
+    first, colon, last = ("0", ":", str(_MOST)) if text is None else text.partition(":")
+    start, stop = (first, last) if colon else ("0", first)
+    if not (start.isdecimal() and stop.isdecimal() and int(start) < min(int(stop), length)):
+        raise InputError(f"--frames {text}: no such range; allowed: N, or A:B with A below B, of {length} frames")
+    return int(start), min(int(stop), length)

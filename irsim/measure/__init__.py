@@ -1,0 +1,25 @@
+"""Figures of recordings, real and rendered ones alike: pure functions of arrays."""
+
+from irsim.measure.defects import Defects, defects
+from irsim.measure.interval import Measured
+from irsim.measure.memory import Memory, Temporal, temporal
+from irsim.measure.noise import NoiseReport, measure_noise, noise_lines
+from irsim.measure.noise_3d import Noise3dTerms, noise_3d
+from irsim.measure.region import Region, flattest, parse_region
+
+__all__ = [
+    "Defects",
+    "Measured",
+    "Memory",
+    "Noise3dTerms",
+    "NoiseReport",
+    "Region",
+    "Temporal",
+    "defects",
+    "flattest",
+    "measure_noise",
+    "noise_3d",
+    "noise_lines",
+    "parse_region",
+    "temporal",
+]

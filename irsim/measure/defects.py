@@ -1,0 +1,87 @@
+"""Pixels that do not do what the others do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from irsim.measure.region import Values
+from irsim.types import Floats
+
+Mask = npt.NDArray[np.bool_]
+
+_FAR = 8.0
+"""Robust sigmas beyond which a pixel is bad: a Gaussian one of 10^6 pixels is never there."""
+_RESTLESS = 3.0
+"""Temporal sigma of a blinking pixel over that of those around it, at least."""
+_MEDIAN_TO_SIGMA = 1.4826
+"""Sigma over the median of absolute deviations of a Gaussian."""
+
+
+@dataclass(frozen=True, eq=False)
+class Defects:
+    """Masks (rows, columns); no pixel is in two of them.
+
+    dead        does not change, or stands far below those around it
+    hot         stands far above those around it
+    blinking    changes far more in time than those around it
+    """
+
+    dead: Mask
+    hot: Mask
+    blinking: Mask
+
+    @property
+    def all(self) -> Mask:
+        bad: Mask = self.dead | self.hot | self.blinking
+        return bad
+
+
+def defects(frames: Values) -> Defects:
+    """Bad pixels of frames (T, rows, columns), each compared with the 5 x 5 px around it.
+
+    Ridges and edges of a scene are not bad pixels, nor are tracks of what moves: a bad one stands out
+    from all on the border of those 5 x 5 px (so clusters wider than 3 px are missed). A still bright
+    or dark point of the scene does look like one.
+    """
+    values = np.asarray(frames, np.float32)
+    level, restless = values.mean(axis=0), values.std(axis=0)
+    usual = float(np.median(restless))
+    frozen = (restless == 0) & (usual > 0)
+    apart = level - _around(level)
+    # The scale of the place: texture and edges make it large, and nothing is said there.
+    scale = np.maximum(_around(np.abs(apart)), float(np.median(np.abs(apart)))) * _MEDIAN_TO_SIGMA
+    out = np.abs(apart) > _FAR * np.maximum(scale, np.finfo(np.float32).tiny)
+    blinking = (restless > _RESTLESS * np.maximum(_around(restless), usual)) & _alone(restless)
+    hot = out & _alone(level) & ~blinking
+    dead = ((out & _alone(-level)) | frozen) & ~hot & ~blinking
+    return Defects(dead, hot, blinking)
+
+
+def patched(frames: Values, bad: Mask) -> Values:
+    """Frames (T, rows, columns) with each bad pixel's values those of the nearest good one; a new array."""
+    if not bad.any() or bad.all():
+        return frames
+    from scipy.ndimage import distance_transform_edt
+
+    rows, columns = distance_transform_edt(bad, return_distances=False, return_indices=True)
+    return frames[:, rows, columns]
+
+
+def _alone(picture: Floats) -> Mask:
+    """Whether a pixel lies above all on the border of the 5 x 5 px around it.
+
+    By at least half of what it lies above their median.
+    """
+    border = np.pad(np.zeros((3, 3), np.uint8), 1, constant_values=1)
+    highest = cv2.dilate(np.ascontiguousarray(picture, np.float32), border)
+    alone: Mask = picture - highest > (picture - _around(picture)) / 2
+    return alone
+
+
+def _around(picture: Floats) -> Floats:
+    """Median of the 5 x 5 px around each pixel."""
+    return np.asarray(cv2.medianBlur(np.ascontiguousarray(picture, np.float32), 5))

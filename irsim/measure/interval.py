@@ -1,0 +1,53 @@
+"""A measured value with the interval in which the true one lies."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from irsim.types import Floats
+
+LEVEL = 0.95
+"""How often an interval holds the true value."""
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """A value and the ends of its 95 % interval."""
+
+    value: float
+    low: float
+    high: float
+
+    def map(self, function: Callable[[float], float]) -> Measured:
+        """Each number through a rising or falling function; low stays the lower end."""
+        low, high = sorted((function(self.low), function(self.high)))
+        return Measured(function(self.value), low, high)
+
+
+def root(value: float) -> float:
+    """The square root of a variance that was estimated, and may have come out below 0."""
+    return math.sqrt(max(value, 0.0))
+
+
+def jackknife(blocks: Floats, statistic: Callable[[Floats], Floats]) -> list[Measured]:
+    """What `statistic` says of the mean of all blocks, with intervals from leaving out one by one.
+
+    blocks      (B, ...) each the mean over as much data, independent of the others
+    statistic   mean over blocks (...) -> (S,)
+
+    The interval is that of Student's t with B - 1 degrees of freedom about the full-sample value:
+    B. Efron, "The Jackknife, the Bootstrap and Other Resampling Plans" (1982), section 3.
+    """
+    from scipy.stats import t
+
+    count = len(blocks)
+    total = blocks.sum(axis=0)
+    whole = statistic(total / count)
+    left = np.stack([statistic((total - block) / (count - 1)) for block in blocks])
+    error = np.sqrt((count - 1) / count * ((left - left.mean(axis=0)) ** 2).sum(axis=0))
+    reach = float(t.ppf((1 + LEVEL) / 2, count - 1)) * error
+    return [Measured(float(v), float(v - r), float(v + r)) for v, r in zip(whole, reach, strict=True)]

@@ -1,0 +1,181 @@
+"""What noise remembers from frame to frame: white noise plus a first-order autoregressive one.
+
+Read off the differences of frames k apart, which fixed pattern leaves alone: half their variance is
+w^2 + s^2 (1 - rho^k) for white noise of sigma w and AR(1) noise of sigma s and lag-1 correlation rho.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from irsim.measure.interval import Measured, jackknife, root
+from irsim.measure.region import Values
+from irsim.types import Floats
+
+LAGS = (1, 2, 3, 5, 9, 18, 36, 72)
+LEAST_FRAMES = 12
+_BLOCKS = 6
+_FLOOR = 1e-12
+_LEAST_CORRELATION = 0.02
+"""Correlation below which noise is called white: cooled cameras show up to 0.01 of either sign."""
+
+
+@dataclass(frozen=True)
+class Memory:
+    """Noise with memory, in the units of the frames.
+
+    white, correlated       sigmas of the part without and the part with memory
+    total                   sigma of both
+    rho, time_constant_s    of the correlated part; its correlation over k frames is rho^k
+    pixel                   sigma of the fixed pattern from pixel to pixel, freed of the time mean of both
+    """
+
+    white: Measured
+    correlated: Measured
+    total: Measured
+    rho: Measured
+    time_constant_s: Measured
+    pixel: Measured
+
+
+@dataclass(frozen=True)
+class Temporal:
+    """How noise goes on in time.
+
+    pair            sigma from differences of neighbouring frames, over sqrt(2)
+    lags            differences' lags, frames
+    difference      sigma from differences of frames that many apart, over sqrt(2)
+    correlation     of noise over each lag (1 - difference^2 / total^2)
+    memory          None where noise is white in time, or the frames too few to tell
+    """
+
+    pair: Measured
+    lags: tuple[int, ...]
+    difference: tuple[float, ...]
+    correlation: tuple[Measured, ...]
+    memory: Memory | None
+
+
+def temporal(frames: Values, rate_hz: float) -> Temporal:
+    """Lag correlations and memory of the pixels' noise in frames (T, rows, columns) of a flat scene.
+
+    Rows, columns and frames as a whole may have noise of their own: it is taken out first. Intervals
+    are those of a jackknife over 36 blocks of pixels.
+    """
+    values = centred(np.asarray(frames, np.float64))
+    times, rows, columns = values.shape
+    scale = rows * columns / ((rows - 1) * (columns - 1))  # what centring took from the variance
+    lags = tuple(lag for lag in LAGS if lag <= max(times // 2, 1))
+    pictures = [np.square(values[lag:] - values[:-lag]).mean(axis=0) / 2 * scale for lag in lags]
+    pictures += [values.var(axis=0) * scale, np.square(values.mean(axis=0)) * scale]
+    blocks = _blocks(np.stack(pictures, axis=-1))
+
+    def statistic(means: Floats) -> Floats:
+        white, correlated, decay = fit_memory(lags, means[: len(lags)])
+        total = white + correlated
+        mean_part = (white + correlated * _mean_correlation(decay, times)) / times
+        return np.array(
+            [
+                means[0],
+                white,
+                correlated,
+                total,
+                math.log(decay),
+                means[-1] - mean_part,
+                *(1 - means[: len(lags)] / max(total, _FLOOR)),
+            ]
+        )
+
+    # What the frames show without a model: correlations about the variance within the recording.
+    def plain(means: Floats) -> Floats:
+        within = max(means[-2] * times / (times - 1), _FLOOR)
+        return np.array([means[0], *(1 - means[: len(lags)] / within), means[len(lags) - 1] - means[0]])
+
+    pair, *shown, rise = jackknife(blocks, plain)
+    memory = None
+    correlation = tuple(shown)
+    remembered = rise.low > 0 and shown[0].low > _LEAST_CORRELATION
+    if times >= LEAST_FRAMES and remembered:
+        _, white, correlated, total, log_decay, pixel, *modelled = jackknife(blocks, statistic)
+        correlation = tuple(modelled)
+        memory = Memory(
+            white=white.map(root),
+            correlated=correlated.map(root),
+            total=total.map(root),
+            rho=log_decay.map(lambda x: math.exp(-math.exp(x))),
+            time_constant_s=log_decay.map(lambda x: math.exp(-x) / rate_hz),
+            pixel=pixel.map(root),
+        )
+    differences = tuple(root(float(blocks[:, i].mean())) for i in range(len(lags)))
+    return Temporal(pair.map(root), lags, differences, correlation, memory)
+
+
+def time_freedom(memory: Memory | None, times: int) -> float:
+    """Degrees of freedom of a series of `times` frames about its mean.
+
+    (tr R)^2 / tr R^2 of the centred correlation matrix R: F. E. Satterthwaite, "An approximate
+    distribution of estimates of variance components", Biometrics Bulletin 2 (1946).
+    """
+    if memory is None or not memory.total.value:
+        return times - 1
+    share = (memory.correlated.value / memory.total.value) ** 2
+    apart = np.abs(np.subtract.outer(np.arange(times), np.arange(times)))
+    matrix = share * memory.rho.value**apart + (1 - share) * np.eye(times)
+    matrix = matrix - matrix.mean(axis=0) - matrix.mean(axis=1)[:, None] + matrix.mean()
+    return float(np.trace(matrix) ** 2 / np.square(matrix).sum())
+
+
+def centred(values: Floats) -> Floats:
+    """Each frame less its row and column means; (T, rows, columns)."""
+    level = values.mean(axis=(1, 2), keepdims=True)
+    centred: Floats = values - values.mean(axis=1, keepdims=True) - values.mean(axis=2, keepdims=True) + level
+    return centred
+
+
+def fit_memory(lags: tuple[int, ...], half_squares: Floats) -> tuple[float, float, float]:
+    """(w^2, s^2, -log rho), least squares of w^2 + s^2 (1 - rho^k) in the logarithm's first order.
+
+    half_squares    (lags,) half the mean squared difference of frames that far apart
+    """
+    wanted = np.asarray(half_squares, np.float64)
+    lag = np.asarray(lags, np.float64)
+    low, high = math.log(0.05 / lag[-1]), math.log(6.0)
+    for _ in range(4):
+        decays = np.linspace(low, high, 61)
+        found = [_linear(1 - np.exp(-lag * math.exp(decay)), wanted) for decay in decays]
+        best = int(np.argmin([error for _, _, error in found]))
+        low, high = decays[max(best - 1, 0)], decays[min(best + 1, 60)]
+    white, correlated, _ = found[best]
+    return white, correlated, math.exp(decays[best])
+
+
+def _linear(shape: Floats, wanted: Floats) -> tuple[float, float, float]:
+    """w^2 >= 0 and s^2 >= 0 of w^2 + s^2 shape ~ wanted with equal relative errors, and the sum of squares."""
+    a, b = 1 / wanted.clip(_FLOOR), shape / wanted.clip(_FLOOR)
+    aa, ab, bb, ay, by = a @ a, a @ b, b @ b, a.sum(), b.sum()
+    determinant = max(aa * bb - ab * ab, _FLOOR * aa * bb)
+    white, correlated = (bb * ay - ab * by) / determinant, (aa * by - ab * ay) / determinant
+    if white < 0:
+        white, correlated = 0.0, by / bb
+    elif correlated < 0:
+        white, correlated = ay / aa, 0.0
+    return float(white), float(correlated), float(np.square(white * a + correlated * b - 1).sum())
+
+
+def _mean_correlation(decay: float, times: int) -> float:
+    """T times the variance of the mean of T frames of unit AR(1) noise."""
+    lag = np.arange(1, times)
+    return float(1 + 2 * ((1 - lag / times) * np.exp(-decay * lag)).sum())
+
+
+def _blocks(pictures: Floats) -> Floats:
+    """Means over a grid of up to 6 x 6 equal blocks of (rows, columns, ...); what is over at the ends is left."""
+    rows, columns = pictures.shape[:2]
+    down, across = min(_BLOCKS, rows // 2), min(_BLOCKS, columns // 2)
+    high, wide = rows // down, columns // across
+    cut = pictures[: down * high, : across * wide].reshape(down, high, across, wide, -1)
+    means: Floats = cut.mean(axis=(1, 3)).reshape(down * across, -1)
+    return means
