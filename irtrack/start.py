@@ -9,9 +9,7 @@ from dataclasses import dataclass
 from irsim.kinds import suggestion
 from irsim.types import Box, Source, TargetTruth, Truth
 from irtrack.errors import InputError
-
-START_PX = 5.0
-"""No side of a start box is shorter: a point target's own box holds too little to go by."""
+from irtrack.types import LEAST_PX
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,17 +76,20 @@ def _check_target(source: Source, truths: Iterable[Truth], target: str) -> None:
 
 
 def _unknown(source: Source, target: str, ids: Iterable[str]) -> InputError:
-    allowed = ", ".join(ids) or "none, there is no truth"
-    return InputError(f"{source.name} has no target '{target}'; allowed: {allowed}{suggestion(target, ids)}")
+    known = list(ids)
+    allowed = ", ".join(known) or "none, there is no truth"
+    ending = [id for id in known if id.endswith(f"-{target}")]  # label files number their targets
+    hint = f"; did you mean '{ending[0]}'?" if len(ending) == 1 else suggestion(target, known)
+    return InputError(f"{source.name} has no target '{target}'; allowed: {allowed}{hint}")
 
 
 def _checked(source: Source, box: Box) -> Box:
-    """The box, no side under START_PX; InputError where no pixel of the frame is in it."""
+    """The box, no side under LEAST_PX; InputError where no pixel of the frame is in it."""
     columns, rows = source.size
     text = f"start box of {box.w:g}x{box.h:g} px around ({box.cx:g}, {box.cy:g})"
     if not (all(map(math.isfinite, (box.cx, box.cy, box.w, box.h))) and box.w > 0 and box.h > 0):
         raise InputError(f"{text}: allowed: finite numbers, width and height above 0")
-    box = box.at_least(START_PX)
+    box = box.at_least(LEAST_PX)
     across = math.floor(min(box.right, columns - 1)) - math.ceil(max(box.left, 0)) + 1
     down = math.floor(min(box.bottom, rows - 1)) - math.ceil(max(box.top, 0)) + 1
     if across < 1 or down < 1:

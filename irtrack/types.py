@@ -12,6 +12,10 @@ import numpy as np
 
 from irsim.types import Box, Floats, Frame, Input
 
+LEAST_PX = 5.0
+"""No side of a box counts as shorter, when a track starts and when boxes are compared: a point target's own
+box holds too little to go by."""
+
 Status = Literal["tracking", "occluded", "lost"]
 """What a tracker says of itself: it sees the target, it predicts through a hiding, it has lost it."""
 
@@ -48,7 +52,7 @@ class Estimate:
 def fault(estimate: object) -> str | None:
     """What is wrong with what a tracker says, and what is allowed; None where it is a legal `Estimate`."""
     if not isinstance(estimate, Estimate):
-        return f"step gave a {type(estimate).__name__}; allowed: an Estimate"
+        return f"step gave (state, {type(estimate).__name__}); allowed: (state, Estimate)"
     if estimate.status not in get_args(Status):
         return f"the status {estimate.status!r}; allowed: {', '.join(get_args(Status))}"
     for name, shape in _SHAPES.items():

@@ -27,6 +27,7 @@ from irtrack.metrics import (
     rmse,
     score,
     success_curve,
+    widened,
 )
 from irtrack.types import Estimate, Track
 
@@ -194,6 +195,20 @@ def test_a_perfect_track() -> None:
     assert figures.precision_5 == figures.precision_20 == figures.precision_norm == 1
     assert figures.success_auc == pytest.approx(20 / 21)
     assert figures.ms_mean == figures.ms_median == 1.0  # the start's 100 ms are not a step
+
+
+def test_a_perfect_track_of_a_point_target_scores_as_any_other() -> None:
+    """Truth boxes of 1.58 px; the tracker keeps its start box, widened to 5 px, or says the true size."""
+    truth, sizes = np.column_stack([np.arange(12.0), np.zeros(12)]), np.full((12, 2), 1.58)
+    for said in (np.full((12, 2), 5.0), sizes):
+        figures = score(track_of(truth, said), reference_of(truth, sizes))
+        assert figures.success_auc == pytest.approx(20 / 21)
+    # 2 px beside it: 5x5 boxes share 3x5 of 35, 3/7 is above 0 .. .4; 2/5 is within .40 .. .50
+    beside = score(track_of(truth + np.array([2.0, 0.0]), sizes), reference_of(truth, sizes))
+    assert beside.success_auc == pytest.approx(9 / 21)
+    assert beside.precision_norm == pytest.approx(11 / 51)
+    # a side that is long stays what it is
+    assert widened(np.array([[2.0, 9.0], [np.nan, np.nan]])).tolist()[0] == [5.0, 9.0]
 
 
 def test_a_track_that_loses_by_hand() -> None:

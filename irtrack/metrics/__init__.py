@@ -12,7 +12,7 @@ from irtrack.metrics.centre import (
 )
 from irtrack.metrics.interval import wilson
 from irtrack.metrics.loss import LOSS_RULE, loss, off_frames
-from irtrack.metrics.overlap import SUCCESS, overlaps, success_curve
+from irtrack.metrics.overlap import SUCCESS, overlaps, success_curve, widened
 from irtrack.metrics.reference import Reference
 from irtrack.metrics.scoring import FIGURES, CentreFigures, Score, score
 
@@ -36,5 +36,6 @@ __all__ = [
     "rmse",
     "score",
     "success_curve",
+    "widened",
     "wilson",
 ]

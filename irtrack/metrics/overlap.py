@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from irsim.types import Floats
+from irtrack.types import LEAST_PX
 
 SUCCESS = np.arange(21) / 20
 """Thresholds of the success curve (OTB toolkit: 0:0.05:1)."""
@@ -20,6 +21,15 @@ def overlaps(centers: Floats, sizes: Floats, truth_centers: Floats, truth_sizes:
     common = np.clip(high - low, 0, None).prod(axis=1)
     union = sizes.prod(axis=1) + truth_sizes.prod(axis=1) - common
     return np.asarray(common / union)
+
+
+def widened(sizes: Floats) -> Floats:
+    """(n, 2) sizes with no side under `LEAST_PX`, nan where there is none.
+
+    Boxes are compared so, as start boxes are made so: a tracker that keeps the start box of a point
+    target has the size right.
+    """
+    return np.asarray(np.maximum(sizes, LEAST_PX))
 
 
 def success_curve(overlap: Floats, thresholds: Floats = SUCCESS) -> Floats:

@@ -19,7 +19,7 @@ from irtrack.metrics.centre import (
     rmse,
 )
 from irtrack.metrics.loss import loss, off_frames
-from irtrack.metrics.overlap import overlaps, success_curve
+from irtrack.metrics.overlap import overlaps, success_curve, widened
 from irtrack.metrics.reference import Reference
 from irtrack.types import Track
 
@@ -135,7 +135,7 @@ def score(track: Track, reference: Reference) -> Score:
     truth = reference.at(track.indices)
     scored = truth.present
     scored[:1] = False
-    centers, sizes = track.centers, track.sizes
+    centers, sizes, true_sizes = track.centers, widened(track.sizes), widened(truth.sizes)
     errors = centre_errors(centers, truth.centers)
     off = off_frames(errors, truth.diagonals, truth.accuracy)
     counted = scored & truth.shown
@@ -146,8 +146,8 @@ def score(track: Track, reference: Reference) -> Score:
 
     precise = errors[scored] <= truth.accuracy[scored]
     at_5, at_20 = precision_curve(errors[scored], np.array([5.0, 20.0]), precise)
-    normalised = normalised_errors(centers, truth.centers, truth.sizes)[scored]
-    overlap = overlaps(centers, sizes, truth.centers, truth.sizes)[scored]
+    normalised = normalised_errors(centers, truth.centers, true_sizes)[scored]
+    overlap = overlaps(centers, sizes, truth.centers, true_sizes)[scored]
     offsets = centers - truth.centers
     figures = {
         "off_share": float(off[counted].mean()) if counted.any() else np.nan,

@@ -11,7 +11,7 @@ from irsim.types import Floats
 from irtrack.bench import Trace
 from irtrack.metrics.centre import PRECISION_PX, centre_errors, precision_curve
 from irtrack.metrics.loss import OFF_PX
-from irtrack.metrics.overlap import SUCCESS, overlaps, success_curve
+from irtrack.metrics.overlap import SUCCESS, overlaps, success_curve, widened
 from irtrack.report.charts import Axis, Line, line_chart
 from irtrack.report.palette import Look
 
@@ -124,7 +124,7 @@ def _mean_success(seeds: Sequence[Trace]) -> Floats:
     curves = []
     for trace in seeds:
         scored = _scored(trace)
-        overlap = overlaps(trace.centers, trace.sizes, trace.truth_centers, trace.truth_sizes)
+        overlap = overlaps(trace.centers, widened(trace.sizes), trace.truth_centers, widened(trace.truth_sizes))
         curves.append(success_curve(overlap[scored]))
     return _mean(curves)
 
