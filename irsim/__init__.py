@@ -24,6 +24,7 @@ _PUBLIC = {
     "IrsimError": "irsim.errors",
     "Scenario": "irsim.scenario",
     "dumps": "irsim.loader",
+    "build": "irsim.loader",
     "load": "irsim.loader",
     "loads": "irsim.loader",
     "scalar": "irsim.yamlfile",
@@ -37,6 +38,7 @@ _PUBLIC = {
     "read_tracks": "irsim.recording",
     "write_tracks": "irsim.recording",
     "open_source": "irsim.sources",
+    "is_recording": "irsim.sources",
     "import_frames": "irsim.convert",
 }
 

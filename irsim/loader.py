@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
@@ -15,16 +15,19 @@ from irsim import yamlfile
 from irsim.errors import InputError, Notice
 from irsim.explain import explain, line, listed
 from irsim.intent import idle, unmet
-from irsim.kinds import importing_nothing
+from irsim.kinds import Part, importing_nothing
 from irsim.overrides import override
 from irsim.scenario import Scenario
 from irsim.schema import Slot, plain, shown
 from irsim.yamlfile import Document, scalar
 
-__all__ = ["dumps", "examples", "find", "load", "loads", "scalar", "warnings"]
+__all__ = ["build", "dumps", "examples", "find", "load", "loads", "scalar", "warnings"]
 
 _LARGEST_WHOLE = 2**53
 """Up to here a float that is a whole number says exactly which."""
+
+
+AnyPart = TypeVar("AnyPart", bound=Part)
 
 
 def load(path: str | PathLike[str], overrides: Iterable[str] = ()) -> Scenario:
@@ -83,6 +86,18 @@ def find(path: str | PathLike[str]) -> Path:
     raise InputError(
         f"{wanted}: there is no such file and no shipped scenario of that name{listed(sorted(shipped), wanted)}"
     )
+
+
+def build(part: type[AnyPart], values: Mapping[str, Any], name: str) -> AnyPart:
+    """A part from plain values by its keys, such as a tracker from its parameters; `1e3` is a whole number too.
+
+    InputError: a line for each thing that is wrong, 'name: key: what; allowed: ...'.
+    """
+    document = Document(name, _whole(dict(values)), {(): name}, {})
+    try:
+        return part.model_validate(document.value)
+    except ValidationError as error:
+        raise InputError("\n".join(explain(error, document, part))) from None
 
 
 def _scenario(document: Document, overrides: Iterable[str]) -> Scenario:

@@ -32,7 +32,11 @@ def open_source(
         if seed is not None:
             raise InputError(f"{path.name}: a seed is for scenarios, this is a source already opened")
         return path
-    if _is_recording(Path(path)):
+    if Path(path).is_dir():
+        raise InputError(
+            f"{path}: is a folder; allowed: a scenario or a recording (irsim import {path} makes one of its pictures)"
+        )
+    if is_recording(Path(path)):
         _refuse(overrides, str(path))
         if seed is not None:
             raise InputError(f"{path}: a recording has no seed; allowed for scenarios only")
@@ -57,7 +61,7 @@ def open_rendering(
     A recording's scenario runs no code that it names (see `loader.loads`). InputError as `load`, and
     where a recording holds no scenario.
     """
-    recording = open_recording(Path(path)) if _is_recording(Path(path)) else None
+    recording = open_recording(Path(path)) if is_recording(Path(path)) else None
     before = 0 if recording is None else recording.header.first_frame
     changes = [*overrides, *([] if seed is None else [f"seed={seed}"])]
     if frames is not None:
@@ -81,8 +85,8 @@ def _scenario(path: str | PathLike[str], recording: Recording | None, changes: S
     return loads(recording.scenario_text, f"{path}: scenario", changes, trusted=False)
 
 
-def _is_recording(path: Path) -> bool:
-    """By content; a file that cannot be read, or is cut to nothing, goes by its suffix."""
+def is_recording(path: Path) -> bool:
+    """Whether the file is a recording, by its content; one cut to nothing, or not to be read, goes by its suffix."""
     try:
         with path.open("rb") as file:
             return file.read(len(MCAP_MAGIC)) == MCAP_MAGIC or path.suffix == ".mcap"

@@ -16,6 +16,7 @@ _PUBLIC = {
     "Tracker": "irtrack.types",
     "InputError": "irtrack.errors",
     "IrtrackError": "irtrack.errors",
+    "TrackerError": "irtrack.errors",
     "make": "irtrack.trackers",
     "run": "irtrack.replay",
     "Reference": "irtrack.metrics",

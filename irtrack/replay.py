@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +14,7 @@ import numpy as np
 import irsim
 from irsim.rng import stream
 from irsim.types import Box, Frame, Input, Source, Truth
-from irtrack.errors import IrtrackError
+from irtrack.errors import IrtrackError, TrackerError
 from irtrack.identity import tracker_config, tracker_name
 from irtrack.start import Start, find_start
 from irtrack.types import Estimate, Track, Tracker, fault
@@ -40,19 +42,37 @@ class Player:
         self._step_ms: list[float] = []
 
     def see(self, frame: Frame) -> None:
-        """Show the tracker the next frame. What it raises is passed on."""
+        """Show the tracker the next frame.
+
+        What it prints goes to standard error: standard output is the caller's. TrackerError for what it
+        raises, also where it would end the program, and for what is no estimate; an irsim or irtrack
+        error, such as a shipped tracker's InputError for a frame of another size, is passed on.
+        """
         rng = stream(self.seed, self.name, self.start.target or "init", frame.index)
-        begin = time.perf_counter()
-        if self._frames:
-            self._state, estimate = self.tracker.step(self._state, frame, rng)
-        else:
-            self._state = self.tracker.init(frame, self.start.box, rng)
-            box = self.start.box
-            estimate = Estimate((box.cx, box.cy), (box.w, box.h))
-        self._step_ms.append((time.perf_counter() - begin) * 1e3)
+        place = f"{self.name}: frame {frame.index}"
+        box = self.start.box
+        answer: Any
+        try:
+            with redirect_stdout(sys.stderr):
+                begin = time.perf_counter()
+                if self._frames:
+                    answer = self.tracker.step(self._state, frame, rng)
+                else:
+                    answer = self.tracker.init(frame, box, rng), Estimate((box.cx, box.cy), (box.w, box.h))
+                took = time.perf_counter() - begin
+        except IrtrackError:
+            raise
+        except (Exception, SystemExit) as error:
+            said = " ".join(str(error).split())
+            raise TrackerError(f"{place}: {type(error).__name__}{said and f': {said}'}") from error
+        if not (isinstance(answer, tuple) and len(answer) == 2):
+            raise TrackerError(f"{place}: step gave {_named(answer)}; allowed: (state, Estimate)")
+        state, estimate = answer
         wrong = fault(estimate)
         if wrong is not None:
-            raise IrtrackError(f"{self.name}: frame {frame.index}: {wrong}")
+            raise TrackerError(f"{place}: {wrong}")
+        self._state = state
+        self._step_ms.append(took * 1e3)
         self._frames.append((frame.index, frame.time))
         self._estimates.append(estimate)
 
@@ -74,6 +94,12 @@ class Player:
             estimates=tuple(self._estimates),
             step_ms=np.array(self._step_ms),
         )
+
+
+def _named(answer: object) -> str:
+    if isinstance(answer, tuple):
+        return f"a tuple of {len(answer)}"
+    return "None" if answer is None else f"a {type(answer).__name__}"
 
 
 def run(
@@ -98,7 +124,7 @@ def run(
     frames    at most so many, the start frame included
     progress  called with (frames done, frames to do)
 
-    What a tracker raises is passed on. InputError (of irtrack or irsim) for bad input.
+    TrackerError for what the tracker raises. InputError for bad input.
     """
     chosen = _tracker(tracker, parameters or {})
     opened = irsim.open_source(source)

@@ -97,6 +97,13 @@ class Breaker(Walker):
 
 
 @dataclass(frozen=True)
+class Holder(Walker):
+    """Has a parameter of any kind."""
+
+    held: Any = None
+
+
+@dataclass(frozen=True)
 class Vandal(Walker):
     """Writes into the frame that it is shown."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -35,12 +36,32 @@ def test_a_failing_tracker_fails_alone_and_is_tried_again(tmp_path: Path) -> Non
     assert steps(log)[5] == 1
 
 
-def test_a_scene_that_never_shows_its_target_is_a_failed_cell(tmp_path: Path) -> None:
-    hidden = Strip(visible=(0.0,) * 5)
-    with run_bench([hidden], [Entry("w", Walker())], results=tmp_path / "r.db") as results:
-        (cell,) = results.cells()
-    assert cell.status == "failed"
-    assert "never shows" in (cell.failure or "")
+def test_a_source_that_never_shows_its_target_is_one_line(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="target 'a' of strip never shows"):
+        run_bench([Strip(visible=(0.0,) * 5)], [Entry("w", Walker())], seeds=10, results=tmp_path / "r.db")
+    assert not (tmp_path / "r.db").exists()
+
+
+@dataclass(frozen=True, eq=False)
+class Moody(Strip):
+    """Shows its target with odd seeds only."""
+
+    seed: int | None = 0
+
+    def with_seed(self, seed: int) -> Moody:
+        return replace(self, seed=seed, hash=str(seed), visible=(float(seed % 2),) * 5)
+
+
+def test_a_scene_that_hides_its_target_with_some_seeds_is_a_failed_cell(tmp_path: Path) -> None:
+    with run_bench([Moody()], [Entry("w", Walker())], seeds=3, results=tmp_path / "r.db") as results:
+        cells = results.cells()
+    assert [cell.status for cell in cells] == ["failed", "ok", "failed"]
+    assert "never shows" in (cells[0].failure or "")
+
+
+def test_a_bench_follows_the_target_asked_for(tmp_path: Path) -> None:
+    with run_bench([Strip(follow="b")], [Entry("w", Walker())], target="a", results=tmp_path / "r.db") as results:
+        assert [cell.key.target for cell in results.cells()] == ["a"]
 
 
 def test_a_source_without_truth_runs_from_a_box_and_scores_nothing(tmp_path: Path) -> None:
@@ -71,6 +92,7 @@ def test_a_source_without_truth_runs_from_a_box_and_scores_nothing(tmp_path: Pat
         ({"trackers": ["kalmann"]}, "did you mean 'kalman'?"),
         ({"sources": [Strip(), Strip(hash="2")]}, "two sources are named 'strip'"),
         ({"sources": ["absent.mcap"]}, "absent.mcap"),
+        ({"target": "b"}, "has no target 'b'; allowed: a"),
         ({"seeds": 0}, "seeds 0"),
         ({"seeds": [1, 1]}, "none twice"),
         ({"jobs": 0}, "jobs 0"),

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import csv
 import json
+import os
+import re
 import signal
 import sqlite3
 import subprocess
@@ -41,6 +43,22 @@ class Broken:
         return box
     def step(self, state, frame, rng):
         raise ValueError("planted")
+
+class Careless(Broken):
+    what = "none"
+    def step(self, state, frame, rng):
+        print("seen", frame.index)
+        if self.what == "leave":
+            raise SystemExit(3)
+        if self.what == "write":
+            frame.image[0, 0] = 1
+        return {"none": None, "pair": (state.cx, state.cy), "good": (state, Estimate((9, 9), (5, 5)))}[self.what]
+    def __init__(self, what="none"):
+        self.what = what
+
+class Typed(Broken):
+    def __init__(self, reach: int = 3):
+        self.reach = reach
 
 class Reaching(Broken):
     def __init__(self, reach=1.0):
@@ -170,7 +188,11 @@ def test_run_from_a_given_box_has_no_scores(call: Call) -> None:
     answer = call("run", "template", "clip.mcap", "--init", "25,32,12,8@4")
     assert answer.status == 0
     assert "a given box, frames 4 to 19" in answer.out
-    assert "no scores" in answer.out
+    assert "no scores: a box was given, and truth does not know whose; --target ID says whose" in answer.out
+    named = call("run", "template", "clip.mcap", "--init", "25,32,12,8@4", "--target", "jet")
+    assert "rmse" in named.out
+    last = call("run", "template", "clip.mcap", "--init", "25,32,12,8@19", "--target", "jet")
+    assert "no scores: there is no frame after the start" in last.out
     value = json.loads(call("run", "template", "clip.mcap", "--init", "25,32,12,8@4", "--json").out)
     assert value["start"] == {"frame": 4, "cx": 30.5, "cy": 35.5, "w": 12, "h": 8}
     assert value["score"]["rmse"] is None
@@ -211,6 +233,60 @@ def test_a_failing_tracker_fails_alone_and_the_status_says_so(call: Call, tmp_pa
         }
 
 
+FAILING = [
+    (("mine:Broken",), "mine:Broken: frame 1: ValueError: planted", True),
+    (("mine:Careless", "what=none"), "mine:Careless: frame 1: step gave None; allowed: (state, Estimate)", False),
+    (("mine:Careless", "what=pair"), "mine:Careless: frame 1: step gave (state, float); allowed", False),
+    (("mine:Careless", "what=leave"), "mine:Careless: frame 1: SystemExit: 3", True),
+    (("mine:Careless", "what=write"), "mine:Careless: frame 1: ValueError: assignment destination is read-only", True),
+]
+
+
+@pytest.mark.parametrize(("words", "said", "raises"), FAILING, ids=str)
+def test_a_tracker_that_fails_is_one_headline_and_its_own_calls(
+    call: Call, words: tuple[str, ...], said: str, raises: bool
+) -> None:
+    answer = call("run", words[0], "clip.mcap", *words[1:])
+    assert (answer.status, answer.out) == (1, "")
+    lines = [line for line in answer.err.splitlines() if not line.startswith("seen")]
+    assert lines[0].startswith(f"irtrack: {said}")
+    if not raises:
+        assert len(lines) == 1
+        return
+    files = [line for line in lines if line.lstrip().startswith("File ")]
+    assert len(files) == 1
+    assert "mine.py" in files[0]
+    name = words[0] + "".join(f":{word}" for word in words[1:])
+    answer = call("bench", "clip.mcap", "--trackers", f"kalman,{name}", "--seeds", "1", "--results", "f.db", "--json")
+    assert answer.status == 1
+    assert {row["label"]: row["failed"] for row in json.loads(answer.out)["rows"]} == {"kalman": 0, name: 1}
+
+
+@pytest.mark.parametrize("jobs", ["1", "2"])
+def test_what_a_tracker_prints_is_no_part_of_the_document(made: Path, jobs: str) -> None:
+    for words in (
+        ("run", "mine:Careless", "clip.mcap", "what=good"),
+        (
+            "bench",
+            "clip.mcap",
+            "scene.yaml",
+            "--trackers",
+            "mine:Careless:what=good",
+            "--seeds",
+            "1",
+            "--jobs",
+            jobs,
+            "--results",
+            str(made / f"{jobs}.db"),
+        ),
+    ):
+        process = start(made, *words, "--json")
+        out, err = process.communicate(timeout=60)
+        assert process.returncode == 0
+        assert json.loads(out)
+        assert "seen 1" in err
+
+
 BAD = [
     (("run", "grey_pff", "clip.mcap"), "did you mean 'grey_pf'?"),
     (("run", "nowhere:Tracker", "clip.mcap"), "nowhere"),
@@ -237,6 +313,18 @@ BAD = [
     (("bench", "none.mcap", "--trackers", "grey_pf", "--results", "x.db"), "none.mcap"),
     (("bench", "clip.mcap", "--trackers", "grey_pf", "--results", "no/x.db"), "the folder no does not exist"),
     (("bench", "clip.mcap", "--trackers", "grey_pf", "--results", "scene.yaml"), "scene.yaml"),
+    (("bench", "clip.mcap", "--trackers", "grey_pf", "--target", "jett", "--results", "x.db"), "did you mean 'jet'?"),
+    (("bench", "clip.mcap", "--trackers", "grey_pf", "--results", "clip.mcap"), "would replace clip.mcap"),
+    (("run", "kalman", "clip.mcap", "-o", "clip.mcap"), "would replace clip.mcap"),
+    (("run", "kalman", "clip.mcap", "--csv", "clip.mcap"), "would replace clip.mcap"),
+    (("run", "kalman", "scene.yaml", "-o", "scene.yaml"), "would replace scene.yaml"),
+    (("run", "kalman", "clip.mcap", "-o", "same", "--csv", "same"), "would replace same"),
+    (("run", "kalman", "clip.mcap", "gate=3", "gate=4"), "'gate' is given twice"),
+    (("run", "kalman", "."), "irsim import"),
+    (("run", "./mine.py:Reaching", "clip.mcap"), "did you mean 'mine:Reaching'?"),
+    (("run", "mine:Typed", "clip.mcap", "reach=x"), "mine:Typed: reach: expected a whole number, not 'x'"),
+    (("run", "mine:Reaching", "clip.mcap", "bogus=3"), "allowed: the tracker's reach\n"),
+    (("report", "clip.mcap", "-o", "clip.mcap"), "would replace clip.mcap"),
     (("report", "none.db"), "none.db"),
     (("report", "clip.mcap"), "clip.mcap"),
     (("report", "none.db", "-o", "no/report.html"), "the folder no does not exist"),
@@ -267,7 +355,8 @@ def test_wrong_usage_has_status_2(call: Call, words: tuple[str, ...]) -> None:
 
 def start(folder: Path, *words: str) -> subprocess.Popen[str]:
     command = [sys.executable, "-c", "from irtrack.cli import main; main()", *words]
-    return subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    pipe = subprocess.PIPE
+    return subprocess.Popen(command, cwd=folder, stdout=pipe, stderr=pipe, text=True, start_new_session=True)
 
 
 def cells_in(results: Path) -> int:
@@ -279,10 +368,11 @@ def cells_in(results: Path) -> int:
         return 0
 
 
-def test_ctrl_c_ends_with_status_130_and_keeps_a_valid_file(made: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("jobs", ["1", "2"])
+def test_ctrl_c_ends_with_status_130_and_keeps_a_valid_file(made: Path, tmp_path: Path, jobs: str) -> None:
     results = tmp_path / "long.db"
     words = ("bench", "scene.yaml", "--trackers", "grey_pf", "--seeds", "500", "--results", str(results))
-    process = start(made, *words)
+    process = start(made, *words, "--jobs", jobs)
     until = time.monotonic() + 60
     while time.monotonic() < until:
         if cells_in(results):
@@ -291,12 +381,13 @@ def test_ctrl_c_ends_with_status_130_and_keeps_a_valid_file(made: Path, tmp_path
     else:
         process.kill()
         pytest.fail("waited in vain for the first cells")
-    process.send_signal(signal.SIGINT)
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does, to the workers too
     _, err = process.communicate(timeout=60)
     assert process.returncode == 130
-    assert "Traceback" not in err
+    told = re.fullmatch(r"irtrack: stopped; (\d+) runs? of this call kept in \S+, the same command goes on\n", err)
+    assert told, err
     with Results(results) as kept:
-        assert kept.cells()
+        assert len(kept.cells()) == int(told[1]) > 0
         assert all(cell.status == "ok" for cell in kept.cells())
 
 

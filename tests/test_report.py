@@ -166,7 +166,7 @@ def test_a_command_of_the_page_gives_the_same_scores(
         monkeypatch.setattr("sys.argv", [*words, "--json"])
         with pytest.raises(SystemExit) as ended:
             main()
-        assert ended.value.code == 0
+        assert not ended.value.code
         again = json.loads(capsys.readouterr().out)
         assert again["config"]["parameters"]["particles"] == 20
         wanted = next(

@@ -12,8 +12,8 @@ from irtrack.bench import ALL_SOURCES, Cell, Key, summary
 from irtrack.metrics import FIGURES, Score, wilson
 
 
-def cell(label: str, source: str = "s", **figures: Any) -> Cell:
-    key = Key(source, "a", "visible", "display", 0, 0, "{}", "c")
+def cell(label: str, source: str = "s", seed: int = 0, **figures: Any) -> Cell:
+    key = Key(source, "a", "visible", "display", seed, seed, "{}", "c")
     if not figures:
         return Cell(key, label, source, source, "failed", "broke")
     unsaid = dict.fromkeys(FIGURES) | {"frames": 10, "held_frames": 10, "lost": False}
@@ -62,4 +62,15 @@ def test_the_table_by_source_and_over_all() -> None:
     assert {(row.source, row.label): row.held.error for row in overall} == {
         (ALL_SOURCES, "a"): 2.0, (ALL_SOURCES, "b"): 2.0,
     }  # fmt: skip
-    assert overall[0].as_dict()["runs"] == 2
+    # b is first, for on the scene that both have, a is worse
+    assert [(row.label, row.runs, row.compared) for row in overall] == [("b", 1, 1), ("a", 2, 1)]
+    assert overall[1].as_dict()["runs"] == 2
+
+
+def test_trackers_are_ranked_by_the_seeds_that_all_have() -> None:
+    hard = [cell("many", seed=seed, lost=seed > 0, error_held=1.0) for seed in range(4)]
+    easy = [cell("few", seed=0, lost=False, error_held=2.0)]
+    rows = summary([*hard, *easy])  # few has only the easy scene: that it lost none there is no merit
+    assert [(row.label, row.runs, row.compared, row.lost) for row in rows] == [("many", 4, 1, 3), ("few", 1, 1, 0)]
+    apart = summary([*hard[1:], *easy])
+    assert [(row.label, row.compared) for row in apart] == [("few", 1), ("many", 3)]

@@ -36,19 +36,32 @@ def test_describe_has_a_row_for_every_tracker() -> None:
     ("name", "parameters", "words"),
     [
         ("gray_pf", {}, ["unknown tracker 'gray_pf'", "grey_pf, template, kalman", "did you mean 'grey_pf'?"]),
-        ("grey_pf", {"particle": 9}, ["grey_pf.particle: unknown parameter", "did you mean 'particles'?"]),
-        ("grey_pf", {"particles": "many"}, ["grey_pf.particles", "integer", "'many'"]),
-        ("grey_pf", {"particles": 1}, ["grey_pf.particles", "greater than or equal to 2", "not 1"]),
-        ("grey_pf", {"alpha": 2.0}, ["grey_pf.alpha", "less than or equal to 1"]),
-        ("grey_pf", {"alpha": float("nan")}, ["grey_pf.alpha", "finite"]),
-        ("grey_pf", {"noise": "loud"}, ["grey_pf.noise", "'adaptive' or 'fixed'"]),
+        ("grey_pf", {"particle": 9}, ["grey_pf: particle: unknown key", "did you mean 'particles'?"]),
+        (
+            "grey_pf",
+            {"particles": "many"},
+            ["grey_pf: particles: expected a whole number, not 'many'", "from 2 to 1000000"],
+        ),
+        (
+            "grey_pf",
+            {"particles": 1},
+            ["grey_pf: particles: 1 is out of range; allowed: a whole number, from 2"],
+        ),
+        ("grey_pf", {"alpha": 2.0}, ["grey_pf: alpha: 2", "out of range", "from 0 to 1"]),
+        ("grey_pf", {"alpha": float("nan")}, ["grey_pf: alpha: nan is out of range"]),
+        ("grey_pf", {"noise": "loud"}, ["grey_pf: noise: unknown value 'loud'", "'adaptive', 'fixed'"]),
         ("grey_pf", {"r_min": 4.0, "r_max": 3.0}, ["grey_pf: r_max 3.0 is below r_min 4.0"]),
-        ("kalman", {"measurement": True}, ["kalman.measurement", "'centroid' or 'ncc'"]),
+        ("kalman", {"acceleration": 1e300}, ["kalman: acceleration: 1e+300 is out of range; allowed: a number, from"]),
+        ("kalman", {"acceleration": 1e-300}, ["kalman: acceleration: 1e-300 is out of range"]),
+        ("kalman", {"measurement": True}, ["kalman: measurement: unknown value true", "'centroid', 'ncc'"]),
         ("no_such_module:Tracker", {}, ["cannot import", "no_such_module"]),
         ("irtrack.types:Nothing", {}, ["cannot import", "Nothing"]),
         ("irtrack.types:Status", {}, ["not a tracker"]),
         ("irsim.types:Box", {}, ["not a tracker", "init, step, resumable"]),
-        (":", {}, ["cannot import"]),
+        (":", {}, ["this is no module:Class"]),
+        ("grey_pf:", {}, ["'grey_pf:': grey_pf is a tracker's name, no module", "grey_pf:KEY=VALUE"]),
+        ("grey_pf:particles", {}, ["'grey_pf:particles': grey_pf is a tracker's name, no module"]),
+        ("./brightest.py:Brightest", {}, ["no module:Class", "did you mean 'brightest:Brightest'?"]),
     ],
 )
 def test_bad_names_and_parameters_are_one_clear_line(name: str, parameters: dict[str, Any], words: list[str]) -> None:
@@ -66,6 +79,10 @@ def test_each_wrong_parameter_has_a_line() -> None:
     assert len(str(caught.value).splitlines()) == 2
 
 
+def test_a_whole_number_may_be_written_with_an_exponent() -> None:
+    assert make("grey_pf", {"particles": 1e3}) == make("grey_pf", {"particles": 1000})
+
+
 FOREIGN = """
 class Still:
     '''Stays where it began.'''
@@ -81,6 +98,16 @@ class Still:
 
     def step(self, state, frame, rng):
         return state, state.cx + self.offset
+
+
+class Typed(Still):
+    def __init__(self, reach: int = 5, mode: "str | None" = None, names: list = ()):
+        print("made")
+        if mode == "leave":
+            raise SystemExit(3)
+        if mode == "break":
+            raise KeyError("here")
+        self.parts = (reach, mode, names)
 """
 
 
@@ -102,6 +129,26 @@ def test_a_tracker_of_the_current_folder(foreign: Path) -> None:
         make("my_foreign_tracker:Still", {"shift": 2.0})
     with pytest.raises(InputError, match=r"my_foreign_tracker:Still: offset must not be negative"):
         make("my_foreign_tracker:Still", {"offset": -2.0})
+
+
+def test_plain_parameters_of_ones_own_tracker_are_checked_by_their_annotations(
+    foreign: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    name = "my_foreign_tracker:Typed"
+    assert cast(Any, make(name, {"reach": 1e1, "names": [1, "a"]})).parts == (10, None, [1, "a"])
+    assert capsys.readouterr() == ("", "made\n")
+    with pytest.raises(InputError) as caught:
+        make(name, {"reach": "x"})
+    assert str(caught.value) == f"{name}: reach: expected a whole number, not 'x'; allowed: a whole number"
+    with pytest.raises(InputError, match=r"Typed: mode: 3 is not allowed|Typed: mode: expected text, not 3"):
+        make(name, {"mode": 3})
+    with pytest.raises(InputError, match=r"Typed: SystemExit: 3"):
+        make(name, {"mode": "leave"})
+    with pytest.raises(InputError, match=r"Typed: KeyError: 'here'"):
+        make(name, {"mode": "break"})
+    (foreign / "my_leaving_tracker.py").write_text("raise SystemExit(3)")
+    with pytest.raises(InputError, match=r"cannot import tracker 'my_leaving_tracker:X': SystemExit: 3"):
+        make("my_leaving_tracker:X")
 
 
 def test_a_module_that_fails_while_imported_is_one_line(foreign: Path) -> None:

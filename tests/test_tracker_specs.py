@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from bench_fakes import Logger, Walker
+from bench_fakes import Holder, Logger, Walker
 
 import irtrack
 from irtrack.bench import Entry, parse_tracker_spec, parse_trackers
@@ -19,8 +19,8 @@ def test_tracker_specs() -> None:
     assert entries[2].tracker == Logger(log="a:b", speed=2)
     assert parse_tracker_spec("grey_pf:particles=50").label == "grey_pf:particles=50"
     assert parse_tracker_spec("bench_fakes:Walker") == Entry("bench_fakes:Walker", Walker())
-    (listed,) = parse_trackers("bench_fakes:Logger:log=[1, 'x,:]', {a: b}]")
-    assert listed.tracker == Logger(log=[1, "x,:]", {"a": "b"}])  # type: ignore[arg-type]
+    (listed,) = parse_trackers("bench_fakes:Holder:held=[1, 'x,:]', {a: b}]")
+    assert listed.tracker == Holder(held=[1, "x,:]", {"a": "b"}])
 
 
 @pytest.mark.parametrize(
@@ -32,9 +32,11 @@ def test_tracker_specs() -> None:
         ("a b=kalman", "label 'a b'"),
         ("=kalman", "label ''"),
         ("klman", "did you mean 'kalman'?"),
-        ("kalman:gat=3", "kalman.gat: unknown parameter"),
+        ("kalman:gat=3", "kalman: gat: unknown key"),
         ("grey_pf:bins=1:bins=2", "'bins' is given twice"),
-        ("grey_pf:bins=many", "bins"),
+        ("grey_pf:bins=many", "grey_pf: bins: expected a whole number"),
+        ("grey_pf:particles", "grey_pf is a tracker's name, no module"),
+        ("grey_pf:", "grey_pf is a tracker's name, no module"),
         ("grey_pf:bins=[1", "bins"),
         ("absent_module:Thing", "absent_module"),
     ],

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from tracker_scenes import blob, follow
 
 from irsim.rng import stream
+from irsim.schema import Slot
 from irsim.types import Box, Frame
 from irtrack.errors import InputError
 from irtrack.trackers import TRACKERS, make
@@ -54,6 +55,27 @@ def test_follows_an_easy_target(name: str, parameters: dict[str, Any], bits: int
         assert all(estimate.size == (14, 10) for estimate in estimates)
         assert np.mean([estimate.status == "tracking" for estimate in estimates]) > 0.9
         for estimate in estimates:
+            assert_legal(estimate)
+
+
+LIMITS = [
+    (name, key, limit)
+    for name, kind in TRACKERS.items()
+    for key, field in kind.model_fields.items()
+    for item in Slot.of(field.annotation, field.metadata).metadata
+    for limit in [getattr(item, "ge", getattr(item, "le", None))]
+    if limit is not None and limit < 100_000  # a million particles would only be slow
+]
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(("name", "key", "limit"), LIMITS)
+def test_works_with_each_parameter_at_its_limits(name: str, key: str, limit: float) -> None:
+    scene = blob(3, count=12, hidden=range(4, 7))
+    others = {"r_min": 0} if key == "r_max" else {}
+    for measurement in ("centroid", "ncc") if name == "kalman" else (None,):
+        tracker = make(name, others | {key: limit} | ({"measurement": measurement} if measurement else {}))
+        for estimate in follow(tracker, [frame for frame, _ in scene], Box(*scene[0][1], 14, 10)):
             assert_legal(estimate)
 
 

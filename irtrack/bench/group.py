@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import traceback
 from copy import copy
 from dataclasses import dataclass
 
@@ -10,7 +9,7 @@ import numpy as np
 
 from irsim.types import Box, Frame, Input, Source
 from irtrack.bench.cell import Cell, Key, Trace
-from irtrack.errors import InputError
+from irtrack.errors import IrtrackError, TrackerError
 from irtrack.metrics import Reference, score
 from irtrack.replay import Player, replay
 from irtrack.start import find_start
@@ -50,7 +49,7 @@ def run_group(group: Group) -> list[tuple[Cell, Trace | None]]:
     source = copy(group.source)  # what it paints on the way goes with it
     try:
         start = find_start(source, source.truths(), group.target, group.init)
-    except InputError as error:
+    except IrtrackError as error:
         return [(_failed(group, member, str(error)), None) for member in group.members]
     attempts = [_Attempt(Player(member.tracker, start, member.key.tracker_seed)) for member in group.members]
     truths = replay(source, [attempt.see for attempt in attempts], group.input, start.frame)
@@ -79,8 +78,10 @@ class _Attempt:
             return
         try:
             self.player.see(frame)
-        except Exception:  # whatever a tracker raises is its own failure and nobody else's
-            self.failure = f"frame {frame.index}:\n{traceback.format_exc()}"
+        except TrackerError as error:  # its own failure and nobody else's
+            self.failure = f"frame {frame.index}:\n{error.trace()}" if error.__cause__ else str(error)
+        except IrtrackError as error:
+            self.failure = str(error)
 
 
 def _failed(group: Group, member: Member, failure: str) -> Cell:

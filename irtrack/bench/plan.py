@@ -15,6 +15,7 @@ from irtrack.bench.group import Group, Member
 from irtrack.bench.specs import Entry, entry
 from irtrack.errors import InputError
 from irtrack.identity import code_hash, tracker_config
+from irtrack.start import find_start
 from irtrack.types import Tracker
 
 
@@ -55,9 +56,13 @@ def plans(
     trackers: Sequence[Contestant],
     seeds: Sequence[int],
     input: Input,
+    target: str | None,
     init: tuple[Box, int] | None,
 ) -> list[Plan]:
-    """One plan per source and seed; InputError where two sources share a name or nothing can be measured."""
+    """One plan per source and seed; InputError where two sources share a name or nothing can be measured.
+
+    target, init as in `run_bench`.
+    """
     found = []
     names: set[str] = set()
     for asked in sources:
@@ -67,7 +72,7 @@ def plans(
         names.add(source.name)
         if init is None and not source.has_truth:
             raise InputError(f"{source.name} has no truth to measure by; irtrack run follows a box given by --init")
-        target = None if init is not None else _followed(source)
+        followed = _followed(source, seeds, target, init)
         word = str(asked) if isinstance(asked, str | Path) else None
         for seeded, row, seed in _seeded(source, seeds, word):
             members = tuple(
@@ -76,7 +81,7 @@ def plans(
                     tracker.entry.tracker,
                     Key(
                         source_hash=row.hash,
-                        target=target,
+                        target=followed,
                         start=_start(init),
                         input=input,
                         scene_seed=seeded.seed,
@@ -87,7 +92,7 @@ def plans(
                 )
                 for tracker in trackers
             )
-            found.append(Plan(row, Group(seeded, row.name, row.scene_hash, target, init, input, members)))
+            found.append(Plan(row, Group(seeded, row.name, row.scene_hash, followed, init, input, members)))
     return found
 
 
@@ -110,14 +115,21 @@ def _seeded(source: Source, seeds: Sequence[int], word: str | None) -> Iterator[
         yield seeded, SourceRow(seeded.hash, scene_hash, source.name, kind, text, word or name, *facts), seed
 
 
-def _followed(source: Source) -> str:
-    """The target that the source says to follow, else the first in its truth."""
-    if source.follow is not None:
-        return source.follow
-    for truth in source.truths():
-        if truth.targets:
-            return truth.targets[0].id
-    raise InputError(f"{source.name} has no target in any frame: there is nothing to measure")
+def _followed(source: Source, seeds: Sequence[int], target: str | None, init: tuple[Box, int] | None) -> str | None:
+    """Who is followed; InputError where no track can start with any of the seeds.
+
+    With some seeds the target may never show: those cells will say so.
+    """
+    fault = InputError(f"{source.name}: nothing to run")
+    for seed in seeds:
+        seeded = source.with_seed(seed)
+        try:
+            return find_start(seeded, seeded.truths(), target, init).target
+        except InputError as error:
+            fault = error
+        if seeded.seed is None:  # a recording is the same with every seed
+            break
+    raise fault
 
 
 def _start(init: tuple[Box, int] | None) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import platform
+import signal
 import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -40,6 +41,7 @@ def run_bench(
     seeds: int | Iterable[int] = 1,
     jobs: int = 1,
     input: Input = "display",
+    target: str | None = None,
     init: tuple[Box, int] | None = None,
     command: str | None = None,
     progress: Progress | None = None,
@@ -52,6 +54,7 @@ def run_bench(
     seeds     how many (0, 1, ...), or which
     jobs      worker processes; the cells are the same for any number, times aside. With more than one
               the calling script needs the guard ``if __name__ == "__main__"``
+    target    id of the target to follow in every source; without it each source's own
     init      (box, frame) to start from, for sources without truth
     command   the command line that asked for this, for the report; None where Python code does
 
@@ -59,7 +62,7 @@ def run_bench(
     InputError before anything is run.
     """
     compared = contestants(trackers)
-    wanted = plans(sources, compared, _seeds(seeds), input, init)
+    wanted = plans(sources, compared, _seeds(seeds), input, target, init)
     if jobs < 1:
         raise InputError(f"jobs {jobs}: allowed: 1 or more")
     kept = Results(results, create=True)
@@ -134,6 +137,8 @@ def _one_thread() -> Iterator[None]:
 
 def _begin_worker() -> None:
     _use_one_thread()
+    # A terminal's Ctrl-C reaches the workers too: they leave at once, and the bench tells of it.
+    signal.signal(signal.SIGINT, lambda *_: os._exit(130))
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
 

@@ -18,7 +18,9 @@ class SummaryRow:
     """One tracker on one source (or on all), over its runs. A figure is None where nothing tells it.
 
     rank              1 is best: fewest runs lost or failed, then fewest frames off, then smallest
-                      error before loss, then fastest
+                      error before loss, then fastest; by the runs of those seeds that every
+                      tracker of the source has, so that all are judged on the same scenes
+    compared          how many runs the rank goes by (all, where there is no seed that all have)
     runs, failed      cells, and those of them in which the tracker raised
     scored            runs that did not fail and have truth;  lost  those of them that were lost
     lost_share        lost/scored, with its Wilson 95 % interval lost_low .. lost_high
@@ -30,6 +32,7 @@ class SummaryRow:
     source: str
     label: str
     rank: int
+    compared: int
     runs: int
     failed: int
     scored: int
@@ -60,12 +63,20 @@ def summary(cells: Iterable[Cell], overall: bool = False) -> list[SummaryRow]:
         groups.setdefault(source, {}).setdefault(cell.label, []).append(cell)
     rows = []
     for source, labels in groups.items():
-        ranked = sorted(labels.items(), key=lambda item: (_order(item[1]), item[0]))
-        rows += [_row(source, label, rank, members) for rank, (label, members) in enumerate(ranked, start=1)]
+        common = set.intersection(*({_scene(cell) for cell in members} for members in labels.values()))
+        fair = {label: [cell for cell in each if _scene(cell) in common] or each for label, each in labels.items()}
+        ranked = sorted(labels, key=lambda label: (_order(fair[label]), label))
+        for rank, label in enumerate(ranked, start=1):
+            rows.append(_row(source, label, rank, labels[label], len(fair[label])))
     return rows
 
 
-def _row(source: str, label: str, rank: int, cells: list[Cell]) -> SummaryRow:
+def _scene(cell: Cell) -> tuple[str, int]:
+    """What two trackers must share to be compared: the source and its seed."""
+    return cell.source, cell.key.tracker_seed
+
+
+def _row(source: str, label: str, rank: int, cells: list[Cell], compared: int) -> SummaryRow:
     scores = _scores(cells)
     told = [score for score in scores if score.lost is not None]
     lost = sum(score.lost is True for score in told)
@@ -74,6 +85,7 @@ def _row(source: str, label: str, rank: int, cells: list[Cell]) -> SummaryRow:
         source=source,
         label=label,
         rank=rank,
+        compared=compared,
         runs=len(cells),
         failed=sum(cell.status == "failed" for cell in cells),
         scored=len(told),

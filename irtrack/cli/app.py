@@ -14,8 +14,8 @@ import typer
 
 from irsim import terminal
 from irsim.files import check_output
-from irtrack.cli.output import print_json, print_run, print_summary
-from irtrack.errors import InputError
+from irtrack.cli.output import plural, print_json, print_run, print_summary
+from irtrack.errors import InputError, TrackerError
 
 if TYPE_CHECKING:
     from irsim.types import Input
@@ -91,10 +91,10 @@ def run(
     as_json: AsJson = False,
 ) -> None:
     """Run one tracker over one source; print its scores and how to repeat it."""
-    check_output(output)
-    check_output(csv)
+    check_output(output, Path(source), csv)
+    check_output(csv, Path(source), output)
     looked_at, start = _input(input), None
-    from irsim import Scenario, open_source
+    from irsim import Scenario, is_recording, open_source
     from irtrack.cli.options import split_settings, start_box
     from irtrack.metrics import Reference, score
     from irtrack.replay import Player, replay
@@ -103,15 +103,20 @@ def run(
 
     if init is not None:
         start = start_box(init)
-    split = split_settings(settings or (), find(tracker), Scenario.model_fields)
+    keys = () if is_recording(Path(source)) else Scenario.model_fields
+    split = split_settings(settings or (), find(tracker), keys)
     made = make(tracker, split.tracker)
     opened = open_source(source, split.scenario)
     if seed is not None:
         opened = opened.with_seed(seed)
     tracker_seed = seed if seed is not None else opened.seed or 0
     player = Player(made, find_start(opened, opened.truths(), target, start), tracker_seed)
-    with terminal.progress_bar(tracker) as progress:
-        truths = replay(opened, [player.see], looked_at, player.start.frame, progress=progress)
+    try:
+        with terminal.progress_bar(tracker) as progress:
+            truths = replay(opened, [player.see], looked_at, player.start.frame, progress=progress)
+    except TrackerError as error:
+        print("\n".join([f"irtrack: {error}", *error.trace().splitlines()]), file=sys.stderr)
+        raise typer.Exit(1) from None
     track = player.track(opened, looked_at)
     result = score(track, Reference.of(truths, track.target))
     repeat = _command() if seed is not None else f"{_command()} --seed {tracker_seed}"
@@ -128,7 +133,7 @@ def run(
 
         print_json({**track_as_dict(track), "score": result.as_dict(), "repeat": repeat})
         return
-    print_run(track, result)
+    print_run(track, result, opened.has_truth)
     for path in (csv, output):
         if path is not None:
             print(f"wrote {path}")
@@ -154,26 +159,45 @@ def bench(
     results: Annotated[
         Path, typer.Option(metavar="DB", help="Results file; what is in it already is not run again.")
     ] = Path("irtrack.db"),
+    target: Annotated[
+        str | None, typer.Option(metavar="ID", help="Whom to follow in every source; each source's own unless said.")
+    ] = None,
     input: InputName = "display",
     as_json: AsJson = False,
 ) -> None:
     """Run trackers over sources with many seeds; print the ranked table and where the results are."""
-    check_output(results)
+    check_output(results, *map(Path, sources))
     looked_at = _input(input)
     from irtrack.bench import parse_trackers, run_bench, summary
 
     entries = parse_trackers(trackers)
-    with terminal.progress_bar("bench") as progress:
-        kept = run_bench(
-            sources,
-            entries,
-            results=results,
-            seeds=seeds,
-            jobs=jobs,
-            input=looked_at,
-            command=_command(),
-            progress=progress,
+    finished = 0
+
+    def count(done: int, total: int) -> None:
+        nonlocal finished
+        finished = done
+        if progress is not None:
+            progress(done, total)
+
+    try:
+        with terminal.progress_bar("bench") as progress:
+            kept = run_bench(
+                sources,
+                entries,
+                results=results,
+                seeds=seeds,
+                jobs=jobs,
+                input=looked_at,
+                target=target,
+                command=_command(),
+                progress=count,
+            )
+    except KeyboardInterrupt:
+        print(
+            f"irtrack: stopped; {plural(finished, 'run')} of this call kept in {results}, the same command goes on",
+            file=sys.stderr,
         )
+        raise typer.Exit(130) from None
     with kept:
         cells = kept.cells(run=kept.run)  # the file may hold more than what was asked for now
     rows = summary(cells)
@@ -197,7 +221,7 @@ def report(
     ] = None,
 ) -> None:
     """Write the report of a results file, one HTML file, and print its path."""
-    check_output(output)
+    check_output(output, results)
     from irtrack.report import write_report
 
     print(write_report(results, output))

@@ -40,8 +40,9 @@ class Settings:
 def split_settings(words: Iterable[str], tracker: type[Any], scenario_keys: Iterable[str]) -> Settings:
     """Whom each KEY=VALUE is for.
 
-    A parameter of the tracker is the tracker's. Else a key of the scenario's top level, or a key
-    with a dot, is the scenario's. Anything else is an InputError, unless the tracker takes any key.
+    A parameter of the tracker is the tracker's. Else a key of the scenario's top level (a recording
+    has none), or a key with a dot, is the scenario's. Anything else is an InputError, unless the
+    tracker takes any key; so is a parameter of the tracker given twice.
     """
     from irsim import scalar
 
@@ -53,6 +54,8 @@ def split_settings(words: Iterable[str], tracker: type[Any], scenario_keys: Iter
         key, equals, value = word.partition("=")
         if not equals or not key:
             raise InputError(f"{word}: not a setting; allowed: KEY=VALUE, such as camera.netd_mk=80")
+        if key in for_tracker:
+            raise InputError(f"{word}: the parameter '{key}' is given twice; allowed: once")
         if key in names:
             for_tracker[key] = scalar(value)
         elif key in top or "." in key:
@@ -60,9 +63,10 @@ def split_settings(words: Iterable[str], tracker: type[Any], scenario_keys: Iter
         elif takes_any:
             for_tracker[key] = scalar(value)
         else:
+            scenarios = f"; the scenario's {', '.join(top)}, and paths such as camera.netd_mk" if top else ""
             raise InputError(
-                f"{key}: no such setting; allowed: the tracker's {', '.join(names) or '(it has none)'}; "
-                f"the scenario's {', '.join(top)}, and paths such as camera.netd_mk" + suggestion(key, [*names, *top])
+                f"{key}: no such setting; allowed: the tracker's {', '.join(names) or '(it has none)'}{scenarios}"
+                + suggestion(key, [*names, *top])
             )
     return Settings(for_tracker, tuple(for_scenario))
 

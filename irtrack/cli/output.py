@@ -32,8 +32,8 @@ def print_table(head: Sequence[str], rows: Sequence[Sequence[str]], left: int = 
         print("  ".join(cells).rstrip())
 
 
-def print_run(track: Track, score: Score) -> None:
-    """Who followed whom over what, and the scores where there is truth."""
+def print_run(track: Track, score: Score, has_truth: bool) -> None:
+    """Who followed whom over what, and the scores, or why there are none; has_truth: of the source."""
     indices = track.indices
     followed = track.target or "a given box"
     print(
@@ -41,11 +41,10 @@ def print_run(track: Track, score: Score) -> None:
         f"frames {indices[0]} to {indices[-1]}, seed {track.tracker_seed}"
     )
     if score.lost is None:
-        print("no scores: there is no truth of it in these frames")
-        own = {status: track.statuses.count(status) for status in ("tracking", "occluded", "lost")}
-        print(
-            "it says of itself: " + ", ".join(f"{status} in {count} frames" for status, count in own.items() if count)
-        )
+        print(f"no scores: {_why_unscored(track, has_truth)}")
+        counts = [(status, track.statuses.count(status)) for status in ("tracking", "occluded", "lost")]
+        own = ", ".join(f"{status} in {plural(count, 'frame')}" for status, count in counts if count)
+        print(f"it says of itself: {own}")
         print(f"time         {number(score.ms_median, '.3g')} ms a frame (median)")
         return
     print(f"lost         {f'at frame {score.lost_at}' if score.lost else 'no'}")
@@ -58,6 +57,21 @@ def print_run(track: Track, score: Score) -> None:
     print(f"time         {number(score.ms_median, '.3g')} ms a frame (median)")
 
 
+def _why_unscored(track: Track, has_truth: bool) -> str:
+    if not has_truth:
+        return "the source has no truth"
+    if track.target is None:
+        return "a box was given, and truth does not know whose; --target ID says whose, and scores it"
+    if len(track.indices) == 1:
+        return "there is no frame after the start, and the start is given"
+    return f"'{track.target}' is in none of the frames after the start"
+
+
+def plural(count: int, thing: str) -> str:
+    """'1 frame', '5 frames'."""
+    return f"{count} {thing}{'' if count == 1 else 's'}"
+
+
 def print_summary(rows: Sequence[SummaryRow]) -> None:
     """The ranked table of each source; errors are those before the loss."""
     head = ("source", "tracker", "runs", "lost", "95 %", "|x| px", "|y| px", "<= 5 px", "<= 20 px", "AUC", "ms")
@@ -67,7 +81,7 @@ def print_summary(rows: Sequence[SummaryRow]) -> None:
             (
                 row.source,
                 f"{row.rank}. {row.label}",
-                str(row.runs) + (f" ({row.failed} failed)" if row.failed else ""),
+                _runs(row),
                 number(row.lost_share, ".0%"),
                 NOTHING if row.lost_low is None else f"{row.lost_low:.0%}..{row.lost_high:.0%}",
                 number(row.held.abs_x),
@@ -81,6 +95,12 @@ def print_summary(rows: Sequence[SummaryRow]) -> None:
         ],
         left=2,
     )
+
+
+def _runs(row: SummaryRow) -> str:
+    notes = [f"{row.failed} failed"] if row.failed else []
+    notes += [f"{row.compared} ranked"] if row.compared != row.runs else []
+    return str(row.runs) + (f" ({', '.join(notes)})" if notes else "")
 
 
 def number(value: float | None, form: str = ".2f") -> str:

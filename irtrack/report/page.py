@@ -26,7 +26,7 @@ def write_report(results: Results | str | Path, out: str | Path | None = None) -
         with Results(results) as opened:
             return write_report(opened, out)
     path = results.path.with_name("report.html") if out is None else Path(out)
-    check_output(path)
+    check_output(path, results.path)
     text = page(results)
     with replacing_text(path) as file:
         file.write(text)

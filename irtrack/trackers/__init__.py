@@ -11,11 +11,15 @@ import importlib
 import os
 import sys
 from collections.abc import Mapping
+from contextlib import redirect_stdout
 from importlib.metadata import EntryPoint, entry_points
-from typing import Any, NamedTuple, cast
+from pathlib import Path
+from types import UnionType
+from typing import Any, Literal, NamedTuple, Union, cast, get_args, get_origin, get_type_hints
 
-from pydantic import ValidationError
+from pydantic import create_model
 
+from irsim import build
 from irsim.kinds import Part, suggestion
 from irtrack.errors import InputError
 from irtrack.trackers.base import TrackerPart
@@ -45,19 +49,21 @@ def make(name: str, parameters: Mapping[str, object] | None = None) -> Tracker:
     """The tracker of a name from the table, an entry point, or ``module:Class``.
 
     InputError, a line for each thing that is wrong: an unknown name or parameter, a wrong type, a
-    value out of range, a module that cannot be imported.
+    value out of range, a module that cannot be imported. Of somebody's own class, parameters annotated
+    as numbers, texts, true or false are checked. What it prints goes to standard error.
     """
     cls = find(name)
     given = dict(parameters or {})
     if issubclass(cls, Part):
-        try:
-            return cast(Tracker, cls.model_validate(given))
-        except ValidationError as error:
-            raise InputError("\n".join(_lines(name, cls, error))) from None
+        return cast(Tracker, build(cls, given, name))
+    plain = {key: (hint, ...) for key, hint in _hints(cls).items() if key in given and _is_checked(key, hint)}
+    checked = build(create_model(cls.__name__, __base__=Part, **cast(Any, plain)), {k: given[k] for k in plain}, name)
     try:
-        return cast(Tracker, cls(**given))
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{name}: {error}") from None
+        with redirect_stdout(sys.stderr):
+            return cast(Tracker, cls(**given | {key: getattr(checked, key) for key in plain}))
+    except (Exception, SystemExit) as error:  # somebody's class may do anything when it is made
+        kind = "" if isinstance(error, TypeError | ValueError) else f"{type(error).__name__}: "
+        raise InputError(f"{name}: {kind}{' '.join(str(error).split())}") from None
 
 
 def find(name: str) -> type[Any]:
@@ -67,13 +73,20 @@ def find(name: str) -> type[Any]:
     installed = _installed()
     if name in installed:
         return _checked(name, _load(name, installed[name]))
-    if ":" in name:
+    known = [*TRACKERS, *installed]
+    module, colon, cls = name.partition(":")
+    if module in known:
+        raise InputError(f"'{name}': {module} is a tracker's name, no module; allowed: {module}, or {module}:KEY=VALUE")
+    if colon:
+        if not all(part.isidentifier() for part in (*module.split("."), *cls.split("."))):
+            file = Path(module)
+            hint = f"; did you mean '{file.stem}:{cls}'?" if file.suffix == ".py" and cls.isidentifier() else ""
+            raise InputError(f"'{name}': this is no module:Class; allowed: e.g. brightest:Brightest{hint}")
         # As with `python -m`, a module of the current folder counts; it must not shadow others.
         here = os.getcwd()
         if here not in sys.path:
             sys.path.append(here)
         return _checked(name, _load(name, EntryPoint(name, name, ENTRY_POINTS)))
-    known = [*TRACKERS, *installed]
     raise InputError(f"unknown tracker '{name}'; allowed: {', '.join(known)} or module:Class{suggestion(name, known)}")
 
 
@@ -98,8 +111,9 @@ def _installed() -> dict[str, EntryPoint]:
 def _load(name: str, entry: EntryPoint) -> object:
     try:
         importlib.invalidate_caches()
-        return entry.load()
-    except Exception as error:  # a foreign module may raise anything while it is imported
+        with redirect_stdout(sys.stderr):
+            return entry.load()
+    except (Exception, SystemExit) as error:  # a foreign module may raise anything while it is imported
         text = " ".join(str(error).split())
         raise InputError(f"cannot import tracker '{name}': {type(error).__name__}: {text}") from None
 
@@ -117,23 +131,20 @@ def _summary(cls: type[Any]) -> str:
     return (cls.__doc__ or "").strip().partition("\n")[0]
 
 
-def _lines(name: str, cls: type[Part], error: ValidationError) -> list[str]:
-    """One line for each error: which parameter, what is wrong, what is allowed."""
-    lines = []
-    for one in error.errors():
-        key = ".".join(map(str, one["loc"]))
-        if one["type"] == "extra_forbidden":
-            allowed = list(cls.model_fields)
-            lines.append(f"{name}.{key}: unknown parameter; allowed: {', '.join(allowed)}{suggestion(key, allowed)}")
-        elif key:
-            lines.append(f"{name}.{key}: {_plain(one['msg'])}, not {one['input']!r}")
-        else:
-            lines.append(f"{name}: {_plain(one['msg'])}")
-    return lines
+def _hints(cls: type[Any]) -> dict[str, Any]:
+    """The annotations of what a class is made from; none where they cannot be told."""
+    try:
+        return get_type_hints(cls.__init__)
+    except Exception:  # annotations may be any text
+        return {}
 
 
-def _plain(message: str) -> str:
-    """Pydantic's wording without its prefixes."""
-    for prefix in ("Input should be ", "Value error, "):
-        message = message.removeprefix(prefix) if prefix.startswith("Value") else message.replace(prefix, "must be ")
-    return message
+def _is_checked(key: str, hint: Any) -> bool:
+    return _is_plain(hint) and not key.startswith("_") and not hasattr(Part, key)
+
+
+def _is_plain(hint: Any) -> bool:
+    """Whether a parameter takes numbers, texts, true or false, or one of several words, and nothing else."""
+    if get_origin(hint) in (Union, UnionType):
+        return all(_is_plain(choice) for choice in get_args(hint))
+    return get_origin(hint) is Literal or hint in (int, float, bool, str, type(None))

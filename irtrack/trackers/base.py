@@ -4,15 +4,24 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import isfinite
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
+from pydantic import Field
 
 from irsim.kinds import Part
 from irsim.types import Box, Frame
 from irtrack.errors import InputError
 from irtrack.features.window import Window
 from irtrack.types import Status
+
+Deviation = Annotated[float, Field(ge=1e-3, le=1e4)]
+"""A standard deviation in px, px/frame or px/frame^2: not so small that its square drowns beside a picture's
+width, nor wider than any picture."""
+Spread = Annotated[float, Field(ge=0, le=1e4)]
+"""A standard deviation that may be nothing."""
+Ratio = Annotated[float, Field(ge=1e-3, le=1e4)]
+"""A pure number that multiplies or divides."""
 
 
 class TrackerPart(Part):

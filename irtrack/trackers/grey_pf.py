@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import ceil, hypot, sqrt
-from typing import ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from irsim.kinds import Fraction, NotNegative, Positive
+from irsim.kinds import Fraction
 from irsim.types import Box, Floats, Frame
 from irtrack.features.histogram import Surround, bhattacharyya, gaussian_kernel, histogram, likeness
 from irtrack.features.quantise import BinsRange, Quantiser, quantiser
@@ -17,7 +17,7 @@ from irtrack.features.window import Window
 from irtrack.filters import particles as cloud
 from irtrack.filters.motion import ar2
 from irtrack.filters.resampling import RESAMPLERS, Resampling
-from irtrack.trackers.base import Footage, Sight, TrackerPart, footage, start_window
+from irtrack.trackers.base import Deviation, Footage, Ratio, Sight, Spread, TrackerPart, footage, start_window
 from irtrack.types import Estimate
 
 
@@ -74,17 +74,17 @@ class GreyPF(TrackerPart):
     """B, grey levels of the histogram (section 3: 32; section 2.2.1 names 16 as well)."""
     bins_range: BinsRange = "first_frame"
     """Grey range of the bins: that of the first frame, kept; or the full range of the bits."""
-    kernel_scale: Positive = 0.5
+    kernel_scale: Annotated[float, Field(ge=0.01, le=100)] = 0.5
     """Multiplies h = sqrt(hx^2 + hy^2) of eq. 6; 1: hx, hy are full sizes, 0.5: half ones."""
-    lam: Positive = 20.0
+    lam: Ratio = 20.0
     """lambda of eq. 10 (section 2.2.2: 20)."""
     noise: Literal["adaptive", "fixed"] = "adaptive"
     """R of each particle by eq. 12, or R = r0 for all."""
-    r0: Positive = 10.0
+    r0: Deviation = 10.0
     """R0 of eq. 12, px per unit of Bhattacharyya distance; with fixed noise R itself, px."""
-    r_min: NotNegative = 0.5
+    r_min: Spread = 0.5
     """Rmin of eq. 12, px."""
-    r_max: Positive | None = None
+    r_max: Deviation | None = None
     """Rmax of eq. 12, px; without a value half the mean side of the start box, sqrt(w h) / 2."""
     damping: Fraction = 1.0
     """Factor of the last displacement in eq. 4; the paper's is 1."""
@@ -96,16 +96,16 @@ class GreyPF(TrackerPart):
     """alpha of eq. 13; the paper says only: small."""
     w_t: Fraction | None = None
     """w_T, the rho at the estimate from which on the reference is updated; see above."""
-    start_sd: NotNegative = 1.0
+    start_sd: Spread = 1.0
     """Spread of the first cloud on each axis, px."""
-    start_speed_sd: NotNegative = 2.0
+    start_speed_sd: Spread = 2.0
     """Spread of the first cloud's speed on each axis, px per frame."""
-    ring: Positive = 0.5
+    ring: Annotated[float, Field(ge=0.1, le=10)] = 0.5
     """Width of the ring around the target that its likeness is judged against, in sides of the window;
     at 0.5 the ring has three times the window's area, enough pixels for a steady histogram."""
     seen: Fraction = 0.5
     """Share of the way from the surrounding ring's rho to the target's usual one that counts as seen."""
-    lost_after: int = Field(default=10, ge=1)
+    lost_after: int = Field(default=10, ge=1, le=1_000_000)
     """Frames in a row without sight after which the status is lost."""
 
     @model_validator(mode="after")

@@ -9,14 +9,14 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from irsim.kinds import Fraction, NotNegative, Positive
+from irsim.kinds import Fraction
 from irsim.types import Box, Floats, Frame, Image
 from irtrack.features.centroid import centroid, contrast
 from irtrack.features.correlation import ncc, peak, rival
 from irtrack.features.window import Window, region
 from irtrack.filters import kalman as filter
 from irtrack.filters.motion import constant_velocity
-from irtrack.trackers.base import Footage, Sight, TrackerPart, footage, start_window
+from irtrack.trackers.base import Deviation, Footage, Ratio, Sight, Spread, TrackerPart, footage, start_window
 from irtrack.types import Estimate
 
 _H = np.eye(2, 4)
@@ -52,19 +52,19 @@ class Kalman(TrackerPart):
 
     measurement: Literal["centroid", "ncc"] = "centroid"
     """What gives the target's place in a frame."""
-    acceleration: Positive = 0.5
+    acceleration: Deviation = 0.5
     """Standard deviation of the acceleration on each axis, px/frame^2."""
-    measurement_sd: Positive = 1.0
+    measurement_sd: Deviation = 1.0
     """Standard deviation of the measured place on each axis, px."""
-    start_speed_sd: NotNegative = 3.0
+    start_speed_sd: Spread = 3.0
     """Standard deviation of the unknown first speed on each axis, px/frame."""
-    gate: Positive = 13.8
+    gate: Ratio = 13.8
     """Squared Mahalanobis distance that a measurement may have; chi-square, 2 degrees: 99.9 %."""
     threshold: Fraction = 0.5
     """centroid: share of the target's first contrast that a pixel must pass."""
     seen: Fraction = 0.5
     """ncc: share of the way from the best false match's score to the target's usual one that counts as seen."""
-    lost_after: int = Field(default=10, ge=1)
+    lost_after: int = Field(default=10, ge=1, le=1_000_000)
     """Frames in a row without a measurement after which the status is lost."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> KalmanState:

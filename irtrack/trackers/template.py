@@ -41,13 +41,13 @@ class Template(TrackerPart):
 
     source: ClassVar[str] = "Cheng, Zhou, Cai, Yang 2006 (baseline); Lewis 1995"
 
-    window: int | None = Field(default=None, ge=1)
+    window: int | None = Field(default=None, ge=1, le=10_000)
     """Half size of the search about the last estimate, px; without a value the whole frame."""
     update: Fraction = 0.0
     """Share of the new patch that enters the template where the target is seen."""
     seen: Fraction = 0.5
     """Share of the way from the best false match's score to the target's usual one that counts as seen."""
-    lost_after: int = Field(default=10, ge=1)
+    lost_after: int = Field(default=10, ge=1, le=1_000_000)
     """Frames in a row without sight after which the status is lost."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> TemplateState:
