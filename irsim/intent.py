@@ -30,7 +30,10 @@ _TRACE = 1e-3
 """Share of a target's area, on each side, that counts as nothing: a point's far skirts."""
 _STILL_PX = 0.02
 """A target that moves less than this in a frame stands, as far as getting out from behind something goes."""
-_ROUNDS = 10
+_ROUNDS = 12
+_THIN_PX = 1.0
+_BULGE = 4.0
+"""How far, in windows, a crown may stick out above what it is placed over."""
 LOOKED = 3000
 """Frames at which a doubt about an occluder looks."""
 
@@ -232,7 +235,7 @@ class Watch:
             screen = of(share)
             return min(self.hidden(screen, name, index) for index in frames)
 
-        low, high = 0.0, 1.0
+        low, high = 0.0 if occluder.thins else -_BULGE, 1.0
         wanted = min(occluder.fraction, 1 - LEEWAY / 4)
         if occluder.fraction < 1:
             for _ in range(_ROUNDS):
@@ -317,7 +320,9 @@ def _corners(sprite: Sprite) -> Floats:
 
 
 def _part(window: Box, share: float, sideways: bool) -> Box:
-    """The lower part of a window, or its right part."""
+    """The lower or the right part of a window; with shares below 0 what lies below or right of it."""
     if sideways:
-        return Box.from_edges(window.right - share * window.w, window.top, window.right, window.bottom)
-    return Box.from_edges(window.left, window.bottom - share * window.h, window.right, window.bottom)
+        left = window.right - share * window.w
+        return Box.from_edges(left, window.top, max(window.right, left + _THIN_PX), window.bottom)
+    top = window.bottom - share * window.h
+    return Box.from_edges(window.left, top, window.right, max(window.bottom, top + _THIN_PX))

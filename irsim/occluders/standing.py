@@ -129,11 +129,14 @@ class Tree(Opaque):
 
     def over(self, window: Box, share: float, stage: Stage) -> Tree:
         x, y = _foot(window, stage)
-        # The core's ellipse goes through the window's corners (its polygon's edges lie a little inside).
-        core = np.sqrt(2) / np.cos(np.pi / (3 * _CORNERS)) / _CORE
-        wide, tall = core * window.w, core * window.h
-        top = window.cy - tall / 2
-        return self.at(foot_px=(x, y), height_px=y - top, crown_px=(wide, tall))
+        # The core's ellipse goes through the window's upper corners (its polygon's edges lie a little inside),
+        # and the crown is about as high as wide.
+        inside = np.cos(np.pi / (3 * _CORNERS)) * _CORE
+        wide = np.sqrt(2) * window.w / inside
+        tall = max(np.sqrt(2) * window.h / inside, 0.9 * wide)
+        top = window.top + inside * tall / 2 * np.sqrt(1 / 2) - tall / 2
+        foot = max(y, top + 1.15 * tall)
+        return self.at(foot_px=(x, foot), height_px=foot - top, crown_px=(wide, tall))
 
 
 def _ring(corners: int) -> Floats:
