@@ -44,13 +44,13 @@ class Seen:
     @property
     def visible(self) -> float:
         """Fraction 0..1 of the target's area that is in the frame and not hidden."""
-        return float(np.clip(self.left.sum() / self.piece.sprite.cover.sum(), 0, 1))
+        return float(np.clip(self.left.sum() / self.piece.sprite.area, 0, 1))
 
     def hide(self, name: str, where: Slices, passed: Floats) -> None:
         """Something nearer lets only `passed` (0..1) of the patch's pixels `where` through."""
         part = self.left[where]
         after = part * passed
-        if part.sum() - after.sum() >= HIDES * self.piece.sprite.cover.sum():
+        if part.sum() - after.sum() >= HIDES * self.piece.sprite.area:
             self.occluders.append(name)
         self.left[where] = after
 

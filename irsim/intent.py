@@ -142,7 +142,7 @@ class Watch:
         met = overlap((target.x0, target.y0), target.cover.shape, (screen.x0, screen.y0), screen.cover.shape)
         if met is None:
             return 0.0
-        return float((target.cover[met[0]] * screen.cover[met[1]]).sum() / target.cover.sum())
+        return float((target.cover[met[0]] * screen.cover[met[1]]).sum() / target.area)
 
     def _near(self, target: Sprite, extent: Box, range_m: float, index: int) -> bool:
         """Could something of that extent, px of the unmoved camera, meet the target at frame `index`?"""

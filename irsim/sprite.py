@@ -23,13 +23,15 @@ class Wanted:
 
 @dataclass(frozen=True, eq=False)
 class Sprite:
-    """A patch whose top-left pixel is (x0, y0); it may reach past the frame. Arrays are (h, w) float64.
+    """A patch whose top-left pixel is (x0, y0); it may reach past the frame, and holds all of the thing
+    that the frame can see. Arrays are (h, w) float64.
 
     cover     share of the pixel's area that the thing covers, 0..1, before optics: truth uses it
     alpha     share of the pixel's light that it replaces, after optics
     emission  in-band radiance that it adds, after optics, W/m2/sr: L <- L (1 - alpha) + emission
     center    (x, y) px, area centroid;  signal_center, weighted by emission
     box       tight box of the geometry
+    area      px2 that the whole thing covers, what lies outside the patch too
     wanted    where its brightness depends on what is behind: what it is to be
     contrast  factor of its difference to what is behind it
     """
@@ -43,5 +45,6 @@ class Sprite:
     signal_center: tuple[float, float]
     box: Box
     range_m: float
+    area: float
     wanted: Wanted | None = None
     contrast: float = 1.0

@@ -153,6 +153,35 @@ def test_a_target_that_comes_from_behind_the_camera_has_no_velocity_at_first() -
     assert truths[2].targets[0].velocity == pytest.approx((0, 0), abs=1e-9)
 
 
+@pytest.mark.parametrize("kind", ["fighter", "tank"])
+def test_a_body_that_outgrows_the_frame_is_seen_less_and_less(kind: str) -> None:
+    """Coming straight at the middle of the frame, all of which it fills in the end: its size goes with 1/range."""
+    shape, shares, widths = {"kind": kind, "length_m": 15.0}, [], []
+    for range_m in (300.0, 30.0, 12.0):
+        path = {"kind": "straight", "start": (80.0, 60.0), "speed": 0.0, "range_m": range_m}
+        target = {"id": "one", "shape": shape, "path": path, "attitude_deg": (0.0, 0.0, 90.0)}
+        (truth,) = next(iter(Rendering(scene(targets=[target])).truths())).targets
+        assert truth.visible is not None
+        shares.append(truth.visible)
+        widths.append(truth.box.w)
+    assert shares[0] == pytest.approx(1, abs=1e-6)
+    assert widths[1] > 5 * 160
+    assert 0 < shares[2] < shares[1] < 0.5
+    # Of a frame that it fills, the share is the frame's area over its own: 19,200 px2 over what grew by the range.
+    whole = Rendering(scene(targets=[target]))._renderer
+    (piece,) = whole._pieces(0)
+    assert shares[2] * piece.sprite.area == pytest.approx(160 * 120, rel=1e-6)
+
+
+def test_a_body_out_of_sight_is_still_there() -> None:
+    path = {"kind": "straight", "start": (-9000.0, 60.0), "speed": 0.0, "range_m": 100.0}
+    target = {"id": "one", "shape": {"kind": "fighter"}, "path": path}
+    (truth,) = next(iter(Rendering(scene(targets=[target])).truths())).targets
+    assert truth.visible == 0
+    assert truth.in_view is False
+    assert truth.center[0] == pytest.approx(-9000, abs=truth.box.w)
+
+
 def bar(**keys: object) -> list[dict[str, object]]:
     return [{"kind": "bar", "center_px": (80.0, 60.0), "size_px": (40.0, 40.0), "range_m": 500.0, **keys}]
 

@@ -86,7 +86,7 @@ class Smoke(Occluder):
         alpha = -np.expm1(-depth * _profile(u, v, stage.seed, self.name, sight.time))
         emission = alpha * stage.glow(self.temperature_k, 1.0)
         center = (float(middle[0]), float(middle[1]))
-        return Sprite(x0, y0, alpha, alpha, emission, center, center, box, self.range_m)
+        return Sprite(x0, y0, alpha, alpha, emission, center, center, box, self.range_m, float(alpha.sum()))
 
     def over(self, window: Box, share: float, stage: Stage) -> Smoke:
         first, last = given(self.frames)

@@ -13,13 +13,10 @@ from irsim.radiometry import Band, radiance
 from irsim.shapes.base import Shape, View
 from irsim.shapes.joints import Rigid
 from irsim.shapes.mesh import Mesh, mesh
-from irsim.shapes.silhouette import sprite, within_sight
+from irsim.shapes.silhouette import drawn_part, sprite
 from irsim.shapes.solids import Solid
 from irsim.sprite import Sprite
 from irsim.types import Box, Floats
-
-WIDEST_PX = 2000.0
-"""Of a body that fills more, only the part that the frame can see is drawn: its cover counts that part only."""
 
 
 class Body(Shape):
@@ -53,9 +50,7 @@ class Body(Shape):
             return None
         pixels = stage.geometry.project(points)
         box = Box.from_edges(*pixels.min(axis=0).tolist(), *pixels.max(axis=0).tolist())
-        window = box if max(box.w, box.h) <= WIDEST_PX else within_sight(box, stage)
-        if window is None:
-            return None
+        window = drawn_part(box, stage)
         eye = -view.position @ view.attitude
         faces_eye = form.normals @ eye > form.offsets
         left = faces_eye[form.left]

@@ -12,11 +12,10 @@ from pydantic_core import PydanticCustomError
 from irsim.kinds import Fraction, Kelvin, Positive, suggestion
 from irsim.radiometry import Band, radiance
 from irsim.shapes.base import Shape, View
-from irsim.shapes.body import WIDEST_PX
 from irsim.shapes.contours import Ints, contour
 from irsim.shapes.meshfile import MeshError, Triangles, read_mesh
 from irsim.shapes.polygon import centroids, coverage
-from irsim.shapes.silhouette import Grid, spread, within_sight
+from irsim.shapes.silhouette import Grid, drawn_part, spread
 from irsim.shapes.zbuffer import nearest
 from irsim.sprite import Sprite
 from irsim.types import Box, Floats
@@ -84,9 +83,7 @@ class Model(Shape):
             return None
         pixels = stage.geometry.project(points)
         box = Box.from_edges(*pixels.min(axis=0).tolist(), *pixels.max(axis=0).tolist())
-        window = box if max(box.w, box.h) <= WIDEST_PX else within_sight(box, stage)
-        if window is None:
-            return None
+        window = drawn_part(box, stage)
         eye = -view.position @ view.attitude
         faces = triangles.faces
         front = np.sum(normals * (eye - vertices[faces[:, 0]]), axis=1) > 0
@@ -97,14 +94,14 @@ class Model(Shape):
         area = coverage(
             (start - grid.corner) * grid.fine, (stop - grid.corner) * grid.fine, np.ones((len(start), 1)), grid.cells
         )[:, 0]
-        _, ((x, y),) = centroids(start, stop, np.ones((len(start), 1)))
+        (whole_area,), (center,) = centroids(start, stop, np.ones((len(start), 1)))
         glow = _glow(self, triangles.groups, stage.band, stage.surroundings) * self.brightness(view)
         shades = glow[triangles.group[front]]
         shine = _shine(pixels, points[:, 2], seen, shades, grid) if np.ptp(shades) > 0 else float(shades[0])
         fields = np.stack([area, area * shine], axis=1)
-        center = np.array([x, y])
         range_m = float(np.linalg.norm(view.position))
-        return spread(grid, fields, center, _middle(fields[:, 1], grid, center), box, stage.psf_px, range_m)
+        centers = (center, _middle(fields[:, 1], grid, center))
+        return spread(grid, fields, centers, float(whole_area), box, stage.psf_px, range_m)
 
 
 def _shine(pixels: Floats, depth: Floats, faces: Ints, shades: Floats, grid: Grid) -> Floats:

@@ -57,4 +57,4 @@ class Point(Shape):
         if self.contrast_k is not None or self.scr is not None:
             wanted = Wanted(self.contrast_k, self.scr, stage.noise_k, gain)
         width = fwhm_px(stage.psf_px)
-        return Sprite(x0, y0, cover, alpha, emission, (x, y), (x, y), Box(x, y, width, width), range_m, wanted)
+        return Sprite(x0, y0, cover, alpha, emission, (x, y), (x, y), Box(x, y, width, width), range_m, 1.0, wanted)

@@ -44,10 +44,10 @@ def sprite(
     start, stop, weights = visible_edges(*edges, glow)
     grid = Grid.over(window)
     fields = coverage((start - grid.corner) * grid.fine, (stop - grid.corner) * grid.fine, weights, grid.cells)
-    (_, light), (center, signal_center) = centroids(start, stop, weights)
+    (area, light), (center, signal_center) = centroids(start, stop, weights)
     if not light > 0:
         signal_center = center
-    return spread(grid, fields, center, signal_center, box, psf_px, range_m)
+    return spread(grid, fields, (center, signal_center), float(area), box, psf_px, range_m)
 
 
 @dataclass(frozen=True)
@@ -80,9 +80,19 @@ class Grid:
 
 
 def spread(
-    grid: Grid, fields: Floats, center: Floats, signal_center: Floats, box: Box, psf_px: float, range_m: float
+    grid: Grid,
+    fields: Floats,
+    centers: tuple[Floats, Floats],
+    whole_area: float,
+    box: Box,
+    psf_px: float,
+    range_m: float,
 ) -> Sprite:
-    """A sprite of areas and moments (3, 2, rows, columns) of (opacity, glow) in the cells of a grid, see `coverage`."""
+    """A sprite of areas and moments (3, 2, rows, columns) of (opacity, glow) in the cells of a grid, see `coverage`.
+
+    centers  area centroid and signal centroid;  whole_area  px2, off the grid too
+    """
+    center, signal_center = centers
     (area, y_moment, x_moment), rows, columns, fine = fields, grid.rows, grid.columns, grid.fine
     margin = reach_px(psf_px)
     down, down_slope = spreading(rows, margin, fine, psf_px)
@@ -102,7 +112,13 @@ def spread(
         signal_center=(float(signal_center[0]), float(signal_center[1])),
         box=box,
         range_m=range_m,
+        area=whole_area,
     )
+
+
+def drawn_part(box: Box, stage: Stage) -> Box:
+    """The part of a box whose light can reach the frame; a corner of it where none can."""
+    return within_sight(box, stage) or Box(box.left, box.top, 1.0, 1.0)
 
 
 def within_sight(box: Box, stage: Stage) -> Box | None:
