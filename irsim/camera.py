@@ -27,7 +27,7 @@ from irsim.detector import (
 from irsim.display import AGCS, Agc, Linear
 from irsim.falloff import Falloff
 from irsim.geometry import Geometry
-from irsim.kinds import Kelvin, Pair, Part, Several
+from irsim.kinds import Part, ScaleKelvin, Several
 from irsim.motion import POINTINGS, Pointing
 from irsim.presets import PRESETS, Preset
 from irsim.radiometry import BandName, band_fault
@@ -42,17 +42,17 @@ class Camera(Part):
     """A camera of the trade; keys given beside it override its own."""
     size: Annotated[tuple[Side, Side], Field(strict=False)] = (320, 240)
     """Columns, rows."""
-    rate_hz: Annotated[float, Field(gt=0, le=10_000)] = 30.0
+    rate_hz: Annotated[float, Field(ge=0.001, le=10_000)] = 30.0
     """Frames a second."""
-    ifov_mrad: Annotated[float, Field(gt=0, le=20)] = 0.5
+    ifov_mrad: Annotated[float, Field(ge=0.001, le=20)] = 0.5
     """Field of view of one pixel, milliradian."""
     elevation_deg: Annotated[float, Field(ge=-80, le=80)] = 0.0
     """Elevation of the first pointing above the horizon."""
-    band: BandName | Pair = "mwir"
+    band: BandName | Annotated[tuple[float, float], Field(strict=False)] = "mwir"
     """mwir 3-5 um, lwir 8-12 um, or [low, high], limits in um (from 2 to 20)."""
     bits: Annotated[int, Field(ge=8, le=16)] = 14
     """Depth of the counts."""
-    range_k: Annotated[tuple[Kelvin, Kelvin], Field(strict=False)] = (220.0, 400.0)
+    range_k: Annotated[tuple[ScaleKelvin, ScaleKelvin], Field(strict=False)] = (220.0, 400.0)
     """Scene temperatures that give count 0 and full scale, for a detector of kind stated."""
     psf_px: Annotated[float, Field(ge=0, le=20)] = 0.6
     """Sigma of the optical blur (Gaussian), px."""

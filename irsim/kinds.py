@@ -35,14 +35,27 @@ class Part(BaseModel):
 Name = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_-]*$", max_length=64)]
 """An id: what --without, overrides and truth call a part of the scene."""
 
+LARGEST = 10_000_000
+"""No number of a scene is larger, and squares of all of them stay far within what floats can hold."""
+
+Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
+AboveZero = Annotated[float, Field(gt=0)]
+"""Of what others measured: as small or large as it may be."""
+Positive = Annotated[float, Field(ge=1e-6, le=LARGEST)]
+NotNegative = Annotated[float, Field(ge=0, le=LARGEST)]
 Fraction = Annotated[float, Field(ge=0, le=1)]
-Positive = Annotated[float, Field(gt=0)]
-NotNegative = Annotated[float, Field(ge=0)]
-Kelvin = Annotated[float, Field(gt=0, le=6000)]
-Pair = Annotated[tuple[float, float], Field(strict=False)]
-Index = Annotated[int, Field(ge=0)]
+Metres = Annotated[float, Field(ge=0.001, le=1_000_000)]
+"""A size or a range: up to 1000 km, beyond any horizon on earth."""
+Kelvin = Annotated[float, Field(ge=1, le=6000)]
+ScaleKelvin = Annotated[float, Field(ge=100, le=6000)]
+"""The end of a scale. Colder scenes send so little light that no count could be told from the next."""
+KelvinSpread = Annotated[float, Field(ge=0, le=1000)]
+"""A standard deviation of temperature."""
+KelvinDifference = Annotated[float, Field(ge=-6000, le=6000)]
+Pair = Annotated[tuple[Number, Number], Field(strict=False)]
+Index = Annotated[int, Field(ge=0, le=LARGEST)]
 """A frame's number."""
-Triple = Annotated[tuple[float, float, float], Field(strict=False)]
+Triple = Annotated[tuple[Number, Number, Number], Field(strict=False)]
 
 Item = TypeVar("Item")
 Several = Annotated[tuple[Item, ...], Field(strict=False)]

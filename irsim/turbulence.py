@@ -13,7 +13,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from irsim.kinds import NotNegative, Part, Positive
+from irsim.kinds import Metres, NotNegative, Part
 from irsim.radiometry import Band, limits
 from irsim.rng import stream
 from irsim.types import Floats
@@ -31,9 +31,9 @@ class Turbulence(Part):
 
     cn2: Annotated[float, Field(ge=0, le=1e-10)] = 0.0
     """Structure constant of the refractive index, m^-2/3: 1e-16 weak, 1e-14 middling, 1e-12 strong near hot ground."""
-    path_m: Positive = 1000.0
+    path_m: Metres = 1000.0
     """Length of the path for tilt and blur of the whole picture, m; twinkling takes each target's range."""
-    aperture_m: Positive = 0.05
+    aperture_m: Metres = 0.05
     """Diameter of the camera's entrance pupil, m."""
     wind_m_s: NotNegative = 3.0
     """Wind across the path, metres a second: how fast tilt and twinkling change; at 0 they stay."""

@@ -189,12 +189,15 @@ class TestManoeuvre:
 @pytest.mark.parametrize(
     ("keys", "says"),
     [
-        ({"kind": "waypoints", "points": [[0, 0], [1, 1]]}, "exactly one"),
-        ({"kind": "waypoints", "points": [[0, 0], [1, 1]], "speed": 1.0, "frames": [0, 1]}, "exactly one"),
-        ({"kind": "waypoints", "points": [[0, 0], [1, 1]], "frames": [0]}, "1 frames for 2 points"),
+        ({"kind": "waypoints", "points": [[0, 0], [1, 1]]}, "neither 'frames' nor a speed is given"),
+        ({"kind": "waypoints", "points": [[0, 0], [1, 1]], "speed": 1.0, "frames": [0, 1]}, "exclude each other"),
+        ({"kind": "waypoints", "points": [[0, 0], [1, 1]], "frames": [0]}, "frames: 1, points: 2"),
         ({"kind": "waypoints", "points": [[0, 0], [1, 1]], "frames": [5, 5]}, "do not rise"),
         ({"kind": "waypoints", "points": [[0, 0], [0, 0]], "speed": 1.0}, "twice in a row"),
-        ({"kind": "waypoints_m", "points": [[0, 0, 9], [1, 1, 9]], "speed_m_s": 1.0, "frames": [0, 1]}, "exactly one"),
+        (
+            {"kind": "waypoints_m", "points": [[0, 0, 9], [1, 1, 9]], "speed_m_s": 1.0, "frames": [0, 1]},
+            "exclude each other",
+        ),
         ({"kind": "manoeuvre", "start": [0, 0], "keep_in_px": [10, 0, 5, 9]}, "box is empty"),
     ],
 )

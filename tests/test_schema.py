@@ -9,24 +9,26 @@ from pydantic import Field, ValidationError
 
 from irsim import yamlfile
 from irsim.explain import explain
-from irsim.kinds import Fraction, NotNegative, Pair, Part, Positive, Several
+from irsim.kinds import AboveZero, Fraction, NotNegative, Pair, Part, Several
 from irsim.schema import Slot
 
 
 @pytest.mark.parametrize(
     ("hint", "words"),
     [
-        (NotNegative, "a number, 0 or more"),
-        (Positive, "a number, above 0"),
+        (NotNegative, "a number, from 0 to 10000000"),
+        (AboveZero, "a number, above 0"),
+        (Annotated[float, Field(ge=0)], "a number, 0 or more"),
         (Fraction, "a number, from 0 to 1"),
         (Annotated[int, Field(gt=2, le=9)], "a whole number, above 2, at most 9"),
         (bool, "true or false"),
         (float | None, "a number"),
         (Literal["a", "b"], "'a', 'b'"),
         (Fraction | Literal["auto"], "a number, from 0 to 1 or 'auto'"),
-        (Pair, "a list of 2, each a number"),
+        (Pair, "a list of 2, each a number, from -10000000 to 10000000"),
+        (tuple[float, float], "a list of 2, each a number"),
         (tuple[int, str], "a list of 2, a whole number; text"),
-        (Several[Positive], "a list, each item a number, above 0"),
+        (Several[AboveZero], "a list, each item a number, above 0"),
         (Annotated[Several[int], Field(min_length=2)], "a list, each item a whole number, at least 2 items"),
         (Annotated[str, Field(pattern="^x+$", max_length=3)], "text, at most 3 characters, matching ^x+$"),
     ],

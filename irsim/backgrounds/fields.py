@@ -13,6 +13,7 @@ from pydantic import AfterValidator, Field
 from pydantic_core import PydanticCustomError
 
 from irsim.backgrounds.texture import power_law
+from irsim.kinds import Number
 from irsim.rng import Address, normals
 from irsim.types import Floats
 
@@ -29,7 +30,7 @@ def _rises(values: tuple[float, ...]) -> tuple[float, ...]:
     return values
 
 
-Histogram = Annotated[tuple[float, ...], Field(strict=False), AfterValidator(_rises)]
+Histogram = Annotated[tuple[Number, ...], Field(strict=False), AfterValidator(_rises)]
 """Values of a texture at evenly spaced shares of its pixels, least to greatest; empty: Gaussian."""
 
 STEPS = 8

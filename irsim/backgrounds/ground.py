@@ -16,7 +16,7 @@ from irsim.backgrounds.hours import TEMPERATURES, Hour, filled
 from irsim.backgrounds.painting import Painting
 from irsim.backgrounds.patches import Clutter, Fields, Painted, Roads, Water
 from irsim.backgrounds.texture import Tile, tile_side
-from irsim.kinds import Kelvin, NotNegative, Positive
+from irsim.kinds import Kelvin, KelvinSpread, Positive
 from irsim.radiometry import radiance
 from irsim.stage import Stage
 from irsim.types import Floats
@@ -52,7 +52,7 @@ class Ground(Background):
 
     mean_k: Kelvin = 290.0
     """Mean temperature, K."""
-    spread_k: NotNegative = 3.0
+    spread_k: KelvinSpread = 3.0
     """Standard deviation of temperature, K."""
     beta: Annotated[float, Field(ge=0, le=6)] = 2.6
     """Slope of the 2-D power spectrum f^-beta (real ground: 2.2 to 3)."""

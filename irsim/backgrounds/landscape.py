@@ -19,7 +19,7 @@ from irsim.backgrounds.patches import Clutter, Fields
 from irsim.backgrounds.sky import Sky
 from irsim.backgrounds.structures import Buildings, Trees
 from irsim.backgrounds.texture import TILE
-from irsim.kinds import Kelvin, NotNegative, Positive, Several
+from irsim.kinds import Kelvin, KelvinSpread, Metres, NotNegative, Positive, Several
 from irsim.radiometry import radiance
 from irsim.stage import Stage
 from irsim.types import Floats
@@ -38,11 +38,11 @@ FAR_M = 20_000.0
 class Landscape(Sky):
     """Country under a sky: ground to the horizon, rows of trees and buildings at their ranges."""
 
-    camera_height_m: Positive = 10.0
+    camera_height_m: Metres = 10.0
     """Height of the camera above the ground, m."""
     ground_k: Kelvin = 290.0
     """Mean temperature of the ground, K."""
-    spread_k: NotNegative = 2.0
+    spread_k: KelvinSpread = 2.0
     """Standard deviation of the ground's temperature, K."""
     betas: Betas = (2.9, 4.0)
     """Slopes of the ground's spectrum along x and along y (real horizon and field: [2.9, 4.0])."""

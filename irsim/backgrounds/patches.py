@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field
 
 from irsim.backgrounds.fields import spectral
-from irsim.kinds import Fraction, NotNegative, Part, Positive
+from irsim.kinds import Fraction, KelvinDifference, KelvinSpread, NotNegative, Part, Positive
 from irsim.rng import stream
 from irsim.types import Floats
 
@@ -26,11 +26,11 @@ class Fields(Part):
 
     size_mrad: Positive = 60.0
     """Side of a field, mrad; they vary by a factor of two about it."""
-    spread_k: NotNegative | None = None
+    spread_k: KelvinSpread | None = None
     """Standard deviation between fields, K; by the ground's `hour` where not given, else 3."""
     lane_mrad: NotNegative = 1.5
     """Width of the lanes, mrad."""
-    lane_k: float = 3.0
+    lane_k: KelvinDifference = 3.0
     """Temperature of the lanes less the ground's mean, K."""
 
     def paint(self, side: int, px_per_mrad: float, spread_k: float, seed: int) -> Painted:
@@ -81,7 +81,7 @@ class Roads(Part):
     """How many on a map of 1024 px."""
     width_mrad: Positive = 2.0
     """Width, mrad."""
-    contrast_k: float | None = None
+    contrast_k: KelvinDifference | None = None
     """Temperature less the ground's mean, K; by the ground's `hour` where not given, else 6."""
 
     def paint(self, side: int, px_per_mrad: float, contrast_k: float, seed: int) -> Painted:
@@ -108,7 +108,7 @@ class Water(Part):
     """Share of the ground."""
     size_mrad: Positive = 80.0
     """Size of the largest, mrad."""
-    contrast_k: float | None = None
+    contrast_k: KelvinDifference | None = None
     """Temperature less the ground's mean, K; by the ground's `hour` where not given, else -8."""
 
     def paint(self, side: int, px_per_mrad: float, contrast_k: float, seed: int) -> Painted:
@@ -119,14 +119,17 @@ class Water(Part):
         return cover, np.full_like(cover, contrast_k)
 
 
+Length = Annotated[float, Field(ge=0.001, le=50)]
+
+
 class Clutter(Part):
     """Small warm and cold things of the size and grey of targets: false targets."""
 
-    per_mrad2: NotNegative = 0.002
+    per_mrad2: Annotated[float, Field(ge=0, le=10)] = 0.002
     """How many in a square milliradian."""
-    size_mrad: Annotated[tuple[Positive, Positive], Field(strict=False)] = (1.0, 4.0)
+    size_mrad: Annotated[tuple[Length, Length], Field(strict=False)] = (1.0, 4.0)
     """Smallest and largest length, mrad."""
-    contrast_k: Annotated[tuple[NotNegative, NotNegative], Field(strict=False)] = (3.0, 10.0)
+    contrast_k: Annotated[tuple[KelvinSpread, KelvinSpread], Field(strict=False)] = (3.0, 10.0)
     """Least and greatest temperature less the ground's mean, without sign, K."""
     cold: Fraction = 0.2
     """Share of them that is colder than the ground."""

@@ -12,7 +12,7 @@ from pydantic_core import PydanticCustomError
 
 from irsim.backgrounds.base import FARTHEST, Background, Gaze, Layer
 from irsim.errors import InputError
-from irsim.kinds import Kelvin
+from irsim.kinds import Index, ScaleKelvin
 from irsim.radiometry import radiance
 from irsim.stage import Stage
 from irsim.types import Floats, Image
@@ -35,11 +35,11 @@ class Recorded(Background):
 
     file: str
     """The recording, as found from the working directory."""
-    start: Annotated[int, Field(ge=0)] = 0
+    start: Index = 0
     """Its frame that is frame 0 here."""
     past_end: Literal["loop", "hold"] = "loop"
     """After its last frame: from the first again, or the last one on and on."""
-    range_k: Annotated[tuple[Kelvin, Kelvin], Field(strict=False)] = UNKNOWN_RANGE_K
+    range_k: Annotated[tuple[ScaleKelvin, ScaleKelvin], Field(strict=False)] = UNKNOWN_RANGE_K
     """Black bodies that count 0 and full scale stand for, K; the recording's own where not given and known."""
     digest: str = ""
     """Of the recording's bytes; filled in, and compared where given: a changed recording is another scene."""

@@ -15,7 +15,7 @@ from irsim.backgrounds.base import FARTHEST, Gaze, Layer
 from irsim.backgrounds.fields import spectral
 from irsim.backgrounds.landscape import Above
 from irsim.backgrounds.sky import ClearSky, Sky
-from irsim.kinds import Fraction, Kelvin, Positive
+from irsim.kinds import Fraction, Kelvin, Metres, Number, Pair
 from irsim.radiometry import Band, limits, radiance
 from irsim.rng import normals, stream
 from irsim.stage import Stage
@@ -67,17 +67,17 @@ def longest_wave(wind_m_s: float) -> float:
 class Sea(Sky):
     """The sea to the horizon under a sky; with `wind_m_s: 0` it is a mirror."""
 
-    camera_height_m: Positive = 15.0
+    camera_height_m: Metres = 15.0
     """Height of the camera above the water, m."""
     water_k: Kelvin = 288.0
     """Temperature of the water, K."""
     wind_m_s: Annotated[float, Field(ge=0, le=25)] = 6.0
     """Wind, m/s: it makes the waves' slopes and the length of the longest."""
-    wind_deg: float = 200.0
+    wind_deg: Number = 200.0
     """Where the waves run: clockwise from straight away from the camera, degrees."""
     gusts: Fraction = 0.3
     """Standard deviation of the slopes from place to place and time to time, as a share of their mean."""
-    sun_deg: Annotated[tuple[float, float], Field(strict=False)] | None = None
+    sun_deg: Pair | None = None
     """[azimuth right of the first pointing, elevation] of a sun that glints, degrees; none where not given."""
 
     def layers(self, stage: Stage) -> Sequence[Layer]:

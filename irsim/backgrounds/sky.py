@@ -18,7 +18,7 @@ from irsim.backgrounds.drifting import Drifting
 from irsim.backgrounds.fields import Betas, Evolving, Histogram, shaped, spectral, wrapped_blur
 from irsim.backgrounds.painting import Painting
 from irsim.backgrounds.texture import Tile, tile_side
-from irsim.kinds import Kelvin, Name, NotNegative, Pair, Part, Positive, Several
+from irsim.kinds import Kelvin, KelvinSpread, Metres, Name, NotNegative, Number, Pair, Part, Positive, Several
 from irsim.radiometry import Band, radiance
 from irsim.stage import Stage
 from irsim.types import Floats
@@ -83,7 +83,7 @@ class Clouds(Part):
     """Optical depth for each standard deviation of the texture above the cloud's edge; 0 is no cloud."""
     temperature_k: Kelvin = 268.0
     """Temperature of the cloud, K."""
-    texture_k: NotNegative = 2.0
+    texture_k: KelvinSpread = 2.0
     """Standard deviation of temperature within the cloud, K."""
     beta: Annotated[float, Field(ge=0, le=6)] = 3.3
     """Slope of the 2-D power spectrum f^-beta (real clouds: 2.9 to 4.1)."""
@@ -91,7 +91,7 @@ class Clouds(Part):
     """Size of the largest features, mrad."""
     stretch: Annotated[float, Field(ge=0.1, le=10)] = 2.0
     """How much wider than high features are."""
-    range_m: Positive = 5000.0
+    range_m: Metres = 5000.0
     """Distance of the layer, m: targets farther away are behind it."""
     wind_mrad_s: Pair = (0.0, 0.0)
     """Apparent motion, right and down, mrad/s."""
@@ -103,9 +103,9 @@ class Clouds(Part):
     cores); Gaussian where empty."""
     evolve_s: NotNegative = 0.0
     """Seconds in which the texture changes to a correlation of 2/3; 0: it only drifts."""
-    sunlit_k: NotNegative = 0.0
+    sunlit_k: KelvinSpread = 0.0
     """How much warmer edges that face the sun look at most, K (MWIR by day: 5 to 20)."""
-    sun_deg: float = -45.0
+    sun_deg: Number = -45.0
     """Where the sun stands in the picture: clockwise from up, degrees."""
 
     def layer(self, stage: Stage) -> CloudLayer:

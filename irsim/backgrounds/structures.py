@@ -12,12 +12,14 @@ from irsim.backgrounds.fields import profile, spectral
 from irsim.backgrounds.painting import Painting
 from irsim.backgrounds.panorama import Panorama, Sheet, Standing
 from irsim.backgrounds.texture import TILE
-from irsim.kinds import Fraction, Kelvin, Name, NotNegative, Part, Positive
+from irsim.kinds import Fraction, Kelvin, KelvinDifference, KelvinSpread, Metres, Name, Part
 from irsim.radiometry import radiance
 from irsim.rng import stream
 from irsim.stage import Stage
 from irsim.types import Floats
 
+Spacing = Annotated[float, Field(ge=0.5, le=100_000)]
+"""Metres; nearer to each other they would be too many to draw."""
 FINE = 2
 """Outlines are drawn on a grid this much finer than pixels, then averaged."""
 
@@ -63,7 +65,7 @@ class Structure(Part):
 
     id: Name
     """Its name for --without, and in truth where it hides a target."""
-    range_m: Positive = 800.0
+    range_m: Metres = 800.0
     """Metres; targets farther away are behind it."""
 
     def base(self, sheet: Sheet, height_m: float, ifov_rad: float) -> float:
@@ -76,9 +78,9 @@ class Trees(Structure):
 
     id: Name = "trees"
     """Its name for --without, and in truth where it hides a target."""
-    height_m: Positive = 14.0
+    height_m: Metres = 14.0
     """Mean height, m; single trees differ by a quarter."""
-    spacing_m: Positive = 6.0
+    spacing_m: Spacing = 6.0
     """Mean distance between two trees, m."""
     leaves: Fraction = 0.9
     """How much of a crown hides what is behind it: 0.4 is a bare tree."""
@@ -86,7 +88,7 @@ class Trees(Structure):
     """Height of the bushes between them, as a share of the trees'."""
     temperature_k: Kelvin | None = None
     """Mean temperature, K; by the `hour` where not given, else 288."""
-    spread_k: NotNegative = 1.5
+    spread_k: KelvinSpread = 1.5
     """Standard deviation of temperature, K: half of it from tree to tree."""
     beta: Annotated[float, Field(ge=0, le=6)] = 2.2
     """Slope of the spectrum within the crowns (real bare trees: 2.2)."""
@@ -150,19 +152,19 @@ class Buildings(Structure):
 
     id: Name = "buildings"
     """Its name for --without, and in truth where it hides a target."""
-    spacing_m: Positive = 60.0
+    spacing_m: Spacing = 60.0
     """Mean distance between two buildings, m."""
-    width_m: Annotated[tuple[Positive, Positive], Field(strict=False)] = (10.0, 30.0)
+    width_m: Annotated[tuple[Metres, Metres], Field(strict=False)] = (10.0, 30.0)
     """Least and greatest width, m."""
-    height_m: Annotated[tuple[Positive, Positive], Field(strict=False)] = (5.0, 14.0)
+    height_m: Annotated[tuple[Metres, Metres], Field(strict=False)] = (5.0, 14.0)
     """Least and greatest height of the walls, m."""
     temperature_k: Kelvin | None = None
     """Mean temperature of the walls, K; by the `hour` where not given, else 290."""
-    spread_k: NotNegative = 2.0
+    spread_k: KelvinSpread = 2.0
     """Standard deviation from building to building, K."""
-    windows_k: float = 3.0
+    windows_k: KelvinDifference = 3.0
     """Temperature of the windows less the wall's, K."""
-    roof_k: float = -4.0
+    roof_k: KelvinDifference = -4.0
     """Temperature of the roof less the wall's, K."""
 
     def paint(self, sheet: Sheet, height_m: float, temperature_k: float, stage: Stage) -> Standing:

@@ -27,6 +27,8 @@ ACCURACY_PX = 1.0
 interpolated lay 0.65 to 1.3 px (median) off the bright blob in three sequences of the drone detection
 dataset of Svanstrom, Alonso-Fernandez and Englund (Data in Brief, 2021)."""
 
+RATES_HZ = (0.001, 10_000.0)
+"""Frames a second that may be asked for, as of a camera."""
 RATE_HZ = 30.0
 """Frames a second of a folder of pictures where the user does not say."""
 
@@ -127,8 +129,9 @@ def name_of(source: Path) -> str:
 
 
 def _check_numbers(rate_hz: float | None, accuracy_px: float | None) -> None:
-    if rate_hz is not None and not (math.isfinite(rate_hz) and rate_hz > 0):
-        raise InputError(f"rate {rate_hz:g}: allowed: more than 0 Hz")
+    low, high = RATES_HZ
+    if rate_hz is not None and not low <= rate_hz <= high:
+        raise InputError(f"rate {rate_hz:g}: allowed: from {low:g} to {high:g} Hz")
     if accuracy_px is not None and not (math.isfinite(accuracy_px) and accuracy_px >= 0):
         raise InputError(f"accuracy {accuracy_px:g}: allowed: 0 px or more")
 

@@ -10,10 +10,10 @@ import numpy as np
 from pydantic import Field
 from pydantic_core import PydanticCustomError
 
-from irsim.kinds import Several
+from irsim.kinds import Number, Several
 from irsim.types import Floats
 
-Leg = Annotated[tuple[float, float, float], Field(strict=False)]
+Leg = Annotated[tuple[Number, Number, Number], Field(strict=False)]
 Legs = Several[Leg]
 
 

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from irsim.geometry import gimbal
-from irsim.kinds import Kind, NamedKind, Positive
+from irsim.kinds import Kind, Metres, NamedKind, Number
 from irsim.motion.dynamics import Dynamics
 from irsim.stage import Stage
 from irsim.types import Floats
@@ -77,11 +77,11 @@ class PixelPath(Path):
     closed below zero is behind the camera.
     """
 
-    range_m: Positive = 1000.0
+    range_m: Metres = 1000.0
     """Metres from the camera at frame 0."""
-    closing_m_s: float = 0.0
+    closing_m_s: Number = 0.0
     """How fast the range shrinks, metres a second."""
-    ground_m: Positive | None = None
+    ground_m: Metres | None = None
     """For a target on level ground: how far the ground lies below the camera, metres. The range then
     follows from the direction, and range_m and closing_m_s do not count."""
 

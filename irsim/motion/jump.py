@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from irsim.kinds import NotNegative, Pair, Several
+from irsim.kinds import LARGEST, NotNegative, Number, Pair, Several
 from irsim.motion.arcs import chord
 from irsim.motion.base import PixelPath
 from irsim.motion.dynamics import Dynamics
@@ -37,11 +37,11 @@ class Jump(PixelPath):
     """[x, y] at frame 0, px."""
     speed: NotNegative = 2.0
     """Px per frame."""
-    heading_deg: float = 0.0
+    heading_deg: Number = 0.0
     """Direction at frame 0, degrees: 0 right, 90 down."""
     rates_deg: Annotated[Several[TurnRate], Field(min_length=1)] = (0.0, 4.0, -4.0)
     """Turn rates, degrees per frame, positive clockwise; it begins with the first."""
-    hold_frames: Annotated[float, Field(ge=1)] = 30.0
+    hold_frames: Annotated[float, Field(ge=1, le=LARGEST)] = 30.0
     """Mean length of a turn, frames; the next is drawn evenly from the other rates."""
 
     def pixels(self, frames: Floats, stage: Stage, name: str) -> Floats:

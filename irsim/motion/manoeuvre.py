@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.kinds import NotNegative, Pair
+from irsim.kinds import LARGEST, NotNegative, Number, Pair
 from irsim.motion.base import PixelPath
 from irsim.rng import stream
 from irsim.stage import Stage
@@ -21,7 +21,7 @@ _STEER = 2.5
 """How much tighter than a half-circle that just fits the band the steering may turn. It sets in softly
 and lags: with 2.5 the path stayed in its box in 75 runs of 600 frames at 1 to 6 px per frame."""
 
-Turns = Annotated[float, Field(ge=1)]
+Turns = Annotated[float, Field(ge=1, le=LARGEST)]
 
 
 class Manoeuvre(PixelPath):
@@ -34,7 +34,7 @@ class Manoeuvre(PixelPath):
     """[x, y] at frame 0, px."""
     speed: NotNegative = 2.0
     """Px per frame."""
-    heading_deg: float = 0.0
+    heading_deg: Number = 0.0
     """Direction at frame 0, degrees: 0 right, 90 down."""
     turn_deg: Annotated[float, Field(ge=0, le=90)] = 3.0
     """Sharpest random turn, degrees per frame; rates are drawn evenly from both sides."""
@@ -42,7 +42,7 @@ class Manoeuvre(PixelPath):
     """Mean length of one turn, frames."""
     ease_frames: Turns = 5.0
     """Time constant with which the turn rate follows, frames."""
-    keep_in_px: Annotated[tuple[float, float, float, float], Field(strict=False)] | None = None
+    keep_in_px: Annotated[tuple[Number, Number, Number, Number], Field(strict=False)] | None = None
     """[left, top, right, bottom] that it stays in, px; the frame less a tenth on each side where not given."""
 
     @model_validator(mode="after")

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from irsim.errors import InputError
-from irsim.kinds import Name, NotNegative, Pair, Positive, Triple
+from irsim.kinds import Name, NotNegative, Number, Pair, Positive, Triple
 from irsim.motion.attitude import STANDARD_GRAVITY
 from irsim.motion.base import Path
 from irsim.motion.dynamics import Dynamics, constant_velocity
@@ -44,7 +44,7 @@ class Follow(Companion):
     """How far behind it is, frames."""
     offset_px: Pair = (0.0, 0.0)
     """[right, down] of the other's place, px of the unmoved camera."""
-    farther_m: float = 0.0
+    farther_m: Number = 0.0
     """How much farther away it is, m; negative: nearer."""
 
     def positions(self, frames: Floats, stage: Stage, name: str) -> Floats:
@@ -62,11 +62,11 @@ class Crosses(Companion):
     """Frame at which they are nearest to each other in the picture."""
     angle_deg: Annotated[float, Field(ge=-180, le=180)] = 90.0
     """Its direction less the other's, degrees, positive clockwise; a target that stands counts as going right."""
-    miss_px: float = 0.0
+    miss_px: Number = 0.0
     """How near they come: distance of their places at that frame, across their relative motion, px."""
     speed: NotNegative = 2.0
     """Px per frame."""
-    farther_m: float = 0.0
+    farther_m: Number = 0.0
     """How much farther away than the other it is at that frame, m; negative: nearer, so it hides the other."""
 
     def meeting(self, stage: Stage) -> tuple[Floats, Floats, Floats, float]:

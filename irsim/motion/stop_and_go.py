@@ -7,7 +7,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from irsim.kinds import NotNegative, Pair
+from irsim.kinds import LARGEST, NotNegative, Number, Pair
 from irsim.motion.base import PixelPath
 from irsim.motion.straight import unit
 from irsim.rng import stream
@@ -22,15 +22,15 @@ class StopAndGo(PixelPath):
     """[x, y] at frame 0, px."""
     speed: NotNegative = 2.0
     """While it goes, px per frame."""
-    heading_deg: float = 0.0
+    heading_deg: Number = 0.0
     """Direction, degrees: 0 right, 90 down."""
-    go_frames: Annotated[float, Field(ge=1)] = 40.0
+    go_frames: Annotated[float, Field(ge=1, le=LARGEST)] = 40.0
     """Length of a go, frames, with getting under way and coming to rest; the first begins at full speed."""
-    stop_frames: Annotated[float, Field(ge=0)] = 20.0
+    stop_frames: NotNegative = 20.0
     """Length of a stop, frames."""
     vary: Annotated[float, Field(ge=0, le=0.9)] = 0.0
     """Each length is drawn evenly from (1 - vary) to (1 + vary) times the given one."""
-    ease_frames: Annotated[float, Field(ge=0)] = 6.0
+    ease_frames: NotNegative = 6.0
     """Time it takes to come to rest or to full speed, frames; at most half a go."""
 
     def pixels(self, frames: Floats, stage: Stage, name: str) -> Floats:

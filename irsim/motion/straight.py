@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from irsim.kinds import NotNegative, Pair, Triple
+from irsim.kinds import NotNegative, Number, Pair, Triple
 from irsim.motion.base import MetrePath, PixelPath
 from irsim.motion.dynamics import Dynamics, constant_velocity
 from irsim.stage import Stage
@@ -24,7 +24,7 @@ class Straight(PixelPath):
     """[x, y] at frame 0, px."""
     speed: NotNegative = 0.0
     """Px per frame."""
-    heading_deg: float = 0.0
+    heading_deg: Number = 0.0
     """Direction in the picture, degrees: 0 right, 90 down."""
 
     def pixels(self, frames: Floats, stage: Stage, name: str) -> Floats:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from pydantic import model_validator
 
-from irsim.kinds import NotNegative, Pair, Triple
+from irsim.kinds import NotNegative, Number, Pair, Triple
 from irsim.motion.arcs import Legs, arcs, check_legs
 from irsim.motion.base import MetrePath, PixelPath, world_to_first
 from irsim.motion.straight import unit
@@ -22,7 +22,7 @@ class Turns(PixelPath):
     """[x, y] at frame 0, px."""
     speed: NotNegative = 2.0
     """Px per frame."""
-    heading_deg: float = 0.0
+    heading_deg: Number = 0.0
     """Direction at frame 0, degrees: 0 right, 90 down."""
     turns: Legs = ()
     """List of [from frame, to frame, degrees per frame]; positive turns clockwise."""
@@ -46,9 +46,9 @@ class TurnsM(MetrePath):
     """Where it is at frame 0, m."""
     speed_m_s: NotNegative = 200.0
     """Over ground, metres a second."""
-    heading_deg: float = 90.0
+    heading_deg: Number = 90.0
     """Direction at frame 0, degrees: 0 level away along the first pointing (north), 90 to the right (east)."""
-    climb_m_s: float = 0.0
+    climb_m_s: Number = 0.0
     """Upwards, metres a second."""
     turns: Legs = ()
     """List of [from frame, to frame, degrees a second]; positive turns right."""

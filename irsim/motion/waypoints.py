@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.kinds import Pair, Positive, Several, Triple
+from irsim.kinds import Number, Pair, Positive, Several, Triple
 from irsim.motion.base import MetrePath, PixelPath
 from irsim.motion.spline import Spline
 from irsim.stage import Stage
@@ -18,14 +18,16 @@ from irsim.types import Floats
 
 def _check(points: tuple[tuple[float, ...], ...], frames: tuple[float, ...] | None, speed: float | None) -> None:
     """The rules that the two kinds share; PydanticCustomError with the key at fault."""
-    if (frames is None) == (speed is None):
+    if frames is None and speed is None:
+        raise PydanticCustomError("waypoints", "neither 'frames' nor a speed is given; allowed: one of them", {})
+    if frames is not None and speed is not None:
         raise PydanticCustomError(
-            "waypoints", "'frames' and a speed exclude each other; allowed: exactly one of them", {"at": ("frames",)}
+            "waypoints", "'frames' and a speed exclude each other; allowed: one of them", {"at": ("frames",)}
         )
     if frames is not None and len(frames) != len(points):
         raise PydanticCustomError(
             "waypoints",
-            "{frames} frames for {points} points; allowed: one frame for each point",
+            "frames: {frames}, points: {points}; allowed: one frame for each point",
             {"frames": len(frames), "points": len(points), "at": ("frames",)},
         )
     if frames is not None and any(b <= a for a, b in pairwise(frames)):
@@ -51,7 +53,7 @@ class Waypoints(PixelPath):
 
     points: Annotated[Several[Pair], Field(min_length=2)]
     """List of [x, y], px."""
-    frames: Several[float] | None = None
+    frames: Several[Number] | None = None
     """Frame at which each point is passed; or give `speed`."""
     speed: Positive | None = None
     """Constant speed along the curve from the first point at frame 0, px per frame; or give `frames`."""
@@ -70,7 +72,7 @@ class WaypointsM(MetrePath):
 
     points: Annotated[Several[Triple], Field(min_length=2)]
     """List of places, m."""
-    frames: Several[float] | None = None
+    frames: Several[Number] | None = None
     """Frame at which each point is passed; or give `speed_m_s`."""
     speed_m_s: Positive | None = None
     """Constant speed along the curve from the first point at frame 0, metres a second; or give `frames`."""

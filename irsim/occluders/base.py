@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.geometry import Geometry
-from irsim.kinds import Fraction, Index, Kelvin, Name, NamedKind, Positive
+from irsim.kinds import Fraction, Index, Kelvin, Metres, Name, NamedKind
 from irsim.shapes.polygon import outline
 from irsim.shapes.silhouette import sprite, within_sight
 from irsim.sprite import Sprite
@@ -67,7 +67,7 @@ class Occluder(NamedKind):
     thins: ClassVar[bool] = False
     """Does it hide less by being thinner? Otherwise by being smaller."""
 
-    range_m: Positive
+    range_m: Metres
     """Metres from where the camera first stands; it hides what is farther."""
     hides: Name | None = None
     """Id of a target that it shall hide: given instead of its place."""

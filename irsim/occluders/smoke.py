@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 from pydantic import Field
 
-from irsim.kinds import Kelvin, NotNegative, Pair
+from irsim.kinds import Kelvin, NotNegative, Number, Pair
 from irsim.occluders.bar import Size
 from irsim.occluders.base import Occluder, Sight, given
 from irsim.rng import stream
@@ -39,7 +39,7 @@ class Smoke(Occluder):
     """Share of the light behind it that its dense part keeps back, when it is full grown."""
     temperature_k: Kelvin = 288.0
     """Kelvin: it emits as much as it keeps back."""
-    begins_frame: float | None = None
+    begins_frame: Number | None = None
     """Frame at which it begins to grow; it is there from the first where not given."""
     grow_frames: NotNegative = 15.0
     """Time it takes to grow, frames."""

@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 from pydantic import Field
 
-from irsim.kinds import Kelvin, NotNegative, Pair, Positive
+from irsim.kinds import Kelvin, KelvinSpread, NotNegative, Pair, Positive
 from irsim.occluders.bar import Size, rectangle
 from irsim.occluders.base import Facet, Opaque, given
 from irsim.rng import stream
@@ -108,7 +108,7 @@ class Tree(Opaque):
     """[width, height] of the crown, px."""
     trunk_k: Kelvin = 292.0
     """Temperature of the trunk, kelvin."""
-    spread_k: NotNegative = 0.4
+    spread_k: KelvinSpread = 0.4
     """Standard deviation of the lumps' temperatures, kelvin: sunlit and shaded leaves."""
 
     def facets(self, stage: Stage) -> list[Facet]:

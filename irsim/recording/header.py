@@ -11,7 +11,7 @@ from pydantic import Field, ValidationError
 
 from irsim.display import AGCS, Agc
 from irsim.errors import InputError
-from irsim.kinds import NotNegative, Part, Positive, Several, importing_nothing
+from irsim.kinds import AboveZero, NotNegative, Part, Several, importing_nothing
 
 FORMAT = 1
 """Version of the file layout; a reader refuses a newer one."""
@@ -87,7 +87,7 @@ class Header(Sealed):
     size: Size
     """Columns, rows."""
     bits: Annotated[int, Field(ge=1, le=16)]
-    rate_hz: Positive
+    rate_hz: AboveZero
     follow: str | None = None
     """Id of the target to follow."""
     has_truth: bool
@@ -97,7 +97,7 @@ class Header(Sealed):
     """How counts become the 8-bit picture."""
     first_frame: Count = 0
     """The source's index of the recording's frame 0."""
-    ifov_rad: Positive | None = None
+    ifov_rad: AboveZero | None = None
     """Field of view of one pixel."""
     band: str | None = None
     """Name of the band, or its limits in words."""

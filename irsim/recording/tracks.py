@@ -13,7 +13,7 @@ from pydantic import Field
 
 from irsim.errors import InputError
 from irsim.files import replacing
-from irsim.kinds import Positive
+from irsim.kinds import AboveZero
 from irsim.recording.annotate import TRACK, draw
 from irsim.recording.chunks import ChunkWriter, Message
 from irsim.recording.container import open_container
@@ -54,7 +54,7 @@ class TrackHeader(Sealed):
     tracker: str
     source: str
     source_hash: str
-    rate_hz: Positive
+    rate_hz: AboveZero
     target: str | None = None
     states: int = Field(default=0, ge=0)
     """How many; counted when written."""

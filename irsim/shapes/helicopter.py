@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from irsim.kinds import Fraction, Kelvin, NotNegative, Positive
+from irsim.kinds import Fraction, Kelvin, Metres, NotNegative
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
 from irsim.shapes.joints import Rigid, hinge
@@ -71,7 +71,7 @@ class Helicopter(Body):
         *on("tail", *_TAIL_BLADES),
     )
 
-    length_m: Positive = 14.0
+    length_m: Metres = 14.0
     """Length of the fuselage with its tail, m; the main rotor is 1.16 times that across."""
     temperature_k: Kelvin = 290.0
     """Temperature of the skin, kelvin."""

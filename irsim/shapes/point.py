@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.kinds import Fraction, Kelvin, Positive
+from irsim.kinds import Fraction, Kelvin, KelvinDifference, Number, Positive
 from irsim.optics import fwhm_px, reach_px, shares
 from irsim.shapes.base import Shape, View
 from irsim.sprite import Sprite, Wanted
@@ -25,9 +25,9 @@ class Point(Shape):
     temperature_k: Kelvin = 350.0
     """Kelvin."""
     emissivity: Fraction = 0.95
-    contrast_k: float | None = None
+    contrast_k: KelvinDifference | None = None
     """Apparent temperature of the point itself less that of what is behind it, K, in place of its temperature."""
-    scr: float | None = None
+    scr: Number | None = None
     """Signal-to-clutter ratio against what is behind it and the camera's NETD, in place of its temperature;
     negative where it is darker (never darker than without light: a cold one needs an area)."""
 

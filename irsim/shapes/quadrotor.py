@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from irsim.kinds import Kelvin, NotNegative, Positive
+from irsim.kinds import Kelvin, Metres, NotNegative
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
 from irsim.shapes.joints import Rigid, hinge
@@ -49,7 +49,7 @@ class Quadrotor(Body):
         *(solid for name in _HUBS for solid in _corner(name)),
     )
 
-    length_m: Positive = 0.45
+    length_m: Metres = 0.45
     """Length over the rotors of a side, m: 0.45 for a camera drone, above 1 for one that carries loads."""
     temperature_k: Kelvin = 294.0
     """Temperature of body and arms, kelvin."""

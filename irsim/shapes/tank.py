@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from irsim.kinds import Kelvin, Positive
+from irsim.kinds import Kelvin, Metres
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
 from irsim.shapes.solids import Solid, mirrored, plate, profile, tube
@@ -47,7 +47,7 @@ class Tank(Body):
         plate(((-0.02, 0.03), (-0.02, 0.10), (-0.10, 0.10), (-0.10, 0.03)), -0.25, -0.20),
     )
 
-    length_m: Positive = 7.0
+    length_m: Metres = 7.0
     """Length of the hull, m; the barrel reaches a fifth of it further."""
     engine_k: Kelvin = 350.0
     """Temperature of the engine deck, kelvin."""
