@@ -8,6 +8,7 @@ TrackerError  a tracker did wrong while it ran (exit status 1)
 from __future__ import annotations
 
 import traceback
+from types import TracebackType
 
 from irsim.errors import InputError
 from irsim.errors import IrsimError as IrtrackError
@@ -21,10 +22,16 @@ class TrackerError(IrtrackError):
     The text is one line: 'tracker: frame 7: ValueError: what'.
     """
 
+    def calls(self) -> str:
+        """Where the tracker raised it: its own lines as Python writes them; '' where it raised nothing."""
+        return "".join(traceback.format_tb(self._own())).rstrip()
+
     def trace(self) -> str:
-        """How Python tells what the tracker raised, from the tracker's own code on; '' where it raised nothing."""
+        """The same with what was raised; '' where it raised nothing."""
         cause = self.__cause__
-        if cause is None:
-            return ""
-        ours = cause.__traceback__  # of who called the tracker
-        return "".join(traceback.format_exception(type(cause), cause, ours.tb_next if ours else None)).rstrip()
+        return "".join(traceback.format_exception(type(cause), cause, self._own())).rstrip() if cause else ""
+
+    def _own(self) -> TracebackType | None:
+        """The traceback without who called the tracker."""
+        whole = self.__cause__.__traceback__ if self.__cause__ else None
+        return whole.tb_next if whole else None

@@ -253,6 +253,7 @@ def test_a_tracker_that_fails_is_one_headline_and_its_own_calls(
     if not raises:
         assert len(lines) == 1
         return
+    assert all(line.startswith("  ") for line in lines[1:])
     files = [line for line in lines if line.lstrip().startswith("File ")]
     assert len(files) == 1
     assert "mine.py" in files[0]

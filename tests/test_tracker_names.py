@@ -61,6 +61,7 @@ def test_describe_has_a_row_for_every_tracker() -> None:
         (":", {}, ["this is no module:Class"]),
         ("grey_pf:", {}, ["'grey_pf:': grey_pf is a tracker's name, no module", "grey_pf:KEY=VALUE"]),
         ("grey_pf:particles", {}, ["'grey_pf:particles': grey_pf is a tracker's name, no module"]),
+        ("brightest.py:Brightest", {}, ["no module:Class", "did you mean 'brightest:Brightest'?"]),
         ("./brightest.py:Brightest", {}, ["no module:Class", "did you mean 'brightest:Brightest'?"]),
     ],
 )

@@ -115,7 +115,7 @@ def run(
         with terminal.progress_bar(tracker) as progress:
             truths = replay(opened, [player.see], looked_at, player.start.frame, progress=progress)
     except TrackerError as error:
-        print("\n".join([f"irtrack: {error}", *error.trace().splitlines()]), file=sys.stderr)
+        print("\n".join([f"irtrack: {error}", *error.calls().splitlines()]), file=sys.stderr)
         raise typer.Exit(1) from None
     track = player.track(opened, looked_at)
     result = score(track, Reference.of(truths, track.target))

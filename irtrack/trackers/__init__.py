@@ -78,8 +78,8 @@ def find(name: str) -> type[Any]:
     if module in known:
         raise InputError(f"'{name}': {module} is a tracker's name, no module; allowed: {module}, or {module}:KEY=VALUE")
     if colon:
-        if not all(part.isidentifier() for part in (*module.split("."), *cls.split("."))):
-            file = Path(module)
+        file = Path(module)
+        if file.suffix == ".py" or not all(part.isidentifier() for part in (*module.split("."), *cls.split("."))):
             hint = f"; did you mean '{file.stem}:{cls}'?" if file.suffix == ".py" and cls.isidentifier() else ""
             raise InputError(f"'{name}': this is no module:Class; allowed: e.g. brightest:Brightest{hint}")
         # As with `python -m`, a module of the current folder counts; it must not shadow others.
