@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import sys
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -26,6 +28,8 @@ Json = Annotated[bool, typer.Option("--json", help="One JSON document instead of
 
 _MOST = 300
 """Frames that are looked at where the user does not say: 200 MB of 640x512 px."""
+_PICTURES = 9
+"""Pictures over the whole length whose texture is measured."""
 
 
 def noise(
@@ -53,6 +57,41 @@ def noise(
         return
     for label, text in noise_lines(report):
         print(f"{label:8} {text}")
+
+
+def realism(
+    source: Measured,
+    like: Annotated[
+        str | None, typer.Option(metavar="CLASS", help="Status 1 where it is outside this class's ranges.")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Compare a background's texture (8-bit picture) with real recordings: cloud, trees, ground and so on."""
+    import numpy as np
+
+    from irsim.measure import classes_of, judge, texture, verdict_lines
+    from irsim.sources import open_source
+
+    opened = open_source(source)
+    picked = np.unique(np.linspace(0, len(opened) - 1, _PICTURES).astype(int))
+    pictures: npt.NDArray[np.integer] = np.stack([opened.frame(int(k), "display").image for k in picked])
+    try:
+        found = texture(pictures)
+    except InputError as error:
+        raise InputError(f"{source}: {error}") from None
+    verdicts = () if like is None else judge(found, like)
+    if as_json:
+        ranges = {v.figure: {"low": v.low, "high": v.high, "inside": v.inside} for v in verdicts}
+        print(
+            json.dumps(
+                {"source": source, **asdict(found), "like": like, "ranges": ranges, "classes": classes_of(found)}
+            )
+        )
+    else:
+        for line in verdict_lines(found, like):
+            print(line)
+    if not all(verdict.inside for verdict in verdicts):
+        sys.exit(1)
 
 
 def read_stack(source: Source, start: int, stop: int, input: Input) -> npt.NDArray[np.integer]:

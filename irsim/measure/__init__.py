@@ -5,9 +5,12 @@ from irsim.measure.interval import Measured
 from irsim.measure.memory import Memory, Temporal, temporal
 from irsim.measure.noise import NoiseReport, measure_noise, noise_lines
 from irsim.measure.noise_3d import Noise3dTerms, noise_3d
+from irsim.measure.realism import CLASSES, Verdict, classes_of, judge, verdict_lines
 from irsim.measure.region import Region, flattest, parse_region
+from irsim.measure.spectrum import Texture, texture
 
 __all__ = [
+    "CLASSES",
     "Defects",
     "Measured",
     "Memory",
@@ -15,11 +18,17 @@ __all__ = [
     "NoiseReport",
     "Region",
     "Temporal",
+    "Texture",
+    "Verdict",
+    "classes_of",
     "defects",
     "flattest",
+    "judge",
     "measure_noise",
     "noise_3d",
     "noise_lines",
     "parse_region",
     "temporal",
+    "texture",
+    "verdict_lines",
 ]

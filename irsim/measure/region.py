@@ -10,7 +10,7 @@ import numpy.typing as npt
 from irsim.errors import InputError
 from irsim.types import Floats
 
-Values = npt.NDArray[np.floating] | npt.NDArray[np.integer]
+Values = npt.NDArray[np.floating] | npt.NDArray[np.integer] | npt.NDArray[np.integer | np.floating]
 """Counts as they come, or in any unit."""
 
 SIDE = 64

@@ -1,0 +1,100 @@
+"""Whether a background's texture lies where that of real infrared recordings does."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from irsim.errors import InputError
+from irsim.measure.spectrum import Texture
+
+Range = tuple[float, float]
+
+_SLOPE = 0.3
+"""By how much beta differs between recordings of one sort: thin cloud 3.8 in one, 3.5 in another."""
+_AXIS = 0.7
+"""The same along one axis: thin cloud 3.6 across in one, 2.8 in another."""
+_SPREAD = 1.5
+"""Factor by which spreads differ between recordings of one sort: bare trees 61 in one, 42 in another."""
+BEND = (-1.0, 1.0)
+"""Real backgrounds are straight in log-log: -0.1 to 0.2 in three sequences; blurred white noise has 1.4 and more."""
+
+
+@dataclass(frozen=True)
+class Real:
+    """What recordings of a class measure, from the least to the most.
+
+    beta, beta_x, beta_y    exponents of the power spectrum: over all directions, along x, along y
+    spread                  standard deviation of grey levels, of 255
+    """
+
+    beta: Range
+    beta_x: Range
+    beta_y: Range
+    spread: Range
+
+    def ranges(self) -> dict[str, Range]:
+        """Figure -> where it may lie: the class's values, widened by how far recordings differ."""
+        return {
+            "beta": (self.beta[0] - _SLOPE, self.beta[1] + _SLOPE),
+            "beta_x": (self.beta_x[0] - _AXIS, self.beta_x[1] + _AXIS),
+            "beta_y": (self.beta_y[0] - _AXIS, self.beta_y[1] + _AXIS),
+            "bend": BEND,
+            "spread": (self.spread[0] / _SPREAD, self.spread[1] * _SPREAD),
+        }
+
+
+CLASSES = {
+    "cloud": Real((2.9, 4.1), (2.2, 3.2), (3.4, 4.7), (19, 42)),
+    "horizon": Real((3.6, 3.6), (2.9, 2.9), (4.0, 4.0), (68, 68)),
+    "trees": Real((2.2, 2.2), (2.2, 2.2), (1.9, 1.9), (42, 61)),
+    "treeline": Real((2.2, 3.6), (1.9, 2.9), (1.9, 4.0), (50, 68)),
+    "ground": Real((2.3, 2.9), (1.8, 2.7), (2.1, 2.75), (12.5, 32)),
+    "city": Real((2.4, 2.4), (2.2, 2.2), (2.4, 2.4), (33, 33)),
+}
+"""Medians of infrared recordings, measured by the project over 4/N .. 0.2 cycles a px.
+
+cloud: thin, thick and broken cloud, one sequence without compression. ground: from the air by day and
+night, at long range, a park. treeline: between bare trees and horizon with field; its x slope and
+spread from a drone over hot trees. Spreads of cloud and trees include sequences measured as here.
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """One figure beside the range of a class."""
+
+    figure: str
+    value: float
+    low: float
+    high: float
+
+    @property
+    def inside(self) -> bool:
+        return self.low <= self.value <= self.high
+
+
+def judge(found: Texture, like: str) -> tuple[Verdict, ...]:
+    """Each figure beside the range of the class. InputError where there is no such class."""
+    if like not in CLASSES:
+        raise InputError(f"--like {like}: no such class; allowed: {', '.join(CLASSES)}")
+    return tuple(
+        Verdict(figure, getattr(found, figure), low, high) for figure, (low, high) in CLASSES[like].ranges().items()
+    )
+
+
+def classes_of(found: Texture) -> tuple[str, ...]:
+    """Classes whose ranges hold all figures."""
+    return tuple(name for name in CLASSES if all(verdict.inside for verdict in judge(found, name)))
+
+
+def verdict_lines(found: Texture, like: str | None) -> Iterator[str]:
+    """For people: the figures beside a class's ranges, or alone; then the classes that fit."""
+    if like is None:
+        for figure in Texture.__slots__:
+            yield f"{figure:8} {getattr(found, figure):7.2f}"
+    else:
+        for verdict in judge(found, like):
+            word = "ok" if verdict.inside else "OUTSIDE"
+            yield f"{verdict.figure:8} {verdict.value:7.2f}  {like} {verdict.low:.2f} to {verdict.high:.2f}  {word}"
+    yield f"looks like: {', '.join(classes_of(found)) or 'no class of real recordings'}"
