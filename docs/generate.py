@@ -30,7 +30,7 @@ from irsim.display import AGCS
 from irsim.draw import contact_sheet
 from irsim.falloff import Falloff
 from irsim.gallery import write_sheet
-from irsim.kinds import Family, Kind, Name, NamedKind, Part
+from irsim.kinds import LARGEST, Family, Kind, Name, NamedKind, Part
 from irsim.loader import examples, load
 from irsim.motion import PATHS, POINTINGS
 from irsim.occluders import OCCLUDERS
@@ -73,6 +73,14 @@ INNER: dict[str, type[Part]] = {
 """Parts of backgrounds, and where they stand."""
 
 
+BOUNDS = {
+    f", from -{LARGEST} to {LARGEST}": "",
+    f", from 0 to {LARGEST}": ", 0 or more",
+    f", from 1e-06 to {LARGEST}": ", above 0",
+}
+"""Bounds that the text says of all numbers, and what the tables say for them."""
+
+
 def keys(part: type[Part]) -> Iterator[str]:
     """A table row for each key of a part; `id` of things in lists is explained once in the text."""
     yield "| key | allowed | default | meaning |"
@@ -93,7 +101,10 @@ def allowed(slot: Slot) -> str:
         return f"a kind of {slot.family.name}, see below"
     if slot.part(None) is not None:
         return "a mapping, see below"
-    return slot.words().replace(Slot.of(Name).words(), "a name")
+    words = slot.words().replace(Slot.of(Name).words(), "a name")
+    for bounds, short in BOUNDS.items():
+        words = words.replace(bounds, short)
+    return words
 
 
 def default(field: FieldInfo) -> str:
