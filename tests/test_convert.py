@@ -288,7 +288,7 @@ def test_sources_that_are_none(tmp_path: Path, folder: Path) -> None:
 
 @pytest.mark.parametrize("rate", [0.0, -1.0, float("nan"), float("inf")])
 def test_impossible_rates(tmp_path: Path, folder: Path, rate: float) -> None:
-    with pytest.raises(InputError, match="allowed: from 0.001 to 10000 Hz"):
+    with pytest.raises(InputError, match=r"allowed: from 0\.001 to 10000 Hz"):
         import_frames(folder, tmp_path / "r.mcap", rate_hz=rate)
 
 
