@@ -11,8 +11,8 @@ from pathlib import Path
 from irsim.kinds import Kind, Part
 
 NOT_PIXELS = {
-    *("cli", "convert", "draw", "errors", "explain", "files", "gallery", "lazy", "loader", "overrides"),
-    *("recording", "schema", "sources", "terminal", "yamlfile"),
+    *("cli", "commands_measure", "convert", "draw", "errors", "explain", "gallery", "lazy", "loader"),
+    *("measure", "overrides", "schema", "sources", "terminal", "usage", "yamlfile"),
 }
 """Rooms that no pixel and no truth depends on: they read, write, word and show."""
 
