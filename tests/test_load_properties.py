@@ -41,7 +41,7 @@ PARTS = st.builds(
         st.builds(
             Target,
             id=st.from_regex(r"\A[A-Za-z_][A-Za-z0-9-]{1,9}\Z").map(lambda name: f"t{name}"),
-            shape=st.builds(Point, temperature_k=NUMBERS),
+            shape=st.builds(Point, temperature_k=st.floats(1, 1e3)),
             path=st.builds(Straight, start=PAIRS, speed=NUMBERS, heading_deg=st.floats(-180, 180)),
         )
     ),
