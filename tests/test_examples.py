@@ -25,6 +25,14 @@ def test_every_example_says_what_it_is_for_and_shows_its_target(path: Path) -> N
     assert target.visible >= 0.5
 
 
+def test_every_example_stands_in_the_documents_with_its_picture() -> None:
+    docs = Path(__file__).parent.parent / "docs"
+    page = (docs / "examples.md").read_text()
+    for name, path in examples().items():
+        assert f"## {name}\n\n{irsim.load(path).about}\n" in page
+        assert (docs / "img" / f"{name}.png").is_file()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["sky", "ground"])
 def test_one_tracker_holds_the_demo_scene_and_another_loses_it(name: str, tmp_path: Path) -> None:
