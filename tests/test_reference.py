@@ -1,57 +1,41 @@
-"""The truth of one target as arrays, and the interval of a share of runs."""
+"""The reference recordings: what was once recorded is still read, bit for bit, and still tracked."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+import hashlib
+from pathlib import Path
 
-import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from scipy.stats import binomtest
 
-from irsim.types import Box, TargetTruth, Truth
-from irtrack.metrics import Reference, wilson
+import irsim
+import irtrack
 
-
-def test_reference_from_truths() -> None:
-    box = Box(5.0, 6.0, 4.0, 3.0)
-    seen = TargetTruth("a", (5.0, 6.0), box, visible=0.25, accuracy_px=1.5)
-    truths = [
-        Truth(3, 0.3, (TargetTruth("b", (1.0, 1.0), box), seen)),
-        Truth(4, 0.4, ()),
-        Truth(5, 0.5, (replace(seen, visible=None, in_view=None),)),
-        Truth(6, 0.6, (replace(seen, in_view=False),)),
-        Truth(7, 0.7, (replace(seen, visible=0.5),)),
-    ]
-    reference = Reference.of(truths, "a")
-    assert reference.indices.tolist() == [3, 4, 5, 6, 7]
-    assert reference.present.tolist() == [True, False, True, False, True]  # no entry; out of view
-    assert reference.shown.tolist() == [False, False, True, False, True]
-    assert reference.centers[0].tolist() == [5.0, 6.0]
-    assert reference.diagonals[0] == 5.0
-    assert reference.accuracy[0] == 1.5
-    assert not Reference.of(truths, None).present.any()
-    assert len(Reference.of([], "a").indices) == 0
-    assert not Reference.of([], "a").at(np.arange(3)).present.any()
+FOLDER = Path(__file__).parent.parent / "recordings" / "reference"
+DIGESTS = {"drone": "627f6d3267ba489e"}
+"""blake2b (8 bytes) of all counts, in order."""
 
 
-@pytest.mark.parametrize(
-    ("count", "total", "low", "high"),
-    # Newcombe, Statistics in Medicine 17 (1998) 857, table I, method 3 (score without correction)
-    [(81, 263, 0.2553, 0.3662), (15, 148, 0.0624, 0.1605), (0, 20, 0.0, 0.1611), (1, 29, 0.0061, 0.1718)],
-)
-def test_wilson_gives_the_printed_intervals(count: int, total: int, low: float, high: float) -> None:
-    assert wilson(count, total) == pytest.approx((low, high), abs=5e-5)
+def test_every_reference_is_known() -> None:
+    assert {path.stem for path in FOLDER.glob("*.mcap")} == set(DIGESTS)
 
 
-@given(st.integers(1, 300).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n))))
-@settings(max_examples=30, deadline=None)
-def test_wilson_equals_scipy(case: tuple[int, int]) -> None:
-    count, total = case
-    other = binomtest(count, total).proportion_ci(method="wilson")
-    assert wilson(count, total) == pytest.approx((other.low, other.high), abs=1e-12)
+@pytest.mark.parametrize("name", DIGESTS)
+def test_its_counts_are_those_recorded(name: str) -> None:
+    recording = irsim.open_recording(FOLDER / f"{name}.mcap")
+    digest = hashlib.blake2b(digest_size=8)
+    for frame in recording.frames():
+        digest.update(frame.image.tobytes())
+    assert digest.hexdigest() == DIGESTS[name]
+    assert len(list(recording.truths())) == len(recording)
 
 
-def test_no_runs_tell_nothing() -> None:
-    assert wilson(0, 0) == (0.0, 1.0)
+def test_the_drone_is_tracked_up_to_the_post() -> None:
+    recording = irsim.open_recording(FOLDER / "drone.mcap")
+    truths = list(recording.truths())
+    hidden = next(truth.index for truth in truths if (truth.targets[0].visible or 0) < 0.95)
+    assert hidden > 10
+    track = irtrack.run("kalman", recording, frames=hidden)
+    for center, truth in zip(track.centers, truths, strict=False):
+        x, y = truth.targets[0].center
+        assert abs(center[0] - x) < 1.5
+        assert abs(center[1] - y) < 1.5
