@@ -1,4 +1,4 @@
-"""The reference recordings: what was once recorded is still read, bit for bit, and still tracked."""
+"""The reference recordings: what was once recorded is still read, bit for bit."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 import irsim
-import irtrack
 
 FOLDER = Path(__file__).parent.parent / "recordings" / "reference"
 DIGESTS = {"drone": "627f6d3267ba489e"}
@@ -27,15 +26,3 @@ def test_its_counts_are_those_recorded(name: str) -> None:
         digest.update(frame.image.tobytes())
     assert digest.hexdigest() == DIGESTS[name]
     assert len(list(recording.truths())) == len(recording)
-
-
-def test_the_drone_is_tracked_up_to_the_post() -> None:
-    recording = irsim.open_recording(FOLDER / "drone.mcap")
-    truths = list(recording.truths())
-    hidden = next(truth.index for truth in truths if (truth.targets[0].visible or 0) < 0.95)
-    assert hidden > 10
-    track = irtrack.run("kalman", recording, frames=hidden)
-    for center, truth in zip(track.centers, truths, strict=False):
-        x, y = truth.targets[0].center
-        assert abs(center[0] - x) < 4
-        assert abs(center[1] - y) < 4
