@@ -12,9 +12,10 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.atmosphere import Atmosphere, fitted_band
+from irsim.atmosphere import Atmosphere
 from irsim.backgrounds import BACKGROUNDS, Background, Sky
 from irsim.camera import Camera
+from irsim.climate import fitted_band
 from irsim.errors import Notice
 from irsim.identity import scene_code
 from irsim.kinds import Index, Name, Part, Several, Triple, suggestion

@@ -11,9 +11,10 @@ import pytest
 from pydantic import ValidationError
 from scipy import integrate
 
-from irsim.atmosphere import CLIMATES, FOG, Atmosphere, ClimateName, fitted_band, rain_extinction
+from irsim.atmosphere import Atmosphere, rain_extinction
 from irsim.backgrounds.air import ground_range_m
 from irsim.cli import check
+from irsim.climate import CLIMATES, FOG, ClimateName, fitted_band
 from irsim.loader import warnings
 from irsim.radiometry import Band, BandName, radiance, temperature
 from irsim.render import Renderer

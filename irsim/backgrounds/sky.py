@@ -12,12 +12,13 @@ import cv2
 import numpy as np
 from pydantic import Field
 
-from irsim.atmosphere import Atmosphere, ClimateName
+from irsim.atmosphere import Atmosphere
 from irsim.backgrounds.base import FARTHEST, Background, Gaze, Layer
 from irsim.backgrounds.drifting import Drifting
 from irsim.backgrounds.fields import Betas, Evolving, Histogram, shaped, spectral, wrapped_blur
 from irsim.backgrounds.painting import Painting
 from irsim.backgrounds.texture import Tile, tile_side
+from irsim.climate import ClimateName
 from irsim.kinds import Kelvin, KelvinSpread, Metres, Name, NotNegative, Number, Pair, Part, Positive, Several
 from irsim.radiometry import Band, radiance
 from irsim.stage import Stage
