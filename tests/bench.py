@@ -130,6 +130,16 @@ def circle(k: int) -> tuple[float, float]:
     return 80 + 30 * math.cos(angle), 60 + 30 * math.sin(angle)
 
 
+def growth() -> None:
+    """256 runs of 100 steps of the growth model in one array, N = 100."""
+    from irtrack.growth import BOOTSTRAP, WSPF, Growth, run
+
+    model = Growth.of(256, 0)
+    for name, filter in (("bootstrap", BOOTSTRAP), ("wspf", WSPF)):
+        seconds = median_s(lambda k, filter=filter: run(model, filter, k), 7, 1)  # type: ignore[misc]
+        report(f"growth_{name}_100_particles", 1e6 * seconds / model.states.size, "us/run-step")
+
+
 def tracking() -> None:
     from irsim.rng import stream
 
@@ -160,6 +170,7 @@ def main() -> None:
     cv2.setNumThreads(1)
     rendering()
     tracking()
+    growth()
     recording()
     start_up()
 

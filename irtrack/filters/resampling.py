@@ -51,6 +51,22 @@ def systematic(weights: Floats, rng: np.random.Generator) -> Indices:
     return _pick(weights, (np.arange(n) + rng.random()) / n)
 
 
+def systematic_copies(weights: Floats, rng: np.random.Generator) -> Indices:
+    """(R, N) how often `systematic` takes each particle, of many sets at once: weights (R, N).
+
+    Point j, at (j + u) / N, falls on the first i with N c_i - u > j for cumulative weights c: up to i
+    fall ceil(N c_i - u) points.
+    """
+    count, n = weights.shape
+    marks = weights.cumsum(axis=1)
+    marks *= n / marks[:, -1:]
+    marks -= rng.random((count, 1))
+    ends = np.ceil(marks, out=marks).astype(np.intp)
+    ends[:, -1] = n  # whatever rounding says
+    copies: Indices = np.diff(ends, axis=1, prepend=0)
+    return copies
+
+
 def stratified(weights: Floats, rng: np.random.Generator) -> Indices:
     """One draw in each of N strata of 1/N."""
     n = len(weights)
