@@ -18,8 +18,9 @@ from bench_fakes import Breaker, Logger, Strip, Walker, steps
 import irsim
 import irtrack
 from irsim.types import Box
-from irtrack.bench import Entry, Results, Trace, run_bench, summary
+from irtrack.bench import Entry, Results, run_bench, summary
 from irtrack.errors import InputError
+from irtrack.metrics import Trace
 from irtrack.types import Tracker
 
 SCENE = """

@@ -17,8 +17,9 @@ from html_page import Page
 import irsim
 from irsim.types import Box, Frame
 from irtrack import InputError, Results, run_bench, write_report
-from irtrack.bench import Cell, Trace, parse_trackers
+from irtrack.bench import Cell, parse_trackers
 from irtrack.cli import main
+from irtrack.metrics import Trace
 from irtrack.report.repeat import run_command
 from irtrack.types import Estimate
 

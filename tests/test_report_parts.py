@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from irtrack.bench import SummaryRow, Trace
+from irtrack.bench import SummaryRow
+from irtrack.metrics import Trace
 from irtrack.report.charts import Axis, Line, line_chart
 from irtrack.report.filmstrip import CROP_LEAST, Follower, moments, still
 from irtrack.report.page import lead, ms, percent, px, share
@@ -25,6 +26,9 @@ def trace(visible: list[float], distance: float = 0.0) -> Trace:
         centers=truth + np.array([distance, 0.0]),
         sizes=np.full((count, 2), 6.0),
         statuses=np.full(count, "tracking"),
+        scores=np.full(count, np.nan),
+        neffs=np.full(count, np.nan),
+        covariances=np.full((count, 2, 2), np.nan),
         truth_centers=truth,
         truth_sizes=np.full((count, 2), 6.0),
         visible=np.array(visible),

@@ -1,6 +1,6 @@
 """Many runs: scenes by trackers by seeds, kept in a results file."""
 
-from irtrack.bench.cell import Cell, Key, Run, SourceRow, Trace
+from irtrack.bench.cell import Cell, Key, Run, SourceRow
 from irtrack.bench.results import Results
 from irtrack.bench.specs import Entry, parse_tracker_spec, parse_trackers
 from irtrack.bench.sweep import run_bench
@@ -15,7 +15,6 @@ __all__ = [
     "Run",
     "SourceRow",
     "SummaryRow",
-    "Trace",
     "parse_tracker_spec",
     "parse_trackers",
     "run_bench",

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import hashlib
-import io
 import json
-from dataclasses import astuple, dataclass, fields
+from dataclasses import astuple, dataclass
 from typing import Any, Literal
 
-import numpy as np
-
-from irsim.types import Floats, Input
-from irtrack.metrics.scoring import Score
+from irsim.types import Input
+from irtrack.metrics import Score
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,35 +96,3 @@ class Cell:
     def config(self) -> dict[str, Any]:
         """The tracker's name and parameters."""
         return dict(json.loads(self.key.config))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Trace:
-    """A cell's track and truth, frame by frame; the first frame is the start.
-
-    indices (n,); centers, sizes (n, 2) px and statuses (n,) of the tracker; truth_centers and
-    truth_sizes (n, 2) px, nan where the target is absent; visible (n,), nan where unknown;
-    accuracy (n,) px, see `irsim.types.TargetTruth`; step_ms (n,).
-    """
-
-    indices: np.ndarray
-    centers: Floats
-    sizes: Floats
-    statuses: np.ndarray
-    truth_centers: Floats
-    truth_sizes: Floats
-    visible: Floats
-    accuracy: Floats
-    step_ms: Floats
-
-    def to_bytes(self) -> bytes:
-        """A compressed npz."""
-        buffer = io.BytesIO()
-        np.savez_compressed(buffer, **{field.name: getattr(self, field.name) for field in fields(self)})
-        return buffer.getvalue()
-
-    @classmethod
-    def from_bytes(cls, blob: bytes) -> Trace:
-        """The inverse of `to_bytes`."""
-        with np.load(io.BytesIO(blob), allow_pickle=False) as arrays:
-            return cls(**{field.name: arrays[field.name] for field in fields(cls)})

@@ -5,15 +5,13 @@ from __future__ import annotations
 from copy import copy
 from dataclasses import dataclass
 
-import numpy as np
-
 from irsim.types import Box, Frame, Input, Source
-from irtrack.bench.cell import Cell, Key, Trace
+from irtrack.bench.cell import Cell, Key
 from irtrack.errors import IrtrackError, TrackerError
-from irtrack.metrics import Reference, score
+from irtrack.metrics import Reference, Trace, score_trace
 from irtrack.replay import Player, replay
 from irtrack.start import find_start
-from irtrack.types import Track, Tracker
+from irtrack.types import Tracker
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,9 +58,9 @@ def run_group(group: Group) -> list[tuple[Cell, Trace | None]]:
             outcomes.append((_failed(group, member, attempt.failure), None))
             continue
         track = attempt.player.track(source, group.input)
-        figures = score(track, reference)
-        cell = Cell(member.key, member.label, group.name, group.scene_hash, "ok", score=figures)
-        outcomes.append((cell, trace(track, reference)))
+        trace = Trace.of(track, reference)
+        cell = Cell(member.key, member.label, group.name, group.scene_hash, "ok", score=score_trace(trace))
+        outcomes.append((cell, trace))
     return outcomes
 
 
@@ -86,19 +84,3 @@ class _Attempt:
 
 def _failed(group: Group, member: Member, failure: str) -> Cell:
     return Cell(member.key, member.label, group.name, group.scene_hash, "failed", failure)
-
-
-def trace(track: Track, reference: Reference) -> Trace:
-    """A track and its truth, frame by frame."""
-    truth = reference.at(track.indices)
-    return Trace(
-        indices=track.indices,
-        centers=track.centers,
-        sizes=track.sizes,
-        statuses=np.array(track.statuses, dtype=np.str_),
-        truth_centers=truth.centers,
-        truth_sizes=truth.sizes,
-        visible=truth.visible,
-        accuracy=truth.accuracy,
-        step_ms=track.step_ms,
-    )

@@ -14,19 +14,19 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from irtrack.bench.cell import Cell, Key, Run, SourceRow, Trace
+from irtrack.bench.cell import Cell, Key, Run, SourceRow
 from irtrack.errors import InputError
-from irtrack.metrics import FIGURES, Score
+from irtrack.metrics import FIGURES, Score, Trace
 
 APPLICATION_ID = 0x69727472
 """'irtr' in the file's header tells a results file from any other SQLite file."""
 
-SCHEMA_VERSION = 2
-"""Raised whenever a table below or `Score` changes."""
+SCHEMA_VERSION = 3
+"""Raised whenever a table below, `Score` or `Trace` changes."""
 
 _KEY = [field.name for field in fields(Key)]
 _SQL_TYPES = {int: "INTEGER", bool: "INTEGER", float: "REAL"}
-_FIGURES = ", ".join(f"{name} {_SQL_TYPES[kind]}" for name, kind in FIGURES.items())
+_FIGURES = ", ".join(f"{name} {_SQL_TYPES[figure.kind]}" for name, figure in FIGURES.items())
 
 _SCHEMA = f"""
 BEGIN IMMEDIATE;

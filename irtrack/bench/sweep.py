@@ -21,12 +21,13 @@ import numpy as np
 
 import irsim
 from irsim.types import Box, Input, Source
-from irtrack.bench.cell import Cell, Key, Run, Trace
+from irtrack.bench.cell import Cell, Key, Run
 from irtrack.bench.group import Group, Member, run_group
 from irtrack.bench.plan import Plan, contestants, plans
 from irtrack.bench.results import Results
 from irtrack.bench.specs import Entry
 from irtrack.errors import InputError, IrtrackError
+from irtrack.metrics import Trace
 from irtrack.types import Tracker
 
 Progress = Callable[[int, int], None]

@@ -10,11 +10,18 @@ from irtrack.metrics.centre import (
     precision_curve,
     rmse,
 )
-from irtrack.metrics.interval import wilson
+from irtrack.metrics.consistency import nees, nees_interval
+from irtrack.metrics.honesty import false_lost, false_tracking, hidden_tracking, lost_late
+from irtrack.metrics.interval import share, wilson
+from irtrack.metrics.long_term import LongTerm, long_term
 from irtrack.metrics.loss import LOSS_RULE, loss, off_frames
-from irtrack.metrics.overlap import SUCCESS, overlaps, success_curve, widened
+from irtrack.metrics.overlap import SUCCESS, overlaps, success_curve, success_rate, widened
+from irtrack.metrics.paired import Difference, paired_difference
+from irtrack.metrics.reacquire import Return, returns
 from irtrack.metrics.reference import Reference
-from irtrack.metrics.scoring import FIGURES, CentreFigures, Score, score
+from irtrack.metrics.scoring import FIGURES, CentreFigures, Score, score, score_trace
+from irtrack.metrics.survival import Survival, kaplan_meier
+from irtrack.metrics.trace import Trace
 
 __all__ = [
     "FIGURES",
@@ -23,19 +30,37 @@ __all__ = [
     "PRECISION_PX",
     "SUCCESS",
     "CentreFigures",
+    "Difference",
+    "LongTerm",
     "Reference",
+    "Return",
     "Score",
+    "Survival",
+    "Trace",
     "area",
     "centre_errors",
+    "false_lost",
+    "false_tracking",
+    "hidden_tracking",
+    "kaplan_meier",
+    "long_term",
     "loss",
+    "lost_late",
     "mean_abs",
+    "nees",
+    "nees_interval",
     "normalised_errors",
     "off_frames",
     "overlaps",
+    "paired_difference",
     "precision_curve",
+    "returns",
     "rmse",
     "score",
+    "score_trace",
+    "share",
     "success_curve",
+    "success_rate",
     "widened",
     "wilson",
 ]

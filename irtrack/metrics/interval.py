@@ -1,9 +1,16 @@
-"""Intervals for shares of runs."""
+"""Shares, and their intervals."""
 
 from __future__ import annotations
 
 import math
 from statistics import NormalDist
+
+import numpy as np
+
+
+def share(hits: np.ndarray) -> float:
+    """Share 0..1 of truth values (n,) that are true; nan of nothing."""
+    return float(np.mean(hits)) if len(hits) else np.nan
 
 
 def wilson(count: int, total: int, level: float = 0.95) -> tuple[float, float]:

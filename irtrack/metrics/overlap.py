@@ -42,3 +42,12 @@ def success_curve(overlap: Floats, thresholds: Floats = SUCCESS) -> Floats:
     if len(overlap) == 0:
         return np.full(len(thresholds), np.nan)
     return np.asarray((np.asarray(overlap)[:, None] > np.asarray(thresholds)).mean(axis=0))
+
+
+def success_rate(overlap: Floats, threshold: float) -> float:
+    """Share of the overlaps (n,) that are > threshold; nan of nothing.
+
+    Huang, Zhao, Huang, GOT-10k, IEEE TPAMI 43 (2021), section 3.4: SR at 0.5 and 0.75. Its AO, the
+    average overlap, is the mean of the overlaps.
+    """
+    return float((np.asarray(overlap) > threshold).mean()) if len(overlap) else np.nan

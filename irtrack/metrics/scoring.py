@@ -1,27 +1,32 @@
-"""The figures of one track against one reference."""
+"""The figures of one track against one reference.
+
+A figure is a function in `irtrack.metrics.figures` and a line in `Score`: files, tables and exports
+take it from there.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, fields
-from typing import Any, get_args, get_type_hints
+from typing import Annotated, Any, Literal, get_args, get_type_hints
 
 import numpy as np
 
 from irsim.types import Floats
-from irtrack.metrics.centre import (
-    PRECISION_NORM,
-    area,
-    centre_errors,
-    mean_abs,
-    normalised_errors,
-    precision_curve,
-    rmse,
-)
-from irtrack.metrics.loss import loss, off_frames
-from irtrack.metrics.overlap import overlaps, success_curve, widened
+from irtrack.metrics import figures as of
+from irtrack.metrics.centre import mean_abs, rmse
 from irtrack.metrics.reference import Reference
+from irtrack.metrics.trace import Trace
 from irtrack.types import Track
+
+
+@dataclass(frozen=True)
+class Figure:
+    """How a figure is worked out from a trace (nan: nothing tells it), its unit, and which way is better."""
+
+    of: Callable[[Trace], float | int | bool | None]
+    unit: str = ""
+    better: Literal["less", "more"] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,32 +63,59 @@ class Score:
     """What one track scores. A figure is None where no frame says anything about it.
 
     Scored frames are those after the start frame in which the target is present; held ones are the
-    scored frames before the loss (all of them where there is none).
+    scored frames before the loss (all of them where there is none); a frame counts where the target
+    is visible as well (`irtrack.metrics.loss.LOSS_RULE`).
 
     frames, held_frames     how many frames were scored, and how many of them before the loss
     lost                    lost by `irtrack.metrics.loss`; None where nothing was scored
     lost_at                 index of the frame that the loss is dated to
-    off_share               share of the scored frames with a visible target that are off (far from it)
+    off_share               share of the frames that count in which it is off (far from the target)
     all, held               figures of the centre errors of all scored frames, and of the held ones
     precision_5, _20        share of scored frames with centre error <= 5, 20 px
     precision_norm          area under the normalised precision curve, 0..1
     success_auc             area under the success curve, 0..1
+    overlap                 average overlap over the scored frames (AO of GOT-10k), 0..1
+    success_50, _75         share of them with an overlap above .5, .75 (SR of GOT-10k)
+    lt_precision, lt_recall, lt_f   long-term figures at the threshold of largest F, 0..1
+    returns, reacquired     how often the target came back into sight, and how often the tracker found it again
+    reacquired_after        mean frames until it did, over the times that it did
+    false_tracking          share of the off frames in which it says "tracking"
+    false_lost              share of the frames on a visible target in which it says "lost"
+    hidden_tracking         share of the frames in which nothing is to be seen and it says "tracking"
+    lost_late               frames from the loss until it says "lost" (to the end where it never does)
+    nees                    mean normalised estimation error squared over the held frames; 2 is honest
+    neff                    mean effective number of particles
     ms_mean, ms_median      wall time of a step (not of the start), ms
     """
 
-    frames: int
-    held_frames: int
-    lost: bool | None
-    lost_at: int | None
-    off_share: float | None
+    frames: Annotated[int, Figure(of.frames, "frames")]
+    held_frames: Annotated[int, Figure(of.held_frames, "frames", "more")]
+    lost: Annotated[bool | None, Figure(of.lost, "", "less")]
+    lost_at: Annotated[int | None, Figure(of.lost_at, "frame")]
+    off_share: Annotated[float | None, Figure(of.off_share, "", "less")]
     all: CentreFigures
     held: CentreFigures
-    precision_5: float | None
-    precision_20: float | None
-    precision_norm: float | None
-    success_auc: float | None
-    ms_mean: float | None
-    ms_median: float | None
+    precision_5: Annotated[float | None, Figure(of.precision_5, "", "more")]
+    precision_20: Annotated[float | None, Figure(of.precision_20, "", "more")]
+    precision_norm: Annotated[float | None, Figure(of.precision_norm, "", "more")]
+    success_auc: Annotated[float | None, Figure(of.success_auc, "", "more")]
+    overlap: Annotated[float | None, Figure(of.overlap, "", "more")]
+    success_50: Annotated[float | None, Figure(of.success_50, "", "more")]
+    success_75: Annotated[float | None, Figure(of.success_75, "", "more")]
+    lt_precision: Annotated[float | None, Figure(of.lt_precision, "", "more")]
+    lt_recall: Annotated[float | None, Figure(of.lt_recall, "", "more")]
+    lt_f: Annotated[float | None, Figure(of.lt_f, "", "more")]
+    returns: Annotated[int, Figure(of.returns)]
+    reacquired: Annotated[int, Figure(of.reacquired, "", "more")]
+    reacquired_after: Annotated[float | None, Figure(of.reacquired_after, "frames", "less")]
+    false_tracking: Annotated[float | None, Figure(of.false_tracking, "", "less")]
+    false_lost: Annotated[float | None, Figure(of.false_lost, "", "less")]
+    hidden_tracking: Annotated[float | None, Figure(of.hidden_tracking, "", "less")]
+    lost_late: Annotated[float | None, Figure(of.lost_late, "frames", "less")]
+    nees: Annotated[float | None, Figure(of.nees)]
+    neff: Annotated[float | None, Figure(of.neff)]
+    ms_mean: Annotated[float | None, Figure(of.ms_mean, "ms", "less")]
+    ms_median: Annotated[float | None, Figure(of.ms_median, "ms", "less")]
 
     def as_dict(self) -> dict[str, Any]:
         """The figures by name (`FIGURES`), plain values for JSON or a table."""
@@ -106,25 +138,40 @@ class Score:
                 values[field.name] = CentreFigures(*(flat[each.name + suffix] for each in fields(CentreFigures)))
             else:
                 value = flat[field.name]
-                values[field.name] = bool(value) if FIGURES[field.name] is bool and value is not None else value
+                values[field.name] = bool(value) if FIGURES[field.name].kind is bool and value is not None else value
         return cls(**values)
 
 
 _SUFFIX = {"all": "", "held": "_held"}
 
 
-def _figures() -> dict[str, type]:
-    found: dict[str, type] = {}
-    for name, hint in get_type_hints(Score).items():
+@dataclass(frozen=True)
+class Column:
+    """What is known of a figure by its name: its kind (or None, each), its unit, and which way is better."""
+
+    kind: type
+    unit: str
+    better: Literal["less", "more"] | None
+
+
+_HINTS = get_type_hints(Score, include_extras=True)
+_SCALARS: dict[str, Figure] = {name: get_args(hint)[1] for name, hint in _HINTS.items() if name not in _SUFFIX}
+
+
+def _columns() -> dict[str, Column]:
+    found: dict[str, Column] = {}
+    for name, hint in _HINTS.items():
         if name in _SUFFIX:
-            found |= {each.name + _SUFFIX[name]: float for each in fields(CentreFigures)}
+            found |= {each.name + _SUFFIX[name]: Column(float, "px", "less") for each in fields(CentreFigures)}
         else:
-            found[name] = next((each for each in get_args(hint) if each is not type(None)), hint)
+            plain = get_args(hint)[0]
+            kind = next((each for each in get_args(plain) if each is not type(None)), plain)
+            found[name] = Column(kind, _SCALARS[name].unit, _SCALARS[name].better)
     return found
 
 
-FIGURES: dict[str, type] = _figures()
-"""The name of every figure in `Score.as_dict`, and whether it is an int, a bool or a float (or None)."""
+FIGURES: dict[str, Column] = _columns()
+"""Every figure of `Score.as_dict` by its name."""
 
 
 def score(track: Track, reference: Reference) -> Score:
@@ -132,38 +179,15 @@ def score(track: Track, reference: Reference) -> Score:
 
     `reference` may hold any frames; those that the track has not seen are left out.
     """
-    truth = reference.at(track.indices)
-    scored = truth.present
-    scored[:1] = False
-    centers, sizes, true_sizes = track.centers, widened(track.sizes), widened(truth.sizes)
-    errors = centre_errors(centers, truth.centers)
-    off = off_frames(errors, truth.diagonals, truth.accuracy)
-    counted = scored & truth.shown
-    lost_position = loss(off, counted)
-    held = scored.copy()
-    if lost_position is not None:
-        held[lost_position:] = False
+    return score_trace(Trace.of(track, reference))
 
-    precise = errors[scored] <= truth.accuracy[scored]
-    at_5, at_20 = precision_curve(errors[scored], np.array([5.0, 20.0]), precise)
-    normalised = normalised_errors(centers, truth.centers, true_sizes)[scored]
-    overlap = overlaps(centers, sizes, truth.centers, true_sizes)[scored]
-    offsets = centers - truth.centers
-    figures = {
-        "off_share": float(off[counted].mean()) if counted.any() else np.nan,
-        "precision_5": at_5,
-        "precision_20": at_20,
-        "precision_norm": area(precision_curve(normalised, PRECISION_NORM, precise)),
-        "success_auc": area(success_curve(overlap)),
-        "ms_mean": float(np.mean(track.step_ms[1:])) if len(track.step_ms) > 1 else np.nan,
-        "ms_median": float(np.median(track.step_ms[1:])) if len(track.step_ms) > 1 else np.nan,
-    }
-    return Score(
-        frames=int(scored.sum()),
-        held_frames=int(held.sum()),
-        lost=lost_position is not None if scored.any() else None,
-        lost_at=None if lost_position is None else int(track.indices[lost_position]),
-        all=CentreFigures.of(offsets[scored]),
-        held=CentreFigures.of(offsets[held]),
-        **{name: float(value) if np.isfinite(value) else None for name, value in figures.items()},
-    )
+
+def score_trace(trace: Trace) -> Score:
+    """The figures of a track beside its truth."""
+    figures: dict[str, Any] = {name: _told(figure.of(trace)) for name, figure in _SCALARS.items()}
+    everywhere, held = CentreFigures.of(trace.offsets[trace.scored]), CentreFigures.of(trace.offsets[trace.held])
+    return Score(all=everywhere, held=held, **figures)
+
+
+def _told(value: float | int | bool | None) -> Any:
+    return None if value is None or (isinstance(value, float) and not np.isfinite(value)) else value

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from irsim.types import Box, Image
-from irtrack.bench import Trace
+from irtrack.metrics import Trace
 from irtrack.report.palette import Look
 
 FRAMES = 6

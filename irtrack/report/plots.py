@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from irsim.types import Floats
-from irtrack.bench import Trace
+from irtrack.metrics import Trace
 from irtrack.metrics.centre import PRECISION_PX, centre_errors, precision_curve
 from irtrack.metrics.loss import OFF_PX
 from irtrack.metrics.overlap import SUCCESS, overlaps, success_curve, widened

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 from irsim import IrsimError, Rendering, loads, open_recording
 from irsim.types import Source
-from irtrack.bench import Cell, Results, SourceRow, SummaryRow, Trace, summary
+from irtrack.bench import Cell, Results, SourceRow, SummaryRow, summary
+from irtrack.metrics import Trace
 from irtrack.report.filmstrip import Follower, Still, moments, still
 from irtrack.report.palette import Look
 from irtrack.report.plots import Plots, plots

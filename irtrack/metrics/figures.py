@@ -1,0 +1,131 @@
+"""What `irtrack.metrics.Score` is made of: each figure as a function of a trace; nan where nothing tells it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from irsim.types import Floats
+from irtrack.metrics import consistency, honesty
+from irtrack.metrics.centre import PRECISION_NORM, area, normalised_errors, precision_curve
+from irtrack.metrics.interval import share
+from irtrack.metrics.overlap import success_curve, success_rate, widened
+from irtrack.metrics.trace import Trace
+
+
+def frames(trace: Trace) -> int:
+    return int(trace.scored.sum())
+
+
+def held_frames(trace: Trace) -> int:
+    return int(trace.held.sum())
+
+
+def lost(trace: Trace) -> bool | None:
+    return trace.lost_position is not None if trace.scored.any() else None
+
+
+def lost_at(trace: Trace) -> int | None:
+    return None if trace.lost_position is None else int(trace.indices[trace.lost_position])
+
+
+def off_share(trace: Trace) -> float:
+    return share(trace.off[trace.counted])
+
+
+def precision_5(trace: Trace) -> float:
+    return _precision(trace, 5.0)
+
+
+def precision_20(trace: Trace) -> float:
+    return _precision(trace, 20.0)
+
+
+def _precision(trace: Trace, px: float) -> float:
+    return float(precision_curve(trace.errors[trace.scored], np.array([px]), _within_accuracy(trace))[0])
+
+
+def precision_norm(trace: Trace) -> float:
+    errors = normalised_errors(trace.centers, trace.truth_centers, widened(trace.truth_sizes))[trace.scored]
+    return area(precision_curve(errors, PRECISION_NORM, _within_accuracy(trace)))
+
+
+def _within_accuracy(trace: Trace) -> np.ndarray:
+    return np.asarray((trace.errors <= trace.accuracy)[trace.scored])
+
+
+def success_auc(trace: Trace) -> float:
+    return area(success_curve(trace.overlaps[trace.scored]))
+
+
+def overlap(trace: Trace) -> float:
+    return _mean(trace.overlaps[trace.scored])
+
+
+def success_50(trace: Trace) -> float:
+    return success_rate(trace.overlaps[trace.scored], 0.5)
+
+
+def success_75(trace: Trace) -> float:
+    return success_rate(trace.overlaps[trace.scored], 0.75)
+
+
+def lt_precision(trace: Trace) -> float:
+    return trace.long_term.precision
+
+
+def lt_recall(trace: Trace) -> float:
+    return trace.long_term.recall
+
+
+def lt_f(trace: Trace) -> float:
+    return trace.long_term.f
+
+
+def returns(trace: Trace) -> int:
+    return len(trace.returns)
+
+
+def reacquired(trace: Trace) -> int:
+    return sum(each.after is not None for each in trace.returns)
+
+
+def reacquired_after(trace: Trace) -> float:
+    return _mean(np.array([each.after for each in trace.returns if each.after is not None], dtype=np.float64))
+
+
+def false_tracking(trace: Trace) -> float:
+    return honesty.false_tracking(trace.statuses, trace.off, trace.counted)
+
+
+def false_lost(trace: Trace) -> float:
+    return honesty.false_lost(trace.statuses, trace.off, trace.counted)
+
+
+def hidden_tracking(trace: Trace) -> float:
+    return honesty.hidden_tracking(trace.statuses, trace.scored & (trace.visible == 0))
+
+
+def lost_late(trace: Trace) -> float:
+    return honesty.lost_late(trace.statuses, trace.lost_position)
+
+
+def nees(trace: Trace) -> float:
+    return _mean(consistency.nees(trace.offsets, trace.covariances)[trace.held])
+
+
+def neff(trace: Trace) -> float:
+    return _mean(trace.neffs[1:])
+
+
+def ms_mean(trace: Trace) -> float:
+    return _mean(trace.step_ms[1:])
+
+
+def ms_median(trace: Trace) -> float:
+    return float(np.median(trace.step_ms[1:])) if len(trace.step_ms) > 1 else np.nan
+
+
+def _mean(values: Floats) -> float:
+    """The mean of what is known; nan of nothing."""
+    known = values[~np.isnan(values)]
+    return float(known.mean()) if len(known) else np.nan

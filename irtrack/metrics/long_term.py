@@ -1,0 +1,51 @@
+"""Precision, recall and F of long-term tracking, where a target goes and comes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from irsim.types import Floats
+
+
+@dataclass(frozen=True, slots=True)
+class LongTerm:
+    """The best point of the precision-recall curve; nan where there is none.
+
+    precision   mean overlap over the frames in which the tracker points at something
+    recall      mean overlap over the frames in which something of the target is to be seen
+    f           2 precision recall / (precision + recall)
+    threshold   on the confidence, at which it is reached
+    """
+
+    precision: float
+    recall: float
+    f: float
+    threshold: float
+
+
+def long_term(overlap: Floats, confidence: Floats, present: np.ndarray) -> LongTerm:
+    """The point of largest F over all thresholds of the confidence.
+
+    Lukezic, Kart, Kapyla, Durmush, Kamarainen, Matas, Kristan, "CDTB", ICCV 2019, and Lukezic, Cehovin
+    Zajc, Vojir, Matas, Kristan, "Now you see me", arXiv:1804.07056, eqs. 1 to 3.
+
+    overlap     (n,) 0..1; what it is where the target is absent does not count, it is 0 there
+    confidence  (n,) of any scale; nan where the tracker points at nothing (it says "lost")
+    present     (n,) bool: is something of the target to be seen?
+    """
+    met = np.where(present, np.nan_to_num(overlap), 0.0)
+    said = np.flatnonzero(~np.isnan(confidence))
+    if not present.any() or len(said) == 0:
+        return LongTerm(*[np.nan] * 4) if not present.any() else LongTerm(np.nan, 0.0, 0.0, np.nan)
+    falling = said[np.argsort(-confidence[said], kind="stable")]
+    sums = np.cumsum(met[falling])
+    # Predictions of one confidence come in together: a threshold cannot part them.
+    last = np.append(np.diff(confidence[falling]) != 0, True)
+    precision = (sums / np.arange(1, len(falling) + 1))[last]
+    recall = (sums / present.sum())[last]
+    total = precision + recall
+    f = np.divide(2 * precision * recall, total, out=np.zeros_like(total), where=total > 0)
+    best = int(np.argmax(f))
+    return LongTerm(float(precision[best]), float(recall[best]), float(f[best]), float(confidence[falling][last][best]))

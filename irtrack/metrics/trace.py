@@ -1,0 +1,146 @@
+"""A track beside its truth, frame by frame: what every figure is worked out from."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import dataclass, fields
+from functools import cached_property
+
+import numpy as np
+
+from irsim.types import Floats
+from irtrack.metrics.centre import centre_errors
+from irtrack.metrics.long_term import LongTerm, long_term
+from irtrack.metrics.loss import loss, off_frames
+from irtrack.metrics.overlap import overlaps, widened
+from irtrack.metrics.reacquire import Return, returns
+from irtrack.metrics.reference import Reference
+from irtrack.types import Track
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """A track and the truth of its target at the same n frames; the first is the start, given to the tracker.
+
+    indices        (n,) frame indices
+    centers, sizes (n, 2) px of the tracker;  statuses (n,) its words
+    scores         (n,) of the tracker's own scale;  neffs (n,);  covariances (n, 2, 2) px^2; nan where it says none
+    truth_centers, truth_sizes   (n, 2) px; nan where there is nothing to point at (see `Reference`)
+    visible        (n,) fraction 0..1, nan where unknown
+    accuracy       (n,) px, see `irsim.types.TargetTruth`
+    step_ms        (n,) wall time of each step
+    """
+
+    indices: np.ndarray
+    centers: Floats
+    sizes: Floats
+    statuses: np.ndarray
+    scores: Floats
+    neffs: Floats
+    covariances: Floats
+    truth_centers: Floats
+    truth_sizes: Floats
+    visible: Floats
+    accuracy: Floats
+    step_ms: Floats
+
+    @classmethod
+    def of(cls, track: Track, reference: Reference) -> Trace:
+        """`reference` may hold any frames; those that the track has not seen are left out."""
+        truth = reference.at(track.indices)
+        unsaid = np.full((2, 2), np.nan)
+        estimates = track.estimates
+        return cls(
+            indices=track.indices,
+            centers=track.centers,
+            sizes=track.sizes,
+            statuses=np.array(track.statuses, dtype=np.str_),
+            scores=np.array([np.nan if each.score is None else each.score for each in estimates], dtype=np.float64),
+            neffs=np.array([np.nan if each.neff is None else each.neff for each in estimates], dtype=np.float64),
+            covariances=np.array(
+                [unsaid if each.covariance is None else each.covariance for each in estimates], dtype=np.float64
+            ),
+            truth_centers=truth.centers,
+            truth_sizes=truth.sizes,
+            visible=truth.visible,
+            accuracy=truth.accuracy,
+            step_ms=np.asarray(track.step_ms),
+        )
+
+    @cached_property
+    def truth(self) -> Reference:
+        """What is true at these frames."""
+        return Reference(self.indices, self.truth_centers, self.truth_sizes, self.visible, self.accuracy)
+
+    @cached_property
+    def offsets(self) -> Floats:
+        """(n, 2) px: centre less true centre."""
+        return np.asarray(self.centers - self.truth_centers)
+
+    @cached_property
+    def errors(self) -> Floats:
+        """(n,) px: centre error, nan where there is nothing to point at."""
+        return centre_errors(self.centers, self.truth_centers)
+
+    @cached_property
+    def overlaps(self) -> Floats:
+        """(n,) overlap of the boxes, each at least `irtrack.types.LEAST_PX` wide and high; nan as above."""
+        return overlaps(self.centers, widened(self.sizes), self.truth_centers, widened(self.truth_sizes))
+
+    @cached_property
+    def scored(self) -> np.ndarray:
+        """(n,) bool: frames after the start in which the target is present."""
+        present = self.truth.present
+        present[:1] = False
+        return present
+
+    @cached_property
+    def counted(self) -> np.ndarray:
+        """(n,) bool: scored frames in which it is visible, as `irtrack.metrics.loss.SHOWN` says."""
+        return np.asarray(self.scored & self.truth.shown)
+
+    @cached_property
+    def off(self) -> np.ndarray:
+        """(n,) bool: frames that are off (see `irtrack.metrics.loss.LOSS_RULE`)."""
+        return off_frames(self.errors, self.truth.diagonals, self.accuracy)
+
+    @cached_property
+    def lost_position(self) -> int | None:
+        """Position of the frame that the loss is dated to; None where the track is not lost."""
+        return loss(self.off, self.counted)
+
+    @cached_property
+    def held(self) -> np.ndarray:
+        """(n,) bool: the scored frames before the loss; all of them where there is none."""
+        held = self.scored.copy()
+        if self.lost_position is not None:
+            held[self.lost_position :] = False
+        return held
+
+    @cached_property
+    def returns(self) -> list[Return]:
+        """Every time that the target comes back into sight."""
+        return returns(self.off, self.truth.shown)
+
+    @cached_property
+    def long_term(self) -> LongTerm:
+        """Precision, recall and F of all frames but the start, the score being the confidence.
+
+        The target is present where something of it is to be seen; the tracker points at something unless it
+        says "lost". A tracker without scores has one threshold.
+        """
+        confidence = np.where(self.statuses == "lost", np.nan, np.nan_to_num(self.scores))
+        present = self.truth.present & ~(self.visible == 0)
+        return long_term(self.overlaps[1:], confidence[1:], present[1:])
+
+    def to_bytes(self) -> bytes:
+        """A compressed npz."""
+        buffer = io.BytesIO()
+        np.savez_compressed(buffer, **{field.name: getattr(self, field.name) for field in fields(self)})
+        return buffer.getvalue()
+
+    @classmethod
+    def from_bytes(cls, blob: bytes) -> Trace:
+        """The inverse of `to_bytes`."""
+        with np.load(io.BytesIO(blob), allow_pickle=False) as arrays:
+            return cls(**{field.name: arrays[field.name] for field in fields(cls)})
