@@ -15,6 +15,7 @@ from irtrack.metrics.honesty import false_lost, false_tracking, hidden_tracking,
 from irtrack.metrics.interval import share, wilson
 from irtrack.metrics.long_term import LongTerm, long_term
 from irtrack.metrics.loss import LOSS_RULE, loss, off_frames
+from irtrack.metrics.multi import Clear, Gospa, Hota, Scene, clear_mot, gospa, hota, idf1
 from irtrack.metrics.overlap import SUCCESS, overlaps, success_curve, success_rate, widened
 from irtrack.metrics.paired import Difference, paired_difference
 from irtrack.metrics.reacquire import Return, returns
@@ -30,18 +31,26 @@ __all__ = [
     "PRECISION_PX",
     "SUCCESS",
     "CentreFigures",
+    "Clear",
     "Difference",
+    "Gospa",
+    "Hota",
     "LongTerm",
     "Reference",
     "Return",
+    "Scene",
     "Score",
     "Survival",
     "Trace",
     "area",
     "centre_errors",
+    "clear_mot",
     "false_lost",
     "false_tracking",
+    "gospa",
     "hidden_tracking",
+    "hota",
+    "idf1",
     "kaplan_meier",
     "long_term",
     "loss",
