@@ -6,9 +6,11 @@ from math import sqrt
 
 import numpy as np
 import pytest
+from scipy.stats import chi2, norm
 
 from irsim.types import Floats
 from irtrack.filters import kalman, particles
+from irtrack.filters.adaptive import kld_bound, kld_count, neff_count
 from irtrack.filters.motion import ar2, constant_velocity
 from irtrack.filters.resampling import RESAMPLERS, Resampling
 
@@ -45,6 +47,16 @@ def test_low_variance_schemes_keep_their_bounds(scheme: Resampling, slack: int) 
         assert (np.abs(counts - n * WEIGHTS) < slack).all()
         if scheme == "residual":
             assert (counts >= np.floor(n * WEIGHTS)).all()
+
+
+@pytest.mark.parametrize("scheme", RESAMPLERS)
+@pytest.mark.parametrize("count", [2, 13])
+def test_resampling_draws_as_many_as_asked(scheme: Resampling, count: int) -> None:
+    rng = np.random.default_rng(5)
+    counts = np.array([np.bincount(RESAMPLERS[scheme](WEIGHTS, rng, count), minlength=5) for _ in range(RUNS)])
+    assert (counts.sum(axis=1) == count).all()
+    error = np.sqrt(count * WEIGHTS * (1 - WEIGHTS) / RUNS)
+    assert (np.abs(counts.mean(axis=0) - count * WEIGHTS) <= 4 * error).all()
 
 
 @pytest.mark.parametrize("scheme", RESAMPLERS)
@@ -134,3 +146,29 @@ def test_innovation_and_its_distance_by_hand() -> None:
     assert nu.tolist() == [2, 3]
     assert S.tolist() == [[4, 0], [0, 9]]
     assert kalman.distance2(nu, S) == pytest.approx(4 / 4 + 9 / 9)
+
+
+def test_kld_bound_by_hand() -> None:
+    """Fox 2003, eq. 14, epsilon = .05, z = 2.326, k = 10: 90 (1 - 2/81 + sqrt(2/81) 2.326)^3 = 216.65."""
+    bounds = kld_bound(np.array([1.0, 10.0]), 0.05, 2.326)
+    root = sqrt(2 / 81)
+    assert bounds == pytest.approx([1, 90 * (1 - 2 / 81 + root * 2.326) ** 3])
+    # Twice epsilon n is about the chi-square quantile of k - 1 degrees (Wilson, Hilferty 1931).
+    assert bounds[1] == pytest.approx(chi2.ppf(norm.cdf(2.326), 9) / (2 * 0.05), rel=0.003)
+
+
+def test_kld_count_stops_at_the_first_that_suffices() -> None:
+    together = np.zeros((100, 2))
+    assert kld_count(together, 2, 1.0, 0.1, 2.0) == 2
+    apart = np.arange(200).reshape(100, 2).astype(float)
+    assert kld_count(apart, 2, 1.0, 0.1, 2.0) == 100
+    # Ten cells and no more: the count is the bound for k = 10, rounded up.
+    ten = np.stack([np.arange(100.0) % 10, np.zeros(100)], axis=1)
+    bound = float(kld_bound(np.array([10.0]), 0.2, 2.0)[0])
+    assert kld_count(ten, 2, 1.0, 0.2, 2.0) == int(np.ceil(bound))
+
+
+def test_neff_count_by_hand() -> None:
+    assert neff_count(100, 25.0, 50.0, 10, 1000) == 200
+    assert neff_count(100, 25.0, 50.0, 10, 150) == 150
+    assert neff_count(100, 99.0, 5.0, 10, 150) == 10

@@ -28,13 +28,13 @@ def test_the_ring_is_as_wide_as_asked() -> None:
     """A window of 9x7 px: half a side is 5 and 4 px on each side, a whole one 9 and 7."""
     frame, box = Frame(np.zeros((60, 80), np.uint8), 0, 0.0, 8), Box(40, 30, 9, 7)
     for ring, shape in ((0.5, (19, 15)), (1.0, (27, 21))):
-        outer = GreyPF(ring=ring).init(frame, box, stream(0)).start.surround.outer
+        outer = GreyPF(ring=ring).init(frame, box, stream(0)).appearance.surround.outer
         assert (outer.columns, outer.rows) == shape
 
 
 def test_weights_by_hand() -> None:
     """Cheng et al. 2006, eq. 10, lambda = 20: rho = .9, .7 give exp(-1), exp(-3)."""
-    weights, in_view = weigh(np.array([0.9, 0.7, 0.0]), np.array([1.0, 0.5, 0.0]), 20.0)
+    weights, in_view = weigh(np.array([0.9, 0.7, 0.0]), np.array([1.0, 0.5, 0.0]), 10.0)
     assert in_view
     assert weights == pytest.approx([exp(-1) / (exp(-1) + exp(-3)), exp(-3) / (exp(-1) + exp(-3)), 0])
     weights, _ = weigh(np.array([0.9, 0.7]), np.ones(2), 1e9)

@@ -15,6 +15,7 @@ from irsim.rng import stream
 from irsim.schema import Slot
 from irsim.types import Box, Frame
 from irtrack.errors import InputError
+from irtrack.features.highpass import HighPass
 from irtrack.trackers import TRACKERS, make
 from irtrack.types import Estimate, fault
 
@@ -23,6 +24,8 @@ VARIANTS: list[tuple[str, dict[str, Any]]] = [
     *((name, {}) for name in TRACKERS),
     ("grey_pf", {"noise": "fixed", "r0": 2.0, "resampling": "systematic", "update": False}),
     ("grey_pf", {"damping": 0.9, "bins": 16, "resampling": "residual", "w_t": 0.9}),
+    ("grey_pf", {"high_pass": "ring", "grid": 2, "adapt": "kld"}),
+    ("grey_pf", {"high_pass": "full", "kernel": "epanechnikov", "adapt": "neff"}),
     ("template", {"window": 12, "update": 0.05}),
     ("kalman", {"measurement": "ncc"}),
 ]
@@ -58,6 +61,16 @@ def test_follows_an_easy_target(name: str, parameters: dict[str, Any], bits: int
             assert_legal(estimate)
 
 
+NEEDED: dict[str, dict[str, Any]] = {
+    "r_max": {"r_min": 0},
+    "ring_": {"high_pass": "ring"},
+    "grid": {"high_pass": "ring"},
+    "n_min": {"adapt": "neff"},
+    "neff_": {"adapt": "neff"},
+    "kld_": {"adapt": "kld"},
+}
+"""What must be switched on for the parameters of these first letters to matter."""
+
 LIMITS = [
     (name, key, limit)
     for name, kind in TRACKERS.items()
@@ -72,7 +85,8 @@ LIMITS = [
 @pytest.mark.parametrize(("name", "key", "limit"), LIMITS)
 def test_works_with_each_parameter_at_its_limits(name: str, key: str, limit: float) -> None:
     scene = blob(3, count=12, hidden=range(4, 7))
-    others = {"r_min": 0} if key == "r_max" else {}
+    others = next((switches for word, switches in NEEDED.items() if key.startswith(word)), {})
+    others = {k: v for k, v in others.items() if k in TRACKERS[name].model_fields and k != key}
     for measurement in ("centroid", "ncc") if name == "kalman" else (None,):
         tracker = make(name, others | {key: limit} | ({"measurement": measurement} if measurement else {}))
         for estimate in follow(tracker, [frame for frame, _ in scene], Box(*scene[0][1], 14, 10)):
@@ -110,11 +124,16 @@ def test_a_pickled_state_resumes_bit_for_bit(name: str, parameters: dict[str, An
 
 
 @EVERY
-def test_a_shifted_picture_gives_a_shifted_track(name: str, parameters: dict[str, Any]) -> None:
+def test_a_shifted_picture_gives_a_shifted_track(
+    name: str, parameters: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Two crops of the same pictures, 7 columns and 5 rows apart. The grey range is set to the full
-    one, since the crops' percentiles differ."""
-    full = {"bins_range": "full"} if "bins_range" in TRACKERS[name].model_fields else {}
-    tracker = make(name, {**parameters, **full})
+    one, since the crops' percentiles differ, and so does the noise that scales a high-pass; a grid is
+    fixed to the frame."""
+    monkeypatch.setattr(HighPass, "fitted", lambda image, kernel, grid: HighPass(kernel, grid, 2.13))
+    alike = {"bins_range": "full", "ring_l": 5, "ring_inner": 4, "grid": 1}
+    fields = TRACKERS[name].model_fields
+    tracker = make(name, parameters | {key: value for key, value in alike.items() if key in fields})
     scene = blob(8, count=15)
     (cx, cy) = scene[0][1]
 

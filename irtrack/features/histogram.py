@@ -68,6 +68,17 @@ def gaussian_kernel(window: Window, h: float) -> Floats:
     return kernel
 
 
+def epanechnikov_kernel(window: Window) -> Floats:
+    """(rows, columns) k = max(0, 1 - r^2), r^2 = (dx / hx)^2 + (dy / hy)^2, summing to one.
+
+    hx, hy are half the window's sizes, at least 1 px: a narrower kernel may fall between the pixels.
+    """
+    x, y = window.offsets()
+    kernel: Floats = np.maximum(1 - (x / max(window.columns / 2, 1)) ** 2 - (y / max(window.rows / 2, 1)) ** 2, 0)
+    kernel /= kernel.sum()
+    return kernel
+
+
 def histogram(
     image: Image, center: tuple[float, float], window: Window, kernel: Floats, quantiser: Quantiser
 ) -> tuple[Floats, float]:

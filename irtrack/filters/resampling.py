@@ -1,14 +1,13 @@
-"""Resampling: N indices drawn so that index i comes N w_i times in the mean.
+"""Resampling: n indices drawn so that index i comes n w_i times in the mean.
 
 Douc, Cappe, Moulines, "Comparison of resampling schemes for particle filtering", ISPA 2005, gives
 the four schemes; multinomial by cumulative weights is the one that Cheng et al. 2006 (section 2.3,
-step 2) print. Weights (N,) are not negative and sum to one.
+step 2) print. Weights (N,) are not negative and sum to one; n is N unless another count is asked for.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Literal
+from typing import Literal, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -17,7 +16,10 @@ from irsim.types import Floats
 
 Indices = npt.NDArray[np.intp]
 Resampling = Literal["multinomial", "systematic", "stratified", "residual"]
-Resampler = Callable[[Floats, np.random.Generator], Indices]
+
+
+class Resampler(Protocol):
+    def __call__(self, weights: Floats, rng: np.random.Generator, count: int | None = None) -> Indices: ...
 
 
 def _pick(weights: Floats, points: Floats) -> Indices:
@@ -36,18 +38,18 @@ def _sorted_uniforms(n: int, rng: np.random.Generator) -> Floats:
     return uniforms
 
 
-def multinomial(weights: Floats, rng: np.random.Generator) -> Indices:
+def multinomial(weights: Floats, rng: np.random.Generator, count: int | None = None) -> Indices:
     """Independent draws, in the order of their index.
 
-    The order statistics of N uniform draws are the running sums of N + 1 exponential ones over
+    The order statistics of n uniform draws are the running sums of n + 1 exponential ones over
     their total (Devroye, "Non-Uniform Random Variate Generation", 1986, section V.3), so no sort.
     """
-    return _pick(weights, _sorted_uniforms(len(weights), rng))
+    return _pick(weights, _sorted_uniforms(count or len(weights), rng))
 
 
-def systematic(weights: Floats, rng: np.random.Generator) -> Indices:
-    """One draw, then steps of 1/N: index i comes floor(N w_i) or ceil(N w_i) times."""
-    n = len(weights)
+def systematic(weights: Floats, rng: np.random.Generator, count: int | None = None) -> Indices:
+    """One draw, then steps of 1/n: index i comes floor(n w_i) or ceil(n w_i) times."""
+    n = count or len(weights)
     return _pick(weights, (np.arange(n) + rng.random()) / n)
 
 
@@ -67,17 +69,17 @@ def systematic_copies(weights: Floats, rng: np.random.Generator) -> Indices:
     return copies
 
 
-def stratified(weights: Floats, rng: np.random.Generator) -> Indices:
-    """One draw in each of N strata of 1/N."""
-    n = len(weights)
+def stratified(weights: Floats, rng: np.random.Generator, count: int | None = None) -> Indices:
+    """One draw in each of n strata of 1/n."""
+    n = count or len(weights)
     return _pick(weights, (np.arange(n) + rng.random(n)) / n)
 
 
-def residual(weights: Floats, rng: np.random.Generator) -> Indices:
-    """floor(N w_i) copies for certain, the rest multinomial from what is left over."""
-    n = len(weights)
+def residual(weights: Floats, rng: np.random.Generator, count: int | None = None) -> Indices:
+    """floor(n w_i) copies for certain, the rest multinomial from what is left over."""
+    n = count or len(weights)
     copies = np.floor(n * weights).astype(np.intp)
-    certain = np.repeat(np.arange(n), copies)
+    certain = np.repeat(np.arange(len(weights)), copies)
     left = n * weights - copies
     missing = n - len(certain)
     if missing == 0:

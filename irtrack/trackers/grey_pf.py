@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import ceil, hypot, sqrt
+from math import sqrt
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
@@ -11,33 +11,20 @@ from pydantic import Field, model_validator
 
 from irsim.kinds import Fraction
 from irsim.types import Box, Floats, Frame
-from irtrack.features.histogram import Surround, bhattacharyya, gaussian_kernel, histogram, likeness
-from irtrack.features.quantise import BinsRange, Quantiser, quantiser
-from irtrack.features.window import Window
 from irtrack.filters import particles as cloud
+from irtrack.filters.adaptive import kld_count, neff_count
 from irtrack.filters.motion import ar2
 from irtrack.filters.resampling import RESAMPLERS, Resampling
-from irtrack.trackers.base import Deviation, Footage, Ratio, Sight, Spread, TrackerPart, footage, start_window
+from irtrack.trackers.base import Deviation, Ratio, Sight, Spread
+from irtrack.trackers.grey import Appearance, GreyPart, Judged
 from irtrack.types import Estimate
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Start:
-    """What the first frame sets for good: the frame's kind, the target's size, windows, grey range."""
-
-    footage: Footage
-    size: tuple[float, float]
-    window: Window
-    kernel: Floats
-    surround: Surround
-    quantiser: Quantiser
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GreyPFState:
     """positions, previous (N, 2) px of this frame and the one before; weights, distances D (N,)."""
 
-    start: Start
+    appearance: Appearance
     reference: Floats
     positions: Floats
     previous: Floats
@@ -46,7 +33,7 @@ class GreyPFState:
     sight: Sight
 
 
-class GreyPF(TrackerPart):
+class GreyPF(GreyPart):
     """Particle filter on the kernel-weighted grey histogram, second-order motion, adaptive noise.
 
     J. Cheng, Y. Zhou, N. Cai, J. Yang, "Infrared object tracking based on particle filters",
@@ -70,12 +57,6 @@ class GreyPF(TrackerPart):
 
     particles: int = Field(default=100, ge=2, le=1_000_000)
     """N, number of particles (section 3: 100)."""
-    bins: int = Field(default=32, ge=2, le=256)
-    """B, grey levels of the histogram (section 3: 32; section 2.2.1 names 16 as well)."""
-    bins_range: BinsRange = "first_frame"
-    """Grey range of the bins: that of the first frame, kept; or the full range of the bits."""
-    kernel_scale: Annotated[float, Field(ge=0.01, le=100)] = 0.5
-    """Multiplies h = sqrt(hx^2 + hy^2) of eq. 6; 1: hx, hy are full sizes, 0.5: half ones."""
     lam: Ratio = 20.0
     """lambda of eq. 10 (section 2.2.2: 20)."""
     noise: Literal["adaptive", "fixed"] = "adaptive"
@@ -100,13 +81,19 @@ class GreyPF(TrackerPart):
     """Spread of the first cloud on each axis, px."""
     start_speed_sd: Spread = 2.0
     """Spread of the first cloud's speed on each axis, px per frame."""
-    ring: Annotated[float, Field(ge=0.1, le=10)] = 0.5
-    """Width of the ring around the target that its likeness is judged against, in sides of the window;
-    at 0.5 the ring has three times the window's area, enough pixels for a steady histogram."""
-    seen: Fraction = 0.5
-    """Share of the way from the surrounding ring's rho to the target's usual one that counts as seen."""
-    lost_after: int = Field(default=10, ge=1, le=1_000_000)
-    """Frames in a row without sight after which the status is lost."""
+    adapt: Literal["none", "kld", "neff"] = "none"
+    """Number of particles in a frame, N at most: N; by KLD-sampling; or so that Neff stays at `neff_wanted`. The
+    paper calls for it (sections 3, 4) and gives none."""
+    n_min: int = Field(default=20, ge=2, le=1_000_000)
+    """kld, neff: least number of particles."""
+    kld_cell: Ratio = 2.0
+    """kld: side of the cells in which particles are counted, px."""
+    kld_epsilon: Ratio = 0.15
+    """kld: bound of the Kullback-Leibler distance."""
+    kld_z: Annotated[float, Field(ge=0, le=6)] = 2.326
+    """kld: normal quantile of the probability of keeping the bound; 2.326: 99 %."""
+    neff_wanted: Ratio = 50.0
+    """neff: the effective number of particles asked for."""
 
     @model_validator(mode="after")
     def _ordered(self) -> GreyPF:
@@ -116,16 +103,10 @@ class GreyPF(TrackerPart):
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> GreyPFState:
         """The reference histogram and a cloud of equal weights about the box's centre."""
-        part, corner = start_window(frame, box)
-        window = Window.of(box)
-        size = (box.w, box.h)
-        kernel = gaussian_kernel(window, self.kernel_scale * hypot(*size))
-        levels = quantiser(frame, part.cut(frame.image, corner), self.bins, self.bins_range)
-        reference, _ = histogram(frame.image, (box.cx, box.cy), window, kernel, levels)
+        appearance, reference = self.look(frame, box)
         positions = np.array([box.cx, box.cy]) + self.start_sd * rng.standard_normal((self.particles, 2))
-        margin = (ceil(self.ring * window.columns), ceil(self.ring * window.rows))
         return GreyPFState(
-            start=Start(footage(frame), size, window, kernel, Surround.of(window, kernel, margin), levels),
+            appearance=appearance,
             reference=reference,
             positions=positions,
             previous=positions - self.start_speed_sd * rng.standard_normal((self.particles, 2)),
@@ -136,26 +117,21 @@ class GreyPF(TrackerPart):
 
     def step(self, state: GreyPFState, frame: Frame, rng: np.random.Generator) -> tuple[GreyPFState, Estimate]:
         """Resample, move, weigh, estimate, update the reference."""
-        start = state.start
-        start.footage.check(frame)
-        chosen = RESAMPLERS[self.resampling](state.weights, rng)
-        previous = state.positions.take(chosen, axis=0)
-        noise = self.deviation(state.distances[chosen], start.size)[:, None] * rng.standard_normal(previous.shape)
-        positions = ar2(previous, state.previous.take(chosen, axis=0), self.damping, noise)
-
-        rho, visible = likeness(frame.image, positions, start.window, start.kernel, start.quantiser, state.reference)
-        weights, in_view = weigh(rho, visible, self.lam)
-        center = cloud.mean(weights, positions)
-        velocity = cloud.mean(weights, positions - previous)
+        appearance = state.appearance
+        picture = appearance.picture(frame)
+        positions, previous = self._moved(state, rng)
+        rho, visible = appearance.likeness(picture, positions, state.reference)
+        weights, in_view = weigh(rho, visible, self.lam / 2)
+        weights = self.restrained(weights)
+        share = self.pointing(weights)
+        center, velocity = cloud.mean(share, positions), cloud.mean(share, positions - previous)
         x, y = center.tolist()
-        histograms, shown = start.surround.histograms(frame.image, (x, y), start.quantiser)
-        # As in `likeness`, what is cut off by the frame's edge counts against the estimate.
-        score, floor = (bhattacharyya(histograms, state.reference) * (shown[0], 1.0)).tolist()
-        sight = state.sight.after(score, floor, self.seen) if in_view else state.sight.unseen()
+        judged = appearance.judge(picture, (x, y), state.reference)
+        sight = self.sight_after(state.sight, judged) if in_view else state.sight.unseen()
 
         after = GreyPFState(
-            start=start,
-            reference=self._updated(state.reference, histograms[0], score, sight),
+            appearance=appearance,
+            reference=self._updated(state.reference, judged, sight),
             positions=positions,
             previous=previous,
             weights=weights,
@@ -164,15 +140,39 @@ class GreyPF(TrackerPart):
         )
         return after, Estimate(
             center=(x, y),
-            size=start.size,
+            size=appearance.size,
             status=sight.status(self.lost_after) if in_view else "lost",
-            score=score,
+            score=judged.score,
             velocity=(float(velocity[0]), float(velocity[1])),
             covariance=cloud.covariance(weights, positions, center),
             neff=cloud.neff(weights),
             particles=positions,
             weights=weights,
         )
+
+    def restrained(self, weights: Floats) -> Floats:
+        """Weights (N,) that estimate and are drawn from; here all."""
+        return weights
+
+    def pointing(self, weights: Floats) -> Floats:
+        """(N,) what each particle's place counts in the estimate; here the mean's weights (eq. 3)."""
+        return weights
+
+    def _moved(self, state: GreyPFState, rng: np.random.Generator) -> tuple[Floats, Floats]:
+        """The particles drawn and moved by eq. 4 (n, 2), and where they come from."""
+        count = self.particles
+        if self.adapt == "neff":
+            count = neff_count(len(state.weights), cloud.neff(state.weights), self.neff_wanted, self.n_min, count)
+        chosen = RESAMPLERS[self.resampling](state.weights, rng, count)
+        if self.adapt == "kld":
+            chosen = rng.permutation(chosen)  # so that the first n are a fair sample, too
+        previous = state.positions.take(chosen, axis=0)
+        deviation = self.deviation(state.distances.take(chosen), state.appearance.size)
+        noise = deviation[:, None] * rng.standard_normal(previous.shape)
+        positions = ar2(previous, state.previous.take(chosen, axis=0), self.damping, noise)
+        if self.adapt == "kld":
+            count = kld_count(positions, self.n_min, self.kld_cell, self.kld_epsilon, self.kld_z)
+        return positions[:count], previous[:count]
 
     def deviation(self, distances: Floats, size: tuple[float, float]) -> Floats:
         """(N,) R of each particle, px: max(min(R0 D, Rmax), Rmin) (eq. 12), or r0 for all."""
@@ -182,20 +182,23 @@ class GreyPF(TrackerPart):
         clipped: Floats = np.maximum(np.minimum(self.r0 * distances, r_max), self.r_min)
         return clipped
 
-    def _updated(self, reference: Floats, now: Floats, score: float, sight: Sight) -> Floats:
+    def _updated(self, reference: Floats, judged: Judged, sight: Sight) -> Floats:
         """q <- (1 - alpha) q + alpha p(estimate) where the estimate is trusted (eq. 13)."""
-        trusted = sight.missed == 0 if self.w_t is None else score > self.w_t
-        return (1 - self.alpha) * reference + self.alpha * now if self.update and trusted and score > 0 else reference
+        trusted = sight.missed == 0 if self.w_t is None else judged.score > self.w_t
+        if not (self.update and trusted and judged.score > 0):
+            return reference
+        return (1 - self.alpha) * reference + self.alpha * judged.histogram
 
 
-def weigh(rho: Floats, visible: Floats, lam: float) -> tuple[Floats, bool]:
-    """Weights (N,) of eq. 10, exp(-lambda D^2 / 2), summing to one, and whether any window is in view.
+def weigh(rho: Floats, visible: Floats, sharpness: float) -> tuple[Floats, bool]:
+    """Weights (N,) proportional to exp(-sharpness D^2), summing to one, and whether any window is in view.
 
-    With D^2 = 1 - rho. The constant 1 / sqrt(2 pi) cancels, and so does the largest weight, which
-    keeps a large lambda from underflow. A window wholly outside the frame weighs nothing; all
-    outside: equal weights.
+    D^2 = 1 - rho. The sharpness is lambda / 2 in Cheng et al. 2006, eq. 10, and 1 / (2 sigma^2) in
+    Xue et al. 2011, eq. 5. Constant factors cancel, and so does the largest weight, which keeps a
+    large sharpness from underflow. A window wholly outside the frame weighs nothing; all outside:
+    equal weights.
     """
-    weights = np.exp(lam / 2 * (rho - rho.max())) * (visible > 0)
+    weights = np.exp(sharpness * (rho - rho.max())) * (visible > 0)
     total = weights.sum()
     if total == 0:
         return np.full(len(rho), 1 / len(rho)), False

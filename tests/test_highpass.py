@@ -1,0 +1,76 @@
+"""Background prediction against rings worked by hand."""
+
+from __future__ import annotations
+
+from math import sqrt
+
+import numpy as np
+import pytest
+
+from irsim.types import Image
+from irtrack.features.highpass import ROUNDING, HighPass, background, full_kernel, ring_kernel
+
+
+def test_ring_of_radius_one_by_hand() -> None:
+    """m = 4: the centre and its four neighbours; m = 8: cos 45 deg = .71 rounds to the diagonals."""
+    assert ring_kernel(1, 4) == pytest.approx(np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]]) / 5)
+    assert ring_kernel(1, 8) == pytest.approx(np.full((3, 3), 1 / 9))
+
+
+def test_ring_of_radius_two_by_hand() -> None:
+    """m = 8, radius 2: (2, 0), and (1.41, 1.41), which rounds to (1, 1); that one radius 1 holds as well."""
+    expected = np.array([[0, 0, 1, 0, 0], [0, 2, 1, 2, 0], [1, 1, 1, 1, 1], [0, 2, 1, 2, 0], [0, 0, 1, 0, 0]]) / 17
+    assert ring_kernel(2, 8) == pytest.approx(expected)
+    without = np.array([[0, 0, 1, 0, 0], [0, 1, 0, 1, 0], [1, 0, 0, 0, 1], [0, 1, 0, 1, 0], [0, 0, 1, 0, 0]]) / 8
+    assert ring_kernel(2, 8, inner=2) == pytest.approx(without)
+
+
+@pytest.mark.parametrize("grid", [1, 2, 3, 4, 7, 20])
+@pytest.mark.parametrize("shape", [(13, 17), (12, 20), (1, 1), (5, 1)])
+def test_background_takes_the_nearest_prediction(grid: int, shape: tuple[int, int]) -> None:
+    pixels = np.random.default_rng(1).uniform(0, 50, shape).astype(np.float32)
+    every = background(pixels, ring_kernel(3, 8), 1)
+    coarse = background(pixels, ring_kernel(3, 8), grid)
+
+    def places(n: int) -> np.ndarray:
+        predicted = np.arange(min((grid - 1) // 2, n - 1), n, grid)
+        blocks = np.arange(n) // grid
+        return predicted[np.minimum(blocks, len(predicted) - 1)]
+
+    assert coarse.tolist() == every[np.ix_(places(shape[0]), places(shape[1]))].tolist()
+
+
+def test_full_neighbourhood_is_the_mean() -> None:
+    pixels = np.random.default_rng(1).uniform(0, 50, (9, 9)).astype(np.float32)
+    assert background(pixels, full_kernel(2), 1)[4, 4] == pytest.approx(pixels[2:7, 2:7].mean(), rel=1e-6)
+
+
+def test_high_pass_by_hand() -> None:
+    """A point 30 above its ring of four, the residual's deviation 3: 128 + 128 / (8 . 3) . 24."""
+    image = np.full((9, 9), 100, np.uint8)
+    image[4, 4] = 130
+    picture = HighPass(ring_kernel(1, 4), 1, 128 / (8 * 3))(image)
+    assert picture[4, 4] == 128 + 128 / 24 * 24 - 1  # 256 is clipped to 255
+    assert picture[4, 3] == 128 - 128 / 24 * 6
+    assert picture[0, 0] == 128
+
+
+def test_the_gain_follows_the_noise_and_not_the_target() -> None:
+    rng = np.random.default_rng(2)
+    noise = 5000 + 20 * rng.standard_normal((120, 160))
+    kernel = ring_kernel(5, 8, inner=5)  # eight samples: the residual's deviation is 20 sqrt(1 + 1/8)
+    plain: Image = noise.astype(np.uint16)
+    gain = HighPass.fitted(plain, kernel, 1).gain
+    assert gain == pytest.approx(128 / (8 * 20 * sqrt(1 + 1 / 8)), rel=0.03)
+    with_target = plain.copy()
+    with_target[50:60, 60:74] += 3000
+    assert HighPass.fitted(with_target, kernel, 1).gain == pytest.approx(gain, rel=0.05)
+
+
+@pytest.mark.parametrize(("dtype", "level"), [(np.uint8, 0), (np.uint8, 255), (np.uint16, 65535)])
+def test_a_constant_frame_is_grey(dtype: type, level: int) -> None:
+    image: Image = np.full((20, 30), level, dtype)
+    high_pass = HighPass.fitted(image, ring_kernel(3, 8), 2)
+    assert high_pass.gain == pytest.approx(16 / ROUNDING)
+    # A weighted sum of 65535 in float32 is exact to some hundredths of a count.
+    assert np.abs(high_pass(image).astype(int) - 128).max() <= (1 if dtype is np.uint16 else 0)
