@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
 
-from irsim.display import Agc
+from irsim.display import Agc, Screen
 from irsim.loader import dumps
 from irsim.render import Renderer
 from irsim.scenario import Scenario
@@ -86,7 +86,8 @@ class Rendering:
         return self.scenario.frames
 
     def frame(self, index: int, input: Input = "counts") -> Frame:
-        return self._shown(self._renderer.frame(index)[0], input)
+        frame = self._renderer.frame(index)[0]
+        return frame if input == "counts" else self._screen.show(frame)
 
     def frames(self, input: Input = "counts", start: int = 0, stop: int | None = None) -> Iterator[Frame]:
         for frame, _ in self.pairs(start, stop, input=input):
@@ -108,16 +109,19 @@ class Rendering:
             pairs: Iterable[tuple[Frame, Truth]] = map(self._renderer.frame, wanted)
         else:
             pairs = chain.from_iterable(chunk.pairs for chunk in chunks(self.scenario, wanted, jobs))
+        screen = self._new_screen()
         for frame, truth in pairs:
-            yield self._shown(frame, input), truth
+            yield (frame if input == "counts" else screen.show(frame)), truth
 
     def _range(self, start: int, stop: int | None) -> range:
         return range(start, len(self) if stop is None else min(stop, len(self)))
 
-    def _shown(self, frame: Frame, input: Input) -> Frame:
-        if input == "counts":
-            return frame
-        return Frame(self.agc.display(frame.image, frame.bits), frame.index, frame.time, 8)
+    @cached_property
+    def _screen(self) -> Screen:
+        return self._new_screen()
+
+    def _new_screen(self) -> Screen:
+        return Screen(self.agc, self.bits, lambda index: self._renderer.frame(index)[0].image)
 
 
 def frames(scenario: Scenario, start: int = 0, stop: int | None = None, jobs: int = 1) -> Iterator[tuple[Frame, Truth]]:

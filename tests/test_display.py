@@ -7,7 +7,7 @@ import numpy.typing as npt
 import pytest
 from pydantic import ValidationError
 
-from irsim.display import AGCS, MID_GREY, Agc, Fixed, Linear, Plain
+from irsim.display import AGCS, CURVES, MID_GREY, Agc, Fixed, Linear, Plain
 
 
 def scene(bits: int = 14, shape: tuple[int, int] = (120, 160)) -> npt.NDArray[np.uint16]:
@@ -64,7 +64,7 @@ def test_a_constant_frame_is_one_grey(word: str, bits: int, share: float) -> Non
     assert np.ptp(picture) == 0
 
 
-@pytest.mark.parametrize("word", AGCS.kinds)
+@pytest.mark.parametrize("word", CURVES.kinds)
 def test_brighter_is_never_darker(word: str) -> None:
     counts = scene()
     order = np.argsort(counts, axis=None)

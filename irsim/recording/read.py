@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, NoReturn
 
-from irsim.display import Agc
+from irsim.display import Agc, Screen
 from irsim.errors import InputError
 from irsim.recording.container import Container, Lane, Packet, open_container
 from irsim.recording.header import Contents, Header
@@ -103,13 +103,12 @@ class Recording(Source):
 
     def frames(self, input: Input = "counts", start: int = 0, stop: int | None = None) -> Iterator[Frame]:
         """Frames start .. stop-1 in order, as detector counts or as the 8-bit picture."""
+        screen = Screen(self.agc, self.bits, lambda index: self.frame(index).image)
         for index, packet in self._packets(IMAGE, start, stop):
             with self.container.decoded(f"frame {index} cannot be read"):
                 image = decode_image(packet.data, self.size)
-            bits = self.bits
-            if input == "display":
-                image, bits = self.agc.display(image, bits), 8
-            yield Frame(image, index, from_ns(packet.log_time, self.rate_hz), bits)
+            frame = Frame(image, index, from_ns(packet.log_time, self.rate_hz), self.bits)
+            yield screen.show(frame) if input == "display" else frame
 
     def truths(self, start: int = 0, stop: int | None = None) -> Iterator[Truth]:
         """Truths of the same frames; nothing where there is no truth."""

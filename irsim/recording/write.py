@@ -15,7 +15,7 @@ from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.ImageAnnotations_pb2 import ImageAnnotations
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
-from irsim.display import AGCS, Agc
+from irsim.display import AGCS, Agc, Screen
 from irsim.errors import InputError
 from irsim.files import check_output, replacing
 from irsim.recording.annotate import annotate_truth, stamp
@@ -37,7 +37,7 @@ from irsim.recording.read import Recording
 from irsim.recording.schema import TRUTH as TRUTH_SCHEMA
 from irsim.recording.schema import encode_truth
 from irsim.recording.times import to_ns
-from irsim.types import Frame, Source, Truth
+from irsim.types import Frame, Image, Source, Truth
 
 FRAMES_PER_CHUNK = 2
 """Image messages in a chunk: few enough that a frame alone is cheap to read."""
@@ -60,6 +60,7 @@ class RecordingWriter:
         self._small: list[Message] = []
         self._targets: dict[str, TargetEntry] = {}
         self._count = 0
+        self._screen = Screen(header.agc, header.bits, _not_shown)
 
     def add(self, frame: Frame, truth: Truth | None) -> None:
         """Append a frame; its index and its truth's become the number of frames before it."""
@@ -78,7 +79,7 @@ class RecordingWriter:
             self._put(self._small, TRUTH, log_time, encode_truth(truth))
             self._put(self._small, TRUTH_BOXES, log_time, annotate_truth(truth, log_time))
         self._put(self._images, IMAGE, log_time, encode_image(image, log_time))
-        picture = self._header.agc.display(image, self._header.bits)
+        picture = self._screen.picture(image, self._count)
         self._put(self._previews, PREVIEW, log_time, _preview(picture, log_time))
         self._count += 1
         if len(self._images) == FRAMES_PER_CHUNK:
@@ -135,6 +136,10 @@ class RecordingWriter:
         if lane:
             self._chunks.chunk(lane)
             lane.clear()
+
+
+def _not_shown(index: int) -> Image:
+    raise AssertionError(f"frame {index} comes before a later one")  # all frames are shown, in order
 
 
 def _preview(picture: np.ndarray, log_time: int) -> bytes:

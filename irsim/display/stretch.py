@@ -1,51 +1,38 @@
-"""From counts to the 8-bit picture: automatic gain control (AGC)."""
+"""Counts stretched linearly to greys."""
 
 from __future__ import annotations
 
-from abc import abstractmethod
+import math
 from typing import Annotated
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.kinds import Family, Kind
-from irsim.lookup import lookup
-from irsim.types import Image
-
-Picture = npt.NDArray[np.uint8]
-
-MID_GREY = 128
-"""Grey of a picture that has one brightness only."""
+from irsim.display.base import MID_GREY, Adaptive, Agc, Look, Picture, shown
+from irsim.types import Floats, Image
 
 Tail = Annotated[float, Field(ge=0, lt=0.5)]
 Count = Annotated[int, Field(ge=0, le=65_535)]
 
 
-class Agc(Kind):
-    """A way from counts to 8 bits."""
-
-    @abstractmethod
-    def display(self, counts: Image, bits: int) -> Picture:
-        """(rows, cols) uint8 picture of `counts` (uint8 or uint16, `bits` deep)."""
-
-
-class Linear(Agc):
+class Linear(Adaptive):
     """Stretched linearly between two counts of the frame itself, a share of its pixels left outside."""
 
     tails: Annotated[tuple[Tail, Tail], Field(strict=False)] = (0.005, 0.005)
     """Shares of the pixels that may be darker than black and brighter than white."""
 
-    def display(self, counts: Image, bits: int) -> Picture:
-        levels = 2**bits
-        histogram = cv2.calcHist([counts], [0], None, [levels], [0, levels])
-        below = np.cumsum(histogram.ravel(), dtype=np.float64)  # pixels up to and with each count
+    def look(self, counts: Image, bits: int) -> Look:
+        """(2,) the counts that become black and white."""
+        below = np.cumsum(histogram(counts, bits))  # pixels up to and with each count
         # At most the first share is below `low`, at most the second above `high`.
         low = np.searchsorted(below, self.tails[0] * counts.size, side="right")
         high = np.searchsorted(below, (1 - self.tails[1]) * counts.size, side="left")
-        return _apply(_stretch(int(low), int(high)), counts)
+        return np.array([low, high], dtype=np.float64)
+
+    def greys(self, look: Look, bits: int) -> Picture:
+        return stretched(*look.tolist())
 
 
 class Fixed(Agc):
@@ -67,7 +54,7 @@ class Fixed(Agc):
         return self
 
     def display(self, counts: Image, bits: int) -> Picture:
-        return _apply(_stretch(self.low, 2**bits - 1 if self.high is None else self.high), counts)
+        return shown(stretched(self.low, 2**bits - 1 if self.high is None else self.high), counts)
 
 
 class Plain(Agc):
@@ -78,20 +65,20 @@ class Plain(Agc):
         return top.astype(np.uint8)
 
 
-AGCS = Family("agc", Agc, {"linear": Linear, "fixed": Fixed, "none": Plain})
-"""Ways from counts to 8 bits."""
+def histogram(counts: Image, bits: int) -> Floats:
+    """(2^bits,) number of pixels of each count, float64."""
+    levels = 2**bits
+    found: Floats = cv2.calcHist([counts], [0], None, [levels], [0, levels]).ravel().astype(np.float64)
+    return found
 
 
-def _stretch(low: int, high: int) -> Picture:
+def stretched(low: float, high: float) -> Picture:
     """(65536,) grey of each count: 0 below low, 255 above high, linear between; MID_GREY where they are one."""
     greys = np.zeros(65_536, np.uint8)
-    greys[low + 1 :] = 255
+    first, last = math.ceil(low), math.floor(high)
+    greys[last + 1 :] = 255
     if high > low:
-        greys[low : high + 1] = np.rint(np.linspace(0, 255, high - low + 1))
+        greys[first : last + 1] = np.rint((np.arange(first, last + 1) - low) * (255 / (high - low)))
     else:
-        greys[low] = MID_GREY
+        greys[first] = MID_GREY
     return greys
-
-
-def _apply(greys: Picture, counts: Image) -> Picture:
-    return lookup(greys, counts.astype(np.uint16, copy=False))

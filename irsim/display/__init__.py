@@ -1,0 +1,28 @@
+"""From counts to the 8-bit picture: automatic gain control (AGC)."""
+
+from irsim.display.base import MID_GREY, Adaptive, Agc, Look, Picture
+from irsim.display.detail import CURVES, Clahe, Unsharp
+from irsim.display.plateau import Plateau
+from irsim.display.screen import Screen
+from irsim.display.stretch import Fixed, Linear, Plain
+from irsim.kinds import Family
+
+AGCS = Family("agc", Agc, {**CURVES.kinds, "clahe": Clahe, "unsharp": Unsharp})
+"""Ways from counts to 8 bits."""
+
+__all__ = [
+    "AGCS",
+    "CURVES",
+    "MID_GREY",
+    "Adaptive",
+    "Agc",
+    "Clahe",
+    "Fixed",
+    "Linear",
+    "Look",
+    "Picture",
+    "Plain",
+    "Plateau",
+    "Screen",
+    "Unsharp",
+]
