@@ -31,7 +31,7 @@ from irsim.draw import contact_sheet
 from irsim.falloff import Falloff
 from irsim.gallery import write_sheet
 from irsim.kinds import LARGEST, Family, Kind, Name, NamedKind, Part
-from irsim.loader import examples, load
+from irsim.loader import examples, load, shipped
 from irsim.motion import PATHS, POINTINGS
 from irsim.occluders import OCCLUDERS
 from irsim.scenario import Scenario, Target
@@ -150,6 +150,13 @@ def example_list() -> Iterator[str]:
         yield f"| `{name}` | {cell(load(name).about)} |"
 
 
+def source_scenes() -> Iterator[str]:
+    yield "| name | what it shows |"
+    yield "| --- | --- |"
+    for name in sorted(shipped("sources")):
+        yield f"| `sources/{name}` | {cell(load(f'sources/{name}').about)} |"
+
+
 def tracker_keys() -> Iterator[str]:
     for name, tracker in TRACKERS.items():
         yield f"### {name}\n"
@@ -165,6 +172,7 @@ def loss_rule() -> Iterator[str]:
 PARTS: dict[str, Callable[[], Iterator[str]]] = {
     "scenario keys": scenario_keys,
     "examples": example_list,
+    "source scenes": source_scenes,
     "tracker parameters": tracker_keys,
     "loss rule": loss_rule,
 }

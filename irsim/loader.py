@@ -21,7 +21,7 @@ from irsim.scenario import Scenario
 from irsim.schema import Slot, plain, shown
 from irsim.yamlfile import Document, scalar
 
-__all__ = ["build", "dumps", "examples", "find", "load", "loads", "scalar", "warnings"]
+__all__ = ["build", "dumps", "examples", "find", "load", "loads", "scalar", "shipped", "warnings"]
 
 _LARGEST_WHOLE = 2**53
 """Up to here a float that is a whole number says exactly which."""
@@ -65,26 +65,34 @@ def dumps(scenario: Scenario) -> str:
 
 
 def examples() -> dict[str, Path]:
-    """The scenarios that are shipped with irsim, by name."""
+    """The scenarios that are shipped as examples, by name."""
+    return shipped("examples")
+
+
+def shipped(folder: str) -> dict[str, Path]:
+    """The scenarios that are shipped with irsim in a folder (examples, sources, stress), by name."""
     here = Path(__file__).parent
-    folders = [here / "scenarios" / "examples", here.parent / "scenarios" / "examples"]
-    return {path.stem: path for folder in reversed(folders) for path in sorted(folder.glob("*.yaml"))}
+    places = [here.parent / "scenarios" / folder, here / "scenarios" / folder]
+    return {path.stem: path for place in places for path in sorted(place.glob("*.yaml"))}
 
 
 def find(path: str | PathLike[str]) -> Path:
-    """The file of that path, else the shipped scenario of that name."""
+    """The file of that path, else the shipped scenario of that name: `sky`, or `sources/xue-sky` with its folder."""
     wanted = fspath(path)
     try:
         exists = Path(path).exists()
     except (OSError, ValueError):
         exists = False
-    if exists or Path(wanted).name != wanted or Path(wanted).suffix:
+    folder, slash, name = wanted.rpartition("/")
+    if exists or Path(name).suffix or Path(name).name != name or Path(folder).name != folder:
         return Path(path)
-    shipped = examples()
-    if wanted in shipped:
-        return shipped[wanted]
+    names = {f"{folder}{slash}{known}": file for known, file in shipped(folder or "examples").items()}
+    if wanted in names:
+        return names[wanted]
+    if folder and not names:
+        return Path(path)
     raise InputError(
-        f"{wanted}: there is no such file and no shipped scenario of that name{listed(sorted(shipped), wanted)}"
+        f"{wanted}: there is no such file and no shipped scenario of that name{listed(sorted(names), wanted)}"
     )
 
 
