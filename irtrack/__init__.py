@@ -19,6 +19,7 @@ _PUBLIC = {
     "TrackerError": "irtrack.errors",
     "make": "irtrack.trackers",
     "run": "irtrack.replay",
+    "run_anchors": "irtrack.anchors",
     "Reference": "irtrack.metrics",
     "Score": "irtrack.metrics",
     "score": "irtrack.metrics",

@@ -126,7 +126,7 @@ def run(
 
     TrackerError for what the tracker raises. InputError for bad input.
     """
-    chosen = _tracker(tracker, parameters or {})
+    chosen = named(tracker, parameters or {})
     opened = irsim.open_source(source)
     player = Player(chosen, find_start(opened, opened.truths(), target, init), seed, label)
     stop = None if frames is None else player.start.frame + frames
@@ -167,7 +167,8 @@ def _read_only(frame: Frame) -> Frame:
     return Frame(image, frame.index, frame.time, frame.bits)
 
 
-def _tracker(tracker: str | Tracker, parameters: Mapping[str, object]) -> Tracker:
+def named(tracker: str | Tracker, parameters: Mapping[str, object] | None = None) -> Tracker:
+    """The tracker itself, or that of a name with parameters (see `irtrack.make`)."""
     if not isinstance(tracker, str):
         return tracker
     from irtrack.trackers import make

@@ -53,7 +53,7 @@ def find_start(
         if wanted is None and ids:
             wanted = next(iter(ids))
         seen = None if wanted is None else truth.target(wanted)
-        if seen is not None and _shows(seen):
+        if seen is not None and shows(seen):
             return Start(seen.id, truth.index, _checked(source, seen.box))
     if wanted is None:
         raise InputError(f"{source.name} has no target in any frame; say where it is with --init X,Y,W,H[@FRAME]")
@@ -62,7 +62,8 @@ def find_start(
     raise InputError(f"target '{wanted}' of {source.name} never shows at least half of itself; allowed: one that does")
 
 
-def _shows(target: TargetTruth) -> bool:
+def shows(target: TargetTruth) -> bool:
+    """Is half of the target or more to be seen, its centre in the frame? Unknown counts as visible."""
     return (target.visible is None or target.visible >= 0.5) and target.in_view is not False
 
 

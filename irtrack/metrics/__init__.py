@@ -23,6 +23,7 @@ from irtrack.metrics.reference import Reference
 from irtrack.metrics.scoring import FIGURES, CentreFigures, Score, score, score_trace
 from irtrack.metrics.survival import Survival, kaplan_meier
 from irtrack.metrics.trace import Trace
+from irtrack.metrics.vot import AnchorRun, Vot, expected_overlap, vot
 
 __all__ = [
     "FIGURES",
@@ -30,6 +31,7 @@ __all__ = [
     "PRECISION_NORM",
     "PRECISION_PX",
     "SUCCESS",
+    "AnchorRun",
     "CentreFigures",
     "Clear",
     "Difference",
@@ -42,9 +44,11 @@ __all__ = [
     "Score",
     "Survival",
     "Trace",
+    "Vot",
     "area",
     "centre_errors",
     "clear_mot",
+    "expected_overlap",
     "false_lost",
     "false_tracking",
     "gospa",
@@ -70,6 +74,7 @@ __all__ = [
     "share",
     "success_curve",
     "success_rate",
+    "vot",
     "widened",
     "wilson",
 ]
