@@ -34,6 +34,7 @@ from irsim.kinds import LARGEST, Family, Kind, Name, NamedKind, Part
 from irsim.loader import examples, load, shipped
 from irsim.motion import PATHS, POINTINGS
 from irsim.occluders import OCCLUDERS
+from irsim.optics import Lens
 from irsim.scenario import Scenario, Target
 from irsim.schema import Slot, plain
 from irsim.shapes import SHAPES
@@ -53,6 +54,7 @@ OUTER: dict[str, type[Part]] = {
     "Scenario": Scenario,
     "camera": Camera,
     "correction, in `camera`": Correction,
+    "optics, in `camera`": Lens,
     "falloff, in `camera`": Falloff,
     "bloom, in `camera`": Bloom,
     "targets: each": Target,

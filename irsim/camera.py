@@ -29,6 +29,7 @@ from irsim.falloff import Falloff
 from irsim.geometry import Geometry
 from irsim.kinds import Part, ScaleKelvin, Several
 from irsim.motion import POINTINGS, Pointing
+from irsim.optics import Lens
 from irsim.presets import PRESETS, Preset
 from irsim.radiometry import BandName, band_fault
 
@@ -55,7 +56,9 @@ class Camera(Part):
     range_k: Annotated[tuple[ScaleKelvin, ScaleKelvin], Field(strict=False)] = (220.0, 400.0)
     """Scene temperatures that give count 0 and full scale, for a detector of kind stated."""
     psf_px: Annotated[float, Field(ge=0, le=20)] = 0.6
-    """Sigma of the optical blur (Gaussian), px."""
+    """Sigma of the optical blur (Gaussian), px; with `optics`, of what aberrations add to them."""
+    optics: Lens | None = None
+    """Diffraction and defocus; where not given, `psf_px` stands for all blur."""
     netd_mk: Annotated[float, Field(ge=0, le=10_000)] = 40.0
     """Noise-equivalent temperature difference at 300 K, mK, the unit of every noise term: of a stated detector.
     One that counts electrons has the NETD that follows from them."""
@@ -127,6 +130,13 @@ class Camera(Part):
             raise PydanticCustomError("band", "{fault}", {"fault": fault, "at": ("band",)})
         return self
 
+    @model_validator(mode="after")
+    def _lens_can_be_drawn(self) -> Camera:
+        fault = self.optics.fault(self.band) if self.optics is not None and band_fault(self.band) is None else None
+        if fault is not None:
+            raise PydanticCustomError("optics", "{fault}", {"fault": fault, "at": ("optics", "f_number")})
+        return self
+
     @property
     def geometry(self) -> Geometry:
         return Geometry(self.size, self.ifov_mrad * 1e-3, math.radians(self.elevation_deg))
@@ -136,7 +146,7 @@ class Camera(Part):
         for key in ("noise", "motion"):
             for index, part in enumerate(getattr(self, key)):
                 yield part.name, (key, index, "id")
-        for key in ("correction", "falloff", "bloom"):
+        for key in ("optics", "correction", "falloff", "bloom"):
             if getattr(self, key) is not None:
                 yield key, (key,)
         if self.time_constant_ms:

@@ -98,7 +98,18 @@ class Scenario(Part):
         cast = Company({target.id: target.path for target in self.targets}, motions)
         air = self.air
         psf_px = math.hypot(camera.psf_px, air.turbulence.blur_rms(camera.band) / camera.geometry.ifov_rad)
-        return Stage(self.seed, camera.geometry, camera.rate_hz, camera.band, psf_px, cast, air, camera.netd() * 1e-3)
+        lens = camera.optics if self.is_on("optics") else None
+        return Stage(
+            self.seed,
+            camera.geometry,
+            camera.rate_hz,
+            camera.band,
+            math.hypot(psf_px, lens.sigma_px(camera.band)) if lens else psf_px,
+            cast,
+            air,
+            camera.netd() * 1e-3,
+            lens.spread(camera.band, psf_px) if lens else None,
+        )
 
     @property
     def air(self) -> Atmosphere:

@@ -9,6 +9,7 @@ import numpy as np
 
 from irsim.atmosphere import Atmosphere
 from irsim.geometry import Geometry
+from irsim.optics import GaussianSpread, PointSpread
 from irsim.radiometry import Band, radiance
 from irsim.types import Floats
 
@@ -31,9 +32,9 @@ NOTHING = Atmosphere()
 
 @dataclass(frozen=True)
 class Stage:
-    """seed of the scene; geometry of the camera; rate_hz; band; psf_px, the optical blur's sigma in px;
-    cast, who else is in the scene (None: nobody); air, what is between (by default nothing);
-    noise_k, the camera's NETD, K."""
+    """seed of the scene; geometry of the camera; rate_hz; band; psf_px, the optical blur's sigma in px, or
+    that of the Gaussian about as wide; cast, who else is in the scene (None: nobody); air, what is between
+    (by default nothing); noise_k, the camera's NETD, K; lens, the point spread where it is no Gaussian."""
 
     seed: int
     geometry: Geometry
@@ -43,6 +44,12 @@ class Stage:
     cast: Cast | None = field(default=None, compare=False, repr=False)
     air: Atmosphere = NOTHING
     noise_k: float = 0.0
+    lens: PointSpread | None = None
+
+    @property
+    def psf(self) -> PointSpread:
+        """The point spread that targets and occluders are drawn with; backgrounds are blurred by `psf_px`."""
+        return self.lens or GaussianSpread(self.psf_px)
 
     @property
     def surroundings(self) -> float:

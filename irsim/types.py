@@ -96,8 +96,8 @@ class TargetTruth:
     """What is true of one target in one frame.
 
     center        (x, y) px: area centroid of the whole, unhidden target
-    box           tight box of the whole, unhidden target; for a point, its PSF's full width at
-                  half maximum
+    box           tight box of the whole, unhidden target; of a point, its PSF's full width at
+                  half maximum, or its own where that is larger
     signal_center (x, y) px: centroid weighted by the signal (hot parts weigh more); for an
                   isothermal target the same as center
     velocity      (vx, vy) px per frame, apparent (the camera's own motion included)

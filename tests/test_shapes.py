@@ -199,13 +199,15 @@ class TestPoint:
         assert sprite.center == pytest.approx((30.3, 40.8))
 
     def test_it_replaces_no_more_than_all_of_a_pixel(self) -> None:
-        assert seen(shape("point", area_m2=50.0)).alpha.max() == 1.0
+        assert seen(shape("point", area_m2=50.0)).alpha.max() == pytest.approx(1.0)
 
     def test_its_nominal_box_is_the_spread_s_full_width(self) -> None:
         box = seen(shape("point"), psf_px=8.0).box
         assert (box.w, box.h) == pytest.approx((18.84, 18.84), rel=2e-3)  # 2.3548 * 8
 
     def test_without_blur_it_lights_one_pixel(self) -> None:
-        sprite = seen(shape("point", area_m2=0.1), at=(30.3, 40.8), psf_px=0.0)
-        assert (sprite.x0, sprite.y0, sprite.alpha.shape) == (30, 41, (1, 1))
-        assert sprite.alpha[0, 0] == pytest.approx(0.4)
+        # A square millimetre, 0.002 px across, is far smaller than its way to the pixel's edge.
+        sprite = seen(shape("point", area_m2=1e-6), at=(30.3, 40.8), psf_px=0.0)
+        lit = np.argwhere(sprite.alpha > 1e-12)
+        assert (lit + np.array([sprite.y0, sprite.x0])).tolist() == [[41, 30]]
+        assert sprite.alpha.max() == pytest.approx(4e-6)

@@ -140,11 +140,11 @@ def _light(renderer: Renderer, index: int) -> Any:
 class TestContrast:
     @pytest.mark.parametrize("contrast_k", [5.0, -8.0])
     def test_truth_has_the_contrast_asked_for(self, contrast_k: float) -> None:
-        renderer = Renderer(scene({"kind": "point", "area_m2": 2.0, "contrast_k": contrast_k}))
+        renderer = Renderer(scene({"kind": "point", "area_m2": 40.0, "contrast_k": contrast_k}))
         light, truth = renderer.scene(5)
         assert truth.targets[0].contrast_k == pytest.approx(contrast_k, abs=0.01)
         empty = float(radiance("mwir", 270.0))
-        # phi = 2 / 0.75^2 covers its pixels' middle: there the picture shows the point's own temperature.
+        # 40 m2 are 71 pixels: in their middle the picture shows the target's own temperature.
         assert float(temperature("mwir", float(np.max(np.abs(light - empty))) * np.sign(contrast_k) + empty)) == (
             pytest.approx(270.0 + contrast_k, abs=0.02)
         )

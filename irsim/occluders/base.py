@@ -170,4 +170,4 @@ def _drawn(occluder: Opaque, stage: Stage, lens: Geometry, rotation: bytes, plac
     start, stop = (np.concatenate(ends) for ends in zip(*edges, strict=True))
     layer = np.repeat(np.arange(len(facets)), [len(points) for points in outlines])
     glow = stage.glow(np.array([kelvin for _, kelvin in facets]), occluder.emissivity)
-    return sprite((start, stop, layer), glow, box, window, stage.psf_px, occluder.range_m)
+    return sprite((start, stop, layer), glow, box, window, stage.psf, occluder.range_m)

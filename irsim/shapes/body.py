@@ -65,7 +65,7 @@ class Body(Shape):
         glow = np.empty(len(rank))
         glow[rank] = _glow(self, stage.band, stage.surroundings) * self.brightness(view)
         range_m = float(np.linalg.norm(view.position))
-        return sprite((start, stop, rank[form.part[order]]), glow, box, window, stage.psf_px, range_m)
+        return sprite((start, stop, rank[form.part[order]]), glow, box, window, stage.psf, range_m)
 
     def _posed(self, time: float) -> Mesh:
         joints = self.joints(time)

@@ -9,12 +9,8 @@ from pydantic import Field
 
 from irsim.kinds import Fraction, Kelvin, Positive
 from irsim.shapes.base import Shape, View
-from irsim.shapes.polygon import outline
-from irsim.shapes.silhouette import sprite, within_sight
+from irsim.shapes.ellipse import ellipse
 from irsim.sprite import Sprite
-from irsim.types import Box
-
-_CORNERS = 20
 
 
 class HotSpot(Shape):
@@ -36,13 +32,6 @@ class HotSpot(Shape):
         if not np.isfinite(middle).all():
             return None
         range_m = float(np.linalg.norm(view.position))
-        angles = 2 * np.pi * np.arange(_CORNERS) / _CORNERS
         halves = np.array(self.size_m) / 2 / (range_m * stage.geometry.ifov_rad)
-        corners = middle + halves * np.stack([np.cos(angles), np.sin(angles)], axis=1)
-        box = Box.from_edges(*corners.min(axis=0).tolist(), *corners.max(axis=0).tolist())
-        window = within_sight(box, stage) if max(box.w, box.h) > max(stage.geometry.size) else box
-        if window is None:
-            return None
-        start, stop = outline(corners)
-        glow = np.atleast_1d(stage.glow(self.temperature_k, self.emissivity) * self.brightness(view))
-        return sprite((start, stop, np.zeros(_CORNERS, dtype=np.int64)), glow, box, window, stage.psf_px, range_m)
+        glow = float(stage.glow(self.temperature_k, self.emissivity)) * self.brightness(view)
+        return ellipse(middle, halves, glow, range_m, stage)

@@ -101,7 +101,7 @@ class Model(Shape):
         fields = np.stack([area, area * shine], axis=1)
         range_m = float(np.linalg.norm(view.position))
         centers = (center, _middle(fields[:, 1], grid, center))
-        return spread(grid, fields, centers, float(whole_area), box, stage.psf_px, range_m)
+        return spread(grid, fields, centers, float(whole_area), box, stage.psf, range_m)
 
 
 def _shine(pixels: Floats, depth: Floats, faces: Ints, shades: Floats, grid: Grid) -> Floats:

@@ -2,22 +2,30 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
 import numpy as np
 from pydantic import model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.kinds import Fraction, Kelvin, KelvinDifference, Number, Positive
-from irsim.optics import fwhm_px, reach_px, shares
 from irsim.shapes.base import Shape, View
+from irsim.shapes.ellipse import CORNERS, ellipse
 from irsim.sprite import Sprite, Wanted
-from irsim.types import Box
+from irsim.stage import Stage
+from irsim.types import Box, Floats
+
+SMALL_PX = 1.0
+"""Diameter from which on it is drawn as a disc."""
 
 
 class Point(Shape):
     """A point target: the optics spread its light, and its area says how much of a pixel it fills.
 
     It replaces the share phi = area / (range ifov)^2 of one pixel's light, spread over pixels by the
-    blur; where that is more than all of a pixel's light, all (it is then no point any more).
+    blur. Nearer, where it is more than a pixel wide, it is a disc of that area, and the blur is that of
+    its edges; until then the blur is wider by the disc's variance, so that neither light nor width jump.
     """
 
     area_m2: Positive = 0.2
@@ -41,20 +49,34 @@ class Point(Shape):
 
     def draw(self, view: View) -> Sprite | None:
         stage = view.stage
-        x, y = view.stage.geometry.project(view.position).tolist()
-        if not np.isfinite(x):
+        middle = stage.geometry.project(view.position)
+        if not np.isfinite(middle).all():
             return None
         range_m = float(np.linalg.norm(view.position))
         phi = self.area_m2 / (range_m * stage.geometry.ifov_rad) ** 2
-        reach = reach_px(stage.psf_px)
-        x0, y0 = round(x) - reach, round(y) - reach
-        pixels = np.arange(2 * reach + 1)
-        cover = np.outer(shares(y0 + pixels - y, stage.psf_px), shares(x0 + pixels - x, stage.psf_px))
-        alpha = np.minimum(phi * cover, 1.0)
         gain = self.brightness(view)
-        emission = alpha * stage.glow(self.temperature_k, self.emissivity) * gain
+        glow = float(stage.glow(self.temperature_k, self.emissivity)) * gain
         wanted = None
         if self.contrast_k is not None or self.scr is not None:
             wanted = Wanted(self.contrast_k, self.scr, stage.noise_k, gain)
-        width = fwhm_px(stage.psf_px)
-        return Sprite(x0, y0, cover, alpha, emission, (x, y), (x, y), Box(x, y, width, width), range_m, 1.0, wanted)
+        width = 2 * math.sqrt(phi / math.pi)
+        if width <= SMALL_PX:
+            return _point(middle, phi, glow, range_m, wanted, stage)
+        radius = math.sqrt(2 * phi / (CORNERS * math.sin(2 * math.pi / CORNERS)))
+        disc = ellipse(middle, np.full(2, radius), glow, range_m, stage)
+        if disc is None:
+            return None
+        side = max(width, stage.psf.fwhm_px)
+        return replace(disc, box=Box(*disc.center, side, side), wanted=wanted)
+
+
+def _point(middle: Floats, phi: float, glow: float, range_m: float, wanted: Wanted | None, stage: Stage) -> Sprite:
+    """What fills `phi` of a pixel's area, its light spread as that of a Gaussian with a disc's variance."""
+    x, y = middle.tolist()
+    spread = stage.psf.wider(math.sqrt(phi / math.pi) / 2)
+    reach = spread.reach_px
+    x0, y0 = round(x) - reach, round(y) - reach
+    pixels = np.arange(2 * reach + 1)
+    cover = spread.share(y0 + pixels - y, x0 + pixels - x)
+    alpha, width = phi * cover, stage.psf.fwhm_px
+    return Sprite(x0, y0, cover, alpha, glow * alpha, (x, y), (x, y), Box(x, y, width, width), range_m, 1.0, wanted)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from irsim.optics import reach_px, spreading
+from irsim.optics import PointSpread
 from irsim.shapes.polygon import centroids, coverage
 from irsim.shapes.visible import visible_edges
 from irsim.sprite import Sprite
@@ -28,7 +28,7 @@ def sprite(
     glow: Floats,
     box: Box,
     window: Box,
-    psf_px: float,
+    psf: PointSpread,
     range_m: float,
 ) -> Sprite:
     """Draw convex polygons that hide each other.
@@ -47,7 +47,7 @@ def sprite(
     (area, light), (center, signal_center) = centroids(start, stop, weights)
     if not light > 0:
         signal_center = center
-    return spread(grid, fields, (center, signal_center), float(area), box, psf_px, range_m)
+    return spread(grid, fields, (center, signal_center), float(area), box, psf, range_m)
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ def spread(
     centers: tuple[Floats, Floats],
     whole_area: float,
     box: Box,
-    psf_px: float,
+    psf: PointSpread,
     range_m: float,
 ) -> Sprite:
     """A sprite of areas and moments (3, 2, rows, columns) of (opacity, glow) in the cells of a grid, see `coverage`.
@@ -94,10 +94,15 @@ def spread(
     """
     center, signal_center = centers
     (area, y_moment, x_moment), rows, columns, fine = fields, grid.rows, grid.columns, grid.fine
-    margin = reach_px(psf_px)
-    down, down_slope = spreading(rows, margin, fine, psf_px)
-    across, across_slope = (matrix.T for matrix in spreading(columns, margin, fine, psf_px))
-    alpha, emission = (down @ (area @ across + x_moment @ across_slope) + down_slope @ (y_moment @ across)) / fine**2
+    margin = psf.reach_px
+    alpha, emission = np.zeros((2, rows + 2 * margin, columns + 2 * margin))
+    for (weight, down, down_slope), (_, right, right_slope) in zip(
+        psf.spreading(rows, fine), psf.spreading(columns, fine), strict=True
+    ):
+        across, across_slope = right.T * (weight / fine**2), right_slope.T * (weight / fine**2)
+        part = down @ (area @ across + x_moment @ across_slope) + down_slope @ (y_moment @ across)
+        alpha += part[0]
+        emission += part[1]
     cover = np.zeros_like(alpha)
     cover[margin : margin + rows, margin : margin + columns] = (
         area[0].reshape(rows, fine, columns, fine).mean(axis=(1, 3))
@@ -123,7 +128,7 @@ def drawn_part(box: Box, stage: Stage) -> Box:
 
 def within_sight(box: Box, stage: Stage) -> Box | None:
     """The part of a box whose light can reach the frame; None where none can."""
-    reach = reach_px(stage.psf_px)
+    reach = stage.psf.reach_px
     columns, rows = stage.geometry.size
     left, top = max(box.left, -0.5 - reach), max(box.top, -0.5 - reach)
     right, bottom = min(box.right, columns - 0.5 + reach), min(box.bottom, rows - 0.5 + reach)

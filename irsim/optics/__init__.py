@@ -1,0 +1,7 @@
+"""What lens and pixels make of a point's light: a Gaussian blur, or diffraction and defocus beside it."""
+
+from irsim.optics.lens import Lens
+from irsim.optics.lens_spread import LensSpread
+from irsim.optics.spread import GaussianSpread, PointSpread
+
+__all__ = ["GaussianSpread", "Lens", "LensSpread", "PointSpread"]

@@ -1,0 +1,29 @@
+"""An even ellipse across the line of sight."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from irsim.shapes.polygon import outline
+from irsim.shapes.silhouette import sprite, within_sight
+from irsim.sprite import Sprite
+from irsim.stage import Stage
+from irsim.types import Box, Floats
+
+CORNERS = 20
+"""Of the polygon that it is drawn as."""
+
+
+def ellipse(middle: Floats, halves: Floats, glow: float, range_m: float, stage: Stage) -> Sprite | None:
+    """An ellipse about `middle` (2,) px, `halves` (2,) px wide and high on each side, shining with `glow`, W/m2/sr.
+
+    None where the frame sees none of it and it is larger than the frame.
+    """
+    angles = 2 * np.pi * np.arange(CORNERS) / CORNERS
+    corners = middle + halves * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    box = Box.from_edges(*corners.min(axis=0).tolist(), *corners.max(axis=0).tolist())
+    window = within_sight(box, stage) if max(box.w, box.h) > max(stage.geometry.size) else box
+    if window is None:
+        return None
+    edges = (*outline(corners), np.zeros(CORNERS, dtype=np.int64))
+    return sprite(edges, np.atleast_1d(glow), box, window, stage.psf, range_m)

@@ -1,0 +1,202 @@
+"""Diffraction and defocus against integrals of the Airy pattern, written out here."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+from scipy.integrate import dblquad
+from scipy.special import j0, j1
+
+from irsim.optics import GaussianSpread, Lens, LensSpread
+from irsim.radiometry import radiance
+from irsim.render import Renderer
+from irsim.scenario import Scenario
+from irsim.shapes.silhouette import Grid, spread
+from irsim.simulate import Rendering
+from irsim.types import Box, Floats
+
+WIDTH = 4.2 * 4 / 15
+"""Wavelength times F-number over the pitch: 4.2 um, F/4, 15 um."""
+MONO = LensSpread(((WIDTH, 1.0),))
+
+
+def airy(width: float, x: float, y: float, sides: float = 0.5) -> float:
+    """Share of an Airy pattern's light, centred at the origin, on the square pixel at (x, y) px.
+
+    Irradiance pi / (4 w^2) (2 J1(v) / v)^2, v = pi r / w (Goodman; its integral over the plane is 1).
+    """
+
+    def density(b: float, a: float) -> float:
+        v = math.pi * math.hypot(a, b) / width
+        return math.pi / (4 * width**2) * (2 * j1(v) / v) ** 2 if v > 1e-9 else math.pi / (4 * width**2)
+
+    return float(dblquad(density, x - sides, x + sides, y - sides, y + sides, epsabs=1e-7)[0])
+
+
+def test_energy_on_a_centred_pixel_is_the_airy_pattern_s() -> None:
+    # The design's figures for 4.2 um at F/4 on 15 um: .455, and .507 for the Gaussian of 0.42 lambda F.
+    share = MONO.share(np.zeros(1), np.zeros(1))[0, 0]
+    assert share == pytest.approx(0.455, abs=0.0015)
+    assert share == pytest.approx(airy(WIDTH, 0.0, 0.0), rel=0.002)
+    assert GaussianSpread(0.42 * WIDTH).share(np.zeros(1), np.zeros(1))[0, 0] == pytest.approx(0.507, abs=0.002)
+
+
+@pytest.mark.parametrize("width", [0.4, WIDTH, 2.5])
+@pytest.mark.parametrize(("x", "y"), [(0.0, 0.0), (0.37, -0.21), (1.5, 0.25), (3.0, 2.0)])
+def test_shares_are_integrals_of_the_airy_pattern(width: float, x: float, y: float) -> None:
+    found = LensSpread(((width, 1.0),)).share(np.array([y]), np.array([x]))[0, 0]
+    # What lies out of reach, 0.8 % of the light, is laid over the rest.
+    assert found == pytest.approx(airy(width, x, y), rel=0.01, abs=3e-5)
+
+
+def test_encircled_light_is_rayleigh_s() -> None:
+    """Light within the first dark ring, 1 - J0^2 - J1^2 at v = 3.8317: .838; pixels a tenth of the ring's size."""
+    spread_ = LensSpread(((8.0, 1.0),))
+    places = np.arange(-40.0, 41.0)
+    radius = 3.8317 / math.pi * 8.0
+    inside = np.hypot(places[:, None], places) < radius
+    expected = 1 - j0(3.8317) ** 2 - j1(3.8317) ** 2
+    assert spread_.share(places, places)[inside].sum() == pytest.approx(expected, abs=0.01)
+
+
+SHARP = LensSpread(((0.5, 1.0),))
+SPREADS = [
+    GaussianSpread(0.6),
+    MONO,
+    SHARP,
+    LensSpread(((WIDTH, 1.0),), 3.0, 0.4),
+    Lens().spread("mwir", 0.3),
+]
+
+
+@pytest.mark.parametrize("psf", SPREADS)
+@pytest.mark.parametrize("shift", [0.0, 0.21, -0.47])
+def test_all_light_is_drawn_and_its_centroid_is_the_point(psf: Any, shift: float) -> None:
+    places = np.arange(-psf.reach_px, psf.reach_px + 1.0)
+    light = psf.share(places - 0.1, places - shift)
+    assert light.sum() == pytest.approx(1.0, abs=1e-4)
+    assert light.min() > -1e-6
+    if psf != SHARP:  # far sharper than a pixel, it says little of where within the pixel it lies
+        assert light.sum(axis=0) @ places == pytest.approx(shift, abs=2e-3)
+
+
+@pytest.mark.parametrize("psf", SPREADS)
+@pytest.mark.parametrize("fine", [1, 2])
+def test_a_small_square_is_spread_as_the_point_s_integral(psf: Any, fine: int) -> None:
+    """A square of one cell, its light even or rising, by terms and by summing points over it."""
+    grid = Grid(0, 0, 5, 4, fine)
+    fields = np.zeros((3, 1, 4 * fine, 5 * fine))
+    row, column, moment = 2 * fine, 3 * fine, 0.05
+    fields[0, 0, row, column], fields[2, 0, row, column] = 1.0, moment
+    both = np.concatenate([fields, fields], axis=1)
+    center = np.zeros(2)
+    drawn = spread(grid, both, (center, center), 1.0, Box(0, 0, 1, 1), psf, 100.0).alpha
+    nodes, weights = np.polynomial.legendre.leggauss(12)
+    x0, y0 = ((cell + 0.5) / fine - 0.5 for cell in (column, row))
+    rows, columns = (np.arange(-psf.reach_px, size + psf.reach_px) for size in (4, 5))
+    expected = np.zeros_like(drawn)
+    for t, wt in zip(nodes / 2, weights / 2, strict=True):
+        for u, wu in zip(nodes / 2, weights / 2, strict=True):
+            expected += (
+                wt * wu * (1 + 12 * moment * u) * psf.share(rows - (y0 + t / fine), columns - (x0 + u / fine))
+            ) / fine**2
+    np.testing.assert_allclose(drawn, expected, atol=1.3e-4 / fine**2 if isinstance(psf, LensSpread) else 1e-7)
+
+
+def test_defocus_is_an_even_disc() -> None:
+    """Far wider than the Airy disc, each pixel within a disc of 20 px has 4 / (pi 20^2) of the light."""
+    share = LensSpread(((0.3, 1.0),), 20.0).share(np.array([0.0, 4.0]), np.array([0.0, -5.0]))
+    np.testing.assert_allclose(share, 4 / (math.pi * 400), rtol=0.03)
+
+
+def test_the_full_width_is_where_the_light_is_half() -> None:
+    at_half = MONO.share(np.zeros(1), np.array([MONO.fwhm_px / 2]))[0, 0]
+    assert at_half == pytest.approx(MONO.share(np.zeros(1), np.zeros(1))[0, 0] / 2)
+
+
+def scene(
+    shape: dict[str, Any], x: float = 60.3, range_m: float = 1500.0, behind_k: float = 250.0, **camera: Any
+) -> Scenario:
+    return Scenario.model_validate(
+        {
+            "frames": 3,
+            "camera": {"size": (128, 128), "netd_mk": 0.0, "psf_px": 0.2, **camera},
+            "background": {"kind": "sky", "horizon_k": behind_k, "zenith_k": behind_k},
+            "targets": [
+                {
+                    "id": "one",
+                    "shape": shape,
+                    "path": {"kind": "straight", "start": (x, 63.8), "speed": 0.0, "range_m": range_m},
+                }
+            ],
+        }
+    )
+
+
+LENS = {"f_number": 4.0, "pitch_um": 15.0, "defocus_px": 0.8}
+
+
+def added(scenario: Scenario) -> Floats:
+    """What the target adds to the even light behind it, (rows, columns)."""
+    whole = Renderer(scenario).scene(0)[0].astype(np.float64)
+    empty = Renderer(scenario.model_copy(update={"without": ("one",)})).scene(0)[0]
+    return np.asarray(whole - empty)
+
+
+@pytest.mark.parametrize("optics", [None, LENS])
+@pytest.mark.parametrize("psf_px", [0.0, 0.2, 0.6])
+def test_flux_is_kept_where_a_point_becomes_a_disc(optics: Any, psf_px: float) -> None:
+    """It nears from where it fills a thousandth of a pixel to where it is 8 px wide: its flux goes with 1/range^2."""
+    camera = {"psf_px": psf_px} if optics is None else {"psf_px": psf_px, "optics": optics}
+    shape = {"kind": "point", "area_m2": 2.0, "temperature_k": 330.0, "emissivity": 1.0}
+    gain = float(radiance("mwir", 330.0) - radiance("mwir", 250.0))
+    for width in (0.03, 0.5, 0.999, 1.001, 1.4, 3.0, 8.0):
+        phi = math.pi / 4 * width**2
+        range_m = math.sqrt(2.0 / phi) / 0.5e-3
+        found = added(scene(shape, 60.3, range_m, **camera)).sum()
+        # Light of the wings that falls outside the frame is lost: under 1 % of it.
+        assert found == pytest.approx(phi * gain, rel=0.01)
+
+
+@pytest.mark.parametrize("psf_px", [0.3, 0.6])
+def test_nothing_jumps_where_a_point_becomes_a_disc(psf_px: float) -> None:
+    shape = {"kind": "point", "area_m2": 2.0, "temperature_k": 330.0}
+    ranges = [math.sqrt(2.0 / (math.pi / 4 * width**2)) / 0.5e-3 for width in (0.9999, 1.0001)]
+    before, after = (added(scene(shape, 60.3, range_m, psf_px=psf_px)) for range_m in ranges)
+    assert np.abs(after - before).max() < 0.025 * before.max()
+    boxes = [Renderer(scene(shape, 60.3, r, psf_px=psf_px)).scene(0)[1].targets[0].box for r in ranges]
+    assert boxes[1].w == pytest.approx(boxes[0].w, rel=1e-3)
+
+
+@pytest.mark.parametrize("kind", ["point", "fighter", "hot_spot"])
+@pytest.mark.parametrize("x", [60.0, 60.01, 60.37, 60.5])
+def test_truth_is_the_centroid_under_diffraction(kind: str, x: float) -> None:
+    scenario = scene({"kind": kind}, x, behind_k=20.0, optics=LENS)
+    light = added(scenario)
+    (target,) = Renderer(scenario).scene(0)[1].targets
+    assert target.signal_center is not None
+    rows, columns = np.indices(light.shape)
+    assert (columns * light).sum() / light.sum() == pytest.approx(target.signal_center[0], abs=0.01)
+    assert (rows * light).sum() / light.sum() == pytest.approx(target.signal_center[1], abs=0.01)
+
+
+def test_switched_off_it_leaves_the_frames_of_none() -> None:
+    given = scene({"kind": "fighter"}, optics=LENS)
+    off = given.model_copy(update={"without": ("optics",)})
+    none = scene({"kind": "fighter"})
+    assert np.array_equal(Rendering(off).frame(1).image, Rendering(none).frame(1).image)
+    assert not np.array_equal(Rendering(given).frame(1).image, Rendering(none).frame(1).image)
+
+
+def test_backgrounds_are_blurred_about_as_much() -> None:
+    stage = scene({"kind": "point"}, optics={"f_number": 4.0, "pitch_um": 15.0, "wavelength_um": 4.2}).stage
+    assert stage.psf_px == pytest.approx(math.hypot(0.2, 0.42 * WIDTH))
+
+
+def test_a_lens_that_cannot_be_drawn_is_refused() -> None:
+    with pytest.raises(ValidationError, match=r"wavelength times F-number is .* pixels; allowed: 0.1 to 10"):
+        scene({"kind": "point"}, optics={"f_number": 100.0, "pitch_um": 5.0})
