@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from irsim.types import Floats
 from irtrack.metrics import (
+    ATTRIBUTES,
     LOSS_RULE,
     PRECISION_NORM,
     PRECISION_PX,
@@ -44,8 +45,11 @@ def track_of(centers: Floats, sizes: Floats, first: int = 0) -> Track:
 
 def reference_of(centers: Floats, sizes: Floats, visible: Floats | None = None, accuracy: float = 0.0) -> Reference:
     n = len(centers)
+    unmarked = np.zeros((n, len(ATTRIBUTES)), bool)
     shown = np.ones(n) if visible is None else np.asarray(visible, dtype=float)
-    return Reference(np.arange(n), np.asarray(centers, float), np.asarray(sizes, float), shown, np.full(n, accuracy))
+    return Reference(
+        np.arange(n), np.asarray(centers, float), np.asarray(sizes, float), shown, np.full(n, accuracy), unmarked
+    )
 
 
 def pixels(n: int) -> st.SearchStrategy[Floats]:

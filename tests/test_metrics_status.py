@@ -10,6 +10,7 @@ from scipy import stats
 
 from irsim.types import Floats
 from irtrack.metrics import (
+    ATTRIBUTES,
     FIGURES,
     Return,
     Score,
@@ -49,6 +50,7 @@ def trace_of(offsets: Floats, statuses: list[str], visible: Floats) -> Trace:
         truth_sizes=np.tile([6.0, 8.0], (n, 1)),
         visible=visible,
         accuracy=np.zeros(n),
+        marks=np.zeros((n, len(ATTRIBUTES)), bool),
         step_ms=np.ones(n),
     )
 

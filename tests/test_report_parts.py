@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from irtrack.bench import SummaryRow
-from irtrack.metrics import Trace
+from irtrack.metrics import ATTRIBUTES, Trace
 from irtrack.report.charts import Axis, Line, line_chart
 from irtrack.report.filmstrip import CROP_LEAST, Follower, moments, still
 from irtrack.report.page import lead, ms, percent, px, share
@@ -33,6 +33,7 @@ def trace(visible: list[float], distance: float = 0.0) -> Trace:
         truth_sizes=np.full((count, 2), 6.0),
         visible=np.array(visible),
         accuracy=np.zeros(count),
+        marks=np.zeros((count, len(ATTRIBUTES)), bool),
         step_ms=np.ones(count),
     )
 

@@ -1,5 +1,7 @@
 """Figures from tracks: arrays in, values out; no file is opened here."""
 
+from irtrack.metrics.attributes import ATTRIBUTES, Attribute
+from irtrack.metrics.by_attribute import AttributeRow, by_attribute
 from irtrack.metrics.centre import (
     PRECISION_NORM,
     PRECISION_PX,
@@ -26,12 +28,15 @@ from irtrack.metrics.trace import Trace
 from irtrack.metrics.vot import AnchorRun, Vot, expected_overlap, vot
 
 __all__ = [
+    "ATTRIBUTES",
     "FIGURES",
     "LOSS_RULE",
     "PRECISION_NORM",
     "PRECISION_PX",
     "SUCCESS",
     "AnchorRun",
+    "Attribute",
+    "AttributeRow",
     "CentreFigures",
     "Clear",
     "Difference",
@@ -46,6 +51,7 @@ __all__ = [
     "Trace",
     "Vot",
     "area",
+    "by_attribute",
     "centre_errors",
     "clear_mot",
     "expected_overlap",

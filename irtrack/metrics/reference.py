@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from irsim.types import Floats, Truth
+from irtrack.metrics.attributes import ATTRIBUTES, marks
 from irtrack.metrics.loss import SHOWN
 
 
@@ -19,6 +20,7 @@ class Reference:
     centers   (n, 2) px and sizes (n, 2) px; nan in frames where the target is absent
     visible   (n,) fraction 0..1, nan where it is not known
     accuracy  (n,) px: how far a centre may be off
+    marks     (n, len(ATTRIBUTES)) bool, see `irtrack.metrics.attributes`
 
     Rule for absent frames: where a target has no truth, or its centre is out of the frame, there is
     nothing to point at; such frames enter no error, no overlap and no count towards the loss.
@@ -29,10 +31,12 @@ class Reference:
     sizes: Floats
     visible: Floats
     accuracy: Floats
+    marks: np.ndarray
 
     @classmethod
     def of(cls, truths: Iterable[Truth], target: str | None) -> Reference:
         """The truth of the target of that id; nothing is present where `target` is None."""
+        truths = list(truths)
         rows = []
         for truth in truths:
             seen = None if target is None else truth.target(target)
@@ -43,7 +47,7 @@ class Reference:
                 rows.append((truth.index, *seen.center, seen.box.w, seen.box.h, visible, seen.accuracy_px))
         table = np.array(rows, dtype=np.float64).reshape(-1, 7)
         indices = table[:, 0].astype(np.int64)
-        return cls(indices, table[:, 1:3], table[:, 3:5], table[:, 5], table[:, 6])
+        return cls(indices, table[:, 1:3], table[:, 3:5], table[:, 5], table[:, 6], marks(truths, target))
 
     def at(self, indices: np.ndarray) -> Reference:
         """The reference at these frame indices; frames that it does not know count as absent."""
@@ -55,7 +59,9 @@ class Reference:
         visible, accuracy = unknown.copy(), np.zeros(len(indices))
         centers[known], sizes[known] = self.centers[place], self.sizes[place]
         visible[known], accuracy[known] = self.visible[place], self.accuracy[place]
-        return Reference(indices, centers, sizes, visible, accuracy)
+        marked = np.zeros((len(indices), len(ATTRIBUTES)), dtype=bool)
+        marked[known] = self.marks[place]
+        return Reference(indices, centers, sizes, visible, accuracy, marked)
 
     @property
     def present(self) -> np.ndarray:

@@ -28,6 +28,7 @@ class Trace:
     truth_centers, truth_sizes   (n, 2) px; nan where there is nothing to point at (see `Reference`)
     visible        (n,) fraction 0..1, nan where unknown
     accuracy       (n,) px, see `irsim.types.TargetTruth`
+    marks          (n, len(ATTRIBUTES)) bool: what makes each frame hard, see `irtrack.metrics.attributes`
     step_ms        (n,) wall time of each step
     """
 
@@ -42,6 +43,7 @@ class Trace:
     truth_sizes: Floats
     visible: Floats
     accuracy: Floats
+    marks: np.ndarray
     step_ms: Floats
 
     @classmethod
@@ -64,13 +66,14 @@ class Trace:
             truth_sizes=truth.sizes,
             visible=truth.visible,
             accuracy=truth.accuracy,
+            marks=truth.marks,
             step_ms=np.asarray(track.step_ms),
         )
 
     @cached_property
     def truth(self) -> Reference:
         """What is true at these frames."""
-        return Reference(self.indices, self.truth_centers, self.truth_sizes, self.visible, self.accuracy)
+        return Reference(self.indices, self.truth_centers, self.truth_sizes, self.visible, self.accuracy, self.marks)
 
     @cached_property
     def offsets(self) -> Floats:
