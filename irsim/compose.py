@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from irsim.backgrounds import Gaze, Layer
-from irsim.contrast import fulfilled
+from irsim.contrast import fulfilled, scr
 from irsim.radiometry import Band, temperature
 from irsim.sprite import Sprite
 from irsim.types import Floats
@@ -39,6 +40,7 @@ class Seen:
     piece: Piece
     left: Floats
     contrast_k: float | None
+    scr: float | None
     occluders: list[str] = field(default_factory=list)
 
     @property
@@ -74,23 +76,25 @@ def overlap(
     return within(corner), within(other)
 
 
-def compose(layers: Sequence[Layer], pieces: Iterable[Piece], gaze: Gaze, band: Band) -> tuple[Floats, list[Seen]]:
+def compose(
+    layers: Sequence[Layer], pieces: Iterable[Piece], gaze: Gaze, band: Band, noise: float = 0.0
+) -> tuple[Floats, list[Seen]]:
     """Everything drawn far to near on the first layer: radiance (rows, cols) float32, and the targets seen.
 
-    At one range a layer is behind a sprite.
+    At one range a layer is behind a sprite. noise: the camera's, W/m2/sr, for the targets' SCR.
     """
     light = layers[0].light(gaze)[1].copy()
     seen: list[Seen] = []
     things: list[Layer | Piece] = [*layers[1:], *pieces]
     for thing in sorted(things, key=lambda thing: -thing.range_m):
         if isinstance(thing, Piece):
-            _draw(light, thing, seen, band)
+            _draw(light, thing, seen, band, noise)
         else:
             _veil(light, thing, gaze, seen)
     return light, seen
 
 
-def _draw(light: Floats, piece: Piece, seen: list[Seen], band: Band) -> None:
+def _draw(light: Floats, piece: Piece, seen: list[Seen], band: Band, noise: float) -> None:
     if piece.sprite.wanted is not None:
         piece = replace(piece, sprite=fulfilled(piece.sprite, light, band))
     if piece.sprite.contrast != 1:
@@ -103,14 +107,16 @@ def _draw(light: Floats, piece: Piece, seen: list[Seen], band: Band) -> None:
         if met is not None:
             target.hide(piece.name, met[0], 1 - sprite.cover[met[1]])
     met = overlap(corner, sprite.cover.shape, (0, 0), light.shape)
+    contrast = None if met is None or not piece.tracked else _contrast(sprite, light, *met, band)
+    if met is not None:
+        inner, outer = met
+        light[outer] += sprite.emission[inner] - sprite.alpha[inner] * light[outer]
     if piece.tracked:
         left = np.zeros_like(sprite.cover)
         if met is not None:
             left[met[0]] = sprite.cover[met[0]]
-        seen.append(Seen(piece, left, None if met is None else _contrast(sprite, light, *met, band)))
-    if met is not None:
-        inner, outer = met
-        light[outer] += sprite.emission[inner] - sprite.alpha[inner] * light[outer]
+        ratio = scr(light, sprite.box, noise)
+        seen.append(Seen(piece, left, contrast, ratio if math.isfinite(ratio) else None))
 
 
 def _faded(sprite: Sprite, light: Floats) -> Sprite:

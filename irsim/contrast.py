@@ -2,13 +2,18 @@
 
 SCR = |mean of the target's pixels - mean of a ring around them| / standard deviation of the ring
 (Gao et al., IEEE Trans. Image Processing 22, 2013, whose ring reaches 20 px beyond the target). The
-ring leaves out GUARD_PX next to the target, where its own blurred light falls.
+ring leaves out GUARD_PX next to the target, where its own blurred light falls. Here it has a sign, +
+where the target is brighter.
+
+Truth's SCR is that of the noiseless radiance of the target and all that is behind it, before anything
+nearer hides some of it; the camera's noise counts as clutter: its NETD, as radiance at 300 K, is added
+to the ring's spread, in squares. A point that asks for an SCR gets this one.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -31,12 +36,47 @@ def scr(picture: Floats, box: Box, noise: float = 0.0) -> float:
     noise  standard deviation of noise that the picture does not hold yet, in its unit; nan where
            the box or its ring lie outside the picture, inf where the ring is quite even
     """
-    inside, ring = around(picture.shape, box)
-    if not inside.any() or not ring.any():
+    rows, columns = (
+        _line(count, middle, max(side, 1.0) / 2)
+        for count, middle, side in zip(picture.shape, (box.cy, box.cx), (box.h, box.w), strict=True)
+    )
+    weight = rows.shares.sum() * columns.shares.sum()
+    outer = picture[rows.ring, columns.ring].astype(np.float64)
+    guard = outer[rows.guard, columns.guard]
+    count = outer.size - guard.size
+    if not weight > 0 or count == 0:
         return math.nan
-    level, spread = _ring(picture, ring, noise)
-    signal = float((inside * picture).sum() / inside.sum()) - level
+    reference = outer[0, 0]  # squares of differences from it lose no digits
+    outer -= reference
+    guard[:] = 0.0
+    level = outer.sum() / count
+    spread = math.hypot(math.sqrt(max(np.vdot(outer, outer) / count - level**2, 0.0)), noise)
+    held = picture[rows.held, columns.held]
+    signal = float(rows.shares @ held @ columns.shares) / weight - reference - level
     return signal / spread if spread > 0 else math.copysign(math.inf, signal)
+
+
+@dataclass(frozen=True, eq=False)
+class _Line:
+    """Of the pixels along one axis: those that the box holds, and how much of each; the ring's, and within
+    these the guard's, which do not belong to it."""
+
+    held: slice
+    shares: Floats
+    ring: slice
+    guard: slice
+
+
+def _line(count: int, middle: float, half: float) -> _Line:
+    def within(by: float) -> tuple[int, int]:
+        first, last = math.ceil(middle - half - by), math.floor(middle + half + by)
+        return min(max(first, 0), count), max(min(last + 1, count), 0)
+
+    first, stop = within(0.5)
+    places = np.arange(first, stop)
+    shares = np.minimum(places + 0.5, middle + half) - np.maximum(places - 0.5, middle - half)
+    (left, right), (inner, end) = within(RING_PX), within(GUARD_PX)
+    return _Line(slice(first, stop), np.clip(shares, 0, 1), slice(left, right), slice(inner - left, max(end - left, 0)))
 
 
 def around(shape: tuple[int, ...], box: Box) -> tuple[Floats, npt.NDArray[np.bool_]]:

@@ -12,10 +12,12 @@ from irsim.backgrounds import Footage, Gaze
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.painting import BLOCK, MARGIN
 from irsim.compose import Piece, Seen, compose
+from irsim.contrast import NETD_AT_K
 from irsim.course import Course
 from irsim.intent import placed
 from irsim.motion import Mount, angles_deg
 from irsim.occluders import Sight
+from irsim.radiometry import slope
 from irsim.scenario import Scenario
 from irsim.types import Box, Floats, Frame, Image, TargetTruth, Truth
 
@@ -32,6 +34,7 @@ class Renderer:
         self.occluders = [occluder for occluder in placed(scenario) if scenario.is_on(occluder.name)]
         self.sensor = camera.sensor(scenario.seed, scenario.is_on)
         self.lag = camera.lag(scenario.is_on)
+        self.noise = self.stage.noise_k * slope(self.stage.band, NETD_AT_K)
         self._held: tuple[int, Image] | None = None
         count = scenario.frames + 1  # one more: frame 0 takes its velocity from frame 1
         motions = [motion for motion in camera.motion if scenario.is_on(motion.name)]
@@ -88,7 +91,7 @@ class Renderer:
         time = index / self.stage.rate_hz
         gaze = self._gaze(index)
         pieces = self._pieces(index)
-        light, seen = compose(self.layers, pieces, gaze, self.stage.band)
+        light, seen = compose(self.layers, pieces, gaze, self.stage.band, self.noise)
         return light, self._truth(index, time, seen)
 
     def _gaze(self, index: int) -> Gaze:
@@ -155,4 +158,5 @@ class Renderer:
             crossing=any(sprite.box.iou(other) > 0 for other in others),
             in_view=self.stage.geometry.inside(*sprite.center),
             contrast_k=seen.contrast_k,
+            scr=seen.scr,
         )

@@ -108,6 +108,9 @@ class TargetTruth:
     crossing      another target's box meets this one's
     in_view       its centre is inside the frame
     contrast_k    apparent temperature of the target's mean less that of what is behind it, K
+    scr           signal-to-clutter ratio, positive where it is brighter than the ring around it: of the
+                  noiseless light of the target and what is behind it, the camera's noise counted
+                  as clutter (`irsim.contrast`); None outside the frame, and where nothing varies
     accuracy_px   how far the centre may be off; 0 for rendered truth, nothing scores tighter
     """
 
@@ -125,6 +128,7 @@ class TargetTruth:
     in_view: bool | None = None
     contrast_k: float | None = None
     accuracy_px: float = 0.0
+    scr: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

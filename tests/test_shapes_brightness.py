@@ -102,6 +102,37 @@ class TestScr:
         picture[40, 40] = 2
         assert scr(picture, Box(40, 40, 1, 1)) == math.inf
 
+    @pytest.mark.parametrize(
+        "box", [Box(40, 30, 3, 3), Box(2.3, 77.1, 9.2, 4.4), Box(79.2, -3, 12, 8), Box(40, 40, 70, 60)]
+    )
+    def test_it_is_that_of_masks(self, box: Box) -> None:
+        picture = np.random.default_rng(0).normal(50, 2, (80, 80)).astype(np.float32)
+        inside, ring = around(picture.shape, box)
+        values = picture[ring].astype(np.float64)
+        mean = (inside * picture).sum() / inside.sum()
+        assert scr(picture, box) == pytest.approx((mean - values.mean()) / values.std(), rel=1e-5)
+
+    @pytest.mark.parametrize("wanted", [-2.0, 3.0, 10.0])
+    @pytest.mark.parametrize("camera", [{}, {"netd_mk": 80.0}, {"preset": "cooled_mwir"}, {"preset": "uncooled_lwir"}])
+    def test_truth_says_what_was_asked_for(self, wanted: float, camera: dict[str, Any]) -> None:
+        background = {"kind": "ground", "mean_k": 290.0, "spread_k": 0.7}
+        renderer = Renderer(scene({"kind": "point", "area_m2": 1.5, "scr": wanted}, background, **camera))
+        for index in (0, 11, 30):
+            assert renderer.scene(index)[1].targets[0].scr == pytest.approx(wanted, rel=0.05)
+
+    def test_what_hides_a_target_changes_nothing_of_its_own(self) -> None:
+        bar = {"kind": "bar", "center_px": (60.0, 60.0), "size_px": (20.0, 20.0), "range_m": 500.0}
+        bare = scene({"kind": "fighter"}, {"kind": "ground"}, netd_mk=40.0)
+        hidden = Scenario.model_validate({**bare.model_dump(), "background": bare.background, "occluders": [bar]})
+        (before,), (after,) = (Renderer(each).scene(0)[1].targets for each in (bare, hidden))
+        assert after.visible == pytest.approx(0, abs=0.01)
+        assert after.scr == before.scr
+
+    def test_out_of_the_picture_there_is_none(self) -> None:
+        far = scene({"kind": "fighter"}, {"kind": "ground"}).model_dump()
+        far["targets"][0]["path"]["start"] = (-500.0, 60.0)
+        assert Renderer(Scenario.model_validate(far)).scene(0)[1].targets[0].scr is None
+
     def test_outside_there_is_none(self) -> None:
         assert math.isnan(scr(np.ones((40, 40)), Box(900, 20, 3, 3)))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 
@@ -50,6 +50,9 @@ class Layer(Protocol):
 
 class Background(Kind):
     """What is behind the targets."""
+
+    noisy: ClassVar[bool] = False
+    """Does its light hold a camera's noise already?"""
 
     @abstractmethod
     def layers(self, stage: Stage) -> Sequence[Layer]:

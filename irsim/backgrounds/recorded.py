@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -32,6 +32,8 @@ class Recorded(Background):
     count bit for bit. The camera needs the recording's size and depth; its detector, noise and motion
     do not touch the recorded frames.
     """
+
+    noisy: ClassVar[bool] = True
 
     file: str
     """The recording, as found from the working directory."""

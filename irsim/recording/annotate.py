@@ -84,5 +84,6 @@ def annotate_truth(truth: Truth, log_time: int) -> bytes:
     annotations = ImageAnnotations()
     for target in truth.targets:
         hidden = target.visible is not None and target.visible < 0.5
-        draw(annotations, target.box, target.id, HIDDEN if hidden else SEEN, log_time)
+        label = target.id if target.scr is None else f"{target.id}  SCR {target.scr:.1f}"
+        draw(annotations, target.box, label, HIDDEN if hidden else SEEN, log_time)
     return annotations.SerializeToString()

@@ -38,6 +38,7 @@ _MESSAGES: dict[str, list[tuple[str, str]]] = {
         ("in_view", "bool"),
         ("contrast_k", "double"),
         ("accuracy_px", "double"),
+        ("scr", "double"),
     ],
     "Truth": [("index", "uint32"), ("time", "double"), ("targets", "TargetTruth*")],
     "TrackState": [
@@ -151,6 +152,7 @@ def encode_truth(truth: Truth) -> bytes:
             "in_view": target.in_view,
             "contrast_k": target.contrast_k,
             "accuracy_px": target.accuracy_px,
+            "scr": target.scr,
         }
         for target in truth.targets
     ]
@@ -177,6 +179,7 @@ def decode_truth(data: bytes | memoryview, index: int, time: float) -> Truth:
             in_view=optional(target, "in_view"),
             contrast_k=optional(target, "contrast_k"),
             accuracy_px=target.accuracy_px,
+            scr=optional(target, "scr"),
         )
         for target in message.targets
     ]
