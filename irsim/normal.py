@@ -116,6 +116,18 @@ def tail_quantile(p: Floats) -> Floats:
     return np.where(r <= 5, -_ratio(_TAIL, r - 1.6), -_ratio(_FAR_TAIL, r - 5))
 
 
+def deep_quantile(p: Floats) -> Floats:
+    """The same for 1e-34 < p <= REFINED / CELLS only (any shape), by table over -log(p): within 2e-7."""
+    return np.interp(-np.log(p), *_deep())
+
+
+@lru_cache
+def _deep() -> tuple[Floats, Floats]:
+    """-log(p) from p = 2^-12 on, and the quantiles there."""
+    depths = np.linspace(-math.log(REFINED / CELLS), -math.log(1e-34), 8192)
+    return depths, tail_quantile(np.exp(-depths))
+
+
 def density(x: float | Floats) -> Floats:
     """Density of the unit normal at x (any shape)."""
     return np.asarray(np.exp(-np.square(x) / 2) / math.sqrt(2 * math.pi))

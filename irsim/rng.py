@@ -48,16 +48,20 @@ def normals(
     count = math.prod(shape)
     words = source.random_raw(-(-count // 4)).view(np.uint16)[:count].reshape(shape)
     values = lookup(cell_means(), words, out)
-    outer = np.flatnonzero(words + np.uint16(REFINED) < 2 * REFINED)  # both ends at once: the sum wraps
-    values.flat[outer] = _outer(words.flat[outer], source.random_raw(outer.size))
+    words += np.uint16(REFINED)  # both ends at once: the sum wraps
+    outer = np.flatnonzero(words < 2 * REFINED)
+    if outer.size:
+        values.reshape(-1)[outer] = _outer(words.reshape(-1)[outer], source.random_raw(outer.size))
     return values
 
 
 def _outer(words: npt.NDArray[np.uint16], further: npt.NDArray[np.uint64]) -> Floats:
-    """Normals of words in the outer cells; `further` places each within its cell."""
-    from irsim.normal import CELLS, tail_quantile
+    """Normals of the outer cells: words 0 .. REFINED-1 from the upper end on, then those of the lower end;
+    `further` places each within its cell."""
+    from irsim.normal import CELLS, REFINED, deep_quantile
 
-    from_end = np.minimum(words, (CELLS - 1) - words)
+    upper = words < REFINED
+    from_end = np.where(upper, (REFINED - 1) - words, words - REFINED)
     within = (further.astype(np.float64) + 0.5) * 2.0**-64
-    tail = tail_quantile((from_end + within) / CELLS)
-    return np.where(words < CELLS // 2, tail, -tail)
+    tail = deep_quantile((from_end + within) / CELLS)
+    return np.where(upper, -tail, tail)

@@ -60,10 +60,7 @@ class Ar1(Additive):
             super().add(signal, response, moment)
             return
         process = _process(self.decay(moment.rate_hz), moment.shape, moment.seed, self.name)
-        drawn = process.frame(moment.index)
-        if self.ratio != 1:
-            drawn = np.multiply(drawn, np.float32(self.ratio), out=scratch(moment.shape, "drawn"))
-        cv2.scaleAdd(drawn, response.noise, signal, dst=signal)
+        cv2.scaleAdd(process.frame(moment.index), self.ratio * response.noise, signal, dst=signal)
 
     def spread(self, moment: Moment, fixed: bool) -> float:
         return self.ratio**2

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import lru_cache
 
 import cv2
@@ -41,29 +40,35 @@ class Noise3d(Additive):
 
     def pattern(self, moment: Moment) -> Floats:
         pattern = np.array(_fixed(moment.shape, moment.seed, self.name, self.v, self.h, self.vh))
-        for drawn in self._lines(moment):
-            pattern = pattern + drawn
+        down, across = self._lines(moment)
+        pattern = pattern + (down[:, None] + across)
         if not self.tvh:
             return pattern
         return pattern + np.float32(self.tvh) * self._pixels(moment, None)
 
     def add(self, signal: Floats, response: Response, moment: Moment) -> None:
-        for pattern in (_fixed(moment.shape, moment.seed, self.name, self.v, self.h, self.vh), *self._lines(moment)):
-            if pattern.shape == moment.shape:
-                cv2.scaleAdd(pattern, response.noise, signal, dst=signal)
-            else:
-                np.add(signal, pattern * np.float32(response.noise), out=signal)
+        if self.v or self.h or self.vh:
+            fixed = _fixed(moment.shape, moment.seed, self.name, self.v, self.h, self.vh)
+            cv2.scaleAdd(fixed, response.noise, signal, dst=signal)
+        if self.t or self.tv or self.th:
+            # A product of two numbers a row by two a column adds all of them in one pass.
+            down, across = self._lines(moment)
+            left = np.column_stack([down, np.ones_like(down)])
+            cv2.gemm(left, np.stack([np.ones_like(across), across]), response.noise, signal, 1.0, dst=signal)
         if self.tvh:
             drawn = self._pixels(moment, scratch(moment.shape, "drawn"))
             cv2.scaleAdd(drawn, self.tvh * response.noise, signal, dst=signal)
 
-    def _lines(self, moment: Moment) -> Iterator[Floats]:
-        """The terms t, tv and th, where they are not 0."""
+    def _lines(self, moment: Moment) -> tuple[Floats, Floats]:
+        """The terms t and tv together, (rows,), and the term th, (cols,)."""
         rows, columns = moment.shape
-        for term, shape in (("t", (1, 1)), ("tv", (rows, 1)), ("th", (1, columns))):
-            sigma = getattr(self, term)
-            if sigma:
-                yield normals(shape, moment.seed, "noise", self.name, term, moment.index) * np.float32(sigma)
+        return self._line("t", 1, moment) + self._line("tv", rows, moment), self._line("th", columns, moment)
+
+    def _line(self, term: str, length: int, moment: Moment) -> Floats:
+        sigma = getattr(self, term)
+        if not sigma:
+            return np.zeros(length, np.float32)
+        return normals((length,), moment.seed, "noise", self.name, term, moment.index) * np.float32(sigma)
 
     def _pixels(self, moment: Moment, out: npt.NDArray[np.float32] | None) -> Floats:
         return normals(moment.shape, moment.seed, "noise", self.name, "tvh", moment.index, out=out)
@@ -75,9 +80,7 @@ class Noise3d(Additive):
 
 @lru_cache(maxsize=4)
 def _fixed(shape: tuple[int, int], seed: int, name: str, v: float, h: float, vh: float) -> Floats:
-    """The terms that stay, (rows, cols); (1, 1) where there are none."""
-    if not (v or h or vh):
-        return read_only(np.zeros((1, 1), np.float32))
+    """The terms that stay, (rows, cols)."""
     rows, columns = shape
     shapes = {"v": ((rows, 1), v), "h": ((1, columns), h), "vh": (shape, vh)}
     pattern = np.zeros(shape, np.float32)

@@ -20,6 +20,9 @@ from irsim.types import Floats
 NETD_K = 300.0
 """Background temperature at which a camera's NETD is stated, K."""
 
+MOST_COUNTS = 2**16 - 1
+"""The highest count that 16 bits hold."""
+
 
 @dataclass(frozen=True)
 class Setting:
@@ -61,8 +64,9 @@ class Response:
         """The noiseless signal of in-band radiance (rows, cols) float32, W/m2/sr; into `out` where it is given."""
         signal = np.empty_like(light) if out is None else out
         if self.root:
-            cv2.threshold(light, 0, 0, cv2.THRESH_TOZERO, dst=signal)  # none is below 0 but by rounding
-            cv2.sqrt(signal, dst=signal)
+            if cv2.minMaxLoc(light)[0] < 0:  # by rounding alone
+                light = np.maximum(light, np.float32(0))
+            cv2.sqrt(light, dst=signal)
             cv2.addWeighted(light, self.linear, signal, self.root, self.zero, dst=signal)
         else:
             cv2.addWeighted(light, self.linear, light, 0, self.zero, dst=signal)
@@ -73,10 +77,10 @@ class Response:
 
         Rounded to the nearest (halves to even) and clipped to the depth: they saturate and never wrap around.
         """
-        if self.gain != 1 or self.offset:
-            cv2.addWeighted(signal, 1 / self.gain, signal, 0, self.offset, dst=signal)
-        np.clip(signal, np.float32(0), np.float32(self.full), out=signal)  # large numbers would wrap in the conversion
-        return np.asarray(cv2.addWeighted(signal, 1, signal, 0, 0, dtype=cv2.CV_16U), dtype=np.uint16)
+        if max(map(abs, cv2.minMaxLoc(signal)[:2])) > MOST_COUNTS * self.gain:  # would wrap in the conversion
+            np.clip(signal, np.float32(0), np.float32(MOST_COUNTS * self.gain), out=signal)
+        counts = cv2.addWeighted(signal, 1 / self.gain, signal, 0, self.offset, dtype=cv2.CV_16U)
+        return np.asarray(counts if self.full == MOST_COUNTS else cv2.min(counts, self.full), dtype=np.uint16)
 
 
 class Detector(Kind):

@@ -20,15 +20,14 @@ class White(Additive):
     """Sigma in units of the camera's NETD."""
 
     def pattern(self, moment: Moment) -> Floats:
-        return self._draw(moment, None)
+        return self._draw(moment, None) * np.float32(self.ratio)
 
     def add(self, signal: Floats, response: Response, moment: Moment) -> None:
         drawn = self._draw(moment, scratch(moment.shape, "drawn"))
-        cv2.scaleAdd(drawn, response.noise, signal, dst=signal)
+        cv2.scaleAdd(drawn, self.ratio * response.noise, signal, dst=signal)
 
     def _draw(self, moment: Moment, out: npt.NDArray[np.float32] | None) -> Floats:
-        drawn = normals(moment.shape, moment.seed, "noise", self.name, moment.index, out=out)
-        return np.multiply(drawn, np.float32(self.ratio), out=drawn)
+        return normals(moment.shape, moment.seed, "noise", self.name, moment.index, out=out)
 
     def spread(self, moment: Moment, fixed: bool) -> float:
         return self.ratio**2
