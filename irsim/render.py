@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -14,11 +15,13 @@ from irsim.backgrounds.painting import BLOCK, MARGIN
 from irsim.compose import Piece, Seen, compose
 from irsim.contrast import NETD_AT_K
 from irsim.course import Course
+from irsim.geometry import Geometry
 from irsim.intent import placed
 from irsim.motion import Mount, angles_deg
 from irsim.occluders import Sight
 from irsim.radiometry import slope
 from irsim.scenario import Scenario
+from irsim.shapes import draw_all
 from irsim.types import Box, Floats, Frame, Image, TargetTruth, Truth
 
 
@@ -99,8 +102,7 @@ class Renderer:
         geometry, mount, first = self.stage.geometry, self.mount, index // BLOCK * BLOCK
 
         def at(frame: int, margin: int, key: Gaze | None) -> Gaze:
-            rotation = geometry.world_rotation(mount.turns[frame])
-            chart = Chart.at(geometry, rotation, margin, mount.lens(frame))
+            chart = _chart(geometry, tuple(mount.turns[frame].tolist()), margin, mount.lens(frame))
             x, y, z = (geometry.world_rotation(np.zeros(3)).T @ mount.places[frame]).tolist()
             return Gaze(frame / self.stage.rate_hz, chart, key, (x, y, z))
 
@@ -108,10 +110,9 @@ class Renderer:
 
     def _pieces(self, index: int) -> Iterator[Piece]:
         sight = self.sight(index)
-        for course in self.courses:
-            if not course.target.exists(index):
-                continue
-            sprite = course.target.shape.draw(course.view(index, self.mount, self.stage))
+        present = [course for course in self.courses if course.target.exists(index)]
+        views = [(course.target.shape, course.view(index, self.mount, self.stage)) for course in present]
+        for course, sprite in zip(present, draw_all(views), strict=True):
             if sprite is not None:
                 arrived = replace(arriving(sprite, sight, course.target.id), contrast=course.target.contrast)
                 yield Piece(course.target.id, arrived, tracked=True)
@@ -160,3 +161,9 @@ class Renderer:
             contrast_k=seen.contrast_k,
             scr=seen.scr,
         )
+
+
+@lru_cache(maxsize=8)
+def _chart(geometry: Geometry, turns: tuple[float, ...], margin: int, lens: Geometry) -> Chart:
+    """The chart of a camera turned so; one that stands still has the same in all frames, and what is kept for it."""
+    return Chart.at(geometry, geometry.world_rotation(np.array(turns)), margin, lens)

@@ -71,8 +71,8 @@ class TestVisible:
         edges = [outline(np.array(corner)) for corner in corners]
         start, stop = (np.concatenate(ends) for ends in zip(*edges, strict=True))
         layer = np.repeat(np.arange(len(squares)), 4)
-        pieces = visible_edges(start, stop, layer, np.array(glow))
-        opacity, light = coverage(*pieces, (10, 10))[0]
+        start, stop, weights, _ = visible_edges(start, stop, layer, np.array(glow))
+        opacity, light = coverage(start, stop, weights, (10, 10))[0]
         return opacity, light
 
     def test_the_nearer_hides_the_farther(self) -> None:

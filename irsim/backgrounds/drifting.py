@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -104,6 +105,7 @@ _PLACES = -np.cos(_ANGLES)
 """The chart's nodes on [-1, 1]."""
 
 
+@lru_cache(maxsize=4)
 def _middle(chart: Chart) -> tuple[float, float, float, float]:
     """(u, v) at the frame's middle, and how (du, dv) follow a step right there: (forward, side).
 
@@ -118,6 +120,7 @@ def _middle(chart: Chart) -> tuple[float, float, float, float]:
     return u, v, forward, side
 
 
+@lru_cache
 def _middle_weights() -> tuple[Floats, Floats]:
     """Weights (NODES,) of the nodes' values that give a polynomial's value and slope at 0."""
     powers = np.vander(_PLACES, NODES, increasing=True)

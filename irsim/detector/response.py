@@ -80,7 +80,9 @@ class Response:
         if max(map(abs, cv2.minMaxLoc(signal)[:2])) > MOST_COUNTS * self.gain:  # would wrap in the conversion
             np.clip(signal, np.float32(0), np.float32(MOST_COUNTS * self.gain), out=signal)
         counts = cv2.addWeighted(signal, 1 / self.gain, signal, 0, self.offset, dtype=cv2.CV_16U)
-        return np.asarray(counts if self.full == MOST_COUNTS else cv2.min(counts, self.full), dtype=np.uint16)
+        if self.full < MOST_COUNTS:
+            cv2.threshold(counts, self.full, 0, cv2.THRESH_TRUNC, dst=counts)
+        return np.asarray(counts, dtype=np.uint16)
 
 
 class Detector(Kind):

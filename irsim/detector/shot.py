@@ -33,7 +33,7 @@ class Shot(Noise):
         low = signal < EXACT_E if least < EXACT_E else None
         sigma = np.add(signal, np.float32(response.read**2), out=scratch(moment.shape, "sigma"))
         if most >= response.well:
-            sigma[signal >= response.well] = response.read**2
+            sigma.reshape(-1)[np.flatnonzero(signal >= response.well)] = response.read**2
         if low is not None:
             sigma[low] = response.read**2
             words = bits(moment.seed, "noise", self.name, "uniform", moment.index).random_raw(signal.size)

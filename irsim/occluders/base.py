@@ -15,7 +15,7 @@ from pydantic_core import PydanticCustomError
 from irsim.geometry import Geometry
 from irsim.kinds import Fraction, Index, Kelvin, Metres, Name, NamedKind
 from irsim.shapes.polygon import outline
-from irsim.shapes.silhouette import sprite, within_sight
+from irsim.shapes.silhouette import Outline, sprite, within_sight
 from irsim.sprite import Sprite
 from irsim.stage import Stage
 from irsim.types import Box, Floats
@@ -170,4 +170,4 @@ def _drawn(occluder: Opaque, stage: Stage, lens: Geometry, rotation: bytes, plac
     start, stop = (np.concatenate(ends) for ends in zip(*edges, strict=True))
     layer = np.repeat(np.arange(len(facets)), [len(points) for points in outlines])
     glow = stage.glow(np.array([kelvin for _, kelvin in facets]), occluder.emissivity)
-    return sprite((start, stop, layer), glow, box, window, stage.psf, occluder.range_m)
+    return sprite(Outline((start, stop, layer), glow, box, window, stage.psf, occluder.range_m))

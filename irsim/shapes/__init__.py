@@ -7,6 +7,7 @@ from irsim.shapes.airliner import Airliner
 from irsim.shapes.base import Shape, View
 from irsim.shapes.bird import Bird
 from irsim.shapes.boat import Boat
+from irsim.shapes.body import draw_all
 from irsim.shapes.car import Car
 from irsim.shapes.fighter import Fighter
 from irsim.shapes.flare import Flare
@@ -42,4 +43,4 @@ SHAPES = Family(
     },
 )
 
-__all__ = ["SHAPES", "Shape", "View"]
+__all__ = ["SHAPES", "Shape", "View", "draw_all"]

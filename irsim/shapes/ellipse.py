@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from irsim.shapes.polygon import outline
-from irsim.shapes.silhouette import sprite, within_sight
+from irsim.shapes.silhouette import Outline, sprite, within_sight
 from irsim.sprite import Sprite
 from irsim.stage import Stage
 from irsim.types import Box, Floats
@@ -26,4 +26,4 @@ def ellipse(middle: Floats, halves: Floats, glow: float, range_m: float, stage: 
     if window is None:
         return None
     edges = (*outline(corners), np.zeros(CORNERS, dtype=np.int64))
-    return sprite(edges, np.atleast_1d(glow), box, window, stage.psf, range_m)
+    return sprite(Outline(edges, np.atleast_1d(glow), box, window, stage.psf, range_m))

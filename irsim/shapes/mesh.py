@@ -136,14 +136,15 @@ def _walls(
     Normals (pairs, 3) and offsets (pairs,).
     """
     starts = np.flatnonzero(np.diff(vertex_part, prepend=-1))
-    heights = np.minimum.reduceat(normals @ vertices.T, starts, axis=1)
-    crossing = offsets[:, None] - heights  # (faces, parts): how far a part reaches behind a face
+    heights = np.minimum.reduceat(vertices @ normals.T, starts, axis=0)
+    crossing = offsets - heights  # (parts, faces): how far a part reaches behind a face
     counts = np.bincount(face_part)
     begins = np.cumsum(counts) - counts
     faces = begins[:, None] + np.minimum(np.arange(counts.max()), counts[:, None] - 1)  # (parts, most faces)
-    least = np.take_along_axis(faces, np.argmin(crossing[faces], axis=1), axis=1)  # (parts, parts): face of, against
-    by_second, by_first = least[second, first], least[first, second]
-    own = crossing[by_second, first] <= crossing[by_first, second]
+    pick = np.argmin(crossing[:, faces], axis=2)
+    least = faces[np.arange(len(faces)), pick]  # (parts, parts): the face of the second that the first crosses least
+    by_second, by_first = least[first, second], least[second, first]
+    own = crossing[first, by_second] <= crossing[second, by_first]
     face, sign = np.where(own, by_second, by_first), np.where(own, 1.0, -1.0)
     return normals[face] * sign[:, None], offsets[face] * sign
 

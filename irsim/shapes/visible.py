@@ -12,56 +12,109 @@ _INSET_PX = 1e-9
 """The edges of each layer lie this much further in than those of the one in front. Edges of two layers
 that would coincide, where rounding would say at random which is inside which, are told apart by it."""
 
+Ints = npt.NDArray[np.int64]
+
 
 def visible_edges(
-    start: Floats, stop: Floats, layer: npt.NDArray[np.int64], glow: Floats
-) -> tuple[Floats, Floats, Floats]:
-    """(start, stop, weights): the visible pieces of edges, and what (opacity, glow) gains across each.
+    start: Floats, stop: Floats, layer: Ints, glow: Floats, layers: tuple[int, ...] = ()
+) -> tuple[Floats, Floats, Floats, Ints]:
+    """(start, stop, weights, layer): the visible pieces of edges, what (opacity, glow) gains across each, and whose.
 
     start, stop  (n, 2) px: the edges, clockwise as seen with y down, one convex polygon a layer
     layer        (n,) the polygon of each edge, rising; layer 0 is the nearest
     glow         (layers,) what each polygon shines with
+    layers       how many of the layers, in order, belong to each of several pictures; those of one hide
+                 nothing in another. One picture where empty
 
     Between two pieces the field is flat: an edge of polygon k counts where no nearer polygon covers
     it, and parts k from the nearest of the farther polygons that cover it.
     """
-    first = np.searchsorted(layer, np.arange(len(glow)))
+    layers = layers or (len(glow),)
+    depth = layer - np.repeat(np.cumsum(layers) - layers, layers)[layer]
     delta = stop - start
     across, down = -delta[:, 1], delta[:, 0]
     length = np.maximum(np.hypot(across, down), 1e-300)
-    start = start + np.stack([across, down], axis=1) * (_INSET_PX * layer / length)[:, None]
+    start = start + np.stack([across, down], axis=1) * (_INSET_PX * depth / length)[:, None]
     stop = start + delta
 
-    # (lines, edges): how far each edge's ends are inside each edge's line; a convex polygon is inside all of its own.
-    level = (across * start[:, 0] + down * start[:, 1])[:, None]
-    across, down = across[:, None], down[:, None]
-    at_start = start[:, 0] * across + start[:, 1] * down - level
-    at_stop = stop[:, 0] * across + stop[:, 1] * down - level
+    edge, polygon, entry, leave = _covered(start, stop, layer, len(glow), layers)
+    count, by = len(start), np.arange(len(edge))
+    cut, begin, end = pieces(count, np.concatenate([edge, edge]), np.concatenate([entry, leave]))
+    # Of each piece, all polygons that cover a part of its edge; the last stands for nothing at all.
+    counts = np.bincount(edge, minlength=count)
+    first = np.cumsum(counts) - counts
+    of, which = _expanded(first[cut], counts[cut] + 1)
+    beyond = which == (first + counts)[cut][of]
+    found = np.append(by, 0)[np.where(beyond, len(by), which)]
+    middle = ((begin + end) / 2)[of]
+    nothing = len(glow)
+    inside = np.full(len(of), nothing)
+    if len(by):
+        within = ~beyond & (entry[found] < middle) & (middle < leave[found])
+        inside[within] = polygon[found[within]]
+    nearest = np.minimum.reduceat(inside, np.cumsum(counts[cut] + 1) - counts[cut] - 1)
+    own = layer[cut]
+    bare = nearest == nothing
+    gain = glow[own] - np.append(glow, 0.0)[nearest]
+    seen = np.flatnonzero((nearest > own) & (bare | (gain != 0)))
+    cut, begin, end, bare, gain = cut[seen], begin[seen], end[seen], bare[seen], gain[seen]
+    # Pieces that follow each other with the same gains are one.
+    joined = (cut[1:] == cut[:-1]) & (begin[1:] == end[:-1]) & (bare[1:] == bare[:-1]) & (gain[1:] == gain[:-1])
+    heads, tails = np.flatnonzero(np.append(True, ~joined)), np.flatnonzero(np.append(~joined, True))
+    cut = cut[heads]
+    origin, along = start[cut], delta[cut]
+    weights = np.stack([bare[heads], gain[heads]], axis=1)
+    return origin + along * begin[heads, None], origin + along * end[tails, None], weights, layer[cut]
+
+
+def _covered(
+    start: Floats, stop: Floats, layer: Ints, count: int, layers: tuple[int, ...]
+) -> tuple[Ints, Ints, Floats, Floats]:
+    """(edge, polygon, entry, leave) of the edges that run through other polygons of their picture, by edge and
+    polygon: from which place to which along the edge, 0..1. Only where their boxes meet is it looked for."""
+    first = np.searchsorted(layer, np.arange(count))
+    sides = np.diff(np.append(first, len(layer)))
+    low, high = np.minimum(start, stop), np.maximum(start, stop)
+    lows, highs = np.minimum.reduceat(low, first), np.maximum.reduceat(high, first)
+    picture = np.repeat(np.arange(len(layers)), layers)
+    meet = (lows[:, None, 0] <= highs[:, 0]) & (lows[:, None, 1] <= highs[:, 1])
+    meet &= meet.T & (picture[:, None] == picture)
+    np.fill_diagonal(meet, False)
+    mine, polygon = np.nonzero(meet)
+    pair, edge = _expanded(first[mine], sides[mine])
+    polygon = polygon[pair]
+    near = np.ones(len(edge), dtype=bool)
+    for axis in (0, 1):
+        near &= low[:, axis][edge] <= highs[:, axis][polygon]
+        near &= high[:, axis][edge] >= lows[:, axis][polygon]
+    edge, polygon = edge[near], polygon[near]
+    order = np.argsort(edge, kind="stable")
+    edge, polygon = edge[order], polygon[order]
+    if not len(edge):
+        return edge, polygon, np.zeros(0), np.zeros(0)
+
+    # How far an edge's ends are inside each line of the polygon.
+    pair, line = _expanded(first[polygon], sides[polygon])
+    delta = stop - start
+    across, down = -delta[:, 1], delta[:, 0]
+    level = across * start[:, 0] + down * start[:, 1]
+    at = edge[pair]
+    across, down, level = across[line], down[line], level[line]
+    at_start = start[:, 0][at] * across + start[:, 1][at] * down - level
+    at_stop = stop[:, 0][at] * across + stop[:, 1][at] * down - level
     begins_out, ends_out = at_start < 0, at_stop < 0
     with np.errstate(divide="ignore", invalid="ignore"):  # parallel edges cross nowhere and use no crossing
         crossing = at_start / (at_start - at_stop)
     entering = np.where(begins_out, crossing, 0.0)
     entering[begins_out & ends_out] = 2.0
-    entry = np.maximum.reduceat(entering, first, axis=0)
-    leave = np.minimum.reduceat(np.where(ends_out, crossing, 1.0), first, axis=0)
-    entry[layer, np.arange(len(start))] = 2.0  # nothing is inside itself
+    begins = np.cumsum(sides[polygon]) - sides[polygon]
+    entry = np.maximum.reduceat(entering, begins)
+    leave = np.minimum.reduceat(np.where(ends_out, crossing, 1.0), begins)
+    through = entry < leave
+    return edge[through], polygon[through], entry[through], leave[through]
 
-    polygons, edges = np.nonzero(entry < leave)
-    cuts = np.concatenate([entry[polygons, edges], leave[polygons, edges]])
-    edge, begin, end = pieces(len(start), np.concatenate([edges, edges]), cuts)
-    middle = (begin + end) / 2
-    within = np.ones((len(glow) + 1, len(edge)), dtype=bool)  # the last stands for nothing at all
-    within[:-1] = (entry[:, edge] < middle) & (middle < leave[:, edge])
-    nearest = within.argmax(axis=0)
-    own = layer[edge]
-    bare = nearest == len(glow)
-    gain = glow[own] - np.append(glow, 0.0)[nearest]
-    seen = np.flatnonzero((nearest > own) & (bare | (gain != 0)))
-    edge, begin, end, bare, gain = edge[seen], begin[seen], end[seen], bare[seen], gain[seen]
-    # Pieces that follow each other with the same gains are one.
-    joined = (edge[1:] == edge[:-1]) & (begin[1:] == end[:-1]) & (bare[1:] == bare[:-1]) & (gain[1:] == gain[:-1])
-    heads, tails = np.flatnonzero(np.append(True, ~joined)), np.flatnonzero(np.append(~joined, True))
-    edge = edge[heads]
-    origin, along = start[edge], delta[edge]
-    weights = np.stack([bare[heads], gain[heads]], axis=1)
-    return origin + along * begin[heads, None], origin + along * end[tails, None], weights
+
+def _expanded(first: Ints, counts: Ints) -> tuple[Ints, Ints]:
+    """Runs first .. first + counts - 1, one after the other: (which run, the number) of each."""
+    which = np.repeat(np.arange(len(first)), counts)
+    return which, np.arange(len(which)) + np.repeat(first - np.cumsum(counts) + counts, counts)
