@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -264,3 +266,9 @@ def test_every_figure_is_a_line_of_the_score_and_says_which_way_is_better() -> N
     for name, column in FIGURES.items():
         assert figures[name] is None or isinstance(figures[name], column.kind), name
         assert column.better in ("less", "more", None), name
+
+
+def test_the_page_of_metrics_names_every_figure() -> None:
+    page = (Path(__file__).parents[1] / "docs" / "metrics.md").read_text()
+    plain = [name for name in FIGURES if not name.endswith("_held")]
+    assert [name for name in plain if f"`{name}`" not in page] == []
