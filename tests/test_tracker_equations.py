@@ -12,7 +12,8 @@ from tracker_scenes import blob, follow
 from irsim.rng import stream
 from irsim.types import Box, Frame
 from irtrack.trackers.base import Sight
-from irtrack.trackers.grey_pf import GreyPF, weigh
+from irtrack.trackers.grey import weigh
+from irtrack.trackers.grey_pf import GreyPF
 from irtrack.trackers.kalman import Kalman
 
 

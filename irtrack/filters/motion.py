@@ -2,9 +2,24 @@
 
 from __future__ import annotations
 
+from math import pi
+from typing import Literal
+
 import numpy as np
 
 from irsim.types import Floats
+
+Propagation = Literal["gaussian", "disc"]
+"""How particles spread within a radius: normal, of a third of it; or even over the disc."""
+
+
+def random_walk(positions: Floats, radius: float, propagation: Propagation, rng: np.random.Generator) -> Floats:
+    """Places (N, 2) px spread about where they were, within a radius in px (normal: 98.9 % of them)."""
+    if propagation == "gaussian":
+        return positions + radius / 3 * rng.standard_normal(positions.shape)
+    distance, angle = radius * np.sqrt(rng.random(len(positions))), 2 * pi * rng.random(len(positions))
+    spread: Floats = positions + np.stack([distance * np.cos(angle), distance * np.sin(angle)], axis=1)
+    return spread
 
 
 def ar2(positions: Floats, previous: Floats, damping: float, noise: Floats) -> Floats:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from irsim.types import Floats
 
 
@@ -21,3 +23,10 @@ def covariance(weights: Floats, particles: Floats, center: Floats) -> Floats:
     off = (particles - center).T
     spread: Floats = (off * weights) @ off.T
     return spread
+
+
+def normalised(logarithms: Floats) -> Floats:
+    """Weights (N,) that sum to one from their logarithms, each up to the same constant."""
+    weights: Floats = np.exp(logarithms - logarithms.max())
+    weights /= weights.sum()
+    return weights

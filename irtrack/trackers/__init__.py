@@ -23,13 +23,17 @@ from irsim import build
 from irsim.kinds import Part, suggestion
 from irtrack.errors import InputError
 from irtrack.trackers.base import TrackerPart
+from irtrack.trackers.cascade_pf import CascadePF
 from irtrack.trackers.grey_pf import GreyPF
 from irtrack.trackers.kalman import Kalman
+from irtrack.trackers.product_pf import ProductPF
 from irtrack.trackers.template import Template
 from irtrack.types import Tracker
 
 TRACKERS: dict[str, type[TrackerPart]] = {
     "grey_pf": GreyPF,
+    "cascade_pf": CascadePF,
+    "product_pf": ProductPF,
     "template": Template,
     "kalman": Kalman,
 }

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from math import ceil, hypot
 from typing import Annotated, Literal
 
+import numpy as np
 from pydantic import Field
 
 from irsim.kinds import Fraction
@@ -151,3 +152,26 @@ class GreyPart(TrackerPart):
         L = min(L, max(image.shape))
         kernel = full_kernel(L) if self.high_pass == "full" else ring_kernel(L, self.ring_m, min(self.ring_inner, L))
         return HighPass.fitted(image, kernel, self.grid)
+
+
+def blend(reference: Floats, judged: Judged, share: float) -> Floats:
+    """(bins,) the reference with a share of the estimate's histogram; as it was where that is out of view.
+
+    Cheng et al. 2006, eq. 13 (share alpha); Xue et al. 2011, Algorithm 2, step 6 (share 1 - lambda).
+    """
+    return (1 - share) * reference + share * judged.histogram if judged.score > 0 else reference
+
+
+def weigh(rho: Floats, visible: Floats, sharpness: float) -> tuple[Floats, bool]:
+    """Weights (N,) proportional to exp(-sharpness D^2), summing to one, and whether any window is in view.
+
+    D^2 = 1 - rho. The sharpness is lambda / 2 in Cheng et al. 2006, eq. 10, and 1 / (2 sigma^2) in
+    Xue et al. 2011, eq. 5. Constant factors cancel, and so does the largest weight, which keeps a
+    large sharpness from underflow. A window wholly outside the frame weighs nothing; all outside:
+    equal weights.
+    """
+    weights = np.exp(sharpness * (rho - rho.max())) * (visible > 0)
+    total = weights.sum()
+    if total == 0:
+        return np.full(len(rho), 1 / len(rho)), False
+    return weights / total, True

@@ -16,7 +16,7 @@ from irtrack.filters.adaptive import kld_count, neff_count
 from irtrack.filters.motion import ar2
 from irtrack.filters.resampling import RESAMPLERS, Resampling
 from irtrack.trackers.base import Deviation, Ratio, Sight, Spread
-from irtrack.trackers.grey import Appearance, GreyPart, Judged
+from irtrack.trackers.grey import Appearance, GreyPart, Judged, blend, weigh
 from irtrack.types import Estimate
 
 
@@ -185,21 +185,4 @@ class GreyPF(GreyPart):
     def _updated(self, reference: Floats, judged: Judged, sight: Sight) -> Floats:
         """q <- (1 - alpha) q + alpha p(estimate) where the estimate is trusted (eq. 13)."""
         trusted = sight.missed == 0 if self.w_t is None else judged.score > self.w_t
-        if not (self.update and trusted and judged.score > 0):
-            return reference
-        return (1 - self.alpha) * reference + self.alpha * judged.histogram
-
-
-def weigh(rho: Floats, visible: Floats, sharpness: float) -> tuple[Floats, bool]:
-    """Weights (N,) proportional to exp(-sharpness D^2), summing to one, and whether any window is in view.
-
-    D^2 = 1 - rho. The sharpness is lambda / 2 in Cheng et al. 2006, eq. 10, and 1 / (2 sigma^2) in
-    Xue et al. 2011, eq. 5. Constant factors cancel, and so does the largest weight, which keeps a
-    large sharpness from underflow. A window wholly outside the frame weighs nothing; all outside:
-    equal weights.
-    """
-    weights = np.exp(sharpness * (rho - rho.max())) * (visible > 0)
-    total = weights.sum()
-    if total == 0:
-        return np.full(len(rho), 1 / len(rho)), False
-    return weights / total, True
+        return blend(reference, judged, self.alpha) if self.update and trusted else reference

@@ -1,0 +1,65 @@
+"""The velocity of a target out of its last places, and how like two velocities are.
+
+Xue, Yuan, Xie 2011, section 2. Places are (..., k, 2) px, the oldest first; velocities (..., 2).
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from irsim.types import Floats
+
+Speed = Literal["lambda", "sqrt_lambda"]
+
+
+def pca_velocity(places: Floats, speed: Speed) -> Floats:
+    """Velocity along the principal axis of the places (Algorithm 1).
+
+    The covariance of the k places (step 3, divided by k) has the largest eigenvalue lambda_max; the
+    direction is that of its vector, and the speed is proportional to lambda_max (step 5) or, as the
+    text of section 2 says, to the axis' length, sqrt(lambda_max); the factor cancels in eq. 6. The
+    algorithm leaves the vector's sign open: here it points from the first place to the last. Places
+    that coincide have no velocity, 0.
+    """
+    off = places - places.mean(axis=-2, keepdims=True)
+    xx, yy = (off**2).mean(axis=-2)[..., 0], (off**2).mean(axis=-2)[..., 1]
+    xy = (off[..., 0] * off[..., 1]).mean(axis=-1)
+    half = (xx - yy) / 2
+    largest = (xx + yy) / 2 + np.hypot(half, xy)
+    angle = np.arctan2(xy, half) / 2
+    axis = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    forward = ((places[..., -1, :] - places[..., 0, :]) * axis).sum(axis=-1) >= 0
+    length = largest if speed == "lambda" else np.sqrt(largest)
+    velocity: Floats = (np.where(forward, length, -length))[..., None] * axis
+    return velocity
+
+
+def similarity(velocities: Floats, model: Floats) -> Floats:
+    """(...) likeness of velocities (..., 2) to one (2,), 0 .. 1 (eq. 6).
+
+    min of the speeds over their max, times the cosine between the directions. The text says 0 .. 1,
+    but a cosine reaches -1: what points backwards counts 0. Two targets at rest are alike, 1; one at
+    rest and one that moves are not, 0.
+    """
+    speeds, pace = np.hypot(velocities[..., 0], velocities[..., 1]), float(np.hypot(*model))
+    larger = np.maximum(speeds, pace)
+    # min / max . cosine = dot / max^2, which needs no division by a speed of 0.
+    dot = velocities @ model
+    alike: Floats = np.where(larger > 0, np.clip(dot / np.where(larger > 0, larger, 1.0) ** 2, 0, 1), 1.0)
+    return alike
+
+
+def line(places: Floats) -> tuple[Floats, Floats]:
+    """The straight line through k places (k, 2): where it is one frame on, px, and its velocity, px/frame.
+
+    By least squares, v = 12 / (k (k^2 - 1)) sum_i (i - mean i) x_i; of one place: that place, at rest.
+    """
+    k = len(places)
+    if k == 1:
+        return places[0], np.zeros(2)
+    steps = np.arange(k) - (k - 1) / 2
+    velocity = 12 / (k * (k**2 - 1)) * (steps @ places)
+    ahead: Floats = places.mean(axis=0) + (k + 1) / 2 * velocity
+    return ahead, velocity

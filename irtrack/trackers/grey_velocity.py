@@ -1,0 +1,150 @@
+"""What the trackers on grey levels and velocity share, whether their cues come in turn or as a product."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from pydantic import Field
+
+from irsim.kinds import Fraction
+from irsim.types import Box, Floats, Frame
+from irtrack.features.velocity import line, pca_velocity, similarity
+from irtrack.filters import particles as cloud
+from irtrack.filters.motion import Propagation, random_walk
+from irtrack.filters.resampling import RESAMPLERS, Resampling
+from irtrack.trackers.base import Deviation, Ratio, Sight
+from irtrack.trackers.grey import Appearance, GreyPart, blend, weigh
+from irtrack.types import Estimate
+
+Cue = Callable[[Floats], Floats]
+"""Places (N, 2) px to the logarithm of their likelihood (N,) by the target's velocity."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GreyVelocityState:
+    """positions (N, 2) px, weights (N,); trajectory, the last estimates (up to k, 2) px."""
+
+    appearance: Appearance
+    reference: Floats
+    positions: Floats
+    weights: Floats
+    trajectory: Floats
+    sight: Sight
+
+
+class GreyVelocityPart(GreyPart):
+    """A particle filter by grey levels and by velocity (Xue, Yuan, Xie 2011).
+
+    What the paper leaves open, and what is chosen here: sigma of eq. 5 and 7; how particles spread
+    ("radius 10": a normal deviation of a third of it, or a disc); the first cloud (all on the start
+    box's centre); multinomial or other drawing; the high-pass (see `irtrack.features.highpass`).
+    The velocity of the model, v_t of eq. 7, is that of the last k estimates; a particle's is that of
+    the last k - 1 and itself.
+    """
+
+    kernel: Literal["gaussian", "epanechnikov"] = "epanechnikov"
+    """k of the histogram (section 4: Epanechnikov, eq. 2, with half the sizes on each axis); gaussian: as
+    Cheng et al. 2006, eq. 6."""
+    high_pass: Literal["none", "ring", "full"] = "ring"
+    """What histograms are taken of: the frame, or what it stands above a background predicted from a ring
+    neighbourhood (eq. 1) or from a full one (its reference 12, Peng, Zhou 1999)."""
+    cues: Literal["both", "grey", "velocity"] = "both"
+    """Which likelihoods count: both, or one alone."""
+    k: int = Field(default=5, ge=3, le=100)
+    """Frames of the trajectory (section 3.1: 5, of 4 to 10); until there are so many, grey levels count alone."""
+    velocity: Literal["lambda", "sqrt_lambda", "least_squares"] = "lambda"
+    """The speed by the largest eigenvalue (Algorithm 1) or its root (section 2); or no eq. 6 at all, but the
+    distance from where the least-squares line of the trajectory leads, by `place_sd`."""
+    sigma_grey: Ratio = 0.15
+    """sigma of eq. 5."""
+    sigma_velocity: Ratio = 0.5
+    """sigma of eq. 7. For slow targets the direction of a trajectory is mostly noise, so it must be wide."""
+    place_sd: Deviation = 2.0
+    """least_squares: deviation of the place from the line, px."""
+    radius: Deviation = 10.0
+    """Radius of the particles' spread, px (section 4: 10)."""
+    propagation: Propagation = "gaussian"
+    """Spread over the disc of that radius: normal, the radius being three deviations, or even."""
+    carried: bool = False
+    """Whether particles spread about where the trajectory's line leads from their place; the paper's stay."""
+    resampling: Resampling = "multinomial"
+    """How particles are drawn (Algorithm 2 does not say)."""
+    update: Literal["always", "seen", "never"] = "always"
+    """When the reference follows the target (Algorithm 2, step 6: always)."""
+    lam: Fraction = 0.9
+    """lambda of step 6, what is kept of the reference (0.9)."""
+
+    def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> GreyVelocityState:
+        """The reference histogram, and a cloud on the box's centre."""
+        appearance, reference = self.look(frame, box)
+        center = np.array([[box.cx, box.cy]])
+        return GreyVelocityState(appearance, reference, center, np.ones(1), center, Sight())
+
+    def step(
+        self, state: GreyVelocityState, frame: Frame, rng: np.random.Generator
+    ) -> tuple[GreyVelocityState, Estimate]:
+        """Algorithm 2: draw, spread, weigh by the cues, estimate, update the reference."""
+        appearance = state.appearance
+        picture = appearance.picture(frame)
+        ahead, velocity = line(state.trajectory)
+        start = state.positions.take(RESAMPLERS[self.resampling](state.weights, rng, self._drawn()), axis=0)
+        positions = random_walk(start + velocity if self.carried else start, self.radius, self.propagation, rng)
+        rho, visible = appearance.likeness(picture, positions, state.reference)
+        grey, in_view = weigh(rho, visible, 0.0 if self.cues == "velocity" else 1 / (2 * self.sigma_grey**2))
+        known = len(state.trajectory) == self.k and self.cues != "grey" and in_view
+        positions, weights = (
+            self._layered(positions, grey, self._cue(state.trajectory, ahead), rng) if known else (positions, grey)
+        )
+
+        center = cloud.mean(weights, positions)
+        x, y = center.tolist()
+        judged = appearance.judge(picture, (x, y), state.reference)
+        sight = self.sight_after(state.sight, judged) if in_view else state.sight.unseen()
+        follows = self.update == "always" or (self.update == "seen" and sight.missed == 0)
+        trajectory = np.concatenate([state.trajectory, center[None]])[-self.k :]
+        after = GreyVelocityState(
+            appearance=appearance,
+            reference=blend(state.reference, judged, 1 - self.lam) if follows else state.reference,
+            positions=positions,
+            weights=weights,
+            trajectory=trajectory,
+            sight=sight,
+        )
+        vx, vy = line(trajectory)[1].tolist()
+        return after, Estimate(
+            center=(x, y),
+            size=appearance.size,
+            status=sight.status(self.lost_after) if in_view else "lost",
+            score=judged.score,
+            velocity=(vx, vy),
+            covariance=cloud.covariance(weights, positions, center),
+            neff=cloud.neff(weights),
+            particles=positions,
+            weights=weights,
+        )
+
+    @abstractmethod
+    def _drawn(self) -> int:
+        """How many particles are drawn and weighed by their grey levels."""
+
+    @abstractmethod
+    def _layered(self, positions: Floats, grey: Floats, cue: Cue, rng: np.random.Generator) -> tuple[Floats, Floats]:
+        """Places (n, 2) and weights (n,) after both cues, of places weighed by their grey levels."""
+
+    def _cue(self, trajectory: Floats, ahead: Floats) -> Cue:
+        if self.velocity == "least_squares":
+            return lambda places: -((places - ahead) ** 2).sum(axis=1) / (2 * self.place_sd**2)
+        speed = self.velocity
+        model = pca_velocity(trajectory, speed)
+        before = trajectory[1:]
+
+        def by_velocity(places: Floats) -> Floats:
+            tracks = np.empty((len(places), self.k, 2))
+            tracks[:, :-1], tracks[:, -1] = before, places
+            return (similarity(pca_velocity(tracks, speed), model) - 1) / (2 * self.sigma_velocity**2)
+
+        return by_velocity
