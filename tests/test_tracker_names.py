@@ -35,7 +35,7 @@ def test_describe_has_a_row_for_every_tracker() -> None:
 @pytest.mark.parametrize(
     ("name", "parameters", "words"),
     [
-        ("gray_pf", {}, ["unknown tracker 'gray_pf'", "grey_pf, template, kalman", "did you mean 'grey_pf'?"]),
+        ("gray_pf", {}, ["unknown tracker 'gray_pf'", "allowed: grey_pf, ", "did you mean 'grey_pf'?"]),
         ("grey_pf", {"particle": 9}, ["grey_pf: particle: unknown key", "did you mean 'particles'?"]),
         (
             "grey_pf",

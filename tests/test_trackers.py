@@ -26,6 +26,8 @@ VARIANTS: list[tuple[str, dict[str, Any]]] = [
     ("grey_pf", {"damping": 0.9, "bins": 16, "resampling": "residual", "w_t": 0.9}),
     ("grey_pf", {"high_pass": "ring", "grid": 2, "adapt": "kld"}),
     ("grey_pf", {"high_pass": "full", "kernel": "epanechnikov", "adapt": "neff"}),
+    ("cascade_pf", {"velocity": "least_squares", "carried": True, "propagation": "disc", "radius": 5.0}),
+    ("product_pf", {"velocity": "sqrt_lambda", "high_pass": "none", "update": "seen"}),
     ("template", {"window": 12, "update": 0.05}),
     ("kalman", {"measurement": "ncc"}),
 ]
@@ -68,6 +70,7 @@ NEEDED: dict[str, dict[str, Any]] = {
     "n_min": {"adapt": "neff"},
     "neff_": {"adapt": "neff"},
     "kld_": {"adapt": "kld"},
+    "place_sd": {"velocity": "least_squares"},
 }
 """What must be switched on for the parameters of these first letters to matter."""
 
