@@ -29,6 +29,7 @@ from irsim.detector import DETECTORS, NOISES, Bloom, Correction
 from irsim.display import AGCS
 from irsim.draw import contact_sheet
 from irsim.falloff import Falloff
+from irsim.faults import FAULTS
 from irsim.gallery import write_sheet
 from irsim.kinds import LARGEST, Family, Kind, Name, NamedKind, Part
 from irsim.loader import examples, load, shipped
@@ -48,7 +49,18 @@ DOCS = Path(__file__).parent
 WIDTH, COLOURS = 960, 128
 """Of the pictures: small enough to be kept in git."""
 
-FAMILIES: tuple[Family, ...] = (BACKGROUNDS, SHAPES, FLICKERS, PATHS, OCCLUDERS, POINTINGS, DETECTORS, NOISES, AGCS)
+FAMILIES: tuple[Family, ...] = (
+    BACKGROUNDS,
+    SHAPES,
+    FLICKERS,
+    PATHS,
+    OCCLUDERS,
+    POINTINGS,
+    DETECTORS,
+    NOISES,
+    FAULTS,
+    AGCS,
+)
 
 OUTER: dict[str, type[Part]] = {
     "Scenario": Scenario,

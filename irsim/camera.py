@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Annotated, Any
 
 from pydantic import Field, model_validator
@@ -26,6 +26,7 @@ from irsim.detector import (
 )
 from irsim.display import AGCS, Agc, Linear
 from irsim.falloff import Falloff
+from irsim.faults import FAULTS, Fault, arrivals
 from irsim.geometry import Geometry
 from irsim.kinds import Part, ScaleKelvin, Several
 from irsim.motion import POINTINGS, Pointing
@@ -76,6 +77,8 @@ class Camera(Part):
     """What saturated pixels spill into others; nothing where not given."""
     motion: Several[Annotated[Pointing, POINTINGS]] = ()
     """Motions of the camera; they add up."""
+    faults: Several[Annotated[Fault, FAULTS]] = ()
+    """What happens to frames on their way; what arrives is numbered anew."""
     agc: Annotated[Agc, AGCS] = Linear()
     """How counts become the 8-bit picture."""
 
@@ -143,7 +146,7 @@ class Camera(Part):
 
     def names(self) -> Iterator[tuple[str, tuple[str | int, ...]]]:
         """Name and place of everything in the camera that can be switched off."""
-        for key in ("noise", "motion"):
+        for key in ("noise", "motion", "faults"):
             for index, part in enumerate(getattr(self, key)):
                 yield part.name, (key, index, "id")
         for key in ("optics", "correction", "falloff", "bloom"):
@@ -172,6 +175,10 @@ class Camera(Part):
             correction=self.correction if is_on("correction") else None,
             falloff=falloff,
         )
+
+    def arrivals(self, count: int, seed: int, is_on: Callable[[str], bool] = lambda name: True) -> Sequence[int]:
+        """Of the first `count` frames those that arrive, in order."""
+        return arrivals([fault for fault in self.faults if is_on(fault.name)], count, seed)
 
     def lag(self, is_on: Callable[[str], bool] = lambda name: True) -> Lag:
         """How the detector follows the light."""

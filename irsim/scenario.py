@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Annotated
 
 import numpy as np
@@ -128,6 +128,11 @@ class Scenario(Part):
         text = json.dumps([__version__, scene_code(self), value, *meshes], sort_keys=True)
         return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
 
+    @property
+    def arrivals(self) -> Sequence[int]:
+        """Those of its frames that arrive, in order: all, but for the camera's faults."""
+        return self.camera.arrivals(self.frames, self.seed, self.is_on)
+
     def is_on(self, name: str) -> bool:
         """Is the part of that name not switched off?"""
         return name not in self.without
@@ -205,6 +210,16 @@ class Scenario(Part):
         why = self.background.refuses(self.camera.size, self.camera.bits)
         if why is not None:
             raise PydanticCustomError("background_refuses", "{why}", {"why": why, "at": ("background",)})
+        return self
+
+    @model_validator(mode="after")
+    def _frames_arrive(self) -> Scenario:
+        if not self.arrivals:
+            raise PydanticCustomError(
+                "none_arrive",
+                "no frame of {frames} arrives; allowed: faults that leave one",
+                {"frames": self.frames, "at": ("camera", "faults")},
+            )
         return self
 
     @model_validator(mode="after")

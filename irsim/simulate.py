@@ -6,9 +6,9 @@ import multiprocessing
 import os
 import signal
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain
 
@@ -23,7 +23,11 @@ CHUNK = 16
 
 
 class Rendering:
-    """A scenario as a Source: it renders what it is asked for, and keeps no frame."""
+    """A scenario as a Source: it renders what it is asked for, and keeps no frame.
+
+    Its frames are those that arrive: where the camera's faults drop or double some, frame k is the k-th
+    that arrives, and its time tells when it was taken.
+    """
 
     has_truth = True
     file = None
@@ -77,16 +81,21 @@ class Rendering:
     def agc(self) -> Agc:
         return self.scenario.camera.agc
 
+    @cached_property
+    def arrivals(self) -> Sequence[int]:
+        """The scenario's frame behind each frame of the source."""
+        return self.scenario.arrivals
+
     @property
     def follow(self) -> str | None:
         targets = [target.id for target in self.scenario.targets if self.scenario.is_on(target.id)]
         return self.scenario.follow or (targets[0] if targets else None)
 
     def __len__(self) -> int:
-        return self.scenario.frames
+        return len(self.arrivals)
 
     def frame(self, index: int, input: Input = "counts") -> Frame:
-        frame = self._renderer.frame(index)[0]
+        frame = self._counts(index)
         return frame if input == "counts" else self._screen.show(frame)
 
     def frames(self, input: Input = "counts", start: int = 0, stop: int | None = None) -> Iterator[Frame]:
@@ -95,7 +104,7 @@ class Rendering:
 
     def truths(self, start: int = 0, stop: int | None = None) -> Iterator[Truth]:
         for index in self._range(start, stop):
-            yield self._renderer.scene(index)[1]
+            yield replace(self._renderer.scene(self.arrivals[index])[1], index=index)
 
     def pairs(
         self, start: int = 0, stop: int | None = None, jobs: int = 1, input: Input = "counts"
@@ -105,13 +114,15 @@ class Rendering:
         With jobs > 1 the calling script needs the guard ``if __name__ == "__main__"``.
         """
         wanted = self._range(start, stop)
+        taken = self.arrivals[wanted.start : wanted.stop]
         if jobs == 1:
-            pairs: Iterable[tuple[Frame, Truth]] = map(self._renderer.frame, wanted)
+            pairs: Iterable[tuple[Frame, Truth]] = map(self._renderer.frame, taken)
         else:
-            pairs = chain.from_iterable(chunk.pairs for chunk in chunks(self.scenario, wanted, jobs))
+            pairs = chain.from_iterable(chunk.pairs for chunk in chunks(self.scenario, taken, jobs))
         screen = self._new_screen()
-        for frame, truth in pairs:
-            yield (frame if input == "counts" else screen.show(frame)), truth
+        for index, (frame, truth) in zip(wanted, pairs, strict=True):
+            arrived = replace(frame, index=index)
+            yield (arrived if input == "counts" else screen.show(arrived)), replace(truth, index=index)
 
     def _range(self, start: int, stop: int | None) -> range:
         return range(start, len(self) if stop is None else min(stop, len(self)))
@@ -121,7 +132,12 @@ class Rendering:
         return self._new_screen()
 
     def _new_screen(self) -> Screen:
-        return Screen(self.agc, self.bits, lambda index: self._renderer.frame(index)[0].image)
+        return Screen(self.agc, self.bits, lambda index: self._counts(index).image)
+
+    def _counts(self, index: int) -> Frame:
+        if not 0 <= index < len(self):
+            raise IndexError(f"frame {index}: {self.name} has frames 0 to {len(self) - 1}")
+        return replace(self._renderer.frame(self.arrivals[index])[0], index=index)
 
 
 def frames(scenario: Scenario, start: int = 0, stop: int | None = None, jobs: int = 1) -> Iterator[tuple[Frame, Truth]]:
@@ -137,7 +153,7 @@ class Chunk:
     pairs: list[tuple[Frame, Truth]]
 
 
-def chunks(scenario: Scenario, wanted: range, jobs: int) -> Iterator[Chunk]:
+def chunks(scenario: Scenario, wanted: Sequence[int], jobs: int) -> Iterator[Chunk]:
     """Chunks of the wanted frames, in order, by `jobs` worker processes; a few wait ahead at most."""
     context = multiprocessing.get_context("spawn")  # safe with threads, the same on every system
     pending: deque[Future[Chunk]] = deque()
@@ -162,5 +178,5 @@ def _prepare(scenario: Scenario) -> None:
     _worker = Renderer(scenario)
 
 
-def _render(wanted: range) -> Chunk:
+def _render(wanted: Sequence[int]) -> Chunk:
     return Chunk(os.getpid(), [_worker.frame(index) for index in wanted])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
@@ -55,26 +56,43 @@ def open_rendering(
     """(rendering, start, stop): what to render of a scenario, or of a recording by the scenario in it.
 
     path      a scenario's file or name, or a recording's file
-    frames    (start, stop) as the scenario, or else the recording, counts them; all where not given
+    frames    (start, stop) as the scenario, or else the recording, counts them; all where not given. A recording
+              counts what arrived, a scenario also what faults drop
     without   parts to switch off besides those that the scenario has off
 
     A recording's scenario runs no code that it names (see `loader.loads`). InputError as `load`, and
     where a recording holds no scenario.
     """
     recording = open_recording(Path(path)) if is_recording(Path(path)) else None
-    before = 0 if recording is None else recording.header.first_frame
     changes = [*overrides, *([] if seed is None else [f"seed={seed}"])]
-    if frames is not None:
-        changes.append(f"frames={before + frames[1]}")
-    scenario = _scenario(path, recording, changes)
-    if without:
-        switched_off = dict.fromkeys([*scenario.without, *without])
-        scenario = _scenario(path, recording, [*changes, f"without=[{', '.join(switched_off)}]"])
-    start = before if frames is None else before + frames[0]
+
+    def scenario(count: int | None) -> Scenario:
+        asked = changes if count is None else [*changes, f"frames={count}"]
+        found = _scenario(path, recording, asked)
+        if not without:
+            return found
+        switched_off = dict.fromkeys([*found.without, *without])
+        return _scenario(path, recording, [*asked, f"without=[{', '.join(switched_off)}]"])
+
     if recording is None:
-        return Rendering(scenario, Path(path).stem), start, scenario.frames
-    longer = any(change.partition("=")[0].strip() == "frames" for change in changes)
-    return Rendering(scenario, recording.header.name), start, scenario.frames if longer else before + len(recording)
+        first, count = (0, None) if frames is None else frames
+        rendering = Rendering(scenario(count), Path(path).stem)
+        start = bisect_left(rendering.arrivals, first)
+        if start == len(rendering):
+            raise InputError(
+                f"{path}: frames {first}:{count}: none arrives; allowed: a range that faults leave some of"
+            )
+        return rendering, start, len(rendering)
+    name, before = recording.header.name, recording.header.first_frame
+    if frames is None:
+        rendering = Rendering(scenario(None), name)
+        longer = any(change.partition("=")[0].strip() == "frames" for change in changes)
+        return rendering, before, len(rendering) if longer else min(before + len(recording), len(rendering))
+    start, stop = before + frames[0], before + frames[1]
+    count = stop
+    while len(rendering := Rendering(scenario(count), name)) < stop:  # what faults drop comes on top
+        count += stop - len(rendering)
+    return rendering, start, stop
 
 
 def _scenario(path: str | PathLike[str], recording: Recording | None, changes: Sequence[str]) -> Scenario:

@@ -83,7 +83,11 @@ class Box:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Frame:
-    """One picture. image (rows, cols) uint8 or uint16; bits its true depth; time in s, mid-exposure."""
+    """One picture. image (rows, cols) uint8 or uint16; bits its true depth; time in s, mid-exposure.
+
+    index counts what arrives, without gaps. Only time tells of a frame that was dropped (it leaves a gap) or
+    doubled (both have the same).
+    """
 
     image: Image
     index: int
@@ -100,7 +104,8 @@ class TargetTruth:
                   half maximum, or its own where that is larger
     signal_center (x, y) px: centroid weighted by the signal (hot parts weigh more); for an
                   isothermal target the same as center
-    velocity      (vx, vy) px per frame, apparent (the camera's own motion included)
+    velocity      (vx, vy) px per frame period, apparent (the camera's own motion included); frames that were
+                  dropped on the way count
     attitude      (yaw, pitch, roll) degrees in the camera's first frame
     range_m       metres from the camera
     visible       fraction 0..1 of the target's area that is in the frame and not hidden

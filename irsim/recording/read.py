@@ -127,11 +127,17 @@ class Recording(Source):
             "path": str(self.path),
             "bytes": self.path.stat().st_size,
             "hash": self.hash,
-            "duration_s": len(self) / self.rate_hz,
+            "duration_s": self._duration_s(),
             **stated,
             **kept,
             "topics": {topic: len(lane) for topic, lane in self.container.lanes.items()},
         }
+
+    def _duration_s(self) -> float:
+        """From the first frame to the last, both counted; longer than frames / rate where frames were dropped."""
+        chunks = self._lane(IMAGE).chunks
+        between = max(chunk.message_end_time for chunk in chunks) - min(chunk.message_start_time for chunk in chunks)
+        return between / 1e9 + 1 / self.rate_hz
 
     def _packets(self, topic: str, start: int, stop: int | None) -> Iterator[tuple[int, Packet]]:
         stop = len(self) if stop is None else min(stop, len(self))
