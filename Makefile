@@ -3,6 +3,7 @@
 # make lint    ruff and mypy
 # make bench   speeds, one `name: value unit` a line
 # make docs    rewrite the generated tables of the documents (make pictures: the pictures too, by chromium)
+# make peers   other people's trackers (OpenCV's, dlib's) in an environment of their own, .venv-peers
 # make clean   remove what was generated (the environment .venv stays)
 
 # The first interpreter that runs: a shim on PATH may stand for a version that is not installed.
@@ -10,11 +11,12 @@ PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3; do \
 	if $$p -c "" >/dev/null 2>&1; then echo $$p; break; fi; done)
 JOBS ?= 2
 VENV := .venv
+PEERS := .venv-peers
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 TESTS := $(BIN)/python -m pytest -n $(JOBS)
 
-.PHONY: demo test test-all lint bench docs pictures install clean
+.PHONY: demo test test-all lint bench docs pictures peers install clean
 
 demo: $(INSTALLED)
 	$(BIN)/irsim render sky -o recordings/sky.mcap
@@ -42,6 +44,14 @@ docs: $(INSTALLED)
 
 pictures: demo
 	$(BIN)/python docs/generate.py --pictures
+
+# OpenCV's contrib wheel owns the same files as the plain one: side by side they break each other.
+peers:
+	@$(PEERS)/bin/python -c "" 2>/dev/null || "$(PYTHON)" -m venv --clear $(PEERS)
+	$(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check numpy "opencv-contrib-python-headless>=4.10"
+	@$(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check dlib-bin \
+		|| echo "without dlib: no wheel of it for this Python" >&2
+	@$(PEERS)/bin/python irtrack/peers/server.py
 
 install: $(INSTALLED)
 

@@ -25,10 +25,10 @@ _SAYS_TOO_LITTLE = re.compile(r" at 0x[0-9a-fA-F]+|\.\.\.")
 
 def tracker_name(tracker: Tracker) -> str:
     """Its name in irtrack's table, or module:Class."""
-    from irtrack.trackers import TRACKERS
+    from irtrack.trackers import NAMED
 
     kind: type[object] = type(tracker)
-    return next((name for name, known in TRACKERS.items() if known is kind), f"{kind.__module__}:{kind.__qualname__}")
+    return next((name for name, known in NAMED.items() if known is kind), f"{kind.__module__}:{kind.__qualname__}")
 
 
 def tracker_config(tracker: Tracker) -> dict[str, Any]:

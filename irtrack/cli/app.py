@@ -44,6 +44,7 @@ def main() -> None:
 @app.command("list")
 def list_trackers(as_json: AsJson = False) -> None:
     """Show the trackers: name, what each does, and who described it."""
+    from irtrack.peers import HINT, PEERS
     from irtrack.trackers import describe
 
     rows = describe()
@@ -53,6 +54,8 @@ def list_trackers(as_json: AsJson = False) -> None:
     width = max(len(row.name) for row in rows)
     for row in rows:
         print(f"{row.name:{width}}  {row.summary}\n{'':{width}}  {row.source}")
+    if not any(row.name in PEERS for row in rows):
+        print(HINT)
     print("or module:Class, a tracker of your own")
 
 

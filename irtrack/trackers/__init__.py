@@ -22,8 +22,10 @@ from pydantic import create_model
 from irsim import build
 from irsim.kinds import Part, suggestion
 from irtrack.errors import InputError
+from irtrack.peers import HINT, PEERS, offered, python
 from irtrack.trackers.base import TrackerPart
 from irtrack.trackers.cascade_pf import CascadePF
+from irtrack.trackers.foreign import FOREIGN
 from irtrack.trackers.grey_pf import GreyPF
 from irtrack.trackers.kalman import Kalman
 from irtrack.trackers.product_pf import ProductPF
@@ -37,6 +39,9 @@ TRACKERS: dict[str, type[TrackerPart]] = {
     "template": Template,
     "kalman": Kalman,
 }
+
+NAMED: dict[str, type[TrackerPart]] = {**TRACKERS, **FOREIGN}
+"""Those and the trackers that run as programs."""
 
 ENTRY_POINTS = "irtrack.trackers"
 
@@ -72,12 +77,14 @@ def make(name: str, parameters: Mapping[str, object] | None = None) -> Tracker:
 
 def find(name: str) -> type[Any]:
     """The class of a tracker's name; InputError where there is none."""
-    if name in TRACKERS:
-        return TRACKERS[name]
+    if name in PEERS and python() is None:
+        raise InputError(f"{name}: runs in an environment that is not there; allowed: after {HINT}")
+    if name in NAMED:
+        return NAMED[name]
     installed = _installed()
     if name in installed:
         return _checked(name, _load(name, installed[name]))
-    known = [*TRACKERS, *installed]
+    known = [*NAMED, *installed]
     module, colon, cls = name.partition(":")
     if module in known:
         raise InputError(f"'{name}': {module} is a tracker's name, no module; allowed: {module}, or {module}:KEY=VALUE")
@@ -96,7 +103,8 @@ def find(name: str) -> type[Any]:
 
 def describe() -> list[Row]:
     """A row for every tracker that can be named, for `irtrack list`."""
-    rows = [Row(name, _summary(cls), cls.source) for name, cls in TRACKERS.items()]
+    present = [*TRACKERS, "program", *offered()]
+    rows = [Row(name, _summary(NAMED[name]), NAMED[name].source) for name in present]
     for name, entry in _installed().items():
         try:
             cls = _checked(name, _load(name, entry))
@@ -109,7 +117,7 @@ def describe() -> list[Row]:
 
 def _installed() -> dict[str, EntryPoint]:
     """Trackers that installed packages bring along; the table's names stay what they are."""
-    return {entry.name: entry for entry in entry_points(group=ENTRY_POINTS) if entry.name not in TRACKERS}
+    return {entry.name: entry for entry in entry_points(group=ENTRY_POINTS) if entry.name not in NAMED}
 
 
 def _load(name: str, entry: EntryPoint) -> object:

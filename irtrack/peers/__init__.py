@@ -1,0 +1,8 @@
+"""Trackers that run as programs of their own, spoken to over pipes: OpenCV's and dlib's, and anybody's."""
+
+from irtrack.peers.child import Child
+from irtrack.peers.environment import HINT, command, offered, python
+from irtrack.peers.server import PEERS
+from irtrack.peers.session import Answer, Session
+
+__all__ = ["HINT", "PEERS", "Answer", "Child", "Session", "command", "offered", "python"]
