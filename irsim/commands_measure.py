@@ -62,21 +62,18 @@ def noise(
 def realism(
     source: Measured,
     like: Annotated[
-        str | None, typer.Option(metavar="CLASS", help="Status 1 where it is outside this class's ranges.")
+        str | None, typer.Option(metavar="CLASS", help="Default: what its scenario claims. Status 1 where it is outside the ranges.")
     ] = None,
     as_json: Json = False,
 ) -> None:
     """Compare a background's texture (8-bit picture) with real recordings: cloud, trees, ground and so on."""
-    import numpy as np
-
     from irsim.measure import classes_of, judge, texture, verdict_lines
     from irsim.sources import open_source
 
     opened = open_source(source)
-    picked = np.unique(np.linspace(0, len(opened) - 1, _PICTURES).astype(int))
-    pictures: npt.NDArray[np.integer] = np.stack([opened.frame(int(k), "display").image for k in picked])
+    like = like or _claim(opened)
     try:
-        found = texture(pictures)
+        found = texture(pictures(opened))
     except InputError as error:
         raise InputError(f"{source}: {error}") from None
     verdicts = () if like is None else judge(found, like)
@@ -92,6 +89,24 @@ def realism(
             print(line)
     if not all(verdict.inside for verdict in verdicts):
         sys.exit(1)
+
+
+def pictures(source: Source) -> npt.NDArray[np.integer]:
+    """The 8-bit pictures (T, rows, columns) whose texture stands for a source's."""
+    import numpy as np
+
+    picked = np.unique(np.linspace(0, len(source) - 1, _PICTURES).astype(int))
+    return np.stack([source.frame(int(k), "display").image for k in picked])
+
+
+def _claim(source: Source) -> str | None:
+    """The class that a source's scenario claims to be like."""
+    from irsim import yamlfile
+
+    if source.scenario_text is None:
+        return None
+    like: str | None = yamlfile.parse(source.scenario_text, source.name).value.get("like")
+    return like
 
 
 def read_stack(source: Source, start: int, stop: int, input: Input) -> npt.NDArray[np.integer]:

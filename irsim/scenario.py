@@ -25,6 +25,7 @@ from irsim.radiometry import BAND_UM, limits
 from irsim.shapes import SHAPES, Shape
 from irsim.stage import Stage
 from irsim.turbulence import Turbulence
+from irsim.types import Look
 
 KeyPath = tuple[str | int, ...]
 
@@ -77,6 +78,8 @@ class Scenario(Part):
 
     about: str = ""
     """What this scenario is for."""
+    like: Look | None = None
+    """Class of real backgrounds that its own claims to be like; `irsim realism` holds it to that."""
     seed: Annotated[int, Field(ge=0, lt=2**63)] = 0
     """Seed of everything random in the scene."""
     frames: Annotated[int, Field(ge=1, le=10_000_000)] = 100
@@ -120,10 +123,10 @@ class Scenario(Part):
 
     @property
     def hash(self) -> str:
-        """Hex digest of all that decides the pixels and the truth: values, code and meshes (not `about`)."""
+        """Hex digest of all that decides the pixels and the truth: values, code and meshes (not `about` and `like`)."""
         from irsim import __version__
 
-        value = json.loads(self.model_dump_json(exclude={"about"}))
+        value = json.loads(self.model_dump_json(exclude={"about", "like"}))
         meshes = [target.shape.contents for target in self.targets if target.shape.contents]
         text = json.dumps([__version__, scene_code(self), value, *meshes], sort_keys=True)
         return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()

@@ -23,6 +23,9 @@ Floats = npt.NDArray[np.floating]
 Input = Literal["display", "counts"]
 """What a tracker looks at: the 8-bit picture after AGC, or the detector's counts."""
 
+Look = Literal["cloud", "horizon", "trees", "treeline", "ground", "city"]
+"""Classes of real backgrounds whose figures are known (`irsim realism`)."""
+
 
 @dataclass(frozen=True, slots=True)
 class Box:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from functools import lru_cache
 from pathlib import Path
+from typing import get_args
 
 import cv2
 import numpy as np
@@ -13,9 +14,11 @@ from typer.testing import CliRunner
 
 import irsim
 from irsim.cli import app
+from irsim.commands_measure import pictures
 from irsim.errors import InputError
+from irsim.loader import examples
 from irsim.measure import CLASSES, Texture, classes_of, judge, texture
-from irsim.types import Floats
+from irsim.types import Floats, Look
 
 REAL = Path(__file__).resolve().parents[2] / "shared" / "real"
 real = pytest.mark.skipif(not REAL.is_dir(), reason=f"real recordings are not there: {REAL}")
@@ -58,21 +61,31 @@ def test_a_blur_bends_the_spectrum_as_its_transfer_function_says() -> None:
 @pytest.mark.parametrize("like", CLASSES)
 @pytest.mark.parametrize("blur", [0, 1, 1.5, 2, 2.5, 3, 4, 8])
 def test_white_and_blurred_noise_is_no_class(like: str, blur: float) -> None:
-    pictures = [cv2.GaussianBlur(white(seed), (0, 0), blur) if blur else white(seed) for seed in range(3)]
-    stretched = [128 + 40 * (p - p.mean()) / p.std() for p in pictures]
+    blurred = [cv2.GaussianBlur(white(seed), (0, 0), blur) if blur else white(seed) for seed in range(3)]
+    stretched = [128 + 40 * (p - p.mean()) / p.std() for p in blurred]
     assert not all(verdict.inside for verdict in judge(texture(np.stack(stretched)), like))
 
 
 @lru_cache
 def of_scene(name: str) -> Texture:
+    """As the command looks at it."""
     scene = irsim.open_source(name)
-    last = len(scene) - 1
-    return texture(np.stack([scene.frame(k, "display").image for k in (0, last // 2, last)]))
+    return texture(pictures(scene))
 
 
-@pytest.mark.parametrize(("name", "like"), [("clouds", "cloud"), ("sky", "cloud"), ("ground", "ground")])
-def test_a_scene_is_like_its_class(name: str, like: str) -> None:
-    assert like in classes_of(of_scene(name))
+CLAIMS = {name: irsim.load(path).like for name, path in examples().items()}
+
+
+@pytest.mark.parametrize("name", [name for name, like in CLAIMS.items() if like])
+def test_a_shipped_scene_is_like_what_it_claims(name: str) -> None:
+    like = CLAIMS[name]
+    assert like is not None
+    assert not [verdict for verdict in judge(of_scene(name), like) if not verdict.inside]
+
+
+def test_sky_trees_and_ground_are_claimed() -> None:
+    assert {"cloud", "ground", "treeline"} <= set(CLAIMS.values())
+    assert set(CLASSES) == set(get_args(Look))
 
 
 @pytest.mark.parametrize(("name", "others"), [("clouds", ["trees", "ground", "city"]), ("ground", ["cloud", "trees"])])
@@ -91,8 +104,8 @@ def test_a_scene_is_not_like_others(name: str, others: list[str]) -> None:
 )
 def test_real_sequences_are_of_their_class(name: str, like: str, others: list[str]) -> None:
     capture = cv2.VideoCapture(str(REAL / name / "frames.mp4"))
-    pictures = [np.asarray(capture.read()[1])[..., 0] for _ in range(300)]
-    classes = classes_of(texture(np.stack(pictures[::37])))
+    frames = [np.asarray(capture.read()[1])[..., 0] for _ in range(300)]
+    classes = classes_of(texture(np.stack(frames[::37])))
     assert like in classes
     assert not set(others) & set(classes)
 

@@ -37,16 +37,20 @@ class Tile:
 
     side: int
     padded: Floats
+    phase: tuple[float, float]
+    """Where the map's (0, 0) lies between texels: so that a camera at rest sees texels, unblurred by interpolation."""
 
     @classmethod
     def of(cls, texture: Floats, frame: tuple[int, int], psf_px: float) -> Tile:
         """A square texture (side, side), blurred by the optics, for frames of (columns, rows)."""
         margin = int(np.hypot(*frame)) + 64
-        return cls(texture.shape[0], np.pad(_blurred(texture, psf_px), (0, margin), mode="wrap"))
+        columns, rows = frame
+        phase = (columns - 1) / 2 % 1, (rows - 1) / 2 % 1  # (0, 0) is the frame's middle
+        return cls(texture.shape[0], np.pad(_blurred(texture, psf_px), (0, margin), mode="wrap"), phase)
 
     def places(self, chart: Chart, shift_px: tuple[float, float]) -> tuple[Floats, Floats]:
         """(rows, cols) float32 each: column and row of the texture that each pixel sees."""
-        u, v = chart.u - shift_px[0], chart.v - shift_px[1]
+        u, v = chart.u - shift_px[0] + self.phase[0], chart.v - shift_px[1] + self.phase[1]
         # Whole periods are taken off before float32, whose steps would grow with distance.
         u = u - np.floor(u.min() / self.side) * self.side
         v = v - np.floor(v.min() / self.side) * self.side
