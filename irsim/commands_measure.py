@@ -62,7 +62,10 @@ def noise(
 def realism(
     source: Measured,
     like: Annotated[
-        str | None, typer.Option(metavar="CLASS", help="Default: what its scenario claims. Status 1 where it is outside the ranges.")
+        str | None,
+        typer.Option(
+            metavar="CLASS", help="Status 1 where it is outside the ranges; default: what its scenario claims."
+        ),
     ] = None,
     as_json: Json = False,
 ) -> None:

@@ -76,7 +76,7 @@ def test_a_name_that_is_no_file_and_no_example() -> None:
 
 # One wrong thing each: what TEXT says, what stands there instead, and the line's beginning and end.
 WRONG = {
-    "unknown key": ("frames: 1e1", "framse: 3", "3:1: framse: unknown key; allowed: about, seed,", "'frames'?"),
+    "unknown key": ("frames: 1e1", "framse: 3", "3:1: framse: unknown key; allowed: about, like, seed,", "'frames'?"),
     "unknown key in a kind": ("rho:", "rhu:", "9:32: camera.noise.flicker.rhu: unknown key; allowed: kind, ", "'rho'?"),
     "unknown kind": ("kind: sky", "kind: sy", "13:9: background.kind: unknown background kind 'sy';", "'sky'?"),
     "no kind": ("kind: sky", "horizon_k: 280", "13:3: background: the key 'kind' is missing; allowed: sky", ""),
@@ -192,7 +192,7 @@ def test_every_error_is_told_in_the_order_of_the_file() -> None:
 
 @pytest.mark.parametrize("text", ["[1, 2]", "sky", "3"])
 def test_a_text_that_is_no_mapping(text: str) -> None:
-    assert errors_of(text)[0].startswith("f.yaml:1:1: expected a mapping; allowed: the keys about, seed, frames")
+    assert errors_of(text)[0].startswith("f.yaml:1:1: expected a mapping; allowed: the keys about, like, seed, frames")
 
 
 def test_whole_numbers_may_be_written_as_floats_and_the_other_way_round() -> None:
