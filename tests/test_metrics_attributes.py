@@ -41,6 +41,8 @@ def test_an_easy_frame_is_marked_for_nothing() -> None:
         ({"attitude": (358.0, 0.0, 0.0)}, {"deforming"}),  # two degrees back, not 358 on
         ({"attitude": (359.0, 0.0, 1.9)}, set()),
         ({"box": Box(50, 50, 6.2, 8)}, {"deforming"}),
+        ({"scr": 2.9}, {"low SCR"}),
+        ({"scr": 3.0}, set()),
         ({"in_view": False}, {"out of view"}),
     ],
 )

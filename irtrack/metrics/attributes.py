@@ -16,9 +16,11 @@ GROWS = 0.03
 """Change of a side of its box in a frame from which on it does, as a share."""
 TURN_PX = 0.5
 """Change of the apparent velocity in a frame from which on a target manoeuvres, px per frame."""
+LOW_SCR = 3.0
+"""A signal-to-clutter ratio below this is low: Rose (Adv. Electron. 1 (1948) 131) found that eyes need 3 to 7."""
 NEAR = 3.0
-"""Another target nearer than this many diagonals of the target's box is clutter. These four limits are chosen
-here: no benchmark prints one for each frame."""
+"""Another target nearer than this many diagonals of the target's box is clutter. The limits but
+LOW_SCR are chosen here: no benchmark prints one for each frame."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +28,7 @@ class History:
     """The truth of one target over n frames; nan or False where it is absent or the truth does not say.
 
     present, in_view, crossing (n,) bool;  visible (n,);  velocity (n, 2) px per frame;  attitude (n, 3)
-    degrees;  size (n, 2) px;  nearest (n,) distance of the nearest other target in diagonals of its box
+    degrees;  size (n, 2) px;  scr (n,);  nearest (n,) distance of the nearest other target in diagonals of its box
     """
 
     present: np.ndarray
@@ -36,6 +38,7 @@ class History:
     velocity: Floats
     attitude: Floats
     size: Floats
+    scr: Floats
     nearest: Floats
 
     @classmethod
@@ -65,6 +68,7 @@ class History:
             size=np.array(
                 [unknown2 if one is None else (one.box.w, one.box.h) for one in seen], dtype=np.float64
             ).reshape(n, 2),
+            scr=np.array([np.nan if one is None or one.scr is None else one.scr for one in seen], dtype=np.float64),
             nearest=nearest,
         )
 
@@ -85,6 +89,10 @@ def _deforming(history: History) -> np.ndarray:
     turned = (_change(history.attitude) + 180.0) % 360.0 - 180.0
     grown = np.abs(_change(np.log(history.size)))
     return np.asarray((np.abs(turned) >= TURNS_DEG).any(axis=1) | (grown >= GROWS).any(axis=1))
+
+
+def _low_scr(history: History) -> np.ndarray:
+    return np.asarray(np.abs(history.scr) < LOW_SCR)
 
 
 def _clutter(history: History) -> np.ndarray:
@@ -113,6 +121,7 @@ ATTRIBUTES: dict[str, Attribute] = {
     "crossing": Attribute("another target's box meets its own", _crossing),
     "manoeuvring": Attribute(f"its apparent velocity changes by {TURN_PX:g} px a frame or more", _manoeuvring),
     "deforming": Attribute(f"it turns by {TURNS_DEG:g} degrees or a side changes by {GROWS:.0%} or more", _deforming),
+    "low SCR": Attribute(f"its signal-to-clutter ratio is below {LOW_SCR:g}", _low_scr),
     "clutter": Attribute(f"another target is nearer than {NEAR:g} diagonals of its box", _clutter),
     "out of view": Attribute("it is absent, or its centre is out of the frame", _out_of_view),
 }
