@@ -70,18 +70,34 @@ def check(
 def show(
     source: SourceArgument,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="PNG", help="Default: NAME.png in this folder.")
+        Path | None,
+        typer.Option(
+            "-o", "--output", metavar="PNG|WEBM|GIF", help="Its ending says what to draw. Default: NAME.png here."
+        ),
+    ] = None,
+    frames: Annotated[
+        str | None, typer.Option(metavar="N|A:B", help="The first N frames, or frames A to B-1; default: all.")
     ] = None,
 ) -> None:
-    """Draw a sheet of frames over time with their truth boxes."""
+    """Draw a sheet of frames over time with their truth boxes (PNG), or the frames in motion (WebM, GIF)."""
     from irsim.draw import contact_sheet
     from irsim.loader import find
+    from irsim.moving import moving_picture
     from irsim.sources import open_source
 
     opened = open_source(source)
     path = output or Path(f"{opened.name}.png")
     check_output(path, find(source))
-    print(contact_sheet(opened, path))
+    start, stop = (0, len(opened)) if frames is None else _frame_range(frames)
+    if stop > len(opened):
+        raise InputError(f"--frames {frames}: {source} has {len(opened)}; allowed: within 0:{len(opened)}")
+    if path.suffix.lower() == ".png":
+        print(contact_sheet(opened, path, start, stop))
+    elif path.suffix.lower() in (".webm", ".gif"):
+        with progress_bar(f"show {opened.name}", stop - start) as progress:
+            print(moving_picture(opened, path, start, stop, progress))
+    else:
+        raise InputError(f"{path}: unknown kind of picture; allowed: .png, .webm, .gif")
 
 
 @app.command()

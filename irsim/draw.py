@@ -35,8 +35,8 @@ def sheet_indices(count: int, most: int = SHEET) -> list[int]:
     return sorted({round(float(at)) for at in np.linspace(0, count - 1, min(count, most))})
 
 
-def contact_sheet(source: Source, path: str | Path) -> Path:
-    """Draw frames of a source over its whole length as a PNG file and return its path.
+def contact_sheet(source: Source, path: str | Path, start: int = 0, stop: int | None = None) -> Path:
+    """Draw frames of a source, spread evenly over start .. stop-1, as a PNG file and return its path.
 
     Each frame has its number and time, its targets' boxes, and an enlarged part around the target
     that is followed. InputError where the file cannot be written.
@@ -44,7 +44,7 @@ def contact_sheet(source: Source, path: str | Path) -> Path:
     from matplotlib.figure import Figure
 
     path = Path(path)
-    indices = sheet_indices(len(source))
+    indices = [start + index for index in sheet_indices((len(source) if stop is None else stop) - start)]
     columns, rows = min(COLUMNS, len(indices)), -(-len(indices) // COLUMNS)
     width, height = source.size
     figure = Figure(

@@ -12,7 +12,7 @@ from irsim.kinds import Kind, Part
 
 NOT_PIXELS = {
     *("cli", "commands_measure", "convert", "draw", "errors", "explain", "gallery", "lazy", "loader"),
-    *("measure", "overrides", "schema", "sources", "terminal", "usage", "yamlfile"),
+    *("measure", "moving", "overrides", "schema", "sources", "terminal", "usage", "yamlfile"),
 }
 """Rooms that no pixel and no truth depends on: they read, write, word and show."""
 

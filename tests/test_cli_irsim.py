@@ -219,6 +219,15 @@ def test_show_draws_a_picture(run: Run, folder: Path, source: str) -> None:
     assert np.any(np.all(picture == (0x00, 0xB0, 0xFF), axis=-1))
 
 
+@pytest.mark.parametrize("ending", ["webm", "gif"])
+def test_show_writes_moving_pictures(run: Run, folder: Path, ending: str) -> None:
+    done = run("show", "scene.yaml", "-o", f"moving.{ending}", "--frames", "1:3", cwd=folder)
+    assert (done.returncode, done.stdout) == (0, f"moving.{ending}\n"), done.stderr
+    assert done.stderr == ""
+    capture = cv2.VideoCapture(str(folder / f"moving.{ending}"))
+    assert [capture.read()[0] for _ in range(3)] == [True, True, False]
+
+
 def test_import_makes_a_recording_of_pictures(run: Run, folder: Path) -> None:
     (folder / "clip").mkdir()
     for index in range(3):
@@ -313,6 +322,14 @@ BAD = {
     "cut recording": (["info", "cut.mcap"], "irsim: cut.mcap: "),
     "nothing to show": (["show", "none.mcap"], "irsim: none.mcap: there is no such file"),
     "no folder to show to": (["show", "scene.yaml", "-o", "no/x.png"], "irsim: no/x.png: the folder no does not exist"),
+    "unknown kind of picture": (
+        ["show", "scene.yaml", "-o", "x.mp4"],
+        "irsim: x.mp4: unknown kind of picture; allowed: .png, .webm, .gif",
+    ),
+    "no such frames to show": (
+        ["show", "scene.yaml", "--frames", "2:2000"],
+        "irsim: --frames 2:2000: scene.yaml has ",
+    ),
     "nothing to import": (["import", "none"], "irsim: none: "),
     "empty folder": (["import", "dir"], "irsim: dir: "),
     "import onto itself": (

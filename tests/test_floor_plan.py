@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import importlib.metadata
+import itertools
 import re
 import sys
 import tomllib
@@ -168,7 +169,9 @@ def test_libraries_stay_in_their_rooms() -> None:
 
 
 def test_every_library_is_declared() -> None:
-    declared = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["dependencies"]
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    extras = (extra for name, extra in project["optional-dependencies"].items() if name != "dev")
+    declared = [*project["dependencies"], *itertools.chain.from_iterable(extras)]
     names = {re.split(r"[<>=\[; ]", text)[0].lower() for text in declared}
     names.add("pydantic_core" if "pydantic" in names else "")  # pydantic pins its own core
     providers = importlib.metadata.packages_distributions()
