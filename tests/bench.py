@@ -144,7 +144,7 @@ def tracking() -> None:
     from irsim.rng import stream
 
     frames = tracking_frames()
-    for name in ("grey_pf", "template", "kalman"):
+    for name in ("grey_pf", "template", "kalman", "fusion_wspf"):
         tracker = irtrack.make(name, {})
         state = tracker.init(frames[0], irsim.Box(*circle(0), 14, 10), stream(0, name, "target", 0))
         times = []

@@ -31,6 +31,8 @@ VARIANTS: list[tuple[str, dict[str, Any]]] = [
     ("template", {"window": 12, "update": 0.05}),
     ("kalman", {"measurement": "ncc"}),
 ]
+SIZE_TOLERANCE = {"fusion_wspf": 0.3}
+"""Of trackers that follow the size; all others keep that of the start box."""
 EVERY = pytest.mark.parametrize(("name", "parameters"), VARIANTS)
 
 
@@ -57,7 +59,7 @@ def test_follows_an_easy_target(name: str, parameters: dict[str, Any], bits: int
         estimates = follow(make(name, parameters), [frame for frame, _ in scene], Box(*scene[0][1], 14, 10), seed)
         errors = [np.hypot(*np.subtract(e.center, at)) for e, (_, at) in zip(estimates, scene[1:], strict=True)]
         assert np.mean(errors) < 1.5
-        assert all(estimate.size == (14, 10) for estimate in estimates)
+        assert np.allclose([estimate.size for estimate in estimates], (14, 10), rtol=SIZE_TOLERANCE.get(name, 0))
         assert np.mean([estimate.status == "tracking" for estimate in estimates]) > 0.9
         for estimate in estimates:
             assert_legal(estimate)

@@ -26,6 +26,7 @@ from irtrack.peers import HINT, PEERS, offered, python
 from irtrack.trackers.base import TrackerPart
 from irtrack.trackers.cascade_pf import CascadePF
 from irtrack.trackers.foreign import FOREIGN
+from irtrack.trackers.fusion_wspf import FusionWSPF
 from irtrack.trackers.grey_pf import GreyPF
 from irtrack.trackers.kalman import Kalman
 from irtrack.trackers.product_pf import ProductPF
@@ -38,6 +39,7 @@ TRACKERS: dict[str, type[TrackerPart]] = {
     "product_pf": ProductPF,
     "template": Template,
     "kalman": Kalman,
+    "fusion_wspf": FusionWSPF,
 }
 
 NAMED: dict[str, type[TrackerPart]] = {**TRACKERS, **FOREIGN}
