@@ -39,6 +39,8 @@ _PUBLIC = {
     "write_tracks": "irsim.recording",
     "open_source": "irsim.sources",
     "is_recording": "irsim.sources",
+    "Fit": "irsim.fitting",
+    "fit": "irsim.fitting",
     "import_frames": "irsim.convert",
 }
 

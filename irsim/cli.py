@@ -40,6 +40,7 @@ def main() -> None:
 
 
 app.command()(commands_measure.noise)
+app.command()(commands_measure.fit)
 app.command()(commands_measure.realism)
 
 

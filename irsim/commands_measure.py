@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import shlex
 import sys
 from dataclasses import asdict
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -24,6 +26,9 @@ Measured = Annotated[
 Frames = Annotated[
     str | None, typer.Option(metavar="N|A:B", help="N frames from the first on, or frames A to B-1; default: 300.")
 ]
+RegionOption = Annotated[
+    str | None, typer.Option(metavar="X,Y,W,H", help="Where only noise is seen, px; default: the flattest window.")
+]
 Json = Annotated[bool, typer.Option("--json", help="One JSON document instead of lines.")]
 
 _MOST = 300
@@ -34,9 +39,7 @@ _PICTURES = 9
 
 def noise(
     source: Measured,
-    region: Annotated[
-        str | None, typer.Option(metavar="X,Y,W,H", help="Where only noise is seen, px; default: the flattest window.")
-    ] = None,
+    region: RegionOption = None,
     frames: Frames = None,
     as_json: Json = False,
 ) -> None:
@@ -57,6 +60,46 @@ def noise(
         return
     for label, text in noise_lines(report):
         print(f"{label:8} {text}")
+
+
+def fit(
+    source: Measured,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="YAML", help="The scenario to write; default: standard output."),
+    ] = None,
+    region: RegionOption = None,
+    frames: Frames = None,
+    as_json: Json = False,
+) -> None:
+    """Fit a camera and a background to a recording: a scenario that has them, figures with 95 % intervals."""
+    from irsim.files import check_output, replacing_text
+    from irsim.fitting import fit_frames
+    from irsim.loader import find
+    from irsim.measure import parse_region
+    from irsim.sources import open_source
+
+    opened = open_source(source)
+    if output is not None:
+        check_output(output, find(source))
+    where = None if region is None else parse_region(region, opened.size)
+    start, stop = _span(frames, len(opened))
+    try:
+        found = fit_frames(read_stack(opened, start, stop, "counts"), opened, where)
+    except InputError as error:
+        raise InputError(f"{source}: {error}") from None
+    if output is not None:
+        with replacing_text(output) as file:
+            file.write(found.text)
+    if as_json:
+        print(json.dumps(found.as_json()))
+    elif output is None:
+        print(found.text, end="")
+    else:
+        for note in found.notes:
+            print(f"irsim: note: {note}", file=sys.stderr)
+        print(output)
+        print(f"render it: irsim render {shlex.quote(str(output))}")
 
 
 def realism(

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
+from pydantic import Field
 
-from irsim.detector.base import Additive, Moment, Ratio
+from irsim.detector.base import Additive, Moment
 from irsim.types import Floats
 
 
 class OddEven(Additive):
     """Even rows or columns lie above odd ones: two amplifiers whose offsets differ."""
 
-    ratio: Ratio = 1.0
-    """Half the difference of even and odd ones, which is its rms, in units of the camera's NETD."""
+    ratio: Annotated[float, Field(ge=-1000, le=1000)] = 1.0
+    """Half of what even ones lie above odd ones, in units of the camera's NETD; below 0 where they lie below."""
     along: Literal["rows", "columns"] = "rows"
     """Whether rows or columns take turns."""
 

@@ -1,6 +1,7 @@
 """Figures of recordings, real and rendered ones alike: pure functions of arrays."""
 
 from irsim.measure.defects import Defects, defects
+from irsim.measure.figures import Figures, measure_figures
 from irsim.measure.interval import Measured
 from irsim.measure.memory import Memory, Temporal, temporal
 from irsim.measure.noise import NoiseReport, measure_noise, noise_lines
@@ -12,6 +13,7 @@ from irsim.measure.spectrum import Texture, texture
 __all__ = [
     "CLASSES",
     "Defects",
+    "Figures",
     "Measured",
     "Memory",
     "Noise3dTerms",
@@ -24,6 +26,7 @@ __all__ = [
     "defects",
     "flattest",
     "judge",
+    "measure_figures",
     "measure_noise",
     "noise_3d",
     "noise_lines",

@@ -15,7 +15,7 @@ Mask = npt.NDArray[np.bool_]
 
 _FAR = 8.0
 """Robust sigmas beyond which a pixel is bad: a Gaussian one of 10^6 pixels is never there."""
-_RESTLESS = 3.0
+RESTLESS = 3.0
 """Temporal sigma of a blinking pixel over that of those around it, at least."""
 _MEDIAN_TO_SIGMA = 1.4826
 """Sigma over the median of absolute deviations of a Gaussian."""
@@ -51,11 +51,8 @@ def defects(frames: Values) -> Defects:
     level, restless = values.mean(axis=0), values.std(axis=0)
     usual = float(np.median(restless))
     frozen = (restless == 0) & (usual > 0)
-    apart = level - _around(level)
-    # The scale of the place: texture and edges make it large, and nothing is said there.
-    scale = np.maximum(_around(np.abs(apart)), float(np.median(np.abs(apart)))) * _MEDIAN_TO_SIGMA
-    out = np.abs(apart) > _FAR * np.maximum(scale, np.finfo(np.float32).tiny)
-    blinking = (restless > _RESTLESS * np.maximum(_around(restless), usual)) & _alone(restless)
+    out = _far_off(level - around(level))
+    blinking = (restless > RESTLESS * np.maximum(around(restless), usual)) & _alone(restless)
     hot = out & _alone(level) & ~blinking
     dead = ((out & _alone(-level)) | frozen) & ~hot & ~blinking
     return Defects(dead, hot, blinking)
@@ -71,6 +68,19 @@ def patched(frames: Values, bad: Mask) -> Values:
     return frames[:, rows, columns]
 
 
+def without_specks(picture: Floats) -> Floats:
+    """A picture in which what lies far off the 5 x 5 px around it has their median; found or not, alone or not."""
+    usual = around(picture)
+    return np.where(_far_off((picture - usual).astype(np.float32)), usual, picture)
+
+
+def _far_off(apart: Floats) -> Mask:
+    """Whether a difference to what is around is far beyond those of the place: texture and edges make them large."""
+    scale = np.maximum(around(np.abs(apart)), float(np.median(np.abs(apart)))) * _MEDIAN_TO_SIGMA
+    far: Mask = np.abs(apart) > _FAR * np.maximum(scale, np.finfo(np.float32).tiny)
+    return far
+
+
 def _alone(picture: Floats) -> Mask:
     """Whether a pixel lies above all on the border of the 5 x 5 px around it.
 
@@ -78,10 +88,10 @@ def _alone(picture: Floats) -> Mask:
     """
     border = np.pad(np.zeros((3, 3), np.uint8), 1, constant_values=1)
     highest = cv2.dilate(np.ascontiguousarray(picture, np.float32), border)
-    alone: Mask = picture - highest > (picture - _around(picture)) / 2
+    alone: Mask = picture - highest > (picture - around(picture)) / 2
     return alone
 
 
-def _around(picture: Floats) -> Floats:
+def around(picture: Floats) -> Floats:
     """Median of the 5 x 5 px around each pixel."""
     return np.asarray(cv2.medianBlur(np.ascontiguousarray(picture, np.float32), 5))

@@ -128,6 +128,14 @@ def time_freedom(memory: Memory | None, times: int) -> float:
     return float(np.trace(matrix) ** 2 / np.square(matrix).sum())
 
 
+def mean_share(memory: Memory | None, times: int) -> float:
+    """Variance of the mean of `times` frames of noise over the variance of the noise."""
+    if memory is None or not memory.total.value:
+        return 1 / times
+    share = (memory.correlated.value / memory.total.value) ** 2
+    return (1 - share + share * _mean_correlation(-math.log(memory.rho.value), times)) / times
+
+
 def centred(values: Floats) -> Floats:
     """Each frame less its row and column means; (T, rows, columns)."""
     level = values.mean(axis=(1, 2), keepdims=True)

@@ -1,0 +1,257 @@
+"""From somebody's own recording to a scenario: its camera, and a background like the one it saw."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from os import PathLike
+from typing import Any
+
+import numpy as np
+
+from irsim.detector import Response, Setting, Stated
+from irsim.display import Agc, Linear
+from irsim.kinds import dump
+from irsim.loader import loads
+from irsim.measure import Figures, Measured, Region, measure_figures
+from irsim.measure.figures import USUAL_BLUR
+from irsim.radiometry import Band, slope, temperature
+from irsim.scenario import Scenario
+from irsim.sources import open_source
+from irsim.types import CameraFacts, Source
+
+FRAMES = 300
+"""Frames that are looked at where the caller does not say."""
+NOMINAL_RANGE_K = (220.0, 400.0)
+NOMINAL_IFOV_RAD = 0.5e-3
+"""What a camera is taken to be where the recording does not say: counts are right all the same."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """What a recording tells of its camera and background, and a scenario that has it.
+
+    figures     in counts, px and frames, with intervals
+    text        the scenario as YAML, with the intervals as comments; `irsim render` takes it
+    notes       what could not be told, and what was taken for it
+    """
+
+    name: str
+    frames: int
+    figures: Figures
+    text: str
+    notes: tuple[str, ...]
+
+    @cached_property
+    def scenario(self) -> Scenario:
+        return loads(self.text, f"fit of {self.name}")
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain values, ready for json.dumps."""
+        told = {name: [m.value, m.low, m.high] for name, m in self.figures.measured()}
+        return {
+            "source": self.name,
+            "frames": self.frames,
+            "region": list(self.figures.region),
+            "mean": self.figures.mean,
+            "histogram": list(self.figures.histogram),
+            "figures": told,
+            "notes": list(self.notes),
+        }
+
+
+def fit(
+    source: str | PathLike[str] | Scenario | Source,
+    region: Region | None = None,
+    start: int = 0,
+    stop: int | None = None,
+) -> Fit:
+    """Measure a recording (or a scenario, rendered for it) and write a scenario with its camera and background.
+
+    region      where only noise is seen, px; the flattest window where not given
+    start, stop frames that are looked at; the first 300 where not given
+
+    InputError where frames are too few or too small, or the source cannot be opened.
+    """
+    opened = open_source(source)
+    last = min(start + FRAMES, len(opened)) if stop is None else min(stop, len(opened))
+    stack = np.stack([frame.image for frame in opened.frames("counts", start, last)])
+    return fit_frames(stack, opened, region)
+
+
+def fit_frames(stack: Any, source: Source, region: Region | None = None) -> Fit:
+    """The same of frames (T, rows, columns) that were read from a source already."""
+    figures = measure_figures(stack, source.rate_hz, region, 2.0**source.bits - 1)
+    scene = _Scene.of(source, figures)
+    lines = "\n".join(scene.lines(len(stack)))
+    return Fit(source.name, len(stack), figures, lines + "\n", (*figures.notes, *scene.notes))
+
+
+@dataclass(frozen=True)
+class _Scene:
+    """Counts, px and frames in the words of a scenario."""
+
+    name: str
+    size: tuple[int, int]
+    rate_hz: float
+    bits: int
+    ifov_rad: float
+    band: Band
+    range_k: tuple[float, float]
+    agc: Agc
+    figures: Figures
+    notes: tuple[str, ...]
+
+    @classmethod
+    def of(cls, source: Source, figures: Figures) -> _Scene:
+        facts = source.camera
+        band, agc = _band(facts), source.agc
+        unknown = [
+            word
+            for word, known in (("its field of view", facts.ifov_rad), ("its band", band), ("its scale", facts.range_k))
+            if known is None
+        ]
+        notes = []
+        if unknown:
+            notes.append(f"the recording does not say {' and '.join(unknown)}: nominal values; counts are right")
+        if source.bits <= 8:
+            notes.append("8 bits: figures are those of a picture after gain control, not of a sensor")
+        return cls(
+            name=source.name,
+            size=source.size,
+            rate_hz=source.rate_hz,
+            bits=max(source.bits, 8),
+            ifov_rad=facts.ifov_rad or NOMINAL_IFOV_RAD,
+            band=band or "lwir",
+            range_k=facts.range_k or NOMINAL_RANGE_K,
+            agc=agc if isinstance(agc, Agc) else Linear(),
+            figures=figures,
+            notes=tuple(notes),
+        )
+
+    @cached_property
+    def unit(self) -> Response:
+        """A detector whose NETD is 1 K."""
+        return Stated().response(Setting(self.band, self.bits, 1000.0, self.range_k))
+
+    @property
+    def sigma(self) -> float:
+        """What noise ratios are in units of, counts: one without noise still has some, for its fixed pattern."""
+        return max(self.figures.noise.value, 0.01)
+
+    def lines(self, frames: int) -> Iterator[str]:
+        columns, rows = self.size
+        found = self.figures
+        yield f"# Fitted to {frames} frames of {self.name} by irsim fit; ranges are 95 % intervals."
+        yield from (f"# Note: {note}." for note in (*found.notes, *self.notes))
+        yield f"about: {json.dumps(f'A camera and a background like those of {self.name}')}"
+        yield f"frames: {frames}"
+        yield "camera:"
+        yield f"  size: [{columns}, {rows}]"
+        yield f"  rate_hz: {self.rate_hz:.6g}"
+        yield f"  ifov_mrad: {self.ifov_rad * 1e3:.6g}"
+        yield f"  band: {self.band if isinstance(self.band, str) else list(self.band)}"
+        yield f"  bits: {self.bits}"
+        yield f"  range_k: [{self.range_k[0]:.6g}, {self.range_k[1]:.6g}]"
+        yield f"  psf_px: {USUAL_BLUR}" if found.blur is None else _line("  psf_px", found.blur)
+        yield _line("  netd_mk", found.noise.map(lambda counts: max(counts, 0.01) / self.unit.noise * 1000))
+        yield "  noise:"
+        for kind, values in self.noises():
+            yield f"    - kind: {kind}"
+            for key, value in values.items():
+                yield _line(f"      {key}", value) if isinstance(value, Measured) else f"      {key}: {value}"
+        yield f"  agc: {json.dumps(dump(self.agc))}"
+        yield from self.background()
+
+    def noises(self) -> Iterator[tuple[str, dict[str, Any]]]:
+        """Kinds of noise with their keys."""
+        found = self.figures
+        terms = {
+            "tvh": found.white,
+            "tv": found.row_noise,
+            "th": found.column_noise,
+            "t": found.level if found.level_frames is None else None,
+            "vh": found.pixel,
+            "v": found.row,
+            "h": found.column,
+        }
+        yield "noise_3d", {"tvh": 0, **{key: self._ratio(value) for key, value in terms.items() if value is not None}}
+        if found.memory is not None and found.memory_frames is not None:
+            yield "ar1", {"ratio": self._ratio(found.memory), "time_constant_s": self._seconds(found.memory_frames)}
+        if found.level is not None and found.level_frames is not None:
+            time = self._seconds(found.level_frames)
+            yield "ar1", {"id": "level", "over": "frame", "ratio": self._ratio(found.level), "time_constant_s": time}
+        for along, turned in (("rows", found.even_rows), ("columns", found.even_columns)):
+            if turned is not None and abs(turned.value) > turned.high - turned.low:  # four standard errors
+                yield "odd_even", {"id": f"odd_even_{along}", "along": along, "ratio": self._ratio(turned)}
+        if any(share.value for share in (found.flaws.dead, found.flaws.hot, found.flaws.blinking)):
+            yield "bad_pixels", dict(self._flaws())
+
+    def _flaws(self) -> Iterator[tuple[str, Any]]:
+        bad = self.figures.flaws
+        yield "dead", bad.dead
+        yield "hot", bad.hot
+        yield "blinking", replace(bad.blinking, value=min(bad.blinking.value, 0.2))
+        yield "cluster", f"{bad.cluster:.3g}"
+        if bad.dead_level is not None:
+            yield "dead_level", f"{min(max(bad.dead_level / self.unit.full, 0), 1):.4g}"
+        for key, height in (("hot_ratio", bad.hot_height), ("blink_ratio", bad.jump)):
+            if height is not None:
+                yield key, self._ratio(height)
+        for key, stay in (("on_s", bad.on_frames), ("off_s", bad.off_frames)):
+            if stay is not None:
+                yield key, self._seconds(stay)
+
+    def background(self) -> Iterator[str]:
+        """A ground of the same spectrum, spread and histogram: texture, not the things that were seen."""
+        found = self.figures
+        mean_k = self._kelvin(found.mean)
+        yield "background:"
+        yield "  kind: ground"
+        yield f"  mean_k: {mean_k:.5g}"
+        if found.texture is None:
+            yield "  spread_k: 0  # no texture stands out from the noise"
+            return
+        texture = found.texture
+        per_kelvin = self.unit.linear * slope(self.band, mean_k)
+        px = self.ifov_rad * 1e3
+        yield _line("  spread_k", texture.spread.map(lambda counts: counts / per_kelvin))
+        yield f"  betas: [{texture.beta_x.value:.3g}, {texture.beta_y.value:.3g}]  # along x {_range(texture.beta_x)}"
+        yield f"  # along y {_range(texture.beta_y)}"
+        yield _line("  correlation_mrad", texture.correlation_px.map(lambda length: length * px))
+        yield _line("  stretch", texture.stretch)
+        if found.histogram:
+            yield f"  histogram: [{', '.join(f'{self._kelvin(value):.6g}' for value in found.histogram)}]"
+
+    def _kelvin(self, counts: float) -> float:
+        return float(temperature(self.band, (counts - self.unit.zero) / self.unit.linear))
+
+    def _ratio(self, counts: Measured) -> Measured:
+        return counts.map(lambda value: min(value / self.sigma, 1000.0))
+
+    def _seconds(self, frames: Measured) -> Measured:
+        return frames.map(lambda value: value / self.rate_hz)
+
+
+def _band(facts: CameraFacts) -> Band | None:
+    """A band as `CameraFacts` says it: its name, or its limits in words."""
+    if facts.band in ("mwir", "lwir"):
+        return facts.band  # type: ignore[return-value]
+    limits = re.fullmatch(r"([\d.]+) to ([\d.]+) um", facts.band or "")
+    return None if limits is None else (float(limits[1]), float(limits[2]))
+
+
+def _line(key: str, value: Measured) -> str:
+    return f"{key}: {_plain(value.value)}  # {_range(value)}"
+
+
+def _range(value: Measured) -> str:
+    return f"{_plain(value.low)} to {_plain(value.high)}"
+
+
+def _plain(value: float) -> str:
+    """Four digits, in a way that YAML takes for a number."""
+    return f"{value:.4g}" if value == 0 or 1e-4 <= abs(value) < 1e9 else f"{value:.7f}"

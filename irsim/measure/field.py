@@ -1,0 +1,200 @@
+"""A still picture as a random field: texture with a power-law spectrum, and what is white from pixel to pixel.
+
+The spectrum is S(f) = A G(f) / (1 + |s c fx|^bx + |c fy|^by) + w^2, which is how backgrounds of kind
+ground are made (`betas`, `correlation_mrad`, `stretch`), under the power transfer G of a Gaussian blur.
+It is fitted to the periodogram by P. Whittle's likelihood ("Estimation and information in stationary
+time series", Arkiv for Matematik 2, 1953): the sum over frequencies of log S + P / S is least.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from irsim.measure.interval import Measured
+from irsim.types import Floats
+
+TILE = 1024
+"""Side of the field whose standard deviation is told, px: backgrounds are made as large."""
+_REFERENCE = 0.04
+"""Cycles a px at which the strength of the texture is fitted: there it hangs least on the slopes."""
+_CLEAR = 2
+"""Cycles a side that stay out on either side of the axes: rows and columns of a detector lie there."""
+_OVERLAP = 35 / 128 / (3 / 8) ** 2
+"""By how much a Hann window lowers the number of independent frequencies, an axis: N sum w^4 / (sum w^2)^2."""
+_SEEN = 30.0
+"""Gain of log likelihood from which there is texture: four parameters bring 2 by chance, and a few bad pixels 10."""
+_NEAR = 0.01
+"""A parameter so near to its bound is held there."""
+_PRIOR = np.array([0, 0, 0, 1 / 0.7, 1 / 0.7, 0]) ** 2 * _OVERLAP**2
+"""Weight of what is thought before of log c, the half of the longer side, and of log s, 0, each give or take 0.7: a
+picture hardly tells the size of what is larger than itself."""
+_STEPS = 60
+_NORMAL = 1.96
+"""Half of a 95 % interval in standard errors."""
+
+
+@dataclass(frozen=True)
+class Field:
+    """Texture of a picture, in its units; lengths in px, each figure with its 95 % interval.
+
+    spread          standard deviation before the blur, over 1024 x 1024 px
+    beta_x, beta_y  slopes of the 2-D power spectrum along the axes
+    correlation_px  size of the largest features
+    stretch         how much wider than high they are
+    """
+
+    spread: Measured
+    beta_x: Measured
+    beta_y: Measured
+    correlation_px: Measured
+    stretch: Measured
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """What `fit_field` finds. floor: variance of what is white from pixel to pixel; texture: None where there is none.
+
+    density: of the model, (rows, columns // 2 + 1), in the order of numpy's rfft2.
+    """
+
+    texture: Field | None
+    floor: Measured
+    density: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class _Frequencies:
+    x: Floats
+    y: Floats
+    blur: Floats
+    used: npt.NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, shape: tuple[int, int], psf_px: float) -> _Frequencies:
+        rows, columns = shape
+        x, y = np.fft.rfftfreq(columns)[None], np.fft.fftfreq(rows)[:, None]
+        used = (x * columns > _CLEAR + 0.5) & (np.abs(y) * rows > _CLEAR + 0.5) & (x < 0.5)
+        return cls(x, np.abs(y), np.exp(-4 * np.pi**2 * psf_px**2 * (x**2 + y**2)), used)
+
+
+def fit_field(periodogram: Floats, shape: tuple[int, int], psf_px: float) -> Spectrum:
+    """Texture and white floor of a picture (rows, columns) from its `periodogram`, blurred by a Gaussian of `psf_px`.
+
+    Intervals are those of the Fisher information, for a Gaussian field; a real scene is none, and differs
+    from place to place by more.
+    """
+    at = _Frequencies.of(shape, psf_px)
+    power = periodogram[at.used]
+    corner = periodogram[at.used & (np.hypot(at.x, at.y) > 0.45)]
+    floor = float(corner.mean()) + 1e-12
+    low = np.hypot(at.x, at.y)
+    middle = periodogram[at.used & (low < max(_REFERENCE * 2, float(low[at.used].min()) * 2))]
+    start = np.array([np.log(max(middle.mean() - floor, floor * 1e-3)), 2.5, 2.5, np.log(max(shape) / 2), 0.0, 0.0])
+    bounds = np.array([(-60, 60), (0.5, 6), (0.5, 6), (np.log(4), np.log(4 * max(shape))), (-2, 2), (-20, 5)])
+    theta, loss = _scored(start, bounds, power, at, floor)
+    flat = float(power.mean())
+    gain = (power.size * (np.log(flat) + 1) - loss) / _OVERLAP**2
+    if gain < _SEEN:
+        error = _NORMAL * flat * _OVERLAP / np.sqrt(power.size)
+        return Spectrum(None, Measured(flat, flat - error, flat + error), np.full(periodogram.shape, flat))
+    covariance = _covariance(theta, bounds, at, floor)
+
+    def told(value: Callable[[Floats], float], back: Callable[[float], float] = float) -> Measured:
+        steps = np.array([(value(theta + step) - value(theta - step)) / 2e-3 for step in 1e-3 * np.eye(len(theta))])
+        reach = _NORMAL * float(np.sqrt(max(steps @ covariance @ steps, 0.0)))
+        middle = value(theta)
+        return Measured(*(float(back(x)) for x in (middle, middle - reach, middle + reach)))
+
+    texture = Field(
+        spread=told(lambda t: _log_variance(t) / 2, np.exp),
+        beta_x=told(lambda t: t[1]),
+        beta_y=told(lambda t: t[2]),
+        correlation_px=told(lambda t: t[3], np.exp),
+        stretch=told(lambda t: t[4], np.exp),
+    )
+    return Spectrum(texture, told(lambda t: t[5] + np.log(floor), np.exp), _density(theta, at, floor))
+
+
+def periodogram(picture: Floats) -> Floats:
+    """Of a picture (rows, columns) less its plane, under a Hann window; 1 for white noise of variance 1."""
+    rows, columns = picture.shape
+    y, x = np.mgrid[:rows, :columns]
+    plane = np.stack([np.ones(picture.size), x.ravel(), y.ravel()], axis=1)
+    rest = picture - (plane @ np.linalg.lstsq(plane, picture.ravel(), rcond=None)[0]).reshape(picture.shape)
+    window = np.outer(np.hanning(rows + 1)[:-1], np.hanning(columns + 1)[:-1])
+    found: Floats = np.square(np.abs(np.fft.rfft2(rest * window))) / np.square(window).sum()
+    return found
+
+
+def _shape(theta: Floats, x: Floats, y: Floats) -> Floats:
+    """The texture's power, without its strength, at frequencies x and |y|."""
+    along = np.exp(theta[3])
+    return np.asarray(1 / (1 + (np.exp(theta[4]) * along * x) ** theta[1] + (along * y) ** theta[2]))
+
+
+def _strength(theta: Floats) -> float:
+    reference = np.array([[_REFERENCE / np.sqrt(2)]])
+    return float(np.exp(theta[0]) / _shape(theta, reference, reference)[0, 0])
+
+
+def _density(theta: Floats, at: _Frequencies, floor: float) -> Floats:
+    texture = _strength(theta) * _shape(theta, at.x, at.y) * at.blur
+    return np.asarray(texture + floor * np.exp(theta[5]))
+
+
+def _log_variance(theta: Floats) -> float:
+    """Log of the texture's variance over a field of TILE x TILE px, unblurred and without its mean."""
+    x, y = np.abs(np.fft.fftfreq(TILE))[None], np.abs(np.fft.fftfreq(TILE))[:, None]
+    shape = _shape(theta, x, y)
+    shape[0, 0] = 0
+    return float(np.log(_strength(theta) * shape.mean()))
+
+
+def _slopes(theta: Floats, at: _Frequencies, floor: float) -> Floats:
+    """(parameters, frequencies): d log S / d theta."""
+    steps = 1e-3 * np.eye(len(theta))
+    ends = [[np.log(_density(theta + sign * step, at, floor)[at.used]) for sign in (1, -1)] for step in steps]
+    return np.stack([(up - down) / 2e-3 for up, down in ends])
+
+
+def _scored(start: Floats, bounds: Floats, power: Floats, at: _Frequencies, floor: float) -> tuple[Floats, float]:
+    """Parameters within bounds (parameters, 2) at which log S + P / S is least, and that sum: Fisher scoring.
+
+    A step solves (J J^T + damping) step = J (P / S - 1); it is damped more where it did not help
+    (K. Levenberg, "A method for the solution of certain non-linear problems", 1944).
+    """
+
+    def of(theta: Floats) -> tuple[float, Floats]:
+        density = _density(theta, at, floor)[at.used]
+        doubt = float(_PRIOR @ np.square(theta - start)) / 2
+        return float((np.log(density) + power / density).sum()) + doubt, power / density - 1
+
+    theta, damping = start, 1e-3
+    loss, excess = of(theta)
+    for _ in range(_STEPS):
+        slopes = _slopes(theta, at, floor)
+        information = slopes @ slopes.T + np.diag(_PRIOR)
+        push = slopes @ excess - _PRIOR * (theta - start)
+        step = np.linalg.solve(information + damping * np.diag(np.diag(information) + 1e-9), push)
+        moved = np.clip(theta + step, *bounds.T)
+        new_loss, new_excess = of(moved)
+        if new_loss > loss:
+            damping *= 10
+            continue
+        gained, theta, loss, excess, damping = loss - new_loss, moved, new_loss, new_excess, damping / 5
+        if gained < 1e-3:
+            break
+    return theta, loss
+
+
+def _covariance(theta: Floats, bounds: Floats, at: _Frequencies, floor: float) -> Floats:
+    """Of the parameters, 0 for those at a bound: inverse of the Fisher information sum dlogS dlogS^T."""
+    free = np.flatnonzero((theta > bounds[:, 0] + _NEAR) & (theta < bounds[:, 1] - _NEAR))
+    slopes = _slopes(theta, at, floor)[free]
+    covariance = np.zeros((len(theta), len(theta)))
+    covariance[np.ix_(free, free)] = np.linalg.pinv(slopes @ slopes.T + np.diag(_PRIOR[free])) * _OVERLAP**2
+    return covariance

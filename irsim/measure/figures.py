@@ -1,0 +1,223 @@
+"""All that a recording tells of its camera and of its background, with intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from irsim.measure.defects import defects, patched, without_specks
+from irsim.measure.field import Field, Spectrum, fit_field, periodogram
+from irsim.measure.flaws import Flaws, flaws
+from irsim.measure.interval import Measured, root
+from irsim.measure.level import fit_level
+from irsim.measure.lines import lines, turns, without_turns
+from irsim.measure.memory import Memory, mean_share
+from irsim.measure.noise import NoiseReport, measure_noise
+from irsim.measure.points import point_blur
+from irsim.measure.region import Region, Values
+from irsim.measure.steady import moves
+from irsim.types import Floats
+
+ROUNDING = 1 / 12
+"""Variance of rounding to whole counts, which every measured white noise holds."""
+USUAL_BLUR = 0.6
+"""Sigma, px, taken where no point is seen: that of a camera whose diffraction and pixels match."""
+_PICTURES = 9
+"""Frames over the whole length whose texture is measured where the scene moves."""
+_MEDIANS = 48
+_FAR = 4.0
+"""Sigmas from its median beyond which a pixel's value is not its background's."""
+_SKEWED = 4.0
+"""Standard errors from which a histogram is no Gaussian one."""
+_FINE = (0.7, 1.05)
+"""Relative ends of the interval given to the noise of moving scenes: sharp texture that moves adds to it."""
+_UNTOLD = (
+    "memory",
+    "memory_frames",
+    "row_noise",
+    "column_noise",
+    "level",
+    "level_frames",
+    "pixel",
+    "row",
+    "column",
+    "even_rows",
+    "even_columns",
+)
+_SHARES = 17
+"""Values of a histogram."""
+
+
+@dataclass(frozen=True)
+class Figures:
+    """In counts and frames; None where the recording cannot tell. Rounding's 1/12 is taken out of variances.
+
+    noise                   whole temporal sigma of a pixel; of it white the part without memory, memory that with
+    memory_frames           in which the part with memory falls to a correlation of 1/e
+    row_noise, column_noise temporal sigmas of whole rows and columns, white in time
+    level, level_frames     sigma of the whole frame's level, and the time of its memory
+    pixel, row, column      sigmas of what stays: fixed pattern that is white over pixels, rows, columns
+    even_rows, even_columns what even ones lie above odd ones, halved
+    blur                    sigma of the sharpest thing seen, px
+    texture, mean, histogram    of the background: its field, its mean, and its values at even shares where they
+                            are not Gaussian
+    flaws                   bad pixels
+    """
+
+    noise: Measured
+    white: Measured
+    memory: Measured | None
+    memory_frames: Measured | None
+    row_noise: Measured | None
+    column_noise: Measured | None
+    level: Measured | None
+    level_frames: Measured | None
+    pixel: Measured | None
+    row: Measured | None
+    column: Measured | None
+    even_rows: Measured | None
+    even_columns: Measured | None
+    blur: Measured | None
+    texture: Field | None
+    mean: float
+    histogram: tuple[float, ...]
+    flaws: Flaws
+    region: Region
+    notes: tuple[str, ...]
+
+    def measured(self) -> Iterator[tuple[str, Measured]]:
+        """Names and values of all figures with an interval, those of texture and flaws under theirs."""
+        for part, prefix in ((self, ""), (self.texture, "texture."), (self.flaws, "flaws.")):
+            for field in fields(part) if part is not None else ():
+                value = getattr(part, field.name)
+                if isinstance(value, Measured):
+                    yield prefix + field.name, value
+
+
+def measure_figures(frames: Values, rate_hz: float, region: Region | None = None, top: float = 65535.0) -> Figures:
+    """Figures of frames (T, rows, columns) in counts; noise is read on `region`, or the flattest window.
+
+    top     the highest count there can be. InputError where frames are too few or small.
+    """
+    report = measure_noise(frames, rate_hz, region, top)
+    bad = defects(frames)
+    whole = patched(frames, bad.all)
+    sliding = moves(whole)
+    blur = point_blur(frames, bad.all)
+    psf_px = USUAL_BLUR if blur is None else blur.value
+    if sliding:
+        return _of_moving(report, whole, psf_px, blur, flaws(frames, bad, report.fine))
+    return _of_still(report, whole, psf_px, blur, flaws(frames, bad, report.terms.tvh.value))
+
+
+def _of_still(report: NoiseReport, whole: Values, psf_px: float, blur: Measured | None, bad: Flaws) -> Figures:
+    terms, memory, count = report.terms, report.temporal.memory, len(whole)
+    levels = report.region.of(whole).mean(axis=(1, 2), dtype=np.float64)
+    settled = _settled(whole, float(np.hypot(terms.tvh.value, levels.std())))
+    even_rows, even_columns = turns(settled, 0), turns(settled, 1)
+    picture = without_turns(settled, even_rows.value, even_columns.value)
+    powers = periodogram(picture)
+    spectrum = fit_field(powers, picture.shape, psf_px)
+    fixed = lines(powers, spectrum.density, picture.shape)
+    left = mean_share(memory, count) * terms.tvh.value**2  # of temporal noise, in the mean of the frames
+    across, down = report.region.w, report.region.h
+    finer = terms.tvh.value**2 / (across * down) + terms.tv.value**2 / down + terms.th.value**2 / across
+    level = fit_level(levels, finer)
+    return Figures(
+        noise=_less(terms.tvh, ROUNDING),
+        white=_less(terms.tvh if memory is None else memory.white, ROUNDING),
+        memory=None if memory is None else memory.correlated,
+        memory_frames=None if memory is None else memory.time_constant_s.map(lambda s: s * report.rate_hz),
+        row_noise=terms.tv,
+        column_noise=terms.th,
+        level=level.sigma,
+        level_frames=level.time_frames,
+        pixel=spectrum.floor.map(lambda variance: root(variance - left)),
+        row=_less(fixed.row, terms.tv.value**2 / count),
+        column=_less(fixed.column, terms.th.value**2 / count),
+        even_rows=even_rows,
+        even_columns=even_columns,
+        blur=blur,
+        texture=spectrum.texture,
+        mean=float(picture.mean()),
+        histogram=_histogram(picture, spectrum),
+        flaws=bad,
+        region=report.region,
+        notes=tuple(_notes(report, memory, blur, level.time_frames, count)),
+    )
+
+
+def _of_moving(report: NoiseReport, whole: Values, psf_px: float, blur: Measured | None, bad: Flaws) -> Figures:
+    """Where the scene slides, only what is sharp and white in time is told from it."""
+    picked = np.unique(np.linspace(0, len(whole) - 1, _PICTURES).astype(int))
+    pictures = [whole[k].astype(np.float64) for k in picked]
+    powers = np.mean([periodogram(picture) for picture in pictures], axis=0)
+    spectrum = fit_field(powers, pictures[0].shape, psf_px)
+    noise = _less(Measured(report.fine, report.fine * _FINE[0], report.fine * _FINE[1]), ROUNDING)
+    return Figures(
+        noise=noise,
+        white=noise,
+        blur=blur,
+        texture=spectrum.texture,
+        mean=float(np.mean(pictures)),
+        histogram=_histogram(pictures[len(pictures) // 2], spectrum),
+        flaws=bad,
+        region=report.region,
+        notes=(
+            "the scene moves: memory of the noise, its rows, columns and level and the fixed pattern cannot be told "
+            "from it; record something even, or hold the camera still",
+            *_notes(report, None, blur, None, len(whole)),
+        ),
+        **dict.fromkeys(_UNTOLD),
+    )
+
+
+def _notes(
+    report: NoiseReport, memory: Memory | None, blur: Measured | None, level: Measured | None, count: int
+) -> Iterator[str]:
+    if memory is not None and memory.time_constant_s.high * report.rate_hz > count / 3:
+        yield f"{count} frames are few for noise that remembers so long: its sigma may be larger"
+    if level is not None and level.high > count / 2:
+        yield f"the level wanders as slowly as {count} frames are long: its sigma may be larger"
+    if report.moves:
+        yield "neighbouring pixels change together: something moves, or the camera smooths its noise"
+    if blur is None:
+        yield f"no point is seen: the blur is taken to be {USUAL_BLUR} px"
+
+
+def _less(sigma: Measured, variance: float) -> Measured:
+    return sigma.map(lambda value: root(value**2 - variance))
+
+
+def _settled(frames: Values, noise: float) -> Floats:
+    """Mean of frames (T, rows, columns) in which a value far from its pixel's median counts as that far only.
+
+    So what passes by leaves little behind; nor do bad pixels that were not found.
+    """
+    picked = np.unique(np.linspace(0, len(frames) - 1, _MEDIANS).astype(int))
+    middle = np.median(frames[picked], axis=0)
+    total = np.zeros(middle.shape)
+    for frame in frames:
+        total += np.clip(frame - middle, -_FAR * noise, _FAR * noise)
+    return without_specks(middle + total / len(frames))
+
+
+def _histogram(picture: Floats, spectrum: Spectrum) -> tuple[float, ...]:
+    """Values at even shares of a picture's pixels where skewness or tails are not a Gaussian field's; else none.
+
+    The scatter of both, 6 / n and 24 / n in variance, is that of as many independent values n as the
+    spectrum has: (sum S)^2 / sum S^2.
+    """
+    if spectrum.texture is None:
+        return ()
+    density = spectrum.density.copy()
+    density[0, 0] = 0
+    independent = density.sum() ** 2 / np.square(density).sum()
+    unit = (picture - picture.mean()) / picture.std()
+    skewed = abs(float((unit**3).mean())) / np.sqrt(6 / independent)
+    tailed = abs(float((unit**4).mean()) - 3) / np.sqrt(24 / independent)
+    if max(skewed, tailed) < _SKEWED:
+        return ()
+    return tuple(float(value) for value in np.quantile(picture, np.linspace(0.002, 0.998, _SHARES)))

@@ -1,0 +1,99 @@
+"""The blur of a camera, where a point is seen."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import cv2
+import numpy as np
+
+from irsim.measure.defects import Mask
+from irsim.measure.interval import LEVEL, Measured
+from irsim.measure.region import Values
+from irsim.types import Floats
+
+_LOOKED_AT = 48
+"""Frames, over the whole length."""
+_REACH = 5
+"""A window reaches that far about a point, px: it tells blurs up to 1.7 px."""
+_BRIGHT = 25.0
+"""Least height above what is around, in robust sigmas of the picture."""
+_POINTS = 6
+"""The brightest of a frame that are looked at."""
+_MISFIT = 0.03
+"""Greatest rms of what a Gaussian leaves, as a share of its height; a bar of 3 px leaves 0.05."""
+_SIGMAS = (0.25, 1.7)
+"""A sharper one is a hot pixel, a wider one no point."""
+LEAST_FRAMES = 6
+"""An interval of the median needs as many."""
+
+
+def point_blur(frames: Values, bad: Mask) -> Measured | None:
+    """Sigma, px, of the sharpest thing seen in frames (T, rows, columns); None where no point is seen.
+
+    It is the blur if that is a point, and more than it if it is not. In each frame, Gaussians integrated
+    over the pixels are fitted to what stands out alone; the narrowest that fits counts, and of those the
+    median over frames. The interval is that of order statistics, free of assumptions on the scatter.
+    """
+    picked = np.unique(np.linspace(0, len(frames) - 1, _LOOKED_AT).astype(int))
+    near_bad = cv2.dilate(bad.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
+    sharpest = []
+    for k in picked:
+        picture = np.asarray(frames[k], np.float32)
+        found = [sigma for window in _windows(picture, near_bad) if (sigma := _sigma(window)) is not None]
+        if found:
+            sharpest.append(min(found))
+    if len(sharpest) < LEAST_FRAMES:
+        return None
+    return _median(np.sort(sharpest))
+
+
+def _windows(picture: Floats, bad: Mask) -> Iterator[Floats]:
+    """Windows about the brightest things that stand out from a picture (rows, columns), warm or cold."""
+    apart = picture - cv2.GaussianBlur(picture, (0, 0), 2 * _REACH)
+    usual = float(np.median(np.abs(apart))) * 1.4826
+    for sign in (1, -1):
+        signed = sign * apart
+        top = (signed == cv2.dilate(signed, np.ones((2 * _REACH + 1,) * 2, np.uint8))) & (signed > _BRIGHT * usual)
+        top[:_REACH] = top[-_REACH:] = top[:, :_REACH] = top[:, -_REACH:] = False
+        places = np.argwhere(top & ~bad)
+        order = np.argsort(-signed[tuple(places.T)])[:_POINTS]
+        for row, column in places[order]:
+            yield picture[row - _REACH : row + _REACH + 1, column - _REACH : column + _REACH + 1].astype(np.float64)
+
+
+def _sigma(window: Floats) -> float | None:
+    """Of the Gaussian on a plane that fits a window best; None where none fits."""
+    from scipy.optimize import least_squares
+
+    y, x = np.mgrid[-_REACH : _REACH + 1, -_REACH : _REACH + 1]
+    plane = np.stack([np.ones(window.size), x.ravel(), y.ravel()], axis=1)
+
+    def left(theta: Floats) -> Floats:
+        spot = np.outer(_shares(theta[1], theta[2]), _shares(theta[0], theta[2])).ravel()
+        basis = np.concatenate([spot[:, None] / spot.max(), plane], axis=1)
+        weights = np.linalg.lstsq(basis, window.ravel(), rcond=None)[0]
+        return np.asarray((window.ravel() - basis @ weights) / (abs(weights[0]) + 1e-9))
+
+    low, high = _SIGMAS
+    found = least_squares(left, [0, 0, 0.7], bounds=([-1, -1, low * 0.8], [1, 1, high * 1.2]))
+    fits = low < found.x[2] < high and float(np.sqrt(np.mean(np.square(found.fun)))) < _MISFIT
+    return float(found.x[2]) if fits else None
+
+
+def _shares(centre: float, sigma: float) -> Floats:
+    """Share of a unit Gaussian in each pixel of a line about 0."""
+    from scipy.special import ndtr
+
+    edges = (np.arange(-_REACH, _REACH + 2) - 0.5 - centre) / sigma
+    return np.asarray(np.diff(ndtr(edges)))
+
+
+def _median(ordered: Floats) -> Measured:
+    """Median of numbers that rise, and the interval between two of them (W. R. Thompson, 1936)."""
+    from scipy.stats import binom
+
+    count = len(ordered)
+    inner = int(binom.ppf((1 - LEVEL) / 2, count, 0.5))
+    low, high = max(inner - 1, 0), min(count - inner, count - 1)
+    return Measured(float(np.median(ordered)), float(ordered[low]), float(ordered[high]))
