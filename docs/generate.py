@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import get_args
 
+from matplotlib.figure import Figure
 from PIL import Image
 from pydantic.fields import FieldInfo
 
@@ -201,10 +202,30 @@ def generated(text: str) -> str:
     return re.sub(r"<!-- generated: ([a-z ]+) -->\n.*?<!-- end -->", fill, text, flags=re.DOTALL)
 
 
+AGC_SHEET = (("sky", 40), ("countryside", 40), ("entrant", 70), ("sea", 30))
+"""Frames of examples that show what the AGCs make of them."""
+
+
+def agc_sheet(path: Path) -> None:
+    """The same frames by each AGC with a curve or detail of its own, at their defaults."""
+    words = [word for word in AGCS.kinds if word not in ("fixed", "none")]
+    figure = Figure(figsize=(3 * len(words), 2.3 * len(AGC_SHEET)), layout="constrained")
+    grid = figure.subplots(len(AGC_SHEET), len(words))
+    for row, (name, index) in zip(grid, AGC_SHEET, strict=True):
+        for axes, word in zip(row, words, strict=True):
+            shown = open_source(load(name, [f"camera.agc={{kind: {word}}}"])).frame(index, "display")
+            axes.imshow(shown.image, cmap="gray", vmin=0, vmax=255, interpolation="nearest")
+            axes.set_title(f"{name}: {word}", fontsize=9, pad=2)
+            axes.set_axis_off()
+    figure.savefig(path, dpi=110)
+
+
 def pictures() -> None:
-    """docs/img: the examples as `irsim show` draws them, all targets, and the head of the report of `make demo`."""
+    """docs/img: the examples as `irsim show` draws them, all targets and AGCs, and the head of the report of
+    `make demo`."""
     images = DOCS / "img"
     write_sheet(images / "gallery.png")
+    agc_sheet(images / "agc.png")
     for name in examples():
         contact_sheet(open_source(name), images / f"{name}.png")
     shot = images / "report.png"

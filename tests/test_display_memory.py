@@ -200,6 +200,19 @@ def test_sources_show_the_same_from_anywhere(scene: Rendering, word: str, tmp_pa
     assert (previews(recording)[[0, 20, 39]] == [jpeg(expected[k]) for k in (0, 20, 39)]).all()
 
 
+def test_real_footage_is_shown_slowly_too(tmp_path: Path) -> None:
+    folder = tmp_path / "clip"
+    folder.mkdir()
+    sequence = frames(20)
+    for index, counts in enumerate(sequence):
+        cv2.imwrite(str(folder / f"{index:02}.png"), counts)
+    path = irsim.import_frames(folder, tmp_path / "a.mcap", bits=14, agc=SLOW["plateau"])
+    recording = open_recording(path)
+    expected = np.stack(in_order(SLOW["plateau"], sequence))
+    assert (images(list(recording.frames("display"))) == expected).all()
+    assert (recording.frame(13, "display").image == expected[13]).all()
+
+
 def test_processes_show_the_same(scene: Rendering) -> None:
     rendering = shown_by(scene, SLOW["linear"])
     expected = images(list(rendering.frames("display")))

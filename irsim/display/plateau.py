@@ -31,7 +31,7 @@ class Plateau(Adaptive):
     plateau: Annotated[float, Field(ge=1e-6, le=1)] = 0.001
     """Share of the pixels above which a count weighs no more. 1 is histogram equalisation; towards 0 all
     counts that there are weigh the same (histogram projection)."""
-    gain_limit: Annotated[float, Field(ge=0.001, le=255)] | None = 1.0
+    gain_limit: Annotated[float, Field(ge=0.001, le=255)] | None = 2.0
     """How many greys the curve may rise from one count to the next: an even scene's noise is not blown up;
     null: no limit."""
 
