@@ -106,10 +106,18 @@ def gallery(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="PNG", help="Default: gallery.png in this folder.")
     ] = None,
+    blind: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="A blind test instead: unlabelled crops in DIR, their key beside it."),
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Of the blind test's order and views.")] = 0,
 ) -> None:
     """Draw a sheet of all kinds of targets, each in several views."""
-    from irsim.gallery import write_sheet
+    from irsim.gallery import write_blind, write_sheet
 
+    if blind is not None:
+        print(write_blind(blind, seed))
+        return
     path = output or Path("gallery.png")
     check_output(path)
     print(write_sheet(path))

@@ -1,18 +1,20 @@
-"""Pictures of every target kind, as a camera shows them: `irsim gallery`."""
+"""Pictures of every target kind, as a camera shows them, with labels or as riddles: `irsim gallery`."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
 import numpy as np
 
-from irsim.files import replacing
+from irsim.errors import InputError
+from irsim.files import check_output, replacing, replacing_text
 from irsim.geometry import Geometry
 from irsim.motion.attitude import euler
 from irsim.radiometry import Band, radiance, temperature
-from irsim.rng import normals
+from irsim.rng import normals, stream
 from irsim.shapes import SHAPES, Shape, View
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
@@ -29,6 +31,10 @@ ABREAST = 3
 """Kinds in a row of the sheet."""
 LABEL = 22
 """Height of a label, px."""
+BLIND_EACH = 2
+"""Crops of each kind in a blind test."""
+BLIND_LARGER = 6
+"""How many times a crop is enlarged in a blind test, in its larger copy."""
 NOISE_K = 0.08
 """Of the camera, K."""
 SPAN_K = 12.0
@@ -57,6 +63,51 @@ def crop(shape: Shape, pose: Angles, *, band: Band = "lwir", time: float = 0.0, 
     low, high = np.percentile(shown, [1.0, 99.0])
     low, high = min(low, shape.behind_k - SPAN_K / 4), max(high, low + SPAN_K)
     return np.asarray(np.clip((shown - low) / (high - low), 0, 1) * 255).round().astype(np.uint8)
+
+
+@dataclass(frozen=True)
+class Riddle:
+    """One crop of a blind test: its kind and how that is posed: yaw, pitch, roll, degrees, and the time, s."""
+
+    kind: str
+    pose: Angles
+    time: float
+
+
+def riddles(seed: int) -> list[Riddle]:
+    """BLIND_EACH of every kind in random order, at any yaw; pitch and roll lie within those of the kind's poses."""
+    draw = stream(seed, "gallery", "blind")
+    found = []
+    for kind in bodies():
+        poses = np.array(typical(kind).poses)
+        for _ in range(BLIND_EACH):
+            _, pitch, roll = draw.uniform(poses.min(axis=0), poses.max(axis=0)).tolist()
+            found.append(Riddle(kind, (float(draw.uniform(0, 360)), pitch, roll), float(draw.uniform(0, 1))))
+    return [found[place] for place in draw.permutation(len(found))]
+
+
+def write_blind(folder: Path, seed: int) -> Path:
+    """Write a blind test: numbered crops without labels, as they are and enlarged, into a new folder.
+
+    Returns what they are: a CSV file beside the folder. InputError where either cannot be written.
+    """
+    key = folder.with_name(f"{folder.name}-key.csv")
+    check_output(key)
+    try:
+        folder.mkdir()
+    except OSError as error:
+        raise InputError(f"{folder}: {error.strerror}; allowed: the name of a new folder") from None
+    lines = ["picture,kind,yaw_deg,pitch_deg,roll_deg,time_s"]
+    for number, riddle in enumerate(riddles(seed), start=1):
+        picture = crop(typical(riddle.kind), riddle.pose, time=riddle.time)
+        larger = cv2.resize(picture, None, fx=BLIND_LARGER, fy=BLIND_LARGER, interpolation=cv2.INTER_CUBIC)
+        _write_png(folder / f"{number:02}.png", picture)
+        _write_png(folder / f"{number:02}-large.png", np.asarray(larger, np.uint8))
+        yaw, pitch, roll = riddle.pose
+        lines.append(f"{number:02},{riddle.kind},{yaw:.0f},{pitch:.0f},{roll:.0f},{riddle.time:.3f}")
+    with replacing_text(key) as file:
+        file.write("\n".join(lines) + "\n")
+    return key
 
 
 def _framed(shape: Shape, pose: Angles, stage: Stage, time: float) -> Sprite:
@@ -112,8 +163,12 @@ def sheet() -> Image:
 
 def write_sheet(path: Path) -> Path:
     """Write the sheet as a PNG file and return its path. InputError where the file cannot be written."""
-    written, data = cv2.imencode(".png", sheet())
+    _write_png(path, sheet())
+    return path
+
+
+def _write_png(path: Path, picture: Image) -> None:
+    written, data = cv2.imencode(".png", picture)
     assert written
     with replacing(path) as file:
         file.write(data.tobytes())
-    return path

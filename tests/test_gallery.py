@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from irsim.errors import InputError
-from irsim.gallery import CROP, FILL, bodies, crop, typical, write_sheet
+from irsim.gallery import BLIND_EACH, CROP, FILL, bodies, crop, typical, write_blind, write_sheet
 from irsim.shapes import SHAPES
 from irsim.shapes.body import Body
 
@@ -37,3 +37,19 @@ def test_it_is_a_small_file(tmp_path: Path) -> None:
     assert path.stat().st_size < 300_000
     with pytest.raises(InputError, match="does not exist"):
         write_sheet(tmp_path / "none" / "g.png")
+
+
+def test_a_blind_test_has_every_kind_and_keeps_the_key_apart(tmp_path: Path) -> None:
+    key = write_blind(tmp_path / "blind", 3)
+    assert key.parent == tmp_path
+    rows = [line.split(",") for line in key.read_text().splitlines()[1:]]
+    assert sorted(kind for _, kind, *_ in rows) == sorted([*bodies()] * BLIND_EACH)
+    assert [kind for _, kind, *_ in rows] != sorted(kind for _, kind, *_ in rows)
+    pictures = sorted(path.name for path in (tmp_path / "blind").iterdir())
+    assert pictures == sorted(name for number, *_ in rows for name in (f"{number}.png", f"{number}-large.png"))
+    picture = cv2.imread(str(tmp_path / "blind" / "01.png"), cv2.IMREAD_GRAYSCALE)
+    assert picture is not None
+    assert picture.shape == (CROP, CROP)
+    assert write_blind(tmp_path / "again", 3).read_text() == key.read_text()
+    with pytest.raises(InputError, match="new folder"):
+        write_blind(tmp_path / "blind", 3)

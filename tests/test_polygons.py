@@ -139,5 +139,31 @@ class TestSolids:
 
         # A small lid at the far end of a long deck, seen from above the near end: its middle is farther.
         both = mesh((box((0, 0, 0), (10, 1, 1)), box((9, 0, -0.1), (10, 1, 0))), 1.0)
-        assert both.hiding_order(np.array([-5.0, 0.5, -5.0])).tolist() == [1, 0]
-        assert both.hiding_order(np.array([-5.0, 0.5, 5.0])).tolist() == [0, 1]
+        pixels = both.vertices[:, :2]
+        assert both.hiding_order(np.array([-5.0, 0.5, -5.0]), pixels).tolist() == [1, 0]
+        assert both.hiding_order(np.array([-5.0, 0.5, 5.0]), pixels).tolist() == [0, 1]
+
+    @pytest.mark.parametrize("seed", range(10))
+    def test_the_first_part_that_a_ray_meets_comes_first(self, seed: int) -> None:
+        draw = np.random.default_rng(seed)
+        cells = draw.permutation(27)[:14]
+        lows = np.stack(np.unravel_index(cells, (3, 3, 3)), axis=1) + draw.uniform(0.02, 0.3, (14, 3))
+        highs = lows + draw.uniform(0.1, 0.65, (14, 3))
+        ends = np.stack([lows, highs])
+        solids = [
+            Solid(tuple((x, y, z) for x in xs for y in ys for z in zs))
+            for xs, ys, zs in ends.transpose(1, 2, 0).tolist()
+        ]
+        boxes = mesh(tuple(solids), 1.0)
+        eye = draw.uniform(-1, 1, 3)
+        eye = 1.5 + 8 * eye / np.linalg.norm(eye)
+        toward = (1.5 - eye) / np.linalg.norm(1.5 - eye)
+        across = np.linalg.svd(toward[None])[2][1:]
+        rays = boxes.vertices - eye
+        rank = boxes.hiding_order(eye, rays @ across.T / (rays @ toward)[:, None])
+        assert sorted(rank) == list(range(14))
+        for ray in draw.uniform(0, 3, (200, 3)) - eye:
+            into, out = np.sort((ends - eye) / ray, axis=0)  # (boxes, axes)
+            met = np.flatnonzero(into.max(axis=1) < out.min(axis=1))
+            if len(met):
+                assert rank[met].argmin() == into.max(axis=1)[met].argmin()

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from irsim.backgrounds.base import Gaze, Layer
+from irsim.backgrounds.base import Changed, Gaze, Layer
 from irsim.stage import Stage
 from irsim.types import Floats
 
@@ -50,19 +50,10 @@ class Column:
 
 
 @dataclass(frozen=True, eq=False)
-class ThroughAir:
+class ThroughAir(Changed):
     """A layer on the ground below, with the air before it."""
 
-    layer: Layer
     column: Column
-
-    @property
-    def name(self) -> str:
-        return self.layer.name
-
-    @property
-    def range_m(self) -> float:
-        return self.layer.range_m
 
     def light(self, gaze: Gaze) -> tuple[Floats | None, Floats]:
         tau, path = self.column.at(gaze.chart.spread(-gaze.chart.elevation_rad(gaze.chart.v)))

@@ -48,6 +48,21 @@ class Layer(Protocol):
         ...
 
 
+@dataclass(frozen=True, eq=False)
+class Changed:
+    """A layer whose light something changes; its name and range stay."""
+
+    layer: Layer
+
+    @property
+    def name(self) -> str:
+        return self.layer.name
+
+    @property
+    def range_m(self) -> float:
+        return self.layer.range_m
+
+
 class Background(Kind):
     """What is behind the targets."""
 

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from pydantic import model_validator
 
-from irsim.backgrounds.base import FARTHEST, Gaze, Layer
+from irsim.backgrounds.base import FARTHEST, Changed, Gaze, Layer
 from irsim.backgrounds.fields import Betas, profile, spectral
 from irsim.backgrounds.hours import TEMPERATURES, Hour, filled
 from irsim.backgrounds.painting import Painting
@@ -200,19 +200,10 @@ class Hides(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Above:
+class Above(Changed):
     """A cloud layer that the ground or the sea hides."""
 
-    layer: Layer
     country: Hides
-
-    @property
-    def name(self) -> str:
-        return self.layer.name
-
-    @property
-    def range_m(self) -> float:
-        return self.layer.range_m
 
     def light(self, gaze: Gaze) -> tuple[Floats, Floats]:
         transmittance, emission = self.layer.light(gaze)

@@ -11,7 +11,7 @@ from pydantic import Field
 from irsim.kinds import Kelvin, Metres, NotNegative
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
-from irsim.shapes.joints import Rigid, hinge
+from irsim.shapes.joints import Rigid, Turn, hinge, turned
 from irsim.shapes.solids import Solid, ball, limb, mirrored, on, plate, tube
 
 # A gull: span 2.2 times the length from bill to tail.
@@ -52,11 +52,11 @@ class Bird(Body):
     """Wing beats a second."""
     beat_deg: Annotated[float, Field(ge=0, le=80)] = 38.0
     """The wings' angle above and below level at the ends of a beat, degrees."""
-    phase_deg: Annotated[float, Field(ge=-360, le=360)] = 70.0
+    phase_deg: Turn = 70.0
     """Place in the beat in frame 0, degrees; at 90 the wings are up."""
 
     def joints(self, time: float) -> Mapping[str, Rigid]:
-        phase = math.radians(self.phase_deg) + 2 * math.pi * self.beat_hz * time
+        phase = turned(self.phase_deg, self.beat_hz, time)
         lift = math.radians(self.beat_deg) * math.sin(phase)
         # The outer wing lags behind, and bends down more than up.
         bend = math.radians(self.beat_deg) * (0.6 * math.sin(phase - 1.2) - 0.25)

@@ -61,7 +61,7 @@ class Body(Shape):
         left = faces_eye[form.left]
         rim = left != faces_eye[form.right]
         # By layers, the nearest first: their edges must stand together.
-        rank = form.hiding_order(eye)
+        rank = form.hiding_order(eye, pixels)
         order = np.flatnonzero(rim)
         order = order[np.argsort(rank[form.part[order]], kind="stable")]
         # A face seen from outside runs clockwise in x right, y down where its edges are read backwards.

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from typing import Annotated, ClassVar
-
-from pydantic import Field
+from typing import ClassVar
 
 from irsim.kinds import Fraction, Kelvin, Metres, NotNegative
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
-from irsim.shapes.joints import Rigid, hinge
+from irsim.shapes.joints import Rigid, Turn, hinge, turned
 from irsim.shapes.solids import Solid, ball, block, limb, mirrored, on, plate, profile, shifted, tube
 
 _MAST = (0.1, 0.0, -0.24)
@@ -85,9 +82,9 @@ class Helicopter(Body):
     """Emissivity of the windows: glass in the thermal infrared."""
     rotor_hz: NotNegative = 4.3
     """Turns of the main rotor a second; the tail rotor turns five times as fast."""
-    rotor_deg: Annotated[float, Field(ge=-360, le=360)] = 30.0
+    rotor_deg: Turn = 30.0
     """Angle of the main rotor in frame 0, degrees."""
 
     def joints(self, time: float) -> Mapping[str, Rigid]:
-        turn = math.radians(self.rotor_deg) + 2 * math.pi * self.rotor_hz * time
+        turn = turned(self.rotor_deg, self.rotor_hz, time)
         return {"rotor": hinge(_MAST, (0.0, 0.0, 1.0), -turn), "tail": hinge(_TAIL, (0.0, 1.0, 0.0), 5 * turn)}

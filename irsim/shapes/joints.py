@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
+from pydantic import Field
 
 from irsim.shapes.solids import Point3
 from irsim.types import Floats
+
+Turn = Annotated[float, Field(ge=-360, le=360)]
+"""How a moving part lies in frame 0, degrees."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,6 +26,11 @@ class Rigid:
     def __matmul__(self, other: Rigid) -> Rigid:
         """The other motion first, then this one: a shin on a thigh is `thigh @ knee`."""
         return Rigid(self.turn @ other.turn, self.turn @ other.shift + self.shift)
+
+
+def turned(start_deg: float, hz: float, time: float) -> float:
+    """The angle, radians, at a time, s, of what turns `hz` times a second from `start_deg` on."""
+    return math.radians(start_deg) + 2 * math.pi * hz * time
 
 
 def hinge(pivot: Point3, axis: Point3, angle: float) -> Rigid:

@@ -24,6 +24,7 @@ class Mesh:
     `face_part` (F,): a face's plane is normal . v = offset, and vertex `corner` (F,) is one of its own.
     Each edge runs from vertex `tail` to `head` with its face `left` counter-clockwise as seen from
     outside, `right` on its other side; `part` (E,) is the part it belongs to.
+    outside (parts, F) says which parts lie wholly before which faces.
     For each pair of parts a plane parts them as well as any face of theirs can: `first` is on the
     side that `walls` (pairs, 3) point to from `reaches` (pairs,), `second` on the other.
     """
@@ -43,17 +44,32 @@ class Mesh:
     second: Ints
     walls: Floats
     reaches: Floats
+    outside: npt.NDArray[np.bool_]
 
-    def hiding_order(self, eye: Floats) -> Ints:
-        """(parts,) rank of each part as seen from `eye` (3,), the one that nothing hides first.
+    def hiding_order(self, eye: Floats, pixels: Floats) -> Ints:
+        """(parts,) rank of each part as seen from `eye` (3,), vertices at pixels (V, 2): nothing hides the first.
 
-        Of two parts the one on the eye's side of their wall hides the other; for convex parts that
-        do not meet this is exact, and where it changes neither hides the other.
+        Where a face's plane parts two parts, the one beyond it from the eye does not hide the other; where
+        no plane parts them, that of their wall says which does. Only parts whose boxes meet in the picture
+        count. A part comes after all that hide it, and those that hide these.
         """
+        starts = np.flatnonzero(np.diff(self.vertex_part, prepend=-1))
+        faces = np.flatnonzero(np.diff(self.face_part, prepend=-1))
+        to_eye = self.normals @ eye > self.offsets
+        cannot = np.logical_or.reduceat(self.outside & to_eye, faces, axis=1).T
+        cannot |= np.logical_or.reduceat(self.outside & ~to_eye, faces, axis=1)  # (hider, hidden)
         nearer = self.walls @ eye > self.reaches
-        hiders = np.bincount(np.where(nearer, self.second, self.first), minlength=int(self.part[-1]) + 1)
-        rank = np.empty_like(hiders)
-        rank[np.argsort(hiders, kind="stable")] = np.arange(len(hiders))
+        cannot[np.where(nearer, self.second, self.first), np.where(nearer, self.first, self.second)] |= ~(
+            cannot[self.first, self.second] | cannot[self.second, self.first]
+        )
+        low, high = np.minimum.reduceat(pixels, starts), np.maximum.reduceat(pixels, starts)
+        meet = (low[:, None, 0] <= high[:, 0]) & (low[:, None, 1] <= high[:, 1])
+        hides = (meet & meet.T & ~cannot).astype(np.float32)
+        np.fill_diagonal(hides, 0.0)
+        for _ in range(len(starts).bit_length()):  # each time chains of twice the length
+            hides = np.minimum(hides + hides @ hides, 1.0)
+        rank = np.empty(len(starts), dtype=np.int64)
+        rank[np.argsort(hides.sum(axis=0), kind="stable")] = np.arange(len(starts))
         return rank
 
     def posed(self, motions: Mapping[int, Rigid], scale: float) -> Mesh:
@@ -67,8 +83,18 @@ class Mesh:
         vertices = np.einsum("vij,vj->vi", turns[self.vertex_part], self.vertices) + shifts[self.vertex_part]
         normals = np.einsum("fij,fj->fi", turns[self.face_part], self.normals)
         offsets = np.sum(normals * vertices[self.corner], axis=1)
-        walls, reaches = _walls(vertices, self.vertex_part, normals, offsets, self.face_part, self.first, self.second)
-        return replace(self, vertices=vertices, normals=normals, offsets=offsets, walls=walls, reaches=reaches)
+        walls, reaches, outside = _walls(
+            vertices, self.vertex_part, normals, offsets, self.face_part, self.first, self.second
+        )
+        return replace(
+            self,
+            vertices=vertices,
+            normals=normals,
+            offsets=offsets,
+            walls=walls,
+            reaches=reaches,
+            outside=outside,
+        )
 
 
 def mesh(solids: tuple[Solid, ...], scale: float) -> Mesh:
@@ -102,7 +128,7 @@ def mesh(solids: tuple[Solid, ...], scale: float) -> Mesh:
     corner[left] = corner[right] = tail
     offsets = np.sum(planes * places[corner], axis=1)
     pairs = np.array(list(combinations(range(len(solids)), 2)), dtype=np.int64).reshape(-1, 2)
-    walls, reaches = _walls(places, vertex_part, planes, offsets, face_part, *pairs.T)
+    walls, reaches, outside = _walls(places, vertex_part, planes, offsets, face_part, *pairs.T)
     return Mesh(
         vertices=places,
         vertex_part=vertex_part,
@@ -119,6 +145,7 @@ def mesh(solids: tuple[Solid, ...], scale: float) -> Mesh:
         second=pairs[:, 1],
         walls=walls,
         reaches=reaches,
+        outside=outside,
     )
 
 
@@ -130,10 +157,10 @@ def _walls(
     face_part: Ints,
     first: Ints,
     second: Ints,
-) -> tuple[Floats, Floats]:
+) -> tuple[Floats, Floats, npt.NDArray[np.bool_]]:
     """Of each pair of parts the face of either that the other crosses least, as a plane that points to the first.
 
-    Normals (pairs, 3) and offsets (pairs,).
+    Normals (pairs, 3) and offsets (pairs,), and which parts lie wholly before which faces (parts, faces).
     """
     starts = np.flatnonzero(np.diff(vertex_part, prepend=-1))
     heights = np.minimum.reduceat(vertices @ normals.T, starts, axis=0)
@@ -146,7 +173,7 @@ def _walls(
     by_second, by_first = least[first, second], least[second, first]
     own = crossing[first, by_second] <= crossing[second, by_first]
     face, sign = np.where(own, by_second, by_first), np.where(own, 1.0, -1.0)
-    return normals[face] * sign[:, None], offsets[face] * sign
+    return normals[face] * sign[:, None], offsets[face] * sign, crossing <= 1e-9 * crossing.max()
 
 
 def _faces(points: Floats) -> list[tuple[Floats, list[int]]]:

@@ -11,7 +11,7 @@ from pydantic import Field
 from irsim.kinds import Kelvin, Metres, NotNegative
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
-from irsim.shapes.joints import Rigid, hinge
+from irsim.shapes.joints import Rigid, Turn, hinge, turned
 from irsim.shapes.solids import Solid, ball, limb, on
 
 # Joints of an adult, shares of the height, the hips at the origin (Drillis and Contini, 1966).
@@ -90,11 +90,11 @@ class Pedestrian(Body):
     """Strides (two steps) a second."""
     stride_deg: Annotated[float, Field(ge=0, le=60)] = 24.0
     """The thighs' angle ahead of upright and behind it at the ends of a step, degrees."""
-    phase_deg: Annotated[float, Field(ge=-360, le=360)] = 80.0
+    phase_deg: Turn = 80.0
     """Place in the stride in frame 0, degrees; at 90 the right leg is ahead."""
 
     def joints(self, time: float) -> Mapping[str, Rigid]:
-        phase = math.radians(self.phase_deg) + 2 * math.pi * self.stride_hz * time
+        phase = turned(self.phase_deg, self.stride_hz, time)
         size = math.radians(self.stride_deg)
         joints: dict[str, Rigid] = {}
         for name, side, own in (("right", 1, phase), ("left", -1, phase + math.pi)):

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from typing import Annotated, ClassVar
-
-from pydantic import Field
+from typing import ClassVar
 
 from irsim.kinds import Kelvin, Metres, NotNegative
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
-from irsim.shapes.joints import Rigid, hinge
+from irsim.shapes.joints import Rigid, Turn, hinge, turned
 from irsim.shapes.solids import Solid, ball, limb, on, plate, tube
 
 _HUBS = {"fl": (0.29, -0.33), "fr": (0.29, 0.33), "rl": (-0.29, -0.33), "rr": (-0.29, 0.33)}
@@ -61,10 +58,10 @@ class Quadrotor(Body):
     """Temperature of the rotors, kelvin."""
     rotor_hz: NotNegative = 90.0
     """Turns of the rotors a second; neighbours turn against each other."""
-    rotor_deg: Annotated[float, Field(ge=-360, le=360)] = 20.0
+    rotor_deg: Turn = 20.0
     """Angle of the rotors in frame 0, degrees."""
 
     def joints(self, time: float) -> Mapping[str, Rigid]:
-        turn = math.radians(self.rotor_deg) + 2 * math.pi * self.rotor_hz * time
+        turn = turned(self.rotor_deg, self.rotor_hz, time)
         signs = {"fl": 1, "fr": -1, "rl": -1, "rr": 1}
         return {name: hinge((x, y, 0.0), (0.0, 0.0, 1.0), signs[name] * turn) for name, (x, y) in _HUBS.items()}

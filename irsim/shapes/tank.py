@@ -7,7 +7,7 @@ from typing import ClassVar
 from irsim.kinds import Kelvin, Metres
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
-from irsim.shapes.solids import Solid, mirrored, plate, profile, tube
+from irsim.shapes.solids import Solid, mirrored, plate, profile, tube, wheel
 
 _TRACK = profile(
     ((0.5, -0.02), (0.49, -0.06), (-0.48, -0.06), (-0.5, -0.02), (-0.39, 0.12), (0.38, 0.12)), 0.15, 0.25, "tracks_k"
@@ -29,8 +29,19 @@ _TURRET = Solid(
 )
 
 
+# Six road wheels a side, sprocket and idler higher, on the outside of the track: what meets it could not hide it.
+_WHEELS = tuple(
+    wheel((x, 0.262, z), radius, 0.02, "wheels_k")
+    for x, z, radius in (
+        *((place, 0.062, 0.05) for place in (0.31, 0.185, 0.06, -0.065, -0.19, -0.315)),
+        (0.43, 0.0, 0.04),
+        (-0.43, 0.0, 0.04),
+    )
+)
+
+
 class Tank(Body):
-    """Hull, turret and barrel, warm running gear and a hot engine deck at the rear."""
+    """Hull, turret and a long barrel, hot road wheels in warm tracks, and a hot engine deck at the rear."""
 
     poses: ClassVar[tuple[Angles, ...]] = ((90.0, 0.0, 0.0), (110.0, 0.0, 0.0), (60.0, 0.0, 0.0))
     behind_k: ClassVar[float] = 288.0
@@ -43,15 +54,25 @@ class Tank(Body):
         plate(((-0.29, -0.16), (-0.29, 0.16), (-0.475, 0.16), (-0.475, -0.16)), -0.13, -0.105, "engine_k"),
         plate(((-0.47, -0.14), (-0.47, 0.14), (-0.495, 0.14), (-0.495, -0.14)), -0.1, -0.01, "engine_k"),
         _TURRET,
-        tube((0.16, -0.155, 0.02, 0.02), (0.72, -0.165, 0.013, 0.013), heat="turret_k"),
+        *_WHEELS,
+        *map(mirrored, _WHEELS),
+        tube((0.14, -0.155, 0.034, 0.03), (0.24, -0.157, 0.026, 0.024), heat="turret_k"),
+        tube((0.24, -0.157, 0.018, 0.018), (0.8, -0.167, 0.014, 0.014), heat="barrel_k"),
+        tube((0.46, -0.161, 0.027, 0.027), (0.58, -0.163, 0.027, 0.027), heat="barrel_k"),
         plate(((-0.02, 0.03), (-0.02, 0.10), (-0.10, 0.10), (-0.10, 0.03)), -0.25, -0.20),
     )
 
     length_m: Metres = 7.0
-    """Length of the hull, m; the barrel reaches a fifth of it further."""
+    """Length of the hull, m; the barrel reaches 0.3 of it further, as those of the common 120 and 125 mm guns do."""
+    temperature_k: Kelvin = 298.0
+    """Temperature of the hull, kelvin."""
     engine_k: Kelvin = 350.0
     """Temperature of the engine deck, kelvin."""
     turret_k: Kelvin = 304.0
-    """Temperature of turret and barrel, kelvin."""
-    tracks_k: Kelvin = 315.0
+    """Temperature of the turret, kelvin."""
+    barrel_k: Kelvin = 316.0
+    """Temperature of the barrel, kelvin: warm for a while after it has fired."""
+    tracks_k: Kelvin = 308.0
     """Temperature of the tracks, kelvin."""
+    wheels_k: Kelvin = 322.0
+    """Temperature of the road wheels, whose rubber is kneaded, kelvin."""
