@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import exp, sqrt
+from math import exp, pi, sqrt
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,9 @@ from tracker_scenes import blob, follow
 
 from irsim.rng import stream
 from irsim.types import Box, Frame
+from irtrack.filters.turn import coordinated_turn
 from irtrack.trackers.base import Sight
+from irtrack.trackers.ekf import EKF
 from irtrack.trackers.grey import weigh
 from irtrack.trackers.grey_pf import GreyPF
 from irtrack.trackers.kalman import Kalman
@@ -101,3 +103,41 @@ def test_kalman_rejects_a_measurement_beyond_the_gate() -> None:
     assert first.covariance is not None
     assert estimates[23].covariance is not None
     assert np.trace(first.covariance) > np.trace(estimates[23].covariance)
+
+
+def test_a_coordinated_turn_by_hand() -> None:
+    """A quarter turn in one frame at speed pi / 2: along a circle of radius 1, from +x to +y."""
+    moved, _ = coordinated_turn(np.array([3.0, 4.0, pi / 2, 0.0, pi / 2]))
+    assert moved == pytest.approx([4, 5, 0, pi / 2, pi / 2])
+    moved, _ = coordinated_turn(np.array([3.0, 4.0, 2.0, -1.0, 0.0]))
+    assert moved == pytest.approx([5, 3, 2, -1, 0])
+
+
+@pytest.mark.parametrize("rate", [0.0, 5e-5, -9.9e-5, 1.1e-4, 0.3, -1.2])
+def test_the_jacobian_of_a_turn_is_its_derivative(rate: float) -> None:
+    state = np.array([3.0, 4.0, 2.0, -1.0, rate])
+    _, jacobian = coordinated_turn(state)
+    step = 1e-5
+    for i in range(5):
+        up, down = (coordinated_turn(state + sign * step * np.eye(5)[i])[0] for sign in (1, -1))
+        assert jacobian[:, i] == pytest.approx((up - down) / (2 * step), abs=1e-6)
+
+
+def test_the_turn_filter_foresees_a_turn() -> None:
+    """On a circle of radius 20 px at 0.15 rad/frame, hidden for 4 frames: the turn goes on, no line does."""
+    y, x = np.mgrid[:120, :160]
+    noise = np.random.default_rng(4)
+    frames, at = [], []
+    for k in range(44):
+        cx, cy = 80 + 20 * np.cos(0.15 * k), 60 + 20 * np.sin(0.15 * k)
+        target = 80 * np.exp(-((x - cx) ** 2) / (2 * 3.5**2) - (y - cy) ** 2 / (2 * 2.5**2)) * (k < 40)
+        image = np.clip(80 + target + 4 * noise.standard_normal(x.shape), 0, 255).astype(np.uint8)
+        frames.append(Frame(image, k, k / 30, 8))
+        at.append((cx, cy))
+    errors = {}
+    for tracker in (EKF(measurement="ncc"), Kalman(measurement="ncc")):
+        last = follow(tracker, frames, Box(*at[0], 14, 10))[-1]
+        errors[type(tracker)] = float(np.hypot(*np.subtract(last.center, at[-1])))
+    assert errors[EKF] < 3
+    # Straight on for 4 frames of 3 px from a circle of radius 20: off by some 12^2 / 40 = 3.6 px.
+    assert errors[Kalman] > errors[EKF] + 1

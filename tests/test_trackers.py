@@ -30,6 +30,10 @@ VARIANTS: list[tuple[str, dict[str, Any]]] = [
     ("product_pf", {"velocity": "sqrt_lambda", "high_pass": "none", "update": "seen"}),
     ("template", {"window": 12, "update": 0.05}),
     ("kalman", {"measurement": "ncc"}),
+    ("kalman", {"measurement": "mean_shift"}),
+    ("ekf", {"measurement": "ncc"}),
+    ("ekf", {"measurement": "mean_shift"}),
+    ("fusion_wspf", {"rho_t": None, "restoring": "equal", "confidence": "variance_ratio", "accept": 0.9}),
 ]
 SIZE_TOLERANCE = {"fusion_wspf": 0.3}
 """Of trackers that follow the size; all others keep that of the start box."""
@@ -92,7 +96,7 @@ def test_works_with_each_parameter_at_its_limits(name: str, key: str, limit: flo
     scene = blob(3, count=12, hidden=range(4, 7))
     others = next((switches for word, switches in NEEDED.items() if key.startswith(word)), {})
     others = {k: v for k, v in others.items() if k in TRACKERS[name].model_fields and k != key}
-    for measurement in ("centroid", "ncc") if name == "kalman" else (None,):
+    for measurement in ("centroid", "ncc", "mean_shift") if name in ("kalman", "ekf") else (None,):
         tracker = make(name, others | {key: limit} | ({"measurement": measurement} if measurement else {}))
         for estimate in follow(tracker, [frame for frame, _ in scene], Box(*scene[0][1], 14, 10)):
             assert_legal(estimate)

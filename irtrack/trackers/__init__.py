@@ -25,6 +25,7 @@ from irtrack.errors import InputError
 from irtrack.peers import HINT, PEERS, offered, python
 from irtrack.trackers.base import TrackerPart
 from irtrack.trackers.cascade_pf import CascadePF
+from irtrack.trackers.ekf import EKF
 from irtrack.trackers.foreign import FOREIGN
 from irtrack.trackers.fusion_wspf import FusionWSPF
 from irtrack.trackers.grey_pf import GreyPF
@@ -39,6 +40,7 @@ TRACKERS: dict[str, type[TrackerPart]] = {
     "product_pf": ProductPF,
     "template": Template,
     "kalman": Kalman,
+    "ekf": EKF,
     "fusion_wspf": FusionWSPF,
 }
 
