@@ -9,7 +9,7 @@ import shlex
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -18,6 +18,9 @@ from irsim.errors import InputError
 from irsim.files import check_output
 from irsim.terminal import first_options, progress_bar, run
 from irsim.wording import counted
+
+if TYPE_CHECKING:
+    from irsim.display import Agc
 
 app = typer.Typer(
     help="Render infrared scenes from YAML, record frames with exact truth, import real ones.",
@@ -192,16 +195,32 @@ def import_(
     follow: Annotated[
         str | None, typer.Option(metavar="ID", help="Whom trackers follow; default: the first in the truth.")
     ] = None,
+    agc: Annotated[
+        str | None,
+        typer.Option(
+            metavar="KIND|{...}",
+            help="How counts become the 8-bit picture, as camera.agc says it in a scenario: plateau, or "
+            "{kind: plateau, time_constant_frames: 10}; default: none for 8 bits, linear for more.",
+        ),
+    ] = None,
     output: RecordingOption = None,
 ) -> None:
     """Import real frames into a recording (default: NAME.mcap in this folder)."""
     from irsim.convert import import_frames, name_of
     from irsim.recording import open_recording
 
+    shown = None if agc is None else _agc(agc)
     path = output or Path(f"{name_of(frames)}.mcap")
     check_output(path, frames, truth)
     with progress_bar(f"import {frames.name}") as progress:
-        import_frames(frames, path, truth, rate, bits=bits, accuracy_px=accuracy, follow=follow, progress=progress)
+        import_frames(
+            *(frames, path, truth, rate),
+            agc=shown,
+            bits=bits,
+            accuracy_px=accuracy,
+            follow=follow,
+            progress=progress,
+        )
     for note in open_recording(path).contents.notes:
         print(f"irsim: note: {note}", file=sys.stderr)
     _say_written(path)
@@ -214,6 +233,19 @@ def _frame_range(text: str) -> tuple[int, int]:
     if not (start.isdecimal() and stop.isdecimal() and int(start) < int(stop)):
         raise InputError(f"--frames {text}: no such range; allowed: N above 0, or A:B with A below B")
     return int(start), int(stop)
+
+
+def _agc(text: str) -> Agc:
+    """'plateau' or '{kind: plateau, gain_limit: 1}' as an AGC."""
+    from irsim.display import Shown
+    from irsim.loader import build
+    from irsim.yamlfile import scalar
+
+    try:
+        value = scalar(text)
+    except InputError as error:
+        raise InputError(f"--agc: {error}") from None
+    return build(Shown, {"agc": {"kind": value} if isinstance(value, str) else value}, "import").agc
 
 
 def _say_written(path: Path) -> None:

@@ -129,11 +129,11 @@ def _write_webm(file: BinaryIO, pictures: Iterator[Indices], rate_hz: float) -> 
         stream = container.add_stream("libvpx-vp9", rate=Fraction(rate_hz).limit_denominator(10_000), options=VP9)
         stream.height, stream.width = (-(-side // 2) * 2 for side in first.shape)  # chroma takes even sides
         stream.pix_fmt = "yuv420p"
-        stream.codec_context.color_range = av.video.reformatter.ColorRange.JPEG  # all greys, not 16 to 235
         for picture in chain([first], pictures):
             even = np.pad(picture, [(0, side % 2) for side in picture.shape], mode="edge")
             frame = av.VideoFrame.from_ndarray(PALETTE[even], format="rgb24")
-            container.mux(stream.encode(frame.reformat(format="yuv420p", dst_color_range="JPEG")))
+            # Greys as 16 to 235: browsers take those for black and white, whatever the file says.
+            container.mux(stream.encode(frame.reformat(format="yuv420p", dst_color_range="MPEG")))
         container.mux(stream.encode())
 
 

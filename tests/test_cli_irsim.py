@@ -219,6 +219,16 @@ def test_show_draws_a_picture(run: Run, folder: Path, source: str) -> None:
     assert np.any(np.all(picture == (0x00, 0xB0, 0xFF), axis=-1))
 
 
+@pytest.mark.parametrize(("agc", "kind"), [("clahe", "clahe"), ("{kind: plateau, time_constant_frames: 3}", "plateau")])
+def test_import_says_how_frames_are_shown(run: Run, folder: Path, agc: str, kind: str) -> None:
+    (folder / "few").mkdir()
+    for index in range(2):
+        cv2.imwrite(str(folder / "few" / f"{index}.png"), np.full((20, 20), 100 + index, np.uint8))
+    done = run("import", "few", "--agc", agc, cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert irsim.open_recording(folder / "few.mcap").header.agc.kind == kind
+
+
 @pytest.mark.parametrize("ending", ["webm", "gif"])
 def test_show_writes_moving_pictures(run: Run, folder: Path, ending: str) -> None:
     done = run("show", "scene.yaml", "-o", f"moving.{ending}", "--frames", "1:3", cwd=folder)
@@ -302,6 +312,15 @@ BAD = {
         ["import", "clip", "--truth", "boxes.csv", "-o", "boxes.csv"],
         "irsim: boxes.csv: would replace boxes.csv, ",
     ),
+    "unknown AGC": (
+        ["import", "clip", "-o", "x.mcap", "--agc", "platau"],
+        "irsim: import: agc.kind: unknown agc kind 'platau'; allowed: ",
+    ),
+    "AGC with a wrong key": (
+        ["import", "clip", "-o", "x.mcap", "--agc", "{kind: clahe, tails: [0, 0]}"],
+        "irsim: import: agc.tails: unknown key; allowed: ",
+    ),
+    "AGC that is no YAML": (["import", "clip", "-o", "x.mcap", "--agc", "{kind: ["], "irsim: --agc: "),
     "nobody to follow": (
         ["import", "clip", "--truth", "boxes.csv", "--follow", "x", "-o", "x.mcap"],
         "irsim: boxes.csv: there is no target 'x'; allowed: target",

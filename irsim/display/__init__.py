@@ -1,14 +1,24 @@
 """From counts to the 8-bit picture: automatic gain control (AGC)."""
 
+from typing import Annotated
+
 from irsim.display.base import MID_GREY, Adaptive, Agc, Look, Picture
 from irsim.display.detail import CURVES, Clahe, Unsharp
 from irsim.display.plateau import Plateau
 from irsim.display.screen import Screen
 from irsim.display.stretch import Fixed, Linear, Plain
-from irsim.kinds import Family
+from irsim.kinds import Family, Part
 
 AGCS = Family("agc", Agc, {**CURVES.kinds, "clahe": Clahe, "unsharp": Unsharp})
 """Ways from counts to 8 bits."""
+
+
+class Shown(Part):
+    """How frames are displayed that no camera of a scenario stands behind."""
+
+    agc: Annotated[Agc, AGCS]
+    """How counts become the 8-bit picture."""
+
 
 __all__ = [
     "AGCS",
@@ -24,5 +34,6 @@ __all__ = [
     "Plain",
     "Plateau",
     "Screen",
+    "Shown",
     "Unsharp",
 ]
