@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
+    from irsim.measure import Verdict
     from irsim.types import Input, Source
 
 Measured = Annotated[
@@ -33,6 +34,8 @@ Json = Annotated[bool, typer.Option("--json", help="One JSON document instead of
 
 _MOST = 300
 """Frames that are looked at where the user does not say: 200 MB of 640x512 px."""
+_NOISY = 120
+"""Frames whose noise is compared with real cameras'."""
 _PICTURES = 9
 """Pictures over the whole length whose texture is measured."""
 
@@ -110,30 +113,44 @@ def realism(
             metavar="CLASS", help="Status 1 where it is outside the ranges; default: what its scenario claims."
         ),
     ] = None,
+    camera: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SORT", help="Compare the noise, too: cooled, uncorrected, uncooled. Status 1 where outside."
+        ),
+    ] = None,
     as_json: Json = False,
 ) -> None:
-    """Compare a background's texture (8-bit picture) with real recordings: cloud, trees, ground and so on."""
-    from irsim.measure import classes_of, judge, texture, verdict_lines
+    """Compare a background's texture, and a camera's noise, with real recordings: cloud, trees, ground and so on."""
+    from irsim.measure import cameras_of, classes_of, judge, judge_noise, measure_figures, texture, verdict_lines
+    from irsim.measure.realism import lines_of
     from irsim.sources import open_source
 
     opened = open_source(source)
     like = like or _claim(opened)
+    judged: tuple[Verdict, ...] = ()
+    sorts: tuple[str, ...] = ()
     try:
-        found = texture(pictures(opened))
+        found = None if camera is not None and like is None else texture(pictures(opened))
+        if camera is not None:
+            stack = read_stack(opened, *_span(str(_NOISY), len(opened)), "counts")
+            figures = measure_figures(stack, opened.rate_hz, None, 2.0**opened.bits - 1)
+            judged, sorts = judge_noise(figures, camera), cameras_of(figures)
     except InputError as error:
         raise InputError(f"{source}: {error}") from None
-    verdicts = () if like is None else judge(found, like)
+    verdicts = () if like is None or found is None else judge(found, like)
     if as_json:
-        ranges = {v.figure: {"low": v.low, "high": v.high, "inside": v.inside} for v in verdicts}
-        print(
-            json.dumps(
-                {"source": source, **asdict(found), "like": like, "ranges": ranges, "classes": classes_of(found)}
-            )
-        )
+        ranges = {v.figure: {"low": v.low, "high": v.high, "inside": v.inside} for v in (*verdicts, *judged)}
+        told = {} if found is None else {**asdict(found), "like": like, "classes": classes_of(found)}
+        noise = {} if camera is None else {"camera": camera, **{v.figure: v.value for v in judged}, "cameras": sorts}
+        print(json.dumps({"source": source, **told, **noise, "ranges": ranges}))
     else:
-        for line in verdict_lines(found, like):
-            print(line)
-    if not all(verdict.inside for verdict in verdicts):
+        if found is not None:
+            print(*verdict_lines(found, like), sep="\n")
+        if camera is not None:
+            print(*lines_of(judged, camera), sep="\n")
+            print(f"its noise is like: {', '.join(sorts) or 'that of no real camera'}")
+    if not all(verdict.inside for verdict in (*verdicts, *judged)):
         sys.exit(1)
 
 

@@ -7,10 +7,12 @@ from irsim.measure.memory import Memory, Temporal, temporal
 from irsim.measure.noise import NoiseReport, measure_noise, noise_lines
 from irsim.measure.noise_3d import Noise3dTerms, noise_3d
 from irsim.measure.realism import CLASSES, Verdict, classes_of, judge, verdict_lines
+from irsim.measure.realism_noise import CAMERAS, cameras_of, judge_noise, noise_figures
 from irsim.measure.region import Region, flattest, parse_region
 from irsim.measure.spectrum import Texture, texture
 
 __all__ = [
+    "CAMERAS",
     "CLASSES",
     "Defects",
     "Figures",
@@ -22,13 +24,16 @@ __all__ = [
     "Temporal",
     "Texture",
     "Verdict",
+    "cameras_of",
     "classes_of",
     "defects",
     "flattest",
     "judge",
+    "judge_noise",
     "measure_figures",
     "measure_noise",
     "noise_3d",
+    "noise_figures",
     "noise_lines",
     "parse_region",
     "temporal",

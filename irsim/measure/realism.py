@@ -62,16 +62,18 @@ spread from a drone over hot trees. Spreads of cloud and trees include sequences
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """One figure beside the range of a class."""
+    """One figure beside the range of a class; outside where all of its own interval is, if it has one."""
 
     figure: str
     value: float
     low: float
     high: float
+    interval: Range | None = None
 
     @property
     def inside(self) -> bool:
-        return self.low <= self.value <= self.high
+        least, most = self.interval or (self.value, self.value)
+        return least <= self.high and most >= self.low
 
 
 def judge(found: Texture, like: str) -> tuple[Verdict, ...]:
@@ -92,9 +94,14 @@ def verdict_lines(found: Texture, like: str | None) -> Iterator[str]:
     """For people: the figures beside a class's ranges, or alone; then the classes that fit."""
     if like is None:
         for figure in Texture.__slots__:
-            yield f"{figure:8} {getattr(found, figure):7.2f}"
+            yield f"{figure:11} {getattr(found, figure):7.2f}"
     else:
-        for verdict in judge(found, like):
-            word = "ok" if verdict.inside else "OUTSIDE"
-            yield f"{verdict.figure:8} {verdict.value:7.2f}  {like} {verdict.low:.2f} to {verdict.high:.2f}  {word}"
+        yield from lines_of(judge(found, like), like)
     yield f"looks like: {', '.join(classes_of(found)) or 'no class of real recordings'}"
+
+
+def lines_of(verdicts: tuple[Verdict, ...], like: str) -> Iterator[str]:
+    """For people: each figure beside its range."""
+    for verdict in verdicts:
+        word = "ok" if verdict.inside else "OUTSIDE"
+        yield f"{verdict.figure:11} {verdict.value:7.2f}  {like} {verdict.low:.2f} to {verdict.high:.2f}  {word}"

@@ -1,0 +1,85 @@
+"""Whether a recording's noise is like that of a real infrared camera."""
+
+from __future__ import annotations
+
+import math
+
+from irsim.errors import InputError
+from irsim.measure.figures import Figures
+from irsim.measure.interval import Measured
+from irsim.measure.realism import Range, Verdict
+
+_FACTOR = 2.0
+"""By which sensors of one sort differ: the pixel pattern of one uncooled camera is 2.5 to 6.4 over eight clips."""
+_WHITE = 0.05
+"""Lag-1 correlation, either way, up to which noise is white: cooled cameras show 0.01."""
+_MEMORY = 0.15
+"""By how much the lag-1 correlation of uncooled cameras differs with their rate: 0.74 to 0.90 at 9 Hz."""
+
+
+def _wide(low: float, high: float) -> Range:
+    return low / _FACTOR, high * _FACTOR
+
+
+CAMERAS: dict[str, dict[str, Range]] = {
+    "cooled": {
+        "correlation": (-_WHITE, _WHITE),
+        "pixel": _wide(0.37, 0.40),
+        "column": _wide(0.04, 0.085),
+        "row": _wide(0.10, 0.12),
+        "level": _wide(0.19, 0.21),
+    },
+    "uncorrected": {
+        "correlation": (-_WHITE, _WHITE),
+        "pixel": _wide(4.7, 4.8),
+        "column": _wide(0.78, 0.91),
+        "row": _wide(8.8, 15.8),
+    },
+    "uncooled": {
+        "correlation": (0.74 - _MEMORY, min(0.90 + _MEMORY, 1.0)),
+        "pixel": _wide(0.7, 4.6),
+        "column": _wide(0.17, 1.0),
+        "row": _wide(0.11, 0.93),
+    },
+}
+"""Lag-1 correlation of a pixel's noise, and fixed patterns and the frame's level in units of the pixel's noise.
+
+From raw counts of a cooled LWIR camera after correction and a cooled MWIR one without (samples of pyradi), and
+of a Lepton 3, uncooled, over eight clips (python-cptv): measured by the project, here and by 3-D noise terms.
+"""
+
+
+def noise_figures(found: Figures) -> dict[str, Measured]:
+    """The figures of `CAMERAS` of a recording. InputError where they cannot be told."""
+    if found.pixel is None or found.row is None or found.column is None or found.level is None:
+        raise InputError("its noise cannot be judged, for the scene moves; allowed: a still camera")
+    unit = found.noise.value
+    if not unit:
+        raise InputError("its noise cannot be judged, for there is none above the rounding to whole counts")
+    turned = 0.0 if found.even_rows is None else found.even_rows.value
+    memory, decay = found.memory or Measured(0.0, 0.0, 0.0), 0.0
+    if found.memory_frames is not None:
+        decay = math.exp(-1 / found.memory_frames.value)
+    return {
+        "correlation": memory.map(lambda sigma: (sigma / unit) ** 2 * decay),
+        "pixel": found.pixel.map(lambda sigma: sigma / unit),
+        "column": found.column.map(lambda sigma: sigma / unit),
+        "row": found.row.map(lambda sigma: math.hypot(sigma, turned) / unit),
+        "level": found.level.map(lambda sigma: sigma / unit),
+    }
+
+
+def judge_noise(found: Figures, like: str) -> tuple[Verdict, ...]:
+    """Each figure beside the range of a sort of camera. InputError where there is no such sort."""
+    if like not in CAMERAS:
+        raise InputError(f"--camera {like}: no such sort; allowed: {', '.join(CAMERAS)}")
+    values = noise_figures(found)
+    return tuple(
+        Verdict(name, values[name].value, low, high, (values[name].low, values[name].high))
+        for name, (low, high) in CAMERAS[like].items()
+    )
+
+
+def cameras_of(found: Figures) -> tuple[str, ...]:
+    """Sorts of camera whose ranges hold all figures."""
+    return tuple(sort for sort in CAMERAS if all(verdict.inside for verdict in judge_noise(found, sort)))

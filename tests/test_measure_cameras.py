@@ -1,0 +1,72 @@
+"""Noise of real sensors is told from noise that no camera has, and from that of other sorts."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import irsim
+from irsim.cli import app
+from irsim.errors import InputError
+from irsim.measure import CAMERAS, cameras_of, judge_noise, measure_figures
+from irsim.types import Floats
+
+REAL = Path(__file__).resolve().parents[2] / "shared" / "real"
+real = pytest.mark.skipif(not REAL.is_dir(), reason=f"real recordings are not there: {REAL}")
+
+PRESET = """\
+frames: 100
+camera: {preset: PRESET, size: [128, 96]}
+background: {kind: ground, spread_k: 0}
+"""
+
+
+@real
+@pytest.mark.parametrize(
+    ("name", "rate_hz", "sort"),
+    [("raw14_lwir", 30.0, "cooled"), ("raw14_mwir", 30.0, "uncorrected"), ("raw16_lepton", 9.0, "uncooled")],
+)
+def test_real_sensors_are_of_their_sort_alone(name: str, rate_hz: float, sort: str) -> None:
+    with np.load(REAL / name / "frames.npz") as file:
+        assert cameras_of(measure_figures(file["frames"], rate_hz)) == (sort,)
+
+
+@pytest.mark.parametrize(
+    ("preset", "sort"), [("cooled_mwir", "cooled"), ("cooled_lwir", "cooled"), ("uncooled_lwir", "uncooled")]
+)
+def test_presets_are_of_their_sort_alone(preset: str, sort: str) -> None:
+    scene = irsim.Rendering(irsim.loads(PRESET.replace("PRESET", preset)))
+    figures = measure_figures(np.stack([frame.image for frame in scene.frames()]), scene.rate_hz)
+    assert [v for v in judge_noise(figures, sort) if not v.inside and v.figure != "level"] == []
+    assert not set(cameras_of(figures)) - {sort}
+
+
+@pytest.mark.parametrize("blur", [0.0, 1.0, 2.0])
+def test_white_and_blurred_noise_is_that_of_no_camera(blur: float) -> None:
+    rng = np.random.default_rng(0)
+
+    def frame() -> Floats:
+        noise = rng.normal(0, 20, (96, 128))
+        return np.asarray(cv2.GaussianBlur(noise, (0, 0), blur) if blur else noise)
+
+    figures = measure_figures(np.stack([1000 + frame() for _ in range(60)]), 30.0)
+    assert cameras_of(figures) == ()
+
+
+def test_the_command_compares_noise(tmp_path: Path) -> None:
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(PRESET.replace("PRESET", "uncooled_lwir"))
+    good = CliRunner().invoke(app, ["realism", str(scene), "--camera", "uncooled", "--json"])
+    assert good.exit_code == 0, good.output
+    assert json.loads(good.stdout)["cameras"] == ["uncooled"]
+    bad = CliRunner().invoke(app, ["realism", str(scene), "--camera", "cooled"])
+    assert bad.exit_code == 1
+    assert "its noise is like: uncooled" in bad.stdout
+    none = CliRunner().invoke(app, ["realism", str(scene), "--camera", "cheap"])
+    assert isinstance(none.exception, InputError)
+    assert f"allowed: {', '.join(CAMERAS)}" in str(none.exception)
