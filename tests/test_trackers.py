@@ -28,6 +28,12 @@ VARIANTS: list[tuple[str, dict[str, Any]]] = [
     ("grey_pf", {"high_pass": "full", "kernel": "epanechnikov", "adapt": "neff"}),
     ("cascade_pf", {"velocity": "least_squares", "carried": True, "propagation": "disc", "radius": 5.0}),
     ("product_pf", {"velocity": "sqrt_lambda", "high_pass": "none", "update": "seen"}),
+    ("mean_shift", {"high_pass": "ring", "alpha": 0.1}),
+    ("mean_shift_kalman", {"high_pass": "ring", "bandwidth": 1.3}),
+    ("mean_shift_pf", {"corrected": True}),
+    ("mean_shift_pf", {"high_pass": "ring", "propagation": "disc", "corrected": True}),
+    ("background_restrained_pf", {"keep_by": "mass", "keep": 0.5}),
+    ("background_restrained_pf", {"estimate": "map", "particles": 400, "r0": 5.0}),
     ("template", {"window": 12, "update": 0.05}),
     ("kalman", {"measurement": "ncc"}),
     ("kalman", {"measurement": "mean_shift"}),
@@ -58,7 +64,7 @@ def assert_legal(estimate: Estimate) -> None:
 @EVERY
 @pytest.mark.parametrize("bits", [8, 14])
 def test_follows_an_easy_target(name: str, parameters: dict[str, Any], bits: int) -> None:
-    for seed in range(4):
+    for seed in range(3):
         scene = blob(seed, bits=bits)
         estimates = follow(make(name, parameters), [frame for frame, _ in scene], Box(*scene[0][1], 14, 10), seed)
         errors = [np.hypot(*np.subtract(e.center, at)) for e, (_, at) in zip(estimates, scene[1:], strict=True)]
@@ -76,6 +82,7 @@ NEEDED: dict[str, dict[str, Any]] = {
     "n_min": {"adapt": "neff"},
     "neff_": {"adapt": "neff"},
     "kld_": {"adapt": "kld"},
+    "jitter": {"corrected": True},
     "place_sd": {"velocity": "least_squares"},
 }
 """What must be switched on for the parameters of these first letters to matter."""

@@ -32,6 +32,10 @@ LEAST_BANDWIDTH = 1.0
 """px. A narrower window may fall between the pixels; at this one k is at least .5 at the nearest."""
 
 
+_PIXELS_AT_ONCE = 500_000
+"""Pixels of windows moved together: some tens of megabytes."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Shifted:
     """Where N windows came to rest.
@@ -100,6 +104,17 @@ def mean_shift(
     A window stops after `iterations` steps (20: Comaniciu, Meer 2002, section 6), and stays where
     it is while it sees no grey level of the reference (bins,).
     """
+    together = max(int(_PIXELS_AT_ONCE / (4 * (h[0] + 2) * (h[1] + 2))), 1)
+    if len(centers) > together:
+        parts = [
+            mean_shift(image, centers[i : i + together], h, quantiser, reference, iterations, eps)
+            for i in range(0, len(centers), together)
+        ]
+        return Shifted(
+            np.concatenate([part.centers for part in parts]),
+            np.concatenate([part.rho for part in parts]),
+            np.concatenate([part.visible for part in parts]),
+        )
     centers = np.array(centers, dtype=np.float64)
     moving = np.arange(len(centers))
     for _ in range(iterations):

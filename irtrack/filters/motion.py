@@ -22,6 +22,17 @@ def random_walk(positions: Floats, radius: float, propagation: Propagation, rng:
     return spread
 
 
+def random_walk_density(places: Floats, origins: Floats, radius: float, propagation: Propagation) -> Floats:
+    """(N,) density per px^2 of `random_walk` at places (N, 2) px from origins (M, 2), each as likely."""
+    square = ((places[:, None] - origins[None]) ** 2).sum(axis=2)
+    if propagation == "disc":
+        inside: Floats = (square <= radius**2).mean(axis=1) / (pi * radius**2)
+        return inside
+    variance = (radius / 3) ** 2
+    density: Floats = np.exp(-square / (2 * variance)).mean(axis=1) / (2 * pi * variance)
+    return density
+
+
 def ar2(positions: Floats, previous: Floats, damping: float, noise: Floats) -> Floats:
     """x_t = x_{t-1} + damping (x_{t-1} - x_{t-2}) + u for x (N, 2), u (N, 2) px.
 

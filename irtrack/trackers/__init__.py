@@ -23,6 +23,7 @@ from irsim import build
 from irsim.kinds import Part, suggestion
 from irtrack.errors import InputError
 from irtrack.peers import HINT, PEERS, offered, python
+from irtrack.trackers.background_restrained_pf import BackgroundRestrainedPF
 from irtrack.trackers.base import TrackerPart
 from irtrack.trackers.cascade_pf import CascadePF
 from irtrack.trackers.ekf import EKF
@@ -30,6 +31,9 @@ from irtrack.trackers.foreign import FOREIGN
 from irtrack.trackers.fusion_wspf import FusionWSPF
 from irtrack.trackers.grey_pf import GreyPF
 from irtrack.trackers.kalman import Kalman
+from irtrack.trackers.mean_shift import MeanShift
+from irtrack.trackers.mean_shift_kalman import MeanShiftKalman
+from irtrack.trackers.mean_shift_pf import MeanShiftPF
 from irtrack.trackers.product_pf import ProductPF
 from irtrack.trackers.template import Template
 from irtrack.types import Tracker
@@ -38,6 +42,10 @@ TRACKERS: dict[str, type[TrackerPart]] = {
     "grey_pf": GreyPF,
     "cascade_pf": CascadePF,
     "product_pf": ProductPF,
+    "mean_shift": MeanShift,
+    "mean_shift_kalman": MeanShiftKalman,
+    "mean_shift_pf": MeanShiftPF,
+    "background_restrained_pf": BackgroundRestrainedPF,
     "template": Template,
     "kalman": Kalman,
     "ekf": EKF,

@@ -27,7 +27,9 @@ from irtrack.features.histogram import (
 from irtrack.features.mean_shift import Bandwidth, bandwidth
 from irtrack.features.quantise import BinsRange, Quantiser, full_range, quantiser
 from irtrack.features.window import Window
+from irtrack.filters import particles as cloud
 from irtrack.trackers.base import Footage, Sight, TrackerPart, footage, start_window
+from irtrack.types import Estimate
 
 LEAST_L = 5
 """px. The ring's radius for targets of up to 6 px: well beyond them, and the filter is still quick."""
@@ -50,7 +52,6 @@ class Appearance:
     size: tuple[float, float]
     window: Window
     kernel: Floats
-    bandwidth: Bandwidth
     surround: Surround
     quantiser: Quantiser
     high_pass: HighPass | None
@@ -59,6 +60,10 @@ class Appearance:
         """What histograms are taken of; InputError where the frame is of another size or type."""
         self.footage.check(frame)
         return frame.image if self.high_pass is None else self.high_pass(frame.image)
+
+    def half_sizes(self, scale: float) -> Bandwidth:
+        """The bandwidth of a climbing window, px: the half sizes times a scale."""
+        return bandwidth(Box(0, 0, *self.size), scale)
 
     def histogram(self, picture: Image, center: tuple[float, float]) -> Floats:
         """(bins,) of the window at a centre; zeros where it lies wholly outside."""
@@ -73,6 +78,16 @@ class Appearance:
         histograms, visible = self.surround.histograms(picture, center, self.quantiser)
         score, floor = bhattacharyya(histograms, reference).tolist()
         return Judged(histograms[0], score * float(visible[0]), floor)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Seen:
+    """What a step saw at its estimate, and whether anything of the target's windows was in the frame."""
+
+    appearance: Appearance
+    judged: Judged
+    sight: Sight
+    in_view: bool
 
 
 class GreyPart(TrackerPart):
@@ -134,16 +149,31 @@ class GreyPart(TrackerPart):
             size=(box.w, box.h),
             window=window,
             kernel=kernel,
-            bandwidth=bandwidth(box),
             surround=Surround.of(window, kernel, margin),
             quantiser=levels,
             high_pass=high_pass,
         )
         return appearance, appearance.histogram(picture, (box.cx, box.cy))
 
-    def sight_after(self, sight: Sight, judged: Judged) -> Sight:
+    def sight_after(self, sight: Sight, judged: Judged, in_view: bool = True) -> Sight:
         """Whether the target is seen where it was judged."""
-        return sight.after(judged.score, judged.floor, self.seen)
+        return sight.after(judged.score, judged.floor, self.seen) if in_view else sight.unseen()
+
+    def of_cloud(self, seen: Seen, positions: Floats, weights: Floats, center: Floats, velocity: Floats) -> Estimate:
+        """The estimate of a particle filter: places (N, 2) px with weights (N,), centre and velocity (2,)."""
+        x, y = center.tolist()
+        vx, vy = velocity.tolist()
+        return Estimate(
+            center=(x, y),
+            size=seen.appearance.size,
+            status=seen.sight.status(self.lost_after) if seen.in_view else "lost",
+            score=seen.judged.score,
+            velocity=(vx, vy),
+            covariance=cloud.covariance(weights, positions, center),
+            neff=cloud.neff(weights),
+            particles=positions,
+            weights=weights,
+        )
 
     def _high_pass(self, image: Image, box: Box) -> HighPass | None:
         if self.high_pass == "none":

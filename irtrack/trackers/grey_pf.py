@@ -16,7 +16,7 @@ from irtrack.filters.adaptive import kld_count, neff_count
 from irtrack.filters.motion import ar2
 from irtrack.filters.resampling import RESAMPLERS, Resampling
 from irtrack.trackers.base import Deviation, Ratio, Sight, Spread
-from irtrack.trackers.grey import Appearance, GreyPart, Judged, blend, weigh
+from irtrack.trackers.grey import Appearance, GreyPart, Judged, Seen, blend, weigh
 from irtrack.types import Estimate
 
 
@@ -122,40 +122,28 @@ class GreyPF(GreyPart):
         positions, previous = self._moved(state, rng)
         rho, visible = appearance.likeness(picture, positions, state.reference)
         weights, in_view = weigh(rho, visible, self.lam / 2)
-        weights = self.restrained(weights)
-        share = self.pointing(weights)
+        restrained = self.restrained(weights)
+        share = self.pointing(weights, restrained)
         center, velocity = cloud.mean(share, positions), cloud.mean(share, positions - previous)
-        x, y = center.tolist()
-        judged = appearance.judge(picture, (x, y), state.reference)
-        sight = self.sight_after(state.sight, judged) if in_view else state.sight.unseen()
-
+        judged = appearance.judge(picture, (float(center[0]), float(center[1])), state.reference)
+        sight = self.sight_after(state.sight, judged, in_view)
         after = GreyPFState(
             appearance=appearance,
             reference=self._updated(state.reference, judged, sight),
             positions=positions,
             previous=previous,
-            weights=weights,
+            weights=restrained,
             distances=np.sqrt(1 - rho),
             sight=sight,
         )
-        return after, Estimate(
-            center=(x, y),
-            size=appearance.size,
-            status=sight.status(self.lost_after) if in_view else "lost",
-            score=judged.score,
-            velocity=(float(velocity[0]), float(velocity[1])),
-            covariance=cloud.covariance(weights, positions, center),
-            neff=cloud.neff(weights),
-            particles=positions,
-            weights=weights,
-        )
+        return after, self.of_cloud(Seen(appearance, judged, sight, in_view), positions, restrained, center, velocity)
 
     def restrained(self, weights: Floats) -> Floats:
         """Weights (N,) that estimate and are drawn from; here all."""
         return weights
 
-    def pointing(self, weights: Floats) -> Floats:
-        """(N,) what each particle's place counts in the estimate; here the mean's weights (eq. 3)."""
+    def pointing(self, weights: Floats, restrained: Floats) -> Floats:
+        """(N,) what each particle's place counts in the estimate; here all their weights (eq. 3)."""
         return weights
 
     def _moved(self, state: GreyPFState, rng: np.random.Generator) -> tuple[Floats, Floats]:

@@ -10,14 +10,14 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from irsim.kinds import Fraction
 from irsim.types import Box, Floats, Frame
 from irtrack.features.velocity import line, pca_velocity, similarity
 from irtrack.filters import particles as cloud
-from irtrack.filters.motion import Propagation, random_walk
-from irtrack.filters.resampling import RESAMPLERS, Resampling
+from irtrack.filters.motion import random_walk
+from irtrack.filters.resampling import RESAMPLERS
 from irtrack.trackers.base import Deviation, Ratio, Sight
-from irtrack.trackers.grey import Appearance, GreyPart, blend, weigh
+from irtrack.trackers.grey import Appearance, Seen, weigh
+from irtrack.trackers.walk import WalkPart
 from irtrack.types import Estimate
 
 Cue = Callable[[Floats], Floats]
@@ -36,7 +36,7 @@ class GreyVelocityState:
     sight: Sight
 
 
-class GreyVelocityPart(GreyPart):
+class GreyVelocityPart(WalkPart):
     """A particle filter by grey levels and by velocity (Xue, Yuan, Xie 2011).
 
     What the paper leaves open, and what is chosen here: sigma of eq. 5 and 7; how particles spread
@@ -46,9 +46,6 @@ class GreyVelocityPart(GreyPart):
     the last k - 1 and itself.
     """
 
-    kernel: Literal["gaussian", "epanechnikov"] = "epanechnikov"
-    """k of the histogram (section 4: Epanechnikov, eq. 2, with half the sizes on each axis); gaussian: as
-    Cheng et al. 2006, eq. 6."""
     high_pass: Literal["none", "ring", "full"] = "ring"
     """What histograms are taken of: the frame, or what it stands above a background predicted from a ring
     neighbourhood (eq. 1) or from a full one (its reference 12, Peng, Zhou 1999)."""
@@ -59,24 +56,12 @@ class GreyVelocityPart(GreyPart):
     velocity: Literal["lambda", "sqrt_lambda", "least_squares"] = "lambda"
     """The speed by the largest eigenvalue (Algorithm 1) or its root (section 2); or no eq. 6 at all, but the
     distance from where the least-squares line of the trajectory leads, by `place_sd`."""
-    sigma_grey: Ratio = 0.15
-    """sigma of eq. 5."""
     sigma_velocity: Ratio = 0.5
     """sigma of eq. 7. For slow targets the direction of a trajectory is mostly noise, so it must be wide."""
     place_sd: Deviation = 2.0
     """least_squares: deviation of the place from the line, px."""
-    radius: Deviation = 10.0
-    """Radius of the particles' spread, px (section 4: 10)."""
-    propagation: Propagation = "gaussian"
-    """Spread over the disc of that radius: normal, the radius being three deviations, or even."""
     carried: bool = False
     """Whether particles spread about where the trajectory's line leads from their place; the paper's stay."""
-    resampling: Resampling = "multinomial"
-    """How particles are drawn (Algorithm 2 does not say)."""
-    update: Literal["always", "seen", "never"] = "always"
-    """When the reference follows the target (Algorithm 2, step 6: always)."""
-    lam: Fraction = 0.9
-    """lambda of step 6, what is kept of the reference (0.9)."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> GreyVelocityState:
         """The reference histogram, and a cloud on the box's centre."""
@@ -101,31 +86,19 @@ class GreyVelocityPart(GreyPart):
         )
 
         center = cloud.mean(weights, positions)
-        x, y = center.tolist()
-        judged = appearance.judge(picture, (x, y), state.reference)
-        sight = self.sight_after(state.sight, judged) if in_view else state.sight.unseen()
-        follows = self.update == "always" or (self.update == "seen" and sight.missed == 0)
+        judged = appearance.judge(picture, (float(center[0]), float(center[1])), state.reference)
+        sight = self.sight_after(state.sight, judged, in_view)
         trajectory = np.concatenate([state.trajectory, center[None]])[-self.k :]
         after = GreyVelocityState(
             appearance=appearance,
-            reference=blend(state.reference, judged, 1 - self.lam) if follows else state.reference,
+            reference=self.updated(state.reference, judged, sight),
             positions=positions,
             weights=weights,
             trajectory=trajectory,
             sight=sight,
         )
-        vx, vy = line(trajectory)[1].tolist()
-        return after, Estimate(
-            center=(x, y),
-            size=appearance.size,
-            status=sight.status(self.lost_after) if in_view else "lost",
-            score=judged.score,
-            velocity=(vx, vy),
-            covariance=cloud.covariance(weights, positions, center),
-            neff=cloud.neff(weights),
-            particles=positions,
-            weights=weights,
-        )
+        seen = Seen(appearance, judged, sight, in_view)
+        return after, self.of_cloud(seen, positions, weights, center, line(trajectory)[1])
 
     @abstractmethod
     def _drawn(self) -> int:

@@ -1,0 +1,94 @@
+"""`mean_shift_kalman`: mean shift as the measurement of a Kalman filter."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+
+from irsim.kinds import Fraction
+from irsim.types import Box, Floats, Frame
+from irtrack.filters import kalman as filter
+from irtrack.filters.motion import constant_velocity
+from irtrack.trackers.base import Deviation, Ratio, Sight, Spread
+from irtrack.trackers.grey import Appearance, blend
+from irtrack.trackers.shifting import ShiftPart
+from irtrack.types import Estimate
+
+_H = np.eye(2, 4)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MeanShiftKalmanState:
+    """mean (4,) = x, y px, vx, vy px/frame, and its covariance (4, 4)."""
+
+    appearance: Appearance
+    reference: Floats
+    mean: Floats
+    covariance: Floats
+    sight: Sight
+
+
+class MeanShiftKalman(ShiftPart):
+    """Constant-velocity Kalman filter whose measurement climbs by mean shift from the predicted place.
+
+    R. Xu, L. Yang, "Small target tracking approach combined the merits of two tracking frameworks
+    under infrared complex background", J. Infrared Millim. Waves 27(5), 2008, as Xue et al. 2011
+    (reference 5) tell it: a kernel-weighted grey histogram, measured by mean shift, filtered over time
+    by Kalman. The rest is open. Here: white-noise acceleration (Bar-Shalom et al. 2001, eq. 6.3.2-4);
+    a place that does not look like the target, or lies beyond the gate (section 2.3.2 there), is no
+    measurement, and the prediction stands, so that a hidden target is waited for on its way.
+    """
+
+    source: ClassVar[str] = "Xu, Yang 2008"
+
+    acceleration: Deviation = 0.5
+    """Standard deviation of the acceleration on each axis, px/frame^2."""
+    measurement_sd: Deviation = 1.0
+    """Standard deviation of the measured place on each axis, px."""
+    start_speed_sd: Spread = 3.0
+    """Standard deviation of the unknown first speed on each axis, px/frame."""
+    gate: Ratio = 13.8
+    """Squared Mahalanobis distance that a measurement may have; chi-square, 2 degrees: 99.9 %."""
+    alpha: Fraction = 0.0
+    """Share of the measured place's histogram that enters the reference where the target is seen."""
+
+    def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> MeanShiftKalmanState:
+        """At the box's centre, at rest within `start_speed_sd`."""
+        appearance, reference = self.look(frame, box)
+        return MeanShiftKalmanState(
+            appearance=appearance,
+            reference=reference,
+            mean=np.array([box.cx, box.cy, 0.0, 0.0]),
+            covariance=np.diag([self.measurement_sd**2] * 2 + [self.start_speed_sd**2] * 2),
+            sight=Sight(),
+        )
+
+    def step(
+        self, state: MeanShiftKalmanState, frame: Frame, rng: np.random.Generator
+    ) -> tuple[MeanShiftKalmanState, Estimate]:
+        """Predict, climb from there, update by where the climb ended."""
+        appearance, reference = state.appearance, state.reference
+        picture = appearance.picture(frame)
+        mean, covariance = filter.predict(state.mean, state.covariance, *constant_velocity(self.acceleration))
+        R = self.measurement_sd**2 * np.eye(2)
+        shifted = self.climbed(appearance, picture, mean[None, :2], reference)
+        measured, in_view = shifted.centers[0], bool(shifted.visible[0] > 0)
+        judged = appearance.judge(picture, (float(measured[0]), float(measured[1])), reference)
+        nu, S = filter.innovation(mean, covariance, measured, _H, R)
+        gated = in_view and filter.distance2(nu, S) <= self.gate
+        sight = self.sight_after(state.sight, judged, gated)
+        if sight.missed == 0:
+            mean, covariance = filter.update(mean, covariance, measured, _H, R)
+            reference = blend(reference, judged, self.alpha)
+        x, y, vx, vy = mean.tolist()
+        after = replace(state, reference=reference, mean=mean, covariance=covariance, sight=sight)
+        return after, Estimate(
+            center=(x, y),
+            size=appearance.size,
+            status=sight.status(self.lost_after) if in_view else "lost",
+            score=judged.score,
+            velocity=(vx, vy),
+            covariance=covariance[:2, :2],
+        )
