@@ -21,6 +21,7 @@ from time import perf_counter
 
 import cv2
 import numpy as np
+from bench_full_chain import full_chain
 from scipy import ndimage
 
 import irsim
@@ -169,6 +170,7 @@ def help_s(name: str) -> float:
 def main() -> None:
     cv2.setNumThreads(1)
     rendering()
+    full_chain(report)
     tracking()
     growth()
     recording()

@@ -1,0 +1,153 @@
+"""Speed of the whole chain beside a plain numpy program of the same content: part of `make bench`.
+
+Two evolving cloud layers, five bodies and every kind of noise, 640x512. CPU time, not wall time: other
+programs on the machine do not count.
+"""
+
+from __future__ import annotations
+
+import resource
+import statistics
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from time import perf_counter, process_time
+
+import numpy as np
+from scipy import ndimage
+
+import irsim
+from irsim.render import Renderer
+
+SCENARIO = Path(__file__).with_name("full_chain.yaml")
+FRAMES = 60
+LONG = 3000
+"""Frames over which memory is watched."""
+
+Report = Callable[[str, float, str], None]
+
+
+class NaiveChain:
+    """The same frames the plain way: whole float64 arrays, one operation after another, nothing kept."""
+
+    def __init__(self, columns: int, rows: int) -> None:
+        self.rng = np.random.default_rng(0)
+        self.shape = rows, columns
+        self.states = [[self._cloud() for _ in range(4)] for _ in range(2)]
+        self.gradient = np.repeat(np.linspace(1.0, 2.0, rows)[:, None], columns, axis=1)
+        self.fixed, self.gain, self.drift = (0.01 * self.rng.standard_normal(self.shape) for _ in range(3))
+        self.memory = np.zeros(self.shape)
+
+    def _cloud(self) -> np.ndarray:
+        return np.asarray(ndimage.gaussian_filter(self.rng.random(self.shape), 8, mode="wrap"))
+
+    def frame(self, k: int) -> np.ndarray:
+        image = self.gradient.copy()
+        share = (k % 100) / 100
+        for early_t, late_t, early_e, late_e in self.states:
+            shift = (0.1 * k, 0.3 * k)
+            passed = ndimage.shift((1 - share) * early_t + share * late_t, shift, order=1, mode="grid-wrap")
+            light = ndimage.shift((1 - share) * early_e + share * late_e, shift, order=1, mode="grid-wrap")
+            image = image * passed + light
+        for body in range(5):
+            self._draw(image, 40 + 100 * body, 60 + 70 * body + k)
+        return self._detect(1e6 * np.clip(image, 0, 4))
+
+    def _draw(self, image: np.ndarray, row: int, column: int) -> None:
+        """Fifteen convex parts of four edges, nine samples a pixel, then the blur."""
+        y, x = (np.mgrid[:144, :144] + 0.5) / 3
+        cover = np.zeros((144, 144))
+        for part in range(15):
+            inside = np.ones_like(cover, dtype=bool)
+            for angle in part + np.arange(4) * np.pi / 2:
+                inside &= (x - 24 - part) * np.cos(angle) + (y - 24) * np.sin(angle) < 6
+            cover = np.where(inside, 1 + part / 15, cover)
+        soft = ndimage.gaussian_filter(cover.reshape(48, 3, 48, 3).mean(axis=(1, 3)), 0.5)
+        patch = image[row : row + 48, column : column + 48]
+        patch += soft[: patch.shape[0], : patch.shape[1]]
+
+    def _detect(self, signal: np.ndarray) -> np.ndarray:
+        normal, (rows, columns) = self.rng.standard_normal, self.shape
+        signal = signal * (1 + 0.001 * self.gain)
+        signal = signal + np.sqrt(signal + 400.0**2) * normal(self.shape)  # shot and read
+        self.memory = 0.98 * self.memory + 0.2 * normal(self.shape)  # AR(1)
+        signal = signal + 1e3 * (self.memory + self.fixed + self.drift)
+        signal = signal + 1e3 * (0.2 * normal() + 0.2 * normal((rows, 1)) + 0.2 * normal((1, columns)))
+        signal = signal + 1e3 * normal(self.shape)  # tvh
+        signal = signal + np.where(np.arange(rows) % 2, 200.0, -200.0)[:, None]  # odd and even rows
+        counts: np.ndarray = np.clip(np.round(signal / 427), 0, 2**14 - 1)
+        return counts.astype(np.uint16)
+
+
+def cpu_s(step: Callable[[int], object], count: int = FRAMES, warm_up: int = 5) -> float:
+    """Median CPU time of step(k), s; the first calls do not count."""
+    times = []
+    for k in range(count + warm_up):
+        begin = process_time()
+        step(k)
+        times.append(process_time() - begin)
+    return statistics.median(times[warm_up:])
+
+
+def full_chain(report: Report) -> None:
+    scenario = irsim.load(str(SCENARIO))
+    begin = process_time()
+    renderer = Renderer(scenario)
+    renderer.frame(0)
+    report("full_chain_640x512_first_frame", process_time() - begin, "s")
+    whole = cpu_s(renderer.frame)
+    naive = cpu_s(NaiveChain(*scenario.camera.size).frame, FRAMES // 4, 1)
+    report("full_chain_640x512", 1 / whole, "frames/s of one core")
+    report("full_chain_640x512_naive_numpy", 1 / naive, "frames/s of one core")
+    report("full_chain_640x512_speedup", naive / whole, "x")
+    for name, seconds in stages(renderer):
+        report(f"full_chain_640x512_share_of_{name}", 100 * seconds / whole, "%")
+    small = Renderer(irsim.load(str(SCENARIO), ["camera.size=[320,240]"]))
+    report("full_chain_320x240", 1 / cpu_s(small.frame), "frames/s of one core")
+    recorded(report)
+    by_two(report)
+    memory(report)
+
+
+def stages(renderer: Renderer) -> Iterator[tuple[str, float]]:
+    """Name and CPU time, s, of the parts of a frame."""
+    bodies = cpu_s(lambda k: list(renderer._pieces(k)))
+    scene = cpu_s(renderer.scene)
+    lights = [renderer.light(k) for k in range(4)]
+    yield "bodies", bodies
+    yield "backgrounds_and_truth", scene - bodies
+    yield "detector", cpu_s(lambda k: renderer.sensor.expose(lights[k % 4], k))
+
+
+def recorded(report: Report) -> None:
+    source = irsim.open_source(irsim.load(str(SCENARIO), [f"frames={2 * FRAMES}"]))
+    source.frame(0)
+    with tempfile.TemporaryDirectory() as folder:
+        begin = process_time()
+        irsim.record(source, Path(folder) / "full.mcap")
+        report("full_chain_640x512_recorded", len(source) / (process_time() - begin), "frames/s of one core")
+
+
+def by_two(report: Report) -> None:
+    """Wall time of one process over that of two, without the file: the second half of the frames, once all run."""
+    scenario = irsim.load(str(SCENARIO), [f"frames={10 * FRAMES}"])
+
+    def took(jobs: int) -> float:
+        frames = irsim.frames(scenario, jobs=jobs)
+        for _ in range(5 * FRAMES):
+            next(frames)
+        begin = perf_counter()
+        list(frames)
+        return perf_counter() - begin
+
+    report("full_chain_640x512_two_processes", took(1) / took(2), "x one")
+
+
+def memory(report: Report) -> None:
+    """What the process grows by, after its first third, over LONG frames."""
+    scenario = irsim.load(str(SCENARIO), ["camera.size=[160,120]", f"frames={LONG}"])
+    peaks = []
+    for k, _ in enumerate(irsim.frames(scenario)):
+        if k in (LONG // 3, LONG - 1):
+            peaks.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+    report(f"full_chain_160x120_growth_over_{LONG}_frames", (peaks[1] - peaks[0]) / 1024, "MB")
