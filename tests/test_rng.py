@@ -12,7 +12,7 @@ import pytest
 from scipy import special, stats
 
 from irsim import lookup
-from irsim.normal import CELLS, REFINED, cell_means, quantile
+from irsim.normal import CELLS, REFINED, cell_means, deep_quantile, quantile
 from irsim.rng import bits, normals, stream
 
 GOLDEN_WORDS = [15876630395588759108, 1528180998070881078, 1679443906312003050]
@@ -56,6 +56,11 @@ def test_addresses_are_independent(other: tuple[int, str, int]) -> None:
     n = 200_000
     first, second = normals((n,), 0, "a", 3), normals((n,), *other)
     assert abs(np.corrcoef(first, second)[0, 1]) < 4 / np.sqrt(n)
+
+
+def test_deep_quantiles_are_the_inverse_normal_within_the_table() -> None:
+    p = np.exp(np.random.default_rng(0).uniform(np.log(1e-34), np.log(REFINED / CELLS), 10_000))
+    np.testing.assert_allclose(deep_quantile(p), special.ndtri(p), atol=2e-7, rtol=0)
 
 
 def test_quantile_is_the_inverse_normal() -> None:

@@ -13,7 +13,7 @@ from mesh_files import GIVEN
 from irsim.geometry import Geometry
 from irsim.motion.attitude import euler
 from irsim.radiometry import radiance
-from irsim.shapes import SHAPES, Shape, View
+from irsim.shapes import SHAPES, Shape, View, draw_all
 from irsim.shapes.body import Body
 from irsim.sprite import Sprite
 from irsim.stage import Stage
@@ -54,6 +54,24 @@ def middle(sprite: Sprite, cells: Floats) -> Floats:
     x = cells.sum(axis=0) @ (sprite.x0 + np.arange(columns))
     y = cells.sum(axis=1) @ (sprite.y0 + np.arange(rows))
     return np.asarray(np.array([x, y]) / cells.sum())
+
+
+def test_drawn_together_each_is_what_it_is_alone() -> None:
+    where, rng = stage(), np.random.default_rng(2)
+    things = []
+    for kind, _ in SHAPES:
+        place = where.geometry.place(rng.uniform(20, 100, 2), 2000.0)
+        things.append((shape(kind), View(place, AWAY @ euler(rng.uniform(-180, 180, 3)), where, 0.3)))
+    things.append((things[1][0], View(np.array([0.0, 0.0, -10.0]), np.eye(3), where)))
+    *together, behind = draw_all(things)
+    assert behind is None
+    for (value, view), sprite in zip(things, together, strict=False):
+        alone = value.draw(view)
+        assert alone is not None
+        assert sprite is not None
+        for name in ("cover", "alpha", "emission"):
+            np.testing.assert_array_equal(getattr(sprite, name), getattr(alone, name))
+        assert (sprite.center, sprite.signal_center, sprite.area) == (alone.center, alone.signal_center, alone.area)
 
 
 @pytest.mark.parametrize("kind", [name for name, _ in SHAPES])

@@ -54,10 +54,10 @@ class Mesh:
         count. A part comes after all that hide it, and those that hide these.
         """
         starts = np.flatnonzero(np.diff(self.vertex_part, prepend=-1))
-        faces = np.flatnonzero(np.diff(self.face_part, prepend=-1))
+        owner = (self.face_part[:, None] == np.arange(len(starts))).astype(np.float32)
+        beside = self.outside.astype(np.float32)
         to_eye = self.normals @ eye > self.offsets
-        cannot = np.logical_or.reduceat(self.outside & to_eye, faces, axis=1).T
-        cannot |= np.logical_or.reduceat(self.outside & ~to_eye, faces, axis=1)  # (hider, hidden)
+        cannot = ((beside * to_eye) @ owner).T + (beside * ~to_eye) @ owner > 0  # (hider, hidden)
         nearer = self.walls @ eye > self.reaches
         cannot[np.where(nearer, self.second, self.first), np.where(nearer, self.first, self.second)] |= ~(
             cannot[self.first, self.second] | cannot[self.second, self.first]
