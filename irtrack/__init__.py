@@ -26,6 +26,7 @@ _PUBLIC = {
     "run_bench": "irtrack.bench",
     "summary": "irtrack.bench",
     "Results": "irtrack.bench",
+    "compare": "irtrack.compare",
     "write_report": "irtrack.report",
 }
 

@@ -14,6 +14,7 @@ import typer
 
 from irsim import terminal
 from irsim.files import check_output
+from irtrack.cli.compare import compare
 from irtrack.cli.output import plural, print_json, print_run, print_summary
 from irtrack.errors import InputError, TrackerError
 
@@ -228,6 +229,9 @@ def report(
     from irtrack.report import write_report
 
     print(write_report(results, output))
+
+
+app.command()(compare)
 
 
 def _command() -> str:

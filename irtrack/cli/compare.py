@@ -1,0 +1,90 @@
+"""`irtrack compare`: old results against new ones, for people and for CI."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from irsim.files import check_output, replacing_text
+from irtrack.cli.output import print_json, print_table
+
+if TYPE_CHECKING:
+    from irtrack.compare import Comparison
+
+
+def compare(
+    old: Annotated[str, typer.Argument(metavar="OLD", help="A results file, or a tracker's label.")],
+    new: Annotated[str, typer.Argument(metavar="NEW", help="Another file, or another label of the same file.")],
+    results: Annotated[Path, typer.Option(metavar="DB", help="The results file that labels are looked up in.")] = Path(
+        "irtrack.db"
+    ),
+    metrics: Annotated[
+        str | None, typer.Option(metavar="METRIC,...", help="What to compare; the usual figures unless said.")
+    ] = None,
+    fail_if_worse: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="METRIC:MARGIN",
+            help="Exit with 1 where this figure is worse by more than the margin, beyond its interval. Repeatable.",
+        ),
+    ] = None,
+    junit_file: Annotated[
+        Path | None, typer.Option("--junit", metavar="XML", help="Write the --fail-if-worse checks as JUnit XML.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")] = False,
+) -> None:
+    """Compare two results files, or two trackers of one, run by run on the same scenes."""
+    inputs = [Path(name) for name in (old, new) if Path(name).exists()] or [results]
+    check_output(junit_file, *inputs)
+    from irtrack.compare import USUAL, Gate, cells_of, in_words, junit, under_one_label
+    from irtrack.compare import compare as compare_cells
+
+    gates = [Gate.parse(text) for text in fail_if_worse or ()]
+    asked = [name.strip() for name in metrics.split(",")] if metrics else list(USUAL)
+    figures = list(dict.fromkeys([*asked, *(gate.figure for gate in gates)]))
+    if Path(old).exists() and Path(new).exists():
+        before, after = cells_of(old), cells_of(new)
+    else:
+        pair = f"{old} -> {new}"
+        before, after = (under_one_label(cells_of(results, label), pair) for label in (old, new))
+    found = compare_cells(before, after, figures)
+    failed = [each for gate in gates for each in gate.failures(found)]
+    if junit_file is not None:
+        with replacing_text(junit_file) as file:
+            file.write(junit(found, gates))
+    if as_json:
+        print_json([_row(each) for each in found])
+    else:
+        head = ["source", "tracker", "figure", "old", "new", "difference", "95 % interval", "pairs", "verdict"]
+        print_table(head, [_texts(each) for each in found], left=3)
+    for each in failed:
+        typer.echo(f"irtrack: {in_words(each)}", err=True)
+    if failed:
+        raise typer.Exit(1)
+
+
+def _row(each: Comparison) -> dict[str, Any]:
+    """Plain values for JSON; an interval without an end has none there."""
+    d = each.difference
+    return {
+        "source": each.source,
+        "label": each.label,
+        "figure": each.figure,
+        "old": each.old,
+        "new": each.new,
+        "difference": d.mean,
+        "low": d.low if math.isfinite(d.low) else None,
+        "high": d.high if math.isfinite(d.high) else None,
+        "pairs": d.pairs,
+        "scenes": d.scenes,
+        "verdict": each.verdict,
+    }
+
+
+def _texts(each: Comparison) -> list[str]:
+    d = each.difference
+    figures = [f"{each.old:.4g}", f"{each.new:.4g}", f"{d.mean:+.3g}", f"{d.low:.3g} .. {d.high:.3g}", str(d.pairs)]
+    return [each.source, each.label, each.figure, *figures, each.verdict]

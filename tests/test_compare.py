@@ -1,0 +1,118 @@
+"""Old results against new ones."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+from bench_fakes import Strip, Walker
+
+from irtrack.bench import ALL_SOURCES, Cell, Entry, Key, run_bench
+from irtrack.cli import main
+from irtrack.compare import Gate, compare, junit
+from irtrack.errors import InputError
+from irtrack.metrics import FIGURES, Score
+
+
+def cell(seed: int, source: str = "s", label: str = "t", failed: bool = False, **figures: Any) -> Cell:
+    key = Key(f"{source}{seed}", "a", "visible", "display", seed, seed, "{}", "c")
+    if failed:
+        return Cell(key, label, source, source, "failed", "broke")
+    unsaid = dict.fromkeys(FIGURES) | {"frames": 10, "held_frames": 10, "lost": False, "returns": 0, "reacquired": 0}
+    return Cell(key, label, source, source, "ok", score=Score.from_dict(unsaid | figures))
+
+
+def test_pairs_are_runs_of_the_same_scene() -> None:
+    old = [cell(k, success_auc=0.1 * k) for k in range(5)]
+    new = [cell(k, success_auc=0.1 * k + 0.2) for k in range(2, 8)]
+    (found,) = compare(old, new, ["success_auc"])
+    assert (found.difference.pairs, found.verdict) == (3, "better")
+    assert found.difference.mean == pytest.approx(0.2)
+    assert (found.old, found.new) == pytest.approx((0.3, 0.5))
+
+
+def test_a_failed_run_is_lost_and_has_no_other_figure() -> None:
+    old, new = [cell(k, error_held=1.0) for k in range(4)], [cell(k, failed=True) for k in range(4)]
+    (found,) = compare(old, new)
+    assert (found.figure, found.old, found.new, found.verdict) == ("lost", 0, 1, "worse")
+
+
+def test_less_is_better_for_some_and_more_for_others() -> None:
+    old = [cell(k, error_held=1.0, success_auc=0.5) for k in range(4)]
+    new = [cell(k, error_held=1.2 + 0.01 * k, success_auc=0.6) for k in range(4)]
+    found = {each.figure: each for each in compare(old, new)}
+    assert (found["error_held"].verdict, found["success_auc"].verdict, found["lost"].verdict) == (
+        "worse", "better", "tie",
+    )  # fmt: skip
+    assert found["error_held"].is_worse_by(0.1)
+    assert not found["error_held"].is_worse_by(0.3)
+    assert Gate.parse("error_held:0.1").failures(list(found.values())) == [found["error_held"]]
+    assert Gate.parse("success_auc").failures(list(found.values())) == []
+
+
+def test_several_sources_are_told_together_too() -> None:
+    old = [cell(k, source) for source in "ab" for k in range(3)]
+    assert [each.source for each in compare(old, old, ["lost"])] == ["a", "b", ALL_SOURCES]
+
+
+def test_junit_says_what_failed() -> None:
+    old, new = [cell(k, off_share=0.0) for k in range(3)], [cell(k, off_share=0.5) for k in range(3)]
+    gates = [Gate.parse("off_share:0.1"), Gate.parse("lost:0")]
+    suite = ElementTree.fromstring(junit(compare(old, new), gates).encode())
+    assert (suite.get("tests"), suite.get("failures")) == ("2", "1")
+    (failure,) = suite.iter("failure")
+    assert (failure.get("message") or "").startswith("t on s: off_share 0 -> 0.5, +0.5")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "figures", "words"),
+    [
+        ([cell(0)], [cell(1)], ["lost"], "no run of one is in the other; allowed: "),
+        ([cell(0)], [cell(0)], ["lots"], "figure 'lots': allowed: .*did you mean 'lost'"),
+        ([cell(0)], [cell(0)], ["neff"], "figure 'neff': allowed: "),
+    ],
+)
+def test_bad_input(old: list[Cell], new: list[Cell], figures: list[str], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        compare(old, new, figures)
+
+
+@pytest.mark.parametrize("text", ["lost:-1", "lost:x", "lost:nan"])
+def test_a_margin_is_a_number(text: str) -> None:
+    with pytest.raises(InputError, match="allowed: METRIC:MARGIN"):
+        Gate.parse(text)
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("compare") / "r.db"
+    entries = [Entry("right", Walker()), Entry("wrong", Walker(speed=3.0))]
+    run_bench([Strip()], entries, results=path, seeds=3).close()
+    return path
+
+
+def test_the_command(
+    results: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def run(*words: str) -> tuple[int, str, str]:
+        monkeypatch.setattr("sys.argv", ["irtrack", "compare", *words])
+        with pytest.raises(SystemExit) as stop:
+            main()
+        return int(stop.value.code or 0), *capsys.readouterr()
+
+    xml = tmp_path / "checks.xml"
+    of_file = ("--results", str(results))
+    status, out, err = run("right", "wrong", *of_file, "--fail-if-worse", "error:1", "--junit", str(xml))
+    assert status == 1
+    assert out.splitlines()[0].split()[:4] == ["source", "tracker", "figure", "old"]
+    assert "right -> wrong on strip: error 0 -> " in err
+    assert ElementTree.parse(xml).getroot().get("failures") == "1"
+    status, out, err = run(str(results), str(results), "--json")
+    assert (status, err) == (0, "")
+    assert {row["verdict"] for row in json.loads(out)} == {"tie"}
+    status, out, err = run("rihgt", "wrong", *of_file)
+    assert (status, out) == (2, "")
+    assert err.endswith("no tracker is labelled 'rihgt'; allowed: right, wrong; did you mean 'right'?\n")
