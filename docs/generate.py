@@ -29,6 +29,7 @@ from irsim.camera import Camera
 from irsim.detector import DETECTORS, NOISES, Bloom, Correction
 from irsim.display import AGCS
 from irsim.draw import contact_sheet
+from irsim.expectation import EXPECTATIONS
 from irsim.falloff import Falloff
 from irsim.faults import FAULTS
 from irsim.gallery import write_sheet
@@ -43,6 +44,7 @@ from irsim.shapes import SHAPES
 from irsim.shapes.flicker import FLICKERS
 from irsim.sources import open_source
 from irsim.turbulence import Turbulence
+from irsim.variation import VARIATIONS
 from irtrack.metrics import LOSS_RULE
 from irtrack.trackers import TRACKERS
 
@@ -61,6 +63,8 @@ FAMILIES: tuple[Family, ...] = (
     NOISES,
     FAULTS,
     AGCS,
+    VARIATIONS,
+    EXPECTATIONS,
 )
 
 OUTER: dict[str, type[Part]] = {
@@ -112,6 +116,9 @@ def allowed(slot: Slot) -> str:
     several = item is not None and get_args(slot.annotation)[-1] is Ellipsis
     if several and item is not None and (item.family or item.part(None)):
         return f"a list, each {allowed(item)}"
+    if slot.is_table:
+        inner = get_args(slot.annotation)[1]
+        return f"a mapping, under each override key {allowed(Slot.of(inner))}"
     if slot.family is not None:
         return f"a kind of {slot.family.name}, see below"
     if slot.part(None) is not None:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Annotated, Any
 
-from pydantic import Field, model_validator
+from pydantic import Field, TypeAdapter, model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.detector import (
@@ -85,7 +85,11 @@ class Camera(Part):
     @classmethod
     def default_for(cls, key: str, given: Mapping[str, Any]) -> Any:
         filled = _filled(given)
-        return filled[key] if key in filled else super().default_for(key, given)
+        if key not in filled:
+            return super().default_for(key, given)
+        field = cls.model_fields[key]
+        hint: Any = Annotated[field.annotation, field]
+        return TypeAdapter(hint).validate_python(filled[key])
 
     @model_validator(mode="before")
     @classmethod

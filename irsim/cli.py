@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from irsim import commands_measure
+from irsim import commands_authoring, commands_measure
 from irsim.errors import InputError
 from irsim.files import check_output
 from irsim.terminal import first_options, progress_bar, run
@@ -45,6 +45,9 @@ def main() -> None:
 app.command()(commands_measure.noise)
 app.command()(commands_measure.fit)
 app.command()(commands_measure.realism)
+app.command()(commands_authoring.new)
+app.command()(commands_authoring.schema)
+app.command()(commands_authoring.sample)
 
 
 @app.command()

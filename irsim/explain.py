@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Any, get_args
+from typing import Any, TypeVar, get_args
 
 from pydantic import ValidationError
 
+from irsim.errors import InputError
 from irsim.kinds import Part, suggestion
 from irsim.schema import Slot, member, shown
 from irsim.yamlfile import Document, KeyPath
@@ -23,6 +24,17 @@ _EXPECTED = {
 }
 _RANGES = {"greater_than", "greater_than_equal", "less_than", "less_than_equal", "finite_number"}
 _LONGEST = 40
+
+
+AnyPart = TypeVar("AnyPart", bound=Part)
+
+
+def formed(document: Document, part: type[AnyPart]) -> AnyPart:
+    """The part that a document says; InputError, a line for each thing that is wrong."""
+    try:
+        return part.model_validate(document.value)
+    except ValidationError as error:
+        raise InputError("\n".join(explain(error, document, part))) from None
 
 
 def explain(error: ValidationError, document: Document, root: type[Part]) -> list[str]:
@@ -45,15 +57,16 @@ def explain(error: ValidationError, document: Document, root: type[Part]) -> lis
 
 def line(document: Document, path: KeyPath, name: str, what: str, at_key: bool = False) -> str:
     """'file:line:column: key: what', at the nearest place that the document has for the path."""
-    place = document.name
-    for length in range(len(path), -1, -1):
-        if at_key and length == len(path) and path in document.keys:
-            place = document.keys[path]
-            break
-        if path[:length] in document.values:
-            place = document.values[path[:length]]
-            break
+    place = place_of(document, path, at_key)
     return f"{place}: {what}" if not name or place == f"override {name}" else f"{place}: {name}: {what}"
+
+
+def place_of(document: Document, path: KeyPath, at_key: bool = False) -> str:
+    """'file:line:column' of a value or its key, or of the nearest above it that the document has."""
+    if at_key and path in document.keys:
+        return document.keys[path]
+    above = (path[:length] for length in range(len(path), -1, -1))
+    return next((document.values[place] for place in above if place in document.values), document.name)
 
 
 def _order(text: str) -> tuple[int, int]:

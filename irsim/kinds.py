@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Annotated, Any, ClassVar, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationError
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 
@@ -179,6 +179,28 @@ class Family:
         return core_schema.no_info_plain_validator_function(
             self.parse, serialization=core_schema.plain_serializer_function_ser_schema(dump)
         )
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """The word `kind` chooses which keys are checked: an editor then marks the one that is wrong."""
+        chosen = []
+        for word, kind in self.kinds.items():
+            keys = dict(handler.resolve_ref_schema(handler(kind.__pydantic_core_schema__)))
+            keys["properties"] = {"kind": {"const": word}, **keys.get("properties", {})}
+            chosen.append({"if": {"properties": {"kind": {"const": word}}, "required": ["kind"]}, "then": keys})
+        words = {word: " ".join((kind.__doc__ or "").split("\n\n")[0].split()) for word, kind in self.kinds.items()}
+        return {
+            "type": "object",
+            "required": ["kind"],
+            "properties": {
+                "kind": {
+                    "anyOf": [
+                        *({"const": word, "description": text} for word, text in words.items()),
+                        {"type": "string", "pattern": ".:.", "description": "module:Class, a kind of your own"},
+                    ]
+                }
+            },
+            "allOf": chosen,
+        }
 
 
 def dump(part: Kind) -> dict[str, Any]:

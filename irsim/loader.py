@@ -3,31 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
-from os import PathLike, fspath
-from pathlib import Path
-from typing import Any, TypeVar
-
-from pydantic import ValidationError
+from os import PathLike
+from typing import Any
 
 from irsim import yamlfile
 from irsim.errors import InputError, Notice
-from irsim.explain import explain, line, listed
+from irsim.explain import AnyPart, formed, line
 from irsim.intent import idle, unmet
-from irsim.kinds import Part, importing_nothing
-from irsim.overrides import override
+from irsim.kinds import importing_nothing
+from irsim.overrides import override, placed
+from irsim.ranges import moved, range_doubts, range_faults, values_at
 from irsim.scenario import Scenario
-from irsim.schema import Slot, plain, shown
-from irsim.yamlfile import Document, scalar
+from irsim.schema import Slot, brief, plain, shown
+from irsim.severity import settle
+from irsim.shipped import examples, find, shipped
+from irsim.yamlfile import Document, KeyPath, scalar
 
-__all__ = ["build", "dumps", "examples", "find", "load", "loads", "scalar", "shipped", "warnings"]
+__all__ = ["build", "change", "dumps", "examples", "find", "load", "loads", "reach", "scalar", "shipped", "warnings"]
 
 _LARGEST_WHOLE = 2**53
 """Up to here a float that is a whole number says exactly which."""
-
-
-AnyPart = TypeVar("AnyPart", bound=Part)
 
 
 def load(path: str | PathLike[str], overrides: Iterable[str] = ()) -> Scenario:
@@ -51,49 +48,38 @@ def loads(text: str, name: str = "<text>", overrides: Iterable[str] = (), truste
         return _scenario(document, overrides)
 
 
+def change(scenario: Scenario, values: Mapping[str, Any]) -> Scenario:
+    """The scenario with values at override keys, such as {"targets.jet.path.speed": 3.0}.
+
+    A key so given varies no more: it leaves `severities` and `vary`. InputError as `load`, where the
+    place of each fault is 'KEY=VALUE'.
+    """
+    document, given = _document(scenario), []
+    for key, value in values.items():
+        document, path = placed(document, key, value, f"{key}={value}", Scenario)
+        given.append(path)
+    return _validated(settle(document, Scenario, given))
+
+
+def reach(scenario: Scenario, keys: Iterable[str]) -> dict[str, Any]:
+    """What a scenario holds at override keys, as YAML would have it; None where there is nothing."""
+    return values_at(_document(scenario), scenario, keys)
+
+
 def warnings(path: str | PathLike[str], overrides: Iterable[str] = ()) -> list[str]:
     """Lines 'file:line:column: key: warning: what' on what is legal but may not be meant. InputError as `load`."""
     document = _changed(yamlfile.read(find(path)), overrides)
     scenario = _validated(document)
-    doubts = [*scenario.warnings(), *idle(scenario)]
+    faults = list(_faults_of_severities(document, scenario))
+    if faults:
+        raise InputError("\n".join(dict.fromkeys(faults)))
+    doubts = [*scenario.warnings(), *idle(scenario), *range_doubts(document, scenario)]
     return [_told(document, notice, f"warning: {notice.what}") for notice in doubts]
 
 
-def dumps(scenario: Scenario) -> str:
-    """The scenario as YAML text with every key written out; `loads` gives the equal scenario."""
-    return yamlfile.write(plain(scenario))
-
-
-def examples() -> dict[str, Path]:
-    """The scenarios that are shipped as examples, by name."""
-    return shipped("examples")
-
-
-def shipped(folder: str) -> dict[str, Path]:
-    """The scenarios that are shipped with irsim in a folder (examples, sources, stress), by name."""
-    here = Path(__file__).parent
-    places = [here.parent / "scenarios" / folder, here / "scenarios" / folder]
-    return {path.stem: path for place in places for path in sorted(place.glob("*.yaml"))}
-
-
-def find(path: str | PathLike[str]) -> Path:
-    """The file of that path, else the shipped scenario of that name: `sky`, or `sources/xue-sky` with its folder."""
-    wanted = fspath(path)
-    try:
-        exists = Path(path).exists()
-    except (OSError, ValueError):
-        exists = False
-    folder, slash, name = wanted.rpartition("/")
-    if exists or Path(name).suffix or Path(name).name != name or Path(folder).name != folder:
-        return Path(path)
-    names = {f"{folder}{slash}{known}": file for known, file in shipped(folder or "examples").items()}
-    if wanted in names:
-        return names[wanted]
-    if folder and not names:
-        return Path(path)
-    raise InputError(
-        f"{wanted}: there is no such file and no shipped scenario of that name{listed(sorted(names), wanted)}"
-    )
+def dumps(scenario: Scenario, short: bool = False) -> str:
+    """The scenario as YAML text; `loads` gives the equal scenario. With every key, or `short`: without defaults."""
+    return yamlfile.write(brief(scenario) if short else plain(scenario))
 
 
 def build(part: type[AnyPart], values: Mapping[str, Any], name: str) -> AnyPart:
@@ -101,11 +87,7 @@ def build(part: type[AnyPart], values: Mapping[str, Any], name: str) -> AnyPart:
 
     InputError: a line for each thing that is wrong, 'name: key: what; allowed: ...'.
     """
-    document = Document(name, _whole(dict(values)), {(): name}, {})
-    try:
-        return part.model_validate(document.value)
-    except ValidationError as error:
-        raise InputError("\n".join(explain(error, document, part))) from None
+    return formed(Document(name, _whole(dict(values)), {(): name}, {}), part)
 
 
 def _scenario(document: Document, overrides: Iterable[str]) -> Scenario:
@@ -117,26 +99,46 @@ def _changed(document: Document, overrides: Iterable[str]) -> Document:
     if not isinstance(document.value, dict):
         keys = ", ".join(Scenario.model_fields)
         raise InputError(f"{document.values[()]}: expected a mapping; allowed: the keys {keys}")
-    wrong = []
+    wrong: list[str] = []
+    given: list[KeyPath] = []
     for text in overrides:
         try:
-            document = override(document, text, Scenario)
+            document, path = override(document, text, Scenario)
+            given.append(path)
         except InputError as error:
             wrong.append(str(error))
     if wrong:
         raise InputError("\n".join(wrong))
-    return replace(document, value=_whole(document.value))
+    return settle(replace(document, value=_whole(document.value)), Scenario, given)
+
+
+def _document(scenario: Scenario) -> Document:
+    """A scenario as if it had been read."""
+    return Document("scenario", brief(scenario), {(): "scenario"}, {})
 
 
 def _validated(document: Document) -> Scenario:
-    try:
-        scenario = Scenario.model_validate(document.value)
-    except ValidationError as error:
-        raise InputError("\n".join(explain(error, document, Scenario))) from None
-    faults = [_told(document, notice, notice.what) for notice in unmet(scenario)]
+    scenario = formed(document, Scenario)
+    faults = _faults(document, scenario)
     if faults:
         raise InputError("\n".join(faults))
     return scenario
+
+
+def _faults(document: Document, scenario: Scenario) -> list[str]:
+    """Lines on what is well formed and yet cannot be."""
+    notices = [*unmet(scenario), *range_faults(document, scenario)]
+    return [_told(document, notice, notice.what) for notice in notices]
+
+
+def _faults_of_severities(document: Document, scenario: Scenario) -> Iterator[str]:
+    """Lines on what is wrong at other severities than the scenario's own."""
+    most = min(map(len, scenario.severities.values()), default=1)
+    for severity in set(range(most)) - {scenario.severity}:
+        try:
+            _validated(moved(document, "severity", severity, f"severity {severity}"))
+        except InputError as error:
+            yield from str(error).splitlines()
 
 
 def _told(document: Document, notice: Notice, what: str) -> str:

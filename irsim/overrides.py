@@ -12,8 +12,8 @@ from irsim.schema import Slot, item_name, item_names, plain
 from irsim.yamlfile import Document, KeyPath, scalar
 
 
-def override(document: Document, text: str, root: type[Part]) -> Document:
-    """The document with one value set; errors in it will be placed at 'override KEY'.
+def override(document: Document, text: str, root: type[Part]) -> tuple[Document, KeyPath]:
+    """The document with one value set, and where; errors in it will be placed at 'override KEY'.
 
     Steps reach list items by id (or by kind, where they have no id) or number, and a part that the
     text leaves out begins from its default. InputError where the path leads nowhere.
@@ -27,16 +27,25 @@ def override(document: Document, text: str, root: type[Part]) -> Document:
         value = scalar(written)
     except InputError as error:
         raise InputError(f"{place}: {error}") from None
+    return placed(document, key, value, place, root)
+
+
+def placed(document: Document, key: str, value: Any, place: str, root: type[Part]) -> tuple[Document, KeyPath]:
+    """The document with `value` at an override's key, known to stand at `place`; and the path that the key means.
+
+    InputError, 'place: what', where the key leads nowhere.
+    """
     try:
         tree, path = _placed(document.value, Slot.of(root), key.split("."), value)
     except InputError as error:
         raise InputError(f"{place}: {error}") from None
-    return replace(
+    changed = replace(
         document,
         value=tree,
         values=_without(document.values, path) | {path: place},
         keys=_without(document.keys, path) | {path: place},
     )
+    return changed, path
 
 
 def _placed(node: Any, slot: Slot | None, steps: list[str], value: Any) -> tuple[Any, KeyPath]:
@@ -54,7 +63,7 @@ def _placed(node: Any, slot: Slot | None, steps: list[str], value: Any) -> tuple
 
 
 def _placed_in_mapping(node: dict[str, Any], slot: Slot | None, steps: list[str], value: Any) -> tuple[Any, KeyPath]:
-    step, *rest = steps
+    step, *rest = _table_key(node, steps) if slot is not None and slot.is_table else steps
     part = slot.part(node) if slot is not None else None
     child = slot.child(node, step) if slot is not None else None
     if part is not None and child is None and step != "kind":
@@ -65,6 +74,13 @@ def _placed_in_mapping(node: dict[str, Any], slot: Slot | None, steps: list[str]
         below = _beginning(part, step, child, rest[0], node)
     below, path = _placed(below, child, rest, value)
     return {**node, step: below}, (step, *path)
+
+
+def _table_key(node: dict[str, Any], steps: list[str]) -> list[str]:
+    """The steps with those of the table's key as one, for such keys have dots in them; all, where it is a new one."""
+    lengths = [length for length in range(len(steps), 0, -1) if ".".join(steps[:length]) in node]
+    length = lengths[0] if lengths else len(steps)
+    return [".".join(steps[:length]), *steps[length:]]
 
 
 def _beginning(part: type[Part] | None, step: str, slot: Slot | None, below: str, node: dict[str, Any]) -> Any:

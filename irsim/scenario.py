@@ -5,8 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Iterator, Sequence
-from typing import Annotated
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -17,6 +17,7 @@ from irsim.backgrounds import BACKGROUNDS, Background, Sky
 from irsim.camera import Camera
 from irsim.climate import fitted_band
 from irsim.errors import Notice
+from irsim.expectation import EXPECTATIONS, Expectation
 from irsim.identity import scene_code
 from irsim.kinds import Index, Name, Part, Several, Triple, suggestion
 from irsim.motion import PATHS, Company, Path
@@ -26,8 +27,12 @@ from irsim.shapes import SHAPES, Shape
 from irsim.stage import Stage
 from irsim.turbulence import Turbulence
 from irsim.types import Look
+from irsim.variation import VARIATIONS, Variation
 
 KeyPath = tuple[str | int, ...]
+
+Levels = Annotated[tuple[Any, ...], Field(strict=False, min_length=2, max_length=100)]
+"""The values of a key by severity, from 0 on."""
 
 Stretch = Annotated[tuple[Index, Index], Field(strict=False)]
 """[first, last] frame, both counted."""
@@ -69,6 +74,9 @@ class Target(Part):
         return frame >= self.path.begins and not any(first <= frame <= last for first, last in self.absent)
 
 
+ABOUT = {"about", "like", "severity", "severities", "vary", "expect"}
+"""Keys that change no pixel and no truth: severities do by the values that they put elsewhere."""
+
 WATCHED = 200
 """Frames, evenly spread, at which warnings look at where targets are."""
 
@@ -93,6 +101,14 @@ class Scenario(Part):
     """Id of the target to track; the first where not given."""
     without: Several[Name] = ()
     """Names of parts that are switched off; everything else stays as it is, bit for bit."""
+    severity: Annotated[int, Field(ge=0, le=99)] = 0
+    """Which values of `severities` hold; 0 is the benign case."""
+    severities: Mapping[str, Levels] = {}
+    """Override keys, such as `camera.netd_mk`, each with a list of its values from severity 0 on."""
+    vary: Mapping[str, Annotated[Variation, VARIATIONS]] = {}
+    """Override keys, each with what its value may be instead, for `irsim sample` and for searches."""
+    expect: Several[Annotated[Expectation, EXPECTATIONS]] = ()
+    """Rules that a track is held to; `never_lost` where none are given."""
 
     @property
     def stage(self) -> Stage:
@@ -123,10 +139,10 @@ class Scenario(Part):
 
     @property
     def hash(self) -> str:
-        """Hex digest of all that decides the pixels and the truth: values, code and meshes (not `about` and `like`)."""
+        """Hex digest of all that decides the pixels and the truth: values, code and meshes; not what is about it."""
         from irsim import __version__
 
-        value = json.loads(self.model_dump_json(exclude={"about", "like"}))
+        value = json.loads(self.model_dump_json(exclude=ABOUT))
         meshes = [target.shape.contents for target in self.targets if target.shape.contents]
         text = json.dumps([__version__, scene_code(self), value, *meshes], sort_keys=True)
         return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
@@ -247,6 +263,9 @@ class Scenario(Part):
         for index, occluder in enumerate(self.occluders):
             if occluder.hides is not None:
                 yield "", occluder.hides, ("occluders", index, "hides")
+        for index, rule in enumerate(self.expect):
+            if rule.target is not None:
+                yield "", rule.target, ("expect", index, "target")
 
     @model_validator(mode="after")
     def _paths_are_possible(self) -> Scenario:
@@ -273,6 +292,29 @@ class Scenario(Part):
                 if whom in chain:
                     break  # the circle is further on, and found from one of its own
                 chain.append(whom)
+        return self
+
+    @model_validator(mode="after")
+    def _severity_exists(self) -> Scenario:
+        lengths = {key: len(values) for key, values in self.severities.items()}
+        most = min(lengths.values(), default=1) - 1
+        for key, length in lengths.items():
+            if length - 1 > most:
+                raise PydanticCustomError(
+                    "severities",
+                    "{length} values where another key has {fewer}; allowed: as many under each key",
+                    {"length": length, "fewer": most + 1, "at": ("severities", key)},
+                )
+        if self.severity > most:
+            raise PydanticCustomError(
+                "severity",
+                "{given} is out of range; allowed: {allowed}",
+                {
+                    "given": self.severity,
+                    "allowed": f"0 to {most}" if most else "0, for there are no severities",
+                    "at": ("severity",),
+                },
+            )
         return self
 
     @model_validator(mode="after")

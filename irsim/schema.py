@@ -16,7 +16,7 @@ from irsim.yamlfile import KeyPath, dotted
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
 
-_WORDS = {int: "a whole number", float: "a number", bool: "true or false", str: "text"}
+_WORDS = {Any: "any value", int: "a whole number", float: "a number", bool: "true or false", str: "text"}
 
 
 @dataclass(frozen=True)
@@ -55,6 +55,11 @@ class Slot:
     def is_list(self) -> bool:
         return get_origin(self.annotation) is tuple
 
+    @property
+    def is_table(self) -> bool:
+        """A mapping whose keys are free, such as `vary`."""
+        return get_origin(self.annotation) is Mapping
+
     def part(self, value: Any) -> type[Part] | None:
         """The part that a mapping in this place is written for; None where it cannot be told."""
         if self.family is not None:
@@ -74,6 +79,8 @@ class Slot:
             if len(items) == 2 and items[1] is Ellipsis:
                 return Slot.of(items[0])
             return Slot.of(items[step]) if 0 <= step < len(items) else None
+        if self.is_table:
+            return Slot.of(get_args(self.annotation)[1])
         part = self.part(value)
         field = part.model_fields.get(str(step)) if part is not None else None
         return None if field is None else Slot.of(field.annotation, field.metadata)
@@ -88,6 +95,8 @@ class Slot:
             return ", ".join(map(repr, get_args(self.annotation)))
         if self.is_list:
             return self._list_words()
+        if self.is_table:
+            return f"a mapping, under each key {Slot.of(get_args(self.annotation)[1]).words()}"
         part = self.part(None)
         if part is not None:
             return f"a mapping with the keys {', '.join(part.model_fields)}"
@@ -170,6 +179,30 @@ def plain(value: Any) -> Any:
         return {"kind": value.kind, **fields} if isinstance(value, Kind) else fields
     if isinstance(value, tuple | list):
         return [plain(item) for item in value]
+    if isinstance(value, Mapping):
+        return {key: plain(item) for key, item in value.items()}
+    return value
+
+
+def brief(value: Any) -> Any:
+    """The same without the keys that hold what they would hold if they were left out."""
+    if isinstance(value, Part):
+        part = type(value)
+        fields = {name: getattr(value, name) for name in part.model_fields}
+        chosen = {
+            name: plain(item) for name, item in fields.items() if plain(item) != plain(part.model_fields[name].default)
+        }
+        written = {
+            name: brief(item)
+            for name, item in fields.items()
+            if part.model_fields[name].is_required()
+            or plain(item) != plain(part.default_for(name, {key: chosen[key] for key in chosen if key != name}))
+        }
+        return {"kind": value.kind, **written} if isinstance(value, Kind) else written
+    if isinstance(value, tuple | list):
+        return [brief(item) for item in value]
+    if isinstance(value, Mapping):
+        return {key: brief(item) for key, item in value.items()}
     return value
 
 

@@ -42,6 +42,8 @@ def unbounded(slot: Slot, place: str, seen: set[type[Part]]) -> Iterator[str]:
             yield from unbounded_in(kind, f"{place}.{name}", seen)
     elif (part := slot.part(None)) is not None:
         yield from unbounded_in(part, place, seen)
+    elif slot.is_table:
+        yield from unbounded(Slot.of(get_args(slot.annotation)[1]), place, seen)
     elif slot.is_list:
         for item in get_args(slot.annotation):
             if item is not Ellipsis:

@@ -1,0 +1,80 @@
+"""The commands of irsim that help to write scenarios; the command line itself is `irsim.cli`."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from irsim.files import check_output, replacing_text
+from irsim.terminal import progress_bar
+
+
+def new(
+    kind: Annotated[str, typer.Argument(metavar="KIND", help="What is behind: sky, ground, sea, landscape, ...")],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="YAML", help="Default: KIND.yaml in this folder.")
+    ] = None,
+) -> None:
+    """Write a commented scenario to begin your own from; it replaces nothing."""
+    from irsim.authoring import start_text, write_new
+
+    text = start_text(kind)
+    path = output or Path(f"{kind}.yaml")
+    check_output(path)
+    write_new(path, text)
+    print(path)
+    print(f"look at it: irsim show {shlex.quote(str(path))}")
+
+
+def schema(
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="JSON", help="Default: standard output.")
+    ] = None,
+) -> None:
+    """Print the JSON Schema of scenarios, by which editors complete and check them."""
+    from irsim.authoring import json_schema
+
+    text = json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
+    if output is None:
+        print(text, end="")
+        return
+    with replacing_text(output) as file:
+        file.write(text)
+    print(output)
+
+
+def sample(
+    scenario: Annotated[str, typer.Argument(metavar="SCENARIO", help="A scenario's file or name, with `vary`.")],
+    overrides: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="KEY=VALUE", help="Changes to the scenario; a key so given varies no more."),
+    ] = None,
+    count: Annotated[int, typer.Option("-n", metavar="N", min=1, max=100_000, help="How many are drawn.")] = 10,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="DIR", help="Default: NAME-samples in this folder.")
+    ] = None,
+    seed: Annotated[int, typer.Option(metavar="N", min=0, help="Seed of the draws.")] = 0,
+) -> None:
+    """Draw scenarios from the ranges under `vary` and write each as a file of its own."""
+    from irsim.authoring import make_folder, sample_names, sample_texts
+    from irsim.loader import find, load
+
+    loaded = load(scenario, overrides or ())
+    name = Path(scenario).stem
+    folder = output or Path(f"{name}-samples")
+    repeat = shlex.join(["irsim", "sample", scenario, *(overrides or ()), "-n", str(count), "--seed", str(seed)])
+    paths = [folder / file for file in sample_names(name, count)]
+    for path in paths:
+        if folder.is_dir():
+            check_output(path, find(scenario))
+    with progress_bar(f"sample {name}", count) as progress:
+        texts = sample_texts(loaded, name, count, seed, repeat, progress)
+    make_folder(folder)
+    for path, text in zip(paths, texts, strict=True):
+        with replacing_text(path) as file:
+            file.write(text)
+    print(f"{folder}: {len(paths)} scenarios, {paths[0].name} to {paths[-1].name}")

@@ -1,0 +1,124 @@
+"""The space of scenes around a scenario: what its `vary` allows, drawn from by chance or searched.
+
+A *point* is a value for each key that is searched. Nuisances are no part of it: they follow from the seed
+of the scene, so that the same point is met under other circumstances by another seed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from irsim.errors import InputError
+from irsim.loader import change, reach
+from irsim.rng import stream
+from irsim.scenario import Scenario
+from irsim.variation import Variation
+
+Point = Mapping[str, Any]
+"""Values by override key."""
+
+_SEEDS = 2**31
+"""Seeds of drawn scenes lie below this."""
+
+
+@dataclass(frozen=True)
+class Knob:
+    """A key that varies."""
+
+    key: str
+    """As an override says it."""
+    variation: Variation
+    benign: Any
+    """The value at severity 0."""
+
+    @property
+    def severities(self) -> range:
+        """Whole severities, 0 the benign value; below 0 where values lie on both sides of it."""
+        return self.variation.severities(self.benign)
+
+
+@dataclass(frozen=True)
+class Variations:
+    """What may vary about a scenario, in the order of its text."""
+
+    scenario: Scenario
+    knobs: tuple[Knob, ...]
+    """Those that a search chooses."""
+    nuisances: tuple[Knob, ...]
+    """Those that follow from the scene's seed."""
+
+    def benign(self) -> Point:
+        """The point where every severity is 0."""
+        return {knob.key: knob.benign for knob in self.knobs}
+
+    def at(self, shares: Sequence[float]) -> Point:
+        """The point of a place in the unit cube, a share from 0 to 1 for each knob; uniform shares are fair draws."""
+        self._expect(shares)
+        if not all(math.isfinite(share) and 0 <= share <= 1 for share in shares):
+            raise InputError(f"{list(shares)}: no place in the unit cube; allowed: shares from 0 to 1")
+        return {knob.key: knob.variation.quantile(share) for knob, share in zip(self.knobs, shares, strict=True)}
+
+    def at_severities(self, severities: Sequence[int]) -> Point:
+        """The point of a whole severity for each knob, each one of the knob's `severities`."""
+        self._expect(severities)
+        for knob, severity in zip(self.knobs, severities, strict=True):
+            if severity not in knob.severities:
+                first, last = knob.severities[0], knob.severities[-1]
+                raise InputError(f"vary: {knob.key}: there is no severity {severity}; allowed: {first} to {last}")
+        return {
+            knob.key: knob.variation.at_severity(severity, knob.benign)
+            for knob, severity in zip(self.knobs, severities, strict=True)
+        }
+
+    def draw(self, seed: int) -> Point:
+        """The point that a seed gives."""
+        return self.at([float(stream(seed, "sample", knob.key).random()) for knob in self.knobs])
+
+    def concrete(self, point: Point, seed: int | None = None) -> Scenario:
+        """The scenario at a point, where nothing varies any more; nuisances by the scene's seed, its own where None.
+
+        A point may lack keys, which then have their benign values, and may hold nuisances too.
+        InputError where no scenario can be made of it.
+        """
+        seed = self.scenario.seed if seed is None else seed
+        known = [knob.key for knob in (*self.knobs, *self.nuisances)]
+        for key in point:
+            if key not in known:
+                raise InputError(f"vary: there is no '{key}'; allowed: {', '.join(known) or 'nothing'}")
+        circumstances = {
+            knob.key: knob.variation.quantile(float(stream(seed, "nuisance", knob.key).random()))
+            for knob in self.nuisances
+        }
+        return change(self.scenario, {"seed": seed, **self.benign(), **circumstances, **point})
+
+    def _expect(self, coordinates: Sequence[float]) -> None:
+        if len(coordinates) != len(self.knobs):
+            names = ", ".join(knob.key for knob in self.knobs)
+            raise InputError(f"{len(coordinates)} coordinates; allowed: {len(self.knobs)}, for {names or 'nothing'}")
+
+
+def variations(scenario: Scenario) -> Variations:
+    """The space that a scenario's `vary` spans around it."""
+    bases = reach(scenario, scenario.vary)
+    knobs = [
+        Knob(key, variation, bases[key] if variation.benign is None else variation.benign)
+        for key, variation in scenario.vary.items()
+    ]
+    searched = tuple(knob for knob in knobs if not knob.variation.nuisance)
+    return Variations(scenario, searched, tuple(knob for knob in knobs if knob.variation.nuisance))
+
+
+def sample(scenario: Scenario, n: int, seed: int = 0, start: int = 0) -> list[Scenario]:
+    """`n` scenarios drawn from what `vary` allows, each with a scene seed of its own.
+
+    Draw k is the same for any `n`; those from `start` on are given. InputError where nothing varies, and
+    where no scenario can be made of a draw.
+    """
+    if not scenario.vary:
+        raise InputError("vary: nothing varies in this scenario; allowed: override keys, each with a kind of variation")
+    space = variations(scenario)
+    seeds = [int(stream(seed, "sample", k).integers(_SEEDS)) for k in range(start, start + n)]
+    return [space.concrete(space.draw(each), each) for each in seeds]

@@ -1,0 +1,203 @@
+"""What helps to write scenarios: starting texts, the JSON Schema, samples, and their commands."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+from command_line import Run
+from scenario_text import TEXT
+
+import irsim
+from irsim.authoring import json_schema
+from irsim.kinds import Family
+from irsim.loader import dumps, examples, load, loads
+from irsim.scenario import Scenario
+from irsim.shipped import find, shipped
+from irsim.yamlfile import read
+
+SHIPPED = {
+    f"{folder}/{name}": path
+    for folder in ("examples", "sources", "stress", "new")
+    for name, path in shipped(folder).items()
+}
+VALIDATOR = jsonschema.Draft202012Validator(json_schema())
+
+
+@pytest.mark.parametrize("name", shipped("new"))
+def test_a_new_scenario_is_in_order_and_renders(name: str, tmp_path: Path, run: Run) -> None:
+    assert run("new", name, cwd=tmp_path).stdout == f"{name}.yaml\nlook at it: irsim show {name}.yaml\n"
+    checked = run("check", f"{name}.yaml", cwd=tmp_path)
+    assert (checked.returncode, checked.stdout, checked.stderr) == (0, f"{name}.yaml: ok\n", "")
+    rendering = irsim.Rendering(load(tmp_path / f"{name}.yaml"))
+    first = rendering.frame(0).image
+    assert first.max() > first.min()
+    target = next(iter(rendering.truths())).target(rendering.follow or "")
+    assert target is not None
+    assert target.visible == pytest.approx(1, abs=1e-3)
+
+
+def test_a_new_scenario_replaces_nothing(tmp_path: Path, run: Run) -> None:
+    (tmp_path / "sky.yaml").write_text("mine")
+    done = run("new", "sky", cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.startswith("irsim: sky.yaml: is there already, and a new scenario replaces nothing")
+    assert (tmp_path / "sky.yaml").read_text() == "mine"
+    done = run("new", "sea", "-o", "no/sea.yaml", cwd=tmp_path)
+    assert done.stderr == "irsim: no/sea.yaml: the folder no does not exist; allowed: an existing folder\n"
+    done = run("new", "se", cwd=tmp_path)
+    assert done.stderr.startswith("irsim: se: there is no such kind of scenario; allowed: ground, ")
+    assert done.stderr.endswith("did you mean 'sea'?\n")
+
+
+def test_the_schema_is_one_and_is_printed(tmp_path: Path, run: Run) -> None:
+    jsonschema.Draft202012Validator.check_schema(json_schema())
+    assert json.loads(run("schema", cwd=tmp_path).stdout) == json_schema()
+    assert run("schema", "-o", "s.json", cwd=tmp_path).stdout == "s.json\n"
+    assert json.loads((tmp_path / "s.json").read_text()) == json_schema()
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_the_schema_takes_every_shipped_scenario(name: str) -> None:
+    VALIDATOR.validate(read(SHIPPED[name]).value)
+    VALIDATOR.validate(loads_plain(dumps(load(SHIPPED[name]))))
+
+
+def loads_plain(text: str) -> Any:
+    return irsim.scalar(text)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "place"),
+    [
+        ("frames: 1e1", "framse: 3", ""),
+        ("netd_mk: 60", "netd: 60", "camera"),
+        ("netd_mk: 60", "netd_mk: sixty", "camera.netd_mk"),
+        ("netd_mk: 60", "netd_mk: -1", "camera.netd_mk"),
+        ("size: [64, 48]", "size: [64]", "camera.size"),
+        ("kind: ar1", "kind: ar2", "camera.noise.1.kind"),
+        ("rho: 0.9", "rhu: 0.9", "camera.noise.1"),
+        ("kind: sky", "kind: skies", "background.kind"),
+        ("coverage: 0.3", "cover: 0.3", "background.clouds.0"),
+        ("temperature_k: 500", "temperature: 500", "targets.0.shape"),
+        ("speed: 2", "speed: fast", "targets.0.path.speed"),
+    ],
+)
+def test_the_schema_marks_what_is_wrong_where_it_stands(old: str, new: str, place: str) -> None:
+    assert old in TEXT
+    wrong = list(VALIDATOR.iter_errors(irsim.scalar(TEXT.replace(old, new))))
+    assert {".".join(map(str, error.absolute_path)) for error in wrong} == {place}
+
+
+def test_the_schema_takes_kinds_of_ones_own() -> None:
+    VALIDATOR.validate(irsim.scalar(TEXT.replace("kind: sky", "kind: 'mine:Sky'").replace("coverage", "anything")))
+
+
+def test_the_schema_says_what_every_kind_is_for() -> None:
+    """Editors show it while one types."""
+
+    def families(node: Any) -> list[dict[str, Any]]:
+        below = node.values() if isinstance(node, dict) else node if isinstance(node, list) else []
+        found = [each for item in below for each in families(item)]
+        return [*found, node] if isinstance(node, dict) and "allOf" in node else found
+
+    seen = families(json_schema())
+    assert len(seen) >= len({id(f) for f in family_fields()})
+    for family in seen:
+        for word in family["properties"]["kind"]["anyOf"]:
+            assert word["description"]
+
+
+def family_fields() -> list[Family]:
+    return [item for field in Scenario.model_fields.values() for item in field.metadata if isinstance(item, Family)]
+
+
+VARIED = (
+    TEXT
+    + """\
+vary:
+  targets.jet.path.speed: {kind: uniform, low: 1, high: 4}
+  camera.netd_mk: {kind: loguniform, low: 20, high: 200}
+"""
+)
+
+
+def test_samples_are_files_that_load_and_say_how_to_repeat(tmp_path: Path, run: Run) -> None:
+    (tmp_path / "mine.yaml").write_text(VARIED)
+    done = run("sample", "mine.yaml", "camera.bits=12", "-n", "11", "--seed", "4", "-o", "many", cwd=tmp_path)
+    assert done.stdout == "many: 11 scenarios, mine-00.yaml to mine-10.yaml\n"
+    files = sorted((tmp_path / "many").iterdir())
+    assert [path.name for path in files] == [f"mine-{k:02}.yaml" for k in range(11)]
+    drawn = irsim.sample(loads(VARIED, overrides=["camera.bits=12"]), 11, seed=4)
+    assert [load(path) for path in files] == drawn
+    head = files[3].read_text().splitlines()
+    repeat = "irsim sample mine.yaml camera.bits=12 -n 11 --seed 4"
+    assert head[0] == f"# Sample 3 of 11 drawn from mine; all of them again: {repeat}"
+    assert head[2] == f"# camera.netd_mk = {drawn[3].camera.netd_mk!r}"
+    before = [path.read_bytes() for path in files]
+    assert run(*repeat.split()[1:], "-o", "many", cwd=tmp_path).returncode == 0
+    assert [path.read_bytes() for path in files] == before
+
+
+def test_what_cannot_be_sampled_leaves_nothing(tmp_path: Path, run: Run) -> None:
+    (tmp_path / "still.yaml").write_text(TEXT)
+    done = run("sample", "still.yaml", cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.startswith("irsim: vary: nothing varies in this scenario; allowed: override keys")
+    (tmp_path / "mine-0.yaml").write_text(VARIED)
+    done = run("sample", "mine-0.yaml", "-o", "mine-0.yaml", cwd=tmp_path)
+    assert done.stderr.startswith("irsim: mine-0.yaml: no folder can be made there: ")
+    (tmp_path / "mine.yaml").write_text(VARIED)
+    (tmp_path / "mine.yaml").rename(tmp_path / "mine-0-0.yaml")
+    done = run("sample", "mine-0.yaml", "-n", "1", "-o", ".", cwd=tmp_path)
+    assert done.returncode == 0  # mine-0-0.yaml is another file than the one that is read
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["mine-0-0.yaml", "mine-0.yaml", "still.yaml"]
+
+
+def test_shipped_names() -> None:
+    assert find("sky") == examples()["sky"]
+    with pytest.raises(irsim.InputError, match=r"^stress/nois: there is no such file .*did you mean 'stress/noise'\?$"):
+        find("stress/nois")
+    assert find("stress/noise.yaml") == Path("stress/noise.yaml")
+
+
+def test_check_tries_every_severity_and_range(tmp_path: Path, run: Run) -> None:
+    """What a load need not find: another severity that cannot be, a range without effect."""
+    text = VARIED + "severities:\n  camera.bits: [8, 12, 20]\nwithout: [jet]\n"
+    (tmp_path / "odd.yaml").write_text(text)
+    load(tmp_path / "odd.yaml")
+    done = run("check", "odd.yaml", cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.startswith("odd.yaml:30:24: camera.bits: 20 is out of range; allowed: ")
+    (tmp_path / "odd.yaml").write_text(text.replace("12, 20", "12, 14"))
+    done = run("check", "odd.yaml", cwd=tmp_path)
+    assert done.returncode == 0
+    assert done.stderr == ("odd.yaml:27:27: vary.targets.jet.path.speed: warning: what it varies is switched off\n")
+
+
+CROSSED = """\
+frames: 60
+camera: {size: [160, 120]}
+background: {kind: sky}
+targets:
+  - id: a
+    shape: {kind: point}
+    path: {kind: straight, start: [20, 60], speed: 2}
+  - id: b
+    shape: {kind: point}
+    path: {kind: crosses, target: a, at_frame: 30, angle_deg: 90, speed: 1}
+vary:
+  targets.b.path.at_frame: {kind: integers, low: 20, high: 400}
+"""
+
+
+def test_check_warns_of_ranges_with_scenes_that_cannot_be(tmp_path: Path, run: Run) -> None:
+    (tmp_path / "crossed.yaml").write_text(CROSSED)
+    done = run("check", "crossed.yaml", cwd=tmp_path)
+    assert done.stderr == (
+        "crossed.yaml:12:60: vary.targets.b.path.at_frame.high: warning: with 400 no scenario can be made: "
+        "there is no frame 400; allowed: 0 to 59\n"
+    )

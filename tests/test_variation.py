@@ -1,0 +1,270 @@
+"""Ranges of values: their distributions against scipy's, their severities, the draws of a whole scenario."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scenario_text import TEXT, errors_of
+from scipy import stats
+
+import irsim
+from irsim.errors import InputError
+from irsim.loader import change, dumps, examples, load, loads, reach
+from irsim.variation import VARIATIONS, Choice, Integers, LogUniform, Normal, Span, Uniform, Variation
+
+SHARES = np.linspace(0, 1, 41)
+
+ORACLES: dict[str, tuple[Span, Any]] = {
+    "uniform": (Uniform(low=-2, high=6), stats.uniform(-2, 8)),
+    "loguniform": (LogUniform(low=0.1, high=50), stats.loguniform(0.1, 50)),
+    "normal": (Normal(mean=3, sd=2), stats.truncnorm(-4, 4, 3, 2)),
+    "normal, cut": (Normal(mean=3, sd=2, low=2, high=9), stats.truncnorm(-0.5, 3, 3, 2)),
+}
+
+
+@pytest.mark.parametrize("name", ORACLES)
+def test_quantiles_are_those_of_scipy(name: str) -> None:
+    variation, oracle = ORACLES[name]
+    found = [variation.quantile(share) for share in SHARES]
+    assert found == pytest.approx(oracle.ppf(SHARES), rel=1e-9, abs=1e-9)
+
+
+def test_whole_numbers_and_choices_are_equally_likely_and_all_of_them_are_met() -> None:
+    shares = (np.arange(600) + 0.5) / 600
+    for variation, values in (
+        (Integers(low=-1, high=4), [-1, 0, 1, 2, 3, 4]),
+        (Choice(values=("a", None, [1, 2])), ["a", None, [1, 2]]),
+    ):
+        drawn = [variation.quantile(float(share)) for share in shares]
+        assert [drawn.count(value) for value in values] == [600 // len(values)] * len(values)
+        assert variation.quantile(0) == values[0]
+        assert variation.quantile(1) == values[-1]
+
+
+SOME: dict[str, Variation] = {
+    "uniform": Uniform(low=1, high=3),
+    "loguniform": LogUniform(low=1, high=3),
+    "normal": Normal(mean=2, sd=0.25),
+    "integers": Integers(low=1, high=11),
+    "choice": Choice(values=(4.0, 1.0, 2.5)),
+}
+
+
+@pytest.mark.parametrize("word", VARIATIONS.kinds)
+def test_severity_0_is_benign_and_every_step_goes_farther_to_an_end(word: str) -> None:
+    """Contract of every kind, whether the benign value is an end, inside, or outside of the range."""
+    variation = SOME[word]
+    for benign in (0.5, 1, 2, 3, 20):
+        severities = variation.severities(benign)
+        assert 0 in severities
+        assert variation.at_severity(0, benign) == benign
+        values = {severity: variation.at_severity(severity, benign) for severity in severities}
+        if isinstance(variation, Span):
+            low, high = variation.ends
+            assert values[severities[-1]] == (low if benign >= high else high)
+            assert values[severities[0]] == (low if low < benign < high else benign)
+            for side in (1, -1):
+                away = [abs(values[s] - benign) for s in severities if s * side >= 0][::side]
+                assert away == sorted(away)
+        else:
+            assert set(values.values()) == {*SOME[word].probes().values(), benign}
+
+
+def test_severities_of_a_log_range_are_equal_factors() -> None:
+    found = [LogUniform(low=2, high=64).at_severity(severity, 2) for severity in range(6)]
+    assert found == pytest.approx([2, 4, 8, 16, 32, 64])
+
+
+VARIED = (
+    TEXT
+    + """\
+vary:
+  targets.jet.path.speed: {kind: uniform, low: 1, high: 4}
+  camera.netd_mk: {kind: loguniform, low: 20, high: 200, benign: 20, nuisance: true}
+  frames: {kind: integers, low: 5, high: 12}
+  targets.far.shape: {kind: choice, values: [{kind: point}, {kind: bird}]}
+"""
+)
+
+
+def test_draws_fill_their_ranges_and_each_is_the_same_whatever_the_number() -> None:
+    scenario = loads(VARIED)
+    drawn = irsim.sample(scenario, 60, seed=5)
+    assert irsim.sample(scenario, 3, seed=5) == drawn[:3]
+    assert irsim.sample(scenario, 2, seed=5, start=40) == drawn[40:42]
+    assert irsim.sample(scenario, 1, seed=6) != drawn[:1]
+    assert len({each.seed for each in drawn}) == 60
+    assert not any(each.vary for each in drawn)
+    speeds = [reach(each, ["targets.jet.path.speed"])["targets.jet.path.speed"] for each in drawn]
+    assert stats.kstest(speeds, stats.uniform(1, 3).cdf).pvalue > 0.01
+    netds = [math.log10(each.camera.netd_mk) for each in drawn]
+    assert stats.kstest(netds, stats.uniform(math.log10(20), 1).cdf).pvalue > 0.01
+    assert abs(stats.pearsonr(speeds, netds).statistic) < 0.33  # 99 % of independent ones
+    assert {each.frames for each in drawn} == set(range(5, 13))
+    assert {each.targets[1].shape.kind for each in drawn} == {"point", "bird"}
+
+
+def test_a_search_moves_what_is_no_nuisance_and_a_seed_what_is() -> None:
+    space = irsim.variations(loads(VARIED))
+    assert [knob.key for knob in space.knobs] == ["targets.jet.path.speed", "frames", "targets.far.shape"]
+    assert space.benign()["targets.jet.path.speed"] == 2
+    assert space.at([0, 1, 0]) == {
+        "targets.jet.path.speed": 1,
+        "frames": 12,
+        "targets.far.shape": {"kind": "point"},
+    }
+    assert space.at_severities([0, 0, 0]) == space.benign()
+    assert space.at_severities([-5, 5, 1])["targets.jet.path.speed"] == 1
+    first, again, other = (space.concrete(space.at([0.5] * 3), seed) for seed in (3, 3, 4))
+    assert first == again
+    assert first.seed == 3
+    assert first.camera.netd_mk != other.camera.netd_mk
+    assert change(first, {"seed": 4, "camera.netd_mk": other.camera.netd_mk}) == other
+    assert space.concrete({"camera.netd_mk": 33}, 1).camera.netd_mk == 33
+
+
+def test_points_that_are_none_are_refused() -> None:
+    space = irsim.variations(loads(VARIED))
+    cases: list[tuple[Callable[[], object], str]] = [
+        (lambda: space.at([0.5]), "1 coordinates; allowed: 3, for targets.jet.path.speed, frames,"),
+        (lambda: space.at([0.5, 0.5, math.nan]), "no place in the unit cube"),
+        (lambda: space.at_severities([6, 0, 0]), "there is no severity 6; allowed: -5 to 5"),
+        (lambda: space.concrete({"camera.bits": 9}), "there is no 'camera.bits'; allowed: targets.jet"),
+        (lambda: irsim.sample(loads(TEXT), 1), "nothing varies in this scenario"),
+    ]
+    for wrong, said in cases:
+        with pytest.raises(InputError, match=said):
+            wrong()
+
+
+def test_ranges_change_no_pixel() -> None:
+    assert loads(VARIED).hash == loads(TEXT).hash
+
+
+def vary(entry: str, *overrides: str) -> str:
+    (line,) = errors_of(f"{TEXT}vary:\n  {entry}\n", *overrides)
+    return line
+
+
+@pytest.mark.parametrize(
+    ("entry", "said"),
+    [
+        ("camra.bits: {kind: integers, low: 1, high: 2}", "f.yaml:27:3: vary: unknown key 'camra'; allowed: about,"),
+        ("targets.jat.path.speed: {kind: uniform, low: 1, high: 2}", "f.yaml:27:3: vary: there is no 'jat'; allowed: "),
+        ("camera.bits: {kind: unifrm, low: 1, high: 2}", "f.yaml:27:23: vary.camera.bits.kind: unknown variation kind"),
+        ("camera.bits: {kind: choice}", "f.yaml:27:16: vary.camera.bits.values: it is missing; allowed: a list"),
+        ("camera.bits: {kind: integers, low: 10, high: 20}", "f.yaml:27:48: vary.camera.bits.high: with 20: camera."),
+        ("camera.bits: {kind: uniform, low: 8, high: 10}", "f.yaml:27:23: vary.camera.bits.kind: with 8.62832: camera"),
+        ("camera.bits: {kind: choice, values: [8, 99]}", "f.yaml:27:43: vary.camera.bits.values.1: with 99: camera."),
+        ("camera.bits: {kind: choice, values: [8], benign: 99}", "f.yaml:27:52: vary.camera.bits.benign: with 99: cam"),
+        ("camera.netd_mk: {kind: uniform, low: 9, high: 2}", "f.yaml:27:40: vary.camera.netd_mk.low: 9 is not below 2"),
+        (
+            "camera.netd_mk: {kind: loguniform, low: 0, high: 2}",
+            "f.yaml:27:43: vary.camera.netd_mk.low: 0 is out of ra",
+        ),
+        ("camera.netd_mk: {kind: normal, mean: 1, sd: 1, low: 20, high: 22}", "f.yaml:27:40: vary.camera.netd_mk.mea"),
+        ("camera.correction.freeze_frames: {kind: uniform, low: 1, high: 2}", "f.yaml:27:36: vary.camera.correction."),
+        ("seed: {kind: integers, low: 1, high: 2}", "f.yaml:27:3: vary: 'seed' cannot vary"),
+        (
+            "targets.jet.path: {kind: uniform, low: 1, high: 2}",
+            "f.yaml:27:21: vary.targets.jet.path: the scenario has ",
+        ),
+    ],
+)
+def test_a_wrong_range_is_told_at_its_place(entry: str, said: str) -> None:
+    line = vary(entry)
+    assert line.startswith(said), line
+
+
+def test_a_key_given_by_hand_varies_no_more() -> None:
+    scenario = loads(VARIED, overrides=["targets.jet.path={kind: straight, start: [1, 2]}", "frames=9"])
+    assert list(scenario.vary) == ["camera.netd_mk", "targets.far.shape"]
+
+
+def test_a_range_is_changed_by_an_override() -> None:
+    scenario = loads(
+        VARIED, overrides=["vary.targets.jet.path.speed.high=9", "vary.camera.bits={kind: integers, low: 8, high: 9}"]
+    )
+    assert scenario.vary["targets.jet.path.speed"] == Uniform(low=1, high=9)
+    assert scenario.vary["camera.bits"] == Integers(low=8, high=9)
+
+
+LEVELS = TEXT + "severities:\n  camera.netd_mk: [10, 40, 90]\n  camera.size.0: [64, 80, 96]\n"
+
+
+def test_a_severity_puts_its_values_in_place() -> None:
+    for severity, (netd, width) in enumerate([(10, 64), (40, 80), (90, 96)]):
+        scenario = loads(LEVELS, overrides=[f"severity={severity}"])
+        assert (scenario.camera.netd_mk, scenario.camera.size) == (netd, (width, 48))
+        plain = loads(TEXT, overrides=[f"camera.netd_mk={netd}", f"camera.size.0={width}"])
+        assert scenario.hash == plain.hash
+        assert loads(dumps(scenario)) == loads(dumps(scenario, short=True)) == scenario
+        assert change(scenario, {"severity": 1}) == loads(LEVELS, overrides=["severity=1"]) or severity != 1
+    assert loads(LEVELS).camera.netd_mk == 10
+
+
+def test_a_key_given_by_hand_keeps_its_value_at_every_severity() -> None:
+    scenario = loads(LEVELS, overrides=["camera.netd_mk=55", "severity=2"])
+    assert (scenario.camera.netd_mk, scenario.camera.size[0]) == (55, 96)
+    again = loads(dumps(scenario), overrides=["severity=1"])
+    assert (again.camera.netd_mk, again.camera.size[0]) == (55, 80)
+
+
+def test_a_severity_may_vary_too() -> None:
+    text = LEVELS + "vary:\n  severity: {kind: choice, values: [0, 1, 2]}\n"
+    assert {each.camera.netd_mk for each in irsim.sample(loads(text), 12)} == {10, 40, 90}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("[10, 40, 90]", "[10, 40]", "f.yaml:28:18: severities.camera.size.0: 3 values where another key has 2; "),
+        ("[10, 40, 90]", "[10]", "f.yaml:27:19: severities.camera.netd_mk: too few items; allowed: a list, "),
+        ("[10, 40, 90]", "7", "f.yaml:27:19: severities.camera.netd_mk: expected a list, not 7; "),
+        ("[10, 40, 90]", "[-3, 40, 90]", "f.yaml:27:20: camera.netd_mk: -3 is out of range; "),
+        ("camera.netd_mk: [", "camera.netd: [", "f.yaml:27:3: severities: unknown key 'netd'; "),
+        ("camera.netd_mk: [", "severity: [", "f.yaml:27:3: severities: 'severity' cannot vary"),
+        ("severities:", "severity: 3\nseverities:", "f.yaml:26:11: severity: 3 is out of range; allowed: 0 to 2"),
+        ("severities:", "severity: -1\nseverities:", "f.yaml:26:11: severity: -1 is out of range; "),
+    ],
+)
+def test_wrong_severities_are_told_at_their_place(old: str, new: str, said: str) -> None:
+    (line,) = errors_of(LEVELS.replace(old, new))
+    assert line.startswith(said), line
+
+
+def test_no_severities_is_severity_0() -> None:
+    (line,) = errors_of(TEXT, "severity=1")
+    assert line == "override severity: 1 is out of range; allowed: 0, for there are no severities"
+
+
+@pytest.mark.parametrize("name", examples())
+def test_the_short_text_of_an_example_says_the_same(name: str) -> None:
+    scenario = load(name)
+    short = dumps(scenario, short=True)
+    assert loads(short) == scenario
+    assert len(short) < 0.7 * len(dumps(scenario))
+
+
+@settings(max_examples=20, deadline=None, derandomize=True)
+@given(st.sampled_from(["cooled_mwir", "cooled_lwir", "uncooled_lwir", "ideal"]), st.floats(1, 100))
+def test_the_short_text_of_a_preset_camera_follows_the_preset(preset: str, netd: float) -> None:
+    """What the preset gives is left out, so that another one brings its own."""
+    text = f"camera: {{preset: {preset}, netd_mk: {netd!r}}}\nbackground: {{kind: sky}}"
+    scenario = loads(text)
+    assert loads(dumps(scenario, short=True)) == scenario
+    assert change(scenario, {"camera.preset": "ideal"}) == loads(text.replace(preset, "ideal"))
+
+
+def test_expectations_are_read_and_their_targets_exist() -> None:
+    text = TEXT + "expect:\n  - {kind: error_below, px: 3, share: 0.95}\n  - {kind: never_lost, target: far}\n"
+    assert [rule.kind for rule in loads(text).expect] == ["error_below", "never_lost"]
+    assert loads(text).hash == loads(TEXT).hash
+    (line,) = errors_of(text.replace("target: far", "target: fat"))
+    assert line.startswith("f.yaml:28:32: expect.1.target: there is no 'fat'; allowed: jet, far")
