@@ -179,6 +179,17 @@ def source_scenes() -> Iterator[str]:
         yield f"| `sources/{name}` | {cell(load(f'sources/{name}').about)} |"
 
 
+def stress_list() -> Iterator[str]:
+    yield "| name | what grows | values from severity 0 to 5 |"
+    yield "| --- | --- | --- |"
+    for name in sorted(shipped("stress")):
+        scenario = load(f"stress/{name}")
+        values = "; ".join(f"`{key}`: {json.dumps(plain(levels))[1:-1]}" for key, levels in scenario.severities.items())
+        if values:
+            cause = scenario.about.removeprefix("Stress: ").partition(";")[0]
+            yield f"| `stress/{name}` | {cause} | {cell(values)} |"
+
+
 def tracker_keys() -> Iterator[str]:
     for name, tracker in TRACKERS.items():
         yield f"### {name}\n"
@@ -195,6 +206,7 @@ PARTS: dict[str, Callable[[], Iterator[str]]] = {
     "scenario keys": scenario_keys,
     "examples": example_list,
     "source scenes": source_scenes,
+    "stresses": stress_list,
     "tracker parameters": tracker_keys,
     "loss rule": loss_rule,
 }
