@@ -67,7 +67,7 @@ def turning(rendering: irsim.Rendering) -> float:
 def shaking(rendering: irsim.Rendering) -> float:
     """Root mean square of what the target's way in the picture has that no smooth way has, px."""
     way = centers(rendering)
-    return float(np.sqrt((np.diff(way, 2, axis=0) ** 2).mean()))
+    return float(np.sqrt(np.mean(np.diff(way, 2, axis=0) ** 2)))
 
 
 def deforming(rendering: irsim.Rendering) -> float:
@@ -81,7 +81,7 @@ def beside(rendering: irsim.Rendering) -> float:
 
 
 def missing(rendering: irsim.Rendering) -> float:
-    return rendering.scenario.frames - len(rendering)
+    return float(rendering.scenario.frames - len(rendering))
 
 
 CAUSES: dict[str, Callable[[irsim.Rendering], float]] = {
