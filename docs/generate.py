@@ -42,6 +42,7 @@ from irsim.scenario import Scenario, Target
 from irsim.schema import Slot, plain
 from irsim.shapes import SHAPES
 from irsim.shapes.flicker import FLICKERS
+from irsim.smear import Smear
 from irsim.sources import open_source
 from irsim.turbulence import Turbulence
 from irsim.variation import VARIATIONS
@@ -72,6 +73,7 @@ OUTER: dict[str, type[Part]] = {
     "camera": Camera,
     "correction, in `camera`": Correction,
     "optics, in `camera`": Lens,
+    "smear, in `camera`": Smear,
     "falloff, in `camera`": Falloff,
     "bloom, in `camera`": Bloom,
     "targets: each": Target,

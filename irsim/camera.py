@@ -33,6 +33,7 @@ from irsim.motion import POINTINGS, Pointing
 from irsim.optics import Lens
 from irsim.presets import PRESETS, Preset
 from irsim.radiometry import BandName, band_fault
+from irsim.smear import Smear
 
 Side = Annotated[int, Field(ge=16, le=4096)]
 
@@ -73,6 +74,8 @@ class Camera(Part):
     """When the camera corrects its non-uniformity; never where not given."""
     falloff: Falloff | None = None
     """How the picture darkens off the axis; not at all where not given."""
+    smear: Smear | None = None
+    """Blur by motion while a frame is exposed; none where not given."""
     bloom: Bloom | None = None
     """What saturated pixels spill into others; nothing where not given."""
     motion: Several[Annotated[Pointing, POINTINGS]] = ()
@@ -100,16 +103,7 @@ class Camera(Part):
     def _detector_fits(self) -> Camera:
         if isinstance(self.detector, Electrons):
             if self.detector.integration_ms * self.rate_hz > 1000:
-                raise PydanticCustomError(
-                    "integration",
-                    "{integration} ms do not fit into a frame at {rate} Hz; allowed: at most {most} ms",
-                    {
-                        "integration": self.detector.integration_ms,
-                        "rate": self.rate_hz,
-                        "most": f"{1000 / self.rate_hz:g}",
-                        "at": ("detector", "integration_ms"),
-                    },
-                )
+                raise _too_long(self.detector.integration_ms, self.rate_hz, ("detector", "integration_ms"))
             return self
         for index, noise in enumerate(self.noise):
             if noise.needs_electrons:
@@ -138,6 +132,12 @@ class Camera(Part):
         return self
 
     @model_validator(mode="after")
+    def _smear_fits(self) -> Camera:
+        if self.smear is not None and self.smear.time_ms * self.rate_hz > 1000:
+            raise _too_long(self.smear.time_ms, self.rate_hz, ("smear", "time_ms"))
+        return self
+
+    @model_validator(mode="after")
     def _lens_can_be_drawn(self) -> Camera:
         fault = self.optics.fault(self.band) if self.optics is not None and band_fault(self.band) is None else None
         if fault is not None:
@@ -153,7 +153,7 @@ class Camera(Part):
         for key in ("noise", "motion", "faults"):
             for index, part in enumerate(getattr(self, key)):
                 yield part.name, (key, index, "id")
-        for key in ("optics", "correction", "falloff", "bloom"):
+        for key in ("optics", "smear", "correction", "falloff", "bloom"):
             if getattr(self, key) is not None:
                 yield key, (key,)
         if self.time_constant_ms:
@@ -187,6 +187,14 @@ class Camera(Part):
     def lag(self, is_on: Callable[[str], bool] = lambda name: True) -> Lag:
         """How the detector follows the light."""
         return Lag(self.time_constant_ms * 1e-3 if is_on("lag") else 0.0, self.rate_hz)
+
+
+def _too_long(time_ms: float, rate_hz: float, at: tuple[str, ...]) -> PydanticCustomError:
+    return PydanticCustomError(
+        "integration",
+        "{time} ms do not fit into a frame at {rate} Hz; allowed: at most {most} ms",
+        {"time": time_ms, "rate": rate_hz, "most": f"{1000 / rate_hz:g}", "at": at},
+    )
 
 
 def _filled(given: Mapping[str, Any]) -> dict[str, Any]:

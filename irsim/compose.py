@@ -77,13 +77,21 @@ def overlap(
 
 
 def compose(
-    layers: Sequence[Layer], pieces: Iterable[Piece], gaze: Gaze, band: Band, noise: float = 0.0
+    layers: Sequence[Layer],
+    pieces: Iterable[Piece],
+    gaze: Gaze,
+    band: Band,
+    noise: float = 0.0,
+    exact: bool = False,
 ) -> tuple[Floats, list[Seen]]:
     """Everything drawn far to near on the first layer: radiance (rows, cols) float32, and the targets seen.
 
-    At one range a layer is behind a sprite. noise: the camera's, W/m2/sr, for the targets' SCR.
+    At one range a layer is behind a sprite.
+
+    noise  the camera's, W/m2/sr, for the targets' SCR
+    exact  sum up in float64
     """
-    light = layers[0].light(gaze)[1].copy()
+    light: Floats = layers[0].light(gaze)[1].astype(np.float64 if exact else np.float32)
     seen: list[Seen] = []
     things: list[Layer | Piece] = [*layers[1:], *pieces]
     for thing in sorted(things, key=lambda thing: -thing.range_m):

@@ -15,20 +15,22 @@ from irsim.types import Floats
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """positions (n, 3) m and attitudes (n, 3, 3), body to vectors, at frames 0 .. n-1, in the first camera frame."""
+    """positions (n, 3) m and attitudes (n, 3, 3), body to vectors, at frames 0 .. n-1 and `offset` more, in the
+    first camera frame."""
 
     target: Target
     positions: Floats
     attitudes: Floats
+    offset: float = 0.0
 
     @classmethod
-    def of(cls, target: Target, frames: int, stage: Stage) -> Course:
-        """The course of a target over frames 0 .. frames-1."""
-        numbers = np.arange(float(frames))
+    def of(cls, target: Target, frames: int, stage: Stage, offset: float = 0.0) -> Course:
+        """The course of a target over frames 0 .. frames-1, each `offset` frames later."""
+        numbers = np.arange(float(frames)) + offset
         attitude = attitudes(
             target.path, numbers, stage, target.id, target.attitude_deg, target.spin_deg_s, target.shape.banks
         )
-        return cls(target, target.path.positions(numbers, stage, target.id), attitude)
+        return cls(target, target.path.positions(numbers, stage, target.id), attitude, offset)
 
     def view(self, index: int, mount: Mount, stage: Stage) -> View:
         """How the camera sees it at frame `index`."""
@@ -37,9 +39,9 @@ class Course:
             rotation @ (self.positions[index] - mount.places[index]),
             rotation @ self.attitudes[index],
             zoomed(stage, mount, index),
-            index / stage.rate_hz,
+            (index + self.offset) / stage.rate_hz,
             self.target.id,
-            max(index - self.target.path.begins, 0.0) / stage.rate_hz,
+            max(index + self.offset - self.target.path.begins, 0.0) / stage.rate_hz,
         )
 
 

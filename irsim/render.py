@@ -2,27 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from functools import lru_cache
+from itertools import compress
 
 import numpy as np
 
 from irsim.arrival import arriving
-from irsim.backgrounds import Footage, Gaze
-from irsim.backgrounds.chart import Chart
-from irsim.backgrounds.painting import BLOCK, MARGIN
+from irsim.backgrounds import Footage, Layer
 from irsim.compose import Piece, Seen, compose
 from irsim.contrast import NETD_AT_K
-from irsim.course import Course
-from irsim.geometry import Geometry
+from irsim.instant import Instant, Shifts, Swept
 from irsim.intent import placed
-from irsim.motion import Mount, angles_deg
+from irsim.motion import angles_deg
 from irsim.occluders import Sight
 from irsim.radiometry import slope
 from irsim.scenario import Scenario
-from irsim.shapes import draw_all
+from irsim.smear import SHARP
+from irsim.sprite import Sprite, averaged
 from irsim.types import Box, Floats, Frame, Image, TargetTruth, Truth
+
+NOWHERE: Shifts = {}
+"""No target is moved."""
 
 
 class Renderer:
@@ -39,22 +40,19 @@ class Renderer:
         self.lag = camera.lag(scenario.is_on)
         self.noise = self.stage.noise_k * slope(self.stage.band, NETD_AT_K)
         self._held: tuple[int, Image] | None = None
-        count = scenario.frames + 1  # one more: frame 0 takes its velocity from frame 1
-        motions = [motion for motion in camera.motion if scenario.is_on(motion.name)]
-        frames = np.arange(float(count))
-        tilt = self.stage.air.turbulence.turns(frames, self.stage.band, self.stage.rate_hz, self.stage.seed)
-        still = Mount.of(motions, frames, self.stage)
-        self.mount = replace(still, turns=still.turns + tilt)
-        self.courses = [
-            Course.of(target, count, self.stage) for target in scenario.targets if scenario.is_on(target.id)
+        nodes = camera.smear.nodes(camera.rate_hz) if camera.smear is not None and scenario.is_on("smear") else SHARP
+        self.now = Instant.of(scenario, self.stage)
+        self.exposure = [
+            (share, self.now if offset == 0 else Instant.of(scenario, self.stage, offset)) for share, offset in nodes
         ]
+        self.courses = self.now.courses
         self.angles_deg = [angles_deg(course.attitudes) for course in self.courses]
         self.velocities = [self._velocities(course.positions) for course in self.courses]
 
     def _velocities(self, positions: Floats) -> Floats:
         """(n, 2) px per frame: the apparent displacement since the frame before (frame 0: to the next);
         nan where it is behind the camera in one of the two."""
-        steps = np.diff(self.mount.seen(positions), axis=0)
+        steps = np.diff(self.now.mount.seen(positions), axis=0)
         return np.concatenate([steps[:1], steps[:-1]])
 
     def frame(self, index: int) -> tuple[Frame, Truth]:
@@ -91,41 +89,59 @@ class Renderer:
         """The noiseless picture, in-band radiance (rows, cols) float32 in W/m2/sr, and its truth."""
         if not 0 <= index < self.scenario.frames:
             raise IndexError(f"frame {index}: the scenario has frames 0 to {self.scenario.frames - 1}")
-        time = index / self.stage.rate_hz
-        gaze = self._gaze(index)
-        pieces = self._pieces(index)
-        light, seen = compose(self.layers, pieces, gaze, self.stage.band, self.noise)
-        return light, self._truth(index, time, seen)
+        light, seen = self._composed(index)
+        return light, self._truth(index, index / self.stage.rate_hz, seen)
 
-    def _gaze(self, index: int) -> Gaze:
-        """A frame's pointing, with that of its block's first frame as key."""
-        geometry, mount, first = self.stage.geometry, self.mount, index // BLOCK * BLOCK
+    def exact(self, index: int, shifts: Shifts, absent: str | None = None) -> Floats:
+        """The noiseless picture as `light`, summed up in float64, with targets moved, and one not drawn at all."""
+        lag = self.scenario.camera.lag(self.scenario.is_on)  # its own: what it keeps is that of these targets
+        return lag.light(index, lambda frame: self._composed(frame, shifts, absent, exact=True)[0])
 
-        def at(frame: int, margin: int, key: Gaze | None) -> Gaze:
-            chart = _chart(geometry, tuple(mount.turns[frame].tolist()), margin, mount.lens(frame))
-            x, y, z = (geometry.world_rotation(np.zeros(3)).T @ mount.places[frame]).tolist()
-            return Gaze(frame / self.stage.rate_hz, chart, key, (x, y, z))
+    def _composed(
+        self, index: int, shifts: Shifts = NOWHERE, absent: str | None = None, exact: bool = False
+    ) -> tuple[Floats, list[Seen]]:
+        pieces = self._pieces(index, shifts, absent)
+        gaze = self.now.gaze(index)
+        return compose(self._layers(index), pieces, gaze, self.stage.band, self.noise, exact)
 
-        return at(index, 0, at(first, MARGIN, None))
+    def _layers(self, index: int) -> Sequence[Layer]:
+        """The layers, each as it is seen over the whole exposure of a frame."""
+        if all(self.now.looks_as(instant, index) for _, instant in self.exposure):
+            return self.layers
+        key = self.now.gaze(index).key  # of one key, or nothing that is painted would be kept
+        gazes = tuple((share, replace(instant.gaze(index), key=key)) for share, instant in self.exposure)
+        return [Swept(layer, gazes) for layer in self.layers]
 
-    def _pieces(self, index: int) -> Iterator[Piece]:
+    def _pieces(self, index: int, shifts: Shifts = NOWHERE, absent: str | None = None) -> Iterator[Piece]:
         sight = self.sight(index)
-        present = [course for course in self.courses if course.target.exists(index)]
-        views = [(course.target.shape, course.view(index, self.mount, self.stage)) for course in present]
-        for course, sprite in zip(present, draw_all(views), strict=True):
+        present = [course.target.exists(index) and course.target.id != absent for course in self.courses]
+        targets = [course.target for course in compress(self.courses, present)]
+        for target, sprite in zip(
+            targets, self._exposed(lambda instant: instant.sprites(index, present, shifts)), strict=True
+        ):
             if sprite is not None:
-                arrived = replace(arriving(sprite, sight, course.target.id), contrast=course.target.contrast)
-                yield Piece(course.target.id, arrived, tracked=True)
-        for occluder in self.occluders:
-            sprite = occluder.draw(sight)
+                arrived = replace(arriving(sprite, sight, target.id), contrast=target.contrast)
+                yield Piece(target.id, arrived, tracked=True)
+        standing = self._exposed(lambda instant: [each.draw(instant.sight(index)) for each in self.occluders])
+        for occluder, sprite in zip(self.occluders, standing, strict=True):
             if sprite is not None:
                 yield Piece(occluder.name, arriving(sprite, sight), tracked=False)
 
+    def _exposed(self, draw: Callable[[Instant], list[Sprite | None]]) -> list[Sprite | None]:
+        """What the light of things is over the whole exposure."""
+        middles = draw(self.now)
+        if len(self.exposure) == 1:
+            return middles
+        shares = [share for share, _ in self.exposure]
+        moments = [draw(instant) for _, instant in self.exposure]
+        return [
+            middle and averaged(middle, [(share, part) for share, part in zip(shares, parts, strict=True) if part])
+            for middle, parts in zip(middles, zip(*moments, strict=True), strict=True)
+        ]
+
     def sight(self, index: int) -> Sight:
         """How the camera of frame `index` sees what stands about it."""
-        mount = self.mount
-        rotation, place = mount.rotation(index), mount.places[index]
-        return Sight(self.stage, mount.lens(index), rotation, place, index / self.stage.rate_hz)
+        return self.now.sight(index)
 
     def _truth(self, index: int, time: float, seen: list[Seen]) -> Truth:
         boxes = {target.piece.name: target.piece.sprite.box for target in seen}
@@ -161,9 +177,3 @@ class Renderer:
             contrast_k=seen.contrast_k,
             scr=seen.scr,
         )
-
-
-@lru_cache(maxsize=8)
-def _chart(geometry: Geometry, turns: tuple[float, ...], margin: int, lens: Geometry) -> Chart:
-    """The chart of a camera turned so; one that stands still has the same in all frames, and what is kept for it."""
-    return Chart.at(geometry, geometry.world_rotation(np.array(turns)), margin, lens)

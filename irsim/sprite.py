@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from irsim.types import Box, Floats
 
@@ -48,3 +51,24 @@ class Sprite:
     area: float
     wanted: Wanted | None = None
     contrast: float = 1.0
+
+
+def averaged(middle: Sprite, parts: Sequence[tuple[float, Sprite]]) -> Sprite:
+    """The sprite whose light is the mean of `parts`, each with its share; all else is that of `middle`."""
+    if not parts:
+        return middle
+    x0, y0 = min(part.x0 for _, part in parts), min(part.y0 for _, part in parts)
+    right = max(part.x0 + part.alpha.shape[1] for _, part in parts)
+    bottom = max(part.y0 + part.alpha.shape[0] for _, part in parts)
+    whole = sum(share for share, _ in parts)
+    cover, alpha, emission = np.zeros((3, bottom - y0, right - x0))
+
+    def place(part: Sprite) -> tuple[slice, slice]:
+        rows, columns = part.alpha.shape
+        return slice(part.y0 - y0, part.y0 - y0 + rows), slice(part.x0 - x0, part.x0 - x0 + columns)
+
+    for share, part in parts:
+        alpha[place(part)] += share / whole * part.alpha
+        emission[place(part)] += share / whole * part.emission
+    cover[place(middle)] = middle.cover
+    return replace(middle, x0=x0, y0=y0, cover=cover, alpha=alpha, emission=emission)

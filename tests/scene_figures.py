@@ -179,7 +179,7 @@ def _meetings(
     scene: Renderer, name: str, contrasts: dict[str, list[float]]
 ) -> tuple[tuple[float, int, float] | None, tuple[float, int] | None]:
     """The nearest neighbour that does not overlap, and the crossing that overlaps."""
-    ways = {course.target.id: scene.mount.seen(course.positions)[:-1] for course in scene.courses}
+    ways = {course.target.id: scene.now.mount.seen(course.positions)[:-1] for course in scene.courses}
     own = ways.pop(name)
     neighbours: list[tuple[float, int, float]] = []
     crossing = None

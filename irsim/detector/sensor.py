@@ -59,7 +59,7 @@ class Sensor:
         return self.response.counts(signal)
 
     def mean(self, light: Floats) -> Floats:
-        """(rows, cols) float32: the noiseless counts of a light before they are rounded and clipped."""
+        """(rows, cols): the noiseless counts of a light before they are rounded and clipped; float64 of float64."""
         return self._counts(self._held(light))
 
     def variance(self, light: Floats, index: int, fixed: bool = True) -> Floats:
@@ -79,7 +79,8 @@ class Sensor:
 
     def _signal(self, light: Floats, out: Floats | None = None) -> Floats:
         if self.falloff is not None:
-            light = np.multiply(light, self.falloff, out=scratch(light.shape, "light"))
+            buffer = scratch(light.shape, "light") if light.dtype == np.float32 else None
+            light = np.multiply(light, self.falloff, out=buffer)
         return self.response.signal(light, out)
 
     def _held(self, light: Floats) -> Floats:

@@ -1,0 +1,120 @@
+"""Everything that moves in a scenario, at one moment of every frame's exposure."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import compress
+
+import numpy as np
+
+from irsim.backgrounds import Gaze, Layer
+from irsim.backgrounds.chart import Chart
+from irsim.backgrounds.painting import BLOCK, MARGIN
+from irsim.course import Course
+from irsim.geometry import Geometry
+from irsim.motion import Mount
+from irsim.occluders import Sight
+from irsim.scenario import Scenario
+from irsim.shapes import View, draw_all
+from irsim.sprite import Sprite
+from irsim.stage import Stage
+from irsim.types import Floats
+
+Shifts = Mapping[str, tuple[float, float]]
+"""Targets that are drawn elsewhere than they are, by (dx, dy) px."""
+
+
+@dataclass(frozen=True, eq=False)
+class Instant:
+    """Courses of the targets that are on and the camera's mount, `offset` frames after each frame's time."""
+
+    stage: Stage
+    mount: Mount
+    courses: tuple[Course, ...]
+
+    @classmethod
+    def of(cls, scenario: Scenario, stage: Stage, offset: float = 0.0) -> Instant:
+        count = scenario.frames + 1  # one more: frame 0 takes its velocity from frame 1
+        motions = [motion for motion in scenario.camera.motion if scenario.is_on(motion.name)]
+        frames = np.arange(float(count)) + offset
+        tilt = stage.air.turbulence.turns(frames, stage.band, stage.rate_hz, stage.seed)
+        still = Mount.of(motions, frames, stage)
+        courses = (Course.of(target, count, stage, offset) for target in scenario.targets if scenario.is_on(target.id))
+        return cls(stage, replace(still, turns=still.turns + tilt), tuple(courses))
+
+    def gaze(self, index: int) -> Gaze:
+        """A frame's pointing, with that of its block's first frame as key."""
+        geometry, mount, first = self.stage.geometry, self.mount, index // BLOCK * BLOCK
+
+        def at(frame: int, margin: int, key: Gaze | None) -> Gaze:
+            chart = _chart(geometry, tuple(mount.turns[frame].tolist()), margin, mount.lens(frame))
+            x, y, z = (geometry.world_rotation(np.zeros(3)).T @ mount.places[frame]).tolist()
+            return Gaze(frame / self.stage.rate_hz, chart, key, (x, y, z))
+
+        return at(index, 0, at(first, MARGIN, None))
+
+    def sight(self, index: int) -> Sight:
+        """How the camera of frame `index` sees what stands about it."""
+        mount = self.mount
+        rotation, place = mount.rotation(index), mount.places[index]
+        return Sight(self.stage, mount.lens(index), rotation, place, index / self.stage.rate_hz)
+
+    def sprites(self, index: int, present: Sequence[bool], shifts: Shifts) -> list[Sprite | None]:
+        """The targets that are `present`, each alone, at frame `index`."""
+        views = []
+        for course in compress(self.courses, present):
+            view, shift = course.view(index, self.mount, self.stage), shifts.get(course.target.id)
+            views.append((course.target.shape, view if shift is None else _moved(view, shift)))
+        return draw_all(views)
+
+    def looks_as(self, other: Instant, index: int) -> bool:
+        """Does the camera look from the same place in the same way as in another instant of frame `index`?"""
+        return all(
+            np.array_equal(getattr(self.mount, what)[index], getattr(other.mount, what)[index])
+            for what in ("turns", "places", "zooms")
+        )
+
+
+@lru_cache(maxsize=8)
+def _chart(geometry: Geometry, turns: tuple[float, ...], margin: int, lens: Geometry) -> Chart:
+    """The chart of a camera turned so; one that stands still has the same in all frames, and what is kept for it."""
+    return Chart.at(geometry, geometry.world_rotation(np.array(turns)), margin, lens)
+
+
+def _moved(view: View, shift: tuple[float, float]) -> View:
+    """The view of a target that is moved across the line of sight, so that its place's pixel moves by `shift`."""
+    step = view.stage.geometry.ifov_rad * view.position[2]
+    return replace(view, position=view.position + np.array([shift[0] * step, shift[1] * step, 0.0]))
+
+
+@dataclass(frozen=True, eq=False)
+class Swept:
+    """A layer over which the camera sweeps while a frame is exposed: its mean over several gazes.
+
+    gazes  (share, gaze) of the frame
+    """
+
+    layer: Layer
+    gazes: tuple[tuple[float, Gaze], ...]
+
+    @property
+    def name(self) -> str:
+        return self.layer.name
+
+    @property
+    def range_m(self) -> float:
+        return self.layer.range_m
+
+    def light(self, gaze: Gaze) -> tuple[Floats | None, Floats]:
+        passed: Floats | None = None
+        emission: Floats | None = None
+        for share, each in self.gazes:
+            through, own = self.layer.light(each)
+            weight = np.float32(share)
+            emission = own * weight if emission is None else emission + own * weight
+            if through is not None:
+                passed = through * weight if passed is None else passed + through * weight
+        assert emission is not None
+        return passed, emission

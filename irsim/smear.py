@@ -1,0 +1,36 @@
+"""Blur by motion while a frame is exposed."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from irsim.kinds import Part
+
+Node = tuple[float, float]
+"""A share of the exposure, and when it is, frames from its middle."""
+
+
+class Smear(Part):
+    """Whatever moves while a frame is exposed is smeared along its way: the targets' own motion and the camera's.
+
+    A frame is the mean of `steps` scenes, evenly spread over the exposure. What moves by more than about
+    1.2 px from step to step leaves beads rather than a streak.
+    """
+
+    time_ms: Annotated[float, Field(ge=0, le=10_000)]
+    """Integration time, ms, about the frame's time; with 0 nothing is smeared."""
+    steps: Annotated[int, Field(ge=1, le=64)] = 8
+    """Scenes that make up a frame: drawing takes about so many times as long."""
+
+    def nodes(self, rate_hz: float) -> tuple[Node, ...]:
+        """The scenes that make up a frame; the mean of their times is the frame's."""
+        if self.time_ms == 0 or self.steps == 1:
+            return SHARP
+        span = self.time_ms * 1e-3 * rate_hz
+        return tuple((1 / self.steps, span * ((k + 0.5) / self.steps - 0.5)) for k in range(self.steps))
+
+
+SHARP: tuple[Node, ...] = ((1.0, 0.0),)
+"""An exposure that takes no time."""
