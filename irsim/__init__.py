@@ -34,6 +34,7 @@ _PUBLIC = {
     "variations": "irsim.space",
     "Rendering": "irsim.simulate",
     "frames": "irsim.simulate",
+    "Moments": "irsim.moments",
     "Recording": "irsim.recording",
     "open_recording": "irsim.recording",
     "record": "irsim.recording",

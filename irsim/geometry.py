@@ -37,17 +37,19 @@ def gimbal(azimuth: float, elevation: float, roll: float) -> Floats:
 class Geometry:
     """What fixes where a direction falls in the picture.
 
-    size (columns, rows); ifov_rad, radians a pixel at the axis; elevation_rad of the first pointing.
+    size (columns, rows); ifov_rad, radians a pixel at the axis; elevation_rad of the first pointing;
+    shift_px (right, down) by which the optical axis falls beside the middle of the frame.
     """
 
     size: tuple[int, int]
     ifov_rad: float
     elevation_rad: float = 0.0
+    shift_px: tuple[float, float] = (0.0, 0.0)
 
     @property
     def principal(self) -> Floats:
         """(2,) px: where the optical axis falls."""
-        return np.array([(self.size[0] - 1) / 2, (self.size[1] - 1) / 2])
+        return np.array([(self.size[0] - 1) / 2 + self.shift_px[0], (self.size[1] - 1) / 2 + self.shift_px[1]])
 
     @property
     def down(self) -> Floats:

@@ -84,9 +84,9 @@ def _chart(geometry: Geometry, turns: tuple[float, ...], margin: int, lens: Geom
 
 
 def _moved(view: View, shift: tuple[float, float]) -> View:
-    """The view of a target that is moved across the line of sight, so that its place's pixel moves by `shift`."""
-    step = view.stage.geometry.ifov_rad * view.position[2]
-    return replace(view, position=view.position + np.array([shift[0] * step, shift[1] * step, 0.0]))
+    """The view of a target that is moved in the picture, its aspect the same to the last bit."""
+    stage = view.stage
+    return replace(view, stage=replace(stage, geometry=replace(stage.geometry, shift_px=shift)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -87,13 +87,17 @@ class Renderer:
 
     def scene(self, index: int) -> tuple[Floats, Truth]:
         """The noiseless picture, in-band radiance (rows, cols) float32 in W/m2/sr, and its truth."""
-        if not 0 <= index < self.scenario.frames:
-            raise IndexError(f"frame {index}: the scenario has frames 0 to {self.scenario.frames - 1}")
+        self._check(index)
         light, seen = self._composed(index)
         return light, self._truth(index, index / self.stage.rate_hz, seen)
 
+    def _check(self, index: int) -> None:
+        if not 0 <= index < self.scenario.frames:
+            raise IndexError(f"frame {index}: the scenario has frames 0 to {self.scenario.frames - 1}")
+
     def exact(self, index: int, shifts: Shifts, absent: str | None = None) -> Floats:
         """The noiseless picture as `light`, summed up in float64, with targets moved, and one not drawn at all."""
+        self._check(index)
         lag = self.scenario.camera.lag(self.scenario.is_on)  # its own: what it keeps is that of these targets
         return lag.light(index, lambda frame: self._composed(frame, shifts, absent, exact=True)[0])
 

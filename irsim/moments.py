@@ -1,0 +1,93 @@
+"""What a frame is made of, exactly: its mean, each target's part in it, and each pixel's noise.
+
+For bounds on what any tracker could reach (Cramér-Rao), for fits, and to rerun a scene with a cause
+taken away.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import lru_cache
+
+import numpy as np
+import numpy.typing as npt
+
+from irsim.backgrounds import Footage
+from irsim.errors import InputError
+from irsim.render import NOWHERE, Renderer
+from irsim.scenario import Scenario
+
+Region = tuple[int, int, int, int]
+"""First column, first row, columns, rows."""
+Exact = npt.NDArray[np.float64]
+
+
+class Moments:
+    """Mean and variance of a scenario's frames, and what each target adds. It keeps no frame but the last.
+
+    All are arrays (rows, columns) of float64 in counts (squared counts), of the whole frame or of a
+    `region` (first column, first row, columns, rows). Means are before counts are rounded and clipped,
+    and follow a target's place smoothly.
+    """
+
+    def __init__(self, scenario: Scenario, without: Iterable[str] = ()) -> None:
+        """without   names of parts that are switched off beside those of the scenario; InputError for others."""
+        off = tuple(without)
+        known = [name for name, _ in scenario.names()]
+        for name in off:
+            if name not in known:
+                raise InputError(f"without: there is no {name!r}; allowed: {', '.join(known) or 'nothing'}")
+        self.scenario = scenario.model_copy(update={"without": tuple(dict.fromkeys([*scenario.without, *off]))})
+        self._renderer = Renderer(self.scenario)
+        if isinstance(self._renderer.layers[0], Footage):
+            raise InputError(
+                "background: the noise of a recording is not known; allowed: a background that is rendered"
+            )
+        self._base = lru_cache(maxsize=1)(self._mean)
+
+    def mean(self, index: int, region: Region | None = None) -> Exact:
+        """The noiseless frame, counts."""
+        return self._cut(self._mean(index), region)
+
+    def contribution(
+        self, index: int, target: str, shift: tuple[float, float] = (0.0, 0.0), region: Region | None = None
+    ) -> Exact:
+        """What a target adds to the mean, counts: the mean with it less the mean without it.
+
+        shift   (dx, dy) px by which it is moved in the picture, its aspect the same, in this frame and in
+                those that the detector still remembers; it stays behind what hides it
+
+        InputError where there is no such target, or it is switched off.
+        """
+        names = [course.target.id for course in self._renderer.courses]
+        if target not in names:
+            raise InputError(
+                f"target: there is no {target!r}; allowed: {', '.join(names) or 'nothing, there are none'}"
+            )
+        whole = self._mean(index, target, shift) - self._base(index, target, None)
+        return self._cut(whole, region)
+
+    def variance(self, index: int, region: Region | None = None, fixed: bool = True) -> Exact:
+        """Noise of each pixel about the mean, squared counts, that of rounding with it.
+
+        Over all draws of the seed; without `fixed`, what changes from frame to frame only. Infinite
+        where a pixel says nothing of the light: dead, or saturated.
+        """
+        return self._cut(np.asarray(self._renderer.variance(index, fixed), dtype=np.float64), region)
+
+    def _mean(self, index: int, target: str | None = None, shift: tuple[float, float] | None = (0.0, 0.0)) -> Exact:
+        """The mean with a target moved by `shift`; None leaves it out."""
+        renderer = self._renderer
+        shown = renderer.sensor.shown(index)
+        shifts = {target: shift} if target is not None and shift is not None and any(shift) else NOWHERE
+        light = renderer.exact(shown, shifts, absent=target if shift is None else None)
+        return np.asarray(renderer.sensor.mean(light), dtype=np.float64)
+
+    def _cut(self, picture: Exact, region: Region | None) -> Exact:
+        if region is None:
+            return picture
+        left, top, columns, rows = region
+        width, height = self.scenario.camera.size
+        if not (0 <= left < left + columns <= width and 0 <= top < top + rows <= height):
+            raise InputError(f"region: {region} is not within {width}x{height} px; allowed: column, row, columns, rows")
+        return picture[top : top + rows, left : left + columns]

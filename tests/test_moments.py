@@ -1,0 +1,188 @@
+"""Means, contributions and variances against frames, and the Cramér-Rao bound that follows from them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+import irsim
+from irsim.moments import Moments
+from irsim.render import Renderer
+from irsim.scenario import Scenario
+from irsim.simulate import Rendering
+
+Exact = npt.NDArray[np.float64]
+PATH = {"kind": "straight", "start": (15.3, 15.8), "speed": 0.0, "range_m": 3000.0}
+
+
+def scene(shape: dict[str, Any] | None = None, frames: int = 4, **other: Any) -> Scenario:
+    camera = {"size": (32, 32), "range_k": (280.0, 320.0), "bits": 16, **other.pop("camera", {})}
+    return Scenario.model_validate(
+        {
+            "frames": frames,
+            "camera": camera,
+            "background": {"kind": "sky", "horizon_k": 290.0, "zenith_k": 285.0},
+            "targets": [{"id": "one", "shape": shape or {"kind": "point", "area_m2": 0.3}, "path": PATH}],
+            **other,
+        }
+    )
+
+
+CAMERAS: list[dict[str, Any]] = [
+    {},
+    {"detector": {"kind": "electrons", "integration_ms": 5.0}, "range_k": (220.0, 400.0)},
+    {"optics": {"f_number": 4.0}, "psf_px": 0.3, "smear": {"time_ms": 10.0, "steps": 3}, "falloff": {}},
+    {"time_constant_ms": 10.0, "noise": [{"kind": "white"}, {"kind": "ar1", "rho": 0.9}]},
+]
+
+
+@pytest.mark.parametrize("camera", CAMERAS)
+def test_the_mean_is_that_of_quiet_frames(camera: dict[str, Any]) -> None:
+    quiet = {**camera, "noise": [], "netd_mk": 0.0}
+    scenario = scene(camera=camera)
+    frame = Rendering(scene(camera=quiet)).frame(2).image
+    mean = Moments(scenario).mean(2)
+    assert mean.dtype == np.float64
+    # Counts are rounded; the frames' light is summed up in float32.
+    np.testing.assert_allclose(mean, frame, atol=0.5 + 0.02)
+
+
+@pytest.mark.parametrize("camera", CAMERAS[:2])
+def test_variance_is_that_of_many_frames(camera: dict[str, Any]) -> None:
+    scenario = scene(frames=400, camera=camera)
+    frames = np.stack([frame.image for frame in Rendering(scenario).frames()]).astype(np.float64)
+    moments = Moments(scenario)
+    # 1024 pixels of 400 frames each: the mean of their variances is known to 0.3 %.
+    ratio = frames.var(axis=0, ddof=1) / moments.variance(0)
+    assert ratio.mean() == pytest.approx(1, abs=0.012)
+    z = (frames.mean(axis=0) - moments.mean(0)) / np.sqrt(moments.variance(0) / 400)
+    assert np.abs(z).max() < 5
+
+
+@pytest.mark.parametrize("kind", ["point", "fighter", "quadrotor", "hot_spot"])
+@pytest.mark.parametrize("camera", CAMERAS[1:3])
+def test_a_contribution_follows_its_shift_smoothly(kind: str, camera: dict[str, Any]) -> None:
+    """Differences over 0.02 px and over 0.005 px give the same derivative; no step of float32 is in it."""
+    moments = Moments(scene({"kind": kind}, camera=camera))
+
+    def slope(step: float) -> Exact:
+        ahead, behind = (moments.contribution(0, "one", (0.2 + side * step, 0.1)) for side in (1, -1))
+        return (ahead - behind) / (2 * step)
+
+    wide, narrow = slope(0.01), slope(0.0025)
+    assert moments.contribution(0, "one").dtype == np.float64
+    assert np.abs(wide).max() > 1
+    np.testing.assert_allclose(narrow, wide, atol=5e-3 * np.abs(wide).max())
+    tiny = moments.contribution(0, "one", (1e-9, 0.0)) - moments.contribution(0, "one")
+    assert np.abs(tiny).max() < 1e-6 * np.abs(wide).max()
+
+
+def test_a_shift_is_that_of_a_path_begun_there() -> None:
+    shape = {"kind": "hot_spot"}
+    moved = scene(shape).model_dump()
+    moved["targets"][0]["path"]["start"] = (15.3 + 0.37, 15.8 - 0.21)
+    elsewhere = Moments(Scenario.model_validate(moved)).contribution(1, "one")
+    shifted = Moments(scene(shape)).contribution(1, "one", (0.37, -0.21))
+    np.testing.assert_allclose(shifted, elsewhere, atol=2e-3 * np.abs(elsewhere).max())
+
+
+def test_contributions_and_the_empty_scene_make_the_whole() -> None:
+    two = [
+        {"id": name, "shape": {"kind": "point", "area_m2": 0.3}, "path": {**PATH, "start": (x, 15.0)}}
+        for name, x in (("one", 8.0), ("two", 24.0))
+    ]
+    scenario = scene(targets=two)
+    moments = Moments(scenario)
+    empty = Moments(scenario, without=("one", "two")).mean(1)
+    parts = empty + moments.contribution(1, "one") + moments.contribution(1, "two")
+    np.testing.assert_allclose(parts, moments.mean(1), atol=1e-6)
+
+
+def test_a_region_is_a_part_of_the_whole() -> None:
+    moments, region = Moments(scene()), (10, 12, 8, 5)
+    for part, whole in (
+        (moments.mean(0, region), moments.mean(0)),
+        (moments.variance(0, region), moments.variance(0)),
+        (moments.contribution(0, "one", (0.01, 0), region), moments.contribution(0, "one", (0.01, 0))),
+    ):
+        assert part.shape == (5, 8)
+        assert np.array_equal(part, whole[12:17, 10:18])
+
+
+def test_what_is_hidden_adds_nothing() -> None:
+    bar = {"kind": "bar", "center_px": (15.0, 15.0), "size_px": (20.0, 20.0), "range_m": 500.0}
+    hidden = Moments(scene(occluders=[bar]))
+    assert np.abs(hidden.contribution(0, "one")).max() < 1e-6 * np.abs(Moments(scene()).contribution(0, "one")).max()
+    open_ = Moments(scene(occluders=[bar]), without=("bar",))
+    np.testing.assert_array_equal(open_.contribution(0, "one"), Moments(scene()).contribution(0, "one"))
+
+
+def test_mistakes_are_told() -> None:
+    moments = Moments(scene())
+    with pytest.raises(irsim.InputError, match="there is no 'two'; allowed: one"):
+        moments.contribution(0, "two")
+    with pytest.raises(irsim.InputError, match=r"region: .* is not within 32x32 px"):
+        moments.mean(0, (30, 0, 8, 8))
+    with pytest.raises(irsim.InputError, match="without: there is no 'fog'; allowed: one, white"):
+        Moments(scene(), without=("fog",))
+    with pytest.raises(IndexError):
+        moments.mean(4)
+
+
+DRAWS = 2000
+
+
+@pytest.mark.parametrize("shape", [{"kind": "point", "area_m2": 0.5, "temperature_k": 400.0}, {"kind": "fighter"}])
+@pytest.mark.parametrize("optics", [None, {"f_number": 4.0}])
+def test_a_fit_reaches_the_bound(shape: dict[str, Any], optics: Any) -> None:
+    """Least squares for place and amplitude of the rendered target, 20 times the noise, in 2,000 noisy frames.
+
+    The Fisher information of independent Gaussian pixels is J^T diag(1/variance) J, J the derivatives of
+    the mean (Kay, Fundamentals of Statistical Signal Processing, vol. 1, ch. 3). A standard deviation of
+    2,000 draws is known to 1.6 %.
+    """
+    target = dict(shape)
+    camera = {"optics": optics, "psf_px": 0.6 if optics is None else 0.3, "range_k": (200.0, 900.0)}
+    peak = np.abs(Moments(scene(target, camera=camera)).contribution(0, "one")).max()
+    response = scene(target, camera=camera).camera.response()
+    # The camera's noise is set so that the target's peak is 20 times as high.
+    netd = scene(target).camera.netd_mk * peak / 20 / response.noise
+    scenario = scene(target, DRAWS, camera={**camera, "netd_mk": float(netd)})
+    moments = Moments(scenario)
+    variance, mean = moments.variance(0), moments.mean(0)
+    assert np.abs(moments.contribution(0, "one")).max() / np.sqrt(np.median(variance)) == pytest.approx(20, rel=0.01)
+
+    def drawn(x: float, y: float) -> Exact:
+        return moments.contribution(0, "one", (x, y)).ravel()
+
+    step, own = 0.01, drawn(0, 0)
+    along, down = ((drawn(*at) - drawn(*(-a for a in at))) / (2 * step) for at in ((step, 0.0), (0.0, step)))
+    second = [
+        (drawn(step, 0) + drawn(-step, 0) - 2 * own) / step**2,
+        (drawn(step, step) + drawn(-step, -step) - drawn(step, -step) - drawn(-step, step)) / (4 * step**2),
+        (drawn(0, step) + drawn(0, -step) - 2 * own) / step**2,
+    ]
+    weight = 1 / variance.ravel()
+    jacobian = np.stack([along, down, own], axis=1)
+    bound = np.sqrt(np.diag(np.linalg.inv((jacobian.T * weight) @ jacobian)))
+
+    renderer = Renderer(scenario)
+    light = renderer.light(0)  # of all frames: the target stands
+    images = np.stack([renderer.sensor.expose(light, index).ravel() for index in range(DRAWS)])
+    residuals: Exact = images.astype(np.float64) - mean.ravel()
+    found = np.zeros((DRAWS, 3))  # x, y, amplitude less one
+    for _ in range(4):  # Gauss-Newton; within a few hundredths of a pixel the second order is exact enough
+        x, y, more = found.T[:, :, None]
+        shape_ = own + x * along + y * down + x**2 / 2 * second[0] + x * y * second[1] + y**2 / 2 * second[2]
+        left = residuals - ((1 + more) * shape_ - own)
+        across = along + x * second[0] + y * second[1]
+        upright = down + x * second[1] + y * second[2]
+        slopes = np.stack([(1 + more) * across, (1 + more) * upright, shape_], axis=1)
+        normal = np.einsum("dip,djp,p->dij", slopes, slopes, weight, optimize=True)
+        right = np.einsum("dip,dp,p->di", slopes, left, weight, optimize=True)
+        found += np.linalg.solve(normal, right[..., None])[..., 0]
+    np.testing.assert_allclose(found.std(axis=0, ddof=1), bound, rtol=0.05)
+    assert np.all(np.abs(found.mean(axis=0)) < 4 * bound / np.sqrt(DRAWS))

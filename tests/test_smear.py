@@ -1,0 +1,103 @@
+"""Smear while a frame is exposed: its length, its centre, and what it leaves alone."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from irsim.render import Renderer
+from irsim.scenario import Scenario
+from irsim.simulate import Rendering
+from irsim.types import Floats
+
+RATE = 25.0
+
+
+def scene(path: dict[str, Any] | None = None, smear: Any = None, motion: Any = (), **other: Any) -> Scenario:
+    way = {"kind": "straight", "start": (60.0, 50.0), "speed": 8.0, "heading_deg": 0.0, "range_m": 3000.0}
+    return Scenario.model_validate(
+        {
+            "frames": 6,
+            "camera": {"size": (160, 100), "netd_mk": 0.0, "rate_hz": RATE, "smear": smear, "motion": motion},
+            "background": {"kind": "sky", "horizon_k": 20.0, "zenith_k": 20.0},
+            "targets": [{"id": "one", "shape": {"kind": "point", "area_m2": 0.5}, "path": {**way, **(path or {})}}],
+            **other,
+        }
+    )
+
+
+def spread_of(light: Floats) -> tuple[float, float, float, float]:
+    """Centroid and variance of a picture's light, along x and along y."""
+    rows, columns = np.indices(light.shape)
+    weight = light.astype(np.float64) / light.sum(dtype=np.float64)
+    x, y = float((weight * columns).sum()), float((weight * rows).sum())
+    return x, y, float((weight * (columns - x) ** 2).sum()), float((weight * (rows - y) ** 2).sum())
+
+
+@pytest.mark.parametrize("time_ms", [5.0, 20.0, 40.0])
+def test_a_streak_is_as_long_as_speed_times_time(time_ms: float) -> None:
+    """A line of length L has the variance L^2 / 12, n points evenly spread over it (1 - 1/n^2) of that."""
+    still = spread_of(Renderer(scene()).scene(3)[0])
+    x, y, across, down = spread_of(Renderer(scene(smear={"time_ms": time_ms, "steps": 12})).scene(3)[0])
+    length = 8.0 * RATE * time_ms * 1e-3
+    assert across - still[2] == pytest.approx(length**2 / 12 * (1 - 1 / 144), abs=2e-3)
+    assert down == pytest.approx(still[3], abs=1e-4)
+    assert (x, y) == pytest.approx((84.0, 50.0), abs=0.01)
+
+
+def test_a_turning_camera_smears_what_stands() -> None:
+    """1.5 deg/s past an IFOV of 0.5 mrad: 2.09 px a frame; half of a frame's time is 1.05 px."""
+    way = {"speed": 0.0}
+    pan = [{"kind": "pan", "azimuth_deg_s": 1.5}]
+    sharp = spread_of(Renderer(scene(way, motion=pan)).scene(2)[0])
+    found = spread_of(Renderer(scene(way, {"time_ms": 20.0}, pan)).scene(2)[0])
+    length = np.radians(1.5) / RATE / 0.5e-3 / 2
+    assert found[2] - sharp[2] == pytest.approx(length**2 / 12 * (1 - 1 / 64), rel=0.02)
+
+
+def test_a_turning_camera_smears_the_background_and_what_stands_before_it() -> None:
+    bar = {"kind": "bar", "center_px": (20.0, 50.0), "size_px": (80.0, 90.0), "range_m": 500.0, "temperature_k": 300.0}
+    pan = [{"kind": "pan", "azimuth_deg_s": 6.0}]
+    common: dict[str, Any] = {"targets": [], "motion": pan}
+    ground = {"kind": "ground", "spread_k": 3.0}
+    for given in ({"occluders": [bar]}, {"background": ground}):
+        sharp, smeared = (
+            Renderer(scene(smear=smear, **common, **given)).scene(2)[0] for smear in (None, {"time_ms": 40.0})
+        )
+        slopes = [np.diff(light[20:80].astype(np.float64), axis=1).std() for light in (sharp, smeared)]
+        assert slopes[1] < 0.7 * slopes[0]
+        assert smeared.mean() == pytest.approx(sharp.mean(), rel=0.01)
+
+
+def test_what_stands_before_a_camera_that_stands_is_not_smeared() -> None:
+    common: dict[str, Any] = {"path": {"speed": 0.0}, "background": {"kind": "ground", "spread_k": 3.0}}
+    sharp, smeared = (Renderer(scene(smear=smear, **common)).scene(2)[0] for smear in (None, {"time_ms": 40.0}))
+    np.testing.assert_allclose(smeared, sharp, rtol=1e-6)
+
+
+@pytest.mark.parametrize("smear", [{"time_ms": 0.0}, {"time_ms": 20.0, "steps": 1}])
+def test_benign_values_change_nothing(smear: Any) -> None:
+    assert np.array_equal(Rendering(scene(smear=smear)).frame(3).image, Rendering(scene()).frame(3).image)
+
+
+def test_truth_is_that_of_the_middle_of_the_exposure() -> None:
+    (sharp,), (smeared,) = (Renderer(scene(smear=each)).scene(3)[1].targets for each in (None, {"time_ms": 30.0}))
+    assert (smeared.center, smeared.box, smeared.velocity) == (sharp.center, sharp.box, sharp.velocity)
+    assert smeared.visible == sharp.visible
+    assert smeared.contrast_k is not None
+    assert sharp.contrast_k is not None
+    assert smeared.contrast_k == pytest.approx(sharp.contrast_k, rel=1e-6)
+
+
+def test_a_frame_alone_is_that_of_the_sequence() -> None:
+    scenario = scene(smear={"time_ms": 30.0}, motion=[{"kind": "pan", "azimuth_deg_s": 3.0}, {"kind": "jitter"}])
+    ordered = [frame.image for frame in Rendering(scenario).frames()]
+    assert np.array_equal(Rendering(scenario).frame(4).image, ordered[4])
+
+
+def test_an_exposure_longer_than_a_frame_is_refused() -> None:
+    with pytest.raises(ValidationError, match=r"41.0 ms do not fit into a frame at 25.0 Hz; allowed: at most 40 ms"):
+        scene(smear={"time_ms": 41.0})
