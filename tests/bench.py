@@ -145,7 +145,7 @@ def tracking() -> None:
     from irsim.rng import stream
 
     frames = tracking_frames()
-    for name in ("grey_pf", "template", "kalman", "fusion_wspf"):
+    for name in ("grey_pf", "template", "kalman", "fusion_wspf", "svd_pf", "ekf"):
         tracker = irtrack.make(name, {})
         state = tracker.init(frames[0], irsim.Box(*circle(0), 14, 10), stream(0, name, "target", 0))
         times = []
@@ -155,6 +155,20 @@ def tracking() -> None:
             state, _ = tracker.step(state, frame, rng)
             times.append(perf_counter() - begin)
         report(f"{name}_160x120_step", 1e3 * statistics.median(times), "ms")
+
+
+def suppression() -> None:
+    """Five components of a 320x240 frame of clouds."""
+    from irsim.rng import stream
+    from irtrack.features.svd import largest_parts
+
+    rng = np.random.default_rng(0)
+    clouds = ndimage.gaussian_filter(rng.standard_normal((240, 320)), 12)
+    image = (3000 + 20000 * clouds + 8 * rng.standard_normal(clouds.shape)).astype(np.uint16)
+    seconds = median_s(lambda k: largest_parts(image, 5, stream(k)).less(5), 200)
+    report("svd_suppression_320x240", 1e3 * seconds, "ms")
+    naive = median_s(lambda k: np.linalg.svd(image.astype(np.float32), full_matrices=False), 20)
+    report("svd_suppression_320x240_speedup", naive / seconds, "x")
 
 
 def start_up() -> None:
@@ -173,6 +187,7 @@ def main() -> None:
     full_chain(report)
     tracking()
     growth()
+    suppression()
     recording()
     start_up()
 

@@ -35,6 +35,7 @@ from irtrack.trackers.mean_shift import MeanShift
 from irtrack.trackers.mean_shift_kalman import MeanShiftKalman
 from irtrack.trackers.mean_shift_pf import MeanShiftPF
 from irtrack.trackers.product_pf import ProductPF
+from irtrack.trackers.svd_pf import SVDPF
 from irtrack.trackers.template import Template
 from irtrack.types import Tracker
 
@@ -50,6 +51,7 @@ TRACKERS: dict[str, type[TrackerPart]] = {
     "kalman": Kalman,
     "ekf": EKF,
     "fusion_wspf": FusionWSPF,
+    "svd_pf": SVDPF,
 }
 
 NAMED: dict[str, type[TrackerPart]] = {**TRACKERS, **FOREIGN}
