@@ -157,7 +157,7 @@ def test_a_target_that_comes_from_behind_the_camera_has_no_velocity_at_first() -
 def test_a_body_that_outgrows_the_frame_is_seen_less_and_less(kind: str) -> None:
     """Coming straight at the middle of the frame, all of which it fills in the end: its size goes with 1/range."""
     shape, shares, widths = {"kind": kind, "length_m": 15.0}, [], []
-    for range_m in (300.0, 30.0, 12.0):
+    for range_m in (360.0, 30.0, 12.0):
         path = {"kind": "straight", "start": (80.0, 60.0), "speed": 0.0, "range_m": range_m}
         target = {"id": "one", "shape": shape, "path": path, "attitude_deg": (0.0, 0.0, 90.0)}
         (truth,) = next(iter(Rendering(scene(targets=[target])).truths())).targets
