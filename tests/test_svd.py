@@ -76,7 +76,7 @@ def dim(seed: int, gone: range = range(0), jump: float = 0.0) -> tuple[list[Fram
 
 
 def error(tracker: SVDPF, frames: list[Frame], at: np.ndarray, last: int = 8) -> float:
-    found = follow(tracker, frames, Box(*at[0], 3, 3))
+    found = follow(tracker, frames, Box(at[0, 0], at[0, 1], 3, 3))
     return float(np.median(np.hypot(*(np.array([e.center for e in found[-last:]]) - at[-last:]).T)))
 
 
@@ -84,7 +84,7 @@ def error(tracker: SVDPF, frames: list[Frame], at: np.ndarray, last: int = 8) ->
 def test_a_missed_detection_is_predicted_and_a_wrong_prediction_mended(seed: int) -> None:
     frames, at = dim(seed, gone=range(12, 15))
     assert error(SVDPF(), frames, at) < 1
-    during = follow(SVDPF(), frames[:15], Box(*at[0], 3, 3))
+    during = follow(SVDPF(), frames[:15], Box(at[0, 0], at[0, 1], 3, 3))
     assert np.hypot(*np.subtract(during[-1].center, at[14])) < 3
     # It comes back 35 px away: what is predicted is wrong, and a candidate of the whole frame mends it.
     frames, at = dim(seed, gone=range(12, 16), jump=35)

@@ -118,7 +118,7 @@ class SVDPF(TrackerPart):
         start.footage.check(frame)
         z = self.standardised(frame.image, start, rng)
         spread = np.repeat([self.position_sd, self.speed_sd], 2)
-        particles = state.particles + spread * rng.standard_normal(state.particles.shape)
+        particles: Floats = state.particles + spread * rng.standard_normal(state.particles.shape)
         particles[:, :2] += state.particles[:, 2:]
         if self.use == "pf":
             particles, weights, score, sight = self._weighed(state, particles, z)
