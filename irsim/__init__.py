@@ -35,6 +35,8 @@ _PUBLIC = {
     "Rendering": "irsim.simulate",
     "frames": "irsim.simulate",
     "Moments": "irsim.moments",
+    "Mask": "irsim.masking",
+    "masks": "irsim.masking",
     "Recording": "irsim.recording",
     "open_recording": "irsim.recording",
     "record": "irsim.recording",

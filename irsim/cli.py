@@ -179,6 +179,36 @@ def render(
     _say_written(path)
 
 
+@app.command()
+def masks(
+    source: SourceArgument,
+    overrides: Annotated[
+        list[str] | None, typer.Argument(metavar="KEY=VALUE", help="Changes to the scenario, as for render.")
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="DIR", help="Default: NAME-masks in this folder.")
+    ] = None,
+    frames: Annotated[
+        str | None, typer.Option(metavar="N|A:B", help="N frames from the first on, or frames A to B-1.")
+    ] = None,
+    target: Annotated[str | None, typer.Option(metavar="ID", help="Of this target only.")] = None,
+) -> None:
+    """Write which pixels each target covers, whole and as far as it is seen, as PNG files of 8 bits."""
+    from irsim.masking import write_masks
+    from irsim.sources import open_rendering
+
+    wanted = None if frames is None else _frame_range(frames)
+    rendering, start, stop = open_rendering(source, overrides or (), None, wanted)
+    folder = output or Path(f"{Path(source).stem}-masks")
+    count = 0
+    with progress_bar(f"masks {rendering.name}", stop - start) as progress:
+        for done, paths in enumerate(write_masks(rendering.scenario, folder, start, stop, target), 1):
+            count += len(paths)
+            if progress is not None:
+                progress(done)
+    print(f"{folder}: {counted(count, 'mask')} of {counted(stop - start, 'frame')}")
+
+
 @app.command("import")
 def import_(
     frames: Annotated[Path, typer.Argument(metavar="FOLDER|VIDEO", help="A folder of PNG files, or a video.")],

@@ -91,6 +91,11 @@ class Renderer:
         light, seen = self._composed(index)
         return light, self._truth(index, index / self.stage.rate_hz, seen)
 
+    def seen(self, index: int) -> list[Seen]:
+        """The targets as a frame shows them, far to near."""
+        self._check(index)
+        return self._composed(index)[1]
+
     def _check(self, index: int) -> None:
         if not 0 <= index < self.scenario.frames:
             raise IndexError(f"frame {index}: the scenario has frames 0 to {self.scenario.frames - 1}")

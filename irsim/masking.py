@@ -1,0 +1,90 @@
+"""Which pixels a target covers: all of it, and what is seen of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from irsim.compose import Seen, overlap
+from irsim.errors import InputError
+from irsim.files import replacing
+from irsim.render import Renderer
+from irsim.scenario import Scenario
+from irsim.types import Floats
+
+Shares = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Mask:
+    """Of one target in one frame, before optics blur it (a point's light, after): (rows, columns) of the frame.
+
+    whole    share 0..1 of each pixel's area that the target covers, were nothing before it
+    visible  the same, less what nearer things hide
+    area     px2 of the whole target, what lies outside the frame too
+
+    Truth's visible fraction is the sum of `visible` over `area`.
+    """
+
+    whole: Shares
+    visible: Shares
+    area: float
+
+
+def masks(scenario: Scenario, start: int = 0, stop: int | None = None) -> Iterator[dict[str, Mask]]:
+    """The masks of frames start .. stop-1 in order: of all targets that are there, by id."""
+    renderer = Renderer(scenario)
+    columns, rows = scenario.camera.size
+    for index in range(start, scenario.frames if stop is None else min(stop, scenario.frames)):
+        yield {seen.piece.name: _mask(seen, (rows, columns)) for seen in renderer.seen(index)}
+
+
+def write_masks(
+    scenario: Scenario, folder: Path, start: int, stop: int, target: str | None = None
+) -> Iterator[list[Path]]:
+    """Write the masks of frames start .. stop-1 as `NNNNNN_ID_whole.png` and `NNNNNN_ID_visible.png`, frame by frame.
+
+    8 bits: 255 is a pixel that the target covers wholly. The folder is made where it is missing.
+    InputError where it cannot be, and where there is no such target.
+    """
+    names = [each.id for each in scenario.targets if scenario.is_on(each.id)]
+    if target is not None and target not in names:
+        raise InputError(f"--target {target}: there is no such target; allowed: {', '.join(names) or 'nothing'}")
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be made: {error.strerror or error}; allowed: a folder") from None
+    for index, found in enumerate(masks(scenario, start, stop), start):
+        paths = []
+        for name, mask in found.items():
+            if target in (None, name):
+                for what in ("whole", "visible"):
+                    paths.append(folder / f"{index:06}_{name}_{what}.png")
+                    _write(paths[-1], getattr(mask, what))
+        yield paths
+
+
+def _write(path: Path, shares: Shares) -> None:
+    written, data = cv2.imencode(".png", np.rint(255 * shares).astype(np.uint8))
+    assert written
+    with replacing(path) as file:
+        file.write(data.tobytes())
+
+
+def _mask(seen: Seen, shape: tuple[int, int]) -> Mask:
+    sprite = seen.piece.sprite
+    whole, visible = np.zeros((2, *shape))
+    met = overlap((sprite.x0, sprite.y0), sprite.cover.shape, (0, 0), shape)
+    if met is not None:
+        inner, outer = met
+        whole[outer], visible[outer] = _shares(sprite.cover[inner]), _shares(seen.left[inner])
+    return Mask(whole, visible, sprite.area)
+
+
+def _shares(values: Floats) -> Shares:
+    return np.clip(np.asarray(values, dtype=np.float64), 0, 1)

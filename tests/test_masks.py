@@ -1,0 +1,78 @@
+"""Masks against truth, and as files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+import irsim
+from irsim.masking import write_masks
+from irsim.scenario import Scenario
+from irsim.shapes import SHAPES
+from irsim.simulate import Rendering
+
+SHIPPED = ["traffic", "clouds", "decoys"]
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_visible_fractions_are_those_of_the_masks(name: str) -> None:
+    scenario = irsim.load(name)
+    looked = [0, scenario.frames // 3, scenario.frames // 2]
+    for index in looked:
+        (truth,) = Rendering(scenario).truths(index, index + 1)
+        (found,) = irsim.masks(scenario, index, index + 1)
+        assert set(found) == {target.id for target in truth.targets}
+        for target in truth.targets:
+            mask = found[target.id]
+            assert mask.visible.sum() / mask.area == pytest.approx(target.visible, abs=1e-7)
+            assert np.all(mask.visible <= mask.whole + 1e-12)
+
+
+def scene(kind: str = "fighter") -> Scenario:
+    path = {"kind": "straight", "start": (60.0, 50.0), "speed": 1.0, "range_m": 800.0}
+    kinds: dict[str, dict[str, object]] = {"hot_spot": {"size_m": (8.0, 5.0)}, "point": {"area_m2": 20.0}}
+    keys = kinds.get(kind, {})
+    return Scenario.model_validate(
+        {
+            "frames": 3,
+            "camera": {"size": (120, 100), "psf_px": 0.4},
+            "background": {"kind": "sky"},
+            "targets": [{"id": "one", "shape": {"kind": kind, **keys}, "path": path}],
+            "occluders": [{"kind": "bar", "center_px": (50.0, 50.0), "size_px": (20.0, 80.0), "range_m": 300.0}],
+        }
+    )
+
+
+@pytest.mark.parametrize("kind", ["fighter", "hot_spot", "point"])
+def test_a_bar_cuts_the_mask_at_its_edge(kind: str) -> None:
+    assert kind in SHAPES.kinds
+    (found,) = irsim.masks(scene(kind), 0, 1)
+    mask = found["one"]
+    assert mask.whole.sum() == pytest.approx(mask.area, rel=1e-6)
+    # The bar covers columns 40 to 59 and the near half of 60: what is left of there is hidden.
+    assert mask.visible[:, 40:60].max() < 0.01
+    np.testing.assert_allclose(mask.visible[:, 62:], mask.whole[:, 62:], atol=1e-9)
+
+
+def test_files_hold_the_masks(tmp_path: Path) -> None:
+    scenario, folder = scene(), tmp_path / "masks"
+    paths = [path for each in write_masks(scenario, folder, 1, 3) for path in each]
+    assert [path.name for path in paths] == [
+        f"{frame:06}_one_{what}.png" for frame in (1, 2) for what in ("whole", "visible")
+    ]
+    (mask,) = (found["one"] for found in irsim.masks(scenario, 2, 3))
+    read = cv2.imread(str(folder / "000002_one_visible.png"), cv2.IMREAD_UNCHANGED)
+    assert read is not None
+    assert read.dtype == np.uint8
+    np.testing.assert_allclose(read / 255, mask.visible, atol=0.5 / 255 + 1e-9)
+
+
+def test_mistakes_are_told(tmp_path: Path) -> None:
+    with pytest.raises(irsim.InputError, match="--target two: there is no such target; allowed: one"):
+        next(write_masks(scene(), tmp_path, 0, 1, "two"))
+    (tmp_path / "file").write_text("")
+    with pytest.raises(irsim.InputError, match="cannot be made"):
+        next(write_masks(scene(), tmp_path / "file", 0, 1))
