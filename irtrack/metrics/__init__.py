@@ -1,6 +1,7 @@
 """Figures from tracks: arrays in, values out; no file is opened here."""
 
 from irtrack.metrics.attributes import ATTRIBUTES, Attribute
+from irtrack.metrics.breaking import Breaking, breaking_point
 from irtrack.metrics.by_attribute import AttributeRow, by_attribute
 from irtrack.metrics.centre import (
     PRECISION_NORM,
@@ -37,6 +38,7 @@ __all__ = [
     "AnchorRun",
     "Attribute",
     "AttributeRow",
+    "Breaking",
     "CentreFigures",
     "Clear",
     "Difference",
@@ -51,6 +53,7 @@ __all__ = [
     "Trace",
     "Vot",
     "area",
+    "breaking_point",
     "by_attribute",
     "centre_errors",
     "clear_mot",
