@@ -24,6 +24,7 @@ _PUBLIC = {
     "IrsimError": "irsim.errors",
     "Scenario": "irsim.scenario",
     "dumps": "irsim.loader",
+    "find": "irsim.loader",
     "build": "irsim.loader",
     "load": "irsim.loader",
     "loads": "irsim.loader",

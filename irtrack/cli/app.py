@@ -16,6 +16,7 @@ from irsim import terminal
 from irsim.files import check_output
 from irtrack.cli.compare import compare
 from irtrack.cli.output import plural, print_json, print_run, print_summary
+from irtrack.cli.sources import sources
 from irtrack.errors import InputError, TrackerError
 
 if TYPE_CHECKING:
@@ -232,6 +233,7 @@ def report(
 
 
 app.command()(compare)
+app.command()(sources)
 
 
 def _command() -> str:

@@ -37,7 +37,7 @@ def plots(traces: Traces, looks: Mapping[str, Look], name: str) -> Plots | None:
     if not any(np.isfinite(trace.truth_centers).any() for trace in every):
         return None
     return Plots(
-        error=_error_chart(traces, every, looks, name),
+        error=error_chart(traces, every, looks, name),
         precision=line_chart(
             [Line(looks[label], PRECISION_PX, _mean_precision(seeds)) for label, seeds in traces.items()],
             Axis("threshold on the centre error, px", (0, PRECISION_PX[-1])),
@@ -55,7 +55,7 @@ def plots(traces: Traces, looks: Mapping[str, Look], name: str) -> Plots | None:
     )
 
 
-def _error_chart(traces: Traces, every: Sequence[Trace], looks: Mapping[str, Look], name: str) -> str:
+def error_chart(traces: Traces, every: Sequence[Trace], looks: Mapping[str, Look], name: str) -> str:
     frames = np.unique(np.concatenate([trace.indices for trace in every]))
     lines, largest = [], OFF_PX
     for label, seeds in traces.items():

@@ -1,0 +1,40 @@
+"""`irtrack sources`: the papers' experiments repeated."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from irsim import terminal
+
+
+def sources(
+    seeds: Annotated[int, typer.Option(metavar="N", min=2, help="Seeds of each scene.")] = 50,
+    first: Annotated[
+        int,
+        typer.Option(metavar="N", min=0, help="The first of them; below 2000 they served while trackers were made."),
+    ] = 2000,
+    jobs: Annotated[int, typer.Option(metavar="N", min=1, help="Worker processes.")] = 1,
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="DIR", help="Folder of the page and of its results file.")
+    ] = Path("sources"),
+    only: Annotated[
+        str, typer.Option(metavar="PART,...", help="cheng, xue, an, cui, li, growth, hard; all of them unless said.")
+    ] = "",
+    real: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Labelled real sequences: folders with frames.mp4 and gt.csv.")
+    ] = None,
+) -> None:
+    """Repeat the experiments of the papers and write a page: printed beside ours, each claim with its verdict."""
+    from irtrack.sources import write_sources
+
+    command = shlex.join(["irtrack", *sys.argv[1:]])
+    parts = [part for part in only.split(",") if part]
+    with terminal.progress_bar("sources") as bar:
+        progress = None if bar is None else (lambda scene, done, total: bar(done, total))
+        path = write_sources(output, seeds, first, jobs, parts, real, command, progress)
+    print(path)

@@ -1,0 +1,100 @@
+"""The charts of the page."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from irsim.types import Floats
+from irtrack.report.charts import Axis, Line, line_chart
+from irtrack.report.palette import Look, looks
+from irtrack.report.plots import error_chart
+from irtrack.sources.growth import PARTICLES, Filtering, GrowthResult
+from irtrack.sources.runs import Outcome
+from irtrack.sources.values import Experiment, Run, Sweep
+
+SMALL = (450, 280)
+NORMAL_95 = 1.96
+
+
+def over_frames(experiment: Experiment, found: Outcome, look: Mapping[str, Look]) -> str:
+    """Centre error over frames, median and quartiles over the seeds; '' where nothing was run."""
+    traces = {label: [run.trace for run in found.of(label).values()] for label in experiment.trackers}
+    shown = {label: seeds for label, seeds in traces.items() if seeds}
+    every = [trace for seeds in shown.values() for trace in seeds]
+    return error_chart(shown, every, look, experiment.scene.name) if every else ""
+
+
+def scores_over_frames(label: str, found: Outcome, look: Look) -> str:
+    """The tracker's own score over frames, median and quartiles over the seeds; '' where it has none."""
+    runs = list(found.of(label).values())
+    if not runs or not all(np.isfinite(run.trace.scores[1:]).all() for run in runs):
+        return ""
+    table = np.array([run.trace.scores[1:] for run in runs])
+    low, middle, high = np.percentile(table, (25, 50, 75), axis=0)
+    frames = runs[0].trace.indices[1:]
+    return line_chart(
+        [Line(look, frames, middle, low, high)],
+        Axis("frame"),
+        Axis("matching coefficient", (0, 1)),
+        size=(900, 220),
+        name=f"{found.source.name}: matching coefficient of {label}",
+    )
+
+
+def swept(
+    sweep: Sweep,
+    figure: str,
+    of: Callable[[Run], float | None],
+    outcomes: Mapping[str, Outcome],
+    look: Mapping[str, Look],
+) -> str:
+    """A figure's mean over the seeds against the setting, with its 95 % interval."""
+    lines = []
+    for label in sweep.trackers:
+        points = []
+        for x, scene in sweep.scenes.items():
+            values = [value for run in outcomes[scene.name].of(label).values() if (value := of(run)) is not None]
+            if values:
+                points.append((x, *mean_interval(np.array(values))))
+        if points:
+            x, middle, low, high = np.array(points).T
+            lines.append(Line(look[label], x, middle, low, high))
+    if not lines:
+        return ""
+    return line_chart(lines, Axis(sweep.x), Axis(figure), size=SMALL, name=f"{sweep.title}: {figure}")
+
+
+def mean_interval(values: Floats) -> tuple[float, float, float]:
+    """(mean, low, high): the mean and its 95 % interval, normal."""
+    mean = float(values.mean())
+    reach = NORMAL_95 * float(values.std(ddof=1)) / np.sqrt(len(values)) if len(values) > 1 else 0.0
+    return mean, mean - reach, mean + reach
+
+
+def growth_charts(result: GrowthResult) -> list[str]:
+    """RMSE and Neff against N, and RMSE against Np / N."""
+    look = looks(result.by_particles)
+    n = np.array(PARTICLES, dtype=np.float64)
+
+    def line(label: str, figure: Callable[[Filtering, int], Floats]) -> Line:
+        every = result.by_particles[label].items()
+        middle, low, high = np.array([mean_interval(figure(each, count)) for count, each in every]).T
+        return Line(look[label], n, middle, low, high)
+
+    rmse = [line(label, lambda each, count: each.rmse) for label in result.by_particles]
+    neff = [line(label, lambda each, count: each.neff / count) for label in result.by_particles]
+    shares = np.array(list(result.by_share))
+    middle, low, high = np.array([mean_interval(each.rmse) for each in result.by_share.values()]).T
+    return [
+        line_chart(rmse, Axis("N"), Axis("RMSE"), size=SMALL, name="growth model: RMSE against N"),
+        line_chart(neff, Axis("N"), Axis("Neff / N", (0, 1)), size=SMALL, name="growth model: Neff against N"),
+        line_chart(
+            [Line(look["WSPF"], shares, middle, low, high)],
+            Axis("Np / N, at N = 100"),
+            Axis("RMSE"),
+            size=SMALL,
+            name="growth model: RMSE against Np",
+        ),
+    ]

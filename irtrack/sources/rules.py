@@ -1,0 +1,150 @@
+"""The rules that claims are tested by, seed by seed, and the figures that they compare."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+
+import numpy as np
+
+from irtrack.metrics.loss import OFF_PX
+from irtrack.sources.values import Rule, Run
+
+BACK_WITHIN = 5
+"""Frames within which a tracker has to be back on its target."""
+
+
+def holds(label: str) -> Rule:
+    """It does not lose the target."""
+    return Rule(f"{label} is not lost", (label,), lambda runs: not runs[label].score.lost)
+
+
+def loses(label: str) -> Rule:
+    """It loses the target."""
+    return Rule(f"{label} is lost", (label,), lambda runs: runs[label].score.lost)
+
+
+def less(figure: Callable[[Run], float | None], what: str, label: str, other: str) -> Rule:
+    """A figure of one tracker is less than that of another."""
+
+    def of(runs: Mapping[str, Run]) -> bool | None:
+        own, its = figure(runs[label]), figure(runs[other])
+        return None if own is None or its is None else own < its
+
+    return Rule(f"{what} of {label} below that of {other}", (label, other), of)
+
+
+def at_most(figure: Callable[[Run], float | None], what: str, label: str, limit: float, given: str = "") -> Rule:
+    """A figure of a tracker is at or below a printed one; a run without the figure says nothing."""
+
+    def of(runs: Mapping[str, Run]) -> bool | None:
+        own = figure(runs[label])
+        return None if own is None else own <= limit
+
+    return Rule(f"{what} of {label} at or below {limit:g}{given}", (label,), of)
+
+
+def times(figure: Callable[[Run], float | None], what: str, label: str, factor: float, other: str) -> Rule:
+    """A figure of one tracker is at least so many times that of another."""
+
+    def of(runs: Mapping[str, Run]) -> bool | None:
+        own, its = figure(runs[label]), figure(runs[other])
+        return None if own is None or its is None else own >= factor * its
+
+    return Rule(f"{what} of {label} at least {factor:g} times that of {other}", (label, other), of)
+
+
+def nearly(figure: Callable[[Run], float | None], what: str, label: str, other: str, within: float) -> Rule:
+    """A figure of two trackers differs by no more than that."""
+
+    def of(runs: Mapping[str, Run]) -> bool | None:
+        own, its = figure(runs[label]), figure(runs[other])
+        return None if own is None or its is None else abs(own - its) <= within
+
+    return Rule(f"{what} of {label} within {within:g} of that of {other}", (label, other), of)
+
+
+def back_in_time(label: str) -> Rule:
+    """It is back on the target within BACK_WITHIN frames of its return."""
+
+    def of(runs: Mapping[str, Run]) -> bool | None:
+        back = frames_until_back(runs[label])
+        return None if back is None else back <= BACK_WITHIN
+
+    return Rule(f"{label} is on the target within {BACK_WITHIN} frames of its return", (label,), of)
+
+
+def error_held(run: Run) -> float | None:
+    """Mean centre error of the frames before the loss, px."""
+    return run.score.held.error
+
+
+def error_all(run: Run) -> float | None:
+    """Mean centre error of all scored frames, px."""
+    return run.score.all.error
+
+
+def off_share(run: Run) -> float | None:
+    return run.score.off_share
+
+
+def ms(run: Run) -> float | None:
+    """Median wall time of a step, ms."""
+    return run.score.ms_median
+
+
+def _over(first: int, last: int, run: Run) -> float | None:
+    errors = run.trace.errors[(run.trace.indices >= first) & (run.trace.indices <= last) & run.trace.scored]
+    return float(np.mean(errors)) if len(errors) else None
+
+
+def error_over(first: int, last: int) -> Callable[[Run], float | None]:
+    """Mean centre error of frames first .. last, px."""
+    return partial(_over, first, last)
+
+
+def unless_lost(figure: Callable[[Run], float | None]) -> Callable[[Run], float | None]:
+    """The figure of runs that are not lost; None of others."""
+    return lambda run: None if run.score.lost else figure(run)
+
+
+def abs_x(run: Run) -> float | None:
+    return run.score.all.abs_x
+
+
+def abs_y(run: Run) -> float | None:
+    return run.score.all.abs_y
+
+
+def frames_until_back(run: Run) -> float | None:
+    """Frames from the first time that the target is seen again until the centre is on it; None where never hidden."""
+    returns = run.trace.returns
+    if not returns:
+        return None
+    after = returns[0].after
+    return float("inf") if after is None else float(after)
+
+
+def score_between(first: int, last: int) -> Callable[[Run], float | None]:
+    """Median of the tracker's own score in frames first .. last."""
+
+    def of(run: Run) -> float | None:
+        scores = run.trace.scores[(run.trace.indices >= first) & (run.trace.indices <= last)]
+        return float(np.median(scores)) if len(scores) and np.isfinite(scores).all() else None
+
+    return of
+
+
+def detected(run: Run) -> float | None:
+    """Share of the scored frames in which it says that it sees the target and is within OFF_PX px of it."""
+    return _share(run, run.trace.errors <= OFF_PX)
+
+
+def false_alarms(run: Run) -> float | None:
+    """Share of the scored frames in which it says that it sees the target and is farther than that."""
+    return _share(run, run.trace.errors > OFF_PX)
+
+
+def _share(run: Run, hit: np.ndarray) -> float | None:
+    scored = run.trace.scored
+    return float(np.mean((hit & (run.trace.statuses == "tracking"))[scored])) if scored.any() else None
