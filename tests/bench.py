@@ -145,7 +145,7 @@ def tracking() -> None:
     from irsim.rng import stream
 
     frames = tracking_frames()
-    for name in ("grey_pf", "template", "kalman", "fusion_wspf", "svd_pf", "ekf"):
+    for name in ("grey_pf", "template", "kalman", "fusion_wspf", "svd_pf", "ekf", "optical_flow", "camshift_kalman"):
         tracker = irtrack.make(name, {})
         state = tracker.init(frames[0], irsim.Box(*circle(0), 14, 10), stream(0, name, "target", 0))
         times = []

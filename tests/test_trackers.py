@@ -39,14 +39,15 @@ VARIANTS: list[tuple[str, dict[str, Any]]] = [
     ("kalman", {"measurement": "mean_shift"}),
     ("ekf", {"measurement": "ncc"}),
     ("ekf", {"measurement": "mean_shift"}),
+    ("camshift_kalman", {"weights": "share", "resize": 0}),
     ("svd_pf", {"use": "svd", "components": 1}),
     ("svd_pf", {"use": "pf"}),
     ("fusion_wspf", {"rho_t": None, "restoring": "equal", "confidence": "variance_ratio", "accept": 0.9}),
 ]
-SIZE_TOLERANCE = {"fusion_wspf": 0.3}
+SIZE_TOLERANCE = {"fusion_wspf": 0.3, "camshift_kalman": 0.3}
 """Of trackers that follow the size; all others keep that of the start box."""
-SHIFT_TOLERANCE = {"svd_pf": 1.0}
-"""px. Of trackers that suppress a background by the whole frame: crops have other singular values."""
+SHIFT_TOLERANCE = {"svd_pf": 1.0, "optical_flow": 0.05}
+"""px. Of trackers that work on the whole frame: crops have other singular values, and other pyramids."""
 EVERY = pytest.mark.parametrize(("name", "parameters"), VARIANTS)
 
 

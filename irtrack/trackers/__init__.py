@@ -25,6 +25,7 @@ from irtrack.errors import InputError
 from irtrack.peers import HINT, PEERS, offered, python
 from irtrack.trackers.background_restrained_pf import BackgroundRestrainedPF
 from irtrack.trackers.base import TrackerPart
+from irtrack.trackers.camshift_kalman import CamShiftKalman
 from irtrack.trackers.cascade_pf import CascadePF
 from irtrack.trackers.ekf import EKF
 from irtrack.trackers.foreign import FOREIGN
@@ -34,6 +35,7 @@ from irtrack.trackers.kalman import Kalman
 from irtrack.trackers.mean_shift import MeanShift
 from irtrack.trackers.mean_shift_kalman import MeanShiftKalman
 from irtrack.trackers.mean_shift_pf import MeanShiftPF
+from irtrack.trackers.optical_flow import OpticalFlow
 from irtrack.trackers.product_pf import ProductPF
 from irtrack.trackers.svd_pf import SVDPF
 from irtrack.trackers.template import Template
@@ -50,6 +52,8 @@ TRACKERS: dict[str, type[TrackerPart]] = {
     "template": Template,
     "kalman": Kalman,
     "ekf": EKF,
+    "optical_flow": OpticalFlow,
+    "camshift_kalman": CamShiftKalman,
     "fusion_wspf": FusionWSPF,
     "svd_pf": SVDPF,
 }

@@ -1,0 +1,55 @@
+"""Optical flow of points between two pictures, and which of it can be trusted."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from irsim.types import Floats
+
+Picture = npt.NDArray[np.uint8]
+Places = npt.NDArray[np.float32]
+
+CONVERGED = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 0.03)
+"""Iterations at most, and px of the last step (Bouguet 2001, section 2.3: convergence within .03 px)."""
+
+
+def forward_backward(
+    before: Picture, after: Picture, points: Floats, window: int, levels: int
+) -> tuple[Floats, Floats]:
+    """Where points (N, 2) px of one picture are in the next, and their forward-backward errors (N,) px.
+
+    Pyramidal Lucas-Kanade (J.-Y. Bouguet, "Pyramidal Implementation of the Affine Lucas Kanade Feature
+    Tracker", Intel, 2001), forth and back again: the error is how far from its start a point ends
+    (Z. Kalal, K. Mikolajczyk, J. Matas, "Forward-Backward Error", ICPR 2010, section 2). A point that
+    is lost on the way, or leaves the picture, has the error infinity.
+    """
+    start = points.astype(np.float32).reshape(-1, 1, 2)
+
+    def follow(first: Picture, second: Picture, places: Places) -> tuple[Places, npt.NDArray[np.bool_]]:
+        moved, found, _ = cv2.calcOpticalFlowPyrLK(  # type: ignore[call-overload]
+            first, second, places, None, winSize=(window, window), maxLevel=levels, criteria=CONVERGED
+        )
+        return moved, found[:, 0] > 0
+
+    there, found = follow(before, after, start)
+    back, returned = follow(after, before, there)
+    errors = np.linalg.norm((back - start)[:, 0], axis=1).astype(np.float64)
+    moved = there[:, 0].astype(np.float64)
+    height, width = after.shape
+    inside = ((moved > -0.5) & (moved < (width - 0.5, height - 0.5))).all(axis=1)
+    errors[~(inside & found & returned & np.isfinite(errors))] = np.inf
+    return moved, errors
+
+
+def spread_ratio(before: Floats, after: Floats) -> float:
+    """How much farther apart points (N, 2) have come: the median ratio of their distances; 1 for fewer than two.
+
+    Kalal et al. 2010, section 3.
+    """
+    i, j = np.triu_indices(len(before), 1)
+    first = np.hypot(*(before[i] - before[j]).T)
+    second = np.hypot(*(after[i] - after[j]).T)
+    apart = first > 0
+    return float(np.median(second[apart] / first[apart])) if apart.any() else 1.0

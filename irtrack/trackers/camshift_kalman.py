@@ -1,0 +1,174 @@
+"""`camshift_kalman`: CamShift's centroid and ellipse, predicted through overlap by a Kalman filter."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import ceil
+from typing import Annotated, ClassVar, Literal
+
+import cv2
+import numpy as np
+from pydantic import Field
+
+from irsim.kinds import Fraction
+from irsim.types import Box, Floats, Frame, Image
+from irtrack.features.histogram import Surround, bhattacharyya, gaussian_kernel
+from irtrack.features.mean_shift import back_projection
+from irtrack.features.quantise import BinsRange, Quantiser, quantiser
+from irtrack.features.window import Window, region
+from irtrack.filters import kalman as filter
+from irtrack.filters.motion import constant_velocity
+from irtrack.trackers.base import Deviation, Footage, Ratio, Sight, Spread, TrackerPart, footage, start_window
+from irtrack.types import Estimate
+
+_H = np.eye(2, 4)
+CONVERGED = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 0.5)
+"""Iterations at most, and px of the last step; OpenCV's window moves by whole pixels."""
+SIZES = (0.5, 2.0)
+"""Least and largest size, in start sizes. Chosen here: on a background of its own levels the ellipse floods."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Start:
+    """What the first frame sets for good. likely (bins,): how much a level belongs to the target, 0 .. 1;
+    judged (bins,): the histogram that places are compared with; ellipse: the target's own there, full sides px."""
+
+    footage: Footage
+    size: tuple[float, float]
+    levels: Quantiser
+    likely: Floats
+    surround: Surround
+    judged: Floats
+    ellipse: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CamShiftState:
+    """mean (4,): x, y px, vx, vy px/frame, and its covariance; scale (2,) of the start size."""
+
+    start: Start
+    mean: Floats
+    covariance: Floats
+    scale: Floats
+    sight: Sight
+
+
+class CamShiftKalman(TrackerPart):
+    """CamShift in a window that a Kalman filter predicts; through overlap the prediction stands alone.
+
+    One of the systems that the digest beside L. An et al. 2007 names: CamShift gives a centroid and an
+    ellipse as measurement, a Kalman filter the next window, and the place while targets overlap;
+    rotation is its weak spot. CamShift is that of G. Bradski, "Computer Vision Face Tracking for Use in
+    a Perceptual User Interface", Intel Technology Journal Q2, 1998: mean shift on the picture of how
+    much each level belongs to the target, then its moments there.
+
+    Chosen here: grey levels for his hue; a level counts by its share in the target against that in a
+    ring around it, since with the share alone a target's rim draws the window into a like
+    background; sizes are those of the ellipse's second moments against the first frame's, smoothed;
+    constant velocity with white-noise acceleration; overlap is told by the likeness of the place found
+    (see `irtrack.trackers.base.Sight`) and the gate.
+    """
+
+    source: ClassVar[str] = "Bradski 1998; Kalman 1960"
+
+    bins: int = Field(default=32, ge=2, le=256)
+    """Grey levels of the histogram."""
+    bins_range: BinsRange = "first_frame"
+    """Grey range of the bins: that of the first frame, kept; or the full range of the bits."""
+    weights: Literal["ratio", "share"] = "ratio"
+    """What a level counts: its share in target and ring that is the target's, or its share in the target (Bradski)."""
+    resize: Fraction = 0.1
+    """Share of the ellipse's new size that enters the estimate; 0: the size stays."""
+    acceleration: Deviation = 0.5
+    """Standard deviation of the acceleration on each axis, px/frame^2."""
+    measurement_sd: Deviation = 1.0
+    """Standard deviation of the measured place on each axis, px."""
+    start_speed_sd: Spread = 3.0
+    """Standard deviation of the unknown first speed on each axis, px/frame."""
+    gate: Ratio = 13.8
+    """Squared Mahalanobis distance that a measurement may have; chi-square, 2 degrees: 99.9 %."""
+    margin: Annotated[float, Field(ge=0, le=10)] = 0.25
+    """What the search window has beyond the target on each side, in its sides; the centroid must not be cut."""
+    seen: Fraction = 0.5
+    """Share of the way from the ring's likeness to the target's usual one that counts as seen."""
+    lost_after: int = Field(default=10, ge=1, le=1_000_000)
+    """Frames in a row without sight after which the status is lost."""
+
+    def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> CamShiftState:
+        """At the box's centre, at rest within `start_speed_sd`."""
+        part, corner = start_window(frame, box)
+        window, center = Window.of(box), (box.cx, box.cy)
+        levels = quantiser(frame, part.cut(frame.image, corner), self.bins, self.bins_range)
+        reach = (ceil(window.columns / 2), ceil(window.rows / 2))
+        kernel = gaussian_kernel(window, 0.5 * float(np.hypot(box.w, box.h)))
+        surround = Surround.of(window, kernel, reach)
+        (judged, ring), _ = surround.histograms(frame.image, center, levels)
+        total = judged + ring
+        ratio = np.divide(judged, total, out=np.zeros_like(judged), where=total > 0)
+        start = Start(
+            footage=footage(frame),
+            size=(box.w, box.h),
+            levels=levels,
+            likely=np.maximum(2 * ratio - 1, 0) if self.weights == "ratio" else judged,
+            surround=surround,
+            judged=judged,
+            ellipse=(1.0, 1.0),
+        )
+        found = self._found(start, frame.image, np.array(center), np.ones(2))
+        mean = np.array([box.cx, box.cy, 0.0, 0.0])
+        covariance = np.diag([self.measurement_sd**2] * 2 + [self.start_speed_sd**2] * 2)
+        first = replace(start, ellipse=found[1] if found else (1.0, 1.0))
+        return CamShiftState(first, mean, covariance, np.ones(2), Sight())
+
+    def step(self, state: CamShiftState, frame: Frame, rng: np.random.Generator) -> tuple[CamShiftState, Estimate]:
+        """Predict the window, shift it, update by the centroid."""
+        start, image = state.start, frame.image
+        start.footage.check(frame)
+        mean, covariance = filter.predict(state.mean, state.covariance, *constant_velocity(self.acceleration))
+        R = self.measurement_sd**2 * np.eye(2)
+        found = self._found(start, image, mean[:2], state.scale)
+        sight, score, scale = state.sight.unseen(), 0.0, state.scale
+        if found is not None:
+            place, ellipse = found
+            histograms, shown = start.surround.histograms(image, (float(place[0]), float(place[1])), start.levels)
+            score, floor = (bhattacharyya(histograms, start.judged) * (shown[0], 1.0)).tolist()
+            nu, S = filter.innovation(mean, covariance, place, _H, R)
+            if filter.distance2(nu, S) <= self.gate:
+                sight = state.sight.after(score, floor, self.seen)
+            if sight.missed == 0:
+                mean, covariance = filter.update(mean, covariance, place, _H, R)
+                now = np.clip(np.divide(ellipse, start.ellipse), *SIZES)
+                scale = scale + self.resize * (now - scale)
+        x, y, vx, vy = mean.tolist()
+        return replace(state, mean=mean, covariance=covariance, scale=scale, sight=sight), Estimate(
+            center=(x, y),
+            size=(float(scale[0]) * start.size[0], float(scale[1]) * start.size[1]),
+            status=sight.status(self.lost_after),
+            score=score,
+            velocity=(vx, vy),
+            covariance=covariance[:2, :2],
+        )
+
+    def _found(
+        self, start: Start, image: Image, center: Floats, scale: Floats
+    ) -> tuple[Floats, tuple[float, float]] | None:
+        """Centroid (2,) px and full sides (w, h) of the ellipse where the window comes to rest; None: nothing there."""
+        columns, rows = (
+            min(ceil((1 + 2 * self.margin) * factor * side), limit)
+            for factor, side, limit in zip(scale.tolist(), start.size, image.shape[::-1], strict=True)
+        )
+        window = Window(columns, rows, (0.0, 0.0))
+        corner = window.corner((float(center[0]), float(center[1])))
+        # As far as targets are followed in a frame, the levels are looked up; beyond, nothing is.
+        left, top, pixels = region(image, window, corner, 2 * max(columns, rows))
+        picture = back_projection(pixels, start.levels, start.likely).astype(np.float32)
+        x = min(max(corner[0] - left, 0), picture.shape[1] - window.columns)
+        y = min(max(corner[1] - top, 0), picture.shape[0] - window.rows)
+        _, (x, y, w, h) = cv2.meanShift(picture, (x, y, window.columns, window.rows), CONVERGED)
+        moments = cv2.moments(picture[y : y + h, x : x + w])
+        if moments["m00"] <= 0:
+            return None
+        place = np.array([moments["m10"], moments["m01"]]) / moments["m00"] + (left + x, top + y)
+        variances = np.array([moments["mu20"], moments["mu02"]]) / moments["m00"] + 1 / 12  # of pixels as areas
+        width, height = (4 * np.sqrt(np.maximum(variances, 1 / 12))).tolist()
+        return place, (width, height)
