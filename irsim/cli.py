@@ -198,7 +198,11 @@ def masks(
     from irsim.sources import open_rendering
 
     wanted = None if frames is None else _frame_range(frames)
-    rendering, start, stop = open_rendering(source, overrides or (), None, wanted)
+    rendering, start, stop = open_rendering(source, overrides or ())
+    if wanted is not None:
+        if start + wanted[1] > stop:
+            raise InputError(f"--frames {frames}: there are {stop - start} frames; allowed: up to {stop - start}")
+        start, stop = start + wanted[0], start + wanted[1]
     folder = output or Path(f"{Path(source).stem}-masks")
     count = 0
     with progress_bar(f"masks {rendering.name}", stop - start) as progress:
