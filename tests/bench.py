@@ -17,7 +17,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from time import perf_counter
+from time import perf_counter, process_time
 
 import cv2
 import numpy as np
@@ -113,15 +113,15 @@ def recording() -> None:
         report("read_640x512_any_frame", 1e3 * median_s(lambda k: recorded.frame(37 * k % FRAMES), FRAMES), "ms")
 
 
-def tracking_frames() -> list[irsim.Frame]:
-    """A bright 14x10 px target that circles before noise, 160x120."""
+def tracking_frames(columns: int, rows: int, w: int, h: int) -> list[irsim.Frame]:
+    """A bright target of w x h px that circles before noise."""
     rng = np.random.default_rng(0)
-    y, x = np.mgrid[:120, :160]
+    y, x = np.mgrid[:rows, :columns]
     frames = []
     for k in range(100):
         cx, cy = circle(k)
-        blob = 90 * np.exp(-(((x - cx) / 5) ** 2 + ((y - cy) / 3.5) ** 2))
-        image = np.clip(80 + blob + 6 * rng.standard_normal((120, 160)), 0, 255).astype(np.uint8)
+        blob = 90 * np.exp(-(((x - cx) / (0.36 * w)) ** 2 + ((y - cy) / (0.36 * h)) ** 2))
+        image = np.clip(80 + blob + 6 * rng.standard_normal((rows, columns)), 0, 255).astype(np.uint8)
         frames.append(irsim.Frame(image, k, k / 30, 8))
     return frames
 
@@ -142,19 +142,32 @@ def growth() -> None:
 
 
 def tracking() -> None:
+    large, small = tracking_frames(160, 120, 14, 10), tracking_frames(320, 240, 5, 5)
+    others = ("template", "kalman", "fusion_wspf", "svd_pf", "ekf", "optical_flow", "camshift_kalman", "mean_shift")
+    for name in ("grey_pf", *others, "background_restrained_pf"):
+        report(f"{name}_160x120_step", step_ms(name, {}, large, irsim.Box(*circle(0), 14, 10)), "ms")
+    report(
+        "grey_pf_10000_particles_160x120_step",
+        step_ms("grey_pf", {"particles": 10_000}, large, irsim.Box(*circle(0), 14, 10)),
+        "ms",
+    )
+    for name in ("cascade_pf", "product_pf", "mean_shift_pf"):
+        report(f"{name}_320x240_step", step_ms(name, {}, small, irsim.Box(*circle(0), 5, 5)), "ms")
+
+
+def step_ms(name: str, parameters: dict[str, object], frames: list[irsim.Frame], box: irsim.Box) -> float:
+    """Median time of the processor in a step, which other programs on it do not lengthen."""
     from irsim.rng import stream
 
-    frames = tracking_frames()
-    for name in ("grey_pf", "template", "kalman", "fusion_wspf", "svd_pf", "ekf", "optical_flow", "camshift_kalman"):
-        tracker = irtrack.make(name, {})
-        state = tracker.init(frames[0], irsim.Box(*circle(0), 14, 10), stream(0, name, "target", 0))
-        times = []
-        for k in range(1, STEPS):
-            frame, rng = frames[k % len(frames)], stream(0, name, "target", k)
-            begin = perf_counter()
-            state, _ = tracker.step(state, frame, rng)
-            times.append(perf_counter() - begin)
-        report(f"{name}_160x120_step", 1e3 * statistics.median(times), "ms")
+    tracker = irtrack.make(name, parameters)
+    state = tracker.init(frames[0], box, stream(0, name, "target", 0))
+    times = []
+    for k in range(1, STEPS):
+        frame, rng = frames[k % len(frames)], stream(0, name, "target", k)
+        begin = process_time()
+        state, _ = tracker.step(state, frame, rng)
+        times.append(process_time() - begin)
+    return 1e3 * statistics.median(times)
 
 
 def suppression() -> None:

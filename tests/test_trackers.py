@@ -30,8 +30,8 @@ VARIANTS: list[tuple[str, dict[str, Any]]] = [
     ("product_pf", {"velocity": "sqrt_lambda", "high_pass": "none", "update": "seen"}),
     ("mean_shift", {"high_pass": "ring", "alpha": 0.1}),
     ("mean_shift_kalman", {"high_pass": "ring", "bandwidth": 1.3}),
-    ("mean_shift_pf", {"corrected": True}),
-    ("mean_shift_pf", {"high_pass": "ring", "propagation": "disc", "corrected": True}),
+    ("mean_shift_pf", {"corrected": True, "particles": 15}),
+    ("mean_shift_pf", {"high_pass": "ring", "propagation": "disc", "corrected": True, "particles": 15}),
     ("background_restrained_pf", {"keep_by": "mass", "keep": 0.5}),
     ("background_restrained_pf", {"estimate": "map", "particles": 400, "r0": 5.0}),
     ("template", {"window": 12, "update": 0.05}),
@@ -105,7 +105,7 @@ LIMITS = [
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize(("name", "key", "limit"), LIMITS)
 def test_works_with_each_parameter_at_its_limits(name: str, key: str, limit: float) -> None:
-    scene = blob(3, count=12, hidden=range(4, 7))
+    scene = blob(3, count=9, hidden=range(4, 6))
     others = next((switches for word, switches in NEEDED.items() if key.startswith(word)), {})
     others = {k: v for k, v in others.items() if k in TRACKERS[name].model_fields and k != key}
     for measurement in ("centroid", "ncc", "mean_shift") if name in ("kalman", "ekf") else (None,):

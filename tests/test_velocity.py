@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import exp, sqrt
 
 import numpy as np
 import pytest
 
 from irsim.rng import stream
-from irsim.types import Box, Floats
+from irsim.types import Box, Floats, Frame
 from irtrack.features.velocity import line, pca_velocity, similarity
 from irtrack.filters.motion import random_walk
 from irtrack.trackers.cascade_pf import CascadePF
+from irtrack.trackers.coasting_pf import CoastingPF
 from irtrack.trackers.product_pf import ProductPF
 
 FIVE = np.array([[0.0, 0.0], [1.0, 1.0], [2.0, 2.0], [3.0, 3.0], [4.0, 4.0]])
@@ -95,7 +97,9 @@ def test_cascade_prefers_the_place_on_its_way() -> None:
     stays, or turns back, has less."""
     tracker = CascadePF()
     trajectory = np.stack([np.arange(5.0), np.zeros(5)], axis=1)
-    cue = tracker._cue(trajectory, *line(trajectory)[:1])
+    frame, box = Frame(np.zeros((40, 40), np.uint8), 0, 0.0, 8), Box(4, 0, 5, 5)
+    state = replace(tracker.init(frame, box, stream(0)), trajectory=trajectory)
+    cue = tracker._cue(state, *line(trajectory)[:1])
     onward, stays, back = cue(np.array([[5.0, 0.0], [4.0, 0.0], [0.0, 0.0]]))
     assert onward == pytest.approx(0)
     # 1 2 3 4 4: variance 1.36 beside 2: rho = .68.
@@ -110,3 +114,20 @@ def test_first_frames_run_the_first_layer_alone() -> None:
     estimates = follow(CascadePF(), [frame for frame, _ in scene], Box(*scene[0][1], 14, 10))
     counts = [len(e.weights) for e in estimates if e.weights is not None]
     assert counts == [30] * 4 + [15] * 7
+
+
+def test_coasting_waits_for_a_hidden_target_on_its_way() -> None:
+    """Ten hidden frames at 2 px a frame: the walk stays behind, the coasting filter is there."""
+    from tracker_scenes import blob, follow
+
+    for seed in range(3):
+        scene = blob(seed, count=40, hidden=range(24, 34), speed=2.0)
+        frames, box = [frame for frame, _ in scene], Box(*scene[0][1], 14, 10)
+        estimates = follow(CoastingPF(), frames, box)
+        assert np.hypot(*np.subtract(estimates[32].center, scene[33][1])) < 6
+        assert np.hypot(*np.subtract(estimates[-1].center, scene[-1][1])) < 2
+        assert estimates[28].status == "occluded"
+        hidden, seen = estimates[31].covariance, estimates[20].covariance
+        assert hidden is not None
+        assert seen is not None
+        assert np.trace(hidden) > np.trace(seen)

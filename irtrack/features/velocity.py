@@ -23,9 +23,10 @@ def pca_velocity(places: Floats, speed: Speed) -> Floats:
     algorithm leaves the vector's sign open: here it points from the first place to the last. Places
     that coincide have no velocity, 0.
     """
-    off = places - places.mean(axis=-2, keepdims=True)
-    xx, yy = (off**2).mean(axis=-2)[..., 0], (off**2).mean(axis=-2)[..., 1]
-    xy = (off[..., 0] * off[..., 1]).mean(axis=-1)
+    k = places.shape[-2]
+    off = places - places.sum(axis=-2, keepdims=True) / k
+    covariance = np.einsum("...ki,...kj->...ij", off, off) / k
+    xx, xy, yy = covariance[..., 0, 0], covariance[..., 0, 1], covariance[..., 1, 1]
     half = (xx - yy) / 2
     largest = (xx + yy) / 2 + np.hypot(half, xy)
     angle = np.arctan2(xy, half) / 2

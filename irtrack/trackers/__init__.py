@@ -27,6 +27,7 @@ from irtrack.trackers.background_restrained_pf import BackgroundRestrainedPF
 from irtrack.trackers.base import TrackerPart
 from irtrack.trackers.camshift_kalman import CamShiftKalman
 from irtrack.trackers.cascade_pf import CascadePF
+from irtrack.trackers.coasting_pf import CoastingPF
 from irtrack.trackers.ekf import EKF
 from irtrack.trackers.foreign import FOREIGN
 from irtrack.trackers.fusion_wspf import FusionWSPF
@@ -45,6 +46,7 @@ TRACKERS: dict[str, type[TrackerPart]] = {
     "grey_pf": GreyPF,
     "cascade_pf": CascadePF,
     "product_pf": ProductPF,
+    "coasting_pf": CoastingPF,
     "mean_shift": MeanShift,
     "mean_shift_kalman": MeanShiftKalman,
     "mean_shift_pf": MeanShiftPF,

@@ -60,6 +60,10 @@ class GreyVelocityPart(WalkPart):
     """sigma of eq. 7. For slow targets the direction of a trajectory is mostly noise, so it must be wide."""
     place_sd: Deviation = 2.0
     """least_squares: deviation of the place from the line, px."""
+    coast: bool = False
+    """Whether an unseen target is taken to go on along the trajectory's line: the estimate is there, the particles
+    keep to it as loosely as place_sd times the frames without sight, and grey levels do not count. The paper's
+    filter knows no hiding."""
     carried: bool = False
     """Whether particles spread about where the trajectory's line leads from their place; the paper's stay."""
 
@@ -80,14 +84,15 @@ class GreyVelocityPart(WalkPart):
         positions = random_walk(start + velocity if self.carried else start, self.radius, self.propagation, rng)
         rho, visible = appearance.likeness(picture, positions, state.reference)
         grey, in_view = weigh(rho, visible, 0.0 if self.cues == "velocity" else 1 / (2 * self.sigma_grey**2))
+        spread = positions
         known = len(state.trajectory) == self.k and self.cues != "grey" and in_view
-        positions, weights = (
-            self._layered(positions, grey, self._cue(state.trajectory, ahead), rng) if known else (positions, grey)
-        )
-
+        positions, weights = self._layered(spread, grey, self._cue(state, ahead), rng) if known else (spread, grey)
         center = cloud.mean(weights, positions)
         judged = appearance.judge(picture, (float(center[0]), float(center[1])), state.reference)
         sight = self.sight_after(state.sight, judged, in_view)
+        if self.coast and known and sight.missed > 0:
+            positions, center = spread, ahead
+            weights = cloud.normalised(self._near(ahead, sight)(spread))
         trajectory = np.concatenate([state.trajectory, center[None]])[-self.k :]
         after = GreyVelocityState(
             appearance=appearance,
@@ -108,16 +113,20 @@ class GreyVelocityPart(WalkPart):
     def _layered(self, positions: Floats, grey: Floats, cue: Cue, rng: np.random.Generator) -> tuple[Floats, Floats]:
         """Places (n, 2) and weights (n,) after both cues, of places weighed by their grey levels."""
 
-    def _cue(self, trajectory: Floats, ahead: Floats) -> Cue:
+    def _cue(self, state: GreyVelocityState, ahead: Floats) -> Cue:
         if self.velocity == "least_squares":
-            return lambda places: -((places - ahead) ** 2).sum(axis=1) / (2 * self.place_sd**2)
-        speed = self.velocity
-        model = pca_velocity(trajectory, speed)
-        before = trajectory[1:]
+            return self._near(ahead, state.sight)
+        speed, trajectory = self.velocity, state.trajectory
 
         def by_velocity(places: Floats) -> Floats:
-            tracks = np.empty((len(places), self.k, 2))
-            tracks[:, :-1], tracks[:, -1] = before, places
-            return (similarity(pca_velocity(tracks, speed), model) - 1) / (2 * self.sigma_velocity**2)
+            tracks = np.empty((len(places) + 1, self.k, 2))
+            tracks[:-1, :-1], tracks[:-1, -1], tracks[-1] = trajectory[1:], places, trajectory
+            velocities = pca_velocity(tracks, speed)
+            return (similarity(velocities[:-1], velocities[-1]) - 1) / (2 * self.sigma_velocity**2)
 
         return by_velocity
+
+    def _near(self, ahead: Floats, sight: Sight) -> Cue:
+        """Places about where the line leads, the less closely the longer the target was not seen."""
+        deviation = self.place_sd * (1 + sight.missed if self.coast else 1)
+        return lambda places: -((places - ahead) ** 2).sum(axis=1) / (2 * deviation**2)
