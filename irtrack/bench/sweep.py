@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
 import platform
-import signal
-import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
 from dataclasses import replace
 from datetime import UTC, datetime
-from multiprocessing.connection import wait
 from pathlib import Path
 
 import cv2
@@ -29,6 +24,7 @@ from irtrack.bench.specs import Entry
 from irtrack.errors import InputError, IrtrackError
 from irtrack.metrics import Trace
 from irtrack.types import Tracker
+from irtrack.workers import begin_worker, one_thread
 
 Progress = Callable[[int, int], None]
 """Called with (cells done, cells to do) as the bench goes on."""
@@ -111,11 +107,11 @@ def _missing(kept: Results, run: Run, plan: Plan, taken: set[Key]) -> Group:
 def _outcomes(groups: list[Group], jobs: int) -> Iterator[list[tuple[Cell, Trace | None]]]:
     """What each group gives, as they finish."""
     if jobs == 1 or len(groups) <= 1:
-        with _one_thread():
+        with one_thread():
             yield from map(run_group, groups)
         return
     context = multiprocessing.get_context("spawn")  # safe with threads, the same on every system
-    with ProcessPoolExecutor(min(jobs, len(groups)), mp_context=context, initializer=_begin_worker) as pool:
+    with ProcessPoolExecutor(min(jobs, len(groups)), mp_context=context, initializer=begin_worker) as pool:
         try:
             for future in as_completed([pool.submit(run_group, group) for group in groups]):
                 yield future.result()
@@ -123,36 +119,6 @@ def _outcomes(groups: list[Group], jobs: int) -> Iterator[list[tuple[Cell, Trace
             raise IrtrackError("a worker process died; finished cells are kept, run it again to go on") from None
         finally:
             pool.shutdown(cancel_futures=True)
-
-
-@contextmanager
-def _one_thread() -> Iterator[None]:
-    """Times are of one thread."""
-    threads = cv2.getNumThreads()
-    _use_one_thread()
-    try:
-        yield
-    finally:
-        cv2.setNumThreads(threads)
-
-
-def _begin_worker() -> None:
-    _use_one_thread()
-    # A terminal's Ctrl-C reaches the workers too: they leave at once, and the bench tells of it.
-    signal.signal(signal.SIGINT, lambda *_: os._exit(130))
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _end_with_parent() -> None:
-    """A pool's worker would wait for work for ever after its parent was killed."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        wait([parent.sentinel])
-        os._exit(1)
-
-
-def _use_one_thread() -> None:
-    cv2.setNumThreads(1)
 
 
 def _versions() -> dict[str, str]:

@@ -25,12 +25,14 @@ LOSS_RULE = (
 """The definition in words, for tables."""
 
 
-def off_frames(errors: Floats, diagonals: Floats, accuracy: Floats) -> np.ndarray:
-    """(n,) bool: is the centre error (n,) px above max(5 px, true diagonal (n,), truth's accuracy (n,))?
+def off_beyond(diagonals: Floats, accuracy: Floats) -> Floats:
+    """(n,) px: the centre error above which a frame is off, max(5 px, true diagonal (n,), truth's accuracy (n,))."""
+    return np.maximum(OFF_PX, np.fmax(diagonals, accuracy))
 
-    Strictly above; False where the error is nan.
-    """
-    return np.asarray(errors > np.maximum(OFF_PX, np.fmax(diagonals, accuracy)))
+
+def off_frames(errors: Floats, diagonals: Floats, accuracy: Floats) -> np.ndarray:
+    """(n,) bool: is the centre error (n,) px above `off_beyond`? Strictly above; False where the error is nan."""
+    return np.asarray(errors > off_beyond(diagonals, accuracy))
 
 
 def loss(off: np.ndarray, shown: np.ndarray) -> int | None:

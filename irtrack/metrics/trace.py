@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
 import numpy as np
@@ -68,6 +68,19 @@ class Trace:
             accuracy=truth.accuracy,
             marks=truth.marks,
             step_ms=np.asarray(track.step_ms),
+        )
+
+    def first(self, n: int) -> Trace:
+        """Its first n frames: what the trace would be, had the source ended there."""
+        return replace(self, **{field.name: getattr(self, field.name)[:n] for field in fields(self)})
+
+    def same_as(self, other: Trace) -> bool:
+        """Is every number of the two the same, bit for bit, times aside?"""
+        names = [field.name for field in fields(self) if field.name != "step_ms"]
+        mine, others = ([getattr(each, name) for name in names] for each in (self, other))
+        return all(
+            a.shape == b.shape and a.dtype == b.dtype and a.tobytes() == b.tobytes()
+            for a, b in zip(mine, others, strict=True)
         )
 
     @cached_property
