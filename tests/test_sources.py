@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from html_page import Page
@@ -17,7 +18,7 @@ from irtrack.errors import InputError
 from irtrack.metrics import Reference, Trace, score_trace
 from irtrack.metrics.attributes import ATTRIBUTES
 from irtrack.peers import PEERS
-from irtrack.sources import rules
+from irtrack.sources import real, rules
 from irtrack.sources.growth import growth_result
 from irtrack.sources.hard import HARD, OURS, THEIRS, duels
 from irtrack.sources.page import PAPERS, write_sources
@@ -260,3 +261,34 @@ def test_finished_runs_are_not_run_again(tiny: Paper, tmp_path: Path) -> None:
 def test_an_unknown_part_is_bad_input(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="nosuch: there is no such part; allowed: cheng, xue, an"):
         write_sources(tmp_path, only=["nosuch"])
+
+
+def test_real_sequences_are_followed_target_by_target(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two spots, labelled; what draws random numbers runs with every seed, what draws none once."""
+    folder = tmp_path / "real" / "two"
+    folder.mkdir(parents=True)
+    video = cv2.VideoWriter(str(folder / "frames.mp4"), cv2.VideoWriter.fourcc(*"mp4v"), 25, (96, 64))
+    labels = ["frame,x,y,w,h,id,cls"]
+    for k in range(14):
+        image = np.full((64, 96, 3), 60, dtype=np.uint8)
+        for name, x, y in (("a", 20 + k, 20), ("b", 70 - k, 44)):
+            cv2.circle(image, (x, y), 4, (220, 220, 220), -1)
+            labels.append(f"{k},{x - 4},{y - 4},9,9,{name},spot")
+        video.write(image)
+    video.release()
+    (folder / "gt.csv").write_text("\n".join(labels) + "\n")
+    monkeypatch.setattr(real, "OURS", {"grey_pf": "grey_pf", "template": "template:window=10"})
+    monkeypatch.setattr(real, "THEIRS", {"gone": "gone"})
+    rows = {row.label: row for row in real.real_rows(tmp_path / "real", tmp_path, tmp_path / "r.db", 1, seeds=2)}
+    assert {label: (row.targets, row.seeds, row.runs, row.failed) for label, row in rows.items()} == {
+        "grey_pf": (2, 2, 4, 0),
+        "template": (2, 1, 2, 0),
+    }
+    assert rows["template"].lost == 0
+    assert rows["template"].distance is not None
+    assert rows["template"].distance < 2
+
+
+def test_a_folder_without_sequences_is_bad_input(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="holds no sequence"):
+        real.sequences(tmp_path)

@@ -2,16 +2,35 @@
 
 from __future__ import annotations
 
-from irtrack.sources.rules import detected, error_all, false_alarms, less
+from irtrack.sources.rules import detected, error_all, false_alarms, less, lost
 from irtrack.sources.values import Claim, Experiment, Paper, Scene, Sweep, Switch
 
 FALSE, CLOUD = Scene.of("an-false"), Scene.of("cui-cloud")
 
-ESTIMATES = {
-    "restrained": "background_restrained_pf",
-    "mean": "background_restrained_pf:keep=1",
-    "MAP": "background_restrained_pf:estimate=map",
-}
+RESTRAINED = "background_restrained_pf"
+ESTIMATES = {"restrained": "", "mean": ":estimate=mean", "MAP": ":estimate=map"}
+TIGHT = {label: RESTRAINED + end for label, end in ESTIMATES.items()}
+WIDE_R = 12
+"""Fixed noise, px, with which the cloud reaches the false target: An's case, where the mean is drawn to it."""
+
+
+def wide(particles: int = 100) -> dict[str, str]:
+    """The three estimates on a cloud that reaches the false target."""
+    spec = f"{RESTRAINED}:noise=fixed:r0={WIDE_R}:particles={particles}"
+    return {label: spec + end for label, end in ESTIMATES.items()}
+
+
+def alike(likeness: float) -> Scene:
+    """The false target with a share of the true one's contrast."""
+    return Scene(f"an-false {likeness:g}", "sources/an-false", (f"targets.other.contrast={likeness}",))
+
+
+def at_ratio(ratio: float) -> Scene:
+    """The dim target held at a signal-to-clutter ratio."""
+    return Scene(f"cui-cloud SCR {ratio:g}", "sources/cui-cloud", (f"targets.dim.shape.scr={ratio}",))
+
+
+COUNTS = (25, 50, 100, 200, 400)
 LIKENESSES = (0.2, 0.4, 0.6, 0.8, 1.0)
 RATIOS = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
 SVD = {"SVD and PF": "svd_pf", "SVD alone": "svd_pf:use=svd", "PF alone": "svd_pf:use=pf"}
@@ -20,39 +39,50 @@ AN = Paper(
     key="an",
     title="An, Gao, Chen, Wu 2007: particle filter with restrained background disturbance",
     remark="With two equally good modes the share of large weight holds both: then the restrained mean is biased too.",
-    experiments=(Experiment(FALSE, "A false target beside the true one", ESTIMATES, siblings=FALSE.siblings),),
+    experiments=(
+        Experiment(
+            FALSE,
+            "A false target beside the true one",
+            {f"{label} wide": spec for label, spec in wide().items()} | TIGHT,
+            remark=f"wide: fixed noise of {WIDE_R} px, with which the cloud reaches the false target; the others keep "
+            "the adaptive noise, whose cloud is too small for the mean to be drawn away.",
+            siblings=FALSE.siblings,
+        ),
+    ),
     claims=(
         Claim(
             "The mean over the particles of large weight is nearer to the target than the mean over all.",
             "section 2",
             FALSE.name,
-            less(error_all, "mean error", "restrained", "mean"),
+            less(error_all, "mean error", "restrained wide", "mean wide"),
         ),
         Claim(
             "It is nearer than the particle of largest weight, which few particles and noise make poor.",
             "section 2",
             FALSE.name,
-            less(error_all, "mean error", "restrained", "MAP"),
+            less(error_all, "mean error", "restrained wide", "MAP wide"),
         ),
     ),
     sweeps=(
         Sweep(
-            "Error against the false target's likeness",
+            "Error against the false target's likeness, wide cloud",
             "contrast of the false target as a share of the true one's",
-            {
-                likeness: Scene(f"an-false {likeness:g}", "sources/an-false", (f"targets.other.contrast={likeness}",))
-                for likeness in LIKENESSES
-            },
-            ESTIMATES,
-            {"mean error, px": error_all},
+            {likeness: (alike(likeness), wide()) for likeness in LIKENESSES},
+            {"mean error, px": error_all, "lost, share of seeds": lost},
+        ),
+        Sweep(
+            "Error against the number of particles, wide cloud",
+            "N",
+            {float(n): (FALSE, wide(n)) for n in COUNTS},
+            {"mean error, px": error_all, "lost, share of seeds": lost},
         ),
     ),
     switches=tuple(
         Switch(
             f"keep by {by}, {keep:g} against all",
             FALSE,
-            f"background_restrained_pf:keep={keep}:by={by}",
-            ESTIMATES["mean"],
+            f"background_restrained_pf:keep={keep}:keep_by={by}",
+            TIGHT["mean"],
         )
         for by in ("count", "mass")
         for keep in (0.3, 0.6, 0.9)
@@ -80,11 +110,7 @@ CUI = Paper(
         Sweep(
             "Detection and false alarms against SCR",
             "signal-to-clutter ratio",
-            {
-                ratio: Scene(f"cui-cloud SCR {ratio:g}", "sources/cui-cloud", (f"targets.dim.shape.scr={ratio}",))
-                for ratio in RATIOS
-            },
-            SVD,
+            {ratio: (at_ratio(ratio), SVD) for ratio in RATIOS},
             {"detected, share of frames": detected, "false alarms, share of frames": false_alarms},
         ),
     ),

@@ -52,10 +52,11 @@ def swept(
 ) -> str:
     """A figure's mean over the seeds against the setting, with its 95 % interval."""
     lines = []
-    for label in sweep.trackers:
+    for label in sweep.labels:
         points = []
-        for x, scene in sweep.scenes.items():
-            values = [value for run in outcomes[scene.name].of(label).values() if (value := of(run)) is not None]
+        for x, (scene, trackers) in sweep.points.items():
+            runs = outcomes[scene.name].of(trackers[label]).values()
+            values = [value for run in runs if (value := of(run)) is not None]
             if values:
                 points.append((x, *mean_interval(np.array(values))))
         if points:

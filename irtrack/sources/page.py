@@ -110,7 +110,7 @@ def paper_part(paper: Paper, found: Mapping[str, Outcome]) -> PaperPart:
     """All that the page says of a paper."""
     sweeps = []
     for sweep in paper.sweeps:
-        look = looks(sweep.trackers)
+        look = looks(sweep.labels)
         charts = [swept(sweep, name, of, found, look) for name, of in sweep.figures.items()]
         sweeps.append(SweepPart(sweep.title, look, [chart for chart in charts if chart]))
     return PaperPart(

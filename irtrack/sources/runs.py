@@ -54,8 +54,8 @@ def wanted(papers: Iterable[Paper]) -> Wanted:
             for scene in (experiment.scene, *experiment.siblings):
                 found.add(scene, experiment.trackers)
         for sweep in paper.sweeps:
-            for scene in sweep.scenes.values():
-                found.add(scene, sweep.trackers)
+            for scene, trackers in sweep.points.values():
+                found.add(scene, {spec: spec for spec in trackers.values()})
         for switch in paper.switches:
             found.add(switch.scene, {spec: spec for spec in (switch.with_it, switch.without)})
     return found

@@ -85,16 +85,26 @@ class Experiment:
     remark: str = ""
     siblings: tuple[Scene, ...] = ()
 
+    @property
+    def prints_errors(self) -> bool:
+        return any(printed.abs_x for printed in self.printed.values())
+
 
 @dataclass(frozen=True)
 class Sweep:
-    """Trackers on a scene while one setting varies: a figure of each seed's run against it."""
+    """Trackers on a scene while one setting varies, the scene's or theirs: figures of each seed's run against it.
+
+    points   the setting to the scene and the trackers' specs by label, the same labels at each
+    """
 
     title: str
     x: str
-    scenes: Mapping[float, Scene]
-    trackers: Mapping[str, str]
+    points: Mapping[float, tuple[Scene, Mapping[str, str]]]
     figures: Mapping[str, Callable[[Run], float | None]]
+
+    @property
+    def labels(self) -> list[str]:
+        return list(dict.fromkeys(label for _, trackers in self.points.values() for label in trackers))
 
 
 @dataclass(frozen=True)
