@@ -22,6 +22,8 @@ MOST_COMPONENTS = 10
 """That are tried where their number is left open."""
 LARGEST_PX = 31
 """Side over which a residual is averaged at most: the method is one for small targets."""
+POINT = (3, 3)
+"""px over which a point target's light falls: boxes are larger, and would drown it."""
 SHARPEST = 4.0
 """pf: z that a target is expected to have at most, so that one bright pixel does not take the whole cloud."""
 
@@ -55,12 +57,13 @@ class SVDPF(TrackerPart):
     search window, and the two are joined, so that what a frame misses is predicted, and a wrong
     prediction is mended by candidates.
 
-    All the rest is chosen here. Which singular values go: the largest `components`; without a value
-    as many as let the target stand out most in the first frame, since a target that is large for
-    its frame is itself among the large ones. Candidates are maxima of the mean over the target's box
-    above `threshold` standard deviations. The window is `gate` deviations of the predicted cloud and
-    half the box; of the candidates in it the highest is the target. With none in it for
-    `wrong_after` frames, the cloud starts anew at the highest in the frame.
+    All the rest is chosen here. Which singular values go: the largest `components`; without a value as
+    many as let the target stand out most in the first frame, since a target that is large for its frame
+    is itself among the large ones. Candidates are maxima of the mean over the target's box, or over 3x3
+    px where it stands out more by that, above `threshold` standard deviations. The window is `gate`
+    deviations of the predicted cloud and half the box; of the candidates in it the highest is the target.
+    With none in it the particles are weighed by z where they are, as with the filter alone. With none in
+    it for `wrong_after` frames, the cloud starts anew at the highest in the frame.
     """
 
     source: ClassVar[str] = "Cui, Zheng, Li 2011"
@@ -70,8 +73,8 @@ class SVDPF(TrackerPart):
     by z itself (likelihood ratio of a known amplitude in normal noise, exp(A z - A^2 / 2))."""
     components: Annotated[int | None, Field(ge=0, le=50)] = None
     """Largest singular values that go; 0: none; without a value, see above."""
-    threshold: Ratio = 5.0
-    """z of a candidate; of unit normal noise one of some 10^6 places passes 5."""
+    threshold: Ratio = 4.0
+    """z of a candidate; of unit normal noise one of some 30,000 places passes 4."""
     particles: int = Field(default=100, ge=2, le=1_000_000)
     """N, number of particles."""
     position_sd: Spread = 0.5
@@ -86,7 +89,7 @@ class SVDPF(TrackerPart):
     """Half side of the search window in standard deviations of the predicted cloud, beyond half the box."""
     resampling: Resampling = "systematic"
     """How particles are drawn, where Neff is below N / 2."""
-    wrong_after: int = Field(default=3, ge=1, le=1_000_000)
+    wrong_after: int = Field(default=10, ge=1, le=1_000_000)
     """Frames in a row without a candidate in the window from which on the whole frame is searched."""
     seen: Fraction = 0.3
     """Share of the way from the threshold to the target's usual z that counts as seen."""
@@ -96,15 +99,19 @@ class SVDPF(TrackerPart):
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> SVDPFState:
         """Polarity and number of components by the first frame; a cloud about the box's centre."""
         part, (left, top) = start_window(frame, box)
-        window = (_odd(box.w), _odd(box.h))
         parts = largest_parts(frame.image, MOST_COMPONENTS if self.components is None else self.components, rng)
         tried = range(MOST_COMPONENTS + 1) if self.components is None else [self.components]
         # The middle of what can be seen of the box.
         row, column = top + part.rows // 2, left + part.columns // 2
         level = float(frame.image.max())
-        heights = [float(standardised(parts.less(k), window, 1.0, level)[row, column]) for k in tried]
-        best = int(np.argmax(np.abs(heights)))
-        start = Start(footage(frame), (box.w, box.h), window, 1.0 if heights[best] >= 0 else -1.0, tried[best])
+        heights = {
+            (window, k): float(standardised(parts.less(k), window, 1.0, level)[row, column])
+            for window in {(_odd(box.w), _odd(box.h)), POINT}
+            for k in tried
+        }
+        window, components = max(sorted(heights), key=lambda choice: abs(heights[choice]))
+        sign = 1.0 if heights[window, components] >= 0 else -1.0
+        start = Start(footage(frame), (box.w, box.h), window, sign, components)
         return SVDPFState(
             start=start,
             particles=self._cloud(np.array([box.cx, box.cy, 0.0, 0.0]), rng),
@@ -175,7 +182,10 @@ class SVDPF(TrackerPart):
                     float(heights[0]),
                     sight,
                 )
-        return particles, state.weights, 0.0, state.sight.unseen()
+        if self.use == "svd":
+            return particles, state.weights, 0.0, state.sight.unseen()
+        particles, weights, score, _ = self._weighed(state, particles, z)
+        return particles, weights, score, state.sight.unseen()
 
     def _weighed(self, state: SVDPFState, particles: Floats, z: Residual) -> tuple[Floats, Floats, float, Sight]:
         """Particles weighed by z where they are; those outside the frame see none."""
