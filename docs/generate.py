@@ -16,7 +16,6 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import get_args
 
-from matplotlib.figure import Figure
 from PIL import Image
 from pydantic.fields import FieldInfo
 
@@ -32,7 +31,6 @@ from irsim.draw import contact_sheet
 from irsim.expectation import EXPECTATIONS
 from irsim.falloff import Falloff
 from irsim.faults import FAULTS
-from irsim.gallery import write_sheet
 from irsim.kinds import LARGEST, Family, Kind, Name, NamedKind, Part
 from irsim.loader import examples, load, shipped
 from irsim.motion import PATHS, POINTINGS
@@ -42,6 +40,7 @@ from irsim.scenario import Scenario, Target
 from irsim.schema import Slot, plain
 from irsim.shapes import SHAPES
 from irsim.shapes.flicker import FLICKERS
+from irsim.sheets import SHEETS
 from irsim.smear import Smear
 from irsim.sources import open_source
 from irsim.turbulence import Turbulence
@@ -223,30 +222,12 @@ def generated(text: str) -> str:
     return re.sub(r"<!-- generated: ([a-z ]+) -->\n.*?<!-- end -->", fill, text, flags=re.DOTALL)
 
 
-AGC_SHEET = (("sky", 40), ("countryside", 40), ("entrant", 70), ("sea", 30))
-"""Frames of examples that show what the AGCs make of them."""
-
-
-def agc_sheet(path: Path) -> None:
-    """The same frames by each AGC with a curve or detail of its own, at their defaults."""
-    words = [word for word in AGCS.kinds if word not in ("fixed", "none")]
-    figure = Figure(figsize=(3 * len(words), 2.3 * len(AGC_SHEET)), layout="constrained")
-    grid = figure.subplots(len(AGC_SHEET), len(words))
-    for row, (name, index) in zip(grid, AGC_SHEET, strict=True):
-        for axes, word in zip(row, words, strict=True):
-            shown = open_source(load(name, [f"camera.agc={{kind: {word}}}"])).frame(index, "display")
-            axes.imshow(shown.image, cmap="gray", vmin=0, vmax=255, interpolation="nearest")
-            axes.set_title(f"{name}: {word}", fontsize=9, pad=2)
-            axes.set_axis_off()
-    figure.savefig(path, dpi=110)
-
-
 def pictures() -> None:
-    """docs/img: the examples as `irsim show` draws them, all targets and AGCs, and the head of the report of
+    """docs/img: the examples as `irsim show` draws them, the sheets of `irsim gallery`, and the head of the report of
     `make demo`."""
     images = DOCS / "img"
-    write_sheet(images / "gallery.png")
-    agc_sheet(images / "agc.png")
+    for word, write in SHEETS.items():
+        write(images / f"all-{word}.png")
     for name in examples():
         contact_sheet(open_source(name), images / f"{name}.png")
     shot = images / "report.png"

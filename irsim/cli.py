@@ -109,8 +109,11 @@ def show(
 
 @app.command()
 def gallery(
+    what: Annotated[
+        str, typer.Argument(metavar="[targets|backgrounds|cameras|agcs]", help="Of what; targets unless said.")
+    ] = "targets",
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="PNG", help="Default: gallery.png in this folder.")
+        Path | None, typer.Option("-o", "--output", metavar="PNG", help="Default: WHAT.png in this folder.")
     ] = None,
     blind: Annotated[
         Path | None,
@@ -118,15 +121,19 @@ def gallery(
     ] = None,
     seed: Annotated[int, typer.Option(help="Of the blind test's order and views.")] = 0,
 ) -> None:
-    """Draw a sheet of all kinds of targets, each in several views."""
-    from irsim.gallery import write_blind, write_sheet
+    """Draw a sheet of all targets, each in several views, or of all backgrounds, cameras or AGCs."""
+    from irsim.gallery import write_blind
+    from irsim.kinds import suggestion
+    from irsim.sheets import SHEETS
 
     if blind is not None:
         print(write_blind(blind, seed))
         return
-    path = output or Path("gallery.png")
+    if what not in SHEETS:
+        raise InputError(f"no sheet of '{what}'; allowed: {', '.join(SHEETS)}{suggestion(what, SHEETS)}")
+    path = output or Path(f"{what}.png")
     check_output(path)
-    print(write_sheet(path))
+    print(SHEETS[what](path))
 
 
 @app.command()

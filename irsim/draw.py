@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -60,6 +61,37 @@ def contact_sheet(source: Source, path: str | Path, start: int = 0, stop: int | 
     for axes, index in zip(grid.flat, indices, strict=False):
         truth = next(iter(source.truths(index, index + 1)), None)
         _draw_frame(axes, source.frame(index, "display"), truth, source.follow)
+    with replacing(path) as file:
+        figure.savefig(file, format="png", dpi=110)
+    return path
+
+
+@dataclass(frozen=True, eq=False)
+class Labelled:
+    """A picture (rows, cols) uint8, what it is called, and a part of it to be enlarged."""
+
+    label: str
+    image: Image
+    part: Box | None = None
+
+
+def labelled_sheet(pictures: Sequence[Labelled], path: str | Path, columns: int = COLUMNS) -> Path:
+    """Draw pictures side by side, each under its label, as a PNG file and return its path."""
+    from matplotlib.figure import Figure
+
+    path = Path(path)
+    rows = -(-len(pictures) // columns)
+    height, width = pictures[0].image.shape
+    figure = Figure(figsize=(CELL_IN * columns, (CELL_IN * height / width + 0.12) * rows), layout="constrained")
+    grid = figure.subplots(rows, columns, squeeze=False)
+    for axes in grid.flat:
+        axes.set_axis_off()
+    for axes, picture in zip(grid.flat, pictures, strict=False):
+        axes.imshow(picture.image, cmap="gray", vmin=0, vmax=255, interpolation="nearest")
+        axes.set_title(picture.label, fontsize=9, pad=2)
+        if picture.part is not None:
+            _draw_box(axes, picture.part, hidden=False)
+            _draw_zoom(axes, picture.image, picture.part, [])
     with replacing(path) as file:
         figure.savefig(file, format="png", dpi=110)
     return path

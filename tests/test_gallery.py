@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 
+from irsim import sheets
+from irsim.backgrounds import BACKGROUNDS
+from irsim.draw import Labelled
 from irsim.errors import InputError
 from irsim.gallery import BLIND_EACH, CROP, FILL, bodies, crop, typical, write_blind, write_sheet
+from irsim.presets import PRESETS
 from irsim.shapes import SHAPES
 from irsim.shapes.body import Body
 
@@ -53,3 +58,24 @@ def test_a_blind_test_has_every_kind_and_keeps_the_key_apart(tmp_path: Path) -> 
     assert write_blind(tmp_path / "again", 3).read_text() == key.read_text()
     with pytest.raises(InputError, match="new folder"):
         write_blind(tmp_path / "blind", 3)
+
+
+def test_sheets_leave_out_no_background_and_no_camera() -> None:
+    drawn = {background["kind"] for _, _, background in sheets.BACKGROUNDS}
+    assert drawn == set(BACKGROUNDS.kinds) - {"recording"}  # that one is somebody's own
+    assert [each.label.partition(":")[0] for each in sheets.cameras()] == list(PRESETS)
+
+
+@pytest.mark.parametrize("make", [sheets.backgrounds, sheets.cameras])
+def test_pictures_of_a_sheet_differ(make: Callable[[], Iterator[Labelled]]) -> None:
+    pictures = [each.image.astype(float) for each in make()]
+    for k, one in enumerate(pictures):
+        assert one.std() > 5
+        assert all(np.abs(one - other).mean() > 1 for other in pictures[:k])
+
+
+def test_a_sheet_is_written_under_labels(tmp_path: Path) -> None:
+    path = sheets.SHEETS["cameras"](tmp_path / "cameras.png")
+    picture = cv2.imread(str(path))
+    assert picture is not None
+    assert picture.shape[1] > picture.shape[0]
