@@ -12,14 +12,14 @@ from irsim.types import Frame, Input, Source, Truth
 from irtrack.metrics import AnchorRun, Reference, Trace
 from irtrack.replay import Player, named
 from irtrack.start import Start, find_start, shows
-from irtrack.types import Tracker
+from irtrack.types import GivenTracker, Tracker
 
 EVERY = 50
 """Frames between anchors (Kristan et al., VOT2020, section 3.1)."""
 
 
 def run_anchors(
-    tracker: str | Tracker,
+    tracker: str | GivenTracker,
     source: str | Path | irsim.Scenario | Source,
     *,
     target: str | None = None,

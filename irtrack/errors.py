@@ -15,6 +15,9 @@ from irsim.errors import IrsimError as IrtrackError
 
 __all__ = ["InputError", "IrtrackError", "TrackerError"]
 
+_CALLERS = ("irtrack.replay", "irtrack.trackers.plain")
+"""Modules that call a tracker."""
+
 
 class TrackerError(IrtrackError):
     """A tracker raised, ended the program, or said what is no estimate; what it raised is the ``__cause__``.
@@ -33,5 +36,7 @@ class TrackerError(IrtrackError):
 
     def _own(self) -> TracebackType | None:
         """The traceback without who called the tracker."""
-        whole = self.__cause__.__traceback__ if self.__cause__ else None
-        return whole.tb_next if whole else None
+        rest = self.__cause__.__traceback__ if self.__cause__ else None
+        while rest is not None and rest.tb_frame.f_globals.get("__name__") in _CALLERS:
+            rest = rest.tb_next
+        return rest

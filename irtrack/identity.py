@@ -27,7 +27,7 @@ def tracker_name(tracker: Tracker) -> str:
     """Its name in irtrack's table, or module:Class."""
     from irtrack.trackers import NAMED
 
-    kind: type[object] = type(tracker)
+    kind = _kind(tracker)
     return next((name for name, known in NAMED.items() if known is kind), f"{kind.__module__}:{kind.__qualname__}")
 
 
@@ -43,7 +43,18 @@ def tracker_config(tracker: Tracker) -> dict[str, Any]:
     return {"tracker": name, "parameters": {key: _plain(value, f"{name}: {key}") for key, value in parameters.items()}}
 
 
+def _kind(tracker: Tracker) -> type[object]:
+    """The class that does the tracking."""
+    from irtrack.trackers.plain import Plain
+
+    return tracker.kind if isinstance(tracker, Plain) else type(tracker)
+
+
 def _fields(value: Any) -> dict[str, Any]:
+    from irtrack.trackers.plain import Plain
+
+    if isinstance(value, Plain):
+        return dict(value.parameters)
     if isinstance(value, Part):
         return {field: getattr(value, field) for field in type(value).model_fields}
     if dataclasses.is_dataclass(value):
@@ -87,14 +98,15 @@ def code_hash(tracker: Tracker) -> str:
     that has no file (typed into a prompt) is told by its name alone.
     """
     digest = hashlib.blake2b(digest_size=16)
+    kind = _kind(tracker)
     try:
-        file = inspect.getsourcefile(type(tracker))
+        file = inspect.getsourcefile(kind)
     except TypeError:
         file = None
     if file is None:
         digest.update(tracker_name(tracker).encode())
         return digest.hexdigest()
-    for path in sorted(_with_imports(Path(file), type(tracker).__module__)):
+    for path in sorted(_with_imports(Path(file), kind.__module__)):
         digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()
 

@@ -17,7 +17,7 @@ from irsim.types import Box, Frame, Input, Source, Truth
 from irtrack.errors import IrtrackError, TrackerError
 from irtrack.identity import tracker_config, tracker_name
 from irtrack.start import Start, find_start
-from irtrack.types import Estimate, Track, Tracker, fault
+from irtrack.types import Estimate, GivenTracker, Track, Tracker, fault
 
 Progress = Callable[[int, int], None]
 """Called with (frames done, frames to do)."""
@@ -103,7 +103,7 @@ def _named(answer: object) -> str:
 
 
 def run(
-    tracker: str | Tracker,
+    tracker: str | GivenTracker,
     source: str | Path | irsim.Scenario | Source,
     *,
     parameters: Mapping[str, object] | None = None,
@@ -117,7 +117,8 @@ def run(
 ) -> Track:
     """Run one tracker over one source.
 
-    tracker   a name of `irtrack list`, 'module:Class', or a tracker;  parameters  of a named one
+    tracker   a name of `irtrack list`, 'module:Class', or a tracker, a plain one and its class too (see
+              `irtrack.trackers.plain`);  parameters  of a named one
     source    a scenario's or recording's path or name, an `irsim.Scenario`, or a Source
     target, init   see `irtrack.start.find_start`
     seed      of the tracker's generators
@@ -167,10 +168,8 @@ def _read_only(frame: Frame) -> Frame:
     return Frame(image, frame.index, frame.time, frame.bits)
 
 
-def named(tracker: str | Tracker, parameters: Mapping[str, object] | None = None) -> Tracker:
-    """The tracker itself, or that of a name with parameters (see `irtrack.make`)."""
-    if not isinstance(tracker, str):
-        return tracker
-    from irtrack.trackers import make
+def named(tracker: str | GivenTracker, parameters: Mapping[str, object] | None = None) -> Tracker:
+    """The tracker of a name with parameters (see `irtrack.make`), or the one given, a plain one wrapped."""
+    from irtrack.trackers import make, of
 
-    return make(tracker, parameters)
+    return make(tracker, parameters) if isinstance(tracker, str) else of(tracker)

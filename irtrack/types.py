@@ -121,6 +121,22 @@ class Tracker(Protocol):
         ...
 
 
+class PlainTracker(Protocol):
+    """A tracker as most people write one; `irtrack.trackers.plain` says what it may answer."""
+
+    def start(self, image: Any, box: Box, /) -> object:
+        """Begin on an image (rows, cols) with the target in `box`."""
+        ...
+
+    def step(self, image: Any, /) -> Any:
+        """Where the target is in the next image."""
+        ...
+
+
+GivenTracker = Tracker | PlainTracker | type[Tracker] | type[PlainTracker]
+"""What Python code may give where a tracker is wanted."""
+
+
 @dataclass(frozen=True, eq=False)
 class Track:
     """A tracker's run over a source: the start box as estimate of the start frame, then each step.

@@ -25,7 +25,7 @@ def test_a_failing_tracker_fails_alone_and_is_tried_again(tmp_path: Path) -> Non
     assert (breaker.status, fine.status, vandal.status) == ("failed", "ok", "failed")
     assert breaker.score is None
     assert breaker.failure is not None
-    assert breaker.failure.startswith("frame 5:\nTraceback")
+    assert breaker.failure.startswith("strip, seed 0, frame 5:\nTraceback")
     assert "RuntimeError: the planted failure" in breaker.failure
     assert "read-only" in (vandal.failure or "")
     assert fine.score is not None

@@ -248,7 +248,8 @@ def test_a_tracker_that_fails_is_one_headline_and_its_own_calls(
 ) -> None:
     answer = call("run", words[0], "clip.mcap", *words[1:])
     assert (answer.status, answer.out) == (1, "")
-    lines = [line for line in answer.err.splitlines() if not line.startswith("seen")]
+    *lines, where = [line for line in answer.err.splitlines() if not line.startswith("seen")]
+    assert where.startswith("on clip, seed 0; repeat it: irtrack run ")
     assert lines[0].startswith(f"irtrack: {said}")
     if not raises:
         assert len(lines) == 1

@@ -49,7 +49,11 @@ def run_group(group: Group) -> list[tuple[Cell, Trace | None]]:
         start = find_start(source, source.truths(), group.target, group.init)
     except IrtrackError as error:
         return [(_failed(group, member, str(error)), None) for member in group.members]
-    attempts = [_Attempt(Player(member.tracker, start, member.key.tracker_seed)) for member in group.members]
+    attempts = [
+        _Attempt(Player(member.tracker, start, seed), f"{group.name}, seed {seed}")
+        for member in group.members
+        for seed in [member.key.tracker_seed]
+    ]
     truths = replay(source, [attempt.see for attempt in attempts], group.input, start.frame)
     reference = Reference.of(truths, start.target)
     outcomes: list[tuple[Cell, Trace | None]] = []
@@ -67,8 +71,9 @@ def run_group(group: Group) -> list[tuple[Cell, Trace | None]]:
 class _Attempt:
     """A player whose tracker may fail: then it sees no more."""
 
-    def __init__(self, player: Player) -> None:
+    def __init__(self, player: Player, place: str) -> None:
         self.player = player
+        self.place = place
         self.failure: str | None = None
 
     def see(self, frame: Frame) -> None:
@@ -77,7 +82,7 @@ class _Attempt:
         try:
             self.player.see(frame)
         except TrackerError as error:  # its own failure and nobody else's
-            self.failure = f"frame {frame.index}:\n{error.trace()}" if error.__cause__ else str(error)
+            self.failure = f"{self.place}, frame {frame.index}:\n{error.trace()}" if error.__cause__ else str(error)
         except IrtrackError as error:
             self.failure = str(error)
 

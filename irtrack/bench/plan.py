@@ -16,7 +16,7 @@ from irtrack.bench.specs import Entry, entry
 from irtrack.errors import InputError
 from irtrack.identity import code_hash, tracker_config
 from irtrack.start import find_start
-from irtrack.types import Tracker
+from irtrack.types import GivenTracker
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +36,7 @@ class Contestant:
     code_hash: str
 
 
-def contestants(trackers: Sequence[str | Tracker | Entry]) -> list[Contestant]:
+def contestants(trackers: Sequence[str | GivenTracker | Entry]) -> list[Contestant]:
     """The trackers of a bench; InputError where there are none or two have one label."""
     entries = [entry(tracker) for tracker in trackers]
     if not entries:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import irsim
 from irtrack.errors import InputError
-from irtrack.types import Tracker
+from irtrack.types import GivenTracker, Tracker
 
 _LABEL = re.compile(r"[\w.+-]{1,64}")
 
@@ -63,15 +63,17 @@ def parse_tracker_spec(text: str) -> Entry:
     return Entry(label or text.strip(), make(name, parameters))
 
 
-def entry(tracker: str | Tracker | Entry) -> Entry:
-    """An entry from what a caller may give: a spec, a tracker, or an entry as it is."""
+def entry(tracker: str | GivenTracker | Entry) -> Entry:
+    """An entry from what a caller may give: a spec, a tracker, plain or not, or an entry as it is."""
     from irtrack.identity import tracker_name
+    from irtrack.trackers import of
 
     if isinstance(tracker, Entry):
         return tracker
     if isinstance(tracker, str):
         return parse_tracker_spec(tracker)
-    return Entry(tracker_name(tracker), tracker)
+    made = of(tracker)
+    return Entry(tracker_name(made), made)
 
 
 def _split(text: str, mark: str) -> list[str]:

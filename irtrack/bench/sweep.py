@@ -23,7 +23,7 @@ from irtrack.bench.results import Results
 from irtrack.bench.specs import Entry
 from irtrack.errors import InputError, IrtrackError
 from irtrack.metrics import Trace
-from irtrack.types import Tracker
+from irtrack.types import GivenTracker
 from irtrack.workers import begin_worker, one_thread
 
 Progress = Callable[[int, int], None]
@@ -32,7 +32,7 @@ Progress = Callable[[int, int], None]
 
 def run_bench(
     sources: Sequence[str | Path | irsim.Scenario | Source],
-    trackers: Sequence[str | Tracker | Entry],
+    trackers: Sequence[str | GivenTracker | Entry],
     *,
     results: str | Path,
     seeds: int | Iterable[int] = 1,

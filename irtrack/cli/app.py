@@ -120,11 +120,12 @@ def run(
         with terminal.progress_bar(tracker) as progress:
             truths = replay(opened, [player.see], looked_at, player.start.frame, progress=progress)
     except TrackerError as error:
-        print("\n".join([f"irtrack: {error}", *error.calls().splitlines()]), file=sys.stderr)
+        where = f"on {opened.name}, seed {tracker_seed}; repeat it: {_repeat(seed, tracker_seed)}"
+        print("\n".join([f"irtrack: {error}", *error.calls().splitlines(), where]), file=sys.stderr)
         raise typer.Exit(1) from None
     track = player.track(opened, looked_at)
     result = score(track, Reference.of(truths, track.target))
-    repeat = _command() if seed is not None else f"{_command()} --seed {tracker_seed}"
+    repeat = _repeat(seed, tracker_seed)
     if csv is not None:
         from irtrack.trackfile import track_to_csv
 
@@ -239,6 +240,11 @@ app.command()(sources)
 def _command() -> str:
     """The command line that was given."""
     return shlex.join(["irtrack", *sys.argv[1:]])
+
+
+def _repeat(seed: int | None, used: int) -> str:
+    """The command line that was given, with the seed that was used."""
+    return _command() if seed is not None else f"{_command()} --seed {used}"
 
 
 def _input(word: str) -> Input:

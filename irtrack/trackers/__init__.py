@@ -2,7 +2,7 @@
 
 A new tracker is a module with a frozen `TrackerPart` and a line in `TRACKERS`; the contract tests
 run over the table. A tracker from elsewhere is named as ``module:Class``, or by an entry point of
-the group ``irtrack.trackers``.
+the group ``irtrack.trackers``; it has `init` and `step`, or is a plain one (`irtrack.trackers.plain`).
 """
 
 from __future__ import annotations
@@ -37,6 +37,7 @@ from irtrack.trackers.mean_shift import MeanShift
 from irtrack.trackers.mean_shift_kalman import MeanShiftKalman
 from irtrack.trackers.mean_shift_pf import MeanShiftPF
 from irtrack.trackers.optical_flow import OpticalFlow
+from irtrack.trackers.plain import Plain, is_plain
 from irtrack.trackers.product_pf import ProductPF
 from irtrack.trackers.svd_pf import SVDPF
 from irtrack.trackers.template import Template
@@ -87,12 +88,21 @@ def make(name: str, parameters: Mapping[str, object] | None = None) -> Tracker:
         return cast(Tracker, build(cls, given, name))
     plain = {key: (hint, ...) for key, hint in _hints(cls).items() if key in given and _is_checked(key, hint)}
     checked = build(create_model(cls.__name__, __base__=Part, **cast(Any, plain)), {k: given[k] for k in plain}, name)
+    given |= {key: getattr(checked, key) for key in plain}
     try:
         with redirect_stdout(sys.stderr):
-            return cast(Tracker, cls(**given | {key: getattr(checked, key) for key in plain}))
+            made = cls(**given)
     except (Exception, SystemExit) as error:  # somebody's class may do anything when it is made
         kind = "" if isinstance(error, TypeError | ValueError) else f"{type(error).__name__}: "
         raise InputError(f"{name}: {kind}{' '.join(str(error).split())}") from None
+    return Plain.made(cls, given) if is_plain(cls) else cast(Tracker, made)
+
+
+def of(tracker: object) -> Tracker:
+    """The tracker in what Python code may give: a tracker as it is, a plain one, or the class of either."""
+    if isinstance(tracker, type):
+        return Plain.made(tracker, {}) if is_plain(tracker) else cast(Tracker, tracker())
+    return Plain.of(tracker) if is_plain(type(tracker)) else cast(Tracker, tracker)
 
 
 def find(name: str) -> type[Any]:
@@ -152,7 +162,11 @@ def _load(name: str, entry: EntryPoint) -> object:
 
 def _checked(name: str, found: object) -> type[Any]:
     if not isinstance(found, type):
-        raise InputError(f"'{name}' is not a tracker; allowed: a class with init, step and resumable")
+        raise InputError(
+            f"'{name}' is not a tracker; allowed: a class with init, step and resumable, or with start and step"
+        )
+    if is_plain(found):
+        return found
     missing = [part for part in ("init", "step", "resumable") if not hasattr(found, part)]
     if missing:
         raise InputError(f"'{name}' is not a tracker: it has no {', '.join(missing)} (see irtrack.types.Tracker)")
