@@ -16,6 +16,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from time import perf_counter, process_time
 
@@ -26,6 +27,7 @@ from scipy import ndimage
 
 import irsim
 import irtrack
+from irtrack import peers
 
 FRAMES = 60
 STEPS = 2000
@@ -170,6 +172,20 @@ def step_ms(name: str, parameters: dict[str, object], frames: list[irsim.Frame],
     return 1e3 * statistics.median(times)
 
 
+def others() -> None:
+    """The peers that are installed, in a box of 3 times the target; wall time, with the way there and back."""
+    frames, box = tracking_frames(160, 120, 14, 10), irsim.Box(*circle(0), 14, 10)
+    for name in peers.offered():
+        tracker = irtrack.make(name, {"context": 3})
+        state = tracker.init(frames[0], box, np.random.default_rng(0))
+        seconds = median_s(partial(shown, tracker, state, frames), 60)
+        report(f"{name}_160x120_step", 1e3 * seconds, "ms")
+
+
+def shown(tracker: irtrack.Tracker, state: object, frames: list[irsim.Frame], k: int) -> object:
+    return tracker.step(state, frames[k + 1], np.random.default_rng(0))
+
+
 def suppression() -> None:
     """Five components of a 320x240 frame of clouds."""
     from irsim.rng import stream
@@ -199,6 +215,7 @@ def main() -> None:
     rendering()
     full_chain(report)
     tracking()
+    others()
     growth()
     suppression()
     recording()
