@@ -31,7 +31,7 @@ def at_ratio(ratio: float) -> Scene:
 
 
 COUNTS = (25, 50, 100, 200, 400)
-LIKENESSES = (0.2, 0.4, 0.6, 0.8, 1.0)
+LIKENESSES = (0.4, 0.7, 0.8, 0.85, 0.9, 0.95, 1.0)
 RATIOS = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
 SVD = {"SVD and PF": "svd_pf", "SVD alone": "svd_pf:use=svd", "PF alone": "svd_pf:use=pf"}
 

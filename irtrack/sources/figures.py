@@ -64,7 +64,8 @@ def swept(
             lines.append(Line(look[label], x, middle, low, high))
     if not lines:
         return ""
-    return line_chart(lines, Axis(sweep.x), Axis(figure), size=SMALL, name=f"{sweep.title}: {figure}")
+    limits = (-0.02, 1.02) if "share" in figure else None
+    return line_chart(lines, Axis(sweep.x), Axis(figure, limits), size=SMALL, name=f"{sweep.title}: {figure}")
 
 
 def mean_interval(values: Floats) -> tuple[float, float, float]:
