@@ -101,8 +101,9 @@ def likeness(
     rho is multiplied by the visible share, so that slivers at the frame's edge do not win.
     """
     height, width = image.shape
-    x, y = window.corners(centers).T
-    left, top, right, bottom = int(x.min()), int(y.min()), int(x.max()), int(y.max())
+    corners = window.corners(centers)
+    (left, top), (right, bottom) = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
+    x, y = corners.T
     if left < -window.columns or top < -window.rows or right > width or bottom > height:
         # A window wholly outside sees nothing wherever it is: bring it to the frame's edge.
         x, y = np.clip(x, -window.columns, width), np.clip(y, -window.rows, height)
