@@ -126,7 +126,7 @@ def experiment_part(experiment: Experiment, every: Mapping[str, Outcome]) -> Exp
     """The table and the charts of an experiment; `every`: the outcomes by scene."""
     found = every[experiment.scene.name]
     look = looks(experiment.trackers)
-    charts = [over_frames(experiment, found, look)]
+    charts = [] if experiment in HARD else [over_frames(experiment, found, look)]  # too many lines to tell apart
     if "fusion_wspf" in experiment.trackers and experiment not in HARD:
         charts.append(scores_over_frames("fusion_wspf", found, look["fusion_wspf"]))
     head = scene_head(experiment)
