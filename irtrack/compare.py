@@ -10,9 +10,9 @@ from typing import Literal
 from xml.etree import ElementTree
 
 from irsim.kinds import suggestion
-from irtrack.bench import ALL_SOURCES, Cell, Results
+from irtrack.bench import ALL_SOURCES, Cell, Pair, Results, difference, pairs, value
 from irtrack.errors import InputError
-from irtrack.metrics import FIGURES, Difference, paired_difference
+from irtrack.metrics import FIGURES, Difference
 
 USUAL = ("lost", "off_share", "error_held", "success_auc", "ms_median")
 """The figures that are compared where none are named."""
@@ -93,45 +93,32 @@ def under_one_label(cells: Iterable[Cell], label: str) -> list[Cell]:
     return [replace(cell, label=label) for cell in cells]
 
 
-Pair = tuple[Cell, Cell]
-
-
 def _pairs(old: Iterable[Cell], new: Iterable[Cell]) -> dict[tuple[str, str], list[Pair]]:
     """(source, label): the pairs; each label over all sources last, where it has several."""
-    before = {_frames(cell): cell for cell in old}
-    found: dict[tuple[str, str], list[Pair]] = {}
-    for cell in new:
-        if (was := before.get(_frames(cell))) is not None:
-            found.setdefault((cell.source, cell.label), []).append((was, cell))
+    before, after = _by_place(old), _by_place(new)
+    found = {place: both for place in after if (both := pairs(before.get(place, ()), after[place]))}
     for label in sorted({label for _, label in found}):
-        of_label = [pairs for (_, each), pairs in found.items() if each == label]
+        of_label = [both for (_, each), both in found.items() if each == label]
         if len(of_label) > 1:
-            found[ALL_SOURCES, label] = [pair for pairs in of_label for pair in pairs]
+            found[ALL_SOURCES, label] = [pair for both in of_label for pair in both]
     return found
 
 
-def _frames(cell: Cell) -> tuple[object, ...]:
-    """What two runs must share to have seen the same."""
-    key = cell.key
-    return cell.label, cell.source, key.source_hash, key.target, key.start, key.input, key.tracker_seed
+def _by_place(cells: Iterable[Cell]) -> dict[tuple[str, str], list[Cell]]:
+    found: dict[tuple[str, str], list[Cell]] = {}
+    for cell in cells:
+        found.setdefault((cell.source, cell.label), []).append(cell)
+    return found
 
 
-def _comparison(source: str, label: str, name: str, pairs: Sequence[Pair]) -> Comparison | None:
-    olds, news = [_value(pair[0], name) for pair in pairs], [_value(pair[1], name) for pair in pairs]
-    scenes = [f"{pair[0].source}/{pair[0].key.source_hash}" for pair in pairs]
-    difference = paired_difference(news, olds, scenes)
-    if difference is None:
+def _comparison(source: str, label: str, name: str, both: Sequence[Pair]) -> Comparison | None:
+    found = difference(both, name)
+    if found is None:
         return None
-    both = [(a, b) for a, b in zip(olds, news, strict=True) if math.isfinite(a) and math.isfinite(b)]
-    before, after = (sum(values) / len(both) for values in zip(*both, strict=True))
-    return Comparison(source, label, name, before, after, difference)
-
-
-def _value(cell: Cell, name: str) -> float:
-    if cell.score is None:
-        return 1.0 if name == "lost" else math.nan
-    value = cell.score.as_dict()[name]
-    return math.nan if value is None else float(value)
+    known = [(value(a, name), value(b, name)) for a, b in both]
+    told = [(a, b) for a, b in known if math.isfinite(a) and math.isfinite(b)]
+    before, after = (sum(values) / len(told) for values in zip(*told, strict=True))
+    return Comparison(source, label, name, before, after, found)
 
 
 @dataclass(frozen=True, slots=True)

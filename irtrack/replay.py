@@ -40,6 +40,7 @@ class Player:
         self._frames: list[tuple[int, float]] = []
         self._estimates: list[Estimate] = []
         self._step_ms: list[float] = []
+        self._cpu_ms: list[float] = []
 
     def see(self, frame: Frame) -> None:
         """Show the tracker the next frame.
@@ -54,12 +55,12 @@ class Player:
         answer: Any
         try:
             with redirect_stdout(sys.stderr):
-                begin = time.perf_counter()
+                begin, begin_cpu = time.perf_counter(), time.process_time()
                 if self._frames:
                     answer = self.tracker.step(self._state, frame, rng)
                 else:
                     answer = self.tracker.init(frame, box, rng), Estimate((box.cx, box.cy), (box.w, box.h))
-                took = time.perf_counter() - begin
+                took_cpu, took = time.process_time() - begin_cpu, time.perf_counter() - begin
         except IrtrackError:
             raise
         except (Exception, SystemExit) as error:
@@ -73,6 +74,7 @@ class Player:
             raise TrackerError(f"{place}: {wrong}")
         self._state = state
         self._step_ms.append(took * 1e3)
+        self._cpu_ms.append(took_cpu * 1e3)
         self._frames.append((frame.index, frame.time))
         self._estimates.append(estimate)
 
@@ -93,6 +95,7 @@ class Player:
             times=np.array([seconds for _, seconds in self._frames], dtype=np.float64),
             estimates=tuple(self._estimates),
             step_ms=np.array(self._step_ms),
+            cpu_ms=np.array(self._cpu_ms),
         )
 
 

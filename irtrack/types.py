@@ -147,7 +147,7 @@ class Track:
     start                 index of the first frame;  start_box: the box given there
     indices               (n,) frame indices;  times (n,) s
     estimates             n of them, the first is the start box itself
-    step_ms               (n,) wall time of each init or step, ms
+    step_ms, cpu_ms       (n,) wall time, and CPU time of the process, of each init or step, ms
     """
 
     source: str
@@ -164,6 +164,7 @@ class Track:
     times: np.ndarray
     estimates: tuple[Estimate, ...]
     step_ms: np.ndarray
+    cpu_ms: np.ndarray
 
     @property
     def centers(self) -> Floats:

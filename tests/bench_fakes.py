@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import time
 from collections import Counter
 from collections.abc import Iterator
@@ -123,3 +124,31 @@ class Vague(Walker):
 def steps(log: Path) -> Counter[int]:
     """How often each frame was stepped."""
     return Counter(int(line.split()[1]) for line in log.read_text().splitlines()) if log.exists() else Counter()
+
+
+@dataclass(frozen=True)
+class Hanger(Walker):
+    """Sleeps at frame `at`, for ever as far as a test goes."""
+
+    at: int = 5
+    seconds: float = 600.0
+
+    def step(self, state: Box, frame: Frame, rng: np.random.Generator) -> tuple[Box, Estimate]:
+        if frame.index == self.at:
+            time.sleep(self.seconds)
+        return super().step(state, frame, rng)
+
+
+@dataclass(frozen=True)
+class Killer(Walker):
+    """Kills its own process at frame `at`; where `once` names a file, only once: it leaves the file there."""
+
+    at: int = 5
+    once: str = ""
+
+    def step(self, state: Box, frame: Frame, rng: np.random.Generator) -> tuple[Box, Estimate]:
+        if frame.index == self.at and not (self.once and Path(self.once).exists()):
+            if self.once:
+                Path(self.once).touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+        return super().step(state, frame, rng)

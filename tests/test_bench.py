@@ -7,20 +7,20 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from bench_fakes import Breaker, Logger, Strip, Walker, steps
+from bench_rows import rows
 
 import irsim
 import irtrack
 from irsim.types import Box
 from irtrack.bench import Entry, Results, run_bench, summary
 from irtrack.errors import InputError
-from irtrack.metrics import Trace
 from irtrack.types import Tracker
 
 SCENE = """
@@ -34,17 +34,6 @@ targets:
 
 def scenario() -> irsim.Scenario:
     return irsim.loads(SCENE)
-
-
-def rows(results: Results) -> dict[Any, Any]:
-    """Everything that the results say, times aside."""
-    found = {}
-    for cell in results.cells(every=True):
-        trace = results.trace(cell.key)
-        arrays = trace and [getattr(trace, field.name).tobytes() for field in fields(Trace) if field.name != "step_ms"]
-        figures = cell.score and replace(cell.score, ms_mean=None, ms_median=None)
-        found[cell.key, cell.label] = (cell.source, cell.scene_hash, cell.status, cell.failure, figures, arrays)
-    return found
 
 
 # -- keys and resuming
@@ -116,7 +105,7 @@ def test_two_labels_may_stand_for_one_cell(tmp_path: Path) -> None:
 
 def test_sources_of_equal_content_keep_their_names(tmp_path: Path) -> None:
     log = tmp_path / "log"
-    trackers = [Entry("w", Logger(log=str(log)))]
+    trackers = [Entry("w", Logger(log=str(log), jitter=1.0))]
     with run_bench([Strip("a"), Strip("b")], trackers, seeds=2, results=tmp_path / "r.db") as results:
         assert [(cell.source, cell.key.tracker_seed) for cell in results.cells()] == [
             ("a", 0), ("a", 1), ("b", 0), ("b", 1),

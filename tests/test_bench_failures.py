@@ -32,7 +32,7 @@ def test_a_failing_tracker_fails_alone_and_is_tried_again(tmp_path: Path) -> Non
     assert fine.score.all.error == 0
     seen: list[tuple[int, int]] = []
     run_bench([Strip()], trackers, results=tmp_path / "r.db", progress=lambda *counts: seen.append(counts)).close()
-    assert seen == [(2, 2)]
+    assert seen == [(0, 2), (2, 2)]
     assert steps(log)[5] == 1
 
 

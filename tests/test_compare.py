@@ -89,7 +89,7 @@ def test_a_margin_is_a_number(text: str) -> None:
 @pytest.fixture(scope="module")
 def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("compare") / "r.db"
-    entries = [Entry("right", Walker()), Entry("wrong", Walker(speed=3.0))]
+    entries = [Entry("right", Walker()), Entry("wrong", Walker(speed=3.0, jitter=0.5))]
     run_bench([Strip()], entries, results=path, seeds=3).close()
     return path
 

@@ -39,7 +39,7 @@ def track_of(centers: Floats, sizes: Floats, first: int = 0) -> Track:
     return Track(
         source="s", source_hash="h", tracker="t", config={}, target="a", start=first, start_box=estimates[0].box,
         input="display", scene_seed=0, tracker_seed=0, indices=np.arange(first, first + n), times=np.arange(n) / 10,
-        estimates=estimates, step_ms=np.array([100.0] + [1.0] * (n - 1)),
+        estimates=estimates, step_ms=np.array([100.0] + [1.0] * (n - 1)), cpu_ms=np.array([90.0] + [0.5] * (n - 1)),
     )  # fmt: skip
 
 
@@ -199,6 +199,7 @@ def test_a_perfect_track() -> None:
     assert figures.precision_5 == figures.precision_20 == figures.precision_norm == 1
     assert figures.success_auc == pytest.approx(20 / 21)
     assert figures.ms_mean == figures.ms_median == 1.0  # the start's 100 ms are not a step
+    assert figures.cpu_ms_mean == figures.cpu_ms_median == 0.5
 
 
 def test_a_perfect_track_of_a_point_target_scores_as_any_other() -> None:

@@ -73,6 +73,7 @@ def test_the_table_by_hand() -> None:
         indices=np.arange(n), centers=offsets, sizes=np.full((n, 2), 6.0), statuses=np.full(n, "tracking"),
         scores=nothing, neffs=nothing, covariances=np.full((n, 2, 2), np.nan), truth_centers=np.zeros((n, 2)),
         truth_sizes=np.full((n, 2), 6.0), visible=visible, accuracy=np.zeros(n), marks=marks, step_ms=np.ones(n),
+        cpu_ms=np.ones(n),
     )  # fmt: skip
     rows = {row.attribute: row for row in by_attribute([trace, trace])}
     hidden = rows["hidden"]

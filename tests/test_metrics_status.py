@@ -54,6 +54,7 @@ def trace_of(offsets: Floats, statuses: list[str], visible: Floats) -> Trace:
         accuracy=np.zeros(n),
         marks=np.zeros((n, len(ATTRIBUTES)), bool),
         step_ms=np.ones(n),
+        cpu_ms=np.ones(n),
     )
 
 

@@ -196,7 +196,10 @@ class Nest:
 def test_only_the_tracker_is_timed(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = iter(np.arange(0, 1000, 0.25))
     monkeypatch.setattr(time, "perf_counter", lambda: next(clock))
-    assert irtrack.run(Walker(), Strip()).step_ms.tolist() == [250.0] * 20
+    cpu = iter(np.arange(0, 1000, 0.125))
+    monkeypatch.setattr(time, "process_time", lambda: next(cpu))
+    track = irtrack.run(Walker(), Strip())
+    assert (track.step_ms.tolist(), track.cpu_ms.tolist()) == ([250.0] * 20, [125.0] * 20)
 
 
 def test_a_rendered_scenario_by_name_and_by_value() -> None:

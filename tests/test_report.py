@@ -116,7 +116,8 @@ def test_the_numbers_are_the_scores(measured: Measured) -> None:
     row = next(row for row in clip if row[1] == "still")
     pairs = zip(measured.cells, measured.traces, strict=True)
     traces = [trace for cell, trace in pairs if cell.label == "still" and cell.source == "clip" and trace]
-    assert len(traces) == 2
+    assert len({trace.digest for trace in traces}) == 1  # it draws nothing at random: one run, and its repeat
+    del traces[1:]
     held_x: list[float] = []
     squares: list[float] = []
     lost, near = 0, []
@@ -136,9 +137,9 @@ def test_the_numbers_are_the_scores(measured: Measured) -> None:
         held_x += np.abs(offsets[1:lost_at, 0]).tolist()
         squares += (distance[1:lost_at] ** 2).tolist()
         near.append(float(np.mean(distance[1:] <= 5)))
-    assert lost == 2  # else this test looks at no loss
+    assert lost == 1  # else this test looks at no loss
     text = " ".join(row[3].split())
-    assert text.startswith("100 % 2 of 2")
+    assert text.startswith("100 % 1 of 1")
     assert row[4].replace("\xa0", " ") == f"{np.mean(held_x):.2f} ± {np.std(held_x):.2f}"
     assert row[6] == f"{np.sqrt(np.mean(squares)):.2f}"
     assert row[8] == f"{np.mean(near):.3f}"
@@ -146,11 +147,11 @@ def test_the_numbers_are_the_scores(measured: Measured) -> None:
 
 def test_failed_cells_are_counted_and_their_error_is_shown(measured: Measured) -> None:
     row = next(row for row in measured.page.tables[0] if row[1] == "broken")
-    assert "4 failed" in row[2]
+    assert "3 failed" in row[2]  # two scenes of the one, and the other, which is the same with each seed
     assert row[3:] == ["–"] * 10
     assert "ValueError: a fault <planted> here" in measured.page.text
     assert "Traceback (most recent call last)" in measured.page.text
-    assert "4 runs failed" in measured.page.text
+    assert "3 runs failed" in measured.page.text
 
 
 def test_a_command_of_the_page_gives_the_same_scores(
@@ -177,8 +178,8 @@ def test_a_command_of_the_page_gives_the_same_scores(
         )
         assert wanted.score is not None
         figures = wanted.score.as_dict()
-        assert {k: v for k, v in again["score"].items() if not k.startswith("ms_")} == {
-            k: v for k, v in figures.items() if not k.startswith("ms_")
+        assert {k: v for k, v in again["score"].items() if "ms_" not in k} == {
+            k: v for k, v in figures.items() if "ms_" not in k
         }
 
 
@@ -211,12 +212,13 @@ def test_without_truth_there_are_pictures_but_no_scores(measured: Measured, tmp_
     with run_bench([measured.folder / "clip.mcap"], ["grey_pf"], **arguments) as results:
         page = Page(write_report(results, tmp_path / "blind.html").read_text())
         cell = results.cells()[0]
+        (row,) = results.sources().values()
     assert "No scores" in page.text
     assert "No run could be scored" in page.text
     assert page.tags.count("image") == 12
     assert "centre error, px" not in page.text
     # Pixels 12.5 .. 27.5 across and 32.5 .. 39.5 down, as a label file writes them.
-    assert "--init 12.5,32.5,16,8@2" in run_command(cell, "clip.mcap")
+    assert "--init 12.5,32.5,16,8@2" in run_command(cell, row)
 
 
 @pytest.fixture

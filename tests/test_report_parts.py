@@ -35,6 +35,7 @@ def trace(visible: list[float], distance: float = 0.0) -> Trace:
         accuracy=np.zeros(count),
         marks=np.zeros((count, len(ATTRIBUTES)), bool),
         step_ms=np.ones(count),
+        cpu_ms=np.ones(count),
     )
 
 

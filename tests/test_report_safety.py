@@ -47,7 +47,10 @@ def test_a_kind_in_a_scenario_is_not_imported(results: Path) -> None:
 def test_a_tracker_is_not_imported_to_word_its_command(results: Path) -> None:
     with Results(results) as kept:
         (cell,) = kept.cells()
+        (row,) = kept.sources().values()
     config = json.dumps({**cell.config, "tracker": f"{EVIL}:Tracker"})
     named = replace(cell, key=replace(cell.key, config=config))
-    assert run_command(named, "scene.yaml").startswith(f"irtrack run {EVIL}:Tracker scene.yaml --seed 0")
+    assert run_command(named, replace(row, word="scene.yaml")).startswith(
+        f"irtrack run {EVIL}:Tracker scene.yaml --seed 0"
+    )
     assert EVIL not in sys.modules

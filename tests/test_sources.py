@@ -65,6 +65,7 @@ def run_of(offset: float, statuses: str = "tracking", frames: int = 30, visible:
         times=indices / 25,
         estimates=tuple(estimates),
         step_ms=np.full(frames, 2.0),
+        cpu_ms=np.full(frames, 2.0),
     )
     trace = Trace.of(track, truth)
     return Run(score_trace(trace), trace)

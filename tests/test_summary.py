@@ -13,7 +13,7 @@ from irtrack.metrics import FIGURES, Score, wilson
 
 
 def cell(label: str, source: str = "s", seed: int = 0, **figures: Any) -> Cell:
-    key = Key(source, "a", "visible", "display", seed, seed, "{}", "c")
+    key = Key(f"{source}{seed}", "a", "visible", "display", seed, seed, "{}", "c")
     if not figures:
         return Cell(key, label, source, source, "failed", "broke")
     unsaid = dict.fromkeys(FIGURES) | {"frames": 10, "held_frames": 10, "lost": False}
@@ -23,10 +23,10 @@ def cell(label: str, source: str = "s", seed: int = 0, **figures: Any) -> Cell:
 def test_the_table_pools_frames_before_loss_by_hand() -> None:
     long = cell("t", held_frames=30, error_held=2.0, abs_x_held=1.0, sd_x_held=0.0, rmse_held=2.0, success_auc=0.6)
     held: dict[str, Any] = {"held_frames": 10, "error_held": 6.0, "abs_x_held": 5.0, "sd_x_held": 2.0, "rmse_held": 6.0}
-    short = cell("t", lost=True, success_auc=0.2, **held)
-    gone = cell("t", held_frames=0, lost=True)
-    (row,) = summary([long, short, gone, cell("t")])
-    assert (row.runs, row.failed, row.scored, row.lost) == (4, 1, 3, 2)
+    short = cell("t", seed=1, lost=True, success_auc=0.2, **held)
+    gone = cell("t", seed=2, held_frames=0, lost=True)
+    (row,) = summary([long, short, gone, cell("t", seed=3)])
+    assert (row.runs, row.repeats, row.failed, row.scored, row.lost) == (4, 0, 1, 3, 2)
     assert row.lost_share == pytest.approx(2 / 3)
     assert (row.lost_low, row.lost_high) == wilson(2, 3)
     assert row.held.error == pytest.approx((30 * 2 + 10 * 6) / 40)

@@ -1,6 +1,8 @@
 """Many runs: scenes by trackers by seeds, kept in a results file."""
 
+from irtrack.bench.asked import SourceEntry
 from irtrack.bench.cell import Cell, Key, Run, SourceRow
+from irtrack.bench.pairs import Pair, difference, distinct, pairs, value
 from irtrack.bench.results import Results
 from irtrack.bench.specs import Entry, parse_tracker_spec, parse_trackers
 from irtrack.bench.sweep import run_bench
@@ -11,12 +13,18 @@ __all__ = [
     "Cell",
     "Entry",
     "Key",
+    "Pair",
     "Results",
     "Run",
+    "SourceEntry",
     "SourceRow",
     "SummaryRow",
+    "difference",
+    "distinct",
+    "pairs",
     "parse_tracker_spec",
     "parse_trackers",
     "run_bench",
     "summary",
+    "value",
 ]

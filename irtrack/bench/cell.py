@@ -60,7 +60,8 @@ class SourceRow:
 
     scene_hash   the same for all seeds of a scenario (a recording: its hash)
     text         kind 'scenario': the whole scenario as YAML, its seed applied; 'recording': its path
-    word         how a command names it: as whoever asked for it wrote it
+    word         how a command names it: as whoever asked for it wrote it;  changes  KEY=VALUE that follow
+    severity     of a scenario that has severities
     size         (columns, rows)
     length       how many frames it has
     """
@@ -74,14 +75,18 @@ class SourceRow:
     size: tuple[int, int]
     rate_hz: float
     length: int
+    changes: tuple[str, ...] = ()
+    severity: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Cell:
     """One tracker on one source with one pair of seeds.
 
-    label    of the tracker in tables;  source  name of the source;  scene_hash  see `SourceRow`
-    status   'failed' where the tracker raised; then `failure` is its traceback and `score` is None
+    label     of the tracker in tables;  source  name of the source
+    scene_hash, severity   see `SourceRow`
+    status    'failed' where the tracker raised; then `failure` is its traceback and `score` is None
+    outcome   digest of what it did frame by frame, times aside (`irtrack.metrics.Trace.digest`)
     """
 
     key: Key
@@ -91,6 +96,13 @@ class Cell:
     status: Literal["ok", "failed"]
     failure: str | None = None
     score: Score | None = None
+    severity: int | None = None
+    outcome: str | None = None
+
+    @property
+    def family(self) -> str:
+        """What the source is called at all of its severities."""
+        return self.source if self.severity is None else self.source.removesuffix(f"@{self.severity}")
 
     @property
     def config(self) -> dict[str, Any]:

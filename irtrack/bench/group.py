@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from time import monotonic
+from typing import Protocol
 
 from irsim.types import Box, Frame, Input, Source
 from irtrack.bench.cell import Cell, Key
@@ -13,21 +17,8 @@ from irtrack.replay import Player, replay
 from irtrack.start import find_start
 from irtrack.types import Tracker
 
-
-@dataclass(frozen=True, eq=False)
-class Group:
-    """The cells of one source that share its frames.
-
-    target, init, input as in `run_bench`; members: what is still to be run.
-    """
-
-    source: Source
-    name: str
-    scene_hash: str
-    target: str | None
-    init: tuple[Box, int] | None
-    input: Input
-    members: tuple[Member, ...]
+Outcome = tuple[Cell, Trace | None]
+"""A finished cell, and its track beside the truth; None where it failed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,8 +30,69 @@ class Member:
     key: Key
 
 
-def run_group(group: Group) -> list[tuple[Cell, Trace | None]]:
+@dataclass(frozen=True, eq=False)
+class Group:
+    """The cells of one source and scene that share its frames.
+
+    target, init, input as in `run_bench`; scene_hash, severity as in `irtrack.bench.SourceRow`;
+    members: what is still to be run.
+    """
+
+    source: Source
+    name: str
+    scene_hash: str
+    severity: int | None
+    target: str | None
+    init: tuple[Box, int] | None
+    input: Input
+    members: tuple[Member, ...]
+
+    def of(self, members: Sequence[Member]) -> Group:
+        """The same with these members."""
+        return replace(self, members=tuple(members))
+
+    def failed(self, member: Member, failure: str, frame: int | None = None) -> Outcome:
+        """The outcome of a member that failed; at a frame, where the failure does not say itself where it was."""
+        outcome = failure
+        if frame is not None:
+            gap = "\n" if "\n" in failure else " "
+            outcome = f"frame {frame}:{gap}{failure}"
+            failure = f"{self.name}, seed {member.key.tracker_seed}, {outcome}"
+        return replace(self._cell(member), status="failed", failure=failure, outcome=outcome), None
+
+    def finished(self, member: Member, trace: Trace) -> Outcome:
+        """The outcome of a member that went all the way."""
+        return replace(self._cell(member), score=score_trace(trace), outcome=trace.digest), trace
+
+    def _cell(self, member: Member) -> Cell:
+        return Cell(member.key, member.label, self.name, self.scene_hash, "ok", severity=self.severity)
+
+
+class Watch(Protocol):
+    """Told when a tracker begins to work on a frame, and when it is done."""
+
+    def begin(self, member: int, frame: int, deadline: float) -> None:
+        """Member number `member` is at `frame`; by time.monotonic() == `deadline` it must be done."""
+        ...
+
+    def end(self) -> None: ...
+
+
+class Unwatched:
+    """Nobody watches."""
+
+    def begin(self, member: int, frame: int, deadline: float) -> None:
+        pass
+
+    def end(self) -> None:
+        pass
+
+
+def run_group(group: Group, limit_s: float | None = None, watch: Watch | None = None) -> list[Outcome]:
     """Run all members of a group. A tracker that raises fails its own cell and no other.
+
+    limit_s   a tracker that takes more wall time than this in all, rendering apart, has timed out: that is
+              seen when it is done with a frame, so whoever must stop one that hangs gives a `watch`
 
     What the source raises (a damaged recording) is passed on.
     """
@@ -48,44 +100,51 @@ def run_group(group: Group) -> list[tuple[Cell, Trace | None]]:
     try:
         start = find_start(source, source.truths(), group.target, group.init)
     except IrtrackError as error:
-        return [(_failed(group, member, str(error)), None) for member in group.members]
+        return [group.failed(member, str(error)) for member in group.members]
     attempts = [
-        _Attempt(Player(member.tracker, start, seed), f"{group.name}, seed {seed}")
-        for member in group.members
-        for seed in [member.key.tracker_seed]
+        _Attempt(Player(member.tracker, start, member.key.tracker_seed), number, limit_s, watch or Unwatched())
+        for number, member in enumerate(group.members)
     ]
     truths = replay(source, [attempt.see for attempt in attempts], group.input, start.frame)
     reference = Reference.of(truths, start.target)
-    outcomes: list[tuple[Cell, Trace | None]] = []
-    for member, attempt in zip(group.members, attempts, strict=True):
-        if attempt.failure is not None:
-            outcomes.append((_failed(group, member, attempt.failure), None))
-            continue
-        track = attempt.player.track(source, group.input)
-        trace = Trace.of(track, reference)
-        cell = Cell(member.key, member.label, group.name, group.scene_hash, "ok", score=score_trace(trace))
-        outcomes.append((cell, trace))
-    return outcomes
+    return [
+        group.failed(member, attempt.failure, attempt.at)
+        if attempt.failure is not None
+        else group.finished(member, Trace.of(attempt.player.track(source, group.input), reference))
+        for member, attempt in zip(group.members, attempts, strict=True)
+    ]
+
+
+def timed_out(limit_s: float) -> str:
+    """What is said of a tracker that took too long."""
+    return f"timed out: more than {limit_s:g} s in the tracker"
 
 
 class _Attempt:
     """A player whose tracker may fail: then it sees no more."""
 
-    def __init__(self, player: Player, place: str) -> None:
+    def __init__(self, player: Player, number: int, limit_s: float | None, watch: Watch) -> None:
         self.player = player
-        self.place = place
         self.failure: str | None = None
+        self.at: int | None = None
+        self._number = number
+        self._limit_s = math.inf if limit_s is None else limit_s
+        self._spent_s = 0.0
+        self._watch = watch
 
     def see(self, frame: Frame) -> None:
         if self.failure is not None:
             return
+        begin = monotonic()
+        self._watch.begin(self._number, frame.index, begin + self._limit_s - self._spent_s)
         try:
             self.player.see(frame)
         except TrackerError as error:  # its own failure and nobody else's
-            self.failure = f"{self.place}, frame {frame.index}:\n{error.trace()}" if error.__cause__ else str(error)
+            self.failure, self.at = (error.trace(), frame.index) if error.__cause__ else (str(error), None)
         except IrtrackError as error:
             self.failure = str(error)
-
-
-def _failed(group: Group, member: Member, failure: str) -> Cell:
-    return Cell(member.key, member.label, group.name, group.scene_hash, "failed", failure)
+        finally:
+            self._watch.end()
+        self._spent_s += monotonic() - begin
+        if self.failure is None and self._spent_s > self._limit_s:
+            self.failure, self.at = timed_out(self._limit_s), frame.index

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Literal
 
-import irsim
 from irsim.types import Box, Input, Source
+from irtrack.bench.asked import AnySource, Asked, SourceEntry, asked
 from irtrack.bench.cell import Key, SourceRow
 from irtrack.bench.group import Group, Member
 from irtrack.bench.specs import Entry, entry
@@ -21,7 +21,7 @@ from irtrack.types import GivenTracker
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """One source with one seed: its row, and the group of cells wanted of it."""
+    """One source with one scene seed: its row, and the group of cells wanted of it."""
 
     row: SourceRow
     group: Group
@@ -51,30 +51,57 @@ def contestants(trackers: Sequence[str | GivenTracker | Entry]) -> list[Contesta
     ]
 
 
+@dataclass(frozen=True)
+class Seeds:
+    """Scene seeds 0, 1, ... (or others), and how often each scene is run with another tracker seed.
+
+    Run r of scene i has the tracker seed i + r * `APART`; a recording has tracker seeds only.
+    """
+
+    scenes: Sequence[int]
+    repeats: int = 1
+
+    @classmethod
+    def of(cls, seeds: int | Iterable[int], repeats: int = 1) -> Seeds:
+        """InputError for none, negative or doubled ones."""
+        found = list(range(seeds)) if isinstance(seeds, int) else list(seeds)
+        if not found or min(found) < 0 or len(set(found)) < len(found):
+            raise InputError(f"seeds {seeds}: allowed: at least one, from 0 up, none twice")
+        if repeats < 1:
+            raise InputError(f"tracker seeds {repeats}: allowed: 1 or more")
+        return cls(found, repeats)
+
+    def of_tracker(self, scene: int) -> Iterator[int]:
+        """The tracker seeds of a scene seed."""
+        return (scene + APART * repeat for repeat in range(self.repeats))
+
+
+APART = 1000
+"""Between the tracker seeds of one scene: so that few scenes share one."""
+
+
 def plans(
-    sources: Sequence[str | Path | irsim.Scenario | Source],
+    sources: Sequence[AnySource | SourceEntry],
     trackers: Sequence[Contestant],
-    seeds: Sequence[int],
+    seeds: Seeds,
     input: Input,
     target: str | None,
     init: tuple[Box, int] | None,
 ) -> list[Plan]:
-    """One plan per source and seed; InputError where two sources share a name or nothing can be measured.
+    """One plan per source and scene; InputError where two sources share a name or nothing can be measured.
 
     target, init as in `run_bench`.
     """
-    found = []
+    found: list[Plan] = []
     names: set[str] = set()
-    for asked in sources:
-        source = irsim.open_source(asked)
-        if source.name in names:
-            raise InputError(f"two sources are named '{source.name}'; allowed: names that differ")
-        names.add(source.name)
-        if init is None and not source.has_truth:
-            raise InputError(f"{source.name} has no truth to measure by; irtrack run follows a box given by --init")
-        followed = _followed(source, seeds, target, init)
-        word = str(asked) if isinstance(asked, str | Path) else None
-        for seeded, row, seed in _seeded(source, seeds, word):
+    for each in itertools.chain.from_iterable(map(asked, sources)):
+        if each.name in names:
+            raise InputError(f"two sources are named '{each.name}'; allowed: names that differ")
+        names.add(each.name)
+        if init is None and not each.source.has_truth:
+            raise InputError(f"{each.name} has no truth to measure by; irtrack run follows a box given by --init")
+        followed = _followed(each.source, seeds.scenes, each.target or target, init)
+        for seeded, row, tracker_seeds in _seeded(each, seeds):
             members = tuple(
                 Member(
                     tracker.entry.label,
@@ -91,28 +118,42 @@ def plans(
                     ),
                 )
                 for tracker in trackers
+                for seed in tracker_seeds
             )
-            found.append(Plan(row, Group(seeded, row.name, row.scene_hash, followed, init, input, members)))
+            group = Group(seeded, row.name, row.scene_hash, row.severity, followed, init, input, members)
+            found.append(Plan(row, group))
     return found
 
 
-def _seeded(source: Source, seeds: Sequence[int], word: str | None) -> Iterator[tuple[Source, SourceRow, int]]:
-    """(source, row, tracker seed) for each seed; only a scenario's scene changes with it.
-
-    word   how the source was named; a value from Python is named by a recording's path, or by the
-           file in which the report lets one save the scenario
-    """
+def _seeded(each: Asked, seeds: Seeds) -> Iterator[tuple[Source, SourceRow, list[int]]]:
+    """(source, row, tracker seeds) for each scene; only a scenario's scene changes with its seed."""
+    source = each.source
     scene_hash = source.with_seed(0).hash
-    for seed in seeds:
+    for seed in seeds.scenes:
         seeded = source.with_seed(seed)
         kind: Literal["scenario", "recording"] = "recording" if seeded.seed is None else "scenario"
         if kind == "scenario":
-            text, name = seeded.scenario_text or "", f"{source.name}.yaml"
+            text, name = seeded.scenario_text or "", f"{each.name}.yaml"
         else:
             text = "" if source.file is None else str(source.file.resolve())
-            name = text or source.name
-        facts = (source.size, source.rate_hz, len(source))
-        yield seeded, SourceRow(seeded.hash, scene_hash, source.name, kind, text, word or name, *facts), seed
+            name = text or each.name
+        # A value from Python is named by a recording's path, or by the file in which the report lets one
+        # save the scenario, which holds its changes.
+        changes = () if each.word is None else each.changes
+        row = SourceRow(
+            hash=seeded.hash,
+            scene_hash=scene_hash,
+            name=each.name,
+            kind=kind,
+            text=text,
+            word=each.word or name,
+            size=source.size,
+            rate_hz=source.rate_hz,
+            length=len(source),
+            changes=changes,
+            severity=each.severity,
+        )
+        yield seeded, row, list(seeds.of_tracker(seed))
 
 
 def _followed(source: Source, seeds: Sequence[int], target: str | None, init: tuple[Box, int] | None) -> str | None:

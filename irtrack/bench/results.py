@@ -21,7 +21,7 @@ from irtrack.metrics import FIGURES, Score, Trace
 APPLICATION_ID = 0x69727472
 """'irtr' in the file's header tells a results file from any other SQLite file."""
 
-SCHEMA_VERSION = 3
+SCHEMA_VERSION = 4
 """Raised whenever a table below, `Score` or `Trace` changes."""
 
 _KEY = [field.name for field in fields(Key)]
@@ -36,13 +36,14 @@ CREATE TABLE runs (id INTEGER PRIMARY KEY, started TEXT NOT NULL, command TEXT, 
 CREATE TABLE sources (
     hash TEXT NOT NULL, scene_hash TEXT NOT NULL, name TEXT NOT NULL, kind TEXT NOT NULL, text TEXT NOT NULL,
     word TEXT NOT NULL, columns INTEGER NOT NULL, rows INTEGER NOT NULL, rate_hz REAL NOT NULL, length INTEGER NOT NULL,
+    changes TEXT NOT NULL, severity INTEGER,
     PRIMARY KEY (name, hash)
 );
 CREATE TABLE cells (
     digest TEXT PRIMARY KEY,
     source_hash TEXT NOT NULL, target TEXT, start TEXT NOT NULL, input TEXT NOT NULL,
     scene_seed INTEGER, tracker_seed INTEGER NOT NULL, config TEXT NOT NULL, code_hash TEXT NOT NULL,
-    status TEXT NOT NULL, failure TEXT, trace BLOB, {_FIGURES}
+    status TEXT NOT NULL, failure TEXT, outcome TEXT, trace BLOB, {_FIGURES}
 );
 -- Which cells a run wanted, of which source under which label, whether it had to compute them or found them here.
 CREATE TABLE wanted (
@@ -145,6 +146,7 @@ class Results:
         """Note a source; one of the same name and hash is replaced (a recording may have moved)."""
         row = {field.name: getattr(source, field.name) for field in fields(source)}
         row["columns"], row["rows"] = row.pop("size")
+        row["changes"] = json.dumps(source.changes)
         self._insert("sources", row, "REPLACE")
 
     def want(self, run: Run, source: str, label: str, key: Key) -> None:
@@ -160,7 +162,7 @@ class Results:
     def add(self, cell: Cell, trace: Trace | None) -> None:
         """Keep a finished cell; its source and that it is wanted are noted before."""
         row = {name: getattr(cell.key, name) for name in _KEY}
-        row |= {"digest": cell.key.digest, "status": cell.status, "failure": cell.failure}
+        row |= {"digest": cell.key.digest, "status": cell.status, "failure": cell.failure, "outcome": cell.outcome}
         row |= {"trace": trace.to_bytes() if trace else None}
         row |= cell.score.as_dict() if cell.score else {}
         self._insert("cells", row, "REPLACE")
@@ -176,7 +178,7 @@ class Results:
         names = [field.name for field in fields(SourceRow) if field.name != "size"]
         with self._clear_errors():
             rows = self._db.execute(f"SELECT columns, rows, {', '.join(names)} FROM sources ORDER BY rowid").fetchall()
-        sources = [SourceRow(size=row[:2], **dict(zip(names, row[2:], strict=True))) for row in rows]
+        sources = [_source(row[:2], dict(zip(names, row[2:], strict=True))) for row in rows]
         return {(source.name, source.hash): source for source in sources}
 
     def cells(self, every: bool = False, run: Run | None = None) -> list[Cell]:
@@ -186,7 +188,7 @@ class Results:
         that a run wanted last) is given; `every=True` gives the older ones too. With `run` only the
         cells that this run wanted.
         """
-        columns = ["label", "name", "scene_hash", *_KEY, "status", "failure", *FIGURES]
+        columns = ["label", "name", "scene_hash", *_KEY, "status", "failure", "outcome", "severity", *FIGURES]
         sql = f"""
             SELECT max(run), {", ".join(columns)} FROM wanted JOIN cells USING (digest)
             JOIN sources ON sources.name = wanted.source AND sources.hash = cells.source_hash
@@ -217,7 +219,12 @@ def _version(cell: Cell) -> tuple[str, ...]:
     return (cell.source, cell.label, cell.scene_hash, str(key.target), key.start, key.input, key.config, key.code_hash)
 
 
+def _source(size: tuple[int, int], row: dict[str, Any]) -> SourceRow:
+    return SourceRow(size=size, **row | {"changes": tuple(json.loads(row["changes"]))})
+
+
 def _cell(row: dict[str, Any]) -> Cell:
     score = Score.from_dict(row) if row["status"] == "ok" else None
     key = Key(**{name: row[name] for name in _KEY})
-    return Cell(key, row["label"], row["name"], row["scene_hash"], row["status"], row["failure"], score)
+    told = (row["status"], row["failure"], score, row["severity"], row["outcome"])
+    return Cell(key, row["label"], row["name"], row["scene_hash"], *told)

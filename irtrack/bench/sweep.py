@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import platform
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
-from dataclasses import replace
+from concurrent.futures import Executor, as_completed
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -15,53 +12,64 @@ import cv2
 import numpy as np
 
 import irsim
-from irsim.types import Box, Input, Source
+from irsim.types import Box, Input
+from irtrack.bench.asked import AnySource, SourceEntry
 from irtrack.bench.cell import Cell, Key, Run
-from irtrack.bench.group import Group, Member, run_group
-from irtrack.bench.plan import Plan, contestants, plans
+from irtrack.bench.crew import Crew, warden
+from irtrack.bench.group import Group, Member, Outcome, run_group
+from irtrack.bench.plan import Plan, Seeds, contestants, plans
 from irtrack.bench.results import Results
 from irtrack.bench.specs import Entry
 from irtrack.errors import InputError, IrtrackError
-from irtrack.metrics import Trace
 from irtrack.types import GivenTracker
-from irtrack.workers import begin_worker, one_thread
+from irtrack.workers import one_thread
 
 Progress = Callable[[int, int], None]
 """Called with (cells done, cells to do) as the bench goes on."""
 
 
 def run_bench(
-    sources: Sequence[str | Path | irsim.Scenario | Source],
+    sources: Sequence[AnySource | SourceEntry],
     trackers: Sequence[str | GivenTracker | Entry],
     *,
     results: str | Path,
     seeds: int | Iterable[int] = 1,
+    tracker_seeds: int = 1,
     jobs: int = 1,
+    executor: Executor | None = None,
+    time_limit_s: float | None = None,
     input: Input = "display",
     target: str | None = None,
     init: tuple[Box, int] | None = None,
     command: str | None = None,
     progress: Progress | None = None,
+    seen: Callable[[Cell], None] | None = None,
 ) -> Results:
     """Run every tracker on every source with every seed; what the results file has is not run again.
 
-    sources   scenarios and recordings, their names differing. Cell i of a scenario has scene seed i
-              and tracker seed i, the same scenes for every tracker; a recording has tracker seeds only
+    sources   scenarios and recordings, or entries that say their changes and severities; their names differ
     trackers  specs (`irtrack.bench.specs`), trackers, or entries; their labels differ
-    seeds     how many (0, 1, ...), or which
-    jobs      worker processes; the cells are the same for any number, times aside. With more than one
-              the calling script needs the guard ``if __name__ == "__main__"``
+    seeds     how many (0, 1, ...), or which. Cell i of a scenario has scene seed i and tracker seed i, the
+              same scenes for every tracker; a recording has tracker seeds only
+    tracker_seeds   how often each scene is run, each time with another tracker seed (`irtrack.bench.plan.Seeds`)
+    jobs      worker processes; the cells are the same for any number, times aside. With more than one, or
+              with a time limit, the calling script needs the guard ``if __name__ == "__main__"``
+    executor  any executor in place of those processes, such as dask's; it is left open
+    time_limit_s   a tracker that takes more wall time in one cell, rendering apart, is stopped: the cell failed
     target    id of the target to follow in every source; without it each source's own
     init      (box, frame) to start from, for sources without truth
     command   the command line that asked for this, for the report; None where Python code does
+    progress  called with (cells done, cells to do);  seen  called with each cell that is done
 
     Returns the results file, open; its `run` is this one. A tracker's exception makes a failed cell; bad input is an
     InputError before anything is run.
     """
     compared = contestants(trackers)
-    wanted = plans(sources, compared, _seeds(seeds), input, target, init)
+    wanted = plans(sources, compared, Seeds.of(seeds, tracker_seeds), input, target, init)
     if jobs < 1:
         raise InputError(f"jobs {jobs}: allowed: 1 or more")
+    if time_limit_s is not None and not time_limit_s > 0:
+        raise InputError(f"time limit {time_limit_s:g} s: allowed: above 0")
     kept = Results(results, create=True)
     try:
         with kept.transaction():
@@ -69,24 +77,22 @@ def run_bench(
             taken: set[Key] = set()
             groups = [group for plan in wanted if (group := _missing(kept, run, plan, taken)).members]
         done, total = 0, sum(len(group.members) for group in groups)
-        for outcomes in _outcomes(groups, jobs):
+        if progress is not None:
+            progress(done, total)
+        for outcomes in _outcomes(groups, jobs, executor, time_limit_s):
             with kept.transaction():
                 for cell, trace in outcomes:
                     kept.add(cell, trace)
             done += len(outcomes)
+            if seen is not None:
+                for cell, _ in outcomes:
+                    seen(cell)
             if progress is not None:
                 progress(done, total)
     except BaseException:
         kept.close()
         raise
     return kept
-
-
-def _seeds(seeds: int | Iterable[int]) -> list[int]:
-    found = list(range(seeds)) if isinstance(seeds, int) else list(seeds)
-    if not found or min(found) < 0 or len(set(found)) < len(found):
-        raise InputError(f"seeds {seeds}: allowed: at least one, from 0 up, none twice")
-    return found
 
 
 def _missing(kept: Results, run: Run, plan: Plan, taken: set[Key]) -> Group:
@@ -101,24 +107,50 @@ def _missing(kept: Results, run: Run, plan: Plan, taken: set[Key]) -> Group:
         if member.key not in taken and not kept.has(member.key):
             missing.append(member)
             taken.add(member.key)
-    return replace(plan.group, members=tuple(missing))
+    return plan.group.of(missing)
 
 
-def _outcomes(groups: list[Group], jobs: int) -> Iterator[list[tuple[Cell, Trace | None]]]:
+def _outcomes(
+    groups: list[Group], jobs: int, executor: Executor | None, limit_s: float | None
+) -> Iterator[list[Outcome]]:
     """What each group gives, as they finish."""
-    if jobs == 1 or len(groups) <= 1:
-        with one_thread():
-            yield from map(run_group, groups)
-        return
-    context = multiprocessing.get_context("spawn")  # safe with threads, the same on every system
-    with ProcessPoolExecutor(min(jobs, len(groups)), mp_context=context, initializer=begin_worker) as pool:
+    if executor is not None:
+        yield from _by(executor, run_alone if limit_s is None else run_warded, groups, limit_s)
+    elif limit_s is None and jobs == 1:
+        yield from map(run_alone, groups)
+    elif groups:
+        with Crew(min(jobs, len(groups)), limit_s) as crew:
+            try:
+                yield from _by(crew, run_group, groups)
+            finally:
+                crew.shutdown(cancel_futures=True)
+
+
+def _by(
+    executor: Executor, task: Callable[..., list[Outcome]], groups: list[Group], *more: object
+) -> Iterator[list[Outcome]]:
+    # No name holds the futures: each is let go, with the tracks in it, when it has been yielded.
+    for future in as_completed([executor.submit(task, group, *more) for group in groups]):
         try:
-            for future in as_completed([pool.submit(run_group, group) for group in groups]):
-                yield future.result()
-        except BrokenProcessPool:
-            raise IrtrackError("a worker process died; finished cells are kept, run it again to go on") from None
-        finally:
-            pool.shutdown(cancel_futures=True)
+            found = future.result()
+        except IrtrackError:
+            raise
+        except Exception as error:
+            what = " ".join(f"{type(error).__name__}: {error}".split())
+            raise IrtrackError(f"a worker failed: {what}; finished cells are kept, run it again to go on") from error
+        yield found
+
+
+def run_alone(group: Group, limit_s: None = None) -> list[Outcome]:
+    """A group in this process."""
+    with one_thread():
+        return run_group(group, limit_s)
+
+
+def run_warded(group: Group, limit_s: float) -> list[Outcome]:
+    """A group in a process of this one's own, which can be stopped."""
+    with warden(limit_s) as found:
+        return found.run(group)
 
 
 def _versions() -> dict[str, str]:

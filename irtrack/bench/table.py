@@ -8,9 +8,13 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from irtrack.bench.cell import Cell
+from irtrack.bench.pairs import difference, distinct, pairs
 from irtrack.metrics import CentreFigures, Score, wilson
 
 ALL_SOURCES = "all sources"
+
+TIE_RULE = "a tie: by none of lost, off_share and error_held do the paired runs tell it from the row above (95 %)"
+"""What `SummaryRow.is_tie` says, for those who read tables."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,10 +22,12 @@ class SummaryRow:
     """One tracker on one source (or on all), over its runs. A figure is None where nothing tells it.
 
     rank              1 is best: fewest runs lost or failed, then fewest frames off, then smallest
-                      error before loss, then fastest; by the runs of those seeds that every
-                      tracker of the source has, so that all are judged on the same scenes
-    compared          how many runs the rank goes by (all, where there is no seed that all have)
-    runs, failed      cells, and those of them in which the tracker raised
+                      error before loss, then fastest; by the runs of those scenes that every
+                      tracker of the source has, so that all are judged on the same ones
+    is_tie            whether it is told from the row above by nothing but luck: see `TIE_RULE`
+    compared          how many runs the rank goes by (all, where there is no scene that all have)
+    runs, failed      cells that do not repeat another, and those of them in which the tracker raised
+    repeats           cells left out for they repeat another to the bit: see `irtrack.bench.pairs.distinct`
     scored            runs that did not fail and have truth;  lost  those of them that were lost
     lost_share        lost/scored, with its Wilson 95 % interval lost_low .. lost_high
     held              centre errors of the frames before the loss, those of all runs taken together
@@ -32,8 +38,10 @@ class SummaryRow:
     source: str
     label: str
     rank: int
+    is_tie: bool
     compared: int
     runs: int
+    repeats: int
     failed: int
     scored: int
     lost: int
@@ -65,18 +73,31 @@ def summary(cells: Iterable[Cell], overall: bool = False) -> list[SummaryRow]:
     for source, labels in groups.items():
         common = set.intersection(*({_scene(cell) for cell in members} for members in labels.values()))
         fair = {label: [cell for cell in each if _scene(cell) in common] or each for label, each in labels.items()}
-        ranked = sorted(labels, key=lambda label: (_order(fair[label]), label))
+        once = {label: distinct(each) for label, each in fair.items()}
+        ranked = sorted(labels, key=lambda label: (_order(once[label]), label))
         for rank, label in enumerate(ranked, start=1):
-            rows.append(_row(source, label, rank, labels[label], len(fair[label])))
+            is_tie = rank > 1 and not _is_better(fair[ranked[rank - 2]], fair[label])
+            rows.append(_row(source, label, rank, is_tie, labels[label], len(once[label])))
     return rows
 
 
-def _scene(cell: Cell) -> tuple[str, int]:
-    """What two trackers must share to be compared: the source and its seed."""
-    return cell.source, cell.key.tracker_seed
+def _scene(cell: Cell) -> tuple[str, str]:
+    """What two trackers must share to be compared: the source and its scene."""
+    return cell.source, cell.key.source_hash
 
 
-def _row(source: str, label: str, rank: int, cells: list[Cell], compared: int) -> SummaryRow:
+def _is_better(above: list[Cell], below: list[Cell]) -> bool:
+    """Does the first figure that tells the two apart speak for the one above?"""
+    both = pairs(above, below)
+    for figure in ("lost", "off_share", "error_held"):
+        found = difference(both, figure)
+        if found is not None and not found.is_tie:
+            return found.mean > 0
+    return False
+
+
+def _row(source: str, label: str, rank: int, is_tie: bool, every: list[Cell], compared: int) -> SummaryRow:
+    cells = distinct(every)
     scores = _scores(cells)
     told = [score for score in scores if score.lost is not None]
     lost = sum(score.lost is True for score in told)
@@ -85,8 +106,10 @@ def _row(source: str, label: str, rank: int, cells: list[Cell], compared: int) -
         source=source,
         label=label,
         rank=rank,
+        is_tie=is_tie,
         compared=compared,
         runs=len(cells),
+        repeats=len(every) - len(cells),
         failed=sum(cell.status == "failed" for cell in cells),
         scored=len(told),
         lost=lost,

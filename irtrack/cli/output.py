@@ -74,13 +74,15 @@ def plural(count: int, thing: str) -> str:
 
 def print_summary(rows: Sequence[SummaryRow]) -> None:
     """The ranked table of each source; errors are those before the loss."""
+    from irtrack.bench.table import TIE_RULE
+
     head = ("source", "tracker", "runs", "lost", "95 %", "|x| px", "|y| px", "<= 5 px", "<= 20 px", "AUC", "ms")
     print_table(
         head,
         [
             (
                 row.source,
-                f"{row.rank}. {row.label}",
+                f"{row.rank}{'=' if row.is_tie else '.'} {row.label}",
                 _runs(row),
                 number(row.lost_share, ".0%"),
                 NOTHING if row.lost_low is None else f"{row.lost_low:.0%}..{row.lost_high:.0%}",
@@ -95,11 +97,14 @@ def print_summary(rows: Sequence[SummaryRow]) -> None:
         ],
         left=2,
     )
+    if any(row.is_tie for row in rows):
+        print(f"= {TIE_RULE}")
 
 
 def _runs(row: SummaryRow) -> str:
     notes = [f"{row.failed} failed"] if row.failed else []
     notes += [f"{row.compared} ranked"] if row.compared != row.runs else []
+    notes += [f"+{row.repeats} the same"] if row.repeats else []
     return str(row.runs) + (f" ({', '.join(notes)})" if notes else "")
 
 

@@ -122,10 +122,23 @@ def ms_mean(trace: Trace) -> float:
 
 
 def ms_median(trace: Trace) -> float:
-    return float(np.median(trace.step_ms[1:])) if len(trace.step_ms) > 1 else np.nan
+    return _median(trace.step_ms[1:])
+
+
+def cpu_ms_mean(trace: Trace) -> float:
+    return _mean(trace.cpu_ms[1:])
+
+
+def cpu_ms_median(trace: Trace) -> float:
+    return _median(trace.cpu_ms[1:])
 
 
 def _mean(values: Floats) -> float:
     """The mean of what is known; nan of nothing."""
     known = values[~np.isnan(values)]
     return float(known.mean()) if len(known) else np.nan
+
+
+def _median(values: Floats) -> float:
+    """The median; nan of nothing."""
+    return float(np.median(values)) if len(values) else np.nan

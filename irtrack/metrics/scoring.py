@@ -86,6 +86,7 @@ class Score:
     nees                    mean normalised estimation error squared over the held frames; 2 is honest
     neff                    mean effective number of particles
     ms_mean, ms_median      wall time of a step (not of the start), ms
+    cpu_ms_mean, cpu_ms_median   CPU time of the process in a step, ms
     """
 
     frames: Annotated[int, Figure(of.frames, "frames")]
@@ -116,6 +117,8 @@ class Score:
     neff: Annotated[float | None, Figure(of.neff)]
     ms_mean: Annotated[float | None, Figure(of.ms_mean, "ms", "less")]
     ms_median: Annotated[float | None, Figure(of.ms_median, "ms", "less")]
+    cpu_ms_mean: Annotated[float | None, Figure(of.cpu_ms_mean, "ms", "less")]
+    cpu_ms_median: Annotated[float | None, Figure(of.cpu_ms_median, "ms", "less")]
 
     def as_dict(self) -> dict[str, Any]:
         """The figures by name (`FIGURES`), plain values for JSON or a table."""

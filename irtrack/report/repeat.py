@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from irsim.types import Box
-from irtrack.bench import Cell, SourceRow
+from irtrack.bench import Cell, Key, SourceRow
 from irtrack.errors import IrtrackError
 
 
@@ -17,13 +17,14 @@ def render_command(source: SourceRow, seed: int | None) -> str | None:
     """The command that renders the scene to a recording; None for what is one already."""
     if source.kind == "recording":
         return None
-    return shlex.join(["irsim", "render", source.word, "--seed", str(seed), "-o", f"{source.name}-{seed}.mcap"])
+    name = f"{source.name}-{seed}.mcap"
+    return shlex.join(["irsim", "render", source.word, *source.changes, "--seed", str(seed), "-o", name])
 
 
-def run_command(cell: Cell, word: str) -> str:
+def run_command(cell: Cell, source: SourceRow) -> str:
     """The command that repeats one cell and prints its scores."""
     key, config = cell.key, cell.config
-    words = ["irtrack", "run", config["tracker"], word, "--seed", str(key.tracker_seed)]
+    words = ["irtrack", "run", config["tracker"], source.word, *source.changes, *_seeds(key)]
     if key.target is not None:
         words += ["--target", key.target]
     if key.start != "visible":
@@ -31,6 +32,12 @@ def run_command(cell: Cell, word: str) -> str:
     if key.input != "display":
         words += ["--input", key.input]
     return shlex.join([*words, *_settings(config)])
+
+
+def _seeds(key: Key) -> list[str]:
+    if key.scene_seed in (None, key.tracker_seed):
+        return ["--seed", str(key.tracker_seed)]
+    return ["--seed", str(key.scene_seed), "--tracker-seed", str(key.tracker_seed)]
 
 
 def _init(start: str) -> str:

@@ -101,7 +101,8 @@ def _section(
 ) -> Section:
     # Seeds are paired: all cells of the least seed saw the same frames.
     first = min(cells, key=lambda cell: (cell.key.tracker_seed, cell.label)).key
-    firsts = [cell for cell in cells if cell.key.tracker_seed == first.tracker_seed]
+    seeds = (first.source_hash, first.tracker_seed)
+    firsts = [cell for cell in cells if (cell.key.source_hash, cell.key.tracker_seed) == seeds]
     source = known[cells[0].source, first.source_hash]
     traces: dict[str, list[Trace]] = {}
     for cell in cells:
@@ -123,7 +124,7 @@ def _section(
         stills=stills,
         strip_note=note,
         strip_seed=first.tracker_seed,
-        commands=(*([render] if render else []), *(run_command(cell, source.word) for cell in firsts)),
+        commands=(*([render] if render else []), *(run_command(cell, source) for cell in firsts)),
         scenario=source.text if source.kind == "scenario" else None,
     )
 

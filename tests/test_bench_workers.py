@@ -1,0 +1,140 @@
+"""Workers of a bench that hang, die or are killed, and executors from elsewhere: the same rows."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import random
+import signal
+import subprocess
+import threading
+import time
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import pytest
+from bench_fakes import Breaker, Hanger, Killer, Logger, Strip, Walker
+from bench_rows import rows
+
+from irtrack.bench import Entry, Results, run_bench
+from irtrack.errors import InputError, IrtrackError
+
+FINE = Entry("fine", Walker(jitter=1.0))
+
+
+def test_a_tracker_that_hangs_is_stopped_and_its_companions_are_not(tmp_path: Path) -> None:
+    slow = Entry("slow", Hanger(at=3, seconds=0.8))  # done with the frame, but late: seen without a kill
+    hanging = Entry("hanging", Hanger(at=4))
+    begin = time.monotonic()
+    with run_bench([Strip()], [slow, hanging, FINE], time_limit_s=0.5, results=tmp_path / "r.db") as results:
+        found = {cell.label: cell for cell in results.cells()}
+    assert time.monotonic() - begin < 60
+    assert found["slow"].failure == "strip, seed 0, frame 3: timed out: more than 0.5 s in the tracker"
+    assert found["hanging"].failure == "strip, seed 0, frame 4: timed out: more than 0.5 s in the tracker"
+    with run_bench([Strip()], [FINE], results=tmp_path / "alone.db") as alone:
+        (cell,) = alone.cells()
+    assert found["fine"].outcome == cell.outcome
+
+
+def test_a_tracker_that_kills_its_process_fails_alone(tmp_path: Path) -> None:
+    entries = [FINE, Entry("killer", Killer(at=7)), Entry("breaker", Breaker())]
+    with run_bench([Strip()], entries, jobs=2, results=tmp_path / "r.db") as results:
+        cells = results.cells()
+    failures = {cell.label: cell.failure or "" for cell in cells}
+    assert (
+        failures["killer"] == "strip, seed 0, frame 7: the process died 2 times while the tracker was at work (SIGKILL)"
+    )
+    assert failures["breaker"].endswith("RuntimeError: the planted failure")
+    assert [cell.status for cell in cells if cell.label == "fine"] == ["ok"]
+
+
+def test_a_worker_killed_by_chance_loses_nothing(tmp_path: Path) -> None:
+    entries: list[Any] = [FINE, Entry("chance", Killer(at=7, once=str(tmp_path / "killed"), jitter=1.0))]
+    with run_bench([Strip()], entries, seeds=4, jobs=2, results=tmp_path / "r.db") as results:
+        killed = rows(results)
+    assert (tmp_path / "killed").exists()
+    with run_bench([Strip()], entries, seeds=4, results=tmp_path / "whole.db") as results:
+        assert rows(results) == killed
+
+
+class Mute(Strip):
+    """Its process dies while it gives frames."""
+
+    def frame(self, index: int, input: Any = "counts") -> Any:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_a_source_that_kills_every_worker_ends_the_bench(tmp_path: Path) -> None:
+    with pytest.raises(IrtrackError, match=r"died again and again while no tracker was at work \(SIGKILL\); finished"):
+        run_bench([Mute()], [FINE], jobs=2, results=tmp_path / "r.db")
+
+
+@pytest.mark.parametrize(
+    ("kind", "limit"), [(ThreadPoolExecutor, None), (ProcessPoolExecutor, None), (ThreadPoolExecutor, 30.0)]
+)
+def test_any_executor_gives_the_same_rows(tmp_path: Path, kind: Any, limit: float | None) -> None:
+    entries = [FINE, Entry("breaker", Breaker())]
+    with kind(2) as executor:
+        arguments: dict[str, Any] = {"executor": executor, "time_limit_s": limit}
+        with run_bench([Strip()], entries, seeds=2, results=tmp_path / "r.db", **arguments) as results:
+            found = rows(results)
+        assert executor.submit(abs, -1).result() == 1  # left open
+    with run_bench([Strip()], entries, seeds=2, results=tmp_path / "whole.db") as results:
+        assert rows(results) == found
+
+
+def test_what_cannot_be_sent_to_a_worker_is_one_line(tmp_path: Path) -> None:
+    class Local(Walker):
+        pass
+
+    with pytest.raises(InputError, match=r"strip: cannot be sent to a worker process: .*Local.*; allowed: --jobs 1"):
+        run_bench([Strip()], [Entry("local", Local())], seeds=2, jobs=2, results=tmp_path / "r.db")
+
+
+def test_ten_kills_at_random_moments_end_in_the_same_rows(tmp_path: Path) -> None:
+    log, path = tmp_path / "log", tmp_path / "r.db"
+    trackers = [Entry("a", Logger(jitter=1.0, log=str(log))), Entry("b", Logger(jitter=2.0, log=str(log)))]
+
+    def sweep() -> None:
+        run_bench([Strip()], trackers, seeds=60, results=path).close()
+
+    moments = random.Random(5)
+    kept = []
+    for _ in range(10):
+        log.write_text("")
+        process = multiprocessing.get_context("fork").Process(target=sweep)
+        process.start()
+        # So many steps after it began, and a moment more: within a step, within a commit, or between.
+        wait_for_steps(log, moments.randrange(100), process)
+        time.sleep(0.02 * moments.random())
+        process.kill()
+        process.join()
+        with Results(path) as results:
+            kept.append(len(results.cells()))
+    assert kept == sorted(kept)
+    assert 0 < kept[-1] < 120  # it was truly stopped, and truly went on
+    assert len(set(kept)) > 3
+    with run_bench([Strip()], trackers, seeds=60, results=path) as results:
+        found = rows(results)
+    with run_bench([Strip()], trackers, seeds=60, results=tmp_path / "whole.db") as results:
+        assert rows(results) == found
+    assert len(found) == 120
+
+
+def wait_for_steps(log: Path, count: int, process: Any, seconds: float = 60.0) -> None:
+    """Until the log has more lines, or the process has come to its end."""
+    end = time.monotonic() + seconds
+    while log.read_bytes().count(b"\n") <= count and process.is_alive():
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.001)
+
+
+def test_a_bench_that_is_stopped_leaves_no_process(tmp_path: Path) -> None:
+    """Ctrl-C while every worker hangs."""
+    entries = [Entry("hanging", Hanger(at=1))]
+    threading.Timer(3.0, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+    with pytest.raises(KeyboardInterrupt):
+        run_bench([Strip()], entries, seeds=2, jobs=2, results=tmp_path / "r.db")
+    children = subprocess.run(["ps", "-o", "args=", "--ppid", str(os.getpid())], capture_output=True, text=True)
+    assert "spawn_main" not in children.stdout
