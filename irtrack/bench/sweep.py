@@ -77,7 +77,7 @@ def run_bench(
             taken: set[Key] = set()
             groups = [group for plan in wanted if (group := _missing(kept, run, plan, taken)).members]
         done, total = 0, sum(len(group.members) for group in groups)
-        if progress is not None:
+        if progress is not None and total:
             progress(done, total)
         for outcomes in _outcomes(groups, jobs, executor, time_limit_s):
             with kept.transaction():
