@@ -1,0 +1,226 @@
+"""Strategies for parts of a scene: mappings as YAML has them.
+
+Severities 0 to 5 stand for the steps of a ladder, from what does nothing to what few trackers live through; the
+ladders are those of the shipped `stress` scenarios where one has the cause.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from hypothesis import strategies as st
+from hypothesis.strategies import SearchStrategy
+
+Part = dict[str, Any]
+
+TOP = 5
+"""The highest severity."""
+
+SPEEDS = (0.0, 0.3, 0.6, 1.0, 1.5, 2.0)
+"""px per frame."""
+TURNS = (0.0, 2.0, 4.0, 8.0, 16.0, 32.0)
+"""Sharpest turns, degrees per frame."""
+WEAVES = (0.0, 1.0, 2.0, 4.0, 6.0, 8.0)
+"""Amplitudes, px."""
+NETD_MK = (20.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0)
+CLUTTER = (0.0, 0.002, 0.004, 0.008, 0.016, 0.03)
+"""False targets in a square milliradian."""
+COVERAGE = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5)
+"""Share of the sky with cloud before it."""
+HIDING = ((0.0, 0), (0.5, 5), (0.8, 8), (1.0, 8), (1.0, 12), (1.0, 16))
+"""How much of a target is hidden, and in how many frames."""
+ANGLES = (90.0, 90.0, 50.0, 25.0, 12.0, 6.0)
+"""Between the ways of two that cross, degrees."""
+FAULT_RATES = (0.0, 0.05, 0.15, 0.3, 0.5, 0.7)
+SHAKE_PX = (0.0, 0.5, 1.0, 2.0, 4.0, 8.0)
+NEAREST = (0.0, 40.0, 32.0, 24.0, 18.0, 14.0)
+"""How near a decoy stays, px."""
+
+
+def severities(top: int = TOP) -> SearchStrategy[int]:
+    """Whole numbers 0 .. top; they shrink to 0."""
+    return st.integers(0, top)
+
+
+def seeds() -> SearchStrategy[int]:
+    """Seeds of a scene; to be drawn last, since a smaller seed is no milder."""
+    return st.integers(0, 2**31 - 1)
+
+
+@st.composite
+def straights(
+    draw: st.DrawFn,
+    size: Sequence[int] = (96, 72),
+    frames: int = 30,
+    speed: SearchStrategy[int] | None = None,
+    range_m: float = 1000.0,
+) -> Part:
+    """A straight way through the middle of the picture, half of the frames before it and half after.
+
+    speed: severities of `SPEEDS`; 0 stands still
+    """
+    pace = SPEEDS[draw(speed or severities())]
+    heading = 45.0 * draw(st.integers(0, 7))
+    turn = math.radians(heading)
+    start = [
+        round((side - 1) / 2 - pace * part * (frames - 1) / 2, 3)
+        for side, part in zip(size, (math.cos(turn), math.sin(turn)), strict=True)
+    ]
+    return {"kind": "straight", "start": start, "speed": pace, "heading_deg": heading, "range_m": range_m}
+
+
+@st.composite
+def weaves(
+    draw: st.DrawFn,
+    size: Sequence[int] = (96, 72),
+    frames: int = 30,
+    speed: SearchStrategy[int] | None = None,
+    amplitude: SearchStrategy[int] | None = None,
+    range_m: float = 1000.0,
+) -> Part:
+    """A sinusoid about such a way; amplitude: severities of `WEAVES`, and 0 is the way itself."""
+    straight = draw(straights(size, frames, speed, range_m))
+    height = WEAVES[draw(amplitude or severities())]
+    return {**straight, "kind": "weave", "amplitude_px": height, "period_frames": 24.0}
+
+
+@st.composite
+def manoeuvres(
+    draw: st.DrawFn,
+    size: Sequence[int] = (96, 72),
+    frames: int = 30,
+    speed: SearchStrategy[int] | None = None,
+    turn: SearchStrategy[int] | None = None,
+    range_m: float = 1000.0,
+) -> Part:
+    """Random turns from such a start on; turn: severities of `TURNS`, and 0 flies straight."""
+    straight = draw(straights(size, frames, speed, range_m))
+    sharpest = TURNS[draw(turn or severities())]
+    return {**straight, "kind": "manoeuvre", "turn_deg": sharpest, "hold_frames": 12.0}
+
+
+def paths(size: Sequence[int] = (96, 72), frames: int = 30, range_m: float = 1000.0) -> SearchStrategy[Part]:
+    """Any of these; they shrink to the straight one that stands still."""
+    return st.one_of(
+        straights(size, frames, range_m=range_m),
+        weaves(size, frames, range_m=range_m),
+        manoeuvres(size, frames, range_m=range_m),
+    )
+
+
+@st.composite
+def shapes(draw: st.DrawFn) -> Part:
+    """What the target looks like, about 15 px wide at 1000 m and 0.5 mrad: an even patch first, bodies after it."""
+    kinds = {"hot_spot": 0, "fighter": 7.0, "car": 5.0, "boat": 8.0, "quadrotor": 5.0, "point": 0}
+    kind = draw(st.sampled_from(list(kinds)))
+    if kind == "hot_spot":
+        return {"kind": kind, "size_m": [7.0, 5.0], "temperature_k": 305.0}
+    if kind == "point":
+        return {"kind": kind, "area_m2": 1.0, "temperature_k": 500.0}
+    return {"kind": kind, "length_m": kinds[kind], "temperature_k": 305.0}
+
+
+@st.composite
+def noises(draw: st.DrawFn, severity: SearchStrategy[int] | None = None) -> Part:
+    """Keys of a camera: its NETD by `NETD_MK`, and which terms there are; white noise alone is the first."""
+    netd = NETD_MK[draw(severity or severities())]
+    terms: tuple[Part, ...] = (
+        {"kind": "fixed_pattern"},
+        {"kind": "ar1", "rho": 0.9},
+        {"kind": "noise_3d", "tv": 0.3, "th": 0.3},
+    )
+    further = draw(st.lists(st.sampled_from(terms), max_size=2, unique_by=lambda term: str(term["kind"])))
+    return {"netd_mk": netd, "noise": [{"kind": "white"}, *further]}
+
+
+@st.composite
+def clutters(draw: st.DrawFn, severity: SearchStrategy[int] | None = None) -> Part:
+    """A background of ground with false targets by `CLUTTER`; at 0 it is flat."""
+    step = draw(severity or severities())
+    ground = {"kind": "ground", "mean_k": 285.0, "spread_k": 0.2 * step}
+    if step == 0:
+        return ground
+    things = {"per_mrad2": CLUTTER[step], "size_mrad": [3.0, 7.0], "contrast_k": [3.0, 10.0], "cold": 0.2}
+    return {**ground, "clutter": things}
+
+
+@st.composite
+def skies(draw: st.DrawFn, severity: SearchStrategy[int] | None = None) -> Part:
+    """A background of sky with cloud by `COVERAGE`; at 0 it is flat."""
+    step = draw(severity or severities())
+    sky = {"kind": "sky", "horizon_k": 285.0, "zenith_k": 285.0}
+    return sky if step == 0 else {**sky, "clouds": [{"coverage": COVERAGE[step], "temperature_k": 290.0}]}
+
+
+@st.composite
+def occlusions(
+    draw: st.DrawFn, target: str = "target", frames: int = 30, severity: SearchStrategy[int] | None = None
+) -> list[Part]:
+    """Smoke that hides `target` from about the middle of the scene on, by `HIDING`; at 0 there is none.
+
+    Smoke can come and go before a target that stands; walls cannot.
+    """
+    fraction, length = HIDING[draw(severity or severities())]
+    if length == 0:
+        return []
+    first = max(frames // 2 - length // 2, 1)
+    last = min(first + length - 1, frames - 2)
+    smoke = {"kind": "smoke", "id": "screen", "hides": target, "frames": [first, last], "fraction": fraction}
+    return [
+        {**smoke, "opacity": 0.99, "grow_frames": 1.0, "fade_frames": 1.0, "range_m": 300.0, "temperature_k": 287.0}
+    ]
+
+
+@st.composite
+def crossings(
+    draw: st.DrawFn,
+    target: str = "target",
+    frames: int = 30,
+    shape: Part | None = None,
+    severity: SearchStrategy[int] | None = None,
+) -> list[Part]:
+    """Another target that crosses `target` in the middle of the scene at one of `ANGLES`; at 0 there is none."""
+    step = draw(severity or severities())
+    if step == 0:
+        return []
+    way = {"kind": "crosses", "target": target, "at_frame": frames // 2, "speed": 1.5, "angle_deg": ANGLES[step]}
+    return [{"id": "crosser", "cls": "decoy", "shape": shape or HOT_SPOT, "path": way}]
+
+
+@st.composite
+def decoys(
+    draw: st.DrawFn,
+    path: Part,
+    shape: Part | None = None,
+    severity: SearchStrategy[int] | None = None,
+) -> list[Part]:
+    """A like of the target that keeps beside its `path` at one of `NEAREST` px; at 0 there is none."""
+    step = draw(severity or severities())
+    if step == 0:
+        return []
+    angle = math.radians(path["heading_deg"] + 90.0 * draw(st.sampled_from([1, -1])))
+    start = [
+        round(place + NEAREST[step] * part, 3)
+        for place, part in zip(path["start"], (math.cos(angle), math.sin(angle)), strict=True)
+    ]
+    return [{"id": "like", "cls": "decoy", "shape": shape or HOT_SPOT, "path": {**path, "start": start}}]
+
+
+@st.composite
+def frame_faults(draw: st.DrawFn, severity: SearchStrategy[int] | None = None) -> list[Part]:
+    """Frames that get lost or arrive twice, by `FAULT_RATES`; at 0 all is well."""
+    rate = FAULT_RATES[draw(severity or severities())]
+    return [] if rate == 0 else [{"kind": draw(st.sampled_from(["drop", "duplicate"])), "rate": rate}]
+
+
+@st.composite
+def camera_motions(draw: st.DrawFn, severity: SearchStrategy[int] | None = None) -> list[Part]:
+    """A camera that shakes by `SHAKE_PX`; at 0 it stands."""
+    rms = SHAKE_PX[draw(severity or severities())]
+    return [] if rms == 0 else [{"kind": "shake", "rms_px": rms}]
+
+
+HOT_SPOT: Part = {"kind": "hot_spot", "size_m": [7.0, 5.0], "temperature_k": 305.0}
+"""The even patch that `shapes` shrinks to."""

@@ -1,0 +1,75 @@
+"""Strategies for whole scenarios."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from hypothesis import strategies as st
+from hypothesis.strategies import SearchStrategy
+
+from irsim.loader import loads
+from irsim.scenario import Scenario
+from irsim.strategies import parts
+from irsim.strategies.parts import Part
+from irsim.yamlfile import write
+
+SIZE, FRAMES, IFOV_MRAD = (96, 72), 30, 0.5
+"""Of scenes that are small enough to be rendered by the hundred, and large enough to be lost in."""
+
+
+@st.composite
+def documents(
+    draw: st.DrawFn,
+    *,
+    size: Sequence[int] = SIZE,
+    frames: int = FRAMES,
+    camera: Mapping[str, Any] | None = None,
+    path: SearchStrategy[Part] | None = None,
+    shape: SearchStrategy[Part] | None = None,
+    background: SearchStrategy[Part] | None = None,
+    noise: SearchStrategy[Part] | None = None,
+    motion: SearchStrategy[list[Part]] | None = None,
+    faults: SearchStrategy[list[Part]] | None = None,
+    occlusion: SearchStrategy[list[Part]] | None = None,
+    crossing: SearchStrategy[list[Part]] | None = None,
+    decoy: bool | SearchStrategy[int] = True,
+    seed: SearchStrategy[int] | None = None,
+) -> dict[str, Any]:
+    """A scenario as YAML has it: one target, `target`, and what makes it hard.
+
+    size      (columns, rows) px;  camera: keys that go before what is drawn
+    decoy     severities of a like beside the target; False: there is none
+    Each of the others is a strategy of `irsim.strategies`, `st.just(...)` for what is not to be drawn.
+    """
+    way = draw(path or parts.paths(size, frames))
+    look = draw(shape or parts.shapes())
+    behind = draw(background or st.one_of(parts.skies(), parts.clutters()))
+    grain = draw(noise or parts.noises())
+    likes = draw(parts.decoys(way, look, None if decoy is True else decoy)) if decoy is not False else []
+    crosser = draw(crossing or parts.crossings(frames=frames, shape=look))
+    hiding = draw(occlusion or parts.occlusions(frames=frames))
+    shaking = draw(motion or parts.camera_motions())
+    lost = draw(faults or parts.frame_faults())
+    return {
+        "seed": draw(seed or parts.seeds()),
+        "frames": frames,
+        "camera": {
+            "size": list(size),
+            "ifov_mrad": IFOV_MRAD,
+            "range_k": [270.0, 330.0],
+            **grain,
+            "motion": shaking,
+            "faults": lost,
+            **(camera or {}),
+        },
+        "background": behind,
+        "targets": [{"id": "target", "shape": look, "path": way}, *likes, *crosser],
+        "occluders": hiding,
+        "follow": "target",
+    }
+
+
+def scenarios(**kwargs: Any) -> SearchStrategy[Scenario]:
+    """The scenarios of `documents`, whose arguments it takes."""
+    return documents(**kwargs).map(write).map(loads)
