@@ -74,24 +74,26 @@ def open_rendering(
         switched_off = dict.fromkeys([*found.without, *without])
         return _scenario(path, recording, [*asked, f"without=[{', '.join(switched_off)}]"])
 
+    name, before = (Path(path).stem, 0) if recording is None else (recording.header.name, recording.header.first_frame)
+    rendering = Rendering(scenario(None), name)
+    own = rendering.scenario.frames  # fewer are asked of it whole: what is hidden or crossed later on stays where it is
     if recording is None:
-        first, count = (0, None) if frames is None else frames
-        rendering = Rendering(scenario(count), Path(path).stem)
-        start = bisect_left(rendering.arrivals, first)
-        if start == len(rendering):
+        first, last = frames or (0, own)
+        if last > own:
+            rendering = Rendering(scenario(last), name)
+        start, stop = (bisect_left(rendering.arrivals, each) for each in (first, last))
+        if start == stop:
             raise InputError(
-                f"{path}: frames {first}:{count}: none arrives; allowed: a range that faults leave some of"
+                f"{path}: frames {first}:{last}: none arrives; allowed: a range that faults leave some of"
             )
-        return rendering, start, len(rendering)
-    name, before = recording.header.name, recording.header.first_frame
+        return rendering, start, stop
     if frames is None:
-        rendering = Rendering(scenario(None), name)
         longer = any(change.partition("=")[0].strip() == "frames" for change in changes)
         return rendering, before, len(rendering) if longer else min(before + len(recording), len(rendering))
     start, stop = before + frames[0], before + frames[1]
-    count = stop
-    while len(rendering := Rendering(scenario(count), name)) < stop:  # what faults drop comes on top
-        count += stop - len(rendering)
+    while len(rendering) < stop:  # what faults drop comes on top
+        own += stop - len(rendering)
+        rendering = Rendering(scenario(own), name)
     return rendering, start, stop
 
 

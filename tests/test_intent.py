@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from irsim import InputError, loads
+from irsim import InputError, loads, record
 from irsim.loader import warnings
 from irsim.occluders import OCCLUDERS
 from irsim.render import Renderer
+from irsim.sources import open_rendering
 
 SCENE = """
 frames: 70
@@ -66,6 +67,20 @@ def test_it_hides_a_point_with_its_skirts() -> None:
     shown = visible(scene("pole", shape="point"))
     assert max(shown[30:37]) <= 0.02
     assert min(shown[:15]) == pytest.approx(1)
+
+
+def test_fewer_frames_leave_it_where_it_is(tmp_path: Any) -> None:
+    """Frames before those in which it hides, of the scenario and of a recording of it."""
+    path = tmp_path / "scene.yaml"
+    path.write_text(scene("bar"))
+    whole = list(open_rendering(path)[0].truths())
+    rendering, start, stop = open_rendering(path, frames=(25, 33))
+    assert list(rendering.truths(start, stop)) == whole[25:33]
+    few, start, stop = open_rendering(record(rendering, tmp_path / "a.mcap", start, stop), frames=(2, 5))
+    assert list(few.truths(start, stop)) == whole[27:30]
+    longer, start, stop = open_rendering(path, frames=(68, 72))
+    assert (start, stop) == (68, 72)
+    assert list(longer.truths(68, 70)) == whole[68:]
 
 
 def test_it_stays_where_it_is_when_other_things_are_switched_off() -> None:
