@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import copy
+import json
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 import pytest
 from mesh_files import GIVEN
 
+from irsim.backgrounds import BACKGROUNDS, Background
 from irsim.detector import NOISES
+from irsim.faults import FAULTS
+from irsim.motion import POINTINGS
 from irsim.occluders import OCCLUDERS
 from irsim.scenario import Scenario
 from irsim.shapes import SHAPES
@@ -106,3 +111,89 @@ def test_switched_off_is_the_scene_without_it(name: str) -> None:
     (frame, truth), (expected, wanted) = (next(iter(each.pairs(1, 2))) for each in (off, less))
     assert np.array_equal(frame.image, expected.image)
     assert truth == wanted
+
+
+CLOUDS = [{"id": "cirrus"}]
+LANDS: dict[str, dict[str, Any]] = {
+    "sky": {"clouds": [*CLOUDS, {"id": "low", "coverage": 0.4}]},
+    "ground": {"fields": {}, "roads": {"count": 9}, "water": {"share": 0.4}, "clutter": {"per_mrad2": 0.01}},
+    "landscape": {
+        "clouds": CLOUDS,
+        "fields": {},
+        "clutter": {"per_mrad2": 0.01},
+        "trees": [{"range_m": 2000.0}],
+        "buildings": [{"range_m": 1500.0, "spacing_m": 30.0}],
+    },
+    "sea": {"clouds": CLOUDS},
+    "recording": {},  # footage: nothing of it has a name
+}
+MOTIONS: dict[str, dict[str, Any]] = {
+    "pan": {"azimuth_deg_s": 0.4},
+    "zoom": {"factors": [(0.0, 1.0), (3.0, 1.5)]},
+    "platform": {"velocity_m_s": (40.0, 0.0, 0.0)},
+    "tracks": {"target": "jet"},
+}
+FAULTY: dict[str, dict[str, Any]] = {"drop": {"frames": [1]}, "duplicate": {"frames": [2]}}
+
+
+def before(background: dict[str, Any], moving: bool = False) -> dict[str, Any]:
+    """A scene before a background, with every kind of camera motion and of fault where it is `moving`."""
+    path = {"kind": "straight", "start": (20.0, 30.0), "speed": 2.0, "range_m": 900.0}
+    return {
+        "frames": 4,
+        "camera": {
+            "size": (80, 64),
+            "noise": [{"kind": "white"}],
+            "motion": [{"kind": kind, **MOTIONS.get(kind, {})} for kind, _ in POINTINGS] if moving else [],
+            "faults": [{"kind": kind, **FAULTY[kind]} for kind, _ in FAULTS] if moving else [],
+        },
+        "background": background,
+        "targets": [{"id": "jet", "shape": {"kind": "point", "area_m2": 2.0}, "path": path}],
+    }
+
+
+def landless(scene: dict[str, Any], name: str) -> dict[str, Any]:
+    """The same scene without the part of that name of its background or camera."""
+    value = copy.deepcopy(scene)
+    background, camera = value["background"], value["camera"]
+    for key in ("clouds", "trees", "buildings"):
+        if key in background:
+            background[key] = [part for part in background[key] if part.get("id", key) != name]
+    background.pop(name, None)
+    for key in ("motion", "faults"):
+        camera[key] = [part for part in camera[key] if part["kind"] != name]
+    return value
+
+
+LYING = [
+    (before({"kind": kind, **LANDS[kind]}), name)
+    for kind, family in BACKGROUNDS
+    if family.names is not Background.names
+    for name in BACKGROUNDS.kinds[kind].model_validate(LANDS[kind]).names()
+]
+CARRIED = [(before({"kind": "ground"}, moving=True), kind) for family in (POINTINGS, FAULTS) for kind, _ in family]
+
+
+@pytest.mark.parametrize(
+    ("scene", "name"),
+    [pytest.param(*each, id=f"{each[0]['background']['kind']}-{each[1]}") for each in [*LYING, *CARRIED]],
+)
+def test_what_backgrounds_and_cameras_do_is_switched_off_as_if_never_there(scene: dict[str, Any], name: str) -> None:
+    off, less = (
+        list(Rendering(Scenario.model_validate(value)).pairs())
+        for value in ({**scene, "without": [name]}, landless(scene, name))
+    )
+    assert [truth for _, truth in off] == [truth for _, truth in less]
+    assert all(np.array_equal(a.image, b.image) for (a, _), (b, _) in zip(off, less, strict=True))
+    assert [(frame.time, frame.image.tobytes()) for frame, _ in off] != _shown(json.dumps(scene))
+
+
+@lru_cache
+def _shown(scene: str) -> list[tuple[float, bytes]]:
+    """Times and pictures with nothing switched off."""
+    frames = Rendering(Scenario.model_validate_json(scene)).frames()
+    return [(frame.time, frame.image.tobytes()) for frame in frames]
+
+
+def test_every_kind_of_background_is_there() -> None:
+    assert LANDS.keys() == {kind for kind, _ in BACKGROUNDS}
