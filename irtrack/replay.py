@@ -78,6 +78,11 @@ class Player:
         self._frames.append((frame.index, frame.time))
         self._estimates.append(estimate)
 
+    @property
+    def estimate(self) -> Estimate:
+        """What the tracker said last."""
+        return self._estimates[-1]
+
     def track(self, source: Source, input: Input) -> Track:
         """What the tracker has said so far."""
         return Track(

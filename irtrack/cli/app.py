@@ -223,14 +223,20 @@ def report(
     results: Annotated[Path, typer.Argument(metavar="DB", help="A results file of `irtrack bench`.")],
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", metavar="HTML", help="Where to write it; report.html beside DB unless said."),
+        typer.Option("-o", "--output", metavar="FILE", help="Where to write it; report.FORMAT beside DB unless said."),
+    ] = None,
+    format: Annotated[
+        str | None,
+        typer.Option(
+            metavar="html|json|csv|md", help="One HTML page, or its figures as data; by the ending of FILE unless said."
+        ),
     ] = None,
 ) -> None:
-    """Write the report of a results file, one HTML file, and print its path."""
+    """Write the report of a results file and print its path."""
     check_output(output, results)
     from irtrack.report import write_report
 
-    print(write_report(results, output))
+    print(write_report(results, output, format))
 
 
 app.command()(compare)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -18,6 +18,9 @@ FRAMES = 6
 
 CROP_SIZES, CROP_LEAST = 5.0, 40
 """Side of the enlarged part: so many times the target's larger side, and never under so many px."""
+
+CROP_MARGIN = 1.2
+"""And never under so many times what all boxes that must be in it take together."""
 
 THUMB_WIDTH = 320
 """The whole frame is shown no wider than this, px."""
@@ -96,13 +99,17 @@ def moments(followers: Iterable[Follower], count: int = FRAMES) -> dict[int, str
     return dict(sorted(chosen.items()))
 
 
-def still(image: Image, index: int, why: str, followers: Iterable[Follower]) -> Still:
-    """One frame's pictures; `image` is the display picture, (rows, cols) uint8."""
+def still(image: Image, index: int, why: str, followers: Iterable[Follower], both: bool = False) -> Still:
+    """One frame's pictures; `image` is the display picture, (rows, cols) uint8.
+
+    both   the enlarged part holds the trackers' boxes too, not only the target's
+    """
     followers = tuple(followers)
     truth = next((box for follower in followers if (box := follower.truth(index))), None)
     boxes = [(follower, box) for follower in followers if (box := follower.box(index))]
     center = truth or (boxes[0][1] if boxes else Box((image.shape[1] - 1) / 2, (image.shape[0] - 1) / 2, 1, 1))
-    left, top, side = _crop_place(image, center)
+    around = [center, *(box for _, box in boxes)] if both else [center]
+    left, top, side = _crop_place(image, around)
     enlarged = image[top : top + side, left : left + side]
     rows, cols = image.shape
     parts = {follower.label: (follower.look, box) for follower, box in boxes}
@@ -123,13 +130,17 @@ def _note(follower: Follower, index: int) -> Note:
     return Note(follower.label, str(follower.trace.statuses[row]), distance if np.isfinite(distance) else None)
 
 
-def _crop_place(image: Image, box: Box) -> tuple[int, int, int]:
-    """(left, top, side) of a square around a box, moved to lie inside the frame, px."""
+def _crop_place(image: Image, boxes: Sequence[Box]) -> tuple[int, int, int]:
+    """(left, top, side) of a square around boxes, moved to lie inside the frame, px."""
     rows, cols = image.shape
-    side = int(min(max(CROP_SIZES * max(box.w, box.h), CROP_LEAST), rows, cols))
-    left = int(np.clip(round(box.cx - side / 2), 0, cols - side))
-    top = int(np.clip(round(box.cy - side / 2), 0, rows - side))
-    return left, top, side
+    left, right = min(box.left for box in boxes), max(box.right for box in boxes)
+    top, bottom = min(box.top for box in boxes), max(box.bottom for box in boxes)
+    target = boxes[0]
+    wanted = max(CROP_SIZES * max(target.w, target.h), CROP_MARGIN * max(right - left, bottom - top), CROP_LEAST)
+    side = int(min(wanted, rows, cols))
+    corner_x = int(np.clip(round((left + right - side) / 2), 0, cols - side))
+    corner_y = int(np.clip(round((top + bottom - side) / 2), 0, rows - side))
+    return corner_x, corner_y, side
 
 
 def _stretched(image: Image) -> Image:

@@ -1,46 +1,43 @@
-"""The report: one HTML file that needs nothing else, written whole or not at all."""
+"""The report as HTML: one page that needs nothing else."""
 
 from __future__ import annotations
 
+import base64
+import hashlib
+from collections.abc import Sequence
 from datetime import UTC, datetime
-from pathlib import Path
+from importlib.resources import files
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from irsim.files import check_output, replacing_text
-from irtrack.bench import Results, Run, SummaryRow, summary
-from irtrack.errors import InputError
+from irtrack.bench import Cell, Results, Run, summary
+from irtrack.metrics import ATTRIBUTES
 from irtrack.metrics.loss import LOSS_RULE
+from irtrack.report.figures import Figures, failures, severity_figures, source_figures
+from irtrack.report.gallery import gallery
+from irtrack.report.measured import measured
 from irtrack.report.palette import looks
-from irtrack.report.sections import failures, sections
+from irtrack.report.sections import Room, section
+from irtrack.report.words import lead, ms, percent, px, share
+
+SCRIPT = (files("irtrack.report") / "page.js").read_text()
+"""The page's only code: it plays the replays."""
 
 
-def write_report(results: Results | str | Path, out: str | Path | None = None) -> Path:
-    """Write the report of a results file and return its path.
-
-    results  an open results file or its path;  out  report.html beside it where not given
-
-    InputError where there is no such results file, nothing in it, or no folder to write to.
-    """
-    if not isinstance(results, Results):
-        with Results(results) as opened:
-            return write_report(opened, out)
-    path = results.path.with_name("report.html") if out is None else Path(out)
-    check_output(path, results.path)
-    text = page(results)
-    with replacing_text(path) as file:
-        file.write(text)
-    return path
-
-
-def page(results: Results) -> str:
+def page(results: Results, cells: Sequence[Cell]) -> str:
     """The report as HTML text."""
-    cells = results.cells()
-    if not cells:
-        raise InputError(f"{results.path}: holds no finished cell; run irtrack bench first")
-    overall = summary(cells, overall=True)
     # Colours by name, not by rank: a tracker keeps its own from report to report.
     by_label = looks(sorted({cell.label for cell in cells}))
+    room = Room()
+    sections = [section(each, source_figures(each), by_label, room) for each in measured(results, cells)]
+    figures = Figures(
+        results.path.name,
+        tuple(summary(cells, overall=True)),
+        tuple(each.figures for each in sections),
+        severity_figures(cells),
+        failures(cells),
+    )
+    losses, lost_pairs = gallery(results, cells, by_label)
     environment = Environment(
         loader=PackageLoader("irtrack", "report"),
         autoescape=True,
@@ -52,57 +49,21 @@ def page(results: Results) -> str:
     runs = results.runs()
     return environment.get_template("page.html.j2").render(
         written=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
-        results=results.path.name,
-        lead=lead(overall),
-        overall=overall,
+        figures=figures,
+        lead=lead(figures.overall),
         looks=by_label,
-        sections=sections(results, cells, by_label),
-        failures=failures(cells),
+        sections=sections,
+        losses=losses,
+        lost_pairs=lost_pairs,
+        attributes=ATTRIBUTES,
         loss_rule=LOSS_RULE,
         runs=runs,
         versions=_versions(runs),
+        script=SCRIPT,
+        script_hash=base64.b64encode(hashlib.sha256(SCRIPT.encode()).digest()).decode(),
     )
-
-
-def lead(rows: list[SummaryRow]) -> str:
-    """The outcome in a sentence or two; rows in the order of their rank."""
-    sentences = []
-    scored = [row for row in rows if row.scored]
-    if scored:
-        best, worst = scored[0], scored[-1]
-        sentence = f"{best.label} lost the target in {best.lost} of {best.scored} runs"
-        sentences.append(sentence if worst is best else f"{sentence}, {worst.label} in {worst.lost} of {worst.scored}")
-    else:
-        sentences.append("No run could be scored: there is no truth to compare with, or every run failed")
-    failed = sum(row.failed for row in rows)
-    if failed:
-        sentences.append(f"{failed} run{'s' if failed > 1 else ''} failed")
-    return ". ".join(sentences) + "."
 
 
 def _versions(runs: list[Run]) -> str:
     """What the newest run was made with."""
     return ", ".join(f"{name} {version}" for name, version in runs[-1].versions.items()) if runs else ""
-
-
-NOTHING = "–"
-
-
-def px(value: float | None) -> str:
-    """A length in px, two decimals."""
-    return NOTHING if value is None else f"{value:.2f}"
-
-
-def share(value: float | None) -> str:
-    """A share or an area 0..1, three decimals."""
-    return NOTHING if value is None else f"{value:.3f}"
-
-
-def percent(value: float | None) -> str:
-    """A share in whole percent."""
-    return NOTHING if value is None else f"{100 * value:.0f} %"
-
-
-def ms(value: float | None) -> str:
-    """A time in ms, three significant digits."""
-    return NOTHING if value is None else f"{value:.3g}"

@@ -1,4 +1,4 @@
-"""The three charts of a source: error over time, precision and success, all seeds of each tracker together."""
+"""The charts of a source: error over time, precision, success and time to loss, all runs of each tracker together."""
 
 from __future__ import annotations
 
@@ -8,15 +8,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from irsim.types import Floats
-from irtrack.metrics import Trace
-from irtrack.metrics.centre import PRECISION_PX, centre_errors, precision_curve
+from irtrack.metrics import Survival, Trace
+from irtrack.metrics.centre import PRECISION_PX, precision_curve
 from irtrack.metrics.loss import OFF_PX
-from irtrack.metrics.overlap import SUCCESS, overlaps, success_curve, widened
+from irtrack.metrics.overlap import SUCCESS, success_curve
 from irtrack.report.charts import Axis, Line, line_chart
 from irtrack.report.palette import Look
 
 LEAST_ERROR = 0.1
 """Errors below this lie on the axis, px: a logarithmic axis has no zero."""
+
+POINTS = 300
+"""A line over time has no more points than this: longer tracks are grouped."""
+
+SMALL = (450, 280)
+"""Size of a chart that stands beside another, px."""
 
 Traces = Mapping[str, Sequence[Trace]]
 """The traces of all seeds by the tracker's label."""
@@ -29,9 +35,10 @@ class Plots:
     error: str
     precision: str
     success: str
+    held: str
 
 
-def plots(traces: Traces, looks: Mapping[str, Look], name: str) -> Plots | None:
+def plots(traces: Traces, survival: Mapping[str, Survival], looks: Mapping[str, Look], name: str) -> Plots | None:
     """The charts of a source of that name; None where no frame has truth."""
     every = [trace for seeds in traces.values() for trace in seeds]
     if not any(np.isfinite(trace.truth_centers).any() for trace in every):
@@ -39,18 +46,28 @@ def plots(traces: Traces, looks: Mapping[str, Look], name: str) -> Plots | None:
     return Plots(
         error=error_chart(traces, every, looks, name),
         precision=line_chart(
-            [Line(looks[label], PRECISION_PX, _mean_precision(seeds)) for label, seeds in traces.items()],
+            [_banded(looks[label], PRECISION_PX, _precisions(seeds)) for label, seeds in traces.items()],
             Axis("threshold on the centre error, px", (0, PRECISION_PX[-1])),
             Axis("share of frames within it", (0, 1.02)),
-            size=(450, 280),
+            size=SMALL,
             name=f"{name}: precision curve",
         ),
         success=line_chart(
-            [Line(looks[label], SUCCESS, _mean_success(seeds)) for label, seeds in traces.items()],
+            [_banded(looks[label], SUCCESS, _successes(seeds)) for label, seeds in traces.items()],
             Axis("threshold on the overlap (intersection over union)", (0, 1)),
             Axis("share of frames above it", (0, 1.02)),
-            size=(450, 280),
+            size=SMALL,
             name=f"{name}: success curve",
+        ),
+        held=line_chart(
+            [
+                _steps(looks[label], held, max(len(trace.indices) - 1 for trace in traces[label]))
+                for label, held in survival.items()
+            ],
+            Axis("frames after the start"),
+            Axis("share of runs still held", (0, 1.02)),
+            size=SMALL,
+            name=f"{name}: time to loss",
         ),
     )
 
@@ -58,11 +75,13 @@ def plots(traces: Traces, looks: Mapping[str, Look], name: str) -> Plots | None:
 def error_chart(traces: Traces, every: Sequence[Trace], looks: Mapping[str, Look], name: str) -> str:
     frames = np.unique(np.concatenate([trace.indices for trace in every]))
     lines, largest = [], OFF_PX
+    grouped = -(-len(frames) // POINTS)
+    x = frames[::grouped].astype(np.float64)
     for label, seeds in traces.items():
-        low, middle, high = quartiles(frames, seeds)
+        low, middle, high = quartiles(frames, seeds, grouped)
         largest = max(largest, float(np.nanmax(high, initial=OFF_PX)))
         band = (low, high) if len(seeds) > 1 else (None, None)
-        lines.append(Line(looks[label], frames, middle, *band))
+        lines.append(Line(looks[label], x, middle, *band))
     diagonals = np.concatenate([np.hypot(*trace.truth_sizes.T) for trace in every])
     return line_chart(
         lines,
@@ -75,18 +94,22 @@ def error_chart(traces: Traces, every: Sequence[Trace], looks: Mapping[str, Look
     )
 
 
-def quartiles(frames: np.ndarray, seeds: Sequence[Trace]) -> tuple[Floats, Floats, Floats]:
-    """(len(frames),) each: quartiles over the seeds of the centre error, px, never under LEAST_ERROR.
+def quartiles(frames: np.ndarray, seeds: Sequence[Trace], grouped: int = 1) -> tuple[Floats, Floats, Floats]:
+    """(groups,) each: quartiles over the seeds of the centre error, px, never under LEAST_ERROR.
 
-    nan in frames where no seed has a true centre: the line breaks there.
+    grouped   so many frames in a row are one group, all their errors taken together
+
+    nan in groups where no seed has a true centre: the line breaks there.
     """
-    table = np.full((len(seeds), len(frames)), np.nan)
+    groups = -(-len(frames) // grouped)
+    table = np.full((len(seeds), groups * grouped), np.nan)
     for row, trace in zip(table, seeds, strict=True):
-        row[np.searchsorted(frames, trace.indices)] = centre_errors(trace.centers, trace.truth_centers)
-    known = np.isfinite(table).any(axis=0)
-    result = np.full((3, len(frames)), np.nan)
+        row[np.searchsorted(frames, trace.indices)] = trace.errors
+    table = table.reshape(len(seeds), groups, grouped).swapaxes(0, 1).reshape(groups, -1)
+    known = np.isfinite(table).any(axis=1)
+    result = np.full((3, groups), np.nan)
     if known.any():
-        result[:, known] = np.nanpercentile(table[:, known], (25, 50, 75), axis=0)
+        result[:, known] = np.nanpercentile(table[known], (25, 50, 75), axis=1)
     low, middle, high = np.maximum(result, LEAST_ERROR)
     return low, middle, high
 
@@ -105,31 +128,36 @@ def hidden_spans(frames: np.ndarray, traces: Sequence[Trace]) -> list[tuple[floa
     ]
 
 
-def _scored(trace: Trace) -> np.ndarray:
-    """(n,) bool: frames that enter a score: the target is present, and it is not the start frame."""
-    present = np.asarray(np.isfinite(trace.truth_centers).all(axis=1))
-    return np.asarray(present & (np.arange(len(present)) > 0))
+def _precisions(seeds: Sequence[Trace]) -> Floats:
+    """(runs, thresholds) the precision curve of each run that has a scored frame."""
+    known = [trace for trace in seeds if trace.scored.any()]
+    right = [(trace.errors <= trace.accuracy)[trace.scored] for trace in known]
+    pairs = zip(known, right, strict=True)
+    curves = [precision_curve(trace.errors[trace.scored], PRECISION_PX, near) for trace, near in pairs]
+    return np.array(curves).reshape(len(known), len(PRECISION_PX))
 
 
-def _mean_precision(seeds: Sequence[Trace]) -> Floats:
-    curves = []
-    for trace in seeds:
-        errors = centre_errors(trace.centers, trace.truth_centers)
-        scored = _scored(trace)
-        curves.append(precision_curve(errors[scored], PRECISION_PX, (errors <= trace.accuracy)[scored]))
-    return _mean(curves)
+def _successes(seeds: Sequence[Trace]) -> Floats:
+    """(runs, thresholds) the success curve of each run that has a scored frame."""
+    curves = [success_curve(trace.overlaps[trace.scored]) for trace in seeds if trace.scored.any()]
+    return np.array(curves).reshape(len(curves), len(SUCCESS))
 
 
-def _mean_success(seeds: Sequence[Trace]) -> Floats:
-    curves = []
-    for trace in seeds:
-        scored = _scored(trace)
-        overlap = overlaps(trace.centers, widened(trace.sizes), trace.truth_centers, widened(trace.truth_sizes))
-        curves.append(success_curve(overlap[scored]))
-    return _mean(curves)
+def _banded(look: Look, x: Floats, curves: Floats) -> Line:
+    """The mean of curves (runs, n) with its 95 % interval at each x, Student's t over the runs."""
+    if not len(curves):
+        return Line(look, x, np.full_like(x, np.nan))
+    mean = curves.mean(axis=0)
+    if len(curves) == 1:
+        return Line(look, x, mean)
+    from scipy.special import stdtrit
+
+    reach = stdtrit(len(curves) - 1, 0.975) * curves.std(axis=0, ddof=1) / np.sqrt(len(curves))
+    return Line(look, x, mean, np.clip(mean - reach, 0, 1), np.clip(mean + reach, 0, 1))
 
 
-def _mean(curves: Sequence[Floats]) -> Floats:
-    """The mean curve of those that have a scored frame."""
-    known = [curve for curve in curves if np.isfinite(curve).all()]
-    return np.mean(known, axis=0) if known else np.full_like(curves[0], np.nan)
+def _steps(look: Look, held: Survival, last: int) -> Line:
+    """The step function of the share still held, from the start to the last frame."""
+    x = np.repeat(np.concatenate([[0.0], held.times, [float(last)]]), 2)[1:-1]
+    y, low, high = (np.repeat(np.concatenate([[1.0], each]), 2) for each in (held.held, held.low, held.high))
+    return Line(look, x, y, low, high)

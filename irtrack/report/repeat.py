@@ -11,6 +11,7 @@ from typing import Any
 from irsim.types import Box
 from irtrack.bench import Cell, Key, SourceRow
 from irtrack.errors import IrtrackError
+from irtrack.types import Tracker
 
 
 def render_command(source: SourceRow, seed: int | None) -> str | None:
@@ -55,17 +56,24 @@ def _settings(config: dict[str, Any]) -> Sequence[str]:
 
 
 def _defaults(tracker: str) -> dict[str, Any]:
-    """The tracker's own parameters; none of somebody else's tracker that cannot be made here.
+    """The tracker's own parameters; none of somebody else's tracker that cannot be made here."""
+    from irtrack.identity import tracker_config
+
+    made = remade({"tracker": tracker, "parameters": {}})
+    return {} if made is None else dict(tracker_config(made)["parameters"])
+
+
+def remade(config: dict[str, Any]) -> Tracker | None:
+    """The tracker of a results file's configuration; None of one that cannot be made here.
 
     A results file may come from anywhere: what it names is not imported for it.
     """
-    from irtrack.identity import tracker_config
     from irtrack.trackers import make
 
-    module, colon, _ = tracker.partition(":")
+    module, colon, _ = config["tracker"].partition(":")
     if colon and module not in sys.modules:
-        return {}
+        return None
     try:
-        return dict(tracker_config(make(tracker))["parameters"])
+        return make(config["tracker"], config["parameters"])
     except IrtrackError:
-        return {}
+        return None

@@ -1,20 +1,20 @@
-"""What the report says of each source, gathered from the results file: no HTML here."""
+"""What the page says of each source: its figures, charts, pictures and commands; no HTML here."""
 
 from __future__ import annotations
 
 import base64
-from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
-from irsim import IrsimError, Rendering, loads, open_recording
-from irsim.types import Source
-from irtrack.bench import Cell, Results, SourceRow, SummaryRow, summary
-from irtrack.metrics import Trace
+from irsim import IrsimError
+from irtrack.report.figures import SourceFigures
 from irtrack.report.filmstrip import Follower, Still, moments, still
+from irtrack.report.measured import Measured
+from irtrack.report.opening import opened
 from irtrack.report.palette import Look
 from irtrack.report.plots import Plots, plots
 from irtrack.report.repeat import render_command, run_command
+from irtrack.report.replays import Replay, replayed
 
 CHANGED = {
     "recording": "{} is not the recording that was measured, it has changed since.",
@@ -23,20 +23,26 @@ CHANGED = {
 """Why the frames at hand are not those that the trackers saw."""
 
 
+@dataclass
+class Room:
+    """What is left of the page: it must stay one that a browser opens.
+
+    strips    sources that may still have a filmstrip;  replays  those that may still have a replay
+    repeats   runs that may still be repeated for their particles
+    """
+
+    strips: int = 24
+    replays: int = 10
+    repeats: int = 24
+
+
 @dataclass(frozen=True)
-class Failure:
-    """A failed cell: who, on what, and its error text; `more` other cells failed in the same words."""
+class Pictures:
+    """The filmstrip and the replay of one run of each tracker; without them `note` says why."""
 
-    label: str
-    source: str
-    seed: int
-    error: str
-    more: int
-
-    @property
-    def brief(self) -> str:
-        """The last line: what was raised."""
-        return self.error.strip().splitlines()[-1] if self.error.strip() else "no error text"
+    stills: tuple[Still, ...] = ()
+    replay: Replay | None = None
+    note: str = ""
 
 
 @dataclass(frozen=True)
@@ -45,24 +51,23 @@ class Section:
 
     facts        short phrases about it
     plots        None where there is no truth
-    stills       the filmstrip; empty where it cannot be shown, then strip_note says why
-    commands     that repeat the first seed
-    scenario     the scenario's text with the first seed; None for a recording
+    seed         of the run that is shown: the one in which most trackers are lost
+    commands     that repeat it
+    scenario     the scenario's text with that seed; None for a recording
     """
 
     name: str
     facts: tuple[str, ...]
-    rows: tuple[SummaryRow, ...]
+    figures: SourceFigures
     plots: Plots | None
-    stills: tuple[Still, ...]
-    strip_note: str
-    strip_seed: int
+    pictures: Pictures
+    seed: int
     commands: tuple[str, ...]
     scenario: str | None
 
     @property
     def has_truth(self) -> bool:
-        return any(row.scored for row in self.rows)
+        return any(row.scored for row in self.figures.rows)
 
     @property
     def scenario_link(self) -> str:
@@ -71,65 +76,25 @@ class Section:
         return f"data:text/yaml;base64,{text}"
 
 
-def sections(results: Results, cells: Sequence[Cell], looks: Mapping[str, Look]) -> list[Section]:
-    """A section for each source of the cells, in the order of their names."""
-    by_name: defaultdict[str, list[Cell]] = defaultdict(list)
-    for cell in cells:
-        by_name[cell.source].append(cell)
-    known = results.sources()
-    return [_section(results, members, known, looks) for _, members in sorted(by_name.items())]
-
-
-def failures(cells: Sequence[Cell]) -> list[Failure]:
-    """The failed cells, one for each tracker, source and error."""
-    alike: defaultdict[tuple[str, str, str], list[Cell]] = defaultdict(list)
-    for cell in cells:
-        if cell.status == "failed":
-            last_line = (cell.failure or "").strip().rpartition("\n")[2]
-            alike[cell.label, cell.source, last_line].append(cell)
-    return [
-        Failure(label, source, members[0].key.tracker_seed, members[0].failure or "", len(members) - 1)
-        for (label, source, _), members in alike.items()
-    ]
-
-
-def _section(
-    results: Results,
-    cells: Sequence[Cell],
-    known: Mapping[tuple[str, str], SourceRow],
-    looks: Mapping[str, Look],
-) -> Section:
-    # Seeds are paired: all cells of the least seed saw the same frames.
-    first = min(cells, key=lambda cell: (cell.key.tracker_seed, cell.label)).key
-    seeds = (first.source_hash, first.tracker_seed)
-    firsts = [cell for cell in cells if (cell.key.source_hash, cell.key.tracker_seed) == seeds]
-    source = known[cells[0].source, first.source_hash]
-    traces: dict[str, list[Trace]] = {}
-    for cell in cells:
-        trace = results.trace(cell.key)
-        if trace is not None:
-            traces.setdefault(cell.label, []).append(trace)
-    followers = [
-        Follower(cell.label, looks[cell.label], trace, cell.score.lost_at if cell.score else None)
-        for cell in firsts
-        if (trace := results.trace(cell.key)) is not None
-    ]
-    stills, note = _filmstrip(source, followers)
-    render = render_command(source, first.scene_seed)
+def section(measured: Measured, figures: SourceFigures, looks: Mapping[str, Look], room: Room) -> Section:
+    """The section of a source; what it takes of the room is taken off."""
+    shown = [measured.cells[place] for place in measured.shown]
+    source = measured.source
+    render = render_command(source, shown[0].key.scene_seed)
     return Section(
         name=source.name,
-        facts=_facts(source, cells),
-        rows=tuple(summary(cells)),
-        plots=plots(traces, looks, source.name) if traces else None,
-        stills=stills,
-        strip_note=note,
-        strip_seed=first.tracker_seed,
-        commands=(*([render] if render else []), *(run_command(cell, source) for cell in firsts)),
+        facts=_facts(measured),
+        figures=figures,
+        plots=plots(measured.traces, figures.survival, looks, source.name) if measured.traces else None,
+        pictures=_pictures(measured, looks, room),
+        seed=shown[0].key.tracker_seed,
+        commands=(*([render] if render else []), *(run_command(cell, source) for cell in shown)),
         scenario=source.text if source.kind == "scenario" else None,
     )
 
 
-def _facts(source: SourceRow, cells: Sequence[Cell]) -> tuple[str, ...]:
+def _facts(measured: Measured) -> tuple[str, ...]:
+    source, cells = measured.source, measured.cells
     seeds = len({cell.key.tracker_seed for cell in cells})
     targets = sorted({cell.key.target or "a box given by the user" for cell in cells})
     inputs = sorted({cell.key.input for cell in cells})
@@ -146,27 +111,32 @@ def _facts(source: SourceRow, cells: Sequence[Cell]) -> tuple[str, ...]:
     )
 
 
-def _filmstrip(source: SourceRow, followers: Sequence[Follower]) -> tuple[tuple[Still, ...], str]:
-    """The pictures of a source, or why there are none."""
+def _pictures(measured: Measured, looks: Mapping[str, Look], room: Room) -> Pictures:
+    if not room.strips:
+        return Pictures(note="No pictures: the page would grow too large; report fewer sources to see them.")
+    source = measured.source
+    cells, followers = [], []
+    for place in measured.shown:
+        cell, trace = measured.cells[place], measured.tracks.get(place)
+        if trace is not None:
+            cells.append(cell)
+            followers.append(Follower(cell.label, looks[cell.label], trace, cell.score.lost_at if cell.score else None))
     if not followers:
-        return (), "No tracker finished on the first seed: there is nothing to show."
+        return Pictures(note="No tracker finished on the seed that is shown: there is nothing to see.")
     try:
-        opened = _opened(source)
-        if opened.hash != source.hash:
-            return (), f"No pictures: {CHANGED[source.kind].format(source.text)}"
+        found = opened(source)
+        if found.hash != source.hash:
+            return Pictures(note=f"No pictures: {CHANGED[source.kind].format(source.text)}")
         stills = tuple(
-            still(opened.frame(index, "display").image, index, why, followers)
+            still(found.frame(index, "display").image, index, why, followers)
             for index, why in moments(followers).items()
         )
+        replay = None
+        if room.replays:
+            replay, repeated = replayed(found, cells, followers, room.repeats)
+            room.replays -= 1
+            room.repeats -= repeated
     except IrsimError as error:
-        return (), f"No pictures: the source cannot be opened any more ({error})."
-    return stills, ""
-
-
-def _opened(source: SourceRow) -> Source:
-    opened: Source
-    if source.kind == "recording":
-        opened = open_recording(source.text)
-    else:
-        opened = Rendering(loads(source.text, source.name, trusted=False), source.name)
-    return opened
+        return Pictures(note=f"No pictures: the source cannot be opened any more ({error}).")
+    room.strips -= 1
+    return Pictures(stills, replay)

@@ -1,0 +1,168 @@
+"""The figures of a report as JSON, as CSV and as Markdown."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict
+from typing import Any
+
+from irtrack.bench import Run, SummaryRow
+from irtrack.metrics import Survival
+from irtrack.metrics.loss import LOSS_RULE
+from irtrack.report.figures import Figures, SourceFigures
+from irtrack.report.words import lead, ms, percent, px, share
+
+
+def as_json(figures: Figures, runs: Sequence[Run]) -> str:
+    """One JSON document; null where nothing tells a figure, or it is not finite."""
+    document = {
+        "results": figures.results,
+        "lead": lead(figures.overall),
+        "loss_rule": LOSS_RULE,
+        "overall": [row.as_dict() for row in figures.overall],
+        "sources": [_source(source) for source in figures.sources],
+        "failures": [asdict(failure) for failure in figures.failures],
+        "runs": [asdict(run) for run in runs],
+    }
+    return json.dumps(_finite(document), indent=1, allow_nan=False) + "\n"
+
+
+def _source(source: SourceFigures) -> dict[str, Any]:
+    return {
+        "source": source.name,
+        "trackers": [row.as_dict() for row in source.rows],
+        "attributes": {label: [asdict(row) for row in rows] for label, rows in source.attributes.items()},
+        "time_to_loss": {label: _survival(held) for label, held in source.survival.items()},
+    }
+
+
+def _survival(held: Survival) -> dict[str, Any]:
+    return {
+        "frames": held.times.tolist(),
+        "held": held.held.tolist(),
+        "low": held.low.tolist(),
+        "high": held.high.tolist(),
+        "at_risk": held.at_risk.tolist(),
+        "median": held.median,
+    }
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _finite(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def as_csv(figures: Figures) -> str:
+    """One figure a line: part, source, tracker, at (of what in the part), figure, value.
+
+    So one table holds parts of different columns; pandas.pivot takes any of them out.
+    """
+    buffer = io.StringIO()
+    writer = csv.writer(buffer, lineterminator="\n")
+    writer.writerow(["part", "source", "tracker", "at", "figure", "value"])
+    writer.writerows(_lines(figures))
+    return buffer.getvalue()
+
+
+def _lines(figures: Figures) -> Iterator[list[object]]:
+    for row in (*figures.overall, *(row for source in figures.sources for row in source.rows)):
+        for name, value in row.as_dict().items():
+            if name not in ("source", "label"):
+                yield ["summary", row.source, row.label, "", name, _cell(value)]
+    for source in figures.sources:
+        for label, rows in source.attributes.items():
+            for each in rows:
+                for name, value in asdict(each).items():
+                    if name != "attribute":
+                        yield ["attribute", source.name, label, each.attribute, name, _cell(value)]
+        for label, held in source.survival.items():
+            for name in ("held", "low", "high", "at_risk"):
+                for time, value in zip(held.times.tolist(), getattr(held, name).tolist(), strict=True):
+                    yield ["time_to_loss", source.name, label, f"{time:g}", name, _cell(value)]
+    for failure in figures.failures:
+        yield ["failure", failure.source, failure.label, failure.seed, failure.brief, failure.more + 1]
+
+
+def _cell(value: Any) -> Any:
+    """True and false as 1 and 0; nothing where nothing tells."""
+    return "" if value is None else int(value) if isinstance(value, bool) else value
+
+
+def as_markdown(figures: Figures) -> str:
+    """Headings and tables, for a pull request or a notebook."""
+    parts = [f"# {_escaped(figures.results)}", lead(figures.overall)]
+    if len(figures.sources) > 1:
+        parts += ["## All sources", _ranked(figures.overall)]
+    for source in figures.sources:
+        parts += [f"## {_escaped(source.name)}", _ranked(source.rows)]
+        if source.attributes:
+            parts.append(_attributes(source))
+    if figures.failures:
+        parts.append("## Failures")
+        parts.append(
+            _table(
+                ("tracker", "source", "seed", "cells", "error"),
+                [(each.label, each.source, each.seed, each.more + 1, each.brief) for each in figures.failures],
+            )
+        )
+    parts.append(LOSS_RULE)
+    return "\n\n".join(parts) + "\n"
+
+
+def _ranked(rows: Sequence[SummaryRow]) -> str:
+    head = ("", "tracker", "runs", "lost", "95 %", "rmse before loss, px", "off", "≤ 5 px", "≤ 20 px", "AUC", "ms")
+    return _table(
+        head,
+        [
+            (
+                row.rank,
+                row.label,
+                f"{row.runs} ({row.failed} failed)" if row.failed else row.runs,
+                f"{percent(row.lost_share)}",
+                f"{percent(row.lost_low)} to {percent(row.lost_high)}",
+                px(row.held.rmse),
+                percent(row.off_share),
+                share(row.precision_5),
+                share(row.precision_20),
+                share(row.success_auc),
+                ms(row.ms_median),
+            )
+            for row in rows
+        ],
+    )
+
+
+def _attributes(source: SourceFigures) -> str:
+    """Who is off how often in the frames of each attribute that some frame has."""
+    known = {row.attribute for rows in source.attributes.values() for row in rows if row.frames}
+    by_label = {
+        label: {row.attribute: row for row in rows if row.attribute in known}
+        for label, rows in source.attributes.items()
+    }
+    names = list(next(iter(by_label.values())))
+    if not names:
+        return "No frame has an attribute."
+    return "Frames off, by attribute:\n\n" + _table(
+        ("tracker", *names),
+        [(label, *(percent(rows[name].off_share) for name in names)) for label, rows in by_label.items()],
+    )
+
+
+def _table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(_escaped(str(cell)) for cell in line) + " |" for line in lines)
+
+
+def _escaped(text: str) -> str:
+    """Text as Markdown shows it: one line, no markup, no cell's end."""
+    flat = " ".join(text.split())
+    for mark in "\\`*_[]<>|#":
+        flat = flat.replace(mark, f"\\{mark}")
+    return flat

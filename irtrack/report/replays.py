@@ -1,0 +1,216 @@
+"""The replay: a run's frames, truth and tracks as data that the page's script plays."""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+
+from irsim.types import Box, Floats, Frame, Image, Source
+from irtrack.bench import Cell
+from irtrack.errors import IrtrackError
+from irtrack.identity import code_hash
+from irtrack.metrics import Trace
+from irtrack.replay import Player, replay
+from irtrack.report.filmstrip import Follower
+from irtrack.report.repeat import remade
+from irtrack.start import Start
+
+PICTURE_BYTES = 1_200_000
+"""The pictures of one replay take no more than this, before base64 makes them a third larger."""
+
+SCALES = (1.0, 0.75, 0.5)
+"""Sizes that pictures are tried at until all frames fit; at the last, frames are left out instead."""
+
+QUALITY = 70
+"""Of the JPEG pictures."""
+
+PARTICLES = 60
+"""So many points stand for a cloud, drawn by weight, evenly."""
+
+PARTICLE_GRID = 65535
+"""A point's coordinates are shares of the frame in whole steps of 1/65535: 16 bits each."""
+
+
+@dataclass(frozen=True)
+class Replay:
+    """What the page needs to play a run: strict JSON without '<', safe inside a script element.
+
+    stride   every so many frames are kept
+    labels   of the trackers, in the order of the data
+    """
+
+    data: str
+    stride: int
+    labels: tuple[str, ...]
+    has_particles: bool
+
+
+def replayed(source: Source, cells: Sequence[Cell], followers: Sequence[Follower], clouds: int) -> tuple[Replay, int]:
+    """The replay of the runs of `cells`, and how many of them were repeated for their particles.
+
+    source      with the seed of the cells;  followers  their tracks, by label
+    clouds      so many runs may be repeated: the results file keeps no particles
+    """
+    indices = np.unique(np.concatenate([follower.trace.indices for follower in followers]))
+    scale, stride = _fitted(source, indices)
+    kept = indices[::stride]
+    repeats = _repeats(cells, followers, source, clouds)
+    pictures: dict[int, str] = {}
+    times: dict[int, float] = {}
+    wanted = set(kept.tolist())
+
+    def look(frame: Frame) -> None:
+        if frame.index in wanted:
+            pictures[frame.index] = base64.b64encode(_jpeg(frame.image, scale)).decode()
+            times[frame.index] = frame.time
+
+    shown = [repeat.see for repeat in repeats if repeat.input == "display"]
+    start, stop = int(indices[0]), int(indices[-1]) + 1
+    replay(source, [look, *shown], "display", start, stop)
+    counted = [repeat.see for repeat in repeats if repeat.input == "counts"]
+    if counted:
+        replay(source, counted, "counts", start, stop)
+    particles = {repeat.label: repeat.points(wanted, source.size) for repeat in repeats}
+    data = {
+        "size": list(source.size),
+        "rate": source.rate_hz,
+        "indices": kept.tolist(),
+        "times": [round(times[index], 4) for index in kept.tolist()],
+        "pictures": [pictures[index] for index in kept.tolist()],
+        "truth": _truth(followers, kept),
+        "trackers": [_tracker(follower, kept, particles.get(follower.label, {})) for follower in followers],
+    }
+    text = json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+    labels = tuple(follower.label for follower in followers)
+    return Replay(text, stride, labels, any(particles.values())), len(repeats)
+
+
+def _fitted(source: Source, indices: np.ndarray) -> tuple[float, int]:
+    """The scale of the pictures, and the stride, by a look at a few of them."""
+    probes = indices[np.linspace(0, len(indices) - 1, min(4, len(indices))).round().astype(int)]
+    images = [source.frame(int(index), "display").image for index in probes]
+    for scale in SCALES:
+        total = len(indices) * float(np.mean([len(_jpeg(image, scale)) for image in images]))
+        if total <= PICTURE_BYTES:
+            return scale, 1
+    return SCALES[-1], int(np.ceil(total / PICTURE_BYTES))
+
+
+def _jpeg(image: Image, scale: float) -> bytes:
+    small = image if scale == 1 else cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    return cv2.imencode(".jpg", np.ascontiguousarray(small), [cv2.IMWRITE_JPEG_QUALITY, QUALITY])[1].tobytes()
+
+
+def _truth(followers: Sequence[Follower], kept: np.ndarray) -> dict[str, Any]:
+    """Boxes and visible fractions of the followed target at the kept frames; null where not known."""
+    boxes, visible = [], []
+    for index in kept.tolist():
+        knowing = next((one for one in followers if one.row(index) is not None), None)
+        row = None if knowing is None else knowing.row(index)
+        boxes.append(None if knowing is None else _numbers(knowing.truth(index)))
+        visible.append(None if knowing is None or row is None else _number(knowing.trace.visible[row], 2))
+    return {"boxes": boxes, "visible": visible}
+
+
+def _tracker(follower: Follower, kept: np.ndarray, particles: Mapping[int, str]) -> dict[str, Any]:
+    trace = follower.trace
+    rows = [follower.row(index) for index in kept.tolist()]
+    neffs = [None if row is None else _number(trace.neffs[row], 1) for row in rows]
+    scores = [None if row is None else _number(trace.scores[row], 3) for row in rows]
+    return {
+        "label": follower.label,
+        "color": follower.look.color,
+        "dash": list(follower.look.dash),
+        "boxes": [_numbers(follower.box(index)) for index in kept.tolist()],
+        "status": ["" if row is None else str(trace.statuses[row]) for row in rows],
+        "off": [row is not None and bool(trace.off[row]) for row in rows],
+        "errors": [None if row is None else _number(trace.errors[row], 1) for row in rows],
+        "neffs": neffs if any(each is not None for each in neffs) else None,
+        "scores": scores if any(each is not None for each in scores) else None,
+        "lost": follower.lost_at,
+        "particles": [particles.get(index) for index in kept.tolist()] if particles else None,
+    }
+
+
+def _numbers(box: Box | None) -> list[float] | None:
+    return None if box is None else [round(value, 2) for value in (box.cx, box.cy, box.w, box.h)]
+
+
+def _number(value: float, digits: int) -> float | None:
+    return round(float(value), digits) if np.isfinite(value) else None
+
+
+class _Repeat:
+    """A run repeated for its particles. It ends where it has none, or does not repeat what was measured."""
+
+    def __init__(self, cell: Cell, trace: Trace, player: Player) -> None:
+        self.label = cell.label
+        self.input = cell.key.input
+        self._trace = trace
+        self._player = player
+        self._clouds: dict[int, tuple[Floats, Floats | None]] = {}
+        self._ended = False
+
+    def see(self, frame: Frame) -> None:
+        step = len(self._clouds)
+        if self._ended or frame.index < self._player.start.frame:
+            return
+        try:
+            self._player.see(frame)
+        except IrtrackError:
+            self._ended = True
+            return
+        said = self._player.estimate
+        same = frame.index == self._trace.indices[step] and np.allclose(said.center, self._trace.centers[step])
+        if not same or (said.particles is None and step > 0):
+            self._ended = True
+            return
+        points = np.empty((0, 2)) if said.particles is None else np.asarray(said.particles)[:, :2]
+        self._clouds[frame.index] = points, said.weights
+
+    def points(self, wanted: set[int], size: tuple[int, int]) -> dict[int, str]:
+        """By frame: PARTICLES points of the cloud as base64 of little-endian x, y of 16 bits."""
+        if len(self._clouds) < len(self._trace.indices):
+            return {}
+        return {
+            index: _packed(_drawn(points, weights), size)
+            for index, (points, weights) in self._clouds.items()
+            if index in wanted and len(points)
+        }
+
+
+def _drawn(points: Floats, weights: Floats | None) -> Floats:
+    """PARTICLES of the points, each as often as its weight says (systematic, from the middle of each step)."""
+    shares = np.full(len(points), 1 / len(points)) if weights is None else np.asarray(weights)
+    places = (np.arange(PARTICLES) + 0.5) / PARTICLES
+    return np.asarray(points[np.searchsorted(np.cumsum(shares), places).clip(max=len(points) - 1)])
+
+
+def _packed(points: Floats, size: tuple[int, int]) -> str:
+    shares = np.clip((points + 0.5) / np.array(size), 0, 1)
+    return base64.b64encode(np.round(shares * PARTICLE_GRID).astype("<u2").tobytes()).decode()
+
+
+def _repeats(cells: Sequence[Cell], followers: Sequence[Follower], source: Source, most: int) -> list[_Repeat]:
+    """The runs that can be repeated as they were: their tracker is at hand, its code the same."""
+    tracks = {follower.label: follower.trace for follower in followers}
+    found: list[_Repeat] = []
+    for cell in cells:
+        if len(found) == most:
+            break
+        trace = tracks.get(cell.label)
+        if trace is None or np.isnan(trace.neffs).all():  # who says no Neff has no particles
+            continue
+        tracker = remade(cell.config)
+        if tracker is None or not tracker.resumable or code_hash(tracker) != cell.key.code_hash:
+            continue
+        box = Box(*map(float, (*trace.centers[0], *trace.sizes[0])))
+        start = Start(cell.key.target, int(trace.indices[0]), box)
+        found.append(_Repeat(cell, trace, Player(tracker, start, cell.key.tracker_seed)))
+    return found

@@ -1,0 +1,73 @@
+"""Writing a report: in any format, whole or not at all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from irsim.files import check_output, replacing_text
+from irsim.kinds import suggestion
+from irtrack.bench import Cell, Results, summary
+from irtrack.errors import InputError
+from irtrack.report.figures import Figures, failures, severity_figures, source_figures
+from irtrack.report.formats import as_csv, as_json, as_markdown
+from irtrack.report.measured import measured
+
+
+def write_report(results: Results | str | Path, out: str | Path | None = None, format: str | None = None) -> Path:
+    """Write the report of a results file and return its path.
+
+    results  an open results file or its path
+    out      report.html (.json, .csv, .md) beside it where not given
+    format   one of `FORMATS`; by the ending of `out`, or html, where not given
+
+    InputError where there is no such results file, nothing in it, no such format, or no folder to write to.
+    """
+    if not isinstance(results, Results):
+        with Results(results) as opened:
+            return write_report(opened, out, format)
+    chosen = _format(out, format)
+    path = results.path.with_name(f"report.{chosen}") if out is None else Path(out)
+    check_output(path, results.path)
+    cells = results.cells()
+    if not cells:
+        raise InputError(f"{results.path}: holds no finished cell; run irtrack bench first")
+    text = FORMATS[chosen](results, cells)
+    with replacing_text(path) as file:
+        file.write(text)
+    return path
+
+
+def figures(results: Results, cells: Sequence[Cell]) -> Figures:
+    """All figures of the cells."""
+    return Figures(
+        results.path.name,
+        tuple(summary(cells, overall=True)),
+        tuple(source_figures(each) for each in measured(results, cells)),
+        severity_figures(cells),
+        failures(cells),
+    )
+
+
+def _html(results: Results, cells: Sequence[Cell]) -> str:
+    from irtrack.report.page import page
+
+    return page(results, cells)
+
+
+FORMATS: dict[str, Callable[[Results, Sequence[Cell]], str]] = {
+    "html": _html,
+    "json": lambda results, cells: as_json(figures(results, cells), results.runs()),
+    "csv": lambda results, cells: as_csv(figures(results, cells)),
+    "md": lambda results, cells: as_markdown(figures(results, cells)),
+}
+"""How the text of each format is made."""
+
+
+def _format(out: str | Path | None, format: str | None) -> str:
+    ending = "" if out is None else Path(out).suffix.removeprefix(".").lower()
+    chosen = format or (ending if ending in FORMATS else "html")
+    if chosen not in FORMATS:
+        allowed = ", ".join(FORMATS)
+        raise InputError(f"format '{chosen}': allowed: {allowed}{suggestion(chosen, FORMATS)}")
+    return chosen
