@@ -10,10 +10,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from typing import Any
 
+import numpy as np
+
 from irtrack.bench import Run, SummaryRow
-from irtrack.metrics import Survival
+from irtrack.bench.table import TIE_RULE
+from irtrack.metrics import Breaking, Survival
 from irtrack.metrics.loss import LOSS_RULE
-from irtrack.report.figures import Figures, SourceFigures
+from irtrack.report.figures import Figures, SeverityFigures, SourceFigures
 from irtrack.report.words import lead, ms, percent, px, share
 
 
@@ -25,6 +28,7 @@ def as_json(figures: Figures, runs: Sequence[Run]) -> str:
         "loss_rule": LOSS_RULE,
         "overall": [row.as_dict() for row in figures.overall],
         "sources": [_source(source) for source in figures.sources],
+        "severities": [_severity(each) for each in figures.severities],
         "failures": [asdict(failure) for failure in figures.failures],
         "runs": [asdict(run) for run in runs],
     }
@@ -49,6 +53,15 @@ def _survival(held: Survival) -> dict[str, Any]:
         "at_risk": held.at_risk.tolist(),
         "median": held.median,
     }
+
+
+def _severity(each: SeverityFigures) -> dict[str, Any]:
+    return {"source": each.family, "breaking": {label: _breaking(point) for label, point in each.breaking.items()}}
+
+
+def _breaking(point: Breaking) -> dict[str, Any]:
+    plain = {key: value.tolist() if isinstance(value, np.ndarray) else value for key, value in asdict(point).items()}
+    return {**plain, "in_words": point.in_words()}
 
 
 def _finite(value: Any) -> Any:
@@ -86,6 +99,13 @@ def _lines(figures: Figures) -> Iterator[list[object]]:
             for name in ("held", "low", "high", "at_risk"):
                 for time, value in zip(held.times.tolist(), getattr(held, name).tolist(), strict=True):
                     yield ["time_to_loss", source.name, label, f"{time:g}", name, _cell(value)]
+    for family in figures.severities:
+        for label, point in family.breaking.items():
+            for name in ("at", "at_low", "at_high"):
+                yield ["breaking_point", family.family, label, "", name, getattr(point, name)]
+            for name in ("runs", "lost", "shares", "low", "high"):
+                for severity, value in zip(point.severities.tolist(), getattr(point, name).tolist(), strict=True):
+                    yield ["severity", family.family, label, f"{severity:g}", name, value]
     for failure in figures.failures:
         yield ["failure", failure.source, failure.label, failure.seed, failure.brief, failure.more + 1]
 
@@ -104,6 +124,8 @@ def as_markdown(figures: Figures) -> str:
         parts += [f"## {_escaped(source.name)}", _ranked(source.rows)]
         if source.attributes:
             parts.append(_attributes(source))
+    if figures.severities:
+        parts += ["## Breaking points", _breaking_points(figures.severities)]
     if figures.failures:
         parts.append("## Failures")
         parts.append(
@@ -112,7 +134,7 @@ def as_markdown(figures: Figures) -> str:
                 [(each.label, each.source, each.seed, each.more + 1, each.brief) for each in figures.failures],
             )
         )
-    parts.append(LOSS_RULE)
+    parts += [LOSS_RULE, f"= {TIE_RULE}"]
     return "\n\n".join(parts) + "\n"
 
 
@@ -122,7 +144,7 @@ def _ranked(rows: Sequence[SummaryRow]) -> str:
         head,
         [
             (
-                row.rank,
+                f"{row.rank}=" if row.is_tie else row.rank,
                 row.label,
                 f"{row.runs} ({row.failed} failed)" if row.failed else row.runs,
                 f"{percent(row.lost_share)}",
@@ -137,6 +159,16 @@ def _ranked(rows: Sequence[SummaryRow]) -> str:
             for row in rows
         ],
     )
+
+
+def _breaking_points(severities: Sequence[SeverityFigures]) -> str:
+    """The severity at which half of the runs are lost, with its 95 % interval."""
+    labels = sorted({label for each in severities for label in each.breaking})
+    rows = [
+        (each.family, *(each.breaking[label].in_words() if label in each.breaking else "–" for label in labels))
+        for each in severities
+    ]
+    return _table(("source", *labels), rows)
 
 
 def _attributes(source: SourceFigures) -> str:

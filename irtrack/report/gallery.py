@@ -89,6 +89,4 @@ def _loss(results: Results, cell: Cell, row: SourceRow, source: Source, looks: M
         picture = still(source.frame(index, "display").image, index, "", [follower], both=True)
     except IrsimError:
         return None
-    return Loss(
-        cell.label, cell.source, cell.key.tracker_seed, cell.score.lost_at, run_command(cell, row), picture
-    )
+    return Loss(cell.label, cell.source, cell.key.tracker_seed, cell.score.lost_at, run_command(cell, row), picture)

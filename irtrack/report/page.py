@@ -11,13 +11,15 @@ from importlib.resources import files
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from irtrack.bench import Cell, Results, Run, summary
+from irtrack.bench.table import TIE_RULE
 from irtrack.metrics import ATTRIBUTES
 from irtrack.metrics.loss import LOSS_RULE
-from irtrack.report.figures import Figures, failures, severity_figures, source_figures
+from irtrack.report.chapters import chapters
+from irtrack.report.figures import failures, severity_figures
 from irtrack.report.gallery import gallery
 from irtrack.report.measured import measured
 from irtrack.report.palette import looks
-from irtrack.report.sections import Room, section
+from irtrack.report.sections import Room
 from irtrack.report.words import lead, ms, percent, px, share
 
 SCRIPT = (files("irtrack.report") / "page.js").read_text()
@@ -28,15 +30,8 @@ def page(results: Results, cells: Sequence[Cell]) -> str:
     """The report as HTML text."""
     # Colours by name, not by rank: a tracker keeps its own from report to report.
     by_label = looks(sorted({cell.label for cell in cells}))
-    room = Room()
-    sections = [section(each, source_figures(each), by_label, room) for each in measured(results, cells)]
-    figures = Figures(
-        results.path.name,
-        tuple(summary(cells, overall=True)),
-        tuple(each.figures for each in sections),
-        severity_figures(cells),
-        failures(cells),
-    )
+    found = chapters(measured(results, cells), severity_figures(cells), by_label, Room())
+    overall = summary(cells, overall=True)
     losses, lost_pairs = gallery(results, cells, by_label)
     environment = Environment(
         loader=PackageLoader("irtrack", "report"),
@@ -49,14 +44,18 @@ def page(results: Results, cells: Sequence[Cell]) -> str:
     runs = results.runs()
     return environment.get_template("page.html.j2").render(
         written=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
-        figures=figures,
-        lead=lead(figures.overall),
+        results=results.path.name,
+        overall=overall,
+        lead=lead(overall),
         looks=by_label,
-        sections=sections,
+        chapters=found,
+        has_replay=any(chapter.section.pictures.replay for chapter in found),
+        failures=failures(cells),
         losses=losses,
         lost_pairs=lost_pairs,
         attributes=ATTRIBUTES,
         loss_rule=LOSS_RULE,
+        tie_rule=TIE_RULE,
         runs=runs,
         versions=_versions(runs),
         script=SCRIPT,

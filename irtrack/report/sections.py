@@ -76,8 +76,8 @@ class Section:
         return f"data:text/yaml;base64,{text}"
 
 
-def section(measured: Measured, figures: SourceFigures, looks: Mapping[str, Look], room: Room) -> Section:
-    """The section of a source; what it takes of the room is taken off."""
+def section(measured: Measured, figures: SourceFigures, looks: Mapping[str, Look], room: Room | None) -> Section:
+    """The section of a source; what it takes of the room is taken off. Without room: no charts, no pictures."""
     shown = [measured.cells[place] for place in measured.shown]
     source = measured.source
     render = render_command(source, shown[0].key.scene_seed)
@@ -85,8 +85,8 @@ def section(measured: Measured, figures: SourceFigures, looks: Mapping[str, Look
         name=source.name,
         facts=_facts(measured),
         figures=figures,
-        plots=plots(measured.traces, figures.survival, looks, source.name) if measured.traces else None,
-        pictures=_pictures(measured, looks, room),
+        plots=plots(measured.traces, figures.survival, looks, source.name) if room and measured.traces else None,
+        pictures=_pictures(measured, looks, room) if room else Pictures(),
         seed=shown[0].key.tracker_seed,
         commands=(*([render] if render else []), *(run_command(cell, source) for cell in shown)),
         scenario=source.text if source.kind == "scenario" else None,
