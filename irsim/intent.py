@@ -8,19 +8,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
-from irsim.compose import overlap
-from irsim.course import Course
 from irsim.errors import InputError, Notice
-from irsim.motion import Crosses, Mount
-from irsim.occluders import Occluder, Sight
+from irsim.motion import Crosses
+from irsim.occluders import Occluder
 from irsim.scenario import Scenario
 from irsim.sprite import Sprite
 from irsim.types import Box, Floats
+from irsim.watch import Watch
 
 LEEWAY = 0.02
 """How far truth's visible fraction may be off what an intent says."""
@@ -34,8 +31,6 @@ _ROUNDS = 12
 _THIN_PX = 1.0
 _BULGE = 4.0
 """How far, in windows, a crown may stick out above what it is placed over."""
-LOOKED = 3000
-"""Frames at which a doubt about an occluder looks."""
 
 
 class UnmetError(ValueError):
@@ -57,7 +52,7 @@ def placed(scenario: Scenario) -> tuple[Occluder, ...]:
     found = []
     for occluder in scenario.occluders:
         try:
-            found.append(watch.place(occluder) if occluder.hides is not None else occluder)
+            found.append(_place(watch, occluder) if occluder.hides is not None else occluder)
         except UnmetError as unmet:
             raise InputError(f"occluders.{occluder.name}.{unmet.key}: {unmet}") from None
     return tuple(found)
@@ -69,241 +64,144 @@ def unmet(scenario: Scenario) -> Iterator[Notice]:
     for index, target in enumerate(scenario.targets):
         if isinstance(target.path, Crosses):
             try:
-                watch.check_crossing(index)
+                _check_crossing(watch, index)
             except UnmetError as fault:
                 yield Notice(("targets", index, "path", fault.key), str(fault))
     for index, occluder in enumerate(scenario.occluders):
         if occluder.hides is not None:
             try:
-                watch.place(occluder)
+                _place(watch, occluder)
             except UnmetError as fault:
                 yield Notice(("occluders", index, fault.key), str(fault))
 
 
-def idle(scenario: Scenario) -> Iterator[Notice]:
-    """Occluders with a place that hide no target in any frame."""
-    if not scenario.targets:
-        return
-    watch = Watch(scenario)
-    for index, occluder in enumerate(scenario.occluders):
-        if occluder.hides is None and not any(watch.meets(occluder, target.id) for target in scenario.targets):
-            yield Notice(("occluders", index), "it hides no target in any frame")
+def _place(watch: Watch, occluder: Occluder) -> Occluder:
+    """The occluder with the place that its intent asks for; UnmetError where there is none."""
+    name, (first, last) = occluder.hides or "", occluder.frames or (0, 0)
+    if last >= watch.scenario.frames:
+        raise UnmetError("frames", f"there is no frame {last}; allowed: 0 to {watch.scenario.frames - 1}")
+    window = _window(watch, occluder, name, range(first, last + 1))
+    sideways = _goes_up_or_down(watch, occluder, name)
+    try:
+        screen = _dense_enough(watch, occluder, name, window, sideways)
+    except ValueError as error:
+        raise UnmetError("hides", str(error)) from None
+    _clear_elsewhere(watch, screen, occluder, name, window)
+    return screen
 
 
-@dataclass(frozen=True)
-class Watch:
-    """A scenario with nothing switched off, looked at target by target."""
-
-    given: Scenario
-
-    @cached_property
-    def scenario(self) -> Scenario:
-        return self.given.model_copy(update={"without": ()})
-
-    @cached_property
-    def mount(self) -> Mount:
-        stage = self.scenario.stage
-        return Mount.of(self.scenario.camera.motion, np.arange(float(self.scenario.frames)), stage)
-
-    @cached_property
-    def courses(self) -> dict[str, Course]:
-        scenario = self.scenario
-        return {target.id: Course.of(target, scenario.frames, scenario.stage) for target in scenario.targets}
-
-    @cached_property
-    def _sprites(self) -> dict[tuple[str, int], Sprite | None]:
-        return {}
-
-    def sprite(self, name: str, index: int) -> Sprite | None:
-        """Target `name` as it is drawn at frame `index`."""
-        key = (name, index)
-        if key not in self._sprites:
-            course = self.courses[name]
-            view = course.view(index, self.mount, self.scenario.stage)
-            self._sprites[key] = course.target.shape.draw(view) if course.target.exists(index) else None
-        return self._sprites[key]
-
-    def sight(self, index: int) -> Sight:
-        """How the camera of frame `index` sees what stands about it."""
-        mount, stage = self.mount, self.scenario.stage
-        return Sight(stage, mount.lens(index), mount.rotation(index), mount.places[index], index / stage.rate_hz)
-
-    def hidden(self, occluder: Occluder, name: str, index: int) -> float:
-        """Share 0..1 of target `name` that this occluder alone hides at frame `index`."""
-        target = self.sprite(name, index)
-        if target is None or target.range_m <= occluder.range_m:
-            return 0.0
-        extent = occluder.extent(self.scenario.stage)
-        if extent is not None and not self._near(target, extent, occluder.range_m, index):
-            return 0.0
-        screen = occluder.draw(self.sight(index))
-        if screen is None:
-            return 0.0
-        met = overlap((target.x0, target.y0), target.cover.shape, (screen.x0, screen.y0), screen.cover.shape)
-        if met is None:
-            return 0.0
-        return float((target.cover[met[0]] * screen.cover[met[1]]).sum() / target.area)
-
-    def _near(self, target: Sprite, extent: Box, range_m: float, index: int) -> bool:
-        """Could something of that extent, px of the unmoved camera, meet the target at frame `index`?"""
-        rows, columns = target.cover.shape
-        left, top = target.x0 - 0.5, target.y0 - 0.5
-        ends = np.array([[left, top], [left + columns, top], [left + columns, top + rows], [left, top + rows]])
-        corners = self._at_first(ends, range_m, index)
+def _window(watch: Watch, occluder: Occluder, name: str, frames: range) -> Box:
+    """What has to be covered, px of the unmoved camera at the occluder's range."""
+    boxes = []
+    for index in frames:
+        target = watch.sprite(name, index)
+        if target is None:
+            raise UnmetError("frames", f"{name} is not there at frame {index}; allowed: frames in which it is")
+        if not watch.scenario.camera.geometry.inside(*target.center):
+            raise UnmetError(
+                "frames", f"{name} is out of the picture at frame {index}; allowed: frames in which it is seen"
+            )
+        if target.range_m <= occluder.range_m:
+            raise UnmetError(
+                "range_m",
+                f"{name} is {target.range_m:.0f} m away at frame {index}, nearer than {occluder.range_m:.0f} m; "
+                "allowed: less than its range",
+            )
+        corners = watch.at_first(_corners(target), occluder.range_m, index)
         if not np.isfinite(corners).all():
-            return True
-        (left, top), (right, bottom) = corners.min(axis=0) - 1, corners.max(axis=0) + 1
-        return bool(left < extent.right and right > extent.left and top < extent.bottom and bottom > extent.top)
-
-    def meets(self, occluder: Occluder, name: str) -> bool:
-        """Does it hide some of target `name` in any frame (of long scenarios: of LOOKED evenly spread ones)?"""
-        step = math.ceil(self.scenario.frames / LOOKED)
-        return any(self.hidden(occluder, name, index) > 0 for index in range(0, self.scenario.frames, step))
-
-    def place(self, occluder: Occluder) -> Occluder:
-        """The occluder with the place that its intent asks for; UnmetError where there is none."""
-        name, (first, last) = occluder.hides or "", occluder.frames or (0, 0)
-        if last >= self.scenario.frames:
-            raise UnmetError("frames", f"there is no frame {last}; allowed: 0 to {self.scenario.frames - 1}")
-        window = self._window(occluder, name, range(first, last + 1))
-        sideways = self._goes_up_or_down(occluder, name)
-        try:
-            screen = self._dense_enough(occluder, name, window, sideways)
-        except ValueError as error:
-            raise UnmetError("hides", str(error)) from None
-        self._clear_elsewhere(screen, occluder, name, window)
-        return screen
-
-    def _window(self, occluder: Occluder, name: str, frames: range) -> Box:
-        """What has to be covered, px of the unmoved camera at the occluder's range."""
-        boxes = []
-        for index in frames:
-            target = self.sprite(name, index)
-            if target is None:
-                raise UnmetError("frames", f"{name} is not there at frame {index}; allowed: frames in which it is")
-            if not self.scenario.camera.geometry.inside(*target.center):
-                raise UnmetError(
-                    "frames", f"{name} is out of the picture at frame {index}; allowed: frames in which it is seen"
-                )
-            if target.range_m <= occluder.range_m:
-                raise UnmetError(
-                    "range_m",
-                    f"{name} is {target.range_m:.0f} m away at frame {index}, nearer than {occluder.range_m:.0f} m; "
-                    "allowed: less than its range",
-                )
-            corners = self._at_first(_corners(target), occluder.range_m, index)
-            if not np.isfinite(corners).all():
-                raise UnmetError(
-                    "hides", f"the unmoved camera cannot see where {name} is at frame {index}; allowed: a place"
-                )
-            boxes.append((*corners.min(axis=0), *corners.max(axis=0)))
-        edges = np.array(boxes)
-        low, high = edges[:, :2].min(axis=0) - _MARGIN_PX, edges[:, 2:].max(axis=0) + _MARGIN_PX
-        return Box.from_edges(float(low[0]), float(low[1]), float(high[0]), float(high[1]))
-
-    def _at_first(self, pixels: Floats, range_m: float, index: int) -> Floats:
-        """(n, 2) px of frame `index` as px at which the unmoved camera sees the same places at `range_m`."""
-        sight = self.sight(index)
-        rays = sight.lens.directions(pixels) @ sight.rotation
-        return sight.stage.geometry.project(sight.place + rays * _distance(rays, sight.place, range_m))
-
-    def _way(self, name: str, range_m: float) -> Floats:
-        """(frames, 2) px at which the unmoved camera sees what hides the target's middle from `range_m`."""
-        places = self.mount.places
-        rays = self.courses[name].positions - places
-        rays = rays / np.linalg.norm(rays, axis=1, keepdims=True)
-        return self.scenario.stage.geometry.project(places + rays * _distance(rays, places, range_m))
-
-    def _goes_up_or_down(self, occluder: Occluder, name: str) -> bool:
-        """Does the target move more up or down than across in those frames (and the frame before and after)?"""
-        first, last = occluder.frames or (0, 0)
-        around = [max(first - 1, 0), min(last + 1, self.scenario.frames - 1)]
-        across, down = np.abs(np.diff(self._way(name, occluder.range_m)[around], axis=0)[0])
-        return bool(down > across)
-
-    def _dense_enough(self, occluder: Occluder, name: str, window: Box, sideways: bool) -> Occluder:
-        """The occluder over the window, no denser or larger than it has to be."""
-        first, last = occluder.frames or (0, 0)
-        looked = np.unique(np.linspace(first, last, 5).round().astype(int)).tolist()
-        stage = self.scenario.stage
-
-        def of(share: float) -> Occluder:
-            part = window if occluder.thins else _part(window, share, sideways)
-            return occluder.over(part, share, stage)
-
-        def least(share: float, frames: list[int]) -> float:
-            screen = of(share)
-            return min(self.hidden(screen, name, index) for index in frames)
-
-        low, high = 0.0 if occluder.thins else -_BULGE, 1.0
-        wanted = min(occluder.fraction, 1 - LEEWAY / 4)
-        if occluder.fraction < 1:
-            for _ in range(_ROUNDS):
-                middle = (low + high) / 2
-                low, high = (low, middle) if least(middle, looked) >= wanted else (middle, high)
-        reached = least(high, list(range(first, last + 1)))
-        if reached < occluder.fraction - LEEWAY:
-            raise UnmetError("fraction", f"it can hide {reached:.2f} of {name} at most; allowed: so much")
-        return of(high)
-
-    def _clear_elsewhere(self, screen: Occluder, occluder: Occluder, name: str, window: Box) -> None:
-        """UnmetError where the target is hidden well outside of the frames that were asked for."""
-        first, last = occluder.frames or (0, 0)
-        pixels = self._way(name, occluder.range_m)
-        steps = np.hypot(*np.diff(pixels, axis=0).T) if len(pixels) > 1 else np.zeros(1)
-        speed = float(np.median(steps[max(first - 1, 0) : last + 1])) if len(steps) else 0.0
-        own = self.sprite(name, first)
-        drawn = screen.draw(self.sight(first))
-        excess = 0.0 if drawn is None else max(drawn.box.w - window.w, drawn.box.h - window.h, 0.0)
-        size = 0.0 if own is None else own.box.diagonal
-        slack = math.ceil((size + excess + 6) / speed) if speed > _STILL_PX else 0
-        slack += math.ceil(max(getattr(screen, "grow_frames", 0.0), getattr(screen, "fade_frames", 0.0)))
-        for index in [*range(first - slack - 1, -1, -1), *range(last + slack + 1, self.scenario.frames)]:
-            share = self.hidden(screen, name, index)
-            if share > LEEWAY:
-                raise UnmetError(
-                    "frames",
-                    f"what hides {name} in frames {first} to {last} hides {share:.2f} of it at frame {index} too; "
-                    "allowed: frames at whose ends it comes and goes, or smoke, or a place",
-                )
-
-    def check_crossing(self, index: int) -> None:
-        """UnmetError where a crossing cannot happen."""
-        target = self.scenario.targets[index]
-        path, stage = target.path, self.scenario.stage
-        assert isinstance(path, Crosses)
-        if path.at_frame > self.scenario.frames - 1:
             raise UnmetError(
-                "at_frame", f"there is no frame {path.at_frame:g}; allowed: 0 to {self.scenario.frames - 1}"
+                "hides", f"the unmoved camera cannot see where {name} is at frame {index}; allowed: a place"
             )
-        frame = round(path.at_frame)
-        for name in (path.target, target.id):
-            if not self.courses[name].target.exists(frame):
-                raise UnmetError("at_frame", f"{name} is not there at frame {frame}; allowed: a frame in which it is")
-        here, step, own, range_m = path.meeting(stage)
-        if not np.isfinite(here).all():
-            raise UnmetError(
-                "at_frame", f"{path.target} is not in the picture at frame {frame}; allowed: a frame in which it is"
-            )
-        if np.hypot(*(own - step)) < _STILL_PX:
-            raise UnmetError(
-                "angle_deg", f"at this speed and angle it never parts from {path.target}; allowed: another one"
-            )
-        if range_m + path.farther_m <= 0:
-            raise UnmetError("farther_m", f"{path.target} is {range_m:.0f} m away; allowed: more than -{range_m:.0f}")
-        for name in (path.target, target.id):
-            x, y = self.mount.seen(self.courses[name].positions)[frame]
-            if not self.scenario.camera.geometry.inside(x, y):
-                raise UnmetError(
-                    "at_frame", f"{name} is out of the picture at frame {frame}; allowed: a frame in which it is seen"
-                )
+        boxes.append((*corners.min(axis=0), *corners.max(axis=0)))
+    edges = np.array(boxes)
+    low, high = edges[:, :2].min(axis=0) - _MARGIN_PX, edges[:, 2:].max(axis=0) + _MARGIN_PX
+    return Box.from_edges(float(low[0]), float(low[1]), float(high[0]), float(high[1]))
 
 
-def _distance(rays: Floats, places: Floats, range_m: float) -> Floats:
-    """(n, 1) m along unit rays (n, 3) from places (n, 3) or (3,) to the sphere about where the camera first stood."""
-    along = np.sum(rays * places, axis=-1, keepdims=True)
-    reach = along**2 - np.sum(places**2, axis=-1, keepdims=True) + range_m**2
-    return np.asarray(np.sqrt(np.where(reach > 0, reach, np.nan)) - along)
+def _goes_up_or_down(watch: Watch, occluder: Occluder, name: str) -> bool:
+    """Does the target move more up or down than across in those frames (and the frame before and after)?"""
+    first, last = occluder.frames or (0, 0)
+    around = [max(first - 1, 0), min(last + 1, watch.scenario.frames - 1)]
+    across, down = np.abs(np.diff(watch.way(name, occluder.range_m)[around], axis=0)[0])
+    return bool(down > across)
+
+
+def _dense_enough(watch: Watch, occluder: Occluder, name: str, window: Box, sideways: bool) -> Occluder:
+    """The occluder over the window, no denser or larger than it has to be."""
+    first, last = occluder.frames or (0, 0)
+    looked = np.unique(np.linspace(first, last, 5).round().astype(int)).tolist()
+    stage = watch.stage
+
+    def of(share: float) -> Occluder:
+        part = window if occluder.thins else _part(window, share, sideways)
+        return occluder.over(part, share, stage)
+
+    def least(share: float, frames: list[int]) -> float:
+        screen = of(share)
+        return min(watch.hidden(screen, name, index) for index in frames)
+
+    low, high = 0.0 if occluder.thins else -_BULGE, 1.0
+    wanted = min(occluder.fraction, 1 - LEEWAY / 4)
+    if occluder.fraction < 1:
+        for _ in range(_ROUNDS):
+            middle = (low + high) / 2
+            low, high = (low, middle) if least(middle, looked) >= wanted else (middle, high)
+    reached = least(high, list(range(first, last + 1)))
+    if reached < occluder.fraction - LEEWAY:
+        raise UnmetError("fraction", f"it can hide {reached:.2f} of {name} at most; allowed: so much")
+    return of(high)
+
+
+def _clear_elsewhere(watch: Watch, screen: Occluder, occluder: Occluder, name: str, window: Box) -> None:
+    """UnmetError where the target is hidden well outside of the frames that were asked for."""
+    first, last = occluder.frames or (0, 0)
+    pixels = watch.way(name, occluder.range_m)
+    steps = np.hypot(*np.diff(pixels, axis=0).T) if len(pixels) > 1 else np.zeros(1)
+    speed = float(np.median(steps[max(first - 1, 0) : last + 1])) if len(steps) else 0.0
+    own = watch.sprite(name, first)
+    drawn = screen.draw(watch.sight(first))
+    excess = 0.0 if drawn is None else max(drawn.box.w - window.w, drawn.box.h - window.h, 0.0)
+    size = 0.0 if own is None else own.box.diagonal
+    slack = math.ceil((size + excess + 6) / speed) if speed > _STILL_PX else 0
+    slack += math.ceil(max(getattr(screen, "grow_frames", 0.0), getattr(screen, "fade_frames", 0.0)))
+    for index in [*range(first - slack - 1, -1, -1), *range(last + slack + 1, watch.scenario.frames)]:
+        share = watch.hidden(screen, name, index)
+        if share > LEEWAY:
+            raise UnmetError(
+                "frames",
+                f"what hides {name} in frames {first} to {last} hides {share:.2f} of it at frame {index} too; "
+                "allowed: frames at whose ends it comes and goes, or smoke, or a place",
+            )
+
+
+def _check_crossing(watch: Watch, index: int) -> None:
+    """UnmetError where a crossing cannot happen."""
+    target = watch.scenario.targets[index]
+    path, stage = target.path, watch.stage
+    assert isinstance(path, Crosses)
+    if path.at_frame > watch.scenario.frames - 1:
+        raise UnmetError("at_frame", f"there is no frame {path.at_frame:g}; allowed: 0 to {watch.scenario.frames - 1}")
+    frame = round(path.at_frame)
+    for name in (path.target, target.id):
+        if not watch.courses[name].target.exists(frame):
+            raise UnmetError("at_frame", f"{name} is not there at frame {frame}; allowed: a frame in which it is")
+    here, step, own, range_m = path.meeting(stage)
+    if not np.isfinite(here).all():
+        raise UnmetError(
+            "at_frame", f"{path.target} is not in the picture at frame {frame}; allowed: a frame in which it is"
+        )
+    if np.hypot(*(own - step)) < _STILL_PX:
+        raise UnmetError(
+            "angle_deg", f"at this speed and angle it never parts from {path.target}; allowed: another one"
+        )
+    if range_m + path.farther_m <= 0:
+        raise UnmetError("farther_m", f"{path.target} is {range_m:.0f} m away; allowed: more than -{range_m:.0f}")
+    for name in (path.target, target.id):
+        x, y = watch.mount.seen(watch.courses[name].positions)[frame]
+        if not watch.scenario.camera.geometry.inside(x, y):
+            raise UnmetError(
+                "at_frame", f"{name} is out of the picture at frame {frame}; allowed: a frame in which it is seen"
+            )
 
 
 def _corners(sprite: Sprite) -> Floats:

@@ -55,6 +55,8 @@ KelvinDifference = Annotated[float, Field(ge=-6000, le=6000)]
 Pair = Annotated[tuple[Number, Number], Field(strict=False)]
 Index = Annotated[int, Field(ge=0, le=LARGEST)]
 """A frame's number."""
+Stretch = Annotated[tuple[Index, Index], Field(strict=False)]
+"""[first, last] frame, both counted."""
 Triple = Annotated[tuple[Number, Number, Number], Field(strict=False)]
 
 Item = TypeVar("Item")

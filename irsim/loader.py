@@ -9,9 +9,10 @@ from os import PathLike
 from typing import Any
 
 from irsim import yamlfile
+from irsim.doubts import doubts
 from irsim.errors import InputError, Notice
 from irsim.explain import AnyPart, formed, line
-from irsim.intent import idle, unmet
+from irsim.intent import unmet
 from irsim.kinds import importing_nothing
 from irsim.overrides import override, placed
 from irsim.ranges import moved, range_doubts, range_faults, values_at
@@ -73,8 +74,8 @@ def warnings(path: str | PathLike[str], overrides: Iterable[str] = ()) -> list[s
     faults = list(_faults_of_severities(document, scenario))
     if faults:
         raise InputError("\n".join(dict.fromkeys(faults)))
-    doubts = [*scenario.warnings(), *idle(scenario), *range_doubts(document, scenario)]
-    return [_told(document, notice, f"warning: {notice.what}") for notice in doubts]
+    notices = [*doubts(scenario), *range_doubts(document, scenario)]
+    return [_told(document, notice, f"warning: {notice.what}") for notice in notices]
 
 
 def dumps(scenario: Scenario, short: bool = False) -> str:

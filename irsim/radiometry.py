@@ -56,6 +56,7 @@ def planck(wavelength_um: float | Floats, temperature_k: float | Floats) -> Floa
     return np.asarray(_C1L / wavelength**5 / np.expm1(exponent) * 1e-6)
 
 
+@lru_cache
 def _nodes(band: Band) -> tuple[Floats, Floats]:
     """Wavelengths, um, and weights of a Gauss-Legendre quadrature over the band, exact to 1e-12 from 100 K up."""
     nodes, weights = np.polynomial.legendre.leggauss(64)

@@ -16,10 +16,9 @@ from irsim.atmosphere import Atmosphere
 from irsim.backgrounds import BACKGROUNDS, Background, Sky
 from irsim.camera import Camera
 from irsim.climate import fitted_band
-from irsim.errors import Notice
 from irsim.expectation import EXPECTATIONS, Expectation
 from irsim.identity import scene_code
-from irsim.kinds import Index, Name, Part, Several, Triple, suggestion
+from irsim.kinds import Name, Part, Several, Stretch, Triple, suggestion
 from irsim.motion import PATHS, Company, Path
 from irsim.occluders import OCCLUDERS, Occluder
 from irsim.radiometry import BAND_UM, limits
@@ -33,9 +32,6 @@ KeyPath = tuple[str | int, ...]
 
 Levels = Annotated[tuple[Any, ...], Field(strict=False, min_length=2, max_length=100)]
 """The values of a key by severity, from 0 on."""
-
-Stretch = Annotated[tuple[Index, Index], Field(strict=False)]
-"""[first, last] frame, both counted."""
 
 
 class Target(Part):
@@ -76,9 +72,6 @@ class Target(Part):
 
 ABOUT = {"about", "like", "severity", "severities", "vary", "expect"}
 """Keys that change no pixel and no truth: severities do by the values that they put elsewhere."""
-
-WATCHED = 200
-"""Frames, evenly spread, at which warnings look at where targets are."""
 
 
 class Scenario(Part):
@@ -171,49 +164,15 @@ class Scenario(Part):
         if self.atmosphere.turbulence.cn2 > 0:
             yield "turbulence", ("atmosphere", "turbulence")
 
-    def warnings(self) -> list[Notice]:
-        """What is legal but may not be meant, such as a path longer than any that the atmosphere was fitted to."""
-        return [
-            *(Notice(("atmosphere", *at), what) for at, what in self.air.notices(self.camera.band)),
-            *self._long_paths(),
-            *self._unlike_skies(),
-        ]
-
     @property
-    def _sky(self) -> str | None:
-        """The preset of the clear sky."""
+    def sky_preset(self) -> str | None:
+        """The preset of the clear sky, if any."""
         return self.background.preset if isinstance(self.background, Sky) else None
-
-    def _unlike_skies(self) -> Iterator[Notice]:
-        air = self.air.preset
-        if isinstance(self.background, Sky) and air not in ("none", self._sky):
-            given = "of its own temperatures" if self._sky is None else f"of {self._sky}"
-            yield Notice(
-                ("background", "preset"),
-                f"the sky is {given} behind an atmosphere of {air}: far things will not fade into it",
-            )
-
-    def _long_paths(self) -> Iterator[Notice]:
-        """For each target that goes beyond the atmosphere's fit, the first reason why."""
-        stage = self.stage
-        if stage.air.preset == "none" or stage.cast is None:
-            return
-        frames = np.unique(np.linspace(0, self.frames - 1, min(self.frames, WATCHED)).round())
-        places = stage.cast.standpoints(frames, stage)
-        for index, target in enumerate(self.targets):
-            sight = target.path.positions(frames, stage, target.id) - places
-            ranges = np.linalg.norm(sight, axis=-1)
-            rises = -sight @ stage.geometry.down
-            for k in (ranges.argmin(), ranges.argmax(), rises.argmin(), rises.argmax()):
-                why = stage.air.beyond(float(ranges[k]), float(np.arcsin(np.clip(rises[k] / ranges[k], -1, 1))))
-                if why is not None:
-                    yield Notice(("targets", index, "path"), f"frame {frames[k]:.0f}: {why}")
-                    break
 
     @model_validator(mode="after")
     def _air_is_fitted(self) -> Scenario:
         air, band = self.atmosphere, self.camera.band
-        needed = air.preset != "none" or air.fog_visibility_km is not None or self._sky is not None
+        needed = air.preset != "none" or air.fog_visibility_km is not None or self.sky_preset is not None
         if needed and fitted_band(band) is None:
             low, high = limits(band)
             named = " or ".join(f"{name} ({first:g} to {last:g} um)" for name, (first, last) in BAND_UM.items())

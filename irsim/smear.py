@@ -12,16 +12,19 @@ Node = tuple[float, float]
 """A share of the exposure, and when it is, frames from its middle."""
 
 
+MOST_STEPS = 64
+
+
 class Smear(Part):
     """Whatever moves while a frame is exposed is smeared along its way: the targets' own motion and the camera's.
 
-    A frame is the mean of `steps` scenes, evenly spread over the exposure. What moves by more than about
-    1.2 px from step to step leaves beads rather than a streak.
+    A frame is the mean of `steps` scenes, evenly spread over the exposure. What moves by more than
+    1.2 px from step to step leaves beads rather than a streak: `irsim check` warns of it.
     """
 
     time_ms: Annotated[float, Field(ge=0, le=10_000)]
     """Integration time, ms, about the frame's time; with 0 nothing is smeared."""
-    steps: Annotated[int, Field(ge=1, le=64)] = 8
+    steps: Annotated[int, Field(ge=1, le=MOST_STEPS)] = 8
     """Scenes that make up a frame: drawing takes about so many times as long."""
 
     def nodes(self, rate_hz: float) -> tuple[Node, ...]:

@@ -83,9 +83,7 @@ def open_rendering(
             rendering = Rendering(scenario(last), name)
         start, stop = (bisect_left(rendering.arrivals, each) for each in (first, last))
         if start == stop:
-            raise InputError(
-                f"{path}: frames {first}:{last}: none arrives; allowed: a range that faults leave some of"
-            )
+            raise InputError(f"{path}: frames {first}:{last}: none arrives; allowed: a range that faults leave some of")
         return rendering, start, stop
     if frames is None:
         longer = any(change.partition("=")[0].strip() == "frames" for change in changes)

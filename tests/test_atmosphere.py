@@ -15,6 +15,7 @@ from irsim.atmosphere import Atmosphere, rain_extinction
 from irsim.backgrounds.air import ground_range_m
 from irsim.cli import check
 from irsim.climate import CLIMATES, FOG, ClimateName, fitted_band
+from irsim.doubts import doubts
 from irsim.loader import warnings
 from irsim.radiometry import Band, BandName, radiance, temperature
 from irsim.render import Renderer
@@ -319,14 +320,14 @@ def test_a_band_without_a_fit_is_refused_where_there_is_an_atmosphere() -> None:
     ],
 )
 def test_beyond_the_fit_is_told_with_its_place(change: dict[str, Any], place: tuple[str, ...], words: str) -> None:
-    (notice,) = scene(**change).warnings()
+    (notice,) = doubts(scene(**change))
     assert notice.at == place
     assert words in notice.what
 
 
 def test_within_the_fit_nothing_is_told() -> None:
-    assert scene().warnings() == []
-    assert scene(atmosphere={}, targets=[target(50e3)]).warnings() == []
+    assert list(doubts(scene())) == []
+    assert list(doubts(scene(atmosphere={}, targets=[target(50e3)]))) == []
 
 
 def test_a_target_arrives_weakened_with_the_light_of_its_path() -> None:
@@ -371,10 +372,10 @@ def test_the_presets_sky_stands_behind_all() -> None:
 
 def test_a_sky_unlike_the_air_before_it_is_told() -> None:
     for sky, words in (({}, "of its own temperatures"), ({"preset": "tropical"}, "of tropical")):
-        (notice,) = scene(background={"kind": "sky", **sky}).warnings()
+        (notice,) = doubts(scene(background={"kind": "sky", **sky}))
         assert notice.at == ("background", "preset")
         assert words in notice.what
-    assert scene(background={"kind": "sky", "preset": "us_standard"}).warnings() == []
+    assert list(doubts(scene(background={"kind": "sky", "preset": "us_standard"}))) == []
 
 
 @pytest.mark.parametrize(("degrees", "height_m", "range_m"), [(90, 100, 100), (30, 100, 200), (45, 1000, 1414.4)])

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from irsim.doubts import doubts
 from irsim.render import Renderer
 from irsim.scenario import Scenario
 from irsim.simulate import Rendering
@@ -101,3 +102,22 @@ def test_a_frame_alone_is_that_of_the_sequence() -> None:
 def test_an_exposure_longer_than_a_frame_is_refused() -> None:
     with pytest.raises(ValidationError, match=r"41.0 ms do not fit into a frame at 25.0 Hz; allowed: at most 40 ms"):
         scene(smear={"time_ms": 41.0})
+
+
+@pytest.mark.parametrize(
+    ("path", "motion", "who"),
+    [
+        ({}, [], "one"),
+        ({"speed": 0.0}, [{"kind": "pan", "azimuth_deg_s": 8 * RATE * 0.5e-3 * 180 / np.pi}], "the background"),
+    ],
+)
+def test_beads_are_warned_of(path: dict[str, Any], motion: Any, who: str) -> None:
+    """8 px a frame, all of it exposed: 2 px from step to step of 4, and 7 steps (8 / 1.2) are enough."""
+    smear = {"time_ms": 1000 / RATE, "steps": 4}
+    (told,) = doubts(scene(path, smear, motion))
+    assert told.at == ("camera", "smear", "steps")
+    assert told.what.endswith("a streak takes steps: 7")
+    if who == "one":
+        assert "frame 1 one moves by 2.0 px" in told.what
+    assert list(doubts(scene(path, {**smear, "steps": 7}, motion))) == []
+    assert list(doubts(scene(path, smear, motion, without=["smear"]))) == []

@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.geometry import Geometry
-from irsim.kinds import Fraction, Index, Kelvin, Metres, Name, NamedKind
+from irsim.kinds import Fraction, Kelvin, Metres, Name, NamedKind, Stretch
 from irsim.shapes.polygon import outline
 from irsim.shapes.silhouette import Outline, sprite, within_sight
 from irsim.sprite import Sprite
@@ -21,9 +21,6 @@ from irsim.stage import Stage
 from irsim.types import Box, Floats
 
 T = TypeVar("T")
-
-Stretch = Annotated[tuple[Index, Index], Field(strict=False)]
-"""[first, last] frame, both counted."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,101 @@
+"""What is legal in a scenario but may not be meant."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from irsim.backgrounds import Sky
+from irsim.errors import Notice
+from irsim.motion import Mount
+from irsim.scenario import Scenario
+from irsim.smear import MOST_STEPS
+from irsim.types import Floats
+from irsim.watch import Watch
+
+WATCHED = 200
+"""Frames, evenly spread, at which warnings look at where targets are."""
+BEADS_PX = 1.2
+"""Two blurs of the usual sigma, 0.6 px: points farther apart than these are told from each other."""
+
+
+def doubts(scenario: Scenario) -> Iterator[Notice]:
+    """Warnings, such as of a path longer than any that the atmosphere was fitted to."""
+    for at, what in scenario.air.notices(scenario.camera.band):
+        yield Notice(("atmosphere", *at), what)
+    yield from _long_paths(scenario)
+    yield from _unlike_skies(scenario)
+    yield from _beads(scenario)
+    yield from _idle(scenario)
+
+
+def _long_paths(scenario: Scenario) -> Iterator[Notice]:
+    """For each target that goes beyond the atmosphere's fit, the first reason why."""
+    stage = scenario.stage
+    if stage.air.preset == "none" or stage.cast is None:
+        return
+    frames = np.unique(np.linspace(0, scenario.frames - 1, min(scenario.frames, WATCHED)).round())
+    places = stage.cast.standpoints(frames, stage)
+    for index, target in enumerate(scenario.targets):
+        sight = target.path.positions(frames, stage, target.id) - places
+        ranges = np.linalg.norm(sight, axis=-1)
+        rises = -sight @ stage.geometry.down
+        for k in (ranges.argmin(), ranges.argmax(), rises.argmin(), rises.argmax()):
+            why = stage.air.beyond(float(ranges[k]), float(np.arcsin(np.clip(rises[k] / ranges[k], -1, 1))))
+            if why is not None:
+                yield Notice(("targets", index, "path"), f"frame {frames[k]:.0f}: {why}")
+                break
+
+
+def _unlike_skies(scenario: Scenario) -> Iterator[Notice]:
+    air, sky = scenario.air.preset, scenario.sky_preset
+    if isinstance(scenario.background, Sky) and air not in ("none", sky):
+        given = "of its own temperatures" if sky is None else f"of {sky}"
+        yield Notice(
+            ("background", "preset"),
+            f"the sky is {given} behind an atmosphere of {air}: far things will not fade into it",
+        )
+
+
+def _beads(scenario: Scenario) -> Iterator[Notice]:
+    """Of a smear with too few steps: who moves most while a frame is exposed, by what it does from frame to frame."""
+    camera = scenario.camera
+    smear = camera.smear if scenario.is_on("smear") else None
+    if smear is None or smear.time_ms == 0 or smear.steps == 1 or scenario.frames == 1:
+        return
+    watch = Watch(scenario)
+    share = smear.time_ms * 1e-3 * camera.rate_hz / smear.steps
+    moves = [(_turning(watch.mount), "the background")]
+    for name, course in watch.courses.items():
+        pixels = watch.mount.seen(course.positions)
+        in_view = np.array([camera.geometry.inside(x, y) for x, y in pixels.tolist()])
+        steps = np.hypot(*np.diff(pixels, axis=0).T)
+        moves.append((np.where(in_view[1:] & in_view[:-1], steps, 0.0), name))
+    most, name, frame = max((float(steps.max()) * share, name, int(steps.argmax()) + 1) for steps, name in moves)
+    if most > BEADS_PX:
+        enough = math.ceil(most * smear.steps / BEADS_PX)
+        yield Notice(
+            ("camera", "smear", "steps"),
+            f"at frame {frame} {name} moves by {most:.1f} px from step to step, which leaves beads; "
+            f"a streak takes steps: {enough}" + (", more than there may be" if enough > MOST_STEPS else ""),
+        )
+
+
+def _turning(mount: Mount) -> Floats:
+    """(n - 1,) px by which what is far and in the middle of the picture moves from frame to frame."""
+    rotations = np.stack([mount.rotation(index) for index in range(len(mount.turns))])
+    ahead = np.einsum("nij,nj->ni", rotations[1:], rotations[:-1, 2])
+    shifts = mount.geometry.project(ahead) - mount.geometry.principal
+    return np.asarray(np.hypot(*shifts.T) * mount.zooms[1:])
+
+
+def _idle(scenario: Scenario) -> Iterator[Notice]:
+    """Occluders with a place that hide no target in any frame."""
+    if not scenario.targets:
+        return
+    watch = Watch(scenario)
+    for index, occluder in enumerate(scenario.occluders):
+        if occluder.hides is None and not any(watch.meets(occluder, target.id) for target in scenario.targets):
+            yield Notice(("occluders", index), "it hides no target in any frame")

@@ -1,0 +1,115 @@
+"""A scenario looked at target by target: where each is, and how much of it an occluder hides."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from irsim.compose import overlap
+from irsim.course import Course
+from irsim.motion import Mount
+from irsim.occluders import Occluder, Sight
+from irsim.scenario import Scenario
+from irsim.sprite import Sprite
+from irsim.stage import Stage
+from irsim.types import Box, Floats
+
+LOOKED = 3000
+"""Frames at which a doubt about an occluder looks."""
+
+
+@dataclass(frozen=True)
+class Watch:
+    """A scenario with nothing switched off, looked at target by target."""
+
+    given: Scenario
+
+    @cached_property
+    def scenario(self) -> Scenario:
+        return self.given.model_copy(update={"without": ()})
+
+    @cached_property
+    def stage(self) -> Stage:
+        return self.scenario.stage
+
+    @cached_property
+    def mount(self) -> Mount:
+        return Mount.of(self.scenario.camera.motion, np.arange(float(self.scenario.frames)), self.stage)
+
+    @cached_property
+    def courses(self) -> dict[str, Course]:
+        scenario = self.scenario
+        return {target.id: Course.of(target, scenario.frames, self.stage) for target in scenario.targets}
+
+    @cached_property
+    def _sprites(self) -> dict[tuple[str, int], Sprite | None]:
+        return {}
+
+    def sprite(self, name: str, index: int) -> Sprite | None:
+        """Target `name` as it is drawn at frame `index`."""
+        key = (name, index)
+        if key not in self._sprites:
+            course = self.courses[name]
+            view = course.view(index, self.mount, self.stage)
+            self._sprites[key] = course.target.shape.draw(view) if course.target.exists(index) else None
+        return self._sprites[key]
+
+    def sight(self, index: int) -> Sight:
+        """How the camera of frame `index` sees what stands about it."""
+        mount, stage = self.mount, self.stage
+        return Sight(stage, mount.lens(index), mount.rotation(index), mount.places[index], index / stage.rate_hz)
+
+    def hidden(self, occluder: Occluder, name: str, index: int) -> float:
+        """Share 0..1 of target `name` that this occluder alone hides at frame `index`."""
+        target = self.sprite(name, index)
+        if target is None or target.range_m <= occluder.range_m:
+            return 0.0
+        extent = occluder.extent(self.stage)
+        if extent is not None and not self._near(target, extent, occluder.range_m, index):
+            return 0.0
+        screen = occluder.draw(self.sight(index))
+        if screen is None:
+            return 0.0
+        met = overlap((target.x0, target.y0), target.cover.shape, (screen.x0, screen.y0), screen.cover.shape)
+        if met is None:
+            return 0.0
+        return float((target.cover[met[0]] * screen.cover[met[1]]).sum() / target.area)
+
+    def _near(self, target: Sprite, extent: Box, range_m: float, index: int) -> bool:
+        """Could something of that extent, px of the unmoved camera, meet the target at frame `index`?"""
+        rows, columns = target.cover.shape
+        left, top = target.x0 - 0.5, target.y0 - 0.5
+        ends = np.array([[left, top], [left + columns, top], [left + columns, top + rows], [left, top + rows]])
+        corners = self.at_first(ends, range_m, index)
+        if not np.isfinite(corners).all():
+            return True
+        (left, top), (right, bottom) = corners.min(axis=0) - 1, corners.max(axis=0) + 1
+        return bool(left < extent.right and right > extent.left and top < extent.bottom and bottom > extent.top)
+
+    def meets(self, occluder: Occluder, name: str) -> bool:
+        """Does it hide some of target `name` in any frame (of long scenarios: of LOOKED evenly spread ones)?"""
+        step = math.ceil(self.scenario.frames / LOOKED)
+        return any(self.hidden(occluder, name, index) > 0 for index in range(0, self.scenario.frames, step))
+
+    def at_first(self, pixels: Floats, range_m: float, index: int) -> Floats:
+        """(n, 2) px of frame `index` as px at which the unmoved camera sees the same places at `range_m`."""
+        sight = self.sight(index)
+        rays = sight.lens.directions(pixels) @ sight.rotation
+        return sight.stage.geometry.project(sight.place + rays * _distance(rays, sight.place, range_m))
+
+    def way(self, name: str, range_m: float) -> Floats:
+        """(frames, 2) px at which the unmoved camera sees what hides the target's middle from `range_m`."""
+        places = self.mount.places
+        rays = self.courses[name].positions - places
+        rays = rays / np.linalg.norm(rays, axis=1, keepdims=True)
+        return self.stage.geometry.project(places + rays * _distance(rays, places, range_m))
+
+
+def _distance(rays: Floats, places: Floats, range_m: float) -> Floats:
+    """(n, 1) m along unit rays (n, 3) from places (n, 3) or (3,) to the sphere about where the camera first stood."""
+    along = np.sum(rays * places, axis=-1, keepdims=True)
+    reach = along**2 - np.sum(places**2, axis=-1, keepdims=True) + range_m**2
+    return np.asarray(np.sqrt(np.where(reach > 0, reach, np.nan)) - along)
