@@ -29,6 +29,7 @@ _PUBLIC = {
     "load": "irsim.loader",
     "loads": "irsim.loader",
     "change": "irsim.loader",
+    "read_part": "irsim.loader",
     "scalar": "irsim.yamlfile",
     "Variations": "irsim.space",
     "sample": "irsim.space",

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from os import PathLike
-from typing import Any
+from typing import Any, Generic
 
 from irsim import yamlfile
 from irsim.doubts import doubts
@@ -22,7 +22,21 @@ from irsim.severity import settle
 from irsim.shipped import examples, find, shipped
 from irsim.yamlfile import Document, KeyPath, scalar
 
-__all__ = ["build", "change", "dumps", "examples", "find", "load", "loads", "reach", "scalar", "shipped", "warnings"]
+__all__ = [
+    "Written",
+    "build",
+    "change",
+    "dumps",
+    "examples",
+    "find",
+    "load",
+    "loads",
+    "reach",
+    "read_part",
+    "scalar",
+    "shipped",
+    "warnings",
+]
 
 _LARGEST_WHOLE = 2**53
 """Up to here a float that is a whole number says exactly which."""
@@ -65,6 +79,25 @@ def change(scenario: Scenario, values: Mapping[str, Any]) -> Scenario:
 def reach(scenario: Scenario, keys: Iterable[str]) -> dict[str, Any]:
     """What a scenario holds at override keys, as YAML would have it; None where there is nothing."""
     return values_at(_document(scenario), scenario, keys)
+
+
+@dataclass(frozen=True)
+class Written(Generic[AnyPart]):
+    """A part as a YAML file says it, and where."""
+
+    part: AnyPart
+    document: Document
+
+    def line(self, at: KeyPath, what: str) -> str:
+        """'file:line:column: key: what', for what is found wrong later at a place such as ("trackers", 0)."""
+        return line(self.document, at, shown(at, Slot.of(type(self.part)), self.document.value), what)
+
+
+def read_part(path: str | PathLike[str], part: type[AnyPart]) -> Written[AnyPart]:
+    """The part that a YAML file says, or a shipped one by its name; InputError as `load`."""
+    document = yamlfile.read(find(path))
+    document = replace(document, value=_whole(document.value))
+    return Written(formed(document, part), document)
 
 
 def warnings(path: str | PathLike[str], overrides: Iterable[str] = ()) -> list[str]:

@@ -79,14 +79,14 @@ def first_options(
 
 
 class Progress(Protocol):
-    """Called with how much is done and, where that was not known before, of how much."""
+    """Called with how much is done and, where that was not known before, of how much; and with what else to say."""
 
-    def __call__(self, done: int, total: int | None = None) -> None: ...
+    def __call__(self, done: int, total: int | None = None, note: str = "") -> None: ...
 
 
 @contextmanager
 def progress_bar(label: str, total: int | None = None) -> Iterator[Progress | None]:
-    """A bar on standard error; None where that is no terminal and nobody would see one."""
+    """A bar on standard error, with rate and time left; None where that is no terminal and nobody would see one."""
     if not sys.stderr.isatty():
         yield None
         return
@@ -97,12 +97,15 @@ def progress_bar(label: str, total: int | None = None) -> Iterator[Progress | No
         progress.TextColumn("{task.description}"),
         progress.BarColumn(),
         progress.MofNCompleteColumn(),
+        progress.TextColumn("{task.fields[rate]}"),
         progress.TimeRemainingColumn(),
+        progress.TextColumn("{task.fields[note]}"),
     )
     with progress.Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(label, total=total)
+        task = bar.add_task(label, total=total, rate="", note="")
 
-        def move(done: int, total: int | None = None) -> None:
-            bar.update(task, completed=done, total=total)
+        def move(done: int, total: int | None = None, note: str = "") -> None:
+            speed = bar.tasks[0].speed
+            bar.update(task, completed=done, total=total, rate="" if speed is None else f"{speed:.3g}/s", note=note)
 
         yield move

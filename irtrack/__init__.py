@@ -25,6 +25,8 @@ _PUBLIC = {
     "score": "irtrack.metrics",
     "run_bench": "irtrack.bench",
     "summary": "irtrack.bench",
+    "load_suite": "irtrack.bench",
+    "export": "irtrack.bench",
     "Results": "irtrack.bench",
     "compare": "irtrack.compare",
     "write_report": "irtrack.report",

@@ -99,16 +99,22 @@ def code_hash(tracker: Tracker) -> str:
     """
     digest = hashlib.blake2b(digest_size=16)
     kind = _kind(tracker)
+    file = source_file(kind)
+    if file is None:
+        digest.update(tracker_name(tracker).encode())
+        return digest.hexdigest()
+    for path in sorted(_with_imports(file, kind.__module__)):
+        digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+    return digest.hexdigest()
+
+
+def source_file(kind: type[object]) -> Path | None:
+    """The file that a class is written in; None of one typed into a prompt."""
     try:
         file = inspect.getsourcefile(kind)
     except TypeError:
         file = None
-    if file is None:
-        digest.update(tracker_name(tracker).encode())
-        return digest.hexdigest()
-    for path in sorted(_with_imports(Path(file), kind.__module__)):
-        digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
-    return digest.hexdigest()
+    return None if file is None else Path(file)
 
 
 def _with_imports(path: Path, module: str) -> set[Path]:

@@ -47,8 +47,11 @@ class Asked:
     target: str | None
 
 
-def asked(entry: AnySource | SourceEntry) -> Iterator[Asked]:
+def asked(entry: AnySource | SourceEntry | Asked) -> Iterator[Asked]:
     """What an entry stands for, one for each severity; InputError where there is no such source or severity."""
+    if isinstance(entry, Asked):
+        yield entry
+        return
     wanted = entry if isinstance(entry, SourceEntry) else SourceEntry(entry)
     word = str(wanted.source) if isinstance(wanted.source, str | Path) else None
     changes = tuple(wanted.changes)

@@ -136,6 +136,11 @@ class Child:
     """A worker process, the pipe to it, and the board on which it says what it is at."""
 
     def __init__(self, limit_s: float | None) -> None:
+        if multiprocessing.current_process().daemon:
+            raise IrtrackError(
+                "a time limit takes workers that may start processes; allowed for dask: "
+                "DASK_DISTRIBUTED__WORKER__DAEMON=False dask worker ..."
+            )
         context = multiprocessing.get_context("spawn")  # safe with threads, the same on every system
         self._numbers = context.RawArray("d", Board.EMPTY)
         self._limit_s = limit_s

@@ -81,7 +81,7 @@ APART = 1000
 
 
 def plans(
-    sources: Sequence[AnySource | SourceEntry],
+    sources: Sequence[AnySource | SourceEntry | Asked],
     trackers: Sequence[Contestant],
     seeds: Seeds,
     input: Input,

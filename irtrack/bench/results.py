@@ -24,6 +24,9 @@ APPLICATION_ID = 0x69727472
 SCHEMA_VERSION = 4
 """Raised whenever a table below, `Score` or `Trace` changes."""
 
+_NO_ROOM = {sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR}
+"""What SQLite says where it cannot write: a full disk, a quota or a limit."""
+
 _KEY = [field.name for field in fields(Key)]
 _SQL_TYPES = {int: "INTEGER", bool: "INTEGER", float: "REAL"}
 _FIGURES = ", ".join(f"{name} {_SQL_TYPES[figure.kind]}" for name, figure in FIGURES.items())
@@ -101,7 +104,9 @@ class Results:
         try:
             yield
         except sqlite3.Error as error:
-            raise InputError(f"{self.path}: cannot use the results file: {error}") from error
+            code = getattr(error, "sqlite_errorcode", 0) & 0xFF  # without what it adds of where it was
+            hint = "; what was finished is kept: make room and give the same command again" if code in _NO_ROOM else ""
+            raise InputError(f"{self.path}: cannot use the results file: {error}{hint}") from error
 
     def close(self) -> None:
         self._db.close()

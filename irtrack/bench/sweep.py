@@ -13,7 +13,7 @@ import numpy as np
 
 import irsim
 from irsim.types import Box, Input
-from irtrack.bench.asked import AnySource, SourceEntry
+from irtrack.bench.asked import AnySource, Asked, SourceEntry
 from irtrack.bench.cell import Cell, Key, Run
 from irtrack.bench.crew import Crew, warden
 from irtrack.bench.group import Group, Member, Outcome, run_group
@@ -29,7 +29,7 @@ Progress = Callable[[int, int], None]
 
 
 def run_bench(
-    sources: Sequence[AnySource | SourceEntry],
+    sources: Sequence[AnySource | SourceEntry | Asked],
     trackers: Sequence[str | GivenTracker | Entry],
     *,
     results: str | Path,

@@ -5,7 +5,6 @@ Modules that take time to import are imported inside the commands: `irtrack --he
 
 from __future__ import annotations
 
-import shlex
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -14,13 +13,15 @@ import typer
 
 from irsim import terminal
 from irsim.files import check_output
+from irtrack.cli.bench import bench, export
 from irtrack.cli.compare import compare
-from irtrack.cli.output import plural, print_json, print_run, print_summary
+from irtrack.cli.options import AsJson, InputName, command_line, input_name
+from irtrack.cli.output import print_json, print_run
 from irtrack.cli.sources import sources
-from irtrack.errors import InputError, TrackerError
+from irtrack.errors import TrackerError
 
 if TYPE_CHECKING:
-    from irsim.types import Input
+    from irsim.types import Source
 
 app = typer.Typer(
     help="Replay infrared recordings into trackers, measure where they break, and report it.",
@@ -30,12 +31,6 @@ app = typer.Typer(
     no_args_is_help=True,
     callback=terminal.first_options,
 )
-
-AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
-InputName = Annotated[
-    str,
-    typer.Option("--input", metavar="display|counts", help="What trackers look at: the 8-bit picture or the counts."),
-]
 
 
 def main() -> None:
@@ -89,6 +84,9 @@ def run(
             metavar="N", min=0, help="Seed of the scene and of the tracker; the scenario's own, or 0, unless said."
         ),
     ] = None,
+    tracker_seed: Annotated[
+        int | None, typer.Option(metavar="N", min=0, help="Another seed for the tracker than for the scene.")
+    ] = None,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="REC", help="Write the track as a recording.")
     ] = None,
@@ -98,9 +96,10 @@ def run(
     """Run one tracker over one source; print its scores and how to repeat it."""
     check_output(output, Path(source), csv)
     check_output(csv, Path(source), output)
-    looked_at, start = _input(input), None
+    looked_at, start = input_name(input), None
     from irsim import Scenario, is_recording, open_source
     from irtrack.cli.options import split_settings, start_box
+    from irtrack.identity import source_file
     from irtrack.metrics import Reference, score
     from irtrack.replay import Player, replay
     from irtrack.start import find_start
@@ -109,23 +108,27 @@ def run(
     if init is not None:
         start = start_box(init)
     keys = () if is_recording(Path(source)) else Scenario.model_fields
-    split = split_settings(settings or (), find(tracker), keys)
+    found = find(tracker)
+    for written in (csv, output):
+        check_output(written, source_file(found))
+    split = split_settings(settings or (), found, keys)
     made = make(tracker, split.tracker)
     opened = open_source(source, split.scenario)
     if seed is not None:
         opened = opened.with_seed(seed)
-    tracker_seed = seed if seed is not None else opened.seed or 0
+    if tracker_seed is None:
+        tracker_seed = seed if seed is not None else opened.seed or 0
     player = Player(made, find_start(opened, opened.truths(), target, start), tracker_seed)
     try:
         with terminal.progress_bar(tracker) as progress:
             truths = replay(opened, [player.see], looked_at, player.start.frame, progress=progress)
     except TrackerError as error:
-        where = f"on {opened.name}, seed {tracker_seed}; repeat it: {_repeat(seed, tracker_seed)}"
+        where = f"on {opened.name}, seed {tracker_seed}; repeat it: {_repeat(seed, opened, tracker_seed)}"
         print("\n".join([f"irtrack: {error}", *error.calls().splitlines(), where]), file=sys.stderr)
         raise typer.Exit(1) from None
     track = player.track(opened, looked_at)
     result = score(track, Reference.of(truths, track.target))
-    repeat = _repeat(seed, tracker_seed)
+    repeat = _repeat(seed, opened, tracker_seed)
     if csv is not None:
         from irtrack.trackfile import track_to_csv
 
@@ -146,76 +149,8 @@ def run(
     print(f"repeat it: {repeat}")
 
 
-@app.command()
-def bench(
-    sources: Annotated[
-        list[str], typer.Argument(metavar="SCENARIO|REC...", help="Scenarios (files or names) and recordings.")
-    ],
-    trackers: Annotated[
-        str,
-        typer.Option(
-            metavar="[LABEL=]NAME[:KEY=VALUE...],...",
-            help="Trackers by name, parameters after colons: grey_pf,big=grey_pf:particles=500",
-        ),
-    ],
-    seeds: Annotated[
-        int, typer.Option(metavar="N", min=1, help="Seeds 0 to N-1; each is the scene's and the tracker's.")
-    ] = 10,
-    jobs: Annotated[int, typer.Option(metavar="N", min=1, help="Worker processes.")] = 1,
-    results: Annotated[
-        Path, typer.Option(metavar="DB", help="Results file; what is in it already is not run again.")
-    ] = Path("irtrack.db"),
-    target: Annotated[
-        str | None, typer.Option(metavar="ID", help="Whom to follow in every source; each source's own unless said.")
-    ] = None,
-    input: InputName = "display",
-    as_json: AsJson = False,
-) -> None:
-    """Run trackers over sources with many seeds; print the ranked table and where the results are."""
-    check_output(results, *map(Path, sources))
-    looked_at = _input(input)
-    from irtrack.bench import parse_trackers, run_bench, summary
-
-    entries = parse_trackers(trackers)
-    finished = 0
-
-    def count(done: int, total: int) -> None:
-        nonlocal finished
-        finished = done
-        if progress is not None:
-            progress(done, total)
-
-    try:
-        with terminal.progress_bar("bench") as progress:
-            kept = run_bench(
-                sources,
-                entries,
-                results=results,
-                seeds=seeds,
-                jobs=jobs,
-                input=looked_at,
-                target=target,
-                command=_command(),
-                progress=count,
-            )
-    except KeyboardInterrupt:
-        print(
-            f"irtrack: stopped; {plural(finished, 'run')} of this call kept in {results}, the same command goes on",
-            file=sys.stderr,
-        )
-        raise typer.Exit(130) from None
-    with kept:
-        cells = kept.cells(run=kept.run)  # the file may hold more than what was asked for now
-    rows = summary(cells)
-    if as_json:
-        print_json({"results": str(results), "rows": [row.as_dict() for row in rows]})
-    else:
-        print_summary(rows)
-        print(f"results: {results}    next: {shlex.join(['irtrack', 'report', str(results)])}")
-    failed = sum(cell.status == "failed" for cell in cells)
-    if failed:
-        print(f"irtrack: {failed} of {len(cells)} runs failed; the report shows why", file=sys.stderr)
-        raise typer.Exit(1)
+app.command()(bench)
+app.command()(export)
 
 
 @app.command()
@@ -243,19 +178,9 @@ app.command()(compare)
 app.command()(sources)
 
 
-def _command() -> str:
-    """The command line that was given."""
-    return shlex.join(["irtrack", *sys.argv[1:]])
-
-
-def _repeat(seed: int | None, used: int) -> str:
-    """The command line that was given, with the seed that was used."""
-    return _command() if seed is not None else f"{_command()} --seed {used}"
-
-
-def _input(word: str) -> Input:
-    if word == "display":
-        return "display"
-    if word == "counts":
-        return "counts"
-    raise InputError(f"--input {word}: allowed: display or counts")
+def _repeat(seed: int | None, opened: Source, tracker_seed: int) -> str:
+    """The command line that was given, with the seeds that were used."""
+    if seed is not None:
+        return command_line()
+    used = tracker_seed if opened.seed is None else opened.seed
+    return f"{command_line()} --seed {used}"

@@ -3,18 +3,45 @@
 from __future__ import annotations
 
 import inspect
+import shlex
+import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
 from math import isfinite
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from irsim.kinds import suggestion
-from irsim.types import Box
+import typer
+
 from irtrack.errors import InputError
+
+if TYPE_CHECKING:
+    from irsim.types import Box, Input
+
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
+InputName = Annotated[
+    str,
+    typer.Option("--input", metavar="display|counts", help="What trackers look at: the 8-bit picture or the counts."),
+]
+
+
+def command_line() -> str:
+    """The command that was given."""
+    return shlex.join(["irtrack", *sys.argv[1:]])
+
+
+def input_name(word: str) -> Input:
+    """What --input says; InputError for anything else than is allowed."""
+    if word == "display":
+        return "display"
+    if word == "counts":
+        return "counts"
+    raise InputError(f"--input {word}: allowed: display or counts")
 
 
 def start_box(text: str) -> tuple[Box, int]:
     """'X,Y,W,H[@FRAME]' as label files write boxes: (box, frame); frame 0 where not given."""
+    from irsim.types import Box
+
     numbers, at, frame = text.partition("@")
     try:
         x, y, w, h = (float(number) for number in numbers.split(","))
@@ -45,6 +72,7 @@ def split_settings(words: Iterable[str], tracker: type[Any], scenario_keys: Iter
     tracker takes any key; so is a parameter of the tracker given twice.
     """
     from irsim import scalar
+    from irsim.kinds import suggestion
 
     names, takes_any = parameters(tracker)
     top = list(scenario_keys)

@@ -1,0 +1,38 @@
+"""Workers of a dask scheduler, on this machine or others, as an executor."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from concurrent.futures import Executor
+from contextlib import contextmanager
+from typing import Any
+
+from irtrack.errors import InputError
+
+WAIT_S = 10.0
+"""How long a scheduler may take to answer, and a first worker to join it."""
+
+
+@contextmanager
+def cluster(address: str) -> Iterator[Executor]:
+    """The workers of the scheduler at an address such as 'tcp://127.0.0.1:8786', as an executor.
+
+    A task is never taken for done because one like it was (`pure=False`): results files decide that. InputError
+    where dask is not installed, no scheduler answers, or it has no worker.
+    """
+    try:
+        import distributed
+    except ImportError:
+        raise InputError("a scheduler takes dask's distributed: pip install 'irtrack[cluster]'") from None
+    try:
+        connect: Any = distributed.Client
+        client = connect(address, timeout=WAIT_S, set_as_default=False)
+    except (OSError, ValueError) as error:
+        what = " ".join(str(error).split()) or type(error).__name__
+        raise InputError(f"{address}: no scheduler answers: {what}; start one: dask scheduler") from None
+    with client:
+        try:
+            client.wait_for_workers(1, timeout=WAIT_S)
+        except TimeoutError:
+            raise InputError(f"{address}: the scheduler has no worker; start one: dask worker {address}") from None
+        yield client.get_executor(pure=False)

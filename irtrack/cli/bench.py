@@ -1,0 +1,209 @@
+"""`irtrack bench` and `irtrack export`: sweeps, and their results as a table."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from collections import Counter
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from irsim import terminal
+from irsim.files import check_output
+from irtrack.cli.options import AsJson, command_line, input_name
+from irtrack.cli.output import plural, print_json, print_summary
+from irtrack.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from irtrack.bench import Cell, Suite
+
+
+def bench(
+    sources: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="SUITE|SCENARIO|REC...",
+            help="A suite (*suite*.yaml), or scenarios (files or names) and recordings.",
+        ),
+    ],
+    trackers: Annotated[
+        str | None,
+        typer.Option(
+            metavar="[LABEL=]NAME[:KEY=VALUE...],...",
+            help="Trackers by name, parameters after colons: grey_pf,big=grey_pf:particles=500",
+        ),
+    ] = None,
+    seeds: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N", min=1, help="Seeds 0 to N-1; each is the scene's and the tracker's. 10, or the suite's."
+        ),
+    ] = None,
+    tracker_seeds: Annotated[
+        int | None,
+        typer.Option(metavar="M", min=1, help="Run each scene M times, each time with another tracker seed."),
+    ] = None,
+    severities: Annotated[
+        str | None, typer.Option(metavar="all|N,...", help="Run scenarios at these of their severities.")
+    ] = None,
+    jobs: Annotated[int, typer.Option(metavar="N", min=1, help="Worker processes.")] = 1,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Run on the workers of a dask scheduler, tcp://HOST:PORT.")
+    ] = None,
+    time_limit: Annotated[
+        float | None,
+        typer.Option(metavar="S", help="Stop a tracker that takes longer in one run, rendering apart; the run failed."),
+    ] = None,
+    results: Annotated[
+        Path, typer.Option(metavar="DB", help="Results file; what is in it already is not run again.")
+    ] = Path("irtrack.db"),
+    target: Annotated[
+        str | None, typer.Option(metavar="ID", help="Whom to follow in every source; each source's own unless said.")
+    ] = None,
+    input: Annotated[
+        str | None,
+        typer.Option("--input", metavar="display|counts", help="What trackers look at; display, or the suite's."),
+    ] = None,
+    check: Annotated[bool, typer.Option("--check", help="Say what would be run, and run nothing.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Run trackers over sources with many seeds; print the ranked table and where the results are."""
+    check_output(results, *map(Path, sources))
+    from irtrack.bench import cluster, run_bench, summary
+
+    suite = _suite(sources, trackers, severities)
+    given: dict[str, Any] = {
+        "seeds": seeds,
+        "tracker_seeds": tracker_seeds,
+        "time_limit_s": time_limit,
+        "input": None if input is None else input_name(input),
+    }
+    suite = replace(suite, **{key: value for key, value in given.items() if value is not None})
+    if check:
+        print(_plan(suite))
+        return
+    tally = Tally()
+    try:
+        with ExitStack() as stack:
+            executor = None if scheduler is None else stack.enter_context(cluster(scheduler))
+            progress = stack.enter_context(terminal.progress_bar("bench"))
+
+            def count(done: int, total: int) -> None:
+                tally.done = done
+                if progress is not None:
+                    progress(done, total, tally.worst())
+
+            kept = run_bench(
+                suite.sources,
+                suite.trackers,
+                results=results,
+                seeds=suite.seeds,
+                tracker_seeds=suite.tracker_seeds,
+                jobs=jobs,
+                executor=executor,
+                time_limit_s=suite.time_limit_s,
+                input=suite.input,
+                target=target,
+                command=command_line(),
+                progress=count,
+                seen=tally.see,
+            )
+    except KeyboardInterrupt:
+        print(
+            f"irtrack: stopped; {plural(tally.done, 'run')} of this call kept in {results}, the same command goes on",
+            file=sys.stderr,
+        )
+        raise typer.Exit(130) from None
+    with kept:
+        cells = kept.cells(run=kept.run)  # the file may hold more than what was asked for now
+    rows = summary(cells)
+    if as_json:
+        print_json({"results": str(results), "rows": [row.as_dict() for row in rows]})
+    else:
+        print_summary(rows)
+        print(f"results: {results}    next: {shlex.join(['irtrack', 'report', str(results)])}")
+    failed = sum(cell.status == "failed" for cell in cells)
+    if failed:
+        print(f"irtrack: {failed} of {len(cells)} runs failed; the report shows why", file=sys.stderr)
+        raise typer.Exit(1)
+
+
+def export(
+    results: Annotated[Path, typer.Argument(metavar="DB", help="A results file of `irtrack bench`.")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="CSV|PARQUET", help="A file that ends in .csv or .parquet.")
+    ],
+) -> None:
+    """Write the runs of a results file as a table, a run a row, and print its path."""
+    from irtrack.bench import export as export_results
+
+    print(export_results(results, output))
+
+
+def _suite(sources: Sequence[str], trackers: str | None, severities: str | None) -> Suite:
+    """What is to be run: by the suite given, or by the sources and options."""
+    from irtrack.bench import SourceEntry, Suite, is_suite, load_suite, parse_trackers
+    from irtrack.bench.asked import asked
+
+    suites = [word for word in sources if is_suite(word)]
+    if suites and len(sources) > 1:
+        raise InputError(f"{suites[0]}: is a suite (by its name), which stands alone; allowed: one suite, or no suite")
+    if suites:
+        if severities is not None:
+            raise InputError(f"--severities {severities}: {suites[0]} says which itself")
+        suite = load_suite(suites[0])
+        return suite if trackers is None else replace(suite, trackers=parse_trackers(trackers))
+    if trackers is None:
+        raise InputError("--trackers: is missing; allowed: names of irtrack list, e.g. --trackers grey_pf,kalman")
+    levels = _severities(severities)
+    opened = [each for word in sources for each in asked(SourceEntry(word, severities=levels))]
+    return Suite("", opened, parse_trackers(trackers), 10, 1, "display", None)
+
+
+def _severities(text: str | None) -> Any:
+    if text is None or text == "all":
+        return text or ()
+    try:
+        return tuple(int(word) for word in text.split(","))
+    except ValueError:
+        raise InputError(f"--severities {text}: allowed: all, or whole numbers such as 0,3,5") from None
+
+
+def _plan(suite: Suite) -> str:
+    counts = [
+        plural(len(suite.sources), "source"),
+        plural(len(suite.trackers), "tracker"),
+        plural(suite.seeds, "seed"),
+        *([plural(suite.tracker_seeds, "tracker seed")] if suite.tracker_seeds > 1 else []),
+    ]
+    runs = len(suite.sources) * len(suite.trackers) * suite.seeds * suite.tracker_seeds
+    return f"ok: {' x '.join(counts)} = {plural(runs, 'run')}"
+
+
+@dataclass
+class Tally:
+    """What has come of the runs so far, for the live line."""
+
+    done: int = 0
+
+    def __post_init__(self) -> None:
+        self._runs: Counter[str] = Counter()
+        self._bad: Counter[str] = Counter()
+
+    def see(self, cell: Cell) -> None:
+        """A run is done."""
+        self._runs[cell.label] += 1
+        self._bad[cell.label] += cell.status == "failed" or (cell.score is not None and cell.score.lost is True)
+
+    def worst(self) -> str:
+        """'worst: template, 3 of 4 lost or failed'; '' as long as nobody has lost anything."""
+        label = max(self._runs, key=lambda each: self._bad[each] / self._runs[each], default=None)
+        if label is None or not self._bad[label]:
+            return ""
+        return f"worst: {label}, {self._bad[label]} of {self._runs[label]} lost or failed"

@@ -1,0 +1,87 @@
+"""The table of runs for other programs, read back by other programs."""
+
+from __future__ import annotations
+
+import csv
+import sqlite3
+from pathlib import Path
+
+import pytest
+from bench_fakes import Breaker, Strip, Walker
+from pyarrow import parquet
+
+import irsim
+from irtrack.bench import Entry, Results, export, run_bench
+from irtrack.errors import InputError
+from irtrack.metrics import FIGURES
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("export") / "r.db"
+    entries = [Entry("w,\n", Walker(jitter=1.0)), Entry("b", Breaker())]
+    run_bench([Strip(), irsim.open_source("sky", ["frames=3"])], entries, seeds=2, results=path).close()
+    return path
+
+
+def test_the_tables_say_what_the_results_say(results: Path, tmp_path: Path) -> None:
+    export(results, tmp_path / "x.csv")
+    with (tmp_path / "x.csv").open(newline="", encoding="utf-8") as file:
+        as_csv = list(csv.DictReader(file))
+    table = parquet.read_table(export(results, tmp_path / "x.parquet")).to_pylist()
+    with Results(results) as opened:
+        cells = opened.cells()
+    assert len(as_csv) == len(table) == len(cells) == 8
+    for cell, text, row in zip(cells, as_csv, table, strict=True):
+        assert list(text) == list(row)
+        assert (row["label"], row["source"], row["status"]) == (cell.label, cell.source, cell.status)
+        assert (row["tracker_seed"], row["scene_seed"]) == (cell.key.tracker_seed, cell.key.scene_seed)
+        assert text["label"] == cell.label
+        assert text["failure"] == (cell.failure or "")
+        figures = {} if cell.score is None else cell.score.as_dict()
+        for name in FIGURES:
+            assert row[name] == figures.get(name)
+            assert text[name] == ("" if figures.get(name) is None else str(figures[name]))
+
+
+def test_what_cannot_be_exported_is_one_line(results: Path, tmp_path: Path) -> None:
+    for name, what in {"x.txt": r"ends in \.csv or \.parquet", "absent/x.csv": "does not exist"}.items():
+        with pytest.raises(InputError, match=what):
+            export(results, tmp_path / name)
+    with pytest.raises(InputError, match="would replace"):
+        export(results, results)
+    Results(tmp_path / "empty.db", create=True).close()
+    with pytest.raises(InputError, match="no finished run"):
+        export(tmp_path / "empty.db", tmp_path / "x.csv")
+    assert not (tmp_path / "x.csv").exists()
+
+
+class Full:
+    """A connection to a results file that may grow by a few pages and no more: SQLite itself says that it is full."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, pages: int) -> None:
+        connect = sqlite3.connect
+
+        def limited(*words: object, **named: object) -> sqlite3.Connection:
+            database = connect(*words, **named)  # type: ignore[call-overload]
+            database.execute(f"PRAGMA max_page_count = {pages}")
+            assert isinstance(database, sqlite3.Connection)
+            return database
+
+        monkeypatch.setattr(sqlite3, "connect", limited)
+
+
+def test_a_full_disk_keeps_what_was_measured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, entries = tmp_path / "r.db", [Entry("w", Walker(jitter=1.0))]
+    with monkeypatch.context() as patch:
+        Full(patch, 40)
+        with pytest.raises(InputError, match=r"r\.db: .*full; what was finished is kept: make room and give the same"):
+            run_bench([Strip()], entries, seeds=60, results=path)
+    with Results(path) as left:
+        kept = {cell.key for cell in left.cells()}
+    assert 0 < len(kept) < 60
+    counts: list[tuple[int, int]] = []
+    progress = lambda done, total: counts.append((done, total))  # noqa: E731
+    with run_bench([Strip()], entries, seeds=60, results=path, progress=progress) as results:
+        assert kept < {cell.key for cell in results.cells()}
+    assert counts[-1] == (60 - len(kept), 60 - len(kept))
