@@ -39,12 +39,12 @@ def test_a_scheduler_without_workers_is_one_line(monkeypatch: pytest.MonkeyPatch
 
 def test_workers_of_a_scheduler_give_the_same_rows(tmp_path: Path) -> None:
     entries = [Entry("fine", Walker(jitter=1.0)), Entry("breaker", Breaker())]
-    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=False, **QUIET) as scheduler:
-        with (
-            cluster(scheduler.scheduler_address) as executor,
-            run_bench([Strip()], entries, seeds=3, executor=executor, results=tmp_path / "r.db") as results,
-        ):
-            found = rows(results)
+    with (
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=False, **QUIET) as scheduler,
+        cluster(scheduler.scheduler_address) as executor,
+        run_bench([Strip()], entries, seeds=3, executor=executor, results=tmp_path / "r.db") as results,
+    ):
+        found = rows(results)
     with run_bench([Strip()], entries, seeds=3, results=tmp_path / "whole.db") as results:
         assert rows(results) == found
 
