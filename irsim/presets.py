@@ -33,6 +33,8 @@ PRESETS: dict[Preset, dict[str, Any]] = {
         },
         "noise": [
             {"kind": "shot"},
+            # 3-D noise of raw counts of a real MWIR camera: t 0.5, tvh 3.3
+            {"kind": "noise_3d", "id": "level", "t": 0.15, "tvh": 0.0},
             _LEFT_BY_CORRECTION,
             {"kind": "drift", "pixel": 0.8, "column": 0.2, "row": 0.1, "gain": 0.0005, "time_constant_s": 1800.0},
             {"kind": "bad_pixels", "dead": 0.0, "hot": 0.0, "blinking": 0.0005},  # a camera hides the steady ones
@@ -58,6 +60,8 @@ PRESETS: dict[Preset, dict[str, Any]] = {
         },
         "noise": [
             {"kind": "shot"},
+            # 3-D noise of raw counts of a real cooled LWIR camera: t 0.35, tvh 1.65
+            {"kind": "noise_3d", "id": "level", "t": 0.2, "tvh": 0.0},
             _LEFT_BY_CORRECTION,
             {"kind": "drift", "pixel": 1.0, "column": 0.25, "row": 0.1, "gain": 0.001, "time_constant_s": 900.0},
             {"kind": "bad_pixels", "dead": 0.0, "hot": 0.0, "blinking": 0.001},
