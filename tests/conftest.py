@@ -11,6 +11,12 @@ from command_line import Done, Run
 from irsim.cli import main
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Workers that run tests side by side must collect the same names: an address in one differs in each."""
+    if bad := [item.nodeid for item in items if " at 0x" in item.nodeid]:
+        raise pytest.UsageError(f"a test's name holds an address: give its parameters ids: {bad[0]}")
+
+
 @pytest.fixture
 def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
     """The command irsim in this process: `run("check", "sky", cwd=folder)`."""

@@ -26,23 +26,23 @@ def cell(seed: int, source: str = "s", label: str = "t", failed: bool = False, *
 
 
 def test_pairs_are_runs_of_the_same_scene() -> None:
-    old = [cell(k, success_auc=0.1 * k) for k in range(5)]
-    new = [cell(k, success_auc=0.1 * k + 0.2) for k in range(2, 8)]
+    old = [cell(k, success_auc=0.1 * k) for k in range(8)]
+    new = [cell(k, success_auc=0.1 * k + 0.2) for k in range(2, 11)]
     (found,) = compare(old, new, ["success_auc"])
-    assert (found.difference.pairs, found.verdict) == (3, "better")
+    assert (found.difference.pairs, found.verdict) == (6, "better")
     assert found.difference.mean == pytest.approx(0.2)
-    assert (found.old, found.new) == pytest.approx((0.3, 0.5))
+    assert (found.old, found.new) == pytest.approx((0.45, 0.65))
 
 
 def test_a_failed_run_is_lost_and_has_no_other_figure() -> None:
-    old, new = [cell(k, error_held=1.0) for k in range(4)], [cell(k, failed=True) for k in range(4)]
+    old, new = [cell(k, error_held=1.0) for k in range(6)], [cell(k, failed=True) for k in range(6)]
     (found,) = compare(old, new)
     assert (found.figure, found.old, found.new, found.verdict) == ("lost", 0, 1, "worse")
 
 
 def test_less_is_better_for_some_and_more_for_others() -> None:
-    old = [cell(k, error_held=1.0, success_auc=0.5) for k in range(4)]
-    new = [cell(k, error_held=1.2 + 0.01 * k, success_auc=0.6) for k in range(4)]
+    old = [cell(k, error_held=1.0, success_auc=0.5) for k in range(6)]
+    new = [cell(k, error_held=1.2 + 0.01 * k, success_auc=0.6) for k in range(6)]
     found = {each.figure: each for each in compare(old, new)}
     assert (found["error_held"].verdict, found["success_auc"].verdict, found["lost"].verdict) == (
         "worse", "better", "tie",
@@ -54,12 +54,12 @@ def test_less_is_better_for_some_and_more_for_others() -> None:
 
 
 def test_several_sources_are_told_together_too() -> None:
-    old = [cell(k, source) for source in "ab" for k in range(3)]
+    old = [cell(k, source) for source in "ab" for k in range(6)]
     assert [each.source for each in compare(old, old, ["lost"])] == ["a", "b", ALL_SOURCES]
 
 
 def test_junit_says_what_failed() -> None:
-    old, new = [cell(k, off_share=0.0) for k in range(3)], [cell(k, off_share=0.5) for k in range(3)]
+    old, new = [cell(k, off_share=0.0) for k in range(6)], [cell(k, off_share=0.5) for k in range(6)]
     gates = [Gate.parse("off_share:0.1"), Gate.parse("lost:0")]
     suite = ElementTree.fromstring(junit(compare(old, new), gates).encode())
     assert (suite.get("tests"), suite.get("failures")) == ("2", "1")
@@ -90,7 +90,7 @@ def test_a_margin_is_a_number(text: str) -> None:
 def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("compare") / "r.db"
     entries = [Entry("right", Walker()), Entry("wrong", Walker(speed=3.0, jitter=0.5))]
-    run_bench([Strip()], entries, results=path, seeds=3).close()
+    run_bench([Strip()], entries, results=path, seeds=6).close()
     return path
 
 

@@ -191,19 +191,20 @@ def test_long_term_agrees_with_every_threshold_tried(rows: list[tuple[float, flo
 
 
 def test_pairs_by_hand() -> None:
-    same = paired_difference([1.0, 2.0, np.nan], [0.0, 1.0, 5.0], ["a", "b", "b"])
+    old = np.arange(6.0)
+    same = paired_difference([*(old + 1), np.nan], [*old, 5.0], [*"abcdef", "f"])
     assert same is not None
     assert (same.mean, same.low, same.high) == pytest.approx((1, 1, 1))
     assert not same.is_tie
-    assert (same.pairs, same.scenes) == (2, 2)
-    alone = paired_difference([1.0], [0.0], ["a"])
-    assert alone is not None
-    assert alone.is_tie
-    assert alone.low == -np.inf
+    assert (same.pairs, same.scenes) == (6, 6)
+    few = paired_difference(old[:5] + 1, old[:5], [*"abcde"])  # one sign five times: p = 2 / 32
+    assert few is not None
+    assert few.is_tie
+    assert few.low == -np.inf
     assert paired_difference([np.nan], [0.0], ["a"]) is None
 
 
-@pytest.mark.parametrize(("scenes", "runs"), [(5, 6), (12, 3), (1, 20)])
+@pytest.mark.parametrize(("scenes", "runs"), [(6, 6), (12, 3), (1, 20)])
 def test_the_interval_covers_the_truth_as_often_as_it_says(scenes: int, runs: int) -> None:
     """Runs of one scene share its effect; 300 experiments: 95 % within four standard errors (1.26 % each), at least."""
     rng = np.random.default_rng(11)
@@ -218,11 +219,11 @@ def test_the_interval_covers_the_truth_as_often_as_it_says(scenes: int, runs: in
 
 
 def test_runs_of_one_scene_do_not_count_as_scenes() -> None:
-    """Five scenes of a hundred runs, each scene with its own effect: taken one by one the runs look ten times surer."""
+    """Six scenes of a hundred runs, each scene with its own effect: taken one by one the runs look ten times surer."""
     rng = np.random.default_rng(2)
-    values = np.repeat(rng.normal(size=5), 100) + 0.1 * rng.normal(size=500)
-    by_scene = paired_difference(values, np.zeros(500), [f"s{k // 100}" for k in range(500)])
-    by_run = paired_difference(values, np.zeros(500), [f"s{k}" for k in range(500)])
+    values = np.repeat(rng.normal(size=6), 100) + 0.1 * rng.normal(size=600)
+    by_scene = paired_difference(values, np.zeros(600), [f"s{k // 100}" for k in range(600)])
+    by_run = paired_difference(values, np.zeros(600), [f"s{k}" for k in range(600)])
     assert by_scene is not None
     assert by_run is not None
     assert by_scene.high - by_scene.low > 8 * (by_run.high - by_run.low)

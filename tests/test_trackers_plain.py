@@ -52,7 +52,7 @@ class Jitters(Walks):
         self.box = Box(box.cx + rng.normal(), box.cy, box.w, box.h)
 
 
-@pytest.mark.parametrize("given", [Walks, Walks(), Four, Four(), Says], ids=str)
+@pytest.mark.parametrize("given", [Walks, Walks(), Four, Four(), Says], ids=["class", "object", "4", "4s", "says"])
 def test_every_answer_is_an_estimate(given: Any) -> None:
     track = irtrack.run(given, Strip())
     assert track.centers[:, 0].tolist() == [10.0 + k for k in range(20)]

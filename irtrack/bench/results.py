@@ -21,7 +21,7 @@ from irtrack.metrics import FIGURES, Score, Trace
 APPLICATION_ID = 0x69727472
 """'irtr' in the file's header tells a results file from any other SQLite file."""
 
-SCHEMA_VERSION = 4
+SCHEMA_VERSION = 5
 """Raised whenever a table below, `Score` or `Trace` changes."""
 
 _NO_ROOM = {sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR}

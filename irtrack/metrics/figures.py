@@ -16,6 +16,10 @@ def frames(trace: Trace) -> int:
     return int(trace.scored.sum())
 
 
+def counted_frames(trace: Trace) -> int:
+    return int(trace.counted.sum())
+
+
 def held_frames(trace: Trace) -> int:
     return int(trace.held.sum())
 

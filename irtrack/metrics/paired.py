@@ -13,6 +13,9 @@ from irsim.types import Floats
 DRAWS = 2000
 """Bootstrap samples: the ends of a 95 % interval are then within half a percent of its probability."""
 
+LEAST_SCENES = 6
+"""With fewer, even differences of one sign happen by chance in more than 5 % of cases (sign test: 2 / 2^n)."""
+
 
 @dataclass(frozen=True, slots=True)
 class Difference:
@@ -45,8 +48,8 @@ def paired_difference(
     Runs of one scene are alike, so whole scenes are drawn with replacement, not runs (cluster
     bootstrap: Davison and Hinkley, Bootstrap Methods, 1997, section 3.8); the ends are percentiles, with
     Student's t in place of the normal, as few scenes make percentiles too narrow (Hesterberg, Am. Stat.
-    69 (2015) 371, section 4.1). One scene alone is no sample of scenes: then its runs are drawn. The same
-    input gives the same interval.
+    69 (2015) 371, section 4.1). One scene alone is no sample of scenes: then its runs are drawn. Fewer than
+    LEAST_SCENES of either say nothing: the interval has no ends. The same input gives the same interval.
     """
     differences = np.asarray(a, dtype=np.float64) - np.asarray(b, dtype=np.float64)
     known = np.isfinite(differences)
@@ -59,7 +62,7 @@ def paired_difference(
         cluster = np.arange(len(differences))
     sums, counts = np.bincount(cluster, differences), np.bincount(cluster)
     mean = float(differences.mean())
-    if len(sums) == 1:  # one run says nothing of others
+    if len(sums) < LEAST_SCENES:
         return Difference(mean, -np.inf, np.inf, len(differences), scene_count)
     drawn = stream(0, "bootstrap", 0).integers(0, len(sums), (draws, len(sums)))
     means = sums[drawn].sum(axis=1) / counts[drawn].sum(axis=1)

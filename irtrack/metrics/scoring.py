@@ -66,7 +66,9 @@ class Score:
     scored frames before the loss (all of them where there is none); a frame counts where the target
     is visible as well (`irtrack.metrics.loss.LOSS_RULE`).
 
-    frames, held_frames     how many frames were scored, and how many of them before the loss
+    frames, counted_frames, held_frames
+                            how many frames were scored; those of them that count towards the loss, and off_share;
+                            those of them before the loss
     lost                    lost by `irtrack.metrics.loss`; None where nothing was scored
     lost_at                 index of the frame that the loss is dated to
     off_share               share of the frames that count in which it is off (far from the target)
@@ -90,6 +92,7 @@ class Score:
     """
 
     frames: Annotated[int, Figure(of.frames, "frames")]
+    counted_frames: Annotated[int, Figure(of.counted_frames, "frames")]
     held_frames: Annotated[int, Figure(of.held_frames, "frames", "more")]
     lost: Annotated[bool | None, Figure(of.lost, "", "less")]
     lost_at: Annotated[int | None, Figure(of.lost_at, "frame")]
