@@ -202,7 +202,7 @@ def test_bench_and_report(call: Call, tmp_path: Path) -> None:
     words = ("bench", "scene.yaml", "clip.mcap", "--trackers", "grey_pf,few=grey_pf:particles=20", "--seeds", "2")
     answer = call(*words)
     assert (answer.status, answer.err) == (0, "")
-    table = [line.split()[:4] for line in answer.out.splitlines()[1:-1]]
+    table = [line.split()[:4] for line in answer.out.splitlines()[1:5]]
     assert sorted((row[0], row[2], row[3]) for row in table) == [
         (source, label, "2") for source in ("clip", "scene") for label in ("few", "grey_pf")
     ]

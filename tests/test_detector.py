@@ -154,11 +154,18 @@ def test_a_noise_survives_its_dump(word: str) -> None:
 
 
 @pytest.mark.parametrize("word", sorted(set(NOISES.kinds) - ALWAYS))
-@pytest.mark.parametrize("sigma", [-0.1, 1001.0, float("nan"), "1"])
+@pytest.mark.parametrize("sigma", [-1001.0, 1001.0, float("nan"), "1"])
 def test_a_sigma_that_cannot_be_is_refused(word: str, sigma: Any) -> None:
     field = next(iter(BENIGN.get(word, {"ratio": 0})))
     with pytest.raises(PydanticCustomError):
         build(word, **{field: sigma})
+
+
+@pytest.mark.parametrize("word", sorted(set(NOISES.kinds) - ALWAYS - {"odd_even"}))
+def test_a_sigma_below_0_is_refused_where_it_has_no_sign(word: str) -> None:
+    field = next(iter(BENIGN.get(word, {"ratio": 0})))
+    with pytest.raises(PydanticCustomError):
+        build(word, **{field: -0.1})
 
 
 def test_a_correction_that_redraws_leaves_another_pattern_of_the_same_size() -> None:
