@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 
 Part = dict[str, Any]
+Drawn = TypeVar("Drawn")
 
 TOP = 5
 """The highest severity."""
@@ -39,6 +40,11 @@ NEAREST = (0.0, 40.0, 32.0, 24.0, 18.0, 14.0)
 """How near a decoy stays, px."""
 
 
+def chosen(given: SearchStrategy[Drawn] | None, usual: SearchStrategy[Drawn]) -> SearchStrategy[Drawn]:
+    """The strategy that was given, else the usual one."""
+    return usual if given is None else given
+
+
 def severities(top: int = TOP) -> SearchStrategy[int]:
     """Whole numbers 0 .. top; they shrink to 0."""
     return st.integers(0, top)
@@ -61,7 +67,7 @@ def straights(
 
     speed: severities of `SPEEDS`; 0 stands still
     """
-    pace = SPEEDS[draw(speed or severities())]
+    pace = SPEEDS[draw(chosen(speed, severities()))]
     heading = 45.0 * draw(st.integers(0, 7))
     turn = math.radians(heading)
     start = [
@@ -82,7 +88,7 @@ def weaves(
 ) -> Part:
     """A sinusoid about such a way; amplitude: severities of `WEAVES`, and 0 is the way itself."""
     straight = draw(straights(size, frames, speed, range_m))
-    height = WEAVES[draw(amplitude or severities())]
+    height = WEAVES[draw(chosen(amplitude, severities()))]
     return {**straight, "kind": "weave", "amplitude_px": height, "period_frames": 24.0}
 
 
@@ -97,7 +103,7 @@ def manoeuvres(
 ) -> Part:
     """Random turns from such a start on; turn: severities of `TURNS`, and 0 flies straight."""
     straight = draw(straights(size, frames, speed, range_m))
-    sharpest = TURNS[draw(turn or severities())]
+    sharpest = TURNS[draw(chosen(turn, severities()))]
     return {**straight, "kind": "manoeuvre", "turn_deg": sharpest, "hold_frames": 12.0}
 
 
@@ -125,7 +131,7 @@ def shapes(draw: st.DrawFn) -> Part:
 @st.composite
 def noises(draw: st.DrawFn, severity: SearchStrategy[int] | None = None) -> Part:
     """Keys of a camera: its NETD by `NETD_MK`, and which terms there are; white noise alone is the first."""
-    netd = NETD_MK[draw(severity or severities())]
+    netd = NETD_MK[draw(chosen(severity, severities()))]
     terms: tuple[Part, ...] = (
         {"kind": "fixed_pattern"},
         {"kind": "ar1", "rho": 0.9},
@@ -138,7 +144,7 @@ def noises(draw: st.DrawFn, severity: SearchStrategy[int] | None = None) -> Part
 @st.composite
 def clutters(draw: st.DrawFn, severity: SearchStrategy[int] | None = None) -> Part:
     """A background of ground with false targets by `CLUTTER`; at 0 it is flat."""
-    step = draw(severity or severities())
+    step = draw(chosen(severity, severities()))
     ground = {"kind": "ground", "mean_k": 285.0, "spread_k": 0.2 * step}
     if step == 0:
         return ground
@@ -149,7 +155,7 @@ def clutters(draw: st.DrawFn, severity: SearchStrategy[int] | None = None) -> Pa
 @st.composite
 def skies(draw: st.DrawFn, severity: SearchStrategy[int] | None = None) -> Part:
     """A background of sky with cloud by `COVERAGE`; at 0 it is flat."""
-    step = draw(severity or severities())
+    step = draw(chosen(severity, severities()))
     sky = {"kind": "sky", "horizon_k": 285.0, "zenith_k": 285.0}
     return sky if step == 0 else {**sky, "clouds": [{"coverage": COVERAGE[step], "temperature_k": 290.0}]}
 
@@ -162,7 +168,7 @@ def occlusions(
 
     Smoke can come and go before a target that stands; walls cannot.
     """
-    fraction, length = HIDING[draw(severity or severities())]
+    fraction, length = HIDING[draw(chosen(severity, severities()))]
     if length == 0:
         return []
     first = max(frames // 2 - length // 2, 1)
@@ -182,7 +188,7 @@ def crossings(
     severity: SearchStrategy[int] | None = None,
 ) -> list[Part]:
     """Another target that crosses `target` in the middle of the scene at one of `ANGLES`; at 0 there is none."""
-    step = draw(severity or severities())
+    step = draw(chosen(severity, severities()))
     if step == 0:
         return []
     way = {"kind": "crosses", "target": target, "at_frame": frames // 2, "speed": 1.5, "angle_deg": ANGLES[step]}
@@ -197,7 +203,7 @@ def decoys(
     severity: SearchStrategy[int] | None = None,
 ) -> list[Part]:
     """A like of the target that keeps beside its `path` at one of `NEAREST` px; at 0 there is none."""
-    step = draw(severity or severities())
+    step = draw(chosen(severity, severities()))
     if step == 0:
         return []
     angle = math.radians(path["heading_deg"] + 90.0 * draw(st.sampled_from([1, -1])))
@@ -211,14 +217,14 @@ def decoys(
 @st.composite
 def frame_faults(draw: st.DrawFn, severity: SearchStrategy[int] | None = None) -> list[Part]:
     """Frames that get lost or arrive twice, by `FAULT_RATES`; at 0 all is well."""
-    rate = FAULT_RATES[draw(severity or severities())]
+    rate = FAULT_RATES[draw(chosen(severity, severities()))]
     return [] if rate == 0 else [{"kind": draw(st.sampled_from(["drop", "duplicate"])), "rate": rate}]
 
 
 @st.composite
 def camera_motions(draw: st.DrawFn, severity: SearchStrategy[int] | None = None) -> list[Part]:
     """A camera that shakes by `SHAKE_PX`; at 0 it stands."""
-    rms = SHAKE_PX[draw(severity or severities())]
+    rms = SHAKE_PX[draw(chosen(severity, severities()))]
     return [] if rms == 0 else [{"kind": "shake", "rms_px": rms}]
 
 

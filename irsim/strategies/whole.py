@@ -42,17 +42,17 @@ def documents(
     decoy     severities of a like beside the target; False: there is none
     Each of the others is a strategy of `irsim.strategies`, `st.just(...)` for what is not to be drawn.
     """
-    way = draw(path or parts.paths(size, frames))
-    look = draw(shape or parts.shapes())
-    behind = draw(background or st.one_of(parts.skies(), parts.clutters()))
-    grain = draw(noise or parts.noises())
+    way = draw(parts.chosen(path, parts.paths(size, frames)))
+    look = draw(parts.chosen(shape, parts.shapes()))
+    behind = draw(parts.chosen(background, st.one_of(parts.skies(), parts.clutters())))
+    grain = draw(parts.chosen(noise, parts.noises()))
     likes = draw(parts.decoys(way, look, None if decoy is True else decoy)) if decoy is not False else []
-    crosser = draw(crossing or parts.crossings(frames=frames, shape=look))
-    hiding = draw(occlusion or parts.occlusions(frames=frames))
-    shaking = draw(motion or parts.camera_motions())
-    lost = draw(faults or parts.frame_faults())
+    crosser = draw(parts.chosen(crossing, parts.crossings(frames=frames, shape=look)))
+    hiding = draw(parts.chosen(occlusion, parts.occlusions(frames=frames)))
+    shaking = draw(parts.chosen(motion, parts.camera_motions()))
+    lost = draw(parts.chosen(faults, parts.frame_faults()))
     return {
-        "seed": draw(seed or parts.seeds()),
+        "seed": draw(parts.chosen(seed, parts.seeds())),
         "frames": frames,
         "camera": {
             "size": list(size),

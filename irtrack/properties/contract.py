@@ -1,0 +1,197 @@
+"""Properties of the interface: what lets a run be repeated, resumed, split and shared."""
+
+from __future__ import annotations
+
+import pickle
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from hypothesis import strategies as st
+
+from irsim.rng import stream
+from irsim.types import Box, Frame
+from irtrack.properties.case import Broken, Case, NotAsked, Walk, expect_same, numbers, walk
+from irtrack.properties.clip import Clip
+from irtrack.properties.process import in_another_process
+
+KINDS = ("noise", "even", "saturated", "one hot pixel", "halves")
+
+
+def legal(case: Case) -> None:
+    """Estimates are finite and well formed whatever the pictures show and wherever the box lies."""
+    rows, columns = case.draw("rows", st.integers(8, 48)), case.draw("columns", st.integers(8, 48))
+    dtype = np.dtype(case.draw("dtype", st.sampled_from(["uint8", "uint16"])))
+    kinds = case.draw("pictures", st.lists(st.sampled_from(KINDS), min_size=2, max_size=8))
+    w, h = case.draw("width", st.floats(1, 60)), case.draw("height", st.floats(1, 60))
+    cx = case.draw("cx", st.floats(1 - w / 2, columns + w / 2 - 2))
+    cy = case.draw("cy", st.floats(1 - h / 2, rows + h / 2 - 2))
+    rng = stream(case.draw("seed", st.integers(0, 2**31)), "pictures")
+    images = np.stack([_picture(kind, (rows, columns), dtype, rng) for kind in kinds])
+    images.setflags(write=False)
+    count = len(kinds)
+    nowhere = np.full((count, 2), np.nan)
+    bits = 8 * dtype.itemsize
+    clip = Clip(images, np.arange(count) / 30, nowhere, np.zeros(count), Box(cx, cy, w, h), "", bits)
+    walk(case.tracker, clip)
+
+
+def _picture(kind: str, shape: tuple[int, int], dtype: np.dtype[np.generic], rng: np.random.Generator) -> np.ndarray:
+    top = int(np.iinfo(dtype).max)  # type: ignore[type-var]
+    image = np.full(shape, top // 3, dtype)
+    if kind == "noise":
+        image = rng.integers(0, top, shape, np.uint16, endpoint=True).astype(dtype)
+    elif kind == "saturated":
+        image = np.where(rng.random(shape) < 0.5, 0, top).astype(dtype)
+    elif kind == "one hot pixel":
+        image[int(rng.integers(shape[0])), int(rng.integers(shape[1]))] = top
+    elif kind == "halves":
+        image[:, shape[1] // 2 :] = top
+    return image
+
+
+def deterministic(case: Case) -> None:
+    """The same frames and generators give the same answers."""
+    clip = case.clip()
+    expect_same(walk(case.tracker, clip), walk(case.tracker, clip), "run again")
+
+
+def elsewhere(case: Case) -> None:
+    """They do so in another process, where hashes have another seed."""
+    clip = case.clip()
+    answer = in_another_process(case.tracker, clip)
+    if isinstance(answer, str):
+        raise NotAsked(answer)
+    expect_same(answer, walk(case.tracker, clip), "in another process")
+
+
+def causal(case: Case) -> None:
+    """What is said of a frame does not depend on later frames."""
+    clip = case.clip()
+    cut = case.draw("cut", st.integers(2, len(clip) - 2))
+    images = clip.images.copy()
+    images[cut:] = images[cut:, ::-1]
+    other = clip.pictured(lambda _: images)
+    before = walk(case.tracker, clip).estimates[: cut - 1]
+    expect_same(Walk(walk(case.tracker, other).estimates[: cut - 1]), Walk(before), f"with other frames from {cut} on")
+
+
+def final(case: Case) -> None:
+    """What was said is not changed by later steps."""
+    clip = case.clip()
+    state = case.tracker.init(clip.frame(0), clip.box, stream(0, "check", 0))
+    said, copies = [], []
+    for k in range(1, len(clip)):
+        state, estimate = case.tracker.step(state, clip.frame(k), stream(0, "check", k))
+        said.append(estimate)
+        copies.append(numbers(estimate))
+    for k, (estimate, copy) in enumerate(zip(said, copies, strict=True), 1):
+        if numbers(estimate) != copy:
+            raise Broken(f"the estimate of frame {k} was changed by a later step")
+
+
+def pure(case: Case) -> None:
+    """A step leaves its state as it was: done twice it gives the same."""
+    _ask_resumable(case)
+    clip = case.clip()
+    state = case.tracker.init(clip.frame(0), clip.box, stream(0, "check", 0))
+    for k in range(1, len(clip)):
+        tried = [case.tracker.step(state, clip.frame(k), stream(0, "check", k)) for _ in range(2)]
+        if numbers(tried[0][1]) != numbers(tried[1][1]):
+            raise Broken(f"frame {k}: a second step from the same state gives another estimate")
+        state = tried[1][0]
+
+
+def resumes(case: Case) -> None:
+    """A state that was pickled goes on bit for bit."""
+    _ask_resumable(case)
+    clip = case.clip()
+    cut = case.draw("cut", st.integers(1, len(clip) - 2))
+    state = case.tracker.init(clip.frame(0), clip.box, stream(0, "check", 0))
+    said = []
+    for k in range(1, len(clip)):
+        if k == cut:
+            state = pickle.loads(pickle.dumps(state))
+        state, estimate = case.tracker.step(state, clip.frame(k), stream(0, "check", k))
+        said.append(estimate)
+    expect_same(Walk(tuple(said)), walk(case.tracker, clip), f"pickled before frame {cut}")
+
+
+def alone(case: Case) -> None:
+    """Two runs on one tracker, step by step in turns, do not disturb each other."""
+    clip = case.clip()
+    other = replace(clip.pictured(lambda images: images[:, ::-1, ::-1]), box=_turned(clip))
+    own = [walk(case.tracker, each) for each in (clip, other)]
+    states = [case.tracker.init(each.frame(0), each.box, stream(0, "check", 0)) for each in (clip, other)]
+    said: list[list[object]] = [[], []]
+    for k in range(1, len(clip)):
+        for run, each in enumerate((clip, other)):
+            states[run], estimate = case.tracker.step(states[run], each.frame(k), stream(0, "check", k))
+            said[run].append(estimate)
+    for run in range(2):
+        expect_same(Walk(tuple(said[run])), own[run], "beside another run")  # type: ignore[arg-type]
+
+
+def _turned(clip: Clip) -> Box:
+    columns, rows = clip.size
+    return Box(columns - 1 - clip.box.cx, rows - 1 - clip.box.cy, clip.box.w, clip.box.h)
+
+
+def gentle(case: Case) -> None:
+    """Frames are looked at and not written on."""
+    clip = case.clip()
+    writable = replace(clip, images=clip.images.copy())
+    walk(case.tracker, writable)
+    changed = np.argwhere(writable.images != clip.images)
+    if len(changed):
+        k, row, column = changed[0]
+        raise Broken(f"{len(changed)} pixels were written on, the first at ({column}, {row}) of frame {k}")
+
+
+def layout(case: Case) -> None:
+    """How a picture lies in memory changes nothing: parts of larger arrays, columns first."""
+    clip = case.clip()
+    wide: Any = np.zeros((*clip.images.shape[:2], 2 * clip.images.shape[2]), clip.images.dtype)
+    wide[:, :, ::2] = clip.images
+    images: Any
+    for how, images in (
+        ("every other column", wide[:, :, ::2]),
+        ("columns first", np.ascontiguousarray(clip.images.transpose(0, 2, 1)).transpose(0, 2, 1)),
+    ):
+        _expect_rounding(walk(case.tracker, replace(clip, images=images)), walk(case.tracker, clip), how)
+
+
+def timeless(case: Case) -> None:
+    """The same pictures an hour later, under other frame numbers, give the same answers."""
+    clip = case.clip()
+    later = replace(clip, times=clip.times + 4096.0, first=100_000)  # exact: a power of two
+    _expect_rounding(walk(case.tracker, later), walk(case.tracker, clip), "an hour later")
+
+
+def _expect_rounding(one: Walk, other: Walk, how: str) -> None:
+    """Sums in another order and differences of large times round otherwise: a thousandth of a pixel is the same."""
+    off = np.hypot(*(one.centers - other.centers).T)
+    if off.max() > 1e-3:
+        raise Broken(f"{how}: off by {off.max():.3g} px at frame {int(off.argmax()) + 1}; allowed: 0.001")
+
+
+def bounded(case: Case) -> None:
+    """The state does not grow with the frames seen."""
+    clip = case.clip(speed=(0, 0))
+    state = case.tracker.init(clip.frame(0), clip.box, stream(0, "check", 0))
+    sizes = []
+    for k in range(1, 181):
+        frame = clip.frame(k % len(clip))
+        state, _ = case.tracker.step(state, Frame(frame.image, k, k / 30, 8), stream(0, "check", k))
+        if k in (60, 180):
+            try:
+                sizes.append(len(pickle.dumps(state)))
+            except Exception as error:
+                raise NotAsked("its state cannot be pickled") from error
+    if sizes[1] > 1.5 * sizes[0] + 1000:
+        raise Broken(f"pickled, the state has {sizes[0]} bytes after 60 frames and {sizes[1]} after 180")
+
+
+def _ask_resumable(case: Case) -> None:
+    if not case.tracker.resumable:
+        raise NotAsked("it says resumable = False")

@@ -1,0 +1,113 @@
+"""Properties of following: an easy target is held, and small troubles pass."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from hypothesis import strategies as st
+
+from irsim.types import Box
+from irtrack.properties.case import Broken, Case, NotAsked, expect_near
+from irtrack.properties.clip import Clip
+
+HELD_PX = 2.0
+"""How near an easy target is held: a fifth of its height."""
+NEAR_PX = 5.0
+"""How near it is held through a trouble: half of its height."""
+SETTLED = 20
+"""The frame from which on a trouble of the first frames ought to be over."""
+
+
+def follows(case: Case) -> None:
+    """A target that moves straight before an even sky is held."""
+    clip = case.clip()
+    expect_near(case.centers(clip), clip.centers[1:], HELD_PX, "from the target")
+
+
+def rests(case: Case) -> None:
+    """A target that stands still is held: nothing drifts."""
+    clip = case.clip(speed=(0, 0))
+    expect_near(case.centers(clip), clip.centers[1:], HELD_PX, "from the target")
+
+
+def size(case: Case) -> None:
+    """The size of a target that keeps its size is kept, within a factor of 1.5."""
+    clip = case.clip()
+    sizes = np.stack([each.sizes for each in case.walks(clip)])[:, -1]
+    ratio = np.median(sizes / np.array([clip.box.w, clip.box.h]), axis=0)
+    if (np.abs(np.log(ratio)) > np.log(1.5)).any():
+        raise Broken(
+            f"at the end ({ratio[0]:.2f}, {ratio[1]:.2f}) times the target's size; allowed: within a factor of 1.5"
+        )
+
+
+def start_place(case: Case) -> None:
+    """A start box some pixels off is made good."""
+    clip = case.clip()
+    right, down = case.draw("right", st.integers(-2, 2)), case.draw("down", st.integers(-2, 2))
+    box = Box(clip.box.cx + right, clip.box.cy + down, clip.box.w, clip.box.h)
+    _expect_held(case, replace(clip, box=box), NEAR_PX - 2, f"begun ({right}, {down}) px off")
+
+
+def start_size(case: Case) -> None:
+    """A start box a quarter too large or too small does no harm."""
+    clip = case.clip()
+    factor = case.draw("factor", st.sampled_from([1.0, 1.25, 0.8]))
+    box = Box(clip.box.cx, clip.box.cy, clip.box.w * factor, clip.box.h * factor)
+    _expect_held(case, replace(clip, box=box), NEAR_PX, f"begun with a box {factor:g} times as large")
+
+
+def duplicates(case: Case) -> None:
+    """Frames that arrive twice, at the same time, do no harm."""
+    clip = case.clip()
+    twice = case.draw("frames", st.lists(st.integers(3, 15), min_size=1, max_size=4, unique=True))
+    _expect_held(case, clip.chosen(sorted([*range(len(clip)), *twice])), NEAR_PX, "with doubled frames")
+
+
+def drops(case: Case) -> None:
+    """Single frames that do not arrive do no harm."""
+    clip = case.clip(speed=(2, 3))
+    lost = case.draw("frames", st.lists(st.sampled_from([3, 6, 9, 12]), min_size=1, max_size=4, unique=True))
+    kept = [k for k in range(len(clip)) if k not in lost]
+    _expect_held(case, clip.chosen(kept), NEAR_PX, "with frames lost")
+
+
+def reacquires(case: Case) -> None:
+    """A target hidden for four frames is held again afterwards."""
+    clip = hidden(case.clip(speed=(2, 2)), 8, 12)
+    _expect_held(case, clip, NEAR_PX, "after four frames of hiding")
+
+
+def velocity(case: Case) -> None:
+    """The velocity that is said is the target's, within 0.75 px a frame on the average."""
+    clip = case.clip(speed=(3, 4))
+    walks = case.walks(clip)
+    if walks[0].estimates[-1].velocity is None:
+        raise NotAsked("it says no velocity")
+    said = np.array([[each.velocity for each in walk.estimates[SETTLED:]] for walk in walks], dtype=np.float64)
+    true = np.diff(clip.centers, axis=0)[SETTLED:]
+    off = float(np.hypot(*(said - true).mean(axis=(0, 1))))
+    if off > 0.75:
+        raise Broken(f"{off:.2f} px a frame from the target's velocity on the average; allowed: 0.75")
+
+
+def hidden(clip: Clip, first: int, stop: int) -> Clip:
+    """The clip with its target painted over in frames first .. stop-1 by sky of the same clip: noise and all."""
+    images = clip.images.copy()
+    box, margin = clip.box, 4
+    rows, columns = round(box.h) + 2 * margin, round(box.w) + 2 * margin
+    for k in range(first, stop):
+        top, left = (
+            round(float(c) - s / 2) - margin for c, s in ((clip.centers[k, 1], box.h), (clip.centers[k, 0], box.w))
+        )
+        sky = clip.images[k, :rows, :columns]  # a corner: scenes keep the target to the middle
+        images[k, top : top + rows, left : left + columns] = sky
+    visible = clip.visible.copy()
+    visible[first:stop] = 0.0
+    return replace(clip.pictured(lambda _: images), visible=visible)
+
+
+def _expect_held(case: Case, clip: Clip, tolerance: float, how: str) -> None:
+    """From `SETTLED` on."""
+    expect_near(case.centers(clip)[:, SETTLED:], clip.centers[SETTLED + 1 :], tolerance, how)
