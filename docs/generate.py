@@ -46,6 +46,7 @@ from irsim.sources import open_source
 from irsim.turbulence import Turbulence
 from irsim.variation import VARIATIONS
 from irtrack.metrics import LOSS_RULE
+from irtrack.properties import EXCEPTIONS, PROPERTIES
 from irtrack.trackers import TRACKERS
 
 DOCS = Path(__file__).parent
@@ -199,6 +200,21 @@ def tracker_keys() -> Iterator[str]:
         yield ""
 
 
+def property_list() -> Iterator[str]:
+    yield "| property | what holds |"
+    yield "| --- | --- |"
+    for each in PROPERTIES.values():
+        yield f"| `{each.name}` | {cell(each.says)} |"
+
+
+def exception_list() -> Iterator[str]:
+    yield "| tracker | property | reason |"
+    yield "| --- | --- | --- |"
+    for tracker, reasons in EXCEPTIONS.items():
+        for name, reason in reasons.items():
+            yield f"| `{tracker}` | `{name}` | {cell(reason)} |"
+
+
 def loss_rule() -> Iterator[str]:
     yield from textwrap.wrap(f"**Lost.** {LOSS_RULE}", 100)
 
@@ -209,6 +225,8 @@ PARTS: dict[str, Callable[[], Iterator[str]]] = {
     "source scenes": source_scenes,
     "stresses": stress_list,
     "tracker parameters": tracker_keys,
+    "properties": property_list,
+    "exceptions": exception_list,
     "loss rule": loss_rule,
 }
 

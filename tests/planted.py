@@ -42,7 +42,7 @@ class Sound:
     reach = 8
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> State:
-        window, left, top = cut(frame.image, box.cx, box.cy, box.w / 2 + self.reach, box.h / 2 + self.reach)
+        window, _, _ = cut(frame.image, box.cx, box.cy, box.w / 2 + self.reach, box.h / 2 + self.reach)
         middle, _, _ = cut(frame.image, box.cx, box.cy, box.w / 4, box.h / 4)
         contrast = float(np.median(middle) - np.median(window)) if middle.size else 0.0
         return State(box.cx, box.cy, box.w, box.h, contrast, time=frame.time)
@@ -104,6 +104,11 @@ class Constant:
 
     def step(self, state: Box, frame: Frame, rng: np.random.Generator) -> tuple[Box, Estimate]:
         return state, Estimate((state.cx, state.cy), (state.w, state.h))
+
+
+class Raises(Sound):
+    def says(self, state: State, frame: Frame, estimate: Estimate) -> Estimate:
+        return moved(estimate, 1 / 0)
 
 
 class Illegal(Sound):

@@ -14,6 +14,7 @@ import typer
 from irsim import terminal
 from irsim.files import check_output
 from irtrack.cli.bench import bench, export
+from irtrack.cli.check import check
 from irtrack.cli.compare import compare
 from irtrack.cli.options import AsJson, InputName, command_line, input_name
 from irtrack.cli.output import print_json, print_run
@@ -175,6 +176,7 @@ def report(
 
 
 app.command()(compare)
+app.command()(check)
 app.command()(sources)
 
 

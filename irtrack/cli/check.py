@@ -75,7 +75,10 @@ def _row(outcome: Outcome, tracker: str, profile: str) -> dict[str, Any]:
         "says": outcome.property.says,
         "verdict": outcome.verdict,
         "why": outcome.why,
-        "drawn": {name: value if isinstance(value, int | float | list) else str(value) for name, value in outcome.drawn.items()},
+        "drawn": {
+            name: value if isinstance(value, int | float | list) else str(value)
+            for name, value in outcome.drawn.items()
+        },
         "scenario": outcome.scenario,
         "repeat": _repeat(outcome, tracker, profile),
     }

@@ -80,16 +80,20 @@ def check(
 
 
 def check_tracker(
-    tracker: str | GivenTracker, *, profile: Profile = "ci", excused: Mapping[str, str] | None = None
+    tracker: str | GivenTracker,
+    *,
+    profile: Profile = "ci",
+    only: Iterable[str] | None = None,
+    excused: Mapping[str, str] | None = None,
 ) -> None:
     """AssertionError, with the least examples, where a tracker breaks a property: the one line of your own tests.
 
-    excused    property -> reason, for what the tracker is known to break
+    excused    property -> reason, for what the tracker is known to break;  the rest as of `check`
     """
     excuses = excused or {}
     for name in excuses:
         _known(name)
-    outcomes = [_excused(outcome, excuses) for outcome in check(tracker, profile=profile)]
+    outcomes = [_excused(outcome, excuses) for outcome in check(tracker, profile=profile, only=only)]
     told = [
         f"{each.property.name}: {each.property.says}\n  {each.why}" for each in outcomes if each.verdict == "broken"
     ]

@@ -96,7 +96,7 @@ def rendered(document: Mapping[str, Any]) -> Clip:
     return _rendered(irsim.dumps(irsim.build(irsim.Scenario, document, "scene"), short=True))
 
 
-@lru_cache(maxsize=128)
+@lru_cache(maxsize=256)
 def _rendered(text: str) -> Clip:
     pairs = list(irsim.open_source(irsim.loads(text)).pairs(input="display"))
     truths = [None if truth is None else truth.target("target") for _, truth in pairs]
