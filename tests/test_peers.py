@@ -135,7 +135,7 @@ def test_without_the_environment_a_peer_is_refused_with_the_remedy(monkeypatch: 
 
 
 def test_every_peer_has_a_class() -> None:
-    assert {*peers.PEERS, "program"} == FOREIGN.keys()
+    assert {*peers.PEERS, "program", "trax"} == FOREIGN.keys()
 
 
 needs_peers = pytest.mark.skipif(not INSTALLED, reason=f"no peers here: {peers.HINT}")

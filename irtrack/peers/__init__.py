@@ -4,5 +4,6 @@ from irtrack.peers.child import Child
 from irtrack.peers.environment import HINT, command, offered, python
 from irtrack.peers.server import PEERS
 from irtrack.peers.session import Answer, Session
+from irtrack.peers.trax import TraxSession
 
-__all__ = ["HINT", "PEERS", "Answer", "Child", "Session", "command", "offered", "python"]
+__all__ = ["HINT", "PEERS", "Answer", "Child", "Session", "TraxSession", "command", "offered", "python"]

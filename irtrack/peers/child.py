@@ -1,107 +1,200 @@
-"""A program on the other end of two pipes: asked and answered line by line, ended where it hangs."""
+"""A program on the other end of pipes: asked and answered line by line, ended where it hangs.
+
+Threads write, listen and overhear, so that neither a program that prints without end nor one that reads
+nothing can hold up whoever asks.
+"""
 
 from __future__ import annotations
 
 import atexit
-import json
+import os
+import queue
+import signal
 import subprocess
-import tempfile
+import sys
 import threading
 import time
-from collections.abc import Sequence
-from typing import IO, Any
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 
 import numpy as np
 
 from irtrack.errors import InputError, TrackerError
 
-POLL_S = 0.1
-"""How often the watch looks whether an answer is overdue."""
 LAST_WORDS = 300
-"""Letters of what the program last wrote to standard error that an error quotes."""
+"""Letters of what the program last wrote beside its answers that an error quotes."""
+SETTLE_S = 5e-5
+"""Pause before a request, in which an answer too many that follows close on the last one is heard as such."""
+CHUNK = 1 << 16
+"""Bytes read at once: what a pipe holds."""
+LONGEST_LINE = 1 << 24
+"""Bytes; a line that is longer is no answer."""
+GRACE_S = 1.0
+"""How long a program may take to end by itself after a farewell, or its last words to arrive after its end."""
+
+Piece = bytes | np.ndarray
+"""A piece of a request: bytes, or an array whose bytes are sent."""
 
 
 class Child:
-    """A running program. It may die or hang at any time: `ask` then raises, and it is over with it."""
+    """A running program. It may die or hang at any time: `ask` and `hear` then raise, and it is over with it.
 
-    def __init__(self, command: Sequence[str]) -> None:
+    prefix    what answers begin with; other lines are the program's own talk, kept for its last words
+    farewell  sent before it is ended, so that it can end by itself; without one it is ended at once
+    greets    whether it says a line before it is asked anything
+    """
+
+    def __init__(
+        self, command: Sequence[str], prefix: bytes = b"", farewell: bytes = b"", greets: bool = False
+    ) -> None:
         """Start it; InputError where it cannot be started."""
-        self.name = command[0]
-        self._said: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 - it lives as long as the program
+        pipe = subprocess.PIPE
         try:
+            # In a session of its own the keyboard's interrupt is not its own, and what it starts ends with it.
             self._process = subprocess.Popen(
-                list(command), stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._said
+                list(command), stdin=pipe, stdout=pipe, stderr=pipe, start_new_session=True
             )
-        except OSError as error:
-            self._said.close()
-            raise InputError(f"{command[0]}: cannot be started: {error.strerror or error}") from None
-        self._overdue_at = float("inf")
-        self._hangs = False
-        threading.Thread(target=self._watch, daemon=True).start()
+        except (OSError, ValueError) as error:
+            why = error.strerror if isinstance(error, OSError) else None
+            raise InputError(f"{command[0]}: cannot be started: {why or error}") from None
+        self._prefix, self._farewell = prefix, farewell
+        self._requests: queue.SimpleQueue[Sequence[Piece] | None] = queue.SimpleQueue()
+        self._answers: queue.Queue[bytes] = queue.Queue(maxsize=1)
+        # Answers are counted: one too many would pass for the answer to the next request, and each later one too.
+        self._owed = int(greets)
+        self._untimely = False
+        self._said = b""
+        self._threads = [_started(work) for work in (self._write, self._listen, self._overhear)]
         atexit.register(self.close)
 
     @property
     def alive(self) -> bool:
         return self._process.poll() is None
 
-    def ask(self, request: dict[str, Any], image: np.ndarray, timeout_s: float) -> dict[str, Any]:
-        """Its answer to a request with the bytes of an image after it.
+    def ask(self, request: Sequence[Piece], timeout_s: float) -> bytes:
+        """Its answer to a request, a line with its end.
 
-        TrackerError where it has died, gives no answer within timeout_s, or one that is no JSON object.
+        TrackerError where it has died, gives no answer within timeout_s, or spoke before it was asked.
         """
-        assert self._process.stdin is not None
-        assert self._process.stdout is not None
-        self._overdue_at = time.monotonic() + timeout_s
-        try:
-            self._process.stdin.write(json.dumps(request).encode() + b"\n")
-            self._process.stdin.write(np.ascontiguousarray(image).data)
-            self._process.stdin.flush()
-            line = self._process.stdout.readline()
-        except OSError:  # a pipe without anybody at its other end
-            line = b""
-        finally:
-            self._overdue_at = float("inf")
-        if not line.endswith(b"\n"):
-            raise TrackerError(self._obituary(timeout_s))
-        try:
-            answer = json.loads(line)
-        except ValueError:
-            answer = None
-        if not isinstance(answer, dict):
-            self.close()
-            raise TrackerError(f"its program answered {line[:LAST_WORDS]!r}; allowed: a line with a JSON object")
-        return answer
+        time.sleep(SETTLE_S)
+        self._owed += 1
+        self._requests.put(request)
+        return self.hear(timeout_s)
 
-    def close(self) -> None:
-        """End it; nothing where it has ended."""
+    def hear(self, timeout_s: float) -> bytes:
+        """The line that it greets with; TrackerError as `ask`."""
+        try:
+            line = self._answers.get(timeout=timeout_s)
+        except queue.Empty:
+            self.close(farewell=False)
+            raise TrackerError(f"its program gave no answer in {timeout_s:g} s{self._last_words()}") from None
+        if self._untimely:
+            raise self.refuse(f"its program answered {quoted(line)} without being asked; allowed: one answer each")
+        if line.endswith(b"\n"):
+            return line
+        if len(line) < LONGEST_LINE:
+            raise TrackerError(self._obituary())
+        raise self.refuse(f"its program answered a line of {LONGEST_LINE} bytes or more, {quoted(line)}")
+
+    def refuse(self, why: str) -> TrackerError:
+        """Break off with it; the error that says why."""
+        self.close(farewell=False)
+        return TrackerError(why)
+
+    def close(self, farewell: bool = True) -> None:
+        """End it and all that it started; nothing where it has ended."""
         atexit.unregister(self.close)
-        if self._process.poll() is None:
-            self._process.kill()
+        if farewell and self._farewell and self.alive:
+            self._requests.put([self._farewell])
+            with suppress(subprocess.TimeoutExpired):
+                self._process.wait(GRACE_S)
+        if self.alive:
+            _kill(self._process)
         self._process.wait()
-        for pipe in (self._process.stdin, self._process.stdout, self._said):
-            try:
-                if pipe is not None:
-                    pipe.close()
-            except OSError:  # what could not be written any more
-                pass
+        self._requests.put(None)
+        until = time.monotonic() + GRACE_S
+        while any(thread.is_alive() for thread in self._threads) and time.monotonic() < until:
+            with suppress(queue.Empty):  # whoever listens may wait for its last answer to be taken
+                self._answers.get(timeout=0.01)
 
-    def _obituary(self, timeout_s: float) -> str:
-        """What became of it, in a line; it has ended or is ended now."""
-        if not self._hangs:
-            try:
-                self._process.wait(POLL_S)
-            except subprocess.TimeoutExpired:
-                self._process.kill()
-        status = self._process.wait()
-        self._said.seek(0)
-        words = " ".join(self._said.read().decode(errors="replace").split())[-LAST_WORDS:]
-        self.close()
-        what = f"gave no answer in {timeout_s:g} s" if self._hangs else f"ended with status {status}"
-        return f"its program {what}" + (f"; it last wrote: {words}" if words else "")
+    def _obituary(self) -> str:
+        """What became of it, in a line; it has closed its output, so it has ended or is ended now."""
+        with suppress(subprocess.TimeoutExpired):
+            self._process.wait(GRACE_S)
+        status = self._process.poll()
+        self.close(farewell=False)
+        return f"its program {_end(status)}{self._last_words()}"
 
-    def _watch(self) -> None:
-        while self._process.poll() is None:
-            if time.monotonic() > self._overdue_at:
-                self._hangs = True
-                self._process.kill()
-            time.sleep(POLL_S)
+    def _last_words(self) -> str:
+        words = " ".join(self._said.decode(errors="replace").split())[-LAST_WORDS:]
+        return f"; it last wrote: {words}" if words else ""
+
+    def _write(self) -> None:
+        assert self._process.stdin is not None
+        with suppress(OSError):  # a pipe without anybody at its other end
+            while (request := self._requests.get()) is not None:
+                for piece in request:
+                    self._process.stdin.write(
+                        np.ascontiguousarray(piece).data if isinstance(piece, np.ndarray) else piece
+                    )
+                self._process.stdin.flush()
+        with suppress(OSError):
+            self._process.stdin.close()
+
+    def _listen(self) -> None:
+        assert self._process.stdout is not None
+        given, rest = 0, b""
+        with self._process.stdout as output:
+            while len(rest) < LONGEST_LINE and (chunk := os.read(output.fileno(), CHUNK)):
+                *lines, rest = (rest + chunk).split(b"\n")
+                answers = [line + b"\n" for line in lines if line.startswith(self._prefix)]
+                self._remember(b"\n".join(line for line in lines if not line.startswith(self._prefix)))
+                given += len(answers)
+                self._untimely = self._untimely or given > self._owed
+                for answer in answers:
+                    self._answers.put(answer)
+                if not rest.startswith(self._prefix[: len(rest)]):  # talk, whatever ends it
+                    self._remember(rest)
+                    rest = b"..."
+        if len(rest) < LONGEST_LINE:
+            self._remember(rest)
+            rest = b""
+        self._answers.put(rest)
+
+    def _overhear(self) -> None:
+        assert self._process.stderr is not None
+        with self._process.stderr as output:
+            while chunk := os.read(output.fileno(), CHUNK):
+                self._remember(chunk)
+
+    def _remember(self, words: bytes) -> None:
+        self._said = (self._said + words)[-4 * LAST_WORDS :]  # four bytes a letter at most
+
+
+def quoted(line: bytes) -> str:
+    """A line as an error shows it."""
+    return repr(line if len(line) <= LAST_WORDS else line[:LAST_WORDS] + b"...")
+
+
+def _started(work: Callable[[], None]) -> threading.Thread:
+    thread = threading.Thread(target=work, daemon=True)
+    thread.start()
+    return thread
+
+
+def _end(status: int | None) -> str:
+    if status is None:
+        return "closed its standard output"
+    if status < 0:
+        with suppress(ValueError):
+            return f"was ended by {signal.Signals(-status).name}"
+    return f"ended with status {status}"
+
+
+def _kill(process: subprocess.Popen[bytes]) -> None:
+    """End it, and where there are process groups all that it started."""
+    if sys.platform == "win32":
+        process.kill()
+        return
+    with suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)

@@ -16,6 +16,7 @@ The program ends at the end of its standard input. What it prints elsewhere goes
 
 from __future__ import annotations
 
+import json
 import weakref
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,7 +25,7 @@ from typing import Any, get_args
 
 from irsim.types import Box, Frame
 from irtrack.errors import TrackerError
-from irtrack.peers.child import Child
+from irtrack.peers.child import Child, Piece, quoted
 from irtrack.types import Status
 
 STATUSES: tuple[Status, ...] = get_args(Status)
@@ -68,12 +69,22 @@ class Session:
         request |= {"frame": frame.index, "time": frame.time, "rows": rows, "columns": columns, "bits": frame.bits}
         dtype = "<u2" if frame.bits > 8 else "u1"
         try:
-            answer = self._child.ask(request, frame.image.astype(dtype, copy=False), self._timeout_s)
+            pieces: list[Piece] = [json.dumps(request).encode() + b"\n", frame.image.astype(dtype, copy=False)]
+            answer = self._read(self._child.ask(pieces, self._timeout_s))
             if "error" in answer:
                 raise TrackerError(str(answer["error"]))
             return _answer(answer)
         except TrackerError as error:
             raise TrackerError(f"{self.name}: frame {frame.index}: {error}") from None
+
+    def _read(self, line: bytes) -> dict[str, Any]:
+        try:
+            answer = json.loads(line)
+        except ValueError:
+            answer = None
+        if not isinstance(answer, dict):
+            raise self._child.refuse(f"its program answered {quoted(line)}; allowed: a line with a JSON object")
+        return answer
 
 
 def _answer(answer: dict[str, Any]) -> Answer:

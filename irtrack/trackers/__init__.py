@@ -29,7 +29,7 @@ from irtrack.trackers.camshift_kalman import CamShiftKalman
 from irtrack.trackers.cascade_pf import CascadePF
 from irtrack.trackers.coasting_pf import CoastingPF
 from irtrack.trackers.ekf import EKF
-from irtrack.trackers.foreign import FOREIGN
+from irtrack.trackers.foreign import FOREIGN, Command
 from irtrack.trackers.fusion_wspf import FusionWSPF
 from irtrack.trackers.grey_pf import GreyPF
 from irtrack.trackers.kalman import Kalman
@@ -76,14 +76,14 @@ class Row(NamedTuple):
 
 
 def make(name: str, parameters: Mapping[str, object] | None = None) -> Tracker:
-    """The tracker of a name from the table, an entry point, or ``module:Class``.
+    """The tracker of a name from the table, an entry point, ``module:Class``, or ``trax:COMMAND``.
 
     InputError, a line for each thing that is wrong: an unknown name or parameter, a wrong type, a
     value out of range, a module that cannot be imported. Of somebody's own class, parameters annotated
     as numbers, texts, true or false are checked. What it prints goes to standard error.
     """
     cls = find(name)
-    given = dict(parameters or {})
+    given = _command(name) | dict(parameters or {})
     if issubclass(cls, Part):
         return cast(Tracker, build(cls, given, name))
     plain = {key: (hint, ...) for key, hint in _hints(cls).items() if key in given and _is_checked(key, hint)}
@@ -116,6 +116,8 @@ def find(name: str) -> type[Any]:
         return _checked(name, _load(name, installed[name]))
     known = [*NAMED, *installed]
     module, colon, cls = name.partition(":")
+    if _command(name):
+        return NAMED[module]
     if module in known:
         raise InputError(f"'{name}': {module} is a tracker's name, no module; allowed: {module}, or {module}:KEY=VALUE")
     if colon:
@@ -131,9 +133,15 @@ def find(name: str) -> type[Any]:
     raise InputError(f"unknown tracker '{name}'; allowed: {', '.join(known)} or module:Class{suggestion(name, known)}")
 
 
+def _command(name: str) -> dict[str, object]:
+    """The parameter that stands in a name such as ``trax:COMMAND``; none in any other."""
+    kind, colon, command = name.partition(":")
+    return {"command": command} if colon and issubclass(NAMED.get(kind, object), Command) else {}
+
+
 def describe() -> list[Row]:
     """A row for every tracker that can be named, for `irtrack list`."""
-    present = [*TRACKERS, "program", *offered()]
+    present = [*TRACKERS, *(name for name, cls in FOREIGN.items() if issubclass(cls, Command)), *offered()]
     rows = [Row(name, _summary(NAMED[name]), NAMED[name].source) for name in present]
     for name, entry in _installed().items():
         try:

@@ -1,4 +1,4 @@
-"""`program` and the peers: trackers that run as programs of their own (`irtrack.peers`)."""
+"""`program`, `trax` and the peers: trackers that run as programs of their own (`irtrack.peers`)."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from pydantic import Field
 
 from irsim.types import Box, Frame
 from irtrack.errors import InputError
-from irtrack.peers import HINT, Session, command, python
-from irtrack.trackers.base import Footage, TrackerPart, footage
+from irtrack.peers import HINT, Session, TraxSession, command, python
+from irtrack.trackers.base import Footage, TrackerPart, footage, start_window
 from irtrack.types import LEAST_PX, Estimate
 
 
@@ -22,7 +22,7 @@ class ForeignState:
     """The program that follows the target; what it last saw lies there, so that no step can be done again."""
 
     footage: Footage
-    session: Session
+    session: Session | TraxSession
 
 
 class Foreign(TrackerPart):
@@ -41,11 +41,19 @@ class Foreign(TrackerPart):
     def runs(self) -> tuple[str, ...]:
         """The command that starts the program; InputError where there is none."""
 
+    def session(self) -> Session | TraxSession:
+        """A program that can be asked."""
+        return Session(self.name, self.runs(), self.timeout_s)
+
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> ForeignState:
-        """Whole pixels are all that some can be given, and no side under LEAST_PX."""
+        """Whole pixels are all that some can be given, and no side under LEAST_PX.
+
+        InputError where the box does not meet the frame, or the program cannot be started.
+        """
+        start_window(frame, box)
         given = box.at_least(LEAST_PX)
         given = Box(given.cx, given.cy, given.w * self.context, given.h * self.context)
-        session = Session(self.name, self.runs(), self.timeout_s)
+        session = self.session()
         session.init(frame, given, int(rng.integers(2**31)))
         return ForeignState(footage(frame), session)
 
@@ -58,20 +66,37 @@ class Foreign(TrackerPart):
         return state, Estimate((box.cx, box.cy), size, answer.status, answer.score)
 
 
-class Program(Foreign):
-    """Any program that speaks the protocol of docs/trackers.md over its standard input and output."""
-
-    name: ClassVar[str] = "program"
-    source: ClassVar[str] = "your own"
+class Command(Foreign):
+    """A program that is started by a command of the user's."""
 
     command: str
     """The command that starts it, as a shell would take it."""
 
     def runs(self) -> tuple[str, ...]:
-        words = tuple(shlex.split(self.command))
+        try:
+            words = tuple(shlex.split(self.command))
+        except ValueError as error:  # a quote that is not closed
+            raise InputError(f"{self.name}: command: {error}; allowed: quotes that are closed") from None
         if not words:
-            raise InputError("program: command: is empty; allowed: a command such as 'python3 mine.py'")
+            raise InputError(f"{self.name}: command: is empty; allowed: a command such as 'python3 mine.py'")
         return words
+
+
+class Program(Command):
+    """Any program that speaks the protocol of docs/trackers.md over its standard input and output."""
+
+    name: ClassVar[str] = "program"
+    source: ClassVar[str] = "your own"
+
+
+class Trax(Command):
+    """Any program that speaks TraX, the protocol of the VOT challenges, over its standard input and output."""
+
+    name: ClassVar[str] = "trax"
+    source: ClassVar[str] = "your own, or any tracker of VOT"
+
+    def session(self) -> TraxSession:
+        return TraxSession(self.name, self.runs(), self.timeout_s)
 
 
 class Peer(Foreign):
@@ -119,5 +144,5 @@ class Dlib(Peer):
     source: ClassVar[str] = "Danelljan, Hager, Khan, Felsberg 2014"
 
 
-FOREIGN: dict[str, type[Foreign]] = {cls.name: cls for cls in (Program, Mil, Kcf, Csrt, Mosse, Dlib)}
+FOREIGN: dict[str, type[Foreign]] = {cls.name: cls for cls in (Program, Trax, Mil, Kcf, Csrt, Mosse, Dlib)}
 """Trackers that are programs, by name. They are no part of `TRACKERS`: a peer may not be installed."""
