@@ -45,10 +45,10 @@ def similarity(velocities: Floats, model: Floats) -> Floats:
     rest and one that moves are not, 0.
     """
     speeds, pace = np.hypot(velocities[..., 0], velocities[..., 1]), float(np.hypot(*model))
-    larger = np.maximum(speeds, pace)
     # min / max . cosine = dot / max^2, which needs no division by a speed of 0.
-    dot = velocities @ model
-    alike: Floats = np.where(larger > 0, np.clip(dot / np.where(larger > 0, larger, 1.0) ** 2, 0, 1), 1.0)
+    larger, dot = np.maximum(speeds, pace), velocities @ model
+    square = np.where(larger > 0, larger, 1.0) ** 2
+    alike: Floats = np.minimum(np.maximum(np.where(larger > 0, dot, square) / square, 0), 1)
     return alike
 
 
@@ -62,5 +62,5 @@ def line(places: Floats) -> tuple[Floats, Floats]:
         return places[0], np.zeros(2)
     steps = np.arange(k) - (k - 1) / 2
     velocity = 12 / (k * (k**2 - 1)) * (steps @ places)
-    ahead: Floats = places.mean(axis=0) + (k + 1) / 2 * velocity
+    ahead: Floats = places.sum(axis=0) / k + (k + 1) / 2 * velocity
     return ahead, velocity
