@@ -16,6 +16,7 @@ from irsim.files import check_output
 from irtrack.cli.bench import bench, export
 from irtrack.cli.check import check
 from irtrack.cli.compare import compare
+from irtrack.cli.falsify import falsify
 from irtrack.cli.options import AsJson, InputName, command_line, input_name
 from irtrack.cli.output import print_json, print_run
 from irtrack.cli.sources import sources
@@ -177,6 +178,7 @@ def report(
 
 app.command()(compare)
 app.command()(check)
+app.command()(falsify)
 app.command()(sources)
 
 

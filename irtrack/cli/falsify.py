@@ -1,0 +1,112 @@
+"""`irtrack falsify`: the search for a scene that breaks a tracker."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from irsim import terminal
+from irtrack.cli.options import AsJson, InputName, command_line, input_name
+from irtrack.cli.output import print_json
+from irtrack.errors import InputError
+
+if TYPE_CHECKING:
+    from irtrack.falsify import Failure, Nearest
+
+
+def falsify(
+    scenario: Annotated[str, typer.Argument(metavar="SCENARIO", help="A scenario's file or name, with `vary`.")],
+    overrides: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="KEY=VALUE", help="Changes to the scenario; a key so given varies no more."),
+    ] = None,
+    *,
+    tracker: Annotated[
+        str, typer.Option(metavar="NAME[:KEY=VALUE...]", help="A name from `irtrack list` with its parameters.")
+    ],
+    search: Annotated[
+        str, typer.Option(metavar="cma|sobol|random", help="How: down the slope, evenly, or by chance.")
+    ] = "cma",
+    budget: Annotated[int, typer.Option(metavar="N", min=1, help="Runs of the search, at most.")] = 500,
+    jobs: Annotated[int, typer.Option(metavar="N", min=1, help="Worker processes.")] = 1,
+    seed: Annotated[
+        int | None, typer.Option(metavar="N", min=0, help="Seed of the search; the scenario's own unless said.")
+    ] = None,
+    input: InputName = "display",
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="DIR", help="Default: falsified/SCENARIO-TRACKER.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Search the ranges of a scenario for a scene in which a tracker breaks what is expected of it.
+
+    Exit status 1 where one is found: made small, as minimal.yaml, minimal.mcap and report.md.
+    """
+    from irsim import is_recording, load
+    from irtrack.bench import parse_tracker_spec
+    from irtrack.falsify import Nearest, find_failure
+
+    if is_recording(Path(scenario)):
+        raise InputError(f"{scenario}: is a recording, where nothing varies; allowed: a scenario with vary")
+    loaded, tried = load(scenario, overrides or ()), parse_tracker_spec(tracker)
+    name = Path(scenario).stem
+    folder = output or Path("falsified") / f"{name}-{tried.label.replace(':', '-').replace('/', '-')}"
+    try:
+        with terminal.progress_bar(f"search {name}", budget) as progress:
+            found = find_failure(
+                loaded,
+                tried,
+                folder,
+                search=search,
+                budget=budget,
+                jobs=jobs,
+                seed=seed,
+                input=input_name(input),
+                name=name,
+                command=command_line(),
+                say=lambda line: print(line, file=sys.stderr if as_json else sys.stdout),
+                progress=progress,
+            )
+    except KeyboardInterrupt:
+        print(
+            f"irtrack: stopped; what is known is in {folder}, and the same command goes on from there", file=sys.stderr
+        )
+        raise typer.Exit(130) from None
+    if as_json:
+        print_json({"scenario": name, "tracker": tried.label, "folder": str(folder), **_row(found)})
+    elif isinstance(found, Nearest):
+        print(f"{tried.label} breaks nothing in {found.runs} runs; the least margin is {found.margin:.3g}, at")
+        for key, value in found.point.items():
+            print(f"  {key}={value}")
+    else:
+        print(f"failure: {folder / 'report.md'}")
+    if not isinstance(found, Nearest):
+        raise typer.Exit(1)
+
+
+def _row(found: Failure | Nearest) -> dict[str, Any]:
+    """Plain values for JSON."""
+    from irtrack.falsify import Nearest
+
+    if isinstance(found, Nearest):
+        return {"failure": None, "margin": found.margin, "point": found.point, "runs": found.runs}
+    lucks = {"found": found.luck, "minimal": found.least_luck}
+    return {
+        "failure": {
+            "rule": found.rule,
+            "run": found.run,
+            "repeats": found.repeats,
+            "found": dict(found.found.point),
+            "minimal": dict(found.least.point),
+            "without": list(found.least.without),
+            "frames": found.least.frames,
+            "fresh_seeds": {
+                when: {"broken": luck.broken, "seeds": luck.seeds, "structural": luck.is_structural}
+                for when, luck in lucks.items()
+                if luck is not None
+            },
+        }
+    }

@@ -1,0 +1,64 @@
+"""`find_failure`: the whole way from a scenario with ranges to a small failure in a folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import irsim
+from irsim.files import check_output
+from irsim.types import Input
+from irtrack.bench import Entry
+from irtrack.bench.specs import entry
+from irtrack.falsify.files import JOURNAL, make_folder, write_failure
+from irtrack.falsify.hunt import Failure, Hunt, Nearest, Progress, Say, check
+from irtrack.falsify.rules import rules_of
+from irtrack.falsify.trial import Subject
+from irtrack.falsify.trials import Trials
+from irtrack.types import Tracker
+from irtrack.workers import in_order
+
+
+def find_failure(
+    scenario: str | Path | irsim.Scenario,
+    tracker: str | Tracker | Entry,
+    folder: str | Path,
+    *,
+    search: str = "cma",
+    budget: int = 500,
+    jobs: int = 1,
+    seed: int | None = None,
+    input: Input = "display",
+    name: str | None = None,
+    command: str | None = None,
+    say: Say = lambda line: None,
+    progress: Progress | None = None,
+) -> Failure | Nearest:
+    """Search the ranges under `vary` for a scene in which the tracker breaks what the scenario expects.
+
+    tracker   a spec (`irtrack.bench.specs`), a tracker or an entry
+    folder    is made where it is not there. It gets a journal of all trials, by which the same call goes on where it
+              was stopped, and of a failure minimal.yaml, minimal.mcap, replay.html and report.md
+    search    'cma', 'sobol' or 'random', of at most `budget` runs after the benign point
+    jobs      worker processes; what is found is the same for any number
+    seed      of the search; the scenes and the tracker have the scenario's own seed
+    name, command   of the scenario and the command line, for the report
+    say, progress   called with lines on what was found, and with (runs done, budget)
+
+    Returns the failure made small, or what came nearest to one. InputError, before anything is run, where nothing
+    varies or a word is wrong. KeyboardInterrupt is passed on when what was found by then is written.
+    """
+    loaded = scenario if isinstance(scenario, irsim.Scenario) else irsim.load(scenario)
+    name = name or ("scenario" if isinstance(scenario, irsim.Scenario) else Path(scenario).stem)
+    check(loaded, search, budget, jobs)
+    tried = entry(tracker)
+    subject = Subject(tried.label, tried.tracker, input, rules_of(loaded))
+    folder = Path(folder)
+    make_folder(folder)
+    check_output(folder / JOURNAL)
+    with in_order(jobs) as apply:
+        hunt = Hunt(loaded, subject, Trials(subject, apply, folder / JOURNAL), say)
+        try:
+            return hunt.run(search, budget, loaded.seed if seed is None else seed, progress)
+        finally:
+            if hunt.failure is not None:
+                write_failure(folder, hunt, hunt.failure, name, command)

@@ -1,0 +1,105 @@
+"""How far a track is from breaking a rule of its scenario: one signed margin a rule, below 0 where it is broken.
+
+Margins are the robustness of signal temporal logic (Donzé and Maler, FORMATS 2010, LNCS 6246, 92): "always" is a
+least value over time, "at some time" a greatest. Each is measured in units of the rule's own bound, 1 far from
+being broken, so that rules can be compared and a search has a slope to follow before anything breaks.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+import irsim
+from irsim.types import Floats
+from irtrack.errors import InputError
+from irtrack.metrics import Trace
+from irtrack.metrics.loss import OFF_IN_A_ROW, off_beyond
+
+UNTRIED = 1.0
+"""The margin of a rule about frames that a track does not have."""
+
+
+def rules_of(scenario: irsim.Scenario) -> tuple[irsim.Expectation, ...]:
+    """What the scenario expects; that the track is never lost, where it says nothing. InputError for a foreign rule."""
+    for index, rule in enumerate(scenario.expect):
+        if type(rule) not in MARGINS and not hasattr(rule, "margin"):
+            allowed = ", ".join(kind.kind for kind in MARGINS)
+            raise InputError(
+                f"expect.{index}: no margin is known of the kind {rule.kind}; allowed: {allowed}, or a class with "
+                "a method margin(trace)"
+            )
+    return scenario.expect or (irsim.NeverLost(),)
+
+
+def margin(rule: irsim.Expectation, trace: Trace) -> float:
+    """The signed margin of a rule about this track: below 0 where the rule is broken, at most 1."""
+    known = MARGINS.get(type(rule))
+    value = float(known(rule, trace) if known is not None else rule.margin(trace))
+    return min(value, UNTRIED)
+
+
+def never_lost(_: irsim.NeverLost, trace: Trace) -> float:
+    """In every ten frames in a row that count there is one that is not off (`irtrack.metrics.loss.LOSS_RULE`)."""
+    on = _on_target(trace)[trace.counted]
+    if len(on) < OFF_IN_A_ROW:
+        return UNTRIED
+    return float(np.lib.stride_tricks.sliding_window_view(on, OFF_IN_A_ROW).max(axis=1).min())
+
+
+def error_below(rule: irsim.ErrorBelow, trace: Trace) -> float:
+    """The error that the wanted share of the frames does not exceed is less than the bound, or the truth's accuracy."""
+    shares = np.sort((trace.errors / np.fmax(rule.px, trace.accuracy))[trace.counted])
+    return 1 - float(shares[math.ceil(rule.share * len(shares)) - 1]) if len(shares) else UNTRIED
+
+
+def reacquired_within(rule: irsim.ReacquiredWithin, trace: Trace) -> float:
+    """After every return into sight some frame in time is not off. A sight that ends before the time is up tells
+    nothing, unless the tracker was there."""
+    on, margins = _on_target(trace), [UNTRIED]
+    for each in trace.returns:
+        in_time = on[each.at : each.at + min(each.watched, rule.frames + 1)]
+        if each.watched > rule.frames or in_time.max() >= 0:
+            margins.append(float(in_time.max()))
+    return min(margins)
+
+
+def honest_while_hidden(rule: irsim.HonestWhileHidden, trace: Trace) -> float:
+    """In every stretch without the target the last claim of "tracking" comes in time."""
+    gone = ~trace.truth.present | (trace.visible == 0)
+    gone[:1] = False
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], gone, [False]]).astype(np.int8)))
+    margins = [UNTRIED]
+    for begin, end in edges.reshape(-1, 2).tolist():
+        claims = np.flatnonzero(trace.statuses[begin:end] == "tracking")
+        claimed = int(claims[-1]) + 1 if len(claims) else 0
+        margins.append((rule.within - claimed) / max(rule.within, 1))
+    return min(margins)
+
+
+MARGINS: dict[type[irsim.Expectation], Callable[[Any, Trace], float]] = {
+    irsim.NeverLost: never_lost,
+    irsim.ErrorBelow: error_below,
+    irsim.ReacquiredWithin: reacquired_within,
+    irsim.HonestWhileHidden: honest_while_hidden,
+}
+"""The margin of every kind of rule."""
+
+
+def shortest(rule: irsim.Expectation, trace: Trace) -> int:
+    """How many frames of a track that breaks the rule are enough to break it."""
+    return next(n for n in range(1, len(trace.indices) + 1) if margin(rule, trace.first(n)) < 0)
+
+
+def in_words(rule: irsim.Expectation) -> str:
+    """'error_below (px 5, share 1)'."""
+    values: Sequence[str] = [f"{key} {value}" for key, value in rule.model_dump().items() if value is not None]
+    return f"{rule.kind} ({', '.join(values)})" if values else rule.kind
+
+
+def _on_target(trace: Trace) -> Floats:
+    """(n,): 1 on the target, 0 where it begins to be off, below where it is; nan where there is no target."""
+    return np.asarray(1 - trace.errors / off_beyond(trace.truth.diagonals, trace.accuracy))

@@ -1,0 +1,83 @@
+"""One trial: a tracker over one concrete scene, judged by the scene's rules."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import irsim
+from irsim.types import Input, Source
+from irtrack.errors import InputError, IrtrackError
+from irtrack.falsify.rules import UNTRIED, margin
+from irtrack.metrics import Reference, Trace
+from irtrack.replay import Player, replay
+from irtrack.start import find_start
+from irtrack.types import Tracker
+
+RAISES = "raises"
+"""The rule that a tracker raises nothing; it need not be asked for."""
+
+
+@dataclass(frozen=True, slots=True)
+class Subject:
+    """Who is tried: a tracker under its label, what it looks at, and the rules that it is held to."""
+
+    label: str
+    tracker: Tracker
+    input: Input
+    rules: tuple[irsim.Expectation, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What came of a trial.
+
+    margins    of each rule, below 0 where it is broken
+    raised     what the tracker raised, one line; None where it raised nothing
+    """
+
+    margins: tuple[float, ...]
+    raised: str | None = None
+
+    @property
+    def margin(self) -> float:
+        """Of the rule nearest to being broken, or broken worst."""
+        return -1.0 if self.raised is not None else min(self.margins)
+
+    @property
+    def broken(self) -> int | str | None:
+        """Number of the rule that is broken worst, or `RAISES`; None where none is."""
+        if self.raised is not None:
+            return RAISES
+        return self.margins.index(self.margin) if self.margin < 0 else None
+
+    def breaks(self, rule: int | str) -> bool:
+        """Is that rule broken, whatever the others are?"""
+        return self.raised is not None if isinstance(rule, str) else self.raised is None and self.margins[rule] < 0
+
+
+def judge(subject: Subject, scenario: irsim.Scenario | None) -> Verdict:
+    """The verdict on a scene; nothing is broken where there is none, or where it shows no target to start on."""
+    if scenario is None:
+        return Verdict((UNTRIED,) * len(subject.rules))
+    return examine(subject, irsim.Rendering(scenario), scenario.seed)[0]
+
+
+def examine(subject: Subject, source: Source, seed: int) -> tuple[Verdict, tuple[Trace, ...]]:
+    """The verdict on a source, `seed` being the tracker's, and each rule's trace; no traces where the tracker
+    raised or could not start."""
+    untried = Verdict((UNTRIED,) * len(subject.rules))
+    try:
+        targets = {rule.target for rule in subject.rules}
+        starts = {target: find_start(source, source.truths(), target) for target in targets}
+    except InputError:
+        return untried, ()
+    found: dict[str | None, Trace] = {}
+    for target, start in starts.items():
+        player = Player(subject.tracker, start, seed, subject.label)
+        try:
+            truths = replay(source, [player.see], subject.input, start.frame)
+        except IrtrackError as error:
+            return Verdict(untried.margins, str(error)), ()
+        found[target] = Trace.of(player.track(source, subject.input), Reference.of(truths, start.target))
+    of_rules = tuple(found[rule.target] for rule in subject.rules)
+    return Verdict(tuple(margin(rule, trace) for rule, trace in zip(subject.rules, of_rules, strict=True))), of_rules

@@ -1,0 +1,83 @@
+"""Trials side by side, in order, none of them twice: what came of each is kept in a file as it is known."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Sequence
+from functools import partial
+from pathlib import Path
+
+import irsim
+from irtrack.errors import InputError
+from irtrack.falsify.trial import Subject, Verdict, judge
+from irtrack.identity import code_hash, tracker_config
+from irtrack.workers import Map
+
+
+class Trials:
+    """A subject's trials. A journal, one JSON line a trial, holds those of earlier calls, so that a search that was
+    stopped goes on where it was: it asks for the same scenes again."""
+
+    def __init__(self, subject: Subject, apply: Map, journal: Path) -> None:
+        self._judge = partial(judge, subject)
+        self._apply = apply
+        self._journal = journal
+        self._subject = json.dumps(
+            [
+                tracker_config(subject.tracker),
+                code_hash(subject.tracker),
+                subject.input,
+                [[rule.kind, rule.model_dump()] for rule in subject.rules],
+            ],
+            sort_keys=True,
+        )
+        self._known = _read(journal)
+        self.run = 0
+        """Trials that were not known before."""
+
+    def verdicts(self, scenarios: Sequence[irsim.Scenario | None]) -> Iterator[Verdict]:
+        """Of each scene, in order; no more is run than is asked for, but for what has begun beside it."""
+        keys = [self._key(each) for each in scenarios]
+        new = {key: each for key, each in zip(keys, scenarios, strict=True) if key not in self._known}
+        outcomes = self._apply(self._judge, list(new.values()))
+        waiting = iter(new)
+        for key in keys:
+            while key not in self._known:
+                self._note(next(waiting), next(outcomes))
+            yield self._known[key]
+
+    def _key(self, scenario: irsim.Scenario | None) -> str:
+        text = json.dumps([self._subject, None if scenario is None else scenario.hash])
+        return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
+
+    def _note(self, key: str, verdict: Verdict) -> None:
+        self._known[key] = verdict
+        self.run += 1
+        line = json.dumps({"trial": key, "margins": verdict.margins, "raised": verdict.raised})
+        try:
+            with self._journal.open("a", encoding="utf-8") as file:
+                file.write(line + "\n")
+        except OSError as error:
+            raise InputError(f"{self._journal}: cannot be written: {error.strerror or error}") from None
+
+
+def _read(journal: Path) -> dict[str, Verdict]:
+    """What a journal holds; a last line that was cut off is taken away, so that others can follow."""
+    try:
+        text = journal.read_text(encoding="utf-8")
+        whole = text[: text.rfind("\n") + 1]
+        if whole != text:
+            journal.write_text(whole, encoding="utf-8")
+    except FileNotFoundError:
+        return {}
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{journal}: cannot be used as a journal of trials: {error}") from None
+    known: dict[str, Verdict] = {}
+    for number, line in enumerate(whole.splitlines(), start=1):
+        try:
+            row = json.loads(line)
+            known[row["trial"]] = Verdict(tuple(map(float, row["margins"])), row["raised"])
+        except (ValueError, TypeError, KeyError):
+            raise InputError(f"{journal}:{number}: is no trial; allowed: a journal of irtrack falsify") from None
+    return known

@@ -1,0 +1,234 @@
+"""irtrack falsify from end to end, beside a planted failure whose smallest case is known."""
+
+from __future__ import annotations
+
+import json
+import resource
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import planted_failure
+import pytest
+
+import irsim
+from irtrack.cli import main
+from irtrack.errors import InputError
+from irtrack.falsify import Failure, Nearest, find_failure
+from irtrack.falsify.hunt import Hunt
+from irtrack.falsify.rules import rules_of
+from irtrack.falsify.trial import Subject, examine
+from irtrack.metrics import wilson
+
+Cli = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def cli(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Cli:
+    """`irtrack falsify WORDS` in a folder that holds blind.yaml: (exit status, output, errors)."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "blind.yaml").write_text(planted_failure.SCENE)
+
+    def call(*words: str) -> tuple[int, str, str]:
+        monkeypatch.setattr("sys.argv", ["irtrack", "falsify", *words])
+        with pytest.raises(SystemExit) as caught:
+            main()
+        said = capsys.readouterr()
+        return int(caught.value.code or 0), said.out, said.err
+
+    return call
+
+
+def hunt(
+    folder: Path, seed: int = 1, tracker: str = "Blind", text: str = planted_failure.SCENE, **options: object
+) -> Failure | Nearest:
+    return find_failure(
+        irsim.loads(text),
+        f"planted_failure:{tracker}",
+        folder,
+        seed=seed,
+        name="blind",
+        **options,  # type: ignore[arg-type]
+    )
+
+
+def is_least(found: Failure | Nearest) -> bool:
+    """Is it the planted minimum: severities within one, every other part off, no frame too many?"""
+    assert isinstance(found, Failure)
+    space = irsim.variations(irsim.loads(planted_failure.SCENE))
+    lowest = space.at_severities([3, 4, 0])
+    assert dict(lowest) == planted_failure.LOWEST
+    steps = [abs(found.least.point[knob.key] - lowest[knob.key]) for knob in space.knobs]
+    assert found.luck.is_structural
+    assert found.repeats
+    # never_lost needs ten frames off in a row; the start is given
+    return (
+        steps[0] <= 10
+        and steps[1] <= 8
+        and steps[2] == 0
+        and "white" in found.least.without
+        and found.least.frames == 11
+    )
+
+
+def test_the_planted_failure_holds_in_half_a_percent_of_the_space() -> None:
+    """By counting on a grid, and the tracker loses where `inside` says so."""
+    grid = np.stack(np.meshgrid(*2 * [(np.arange(100) + 0.5) / 100]), axis=-1).reshape(-1, 2)
+    share = np.mean([planted_failure.inside((x, y)) > 0 for x, y in planted_failure.LOW + grid * planted_failure.WIDTH])
+    assert share == pytest.approx(0.005, abs=2e-4)
+    scene = irsim.loads(planted_failure.SCENE)
+    subject = Subject("blind", planted_failure.Blind(), "display", rules_of(scene))
+    for start in ([33.1, 34.5], [35.4, 37.5], [33.1, 33.5], [32.8, 36.0], [4.0, 4.0]):
+        at = irsim.change(scene, {"targets.point.path.start": start})
+        verdict, _ = examine(subject, irsim.Rendering(at), 1)
+        assert (verdict.margin < 0) == (planted_failure.inside((start[0], start[1])) > 0)
+
+
+@pytest.fixture(scope="module")
+def known(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Failure | Nearest]:
+    """The folder of a hunt that ran to its end by one process, and what it found."""
+    folder = tmp_path_factory.mktemp("known") / "out"
+    return folder, hunt(folder)
+
+
+def test_it_is_found_and_made_as_small_as_it_gets(known: tuple[Path, Failure | Nearest]) -> None:
+    assert is_least(known[1])
+
+
+@pytest.mark.slow
+def test_it_is_found_in_nine_of_ten_searches(tmp_path: Path) -> None:
+    """20 searches of at most 500 runs; all that are found are shrunk to within a severity of the minimum."""
+    found = [hunt(tmp_path / str(seed), seed) for seed in range(20)]
+    failures = [each for each in found if isinstance(each, Failure)]
+    assert len(failures) >= 18
+    assert all(map(is_least, failures))
+
+
+def test_the_command_leaves_a_scene_its_frames_and_a_report(cli: Cli, known: tuple[Path, Failure | Nearest]) -> None:
+    """By two workers it finds what one process has found, and has tried the same."""
+    status, out, _ = cli("blind.yaml", "--tracker", "planted_failure:Blind", "--jobs", "2", "-o", "out")
+    assert status == 1
+    assert "never_lost is broken" in out
+    assert "structural: 20 of 20" in out
+    assert "failure: out/report.md" in out
+    assert Path("out/trials.jsonl").read_text() == (known[0] / "trials.jsonl").read_text()
+    scene, recording = irsim.load("out/minimal.yaml"), irsim.open_recording(Path("out/minimal.mcap"))
+    assert scene == irsim.load(known[0] / "minimal.yaml")
+    assert not scene.vary
+    assert [rule.kind for rule in scene.expect] == ["never_lost"]
+    drawn = list(irsim.Rendering(scene).frames())
+    assert len(drawn) == len(recording) == 11
+    assert all((a.image == b.image).all() for a, b in zip(drawn, recording.frames(), strict=True))
+    report = Path("out/report.md").read_text()
+    assert "| `targets.point.path.start.0` | 4 | 3" in report
+    assert "irtrack run planted_failure:Blind out/minimal.yaml --seed 1" in report
+    assert "irtrack falsify blind.yaml --tracker planted_failure:Blind --jobs 2 -o out" in report
+    assert "never_lost is broken here" in Path("out/minimal.yaml").read_text().splitlines()[0]
+    assert "planted_failure:Blind" in Path("out/replay.html").read_text()
+
+
+def test_what_was_tried_is_not_tried_again(known: tuple[Path, Failure | Nearest], tmp_path: Path) -> None:
+    said: list[str] = []
+    whole = (known[0] / "trials.jsonl").read_text()
+    journal = tmp_path / "trials.jsonl"
+    journal.write_text(whole[:-30])  # cut off in the middle of its last line
+    assert hunt(tmp_path, say=said.append) == known[1]
+    assert said[-1] == "1 new trial"
+    assert journal.read_text() == whole
+
+
+def test_ctrl_c_loses_nothing_that_was_found(
+    cli: Cli, known: tuple[Path, Failure | Nearest], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Stopped in the midst of shrinking: what it had is there, and the same command ends as if never stopped."""
+    shutil.copytree(known[0], "out", ignore=shutil.ignore_patterns("[!t]*"))
+    words = ("blind.yaml", "--tracker", "planted_failure:Blind", "-o", "out")
+    with monkeypatch.context() as patch:
+        patch.setattr(Hunt, "_shrink", stop)
+        status, _, err = cli(*words)
+    assert status == 130
+    assert err == "irtrack: stopped; what is known is in out, and the same command goes on from there\n"
+    assert "the hunt was stopped" in Path("out/report.md").read_text()
+    assert irsim.load("out/minimal.yaml").frames == 13
+    assert cli(*words)[0] == 1
+    assert irsim.load("out/minimal.yaml").frames == 11
+
+
+def stop(*_: object) -> None:
+    raise KeyboardInterrupt
+
+
+def test_a_tracker_that_raises_is_a_failure_too(tmp_path: Path) -> None:
+    near = planted_failure.SCENE.replace("low: 4, high: 54", "low: 32, high: 36")
+    found = hunt(tmp_path, tracker="Raising", text=near)
+    assert isinstance(found, Failure)
+    assert (found.rule, found.least.frames) == ("raises", 10)
+    assert "frame 9: ValueError: planted" in (tmp_path / "report.md").read_text()
+
+
+def test_luck_is_told_from_structure(tmp_path: Path) -> None:
+    found = hunt(tmp_path, tracker="Lucky")
+    assert isinstance(found, Failure)
+    assert not found.luck.is_structural
+    low, high = wilson(found.luck.broken, found.luck.seeds)
+    assert low < 0.5 < high
+
+
+def test_a_tracker_that_does_not_repeat_itself_is_told(tmp_path: Path) -> None:
+    found = hunt(tmp_path, tracker="Unrepeatable")
+    assert isinstance(found, Failure)
+    assert not found.repeats
+    assert "NOT the same again" in (tmp_path / "report.md").read_text()
+
+
+def test_where_nothing_breaks_the_nearest_is_told(cli: Cli) -> None:
+    words = ("blind.yaml", "targets.point.path.start.0=4", "--tracker", "planted_failure:Blind", "--budget", "20")
+    status, out, _ = cli(*words)
+    assert status == 0
+    assert "breaks nothing in 20 runs; the least margin is 0." in out
+    assert "targets.point.path.start.1=" in out
+    found = json.loads(cli(*words, "--json")[1])
+    assert found["failure"] is None
+    assert found["runs"] == 20
+    assert not Path("falsified/blind-planted_failure-Blind/minimal.yaml").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["blind.yaml", "--tracker", "kalmn"], "unknown tracker 'kalmn'"),
+        (
+            ["blind.yaml", "--tracker", "kalman", "--search", "cmaes"],
+            "search 'cmaes': allowed: cma, sobol, random; did",
+        ),
+        (["blind.yaml", "--tracker", "kalman", "--budget", "0"], "--budget"),
+        (["blind.yaml", "--tracker", "kalman", "--input", "bits"], "--input bits: allowed: display or counts"),
+        (["sky", "--tracker", "kalman"], "vary: nothing varies that could be searched"),
+        (["none.yaml", "--tracker", "kalman"], "none.yaml: cannot read it: there is no such file"),
+        (["blind.yaml", "camera.netd=3", "--tracker", "kalman"], "unknown key 'netd'"),
+        (["blind.yaml", "--tracker", "kalman", "-o", "blind.yaml"], "blind.yaml: no folder can be made there"),
+        (["blind.yaml", "--tracker", "kalman", "-o", "bad"], "bad/trials.jsonl:1: is no trial"),
+        (["blind.yaml", "--tracker", "kalman", "-o", "odd"], "odd/trials.jsonl: is a folder"),
+        (["some.mcap", "--tracker", "kalman"], "some.mcap: is a recording, where nothing varies"),
+    ],
+)
+def test_bad_input_is_one_line(cli: Cli, words: list[str], said: str) -> None:
+    Path("bad").mkdir()
+    Path("odd/trials.jsonl").mkdir(parents=True)
+    Path("bad/trials.jsonl").write_text("{}\n")
+    Path("some.mcap").write_bytes(b"\x89MCAP")
+    status, out, err = cli(*words)
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert said in err
+
+
+def test_a_full_disk_is_told_in_one_line(tmp_path: Path) -> None:
+    """No file may grow beyond 50 bytes, as if there were no room for more."""
+    limit = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (50, limit[1]))
+    try:
+        with pytest.raises(InputError, match=r"trials\.jsonl: cannot be written: File too large"):
+            hunt(tmp_path)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limit)
