@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import irsim
+from irsim.expectation import Expectation
 from irsim.rng import stream
 from irsim.types import Floats
 from irtrack.falsify.case import Case, droppable, moves, nearer, shrink
@@ -47,6 +48,7 @@ def trace(errors: Sequence[float], visible: Sequence[float] | None = None, says:
         accuracy=np.zeros(n),
         marks=np.zeros((n, len(ATTRIBUTES)), dtype=bool),
         step_ms=np.zeros(n),
+        cpu_ms=np.zeros(n),
     )
 
 
@@ -116,7 +118,7 @@ def test_the_shortest_track_that_breaks_a_rule() -> None:
 
 
 def test_a_rule_of_ones_own(monkeypatch: pytest.MonkeyPatch) -> None:
-    class Still(irsim.Expectation):
+    class Still(Expectation):
         def margin(self, found: Trace) -> float:
             return -0.5
 

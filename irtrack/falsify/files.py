@@ -50,7 +50,8 @@ def write_failure(folder: Path, hunt: Hunt, failure: Failure, name: str, command
         results = Path(scratch) / "minimal.db"
         with run_bench([path], [entry], results=results, seeds=[scene.seed], input=hunt.subject.input) as kept:
             write_report(kept, folder / "replay.html")
-            again = run_command(kept.cells()[0], str(path))
+            (cell,), (row,) = kept.cells(), kept.sources().values()
+            again = run_command(cell, row)
     with replacing_text(folder / "report.md") as file:
         file.write(_report(hunt, failure, scene, name, command, again))
 
