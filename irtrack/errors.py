@@ -13,10 +13,19 @@ from types import TracebackType
 from irsim.errors import InputError
 from irsim.errors import IrsimError as IrtrackError
 
-__all__ = ["InputError", "IrtrackError", "TrackerError"]
+__all__ = ["InputError", "IrtrackError", "TrackerError", "told"]
 
 _CALLERS = ("irtrack.replay", "irtrack.trackers.plain")
 """Modules that call a tracker."""
+
+
+def told(error: BaseException) -> str:
+    """What was raised, in one line: 'ValueError: what'."""
+    try:
+        said = " ".join(str(error).split())
+    except Exception:  # somebody's own exception may fail at this, too
+        said = ""
+    return f"{type(error).__name__}{said and f': {said}'}"
 
 
 class TrackerError(IrtrackError):

@@ -14,7 +14,7 @@ import numpy as np
 import irsim
 from irsim.rng import stream
 from irsim.types import Box, Frame, Input, Source, Truth
-from irtrack.errors import IrtrackError, TrackerError
+from irtrack.errors import IrtrackError, TrackerError, told
 from irtrack.identity import tracker_config, tracker_name
 from irtrack.start import Start, find_start
 from irtrack.types import Estimate, GivenTracker, Track, Tracker, fault
@@ -64,8 +64,7 @@ class Player:
         except IrtrackError:
             raise
         except (Exception, SystemExit) as error:
-            said = " ".join(str(error).split())
-            raise TrackerError(f"{place}: {type(error).__name__}{said and f': {said}'}") from error
+            raise TrackerError(f"{place}: {told(error)}") from error
         if not (isinstance(answer, tuple) and len(answer) == 2):
             raise TrackerError(f"{place}: step gave {_named(answer)}; allowed: (state, Estimate)")
         state, estimate = answer

@@ -6,7 +6,7 @@ Coordinates follow `irsim.types`: px, x right, y down, the centre of the top-lef
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal, Protocol, get_args
+from typing import Any, Literal, Protocol, get_args
 
 import numpy as np
 
@@ -105,12 +105,10 @@ class Tracker(Protocol):
     """A tracker is a frozen value of parameters with two pure functions.
 
     The state is a value too: `step` returns a new one and leaves the old one, the frame and the box
-    untouched, so that a copied or pickled state resumes exactly. A tracker that cannot promise this
-    says `resumable = False`. The generator of frame k is `irsim.rng.stream(seed, name, target, k)`, name
-    being the tracker's own, whatever its label.
+    untouched, so that a copied or pickled state resumes exactly. A tracker that promises this says
+    `resumable = True`; of one that says nothing no step is ever done again. The generator of frame k is
+    `irsim.rng.stream(seed, name, target, k)`, name being the tracker's own, whatever its label.
     """
-
-    resumable: ClassVar[bool]
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> Any:
         """The state after the first frame, where the target is in `box`."""
@@ -119,6 +117,11 @@ class Tracker(Protocol):
     def step(self, state: Any, frame: Frame, rng: np.random.Generator) -> tuple[Any, Estimate]:
         """The state and the estimate after the next frame."""
         ...
+
+
+def resumable(tracker: Tracker) -> bool:
+    """Whether a tracker promises that a copied or pickled state resumes exactly."""
+    return bool(getattr(tracker, "resumable", False))
 
 
 class PlainTracker(Protocol):

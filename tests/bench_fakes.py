@@ -139,6 +139,53 @@ class Hanger(Walker):
         return super().step(state, frame, rng)
 
 
+class MuteError(Exception):
+    """Cannot even say what it is."""
+
+    def __str__(self) -> str:
+        raise RuntimeError
+
+
+RAISED = {"interrupt": KeyboardInterrupt, "exit": SystemExit, "mute": MuteError, "memory": MemoryError}
+
+
+@dataclass(frozen=True)
+class Raiser(Walker):
+    """Raises at frame 5 what is called `what` in `RAISED`."""
+
+    what: str = "exit"
+
+    def step(self, state: Box, frame: Frame, rng: np.random.Generator) -> tuple[Box, Estimate]:
+        if frame.index == 5:
+            raise RAISED[self.what]
+        return super().step(state, frame, rng)
+
+
+class Says:
+    """A plain tracker that gives another answer from frame 5 on."""
+
+    answer: Any = None
+
+    def start(self, frame: Any, box: Box) -> None:
+        self.box, self.steps = box, 0
+
+    def step(self, frame: Any) -> Any:
+        self.steps += 1
+        return self.box if self.steps < 5 else self.answer
+
+
+class SaysNan(Says):
+    answer = (float("nan"), 20.0, 4.0, 3.0)
+
+
+class SaysTwo(Says):
+    answer = (12.0, 20.0)
+
+
+class SaysText(Says):
+    answer = "1234"
+
+
 @dataclass(frozen=True)
 class Killer(Walker):
     """Kills its own process at frame `at`; where `once` names a file, only once: it leaves the file there."""

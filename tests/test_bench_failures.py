@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from bench_fakes import Breaker, Logger, Strip, Vandal, Walker, steps
+from bench_fakes import Breaker, Logger, Raiser, SaysNan, SaysText, SaysTwo, Strip, Vandal, Walker, steps
 
 import irsim
 from irsim.types import Box
 from irtrack.bench import Entry, run_bench, summary
 from irtrack.errors import InputError
+from irtrack.trackers import of
 
 
 def test_a_failing_tracker_fails_alone_and_is_tried_again(tmp_path: Path) -> None:
@@ -34,6 +35,26 @@ def test_a_failing_tracker_fails_alone_and_is_tried_again(tmp_path: Path) -> Non
     run_bench([Strip()], trackers, results=tmp_path / "r.db", progress=lambda *counts: seen.append(counts)).close()
     assert seen == [(0, 2), (2, 2)]
     assert steps(log)[5] == 1
+
+
+@pytest.mark.parametrize(
+    ("tracker", "failure"),
+    [
+        (of(SaysNan), "bench_fakes:SaysNan: frame 5: the center (nan, 20.0); allowed: finite numbers"),
+        (of(SaysTwo), "bench_fakes:SaysTwo: frame 5: step gave (12.0, 20.0); allowed: a Box, cx, cy, w, h in px"),
+        (of(SaysText), "bench_fakes:SaysText: frame 5: step gave '1234'; allowed: a Box, cx, cy, w, h in px"),
+        (Raiser(what="exit"), "SystemExit"),
+        (Raiser(what="memory"), "MemoryError"),
+        (Raiser(what="mute"), "MuteError: <exception str() failed>"),
+    ],
+    ids=["nan", "two numbers", "text", "exit", "memory", "an error without words"],
+)
+def test_whatever_a_tracker_answers_or_raises_fails_its_own_cell(tmp_path: Path, tracker: Any, failure: str) -> None:
+    with run_bench([Strip()], [Entry("bad", tracker), Entry("fine", Walker())], results=tmp_path / "r.db") as results:
+        bad, fine = results.cells()
+    assert (bad.status, fine.status) == ("failed", "ok")
+    assert failure in (bad.failure or "")
+    assert (bad.failure or "").startswith("strip, seed 0")
 
 
 def test_a_source_that_never_shows_its_target_is_one_line(tmp_path: Path) -> None:

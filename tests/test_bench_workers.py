@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from bench_fakes import Breaker, Hanger, Killer, Logger, Strip, Walker
+from bench_fakes import Breaker, Hanger, Killer, Logger, Raiser, Strip, Walker
 from bench_rows import rows
 
 from irtrack.bench import Entry, Results, run_bench
@@ -47,6 +47,14 @@ def test_a_tracker_that_kills_its_process_fails_alone(tmp_path: Path) -> None:
     )
     assert failures["breaker"].endswith("RuntimeError: the planted failure")
     assert [cell.status for cell in cells if cell.label == "fine"] == ["ok"]
+
+
+def test_a_tracker_that_interrupts_its_worker_fails_alone(tmp_path: Path) -> None:
+    entries = [FINE, Entry("raiser", Raiser(what="interrupt"))]
+    with run_bench([Strip()], entries, jobs=2, results=tmp_path / "r.db") as results:
+        fine, raiser = results.cells()
+    assert fine.status == "ok"
+    assert (raiser.failure or "").startswith("strip, seed 0, frame 5: the process died 2 times while the tracker was")
 
 
 def test_a_worker_killed_by_chance_loses_nothing(tmp_path: Path) -> None:

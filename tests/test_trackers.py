@@ -17,7 +17,7 @@ from irsim.types import Box, Frame
 from irtrack.errors import InputError
 from irtrack.features.highpass import HighPass
 from irtrack.trackers import TRACKERS, make
-from irtrack.types import Estimate, fault
+from irtrack.types import Estimate, fault, resumable
 
 # Every tracker of the table as it comes, and the named variants of those that have some.
 VARIANTS: list[tuple[str, dict[str, Any]]] = [
@@ -129,7 +129,7 @@ def test_a_pickled_state_resumes_bit_for_bit(name: str, parameters: dict[str, An
     scene = blob(6, count=14, hidden=range(5, 8))
     frames, box = [frame for frame, _ in scene], Box(*scene[0][1], 14, 10)
     tracker = make(name, parameters)
-    if not tracker.resumable:
+    if not resumable(tracker):
         pytest.skip("says that it cannot be resumed")
     whole = [numbers(estimate) for estimate in follow(tracker, frames, box)]
     state = tracker.init(frames[0], box, stream(0, "test", 0))

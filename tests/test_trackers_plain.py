@@ -11,11 +11,11 @@ import pytest
 from bench_fakes import Strip
 
 import irtrack
-from irsim.types import Box
+from irsim.types import Box, Frame
 from irtrack.errors import TrackerError
 from irtrack.identity import code_hash, tracker_config
 from irtrack.trackers import make, of
-from irtrack.types import Estimate
+from irtrack.types import Estimate, resumable
 
 
 class Walks:
@@ -83,7 +83,7 @@ def test_nothing_seen_is_lost_at_the_last_place() -> None:
     assert track.centers[-1].tolist() == [14.0, 20.0]
 
 
-@pytest.mark.parametrize("answer", [3, (1, 2, 3), "here", ("a", 1, 2, 3), [[1, 2], 3, 4, 5]])
+@pytest.mark.parametrize("answer", [3, (1, 2, 3), "here", "1234", ("a", 1, 2, 3), [[1, 2], 3, 4, 5]])
 def test_another_answer_is_one_clear_line(answer: Any) -> None:
     class Mute(Walks):
         def answer(self) -> Any:
@@ -101,6 +101,20 @@ def test_an_answer_that_is_no_number_is_told() -> None:
 
     with pytest.raises(TrackerError, match=r"Nan: frame 1: the center .*nan.*; allowed: finite numbers"):
         irtrack.run(Nan, Strip())
+
+
+def test_a_class_that_says_nothing_is_not_resumable() -> None:
+    class Stays:
+        def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> Box:
+            return box
+
+        def step(self, state: Box, frame: Frame, rng: np.random.Generator) -> tuple[Box, Estimate]:
+            return state, Estimate((state.cx, state.cy), (state.w, state.h))
+
+    assert irtrack.run(Stays, Strip()).centers[-1].tolist() == [10.0, 20.0]
+    assert not resumable(of(Stays))
+    assert not resumable(of(Walks))
+    assert resumable(make("kalman"))
 
 
 def test_results_are_keyed_by_its_class_and_parameters() -> None:

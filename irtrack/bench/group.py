@@ -53,12 +53,13 @@ class Group:
 
     def failed(self, member: Member, failure: str, frame: int | None = None) -> Outcome:
         """The outcome of a member that failed; at a frame, where the failure does not say itself where it was."""
-        outcome = failure
+        where = f"{self.name}, seed {member.key.tracker_seed}"
+        gap = "\n" if "\n" in failure else " "
+        outcome, told = failure, f"{where}:{gap}{failure}"
         if frame is not None:
-            gap = "\n" if "\n" in failure else " "
             outcome = f"frame {frame}:{gap}{failure}"
-            failure = f"{self.name}, seed {member.key.tracker_seed}, {outcome}"
-        return replace(self._cell(member), status="failed", failure=failure, outcome=outcome), None
+            told = f"{where}, {outcome}"
+        return replace(self._cell(member), status="failed", failure=told, outcome=outcome), None
 
     def finished(self, member: Member, trace: Trace) -> Outcome:
         """The outcome of a member that went all the way."""
@@ -143,8 +144,7 @@ class _Attempt:
             self.failure, self.at = (error.trace(), frame.index) if error.__cause__ else (str(error), None)
         except IrtrackError as error:
             self.failure = str(error)
-        finally:
-            self._watch.end()
+        self._watch.end()  # not where it raised what ends the process: that was it
         self._spent_s += monotonic() - begin
         if self.failure is None and self._spent_s > self._limit_s:
             self.failure, self.at = timed_out(self._limit_s), frame.index

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from hypothesis.errors import Flaky
 
 from irsim.kinds import suggestion
-from irtrack.errors import InputError
+from irtrack.errors import InputError, told
 from irtrack.identity import tracker_name
 from irtrack.properties.case import Broken, Case, NotAsked
 from irtrack.properties.exceptions import EXCEPTIONS
@@ -145,7 +145,7 @@ def _examined(prop: Property, tracker: Tracker, profile: Profile) -> Outcome:
         except NotAsked as reason:
             silent.add(str(reason))
         except Exception as error:  # whatever a tracker raises breaks what is asked of it
-            found.case, found.why = case, str(error) if isinstance(error, Broken) else f"raises {_told(error)}"
+            found.case, found.why = case, str(error) if isinstance(error, Broken) else f"raises {told(error)}"
             raise
 
     try:
@@ -157,8 +157,3 @@ def _examined(prop: Property, tracker: Tracker, profile: Profile) -> Outcome:
         clips = found.case.clips
         return Outcome(prop, "broken", found.why + note, found.case.drawn, clips[0].text if clips else None)
     return Outcome(prop, "not asked", next(iter(silent))) if silent else Outcome(prop, "holds")
-
-
-def _told(error: Exception) -> str:
-    said = " ".join(str(error).split())
-    return f"{type(error).__name__}{said and f': {said}'}"

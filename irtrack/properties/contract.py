@@ -14,6 +14,7 @@ from irsim.types import Box, Frame
 from irtrack.properties.case import Broken, Case, NotAsked, Walk, expect_same, numbers, walk
 from irtrack.properties.clip import Clip
 from irtrack.properties.process import in_another_process
+from irtrack.types import resumable
 
 KINDS = ("noise", "even", "saturated", "one hot pixel", "halves")
 
@@ -193,5 +194,5 @@ def bounded(case: Case) -> None:
 
 
 def _ask_resumable(case: Case) -> None:
-    if not case.tracker.resumable:
-        raise NotAsked("it says resumable = False")
+    if not resumable(case.tracker):
+        raise NotAsked("it does not say resumable = True")

@@ -20,6 +20,7 @@ from irtrack.replay import Player, replay
 from irtrack.report.filmstrip import Follower
 from irtrack.report.repeat import remade
 from irtrack.start import Start
+from irtrack.types import resumable
 
 PICTURE_BYTES = 1_200_000
 """The pictures of one replay take no more than this, before base64 makes them a third larger."""
@@ -208,7 +209,7 @@ def _repeats(cells: Sequence[Cell], followers: Sequence[Follower], source: Sourc
         if trace is None or np.isnan(trace.neffs).all():  # who says no Neff has no particles
             continue
         tracker = remade(cell.config)
-        if tracker is None or not tracker.resumable or code_hash(tracker) != cell.key.code_hash:
+        if tracker is None or not resumable(tracker) or code_hash(tracker) != cell.key.code_hash:
             continue
         box = Box(*map(float, (*trace.centers[0], *trace.sizes[0])))
         start = Start(cell.key.target, int(trace.indices[0]), box)

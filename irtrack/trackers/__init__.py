@@ -21,7 +21,7 @@ from pydantic import create_model
 
 from irsim import build
 from irsim.kinds import Part, suggestion
-from irtrack.errors import InputError
+from irtrack.errors import InputError, told
 from irtrack.peers import HINT, PEERS, offered, python
 from irtrack.trackers.background_restrained_pf import BackgroundRestrainedPF
 from irtrack.trackers.base import TrackerPart
@@ -93,8 +93,8 @@ def make(name: str, parameters: Mapping[str, object] | None = None) -> Tracker:
         with redirect_stdout(sys.stderr):
             made = cls(**given)
     except (Exception, SystemExit) as error:  # somebody's class may do anything when it is made
-        kind = "" if isinstance(error, TypeError | ValueError) else f"{type(error).__name__}: "
-        raise InputError(f"{name}: {kind}{' '.join(str(error).split())}") from None
+        plainly = " ".join(str(error).split()) if isinstance(error, TypeError | ValueError) else told(error)
+        raise InputError(f"{name}: {plainly}") from None
     return Plain.made(cls, given) if is_plain(cls) else cast(Tracker, made)
 
 
@@ -164,18 +164,15 @@ def _load(name: str, entry: EntryPoint) -> object:
         with redirect_stdout(sys.stderr):
             return entry.load()
     except (Exception, SystemExit) as error:  # a foreign module may raise anything while it is imported
-        text = " ".join(str(error).split())
-        raise InputError(f"cannot import tracker '{name}': {type(error).__name__}: {text}") from None
+        raise InputError(f"cannot import tracker '{name}': {told(error)}") from None
 
 
 def _checked(name: str, found: object) -> type[Any]:
     if not isinstance(found, type):
-        raise InputError(
-            f"'{name}' is not a tracker; allowed: a class with init, step and resumable, or with start and step"
-        )
+        raise InputError(f"'{name}' is not a tracker; allowed: a class with init and step, or with start and step")
     if is_plain(found):
         return found
-    missing = [part for part in ("init", "step", "resumable") if not hasattr(found, part)]
+    missing = [part for part in ("init", "step") if not hasattr(found, part)]
     if missing:
         raise InputError(f"'{name}' is not a tracker: it has no {', '.join(missing)} (see irtrack.types.Tracker)")
     return found

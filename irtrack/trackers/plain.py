@@ -78,6 +78,8 @@ def _estimate(answer: Any) -> Estimate | None:
     """What a plain tracker's answer says; None where it cannot be told."""
     if isinstance(answer, Estimate):
         return answer
+    if isinstance(answer, str | bytes):
+        return None
     try:
         cx, cy, w, h = (answer.cx, answer.cy, answer.w, answer.h) if isinstance(answer, Box) else answer
         return Estimate((float(cx), float(cy)), (float(w), float(h)))
