@@ -11,7 +11,7 @@ from pathlib import Path
 from irsim.kinds import Kind, Part
 
 NOT_PIXELS = {
-    *("authoring", "cli", "commands_authoring", "commands_measure", "convert", "draw", "errors", "explain"),
+    *("authoring", "cards", "cli", "commands_authoring", "commands_measure", "convert", "draw", "errors", "explain"),
     *(
         "gallery",
         "lazy",

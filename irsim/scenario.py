@@ -15,6 +15,7 @@ from pydantic_core import PydanticCustomError
 from irsim.atmosphere import Atmosphere
 from irsim.backgrounds import BACKGROUNDS, Background, Sky
 from irsim.camera import Camera
+from irsim.cards import card
 from irsim.climate import fitted_band
 from irsim.expectation import EXPECTATIONS, Expectation
 from irsim.identity import scene_code
@@ -225,6 +226,17 @@ class Scenario(Part):
         for index, rule in enumerate(self.expect):
             if rule.target is not None:
                 yield "", rule.target, ("expect", index, "target")
+
+    def _repr_html_(self) -> str:
+        columns, rows = self.camera.size
+        facts = {
+            "frames": f"{self.frames} at {self.camera.rate_hz:g} Hz, {columns} × {rows} px",
+            "background": self.background.kind,
+            "targets": ", ".join(f"{target.id} ({target.shape.kind}, {target.path.kind})" for target in self.targets),
+            "occluders": ", ".join(occluder.name for occluder in self.occluders),
+            "seed": self.seed,
+        }
+        return card(self.about or "A scenario", {name: fact for name, fact in facts.items() if fact != ""})
 
     @model_validator(mode="after")
     def _paths_are_possible(self) -> Scenario:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain
 
+from irsim.cards import source_card
 from irsim.display import Agc, Screen
 from irsim.loader import dumps
 from irsim.render import Renderer
@@ -38,6 +39,9 @@ class Rendering:
 
     def __reduce__(self) -> tuple[type[Rendering], tuple[Scenario, str]]:
         return Rendering, (self.scenario, self.name)  # a worker paints its own textures
+
+    def _repr_html_(self) -> str:
+        return source_card(self)
 
     @cached_property
     def _renderer(self) -> Renderer:

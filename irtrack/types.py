@@ -11,6 +11,7 @@ from typing import Any, Literal, Protocol, get_args
 import numpy as np
 
 from irsim.types import Box, Floats, Frame, Input
+from irtrack.cards import track_card
 
 LEAST_PX = 5.0
 """No side of a box counts as shorter, when a track starts and when boxes are compared: a point target's own
@@ -182,3 +183,13 @@ class Track:
     @property
     def statuses(self) -> tuple[Status, ...]:
         return tuple(estimate.status for estimate in self.estimates)
+
+    def _repr_html_(self) -> str:
+        facts = {
+            "source": self.source,
+            "target": self.target or "a given box",
+            "frames": f"{self.indices[0]} to {self.indices[-1]}",
+            "seed": self.tracker_seed,
+            "time": f"{np.median(self.step_ms):.3g} ms a frame (median)",
+        }
+        return track_card(self.tracker, facts, self.centers, self.statuses)

@@ -8,20 +8,19 @@ import shlex
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import pytest
 from html_page import Page
 
 import irsim
-from irsim.types import Box, Frame
+from irsim.types import Box
 from irtrack import InputError, Results, run_bench, write_report
 from irtrack.bench import Cell, parse_trackers
 from irtrack.cli import main
 from irtrack.metrics import Trace
 from irtrack.report.repeat import run_command
-from irtrack.types import Estimate
 
 SCENE = """
 frames: 26
@@ -35,22 +34,6 @@ occluders:
   - {kind: bar, id: pole, center_px: [40, 36], size_px: [12, 60], range_m: 500, temperature_k: 280}
 """
 COMMAND = "irtrack bench 'sky <1>.yaml' clip.mcap --trackers grey_pf:particles=20,still=..."
-
-
-@dataclass(frozen=True)
-class Still:
-    """Says for ever that the target is where it was; raises at a frame where told to."""
-
-    resumable: ClassVar[bool] = True
-    raise_at: int = 1_000_000
-
-    def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> Box:
-        return box
-
-    def step(self, state: Box, frame: Frame, rng: np.random.Generator) -> tuple[Box, Estimate]:
-        if frame.index >= self.raise_at:
-            raise ValueError("a fault <planted> here")
-        return state, Estimate((state.cx, state.cy), (state.w, state.h), status="occluded")
 
 
 @dataclass
@@ -72,7 +55,7 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> Measured:
     irsim.record(irsim.open_source(folder / "sky <1>.yaml"), folder / "clip.mcap")
     entries = [
         *parse_trackers("grey_pf:particles=20"),
-        *parse_trackers(f"still={__name__}:Still,broken={__name__}:Still:raise_at=5"),
+        *parse_trackers("still=report_fakes:Still,broken=report_fakes:Still:raise_at=5"),
     ]
     sources = [folder / "sky <1>.yaml", folder / "clip.mcap"]
     with run_bench(sources, entries, results=folder / "bench.db", seeds=2, command=COMMAND) as results:

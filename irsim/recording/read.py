@@ -9,6 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, NoReturn
 
+from irsim.cards import source_card
 from irsim.display import Agc, Screen
 from irsim.errors import InputError
 from irsim.recording.container import Container, Lane, Packet, open_container
@@ -33,6 +34,9 @@ class Recording(Source):
     header: Header
     contents: Contents
     container: Container
+
+    def _repr_html_(self) -> str:
+        return source_card(self)
 
     @property
     def file(self) -> Path:

@@ -10,11 +10,13 @@ import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import fields
+from html import escape
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
 from irtrack.bench.cell import Cell, Key, Run, SourceRow
+from irtrack.bench.shown import results_card
 from irtrack.errors import InputError
 from irtrack.metrics import FIGURES, Score, Trace
 
@@ -110,6 +112,12 @@ class Results:
 
     def close(self) -> None:
         self._db.close()
+
+    def _repr_html_(self) -> str:
+        try:
+            return results_card(self.path.name, self.cells())
+        except InputError as error:  # closed, or gone
+            return f"<p>{escape(str(error))}</p>"
 
     def __enter__(self) -> Results:
         return self

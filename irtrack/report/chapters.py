@@ -70,7 +70,7 @@ def _chapter(
         [Line(looks[label], p.severities, p.shares, p.low, p.high) for label, p in family.breaking.items()],
         Axis("severity"),
         Axis("share of runs lost", (0, 1.02)),
-        size=(560, 280),
+        size=(460, 260),
         name=f"{name}: failure curves",
         level=HALF,
     )

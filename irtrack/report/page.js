@@ -80,10 +80,13 @@ function openReplay(root) {
   function drawParticles(pen, tracker, place, ratio) {
     const bytes = Uint8Array.from(atob(tracker.particles[at]), (letter) => letter.charCodeAt(0));
     const grid = new Uint16Array(bytes.buffer);
-    pen.fillStyle = tracker.color;
+    const points = [];
     for (let n = 0; n < grid.length; n += 2) {
-      const [x, y] = place(grid[n] / 65535 * data.size[0] - .5, grid[n + 1] / 65535 * data.size[1] - .5);
-      pen.fillRect(x - ratio, y - ratio, 2 * ratio, 2 * ratio);
+      points.push(place(grid[n] / 65535 * data.size[0] - .5, grid[n + 1] / 65535 * data.size[1] - .5));
+    }
+    for (const [color, side] of [["#000", 5 * ratio], [tracker.color, 3 * ratio]]) {
+      pen.fillStyle = color;
+      points.forEach(([x, y]) => pen.fillRect(x - side / 2, y - side / 2, side, side));
     }
   }
 

@@ -21,7 +21,7 @@ LEAST_ERROR = 0.1
 POINTS = 300
 """A line over time has no more points than this: longer tracks are grouped."""
 
-SMALL = (450, 280)
+SMALL = (360, 260)
 """Size of a chart that stands beside another, px."""
 
 Traces = Mapping[str, Sequence[Trace]]

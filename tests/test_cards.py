@@ -1,0 +1,91 @@
+"""How values show themselves in a notebook: small, well formed, and no text becomes markup."""
+
+from __future__ import annotations
+
+import base64
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from html_page import Page
+
+import irsim
+import irtrack
+from irsim.cards import SAVED_PX, card, framed, table
+from irsim.types import Box
+
+HOSTILE = "<script>alert(1)</script>"
+TEXT = """
+frames: 12
+about: A jet <before> sky
+camera: {size: [96, 72]}
+background: {kind: sky}
+targets: [{id: jet, shape: {kind: fighter}, path: {kind: straight, start: [30, 36], speed: 1}}]
+occluders: [{kind: bar, id: pole, center_px: [60, 36], size_px: [6, 60], range_m: 500}]
+"""
+LEAST_BYTES = 40_000
+"""A card is to be smaller than this: a notebook may hold dozens."""
+
+
+@pytest.fixture(scope="module")
+def source() -> irsim.Rendering:
+    return irsim.Rendering(irsim.loads(TEXT), HOSTILE)
+
+
+def shown(value: object) -> str:
+    """The HTML of a value, after checks that hold for each."""
+    html = str(value._repr_html_())  # type: ignore[attr-defined]
+    Page(html)  # well formed
+    assert len(html) < LEAST_BYTES
+    assert "<script" not in html
+    return html
+
+
+def test_a_scenario_tells_what_is_in_it(source: irsim.Rendering) -> None:
+    text = Page(shown(source.scenario)).text
+    for word in ("A jet <before> sky", "12 at", "96 × 72 px", "jet (fighter, straight)", "pole", "sky"):
+        assert word in text
+
+
+def test_a_source_shows_its_middle_frame_with_the_true_box(source: irsim.Rendering, tmp_path: Path) -> None:
+    recording = irsim.open_recording(irsim.record(source, tmp_path / "clip.mcap"))
+    (target,) = next(iter(source.truths(6, 7))).targets
+    for each in (source, recording):
+        html = shown(each)
+        assert f'<rect x="{target.box.left:.1f}" y="{target.box.top:.1f}"' in html
+        assert "frame 6" in Page(html).text
+        assert HOSTILE in Page(html).text or each.name == "clip"
+
+
+def test_a_track_shows_its_way(source: irsim.Rendering) -> None:
+    track = irtrack.run("template", source)
+    html = shown(replace(track, tracker=HOSTILE))
+    assert HOSTILE in Page(html).text
+    assert html.count("<polyline") >= 1
+    assert "tracking in " in Page(html).text
+    alone = replace(track, indices=track.indices[:1], estimates=track.estimates[:1])
+    assert "<circle" in shown(alone)
+
+
+def test_results_show_the_ranked_table(source: irsim.Rendering, tmp_path: Path) -> None:
+    with irtrack.run_bench([source], ["template", "kalman"], results=tmp_path / "r.db") as results:
+        page = Page(shown(results))
+        assert {row[1] for row in page.tables[0][1:]} == {"template", "kalman"}
+        assert HOSTILE in page.text
+    assert "r.db" in shown(results)  # closed: one line that says so
+
+
+def test_texts_of_cards_and_tables_are_escaped() -> None:
+    assert HOSTILE not in card(HOSTILE, {HOSTILE: HOSTILE}) + table([HOSTILE], [[HOSTILE]])
+
+
+def test_a_large_picture_is_stored_small(source: irsim.Rendering) -> None:
+    html = framed(np.zeros((1024, 1280), np.uint8), [Box(10, 10, 4, 4)], "x")
+    found = re.search(r"base64,([^\"]*)", html)
+    assert found
+    stored = cv2.imdecode(np.frombuffer(base64.b64decode(found[1]), np.uint8), cv2.IMREAD_GRAYSCALE)
+    assert stored is not None
+    assert stored.shape == (SAVED_PX * 1024 // 1280, SAVED_PX)

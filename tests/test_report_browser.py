@@ -1,0 +1,219 @@
+"""The report in a real browser: the replay is scrubbed, played and looked at, and nothing leaves the page."""
+
+from __future__ import annotations
+
+import base64
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from browser import headless
+from playwright.sync_api import Browser, Page, expect
+from report_fakes import Still
+
+import irsim
+from irsim.types import Source
+from irtrack import run_bench, write_report
+from irtrack.bench import Entry, parse_tracker_spec
+
+SCENE = """
+frames: 40
+camera: {size: [96, 72], netd_mk: 40, noise: [{kind: white}]}
+background: {kind: sky}
+targets:
+  - id: jet
+    shape: {kind: fighter}
+    path: {kind: straight, start: [20, 36], speed: 1.6, range_m: 3000}
+"""
+HOSTILE = """</script><img src=x onerror="window.hacked=1"><script>window.hacked=2</script>"""
+
+
+@dataclass
+class Report:
+    """The page of a small bench, the scene it shows, and the frame at which `still` loses the target."""
+
+    path: Path
+    source: Source
+    lost_at: int
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory: pytest.TempPathFactory) -> Report:
+    folder = tmp_path_factory.mktemp("browser")
+    source = irsim.Rendering(irsim.loads(SCENE), HOSTILE)
+    entries = [
+        parse_tracker_spec("cloud=grey_pf:particles=40"),
+        Entry("still", Still()),
+        Entry(HOSTILE, Still(raise_at=3, text=HOSTILE)),
+    ]
+    with run_bench([source], entries, results=folder / "r.db", command=HOSTILE) as results:
+        lost = [cell.score.lost_at for cell in results.cells() if cell.label == "still" and cell.score]
+        assert lost[0] is not None
+        return Report(write_report(results), source.with_seed(0), lost[0])
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with headless() as found:
+        yield found
+
+
+@dataclass
+class Opened:
+    """An opened page, its replay, and what went on: requests and errors."""
+
+    page: Page
+    requests: list[str] = field(default_factory=list)
+    errors: list[str] = field(default_factory=list)
+
+    @property
+    def frame(self) -> int:
+        """The frame that the replay says it shows."""
+        found = re.match(r"frame (\d+)", self.page.inner_text("output"))
+        assert found
+        return int(found[1])
+
+    def press(self, *keys: str) -> None:
+        for key in keys:
+            self.page.press(".replay", key)
+
+    def picture(self) -> Any:
+        """What the canvas shows, grey, at the size of the frame; all boxes off before."""
+        self.page.wait_for_timeout(100)
+        uri = self.page.evaluate("document.querySelector('.stage').toDataURL('image/png')")
+        image = cv2.imdecode(np.frombuffer(base64.b64decode(uri.partition(",")[2]), np.uint8), cv2.IMREAD_GRAYSCALE)
+        return cv2.resize(np.asarray(image), (96, 72), interpolation=cv2.INTER_AREA).astype(float)
+
+
+@pytest.fixture
+def opened(browser: Browser, report: Report) -> Iterator[Opened]:
+    page = browser.new_page(viewport={"width": 1200, "height": 900})
+    found = Opened(page)
+    page.on("request", lambda request: found.requests.append(request.url))
+    page.on("pageerror", lambda error: found.errors.append(str(error)))
+    page.on("console", lambda message: found.errors.append(message.text))
+    page.goto(report.path.as_uri())
+    page.locator(".replay").scroll_into_view_if_needed()
+    expect(page.locator("output")).not_to_be_empty()
+    yield found
+    page.close()
+    assert found.errors == []
+
+
+def test_keys_move_through_the_frames(opened: Opened) -> None:
+    start = opened.frame
+    opened.press("ArrowRight", "ArrowRight", "ArrowLeft")
+    assert opened.frame == start + 1
+    opened.press("Shift+ArrowRight")
+    assert opened.frame == start + 11
+    opened.press("End")
+    assert opened.frame == 39
+    opened.press("ArrowRight")
+    assert opened.frame == 39
+    opened.press("Home")
+    assert opened.frame == start
+
+
+def test_the_slider_and_the_bars_lead_to_a_frame(opened: Opened) -> None:
+    opened.page.locator(".slider").fill("20")
+    assert opened.frame == 20
+    opened.page.focus(".slider")
+    opened.page.keyboard.press("ArrowRight")
+    assert opened.frame == 21
+    box = opened.page.locator(".line").bounding_box()
+    assert box is not None
+    opened.page.mouse.click(box["x"] + box["width"] * 10.5 / 40, box["y"] + 5)
+    assert opened.frame == 10
+
+
+def test_the_next_loss_is_the_frame_of_the_loss(opened: Opened, report: Report) -> None:
+    opened.page.click(".loss")
+    assert opened.frame == report.lost_at
+    row = opened.page.locator(".now tbody tr", has_text="still")
+    assert "lost" in row.inner_text()
+    assert "occluded" in row.inner_text()  # what it says of itself
+
+
+def test_it_plays_and_pauses(opened: Opened) -> None:
+    opened.press(" ")
+    assert opened.page.inner_text(".play") == "Pause"
+    expect(opened.page.locator("output")).to_contain_text(re.compile(r"frame ([5-9]|\d\d)\b"))
+    opened.page.click(".play")
+    assert opened.page.inner_text(".play") == "Play"
+    assert opened.frame >= 5
+    opened.press("End", " ")  # from the end it begins anew, and stops there by itself
+    expect(opened.page.locator(".play")).to_have_text("Play", timeout=20_000)
+    assert opened.frame == 39
+
+
+def test_the_picture_is_the_frame(opened: Opened, report: Report) -> None:
+    """Against the source's own frames: JPEG may change a pixel by some grey levels, another frame changes more."""
+    for box in opened.page.locator(".show-truth, .show-particles, .show-tracker").all():
+        box.uncheck()
+    opened.press("Home", *["ArrowRight"] * 7)
+    shown = opened.picture()
+    truth = report.source.frame(7, "display").image.astype(float)
+    other = report.source.frame(8, "display").image.astype(float)
+    assert np.abs(shown - truth).mean() < 5
+    assert np.abs(shown - other).mean() > 2 * np.abs(shown - truth).mean()
+
+
+@pytest.mark.parametrize("switch", [".show-truth", ".show-particles", ".show-tracker >> nth=0"])
+def test_a_switch_takes_its_marks_away(opened: Opened, switch: str) -> None:
+    opened.press("ArrowRight")
+    before = opened.picture()
+    opened.page.locator(switch).uncheck()
+    assert np.abs(opened.picture() - before).max() > 10
+    opened.page.locator(switch).check()
+    assert np.array_equal(opened.picture(), before)
+
+
+def test_enlarged_it_shows_another_part(opened: Opened) -> None:
+    before = opened.picture()
+    opened.press("z")
+    assert opened.page.locator(".zoom").is_checked()
+    assert np.abs(opened.picture() - before).mean() > 3
+
+
+def test_nothing_is_fetched_and_no_text_becomes_code(opened: Opened) -> None:
+    assert [url for url in opened.requests if not url.startswith("data:")] == [opened.requests[0]]
+    assert opened.page.evaluate("window.hacked") is None
+    assert HOSTILE in opened.page.inner_text("h2 >> nth=0")
+    assert HOSTILE in opened.page.locator("#failures").inner_text()
+
+
+def test_a_link_and_a_fold_open(opened: Opened) -> None:
+    opened.page.click("nav a[href='#failures']")
+    fold = opened.page.locator("#failures details").first
+    fold.locator("summary").click()
+    assert fold.locator("pre").is_visible()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [360, 1280])
+def test_it_fits_its_window_and_can_be_read(browser: Browser, report: Report, width: int, scheme: Any) -> None:
+    page = browser.new_page(viewport={"width": width, "height": 800}, color_scheme=scheme)
+    page.goto(report.path.as_uri())
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    ink, paper = page.evaluate(
+        "[getComputedStyle(document.body).color, getComputedStyle(document.body).backgroundColor]"
+    )
+    assert contrast(ink, paper) >= 4.5
+    page.close()
+
+
+def contrast(first: str, second: str) -> float:
+    """The contrast ratio of WCAG 2.1; 4.5 is what its level AA asks of text."""
+
+    def luminance(color: str) -> float:
+        shares = [int(part) / 255 for part in re.findall(r"\d+", color)[:3]]
+        linear = [share / 12.92 if share <= 0.04045 else ((share + 0.055) / 1.055) ** 2.4 for share in shares]
+        return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+    low, high = sorted((luminance(first), luminance(second)))
+    return (high + 0.05) / (low + 0.05)
