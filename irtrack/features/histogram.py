@@ -101,9 +101,8 @@ def likeness(
     rho is multiplied by the visible share, so that slivers at the frame's edge do not win.
     """
     height, width = image.shape
-    corners = window.corners(centers)
-    (left, top), (right, bottom) = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
-    x, y = corners.T
+    x, y = window.corners(centers).T.copy()  # rows of their own: numpy takes a third of the time for them
+    left, top, right, bottom = int(x.min()), int(y.min()), int(x.max()), int(y.max())
     if left < -window.columns or top < -window.rows or right > width or bottom > height:
         # A window wholly outside sees nothing wherever it is: bring it to the frame's edge.
         x, y = np.clip(x, -window.columns, width), np.clip(y, -window.rows, height)
@@ -114,23 +113,23 @@ def likeness(
     keys = (y - top) * columns + (x - left)
     taken = np.zeros(rows * columns, bool)
     taken[keys] = True
-    distinct = np.flatnonzero(taken)
+    (distinct,) = taken.nonzero()
     inside = left >= 0 and top >= 0 and right + window.columns <= width and bottom + window.rows <= height
-    rho, visible = np.empty(taken.size), np.ones(taken.size)
+    rho, visible = np.empty(taken.size), None if inside else np.empty(taken.size)
     # Every window of the region as a view: [row, column] of its corner, then its own pixels.
     step = cells.strides
     windows: Bins = np.ndarray((rows, columns, window.rows, window.columns), cells.dtype, cells, 0, (*step, *step))
     share = max(1, _PIXELS_AT_ONCE // kernel.size)
-    weights = np.full((min(share, distinct.size), kernel.size), kernel.ravel())
+    weights = kernel.reshape(1, -1).repeat(min(share, distinct.size), axis=0)
     for start in range(0, distinct.size, share):
         some = distinct[start : start + share]
         mass = _masses(windows[np.divmod(some, columns)], weights[: some.size], quantiser.bins)
         rho[some] = bhattacharyya(mass, reference)
-        if not inside:
+        if visible is not None:
             # With p = mass / visible: rho(p, q) visible = rho(mass, q) sqrt(visible).
             visible[some] = np.minimum(mass.sum(axis=1), 1.0)
             rho[some] *= np.sqrt(visible[some])
-    return rho[keys], visible[keys]
+    return rho[keys], np.ones(len(keys)) if visible is None else visible[keys]
 
 
 def _masses(windows: Bins, weights: Floats, bins: int) -> Floats:
