@@ -115,7 +115,7 @@ class TestSolids:
     def test_a_cube_has_its_faces_and_edges(self) -> None:
         corners = tuple((x, y, z) for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0))
         cube = mesh((Solid(corners),), 2.0)
-        assert (len(cube.vertices), len(cube.normals), len(cube.tail)) == (8, 6, 12)
+        assert (len(cube.vertices), len(cube.normals), len(cube.parts.tail)) == (8, 6, 12)
         np.testing.assert_allclose(sorted(cube.offsets), [0, 0, 0, 2, 2, 2], atol=1e-12)
 
     def test_a_flat_solid_is_refused(self) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import ClassVar
@@ -50,6 +51,7 @@ class Body(Shape):
     def outlined(self, view: View) -> Outline | None:
         """The outlines of its parts as `draw` draws them; None where it is behind the camera."""
         stage, form = view.stage, self._posed(view.time)
+        parts = form.parts
         points = form.vertices @ view.attitude.T + view.position
         if points[:, 2].min() <= 0:
             return None
@@ -58,19 +60,21 @@ class Body(Shape):
         window = drawn_part(box, stage)
         eye = -view.position @ view.attitude
         faces_eye = form.normals @ eye > form.offsets
-        left = faces_eye[form.left]
-        rim = left != faces_eye[form.right]
+        left = faces_eye[parts.left]
+        rim = left != faces_eye[parts.right]
         # By layers, the nearest first: their edges must stand together.
         rank = form.hiding_order(eye, pixels)
-        order = np.flatnonzero(rim)
-        order = order[np.argsort(rank[form.part[order]], kind="stable")]
+        edge = np.flatnonzero(rim)
+        layer = rank[parts.part[edge]]
+        by_layer = np.argsort(layer, kind="stable")
+        order, layer = edge[by_layer], layer[by_layer]
         # A face seen from outside runs clockwise in x right, y down where its edges are read backwards.
-        start = pixels[np.where(left, form.head, form.tail)[order]]
-        stop = pixels[np.where(left, form.tail, form.head)[order]]
+        start = pixels[np.where(left, parts.head, parts.tail)[order]]
+        stop = pixels[np.where(left, parts.tail, parts.head)[order]]
         glow = np.empty(len(rank))
         glow[rank] = _glow(self, stage.band, stage.surroundings) * self.brightness(view)
-        range_m = float(np.linalg.norm(view.position))
-        return Outline((start, stop, rank[form.part[order]]), glow, box, window, stage.psf, range_m)
+        range_m = math.hypot(*view.position.tolist())
+        return Outline((start, stop, layer), glow, box, window, stage.psf, range_m)
 
     def _posed(self, time: float) -> Mesh:
         joints = self.joints(time)

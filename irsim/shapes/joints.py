@@ -39,7 +39,13 @@ def hinge(pivot: Point3, axis: Point3, angle: float) -> Rigid:
     Right-handed: about y (right) a positive angle lifts what is ahead of the pivot, about z (down)
     it turns it to the right.
     """
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    turn = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
-    return Rigid(turn, np.asarray(pivot) - turn @ np.asarray(pivot))
+    (x, y, z), sine, cosine = axis, math.sin(angle), math.cos(angle)
+    rest = 1 - cosine
+    turn = np.array(
+        [
+            [cosine + rest * x * x, rest * x * y - sine * z, rest * x * z + sine * y],
+            [rest * x * y + sine * z, cosine + rest * y * y, rest * y * z - sine * x],
+            [rest * x * z - sine * y, rest * y * z + sine * x, cosine + rest * z * z],
+        ]
+    )
+    return Rigid(turn, pivot - turn @ pivot)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from itertools import combinations
+from typing import cast
 
 import numpy as np
 import numpy.typing as npt
@@ -17,22 +19,15 @@ Ints = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
-class Mesh:
-    """Several convex polyhedra, the parts.
+class Parts:
+    """How vertices, faces and edges of several convex polyhedra hang together, however they lie.
 
-    vertices (V, 3) of parts `vertex_part` (V,); normals (F, 3) outward and offsets (F,), of parts
-    `face_part` (F,): a face's plane is normal . v = offset, and vertex `corner` (F,) is one of its own.
-    Each edge runs from vertex `tail` to `head` with its face `left` counter-clockwise as seen from
-    outside, `right` on its other side; `part` (E,) is the part it belongs to.
-    outside (parts, F) says which parts lie wholly before which faces.
-    For each pair of parts a plane parts them as well as any face of theirs can: `first` is on the
-    side that `walls` (pairs, 3) point to from `reaches` (pairs,), `second` on the other.
+    Vertices (V,) and faces (F,) are of parts `vertex_part` and `face_part`, those of one part side by
+    side; vertex `corner` (F,) is one of each face's own. Each edge (E,) of part `part` runs from vertex
+    `tail` to `head` with its face `left` counter-clockwise as seen from outside, `right` on its other side.
     """
 
-    vertices: Floats
     vertex_part: Ints
-    normals: Floats
-    offsets: Floats
     face_part: Ints
     corner: Ints
     tail: Ints
@@ -40,11 +35,110 @@ class Mesh:
     left: Ints
     right: Ints
     part: Ints
-    first: Ints
-    second: Ints
-    walls: Floats
-    reaches: Floats
-    outside: npt.NDArray[np.bool_]
+
+    @property
+    def count(self) -> int:
+        return len(self.starts)
+
+    @cached_property
+    def starts(self) -> Ints:
+        """(parts,) first vertex of each part."""
+        return np.flatnonzero(np.diff(self.vertex_part, prepend=-1))
+
+    @cached_property
+    def all(self) -> Some:
+        """All of them."""
+        return self.some(tuple(range(self.count)))
+
+    def some(self, parts: tuple[int, ...]) -> Some:
+        """Some of them."""
+        return _some(self, parts)
+
+    @cached_property
+    def owner(self) -> npt.NDArray[np.float32]:
+        """(F, parts) 1 where a face is of a part, so that a product with it sums over each part's faces."""
+        belongs = self.face_part[:, None] == np.arange(self.count)
+        return cast(npt.NDArray[np.float32], belongs.astype(np.float32))
+
+    @cached_property
+    def faces(self) -> Ints:
+        """(parts, most) faces of each part, the last one again where it has fewer than others."""
+        counts = np.bincount(self.face_part)
+        begins = np.cumsum(counts) - counts
+        return np.asarray(begins[:, None] + np.minimum(np.arange(counts.max()), counts[:, None] - 1))
+
+    @cached_property
+    def later(self) -> npt.NDArray[np.bool_]:
+        """(parts, parts) is the second part's number the greater one?"""
+        return np.triu(np.ones((self.count, self.count), dtype=bool), 1)
+
+    @cached_property
+    def other(self) -> npt.NDArray[np.bool_]:
+        """(parts, parts) are they two parts?"""
+        return ~np.eye(self.count, dtype=bool)
+
+
+@dataclass(frozen=True, eq=False)
+class Some:
+    """Some of the parts, numbers (n,) rising: their vertices and faces, whose each is: 0 .. n-1, and `alike`, those
+    with as many vertices as each other: which they are, and their vertices (m, count), counted from the first of all.
+    """
+
+    parts: Ints
+    vertices: Ints
+    faces: Ints
+    whose_vertex: Ints
+    whose_face: Ints
+    alike: tuple[tuple[Ints, Ints], ...]
+
+    def crossing(self, vertices: Floats, normals: Floats, offsets: Floats) -> Floats:
+        """(n, planes) how far each reaches, their vertices being there, behind planes normal . v = offset."""
+        heights = vertices @ normals.T
+        lowest = np.empty((len(self.parts), len(normals)))
+        for which, corners in self.alike:
+            lowest[which] = heights[corners].min(axis=1)
+        return np.asarray(offsets - lowest)
+
+
+@lru_cache(maxsize=64)
+def _some(parts: Parts, some: tuple[int, ...]) -> Some:
+    place = np.full(parts.count, -1)
+    place[list(some)] = np.arange(len(some))
+    vertices, faces = (np.flatnonzero(place[of] >= 0) for of in (parts.vertex_part, parts.face_part))
+    whose = place[parts.vertex_part[vertices]]
+    counts = np.bincount(whose)
+    starts = np.cumsum(counts) - counts
+    alike = tuple(
+        (which, starts[which][:, None] + np.arange(count))
+        for count in np.unique(counts).tolist()
+        for which in [np.flatnonzero(counts == count)]
+    )
+    return Some(np.array(some), vertices, faces, whose, place[parts.face_part[faces]], alike)
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Several convex polyhedra as they lie.
+
+    vertices (V, 3); normals (F, 3) outward and offsets (F,): a face's plane is normal . v = offset.
+    crossing (parts, F): how far each part reaches behind each face's plane.
+    """
+
+    parts: Parts
+    vertices: Floats
+    normals: Floats
+    offsets: Floats
+    crossing: Floats
+
+    @cached_property
+    def outside(self) -> npt.NDArray[np.float32]:
+        """(parts, F) 1 where a part lies wholly before a face."""
+        return cast(npt.NDArray[np.float32], (self.crossing <= 1e-9 * self.crossing.max()).astype(np.float32))
+
+    @cached_property
+    def parting(self) -> npt.NDArray[np.float32]:
+        """(parts, parts) how many faces of the second the first lies wholly before."""
+        return cast(npt.NDArray[np.float32], self.outside @ self.parts.owner)
 
     def hiding_order(self, eye: Floats, pixels: Floats) -> Ints:
         """(parts,) rank of each part as seen from `eye` (3,), vertices at pixels (V, 2): nothing hides the first.
@@ -53,48 +147,57 @@ class Mesh:
         no plane parts them, that of their wall says which does. Only parts whose boxes meet in the picture
         count. A part comes after all that hide it, and those that hide these.
         """
-        starts = np.flatnonzero(np.diff(self.vertex_part, prepend=-1))
-        owner = (self.face_part[:, None] == np.arange(len(starts))).astype(np.float32)
-        beside = self.outside.astype(np.float32)
+        parts = self.parts
         to_eye = self.normals @ eye > self.offsets
-        cannot = ((beside * to_eye) @ owner).T + (beside * ~to_eye) @ owner > 0  # (hider, hidden)
-        nearer = self.walls @ eye > self.reaches
-        cannot[np.where(nearer, self.second, self.first), np.where(nearer, self.first, self.second)] |= ~(
-            cannot[self.first, self.second] | cannot[self.second, self.first]
-        )
-        low, high = np.minimum.reduceat(pixels, starts), np.maximum.reduceat(pixels, starts)
+        before = (self.outside * to_eye) @ parts.owner
+        cannot = (before.T > 0) | (self.parting > before)  # (hider, hidden)
+        low, high = np.minimum.reduceat(pixels, parts.starts), np.maximum.reduceat(pixels, parts.starts)
         meet = (low[:, None, 0] <= high[:, 0]) & (low[:, None, 1] <= high[:, 1])
-        hides = (meet & meet.T & ~cannot).astype(np.float32)
-        np.fill_diagonal(hides, 0.0)
-        for _ in range(len(starts).bit_length()):  # each time chains of twice the length
+        meet = meet & meet.T
+        first, second = np.nonzero(meet & parts.later & ~(cannot | cannot.T))
+        nearer = self._walled(first, second, eye)
+        cannot[np.where(nearer, second, first), np.where(nearer, first, second)] = True
+        hides = (meet & parts.other & ~cannot).astype(np.float32)
+        for _ in range(parts.count.bit_length()):  # each time chains of twice the length
             hides = np.minimum(hides + hides @ hides, 1.0)
-        rank = np.empty(len(starts), dtype=np.int64)
-        rank[np.argsort(hides.sum(axis=0), kind="stable")] = np.arange(len(starts))
+        rank = np.empty(parts.count, dtype=np.int64)
+        rank[np.argsort(hides.sum(axis=0), kind="stable")] = np.arange(parts.count)
         return rank
+
+    def _walled(self, first: Ints, second: Ints, eye: Floats) -> npt.NDArray[np.bool_]:
+        """(pairs,) is the first of two parts on the eye's side of their wall, the face of either that the other
+        crosses least?"""
+        faces = self.parts.faces
+        by_second, by_first = self._least(first, faces[second]), self._least(second, faces[first])
+        own = self.crossing[first, by_second] <= self.crossing[second, by_first]
+        face = np.where(own, by_second, by_first)
+        return np.asarray((self.normals[face] @ eye > self.offsets[face]) == own)
+
+    def _least(self, part: Ints, faces: Ints) -> Ints:
+        """(n,) of the faces (n, most) the one that a part (n,) crosses least."""
+        pick = np.argmin(self.crossing[part[:, None], faces], axis=1)
+        return np.asarray(faces[np.arange(len(part)), pick])
 
     def posed(self, motions: Mapping[int, Rigid], scale: float) -> Mesh:
         """The same with some parts moved: by part, in units of `scale`."""
         if not motions:
             return self
-        turns = np.tile(np.eye(3), (int(self.part[-1]) + 1, 1, 1))
-        shifts = np.zeros((len(turns), 3))
-        for part, motion in motions.items():
-            turns[part], shifts[part] = motion.turn, motion.shift * scale
-        vertices = np.einsum("vij,vj->vi", turns[self.vertex_part], self.vertices) + shifts[self.vertex_part]
-        normals = np.einsum("fij,fj->fi", turns[self.face_part], self.normals)
-        offsets = np.sum(normals * vertices[self.corner], axis=1)
-        walls, reaches, outside = _walls(
-            vertices, self.vertex_part, normals, offsets, self.face_part, self.first, self.second
+        parts, names = self.parts, tuple(sorted(motions))
+        moved = parts.some(names)
+        turns = np.stack([motions[part].turn for part in names])
+        shifts = np.stack([motions[part].shift for part in names]) * scale
+        vertices, normals, offsets, crossing = (
+            each.copy() for each in (self.vertices, self.normals, self.offsets, self.crossing)
         )
-        return replace(
-            self,
-            vertices=vertices,
-            normals=normals,
-            offsets=offsets,
-            walls=walls,
-            reaches=reaches,
-            outside=outside,
-        )
+        own, face = moved.vertices, moved.faces
+        turned = (turns[moved.whose_vertex] @ vertices[own, :, None])[..., 0]
+        vertices[own] = turned + shifts[moved.whose_vertex]
+        normals[face] = (turns[moved.whose_face] @ normals[face, :, None])[..., 0]
+        offsets[face] = np.sum(normals[face] * vertices[parts.corner[face]], axis=1)
+        # What neither a part nor a face that moves is concerned with stays.
+        crossing[:, face] = parts.all.crossing(vertices, normals[face], offsets[face])
+        crossing[moved.parts] = moved.crossing(vertices[own], normals, offsets)
+        return Mesh(parts, vertices, normals, offsets, crossing)
 
 
 def mesh(solids: tuple[Solid, ...], scale: float) -> Mesh:
@@ -120,60 +223,14 @@ def mesh(solids: tuple[Solid, ...], scale: float) -> Mesh:
             if tail < head
         ]
         vertices.append(points)
-    places = np.concatenate(vertices) * scale
-    vertex_part = np.repeat(np.arange(len(solids)), [len(points) for points in vertices])
     tail, head, left, right, owner = np.array(edges).T
-    planes, face_part = np.array(normals), np.array(owners)
-    corner = np.empty(len(planes), dtype=np.int64)
+    corner = np.empty(len(normals), dtype=np.int64)
     corner[left] = corner[right] = tail
+    vertex_part = np.repeat(np.arange(len(solids)), [len(points) for points in vertices])
+    parts = Parts(vertex_part, np.array(owners), corner, tail, head, left, right, owner)
+    places, planes = np.concatenate(vertices) * scale, np.array(normals)
     offsets = np.sum(planes * places[corner], axis=1)
-    pairs = np.array(list(combinations(range(len(solids)), 2)), dtype=np.int64).reshape(-1, 2)
-    walls, reaches, outside = _walls(places, vertex_part, planes, offsets, face_part, *pairs.T)
-    return Mesh(
-        vertices=places,
-        vertex_part=vertex_part,
-        normals=planes,
-        offsets=offsets,
-        face_part=face_part,
-        corner=corner,
-        tail=tail,
-        head=head,
-        left=left,
-        right=right,
-        part=owner,
-        first=pairs[:, 0],
-        second=pairs[:, 1],
-        walls=walls,
-        reaches=reaches,
-        outside=outside,
-    )
-
-
-def _walls(
-    vertices: Floats,
-    vertex_part: Ints,
-    normals: Floats,
-    offsets: Floats,
-    face_part: Ints,
-    first: Ints,
-    second: Ints,
-) -> tuple[Floats, Floats, npt.NDArray[np.bool_]]:
-    """Of each pair of parts the face of either that the other crosses least, as a plane that points to the first.
-
-    Normals (pairs, 3) and offsets (pairs,), and which parts lie wholly before which faces (parts, faces).
-    """
-    starts = np.flatnonzero(np.diff(vertex_part, prepend=-1))
-    heights = np.minimum.reduceat(vertices @ normals.T, starts, axis=0)
-    crossing = offsets - heights  # (parts, faces): how far a part reaches behind a face
-    counts = np.bincount(face_part)
-    begins = np.cumsum(counts) - counts
-    faces = begins[:, None] + np.minimum(np.arange(counts.max()), counts[:, None] - 1)  # (parts, most faces)
-    pick = np.argmin(crossing[:, faces], axis=2)
-    least = faces[np.arange(len(faces)), pick]  # (parts, parts): the face of the second that the first crosses least
-    by_second, by_first = least[first, second], least[second, first]
-    own = crossing[first, by_second] <= crossing[second, by_first]
-    face, sign = np.where(own, by_second, by_first), np.where(own, 1.0, -1.0)
-    return normals[face] * sign[:, None], offsets[face] * sign, crossing <= 1e-9 * crossing.max()
+    return Mesh(parts, places, planes, offsets, parts.all.crossing(places, planes, offsets))
 
 
 def _faces(points: Floats) -> list[tuple[Floats, list[int]]]:
