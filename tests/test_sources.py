@@ -18,13 +18,17 @@ from irtrack.metrics import Reference, Trace, score_trace
 from irtrack.metrics.attributes import ATTRIBUTES
 from irtrack.peers import PEERS
 from irtrack.sources import real, rules
+from irtrack.sources.goals import reached
 from irtrack.sources.growth import growth_result
-from irtrack.sources.hard import HARD, OURS, THEIRS, duels
+from irtrack.sources.hard import HARD, duels
+from irtrack.sources.ours import BETTER, OURS, THEIRS
 from irtrack.sources.page import PAPERS, write_sources
+from irtrack.sources.picks import settled, wanted_choices
 from irtrack.sources.runs import Outcome, outcomes, wanted
 from irtrack.sources.tables import rows
-from irtrack.sources.values import Claim, Experiment, Paper, Printed, Run, Scene, Switch
-from irtrack.sources.verdicts import effect, judged, verdict
+from irtrack.sources.values import Choice, Claim, Experiment, Goal, Paper, Printed, Rival, Run, Scene, Switch
+from irtrack.sources.verdicts import effect, judged, seeds_to_decide, verdict
+from irtrack.trackers import TRACKERS
 
 TINY = """
 about: a spot
@@ -90,8 +94,15 @@ class TestDeclarations:
         for claim in (claim for paper in PAPERS for claim in paper.claims):
             assert set(claim.rule.labels) <= needed.trackers[claim.scene].keys()
 
+    def test_every_goal_is_of_a_tracker_that_its_scene_runs(self) -> None:
+        for paper in PAPERS:
+            needed = wanted([paper])
+            for goal in paper.goals:
+                assert goal.label in needed.trackers[goal.scene.name]
+
     def test_the_peers_run_tight_and_with_context_beside_all_of_ours(self) -> None:
         assert len(THEIRS) == 2 * len(PEERS)
+        assert OURS.keys() >= TRACKERS.keys() >= BETTER.keys()
         for spec in OURS.values():
             parse_tracker_spec(spec)
         assert all(experiment.trackers == OURS | THEIRS for experiment in HARD)
@@ -106,6 +117,31 @@ class TestJudged:
         assert (yes, told, word) == (7, 10, "not decidable")
         assert (low, high) == pytest.approx((0.397, 0.892), abs=5e-4)
 
+    def test_a_goal_of_19_in_20_takes_73_seeds_without_a_failure(self) -> None:
+        """Wilson's lower end of n of n is n / (n + z^2), above .95 from n = 19 z^2 = 72.99 on."""
+        assert judged([True] * 73, 0.95).word == "held"
+        undecided = judged([True] * 50, 0.95)
+        assert undecided.word == "not decidable"
+        assert undecided.why == "50 seeds do not tell; some 73 of the like would"
+        assert judged([True] * 40 + [False] * 10, 0.95).word == "not held"
+
+    @pytest.mark.parametrize(("share", "wanted"), [(0.7, 0.5), (0.3, 0.5), (0.99, 0.95), (0.9, 0.95)])
+    def test_so_many_seeds_decide_and_fewer_do_not(self, share: float, wanted: float) -> None:
+        """The interval itself is the oracle: it leaves the wanted share out from that many on."""
+        n = seeds_to_decide(share, wanted)
+        assert n is not None
+
+        def leaves_out(count: int) -> bool:
+            low, high = irtrack.metrics.wilson(share * count, count)  # type: ignore[arg-type]
+            return not low <= wanted <= high
+
+        assert leaves_out(n)
+        assert not leaves_out(n - 1)
+
+    def test_a_share_that_is_the_wanted_one_is_never_decided(self) -> None:
+        assert seeds_to_decide(0.5, 0.5) is None
+        assert judged([True, False]).why == "2 seeds do not tell, nor would more of the like"
+
     def test_seeds_that_tell_nothing_are_left_out(self) -> None:
         assert judged([None, True, None])[:2] == (1, 1)
         assert judged([None])[4:] == ("not decidable", "no seed tells")
@@ -114,13 +150,13 @@ class TestJudged:
         found = found_of("tiny", a=[run_of(0)])
         (outcome,) = found.values()
         found = {"tiny": replace(outcome, absent={"b": "unknown tracker 'b'"})}
-        judgement = verdict(Claim("b holds", "p. 1", "tiny", rules.holds("b")), found)
+        judgement = verdict(Claim("b holds", "p. 1", "tiny", rules.holds("b")), found).judgement
         assert (judgement.word, judgement.why) == ("not decidable", "unknown tracker 'b'")
 
     def test_failed_runs_tell_nothing(self) -> None:
         found = found_of("tiny", a=[run_of(0), None, run_of(0)], b=[run_of(3), run_of(3), None])
         claim = Claim("a is nearer", "", "tiny", rules.less(rules.error_all, "error", "a", "b"))
-        assert verdict(claim, found).told == 1
+        assert verdict(claim, found).judgement.told == 1
 
 
 class TestRules:
@@ -138,6 +174,18 @@ class TestRules:
         assert rules.nearly(rules.error_all, "", "a", "b", 4).of(pair) is True
         assert rules.nearly(rules.error_all, "", "a", "b", 3.9).of(pair) is False
         assert rules.at_most(rules.abs_x, "", "a", 2).of(pair) is True
+        assert rules.mostly_nearer("a", "b").of(pair) is True
+        assert rules.mostly_nearer("b", "a").of(pair) is False
+        assert rules.as_long("a", "b", 0).of(pair) is True  # both take 2 ms
+
+    def test_a_loss_about_a_frame(self) -> None:
+        """Off from frame 1 on: lost there."""
+        pair = {"near": run_of(1), "far": run_of(40)}
+        assert rules.loses_about("far", 3, 2).of(pair) is True
+        assert rules.loses_about("far", 4, 2).of(pair) is False
+        assert rules.loses_about("near", 3, 2).of(pair) is False
+        assert rules.on_target("near", 5, 9).of(pair) is True
+        assert rules.on_target("far", 5, 9).of(pair) is False
 
     def test_a_lost_run_says_nothing_of_the_error_of_runs_that_are_not_lost(self) -> None:
         limit = rules.at_most(rules.unless_lost(rules.abs_x), "", "a", 2)
@@ -185,14 +233,51 @@ def test_figures_of_runs_not_lost_and_of_all_runs_stand_side_by_side() -> None:
     assert absent.absent
 
 
+def hard_found(**runs: list[Run | None]) -> dict[str, Outcome]:
+    names = [experiment.scene.name for experiment in HARD]
+    return {name: found_of(name, **runs)[name] for name in names}
+
+
+def test_the_best_of_ours_is_picked_on_development_seeds() -> None:
+    """On the seeds that are compared another one is better: it is not taken."""
+    development = hard_found(grey_pf=[run_of(1)], template=[run_of(40)])
+    fresh = hard_found(grey_pf=[run_of(40)] * 8, template=[run_of(1)] * 8, dlib=[run_of(1)] * 8)
+    for duel in duels(fresh, development):
+        assert (duel.best, duel.own, duel.other, duel.word) == ("grey_pf", 1, 0, "not held")
+
+
+def test_a_rival_is_chosen_on_development_seeds() -> None:
+    scene = Scene.of("tiny")
+    paper = Paper("p", "", rivals=(Rival("m", scene, "own", Choice((scene,), ("a", "b", "c"))),))
+    assert wanted_choices([paper]).trackers == {"tiny": {"a": "a", "b": "b", "c": "c"}}
+    found = found_of("tiny", a=[run_of(40), run_of(1)], b=[run_of(1), run_of(1)], c=[None, None])
+    assert settled(paper, found).switches == (Switch("m", scene, "own", "b"),)
+
+
+class TestGoals:
+    def test_a_share_of_seeds(self) -> None:
+        goal = Goal("kept", Scene.of("tiny"), "a", rules.holds("a"), 0.5)
+        told = reached(goal, found_of("tiny", a=[run_of(1)] * 9 + [None]))
+        assert (told.value, told.seeds, told.word) == (1, 9, "held")
+
+    def test_a_mean_over_seeds(self) -> None:
+        """1, 2, 3 px: mean 2, t(.975, 2) = 4.303 and sd 1, so 2 +- 4.303 / sqrt 3 (tables of Student's t)."""
+        found = found_of("tiny", a=[run_of(1), run_of(2), run_of(3), run_of(40)])
+        figure = rules.unless_lost(rules.abs_x)
+        told = reached(Goal("", Scene.of("tiny"), "a", figure, 2.5), found)
+        assert (told.value, told.seeds, told.word) == (pytest.approx(2), 3, "not decidable")
+        assert (told.low, told.high) == pytest.approx((2 - 2.4843, 2 + 2.4843), abs=1e-3)
+        assert "some 75 of the like" in told.why  # (4.303 x 1 / .5)^2 = 74.05
+        assert reached(Goal("", Scene.of("tiny"), "a", figure, 4.5), found).word == "held"
+
+    def test_of_a_tracker_that_is_not_here(self) -> None:
+        told = reached(Goal("", Scene.of("tiny"), "z", rules.holds("z"), 0.5), found_of("tiny", a=[run_of(1)]))
+        assert (told.word, told.why) == ("not decidable", "z was not run")
+
+
 def test_a_failed_peer_counts_as_off_throughout() -> None:
-    found = {
-        experiment.scene.name: found_of(experiment.scene.name, grey_pf=[run_of(1)] * 3, cv_kcf=[None, run_of(1), None])[
-            experiment.scene.name
-        ]
-        for experiment in HARD
-    }
-    duel = next(each for each in duels(found) if each.peer == "cv_kcf")
+    found = hard_found(grey_pf=[run_of(1)] * 3, cv_kcf=[None, run_of(1), None])
+    duel = next(each for each in duels(found, found) if each.peer == "cv_kcf")
     assert duel.best == "grey_pf"
     assert duel.other == pytest.approx(2 / 3)
     assert duel.difference.mean == pytest.approx(-2 / 3)
@@ -203,8 +288,8 @@ def test_growth_claims_are_judged_run_by_run() -> None:
     found = {(each.text, each.words): each for each in growth_result(runs=40).verdicts()}
     lower = [each for (text, _), each in found.items() if "error" in text]
     assert len(lower) == 4
-    assert all(each.told == 40 for each in found.values())
-    assert not any(each.word == "held" for each in lower)
+    assert all(each.judgement.told == 40 for each in found.values())
+    assert not any(each.judgement.word == "held" for each in lower)
 
 
 @pytest.fixture

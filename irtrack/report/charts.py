@@ -35,11 +35,12 @@ class Line:
 
 @dataclass(frozen=True)
 class Axis:
-    """An axis: what it shows, its limits (None: from the data), and whether it is logarithmic."""
+    """An axis: what it shows, its limits (None: from the data), whether it is logarithmic, its ticks where given."""
 
     label: str
     limits: tuple[float, float] | None = None
     log: bool = False
+    ticks: tuple[float, ...] = ()
 
 
 def line_chart(
@@ -100,10 +101,15 @@ def _draw(axes: Axes, line: Line) -> None:
 def _finish(axes: Axes, x: Axis, y: Axis) -> None:
     axes.set_xlabel(x.label)
     axes.set_ylabel(y.label)
+    if x.log:
+        axes.set_xscale("log")
     if y.log:
         axes.set_yscale("log")
-        axes.yaxis.set_minor_formatter("")
-    for axis in (axes.xaxis, axes.yaxis):
+    for axis, given in ((axes.xaxis, x), (axes.yaxis, y)):
+        if given.ticks:
+            axis.set_ticks(given.ticks)
+        if given.log:
+            axis.set_minor_formatter("")
         axis.set_major_formatter("{x:g}")
     if x.limits:
         axes.set_xlim(*x.limits)

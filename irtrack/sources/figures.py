@@ -20,7 +20,8 @@ NORMAL_95 = 1.96
 
 def over_frames(experiment: Experiment, found: Outcome, look: Mapping[str, Look]) -> str:
     """Centre error over frames, median and quartiles over the seeds; '' where nothing was run."""
-    traces = {label: [run.trace for run in found.of(label).values()] for label in experiment.trackers}
+    charted = experiment.charted or experiment.trackers
+    traces = {label: [run.trace for run in found.of(label).values()] for label in charted}
     shown = {label: seeds for label, seeds in traces.items() if seeds}
     every = [trace for seeds in shown.values() for trace in seeds]
     return error_chart(shown, every, look, experiment.scene.name) if every else ""
@@ -60,12 +61,13 @@ def swept(
             if values:
                 points.append((x, *mean_interval(np.array(values))))
         if points:
-            x, middle, low, high = np.array(points).T
-            lines.append(Line(look[label], x, middle, low, high))
+            place, middle, low, high = np.array(points).T
+            lines.append(Line(look[label], place, middle, low, high))
     if not lines:
         return ""
     limits = (-0.02, 1.02) if "share" in figure else None
-    return line_chart(lines, Axis(sweep.x), Axis(figure, limits), size=SMALL, name=f"{sweep.title}: {figure}")
+    x = Axis(sweep.x, log=sweep.log, ticks=tuple(sweep.points) if sweep.log else ())
+    return line_chart(lines, x, Axis(figure, limits, sweep.log), size=SMALL, name=f"{sweep.title}: {figure}")
 
 
 def mean_interval(values: Floats) -> tuple[float, float, float]:

@@ -16,6 +16,10 @@ from irtrack.sources.verdicts import Verdict, judged
 PARTICLES = (50, 100, 200, 500)
 SHARES = (0.1, 0.2, 0.3, 0.4, 0.56, 0.7, 0.85, 1.0)
 FILTERS = {"standard PF": BOOTSTRAP, "WSPF": WSPF, "WSPF, equal weights set aside": replace(WSPF, restoring="equal")}
+CHOSEN = 0.56
+"""The share that the paper finds suitable (section 2)."""
+SHARED = 100
+"""N where the share varies."""
 RUNS_A_SEED = 20
 """Runs of the model for each seed of the scenes: a thousand for 50."""
 
@@ -43,14 +47,14 @@ def filtering(truth: Growth, filter: GrowthFilter, seed: int) -> Filtering:
 
 @dataclass(frozen=True, eq=False)
 class GrowthResult:
-    """By filter and N; and WSPF at N = 100 by share Np / N."""
+    """By filter and N; and WSPF at N = SHARED by share Np / N."""
 
     by_particles: dict[str, dict[int, Filtering]]
     by_share: dict[float, Filtering]
     runs: int
 
     def verdicts(self) -> list[Verdict]:
-        """The claims of section 5.1, run by run on the same truth."""
+        """The claims of sections 2 and 5.1, run by run on the same truth."""
         standard, selected = self.by_particles["standard PF"], self.by_particles["WSPF"]
         found = []
         for n in PARTICLES:
@@ -63,7 +67,15 @@ class GrowthResult:
             }
             for text, (words, each) in answers.items():
                 rule = f"{words} that of the standard PF, N = {n}"
-                found.append(Verdict(text, "section 5.1, table 1", "growth model", rule, *judged(each)))
+                found.append(Verdict(text, "section 5.1, table 1", "growth model", rule, judged(each)))
+        chosen = self.by_share[CHOSEN].rmse
+        for share, text in (
+            (SHARES[0], "Selecting too few makes the estimate inaccurate."),
+            (SHARES[-1], "Selecting nearly all impoverishes the particles."),
+        ):
+            rule = f"RMSE at Np / N = {CHOSEN} below that at {share:g}, N = {SHARED}"
+            better = (chosen < self.by_share[share].rmse).tolist()
+            found.append(Verdict(text, "section 2", "growth model", rule, judged(better)))
         return found
 
 
@@ -74,5 +86,5 @@ def growth_result(runs: int, seed: int = 0) -> GrowthResult:
         label: {n: filtering(truth, replace(filter, particles=n), seed) for n in PARTICLES}
         for label, filter in FILTERS.items()
     }
-    by_share = {share: filtering(truth, replace(WSPF, share=share), seed) for share in SHARES}
+    by_share = {share: filtering(truth, replace(WSPF, share=share, particles=SHARED), seed) for share in SHARES}
     return GrowthResult(by_particles, by_share, runs)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -17,19 +18,23 @@ from irtrack.errors import InputError
 from irtrack.metrics.loss import LOSS_RULE
 from irtrack.report.palette import Look, looks
 from irtrack.sources.cheng import CHENG
-from irtrack.sources.digests import AN, CUI
+from irtrack.sources.cost import COST
+from irtrack.sources.digests import AN, CAMSHIFT, CUI
 from irtrack.sources.figures import growth_charts, over_frames, scores_over_frames, swept
+from irtrack.sources.goals import Reached, reached
 from irtrack.sources.growth import RUNS_A_SEED, GrowthResult, growth_result
-from irtrack.sources.hard import CONTEXT, HARD, OURS, THEIRS, Duel, duels, wanted_hard
+from irtrack.sources.hard import HARD, Duel, duels, wanted_hard
 from irtrack.sources.li import LI
+from irtrack.sources.ours import CONTEXT, OURS, THEIRS
+from irtrack.sources.picks import settled, wanted_choices
 from irtrack.sources.real import RealRow, real_rows
-from irtrack.sources.runs import FIRST_SEED, Outcome, Progress, outcomes, wanted
+from irtrack.sources.runs import DEVELOPMENT, FIRST_SEED, Outcome, Progress, outcomes, wanted
 from irtrack.sources.tables import Row, Speed, rows, speeds
 from irtrack.sources.values import Experiment, Paper
 from irtrack.sources.verdicts import RULE, Effect, Verdict, effect, verdict
 from irtrack.sources.xue import XUE
 
-PAPERS = (CHENG, XUE, AN, CUI, LI)
+PAPERS = (CHENG, XUE, AN, CUI, CAMSHIFT, LI, COST)
 PARTS = (*(paper.key for paper in PAPERS), "growth", "hard")
 RESULTS = "sources.db"
 PAGE = "sources.html"
@@ -56,8 +61,15 @@ class PaperPart:
     paper: Paper
     experiments: list[ExperimentPart]
     verdicts: list[Verdict]
+    goals: list[Reached]
     sweeps: list[SweepPart]
     effects: list[Effect]
+
+
+@dataclass(frozen=True)
+class HardPart:
+    experiments: list[ExperimentPart]
+    duels: list[Duel]
 
 
 def write_sources(
@@ -89,17 +101,26 @@ def write_sources(
     except OSError as error:
         raise InputError(f"{folder}: cannot be made: {error.strerror}") from None
     results = folder / RESULTS
-    shown = [paper for paper in papers if paper.key in chosen]
     taken = range(first, first + seeds)
-    found = outcomes(wanted(shown), results, taken, jobs, progress)
-    parts = [paper_part(paper, found) for paper in shown]
+    development = DEVELOPMENT[:seeds]
+    shown = [paper for paper in papers if paper.key in chosen]
+    picked_by = outcomes(wanted_choices(shown), results, development, jobs, progress)
+    parts = []
+    for paper in (settled(paper, picked_by) for paper in shown):
+        found = outcomes(wanted([paper]), results, taken[: paper.seeds_at_most], jobs, progress)
+        parts.append((paper_part(paper, found), speeds(paper, found)))
     growth = growth_result(RUNS_A_SEED * seeds, first) if "growth" in chosen else None
-    hard = outcomes(wanted_hard(), results, taken, jobs, progress) if "hard" in chosen else {}
+    hard = None
+    if "hard" in chosen:
+        made_on = outcomes(wanted_hard(OURS), results, development, jobs, progress)
+        fought = outcomes(wanted_hard(OURS | THEIRS), results, taken, jobs, progress)
+        hard = HardPart([experiment_part(experiment, fought) for experiment in HARD], duels(fought, made_on))
     real_table: list[RealRow] = []
     if real is not None:
         with TemporaryDirectory() as work:
-            real_table = real_rows(real, Path(work), results, jobs)
-    text = render(parts, speeds(shown, found), growth, hard, real_table, taken, command)
+            real_table = real_rows(real, Path(work), results, jobs, progress=progress)
+    then_and_now = [speed for _, speeds in parts for speed in speeds]
+    text = render([part for part, _ in parts], then_and_now, growth, hard, real_table, taken, development, command)
     path = folder / PAGE
     with replacing_text(path) as file:
         file.write(text)
@@ -117,6 +138,7 @@ def paper_part(paper: Paper, found: Mapping[str, Outcome]) -> PaperPart:
         paper,
         [experiment_part(experiment, found) for experiment in paper.experiments],
         [verdict(claim, found) for claim in paper.claims],
+        [reached(goal, found) for goal in paper.goals],
         sweeps,
         [effect(switch, found[switch.scene.name]) for switch in paper.switches],
     )
@@ -125,7 +147,7 @@ def paper_part(paper: Paper, found: Mapping[str, Outcome]) -> PaperPart:
 def experiment_part(experiment: Experiment, every: Mapping[str, Outcome]) -> ExperimentPart:
     """The table and the charts of an experiment; `every`: the outcomes by scene."""
     found = every[experiment.scene.name]
-    look = looks(experiment.trackers)
+    look = looks(experiment.charted or experiment.trackers)
     charts = [] if experiment in HARD else [over_frames(experiment, found, look)]  # too many lines to tell apart
     if "fusion_wspf" in experiment.trackers and experiment not in HARD:
         charts.append(scores_over_frames("fusion_wspf", found, look["fusion_wspf"]))
@@ -134,22 +156,26 @@ def experiment_part(experiment: Experiment, every: Mapping[str, Outcome]) -> Exp
 
 
 def scene_head(experiment: Experiment) -> tuple[str, ...]:
-    """The measured figures that a scenario's head states."""
+    """The measured figures that a scenario's head states, and what is changed of it."""
     lines = irsim.find(experiment.scene.path).read_text().splitlines()
-    return tuple(line.removeprefix("#:").strip() for line in lines if line.startswith("#:"))
+    measured = tuple(line.removeprefix("#:").strip() for line in lines if line.startswith("#:"))
+    return experiment.scene.overrides + measured
 
 
 def render(
     parts: Sequence[PaperPart],
     speed: Sequence[Speed],
     growth: GrowthResult | None,
-    hard: Mapping[str, Outcome],
+    hard: HardPart | None,
     real: Sequence[RealRow],
     seeds: range,
+    development: range,
     command: str,
 ) -> str:
     """The page as HTML text."""
-    every = [each for part in parts for each in part.verdicts] + (growth.verdicts() if growth else [])
+    growth_verdicts = growth.verdicts() if growth else []
+    every = [each for part in parts for each in part.verdicts] + growth_verdicts
+    goals = [each for part in parts for each in part.goals]
     environment = Environment(
         loader=ChoiceLoader([PackageLoader("irtrack", "sources"), PackageLoader("irtrack", "report")]),
         autoescape=True,
@@ -158,23 +184,26 @@ def render(
         lstrip_blocks=True,
     )
     environment.filters |= {"px": px, "percent": percent}
-    found_duels: list[Duel] = duels(hard) if hard else []
     return environment.get_template("sources.html.j2").render(
         written=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
         parts=parts,
-        counts=Counter(each.word for each in every),
+        counts=Counter(each.judgement.word for each in every),
+        untested=sum(len(part.paper.untested) for part in parts),
+        goals_found=goals,
+        inf=math.inf,
+        goal_counts=Counter(each.word for each in goals) + Counter(each.word for each in (hard.duels if hard else [])),
         speeds=speed,
         growth=growth,
         growth_charts=growth_charts(growth) if growth else [],
-        growth_verdicts=growth.verdicts() if growth else [],
+        growth_verdicts=growth_verdicts,
         growth_looks=looks(growth.by_particles) if growth else {},
-        hard=[experiment_part(experiment, hard) for experiment in HARD] if hard else [],
-        duels=found_duels,
+        hard=hard,
         context=CONTEXT,
         ours=len(OURS),
         theirs=len(THEIRS),
         real=real,
         seeds=seeds,
+        development=development,
         fresh=seeds.start >= FIRST_SEED,
         rule=RULE,
         loss_rule=LOSS_RULE,

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 import irsim
-from irtrack.bench import Entry, parse_tracker_spec, run_bench
+from irtrack.bench import Cell, Entry, run_bench
 from irtrack.errors import InputError
-from irtrack.sources.hard import OURS, THEIRS
+from irtrack.metrics import Trace
+from irtrack.sources.ours import OURS, THEIRS
+from irtrack.sources.runs import Progress, present
 
 TRACKER_SEEDS = 20
 LABELS = "gt.csv"
@@ -32,6 +35,10 @@ class RealRow:
     within: float | None
 
 
+Found = dict[str, list[tuple[Cell, Trace | None]]]
+"""Cells and their traces by the tracker's label."""
+
+
 def sequences(folder: Path) -> list[Path]:
     """The sequences in a folder: sub-folders with a video and its labels. InputError where there is none."""
     found = sorted(path.parent for path in folder.glob(f"*/{LABELS}") if path.with_name("frames.mp4").is_file())
@@ -40,76 +47,76 @@ def sequences(folder: Path) -> list[Path]:
     return found
 
 
-def real_rows(folder: Path, work: Path, results: Path, jobs: int, seeds: int = TRACKER_SEEDS) -> list[RealRow]:
-    """A row for each tracker on each sequence. Recordings are made in `work`, which must not be kept with the page."""
-    found = []
+def real_rows(
+    folder: Path,
+    work: Path,
+    results: Path,
+    jobs: int,
+    seeds: int = TRACKER_SEEDS,
+    progress: Progress | None = None,
+) -> list[RealRow]:
+    """A row for each tracker on each sequence. Recordings are made in `work`, which must not be kept with the page.
+
+    A tracker that does the same with two seeds draws no random numbers and counts once.
+    """
+    entries, _ = present(OURS | THEIRS)
+    rows = []
     for sequence in sequences(folder):
         recording = work / f"{sequence.name}.mcap"
         if not recording.exists():
             irsim.import_frames(sequence / "frames.mp4", recording, truth=sequence / LABELS)
         source = irsim.open_recording(recording)
         targets = sorted({target.id for truth in source.truths() for target in truth.targets})
-        for draws, trackers in ((True, _random(OURS | THEIRS)), (False, _steady(OURS | THEIRS))):
-            entries = _entries(trackers)
-            found += _rows(source, sequence.name, targets, entries, results, jobs, seeds if draws else 1)
-    return sorted(found, key=lambda row: (row.sequence, row.lost / row.runs, row.distance or np.inf))
+        twice = _cells(source, targets, entries, results, jobs, min(seeds, 2), progress)
+        steady = [label for label, found in twice.items() if _is_steady(found)]
+        drawing = [entry for entry in entries if entry.label not in steady]
+        found = {label: [one for one in twice[label] if one[0].key.tracker_seed == 0] for label in steady}
+        found |= _cells(source, targets, drawing, results, jobs, seeds, progress)
+        rows += [_row(sequence.name, label, len(targets), each) for label, each in found.items()]
+    return sorted(rows, key=lambda row: (row.sequence, row.lost / row.runs, row.distance or np.inf))
 
 
-def _rows(
-    source: irsim.Source, name: str, targets: list[str], entries: list[Entry], results: Path, jobs: int, seeds: int
-) -> list[RealRow]:
-    distances: dict[str, list[np.ndarray]] = {entry.label: [] for entry in entries}
-    lost = dict.fromkeys(distances, 0)
-    failed = dict.fromkeys(distances, 0)
+def _cells(
+    source: irsim.Source,
+    targets: Sequence[str],
+    entries: Sequence[Entry],
+    results: Path,
+    jobs: int,
+    seeds: int,
+    progress: Progress | None,
+) -> Found:
+    found: Found = {entry.label: [] for entry in entries}
+    if not entries:
+        return found
     for target in targets:
-        kept = run_bench([source], entries, results=results, seeds=seeds, jobs=jobs, target=target)
+        tell = None if progress is None else partial(progress, f"{source.name}, {target}")
+        kept = run_bench([source], entries, results=results, seeds=seeds, jobs=jobs, target=target, progress=tell)
         with kept:
             for cell in kept.cells(run=kept.run):
-                trace = kept.trace(cell.key)
-                if cell.score is None or trace is None:
-                    failed[cell.label] += 1
-                    lost[cell.label] += 1
-                    continue
-                lost[cell.label] += cell.score.lost is True
-                distances[cell.label].append(trace.errors[trace.scored])
-    rows = []
-    for label, each in distances.items():
-        errors = np.concatenate(each) if each else np.array([])
-        rows.append(
-            RealRow(
-                sequence=name,
-                label=label,
-                targets=len(targets),
-                seeds=seeds,
-                runs=len(targets) * seeds,
-                failed=failed[label],
-                lost=lost[label],
-                distance=float(np.median(errors)) if len(errors) else None,
-                within=float(np.mean(errors <= 20)) if len(errors) else None,
-            )
-        )
-    return rows
+                found[cell.label].append((cell, kept.trace(cell.key)))
+    return found
 
 
-def _entries(trackers: Mapping[str, str]) -> list[Entry]:
-    entries = []
-    for label, spec in trackers.items():
-        try:
-            entries.append(Entry(label, parse_tracker_spec(spec).tracker))
-        except InputError:  # a peer that is not installed
-            continue
-    return entries
+def _is_steady(found: Sequence[tuple[Cell, Trace | None]]) -> bool:
+    """Whether each target's runs came to the same, whatever the seed."""
+    outcomes: dict[str | None, set[str | None]] = {}
+    for cell, _ in found:
+        outcomes.setdefault(cell.key.target, set()).add(cell.outcome)
+    return all(len(each) == 1 for each in outcomes.values())
 
 
-def _draws(spec: str) -> bool:
-    name = spec.partition(":")[0]
-    return name.endswith(("pf", "cv_mil"))
-
-
-def _random(trackers: Mapping[str, str]) -> dict[str, str]:
-    """Those that draw random numbers; the others do the same with every seed."""
-    return {label: spec for label, spec in trackers.items() if _draws(spec)}
-
-
-def _steady(trackers: Mapping[str, str]) -> dict[str, str]:
-    return {label: spec for label, spec in trackers.items() if not _draws(spec)}
+def _row(sequence: str, label: str, targets: int, found: Sequence[tuple[Cell, Trace | None]]) -> RealRow:
+    """A failed run is a lost one, and tells no distance."""
+    errors = [trace.errors[trace.scored] for _, trace in found if trace is not None]
+    distances = np.concatenate(errors) if errors else np.array([])
+    return RealRow(
+        sequence=sequence,
+        label=label,
+        targets=targets,
+        seeds=len(found) // targets,
+        runs=len(found),
+        failed=sum(cell.score is None for cell, _ in found),
+        lost=sum(cell.score is None or cell.score.lost is True for cell, _ in found),
+        distance=float(np.median(distances)) if len(distances) else None,
+        within=float(np.mean(distances <= 20)) if len(distances) else None,
+    )

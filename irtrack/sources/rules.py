@@ -54,6 +54,41 @@ def times(figure: Callable[[Run], float | None], what: str, label: str, factor: 
     return Rule(f"{what} of {label} at least {factor:g} times that of {other}", (label, other), of)
 
 
+def as_long(label: str, other: str, within: float) -> Rule:
+    """A step of one tracker takes the CPU time of a step of another, give or take that share of it."""
+
+    def of(runs: Mapping[str, Run]) -> bool | None:
+        own, its = cpu(runs[label]), cpu(runs[other])
+        return None if own is None or its is None else abs(own - its) <= within * its
+
+    return Rule(f"CPU time of {label} within {100 * within:g} % of that of {other}", (label, other), of)
+
+
+def mostly_nearer(label: str, other: str) -> Rule:
+    """One tracker is nearer to the target than another in more than half of the frames."""
+
+    def of(runs: Mapping[str, Run]) -> bool | None:
+        own, its = runs[label].trace, runs[other].trace
+        return bool(np.mean((own.errors < its.errors)[own.scored]) > 0.5) if own.scored.any() else None
+
+    return Rule(f"{label} nearer than {other} in more than half of the frames", (label, other), of)
+
+
+def loses_about(label: str, frame: int, within: int) -> Rule:
+    """It loses the target no farther than `within` frames from a frame; a run that keeps it says no."""
+
+    def of(runs: Mapping[str, Run]) -> bool | None:
+        score = runs[label].score
+        return None if score.lost is None else score.lost_at is not None and abs(score.lost_at - frame) <= within
+
+    return Rule(f"{label} is lost within {within} frames of frame {frame}", (label,), of)
+
+
+def on_target(label: str, first: int, last: int) -> Rule:
+    """Its mean centre error over frames first .. last is at most OFF_PX."""
+    return at_most(error_over(first, last), f"mean error in frames {first} to {last}", label, OFF_PX, " px")
+
+
 def nearly(figure: Callable[[Run], float | None], what: str, label: str, other: str, within: float) -> Rule:
     """A figure of two trackers differs by no more than that."""
 
@@ -93,8 +128,13 @@ def off_share(run: Run) -> float | None:
     return run.score.off_share
 
 
-def ms(run: Run) -> float | None:
-    """Median wall time of a step, ms."""
+def cpu(run: Run) -> float | None:
+    """Median CPU time of a step, ms: other programs on the machine do not lengthen it."""
+    return run.score.cpu_ms_median
+
+
+def wall(run: Run) -> float | None:
+    """Median wall time of a step, ms: of a program of its own this process takes no CPU time."""
     return run.score.ms_median
 
 
@@ -111,6 +151,22 @@ def error_over(first: int, last: int) -> Callable[[Run], float | None]:
 def unless_lost(figure: Callable[[Run], float | None]) -> Callable[[Run], float | None]:
     """The figure of runs that are not lost; None of others."""
     return lambda run: None if run.score.lost else figure(run)
+
+
+def variance_x(run: Run) -> float | None:
+    """Variance of |error| along x over all scored frames, px^2."""
+    return None if run.score.all.sd_x is None else run.score.all.sd_x**2
+
+
+def variance_y(run: Run) -> float | None:
+    """The same along y."""
+    return None if run.score.all.sd_y is None else run.score.all.sd_y**2
+
+
+def missed(run: Run) -> float | None:
+    """Share of the scored frames in which the target is not `detected`."""
+    found = detected(run)
+    return None if found is None else 1 - found
 
 
 def abs_x(run: Run) -> float | None:

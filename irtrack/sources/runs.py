@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 from irsim.types import Source
@@ -13,6 +14,9 @@ from irtrack.sources.values import Paper, Run, Scene
 
 FIRST_SEED = 2000
 """The page's first seed: seeds below it were used while the trackers were made."""
+
+DEVELOPMENT = range(1000, 1020)
+"""Seeds on which whatever is picked is picked: trackers and variants were made on these as well."""
 
 Progress = Callable[[str, int, int], None]
 """Called with (scene, runs done, runs to do)."""
@@ -45,6 +49,16 @@ class Outcome:
     def failed(self, label: str) -> int:
         return sum(run is None for run in self.runs.get(label, {}).values())
 
+    def off_shares(self, label: str) -> dict[int, float]:
+        """Share of frames off of each seed; a failed run was off throughout."""
+        shares = {}
+        for seed, run in self.runs.get(label, {}).items():
+            if run is None:
+                shares[seed] = 1.0
+            elif run.score.off_share is not None:
+                shares[seed] = run.score.off_share
+        return shares
+
 
 def wanted(papers: Iterable[Paper]) -> Wanted:
     """All that the papers' experiments, sweeps and switches need."""
@@ -62,35 +76,40 @@ def wanted(papers: Iterable[Paper]) -> Wanted:
 
 
 def outcomes(
-    needed: Wanted, results: Path, seeds: range, jobs: int, progress: Progress | None = None
+    needed: Wanted, results: Path, seeds: Sequence[int], jobs: int, progress: Progress | None = None
 ) -> dict[str, Outcome]:
-    """The outcome of each scene, by its name; what the results file has is not run again."""
-    return {
-        name: outcome(scene.open(), needed.trackers[name], results, seeds, jobs, progress)
-        for name, scene in needed.scenes.items()
-    }
+    """The outcome of each scene, by its name; what the results file has is not run again.
+
+    progress is told of the runs of all scenes together.
+    """
+    counts = {name: len(trackers) * len(seeds) for name, trackers in needed.trackers.items()}
+    total, before = sum(counts.values()), 0
+    found = {}
+    for name, scene in needed.scenes.items():
+        told = None if progress is None else partial(_tell, progress, name, before + counts[name], total)
+        found[name] = outcome(scene.open(), needed.trackers[name], results, seeds, jobs, told)
+        before += counts[name]
+    return found
+
+
+def _tell(progress: Progress, scene: str, after: int, total: int, done: int, to_do: int) -> None:
+    """Of a scene after which `after` runs of the `total` are done, `done` of the `to_do` that were missing are done."""
+    progress(scene, after - to_do + done, total)
 
 
 def outcome(
     source: Source,
     trackers: Mapping[str, str],
     results: Path,
-    seeds: range,
+    seeds: Sequence[int],
     jobs: int,
-    progress: Progress | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> Outcome:
     """The runs of trackers, by label, on one source."""
-    entries, absent = _entries(trackers)
+    entries, absent = present(trackers)
     if not entries:
         return Outcome(source, {}, absent)
-    kept = run_bench(
-        [source],
-        entries,
-        results=results,
-        seeds=seeds,
-        jobs=jobs,
-        progress=None if progress is None else lambda done, total: progress(source.name, done, total),
-    )
+    kept = run_bench([source], entries, results=results, seeds=seeds, jobs=jobs, progress=progress)
     runs: dict[str, dict[int, Run | None]] = {entry.label: {} for entry in entries}
     with kept:
         for cell in kept.cells(run=kept.run):
@@ -98,7 +117,7 @@ def outcome(
     return Outcome(source, runs, absent)
 
 
-def _entries(trackers: Mapping[str, str]) -> tuple[list[Entry], dict[str, str]]:
+def present(trackers: Mapping[str, str]) -> tuple[list[Entry], dict[str, str]]:
     """The trackers that are here, and why others are not."""
     entries, absent = [], {}
     for label, spec in trackers.items():

@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from irtrack.metrics import CentreFigures, wilson
+from irtrack.sources.ours import is_peer
+from irtrack.sources.rules import cpu, wall
 from irtrack.sources.runs import Outcome
 from irtrack.sources.values import Experiment, Paper, Printed, Run
 
@@ -21,6 +23,7 @@ class Row:
     lost of told runs, low .. high the interval of that share
     held, all     centre errors of the frames before the loss, and of all scored frames, all runs together
     kept          the same of all frames of those runs that are not lost
+    ms            median CPU time of a step; of a peer, which is another process, wall time
     siblings      (lost, told) on each of the experiment's siblings
     absent        why there is nothing, where there is nothing
     """
@@ -76,7 +79,8 @@ def row(label: str, spec: str, printed: Printed, found: Outcome) -> Row:
     lost, told = losses(label, found)
     kept = [run for run in runs if not run.score.lost]
     low, high = wilson(lost, told)
-    steps = [run.score.ms_median for run in runs if run.score.ms_median is not None]
+    of = wall if is_peer(spec) else cpu
+    steps = [took for run in runs if (took := of(run)) is not None]
     off = [run.score.off_share for run in runs if run.score.off_share is not None]
     kept_figures, kept_frames = errors(kept)
     all_figures, all_frames = errors(runs)
@@ -118,13 +122,12 @@ class Speed:
     now: float | None
 
 
-def speeds(papers: Sequence[Paper], outcomes: Mapping[str, Outcome]) -> list[Speed]:
-    """Of every tracker whose time a paper prints."""
+def speeds(paper: Paper, outcomes: Mapping[str, Outcome]) -> list[Speed]:
+    """Of every tracker whose time the paper prints."""
     found = []
-    for paper in papers:
-        for experiment in paper.experiments:
-            for each in rows(experiment, outcomes):
-                if each.printed.ms is not None:
-                    now = None if each.ms is None else 1000 / each.ms
-                    found.append(Speed(paper.title, experiment.scene.name, each.label, 1000 / each.printed.ms, now))
+    for experiment in paper.experiments:
+        for each in rows(experiment, outcomes):
+            if each.printed.ms is not None:
+                now = None if each.ms is None else 1000 / each.ms
+                found.append(Speed(paper.title, experiment.scene.name, each.label, 1000 / each.printed.ms, now))
     return found

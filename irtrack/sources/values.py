@@ -66,6 +66,30 @@ class Claim:
 
 
 @dataclass(frozen=True)
+class Untested:
+    """What a paper claims and no run here can tell, and why."""
+
+    text: str
+    place: str
+    why: str
+
+
+@dataclass(frozen=True)
+class Goal:
+    """What a tracker here is to reach on a scene: a share of its seeds, or a mean over them.
+
+    reach    a rule, which at least the share `wanted` of the seeds is to bear out; or a figure, px, whose mean over the
+             seeds is to be at most `wanted`
+    """
+
+    text: str
+    scene: Scene
+    label: str
+    reach: Rule | Callable[[Run], float | None]
+    wanted: float
+
+
+@dataclass(frozen=True)
 class Printed:
     """What a paper prints of a tracker: mean and variance of |error| on each axis, px; time of a frame, ms."""
 
@@ -76,7 +100,10 @@ class Printed:
 
 @dataclass(frozen=True)
 class Experiment:
-    """Trackers on a scene, by label; what the paper prints of them; where else they are run."""
+    """Trackers on a scene, by label; what the paper prints of them; where else they are run.
+
+    charted   labels of those in the chart over frames; all where none is named
+    """
 
     scene: Scene
     title: str
@@ -84,6 +111,7 @@ class Experiment:
     printed: Mapping[str, Printed] = field(default_factory=dict)
     remark: str = ""
     siblings: tuple[Scene, ...] = ()
+    charted: tuple[str, ...] = ()
 
     @property
     def prints_errors(self) -> bool:
@@ -94,13 +122,15 @@ class Experiment:
 class Sweep:
     """Trackers on a scene while one setting varies, the scene's or theirs: figures of each seed's run against it.
 
-    points   the setting to the scene and the trackers' specs by label, the same labels at each
+    points   the setting to the scene and the trackers' specs by label
+    log      whether setting and figures are drawn on logarithmic axes
     """
 
     title: str
     x: str
     points: Mapping[float, tuple[Scene, Mapping[str, str]]]
     figures: Mapping[str, Callable[[Run], float | None]]
+    log: bool = False
 
     @property
     def labels(self) -> list[str]:
@@ -118,13 +148,35 @@ class Switch:
 
 
 @dataclass(frozen=True)
+class Choice:
+    """Of some specs the one with the fewest frames off on the development seeds of all `scenes` together."""
+
+    scenes: tuple[Scene, ...]
+    specs: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Rival:
+    """A switch whose other side is chosen on development seeds, then run on fresh ones."""
+
+    mechanism: str
+    scene: Scene
+    with_it: str
+    without: Choice
+
+
+@dataclass(frozen=True)
 class Paper:
-    """A source with all that is repeated of it."""
+    """A source with all that is repeated of it; seeds_at_most: where fewer seeds than asked for are enough."""
 
     key: str
     title: str
     experiments: tuple[Experiment, ...] = ()
     claims: tuple[Claim, ...] = ()
+    untested: tuple[Untested, ...] = ()
+    goals: tuple[Goal, ...] = ()
     sweeps: tuple[Sweep, ...] = ()
     switches: tuple[Switch, ...] = ()
+    rivals: tuple[Rival, ...] = ()
     remark: str = ""
+    seeds_at_most: int | None = None

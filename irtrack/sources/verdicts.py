@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from statistics import NormalDist
+from typing import Literal, NamedTuple
 
 from irtrack.metrics import Difference, Score, paired_difference, wilson
 from irtrack.sources.runs import Outcome
@@ -12,21 +14,18 @@ from irtrack.sources.values import Claim, Switch
 
 Word = Literal["held", "not held", "not decidable"]
 
+LEVEL = 0.95
 RULE = (
     "A claim is held where the Wilson 95 % interval of the share of seeds that bear it out lies above one half, not "
     "held where it lies below, and not decidable where it reaches over one half or no seed tells. A failed run tells "
-    "nothing."
+    "nothing. A goal has a share of its own in place of one half, or a limit that the 95 % interval of a mean lies "
+    "below (Student's t)."
 )
 
 
-@dataclass(frozen=True)
-class Verdict:
-    """yes of told seeds bear the claim out; low .. high the interval of that share; why where it is not decidable."""
+class Judgement(NamedTuple):
+    """`yes` of `told` seeds say yes; low .. high the interval of that share; why where it is not decidable."""
 
-    text: str
-    place: str
-    scene: str
-    words: str
     yes: int
     told: int
     low: float
@@ -34,19 +33,52 @@ class Verdict:
     word: Word
     why: str = ""
 
+    @property
+    def share(self) -> float:
+        return self.yes / self.told if self.told else math.nan
 
-def judged(answers: Sequence[bool | None]) -> tuple[int, int, float, float, Word, str]:
-    """(yes, told, low, high, verdict, why) of the answers of all seeds; None: the seed tells nothing."""
+
+@dataclass(frozen=True)
+class Verdict:
+    """A claim, where it stands, the scene it was tried on, what bears it out in a seed, and what came of it."""
+
+    text: str
+    place: str
+    scene: str
+    words: str
+    judgement: Judgement
+
+
+def judged(answers: Sequence[bool | None], wanted: float = 0.5) -> Judgement:
+    """Whether more than the share `wanted` of all seeds say yes; None: the seed tells nothing."""
     told = [answer for answer in answers if answer is not None]
-    yes = sum(told)
-    low, high = wilson(yes, len(told))
+    yes, count = sum(told), len(told)
+    low, high = wilson(yes, count, LEVEL)
     if not told:
-        return 0, 0, low, high, "not decidable", "no seed tells"
-    if low > 0.5:
-        return yes, len(told), low, high, "held", ""
-    if high < 0.5:
-        return yes, len(told), low, high, "not held", ""
-    return yes, len(told), low, high, "not decidable", f"the interval of {len(told)} seeds reaches over one half"
+        return Judgement(0, 0, low, high, "not decidable", "no seed tells")
+    if low > wanted:
+        return Judgement(yes, count, low, high, "held")
+    if high < wanted:
+        return Judgement(yes, count, low, high, "not held")
+    return Judgement(yes, count, low, high, "not decidable", needed(seeds_to_decide(yes / count, wanted), count))
+
+
+def seeds_to_decide(share: float, wanted: float) -> int | None:
+    """From how many seeds on the Wilson interval of a share leaves `wanted` out; None where they are the same.
+
+    The interval holds all p with |share - p| <= z sqrt(p (1 - p) / n) (Wilson 1927).
+    """
+    if share == wanted:
+        return None
+    z = NormalDist().inv_cdf((1 + LEVEL) / 2)
+    return math.floor(z * z * wanted * (1 - wanted) / (share - wanted) ** 2) + 1
+
+
+def needed(seeds: int | None, told: int) -> str:
+    """What would decide, were things to go on as they did."""
+    if seeds is None:
+        return f"{told} seeds do not tell, nor would more of the like"
+    return f"{told} seeds do not tell; some {seeds:,} of the like would"
 
 
 def verdict(claim: Claim, outcomes: Mapping[str, Outcome]) -> Verdict:
@@ -56,10 +88,12 @@ def verdict(claim: Claim, outcomes: Mapping[str, Outcome]) -> Verdict:
     missing = [label for label in labels if label not in found.runs]
     if missing:
         why = "; ".join(found.absent.get(label, f"{label} was not run") for label in missing)
-        return Verdict(claim.text, claim.place, claim.scene, claim.rule.words, 0, 0, 0.0, 1.0, "not decidable", why)
-    together = set.intersection(*(set(found.of(label)) for label in labels))
-    answers = [claim.rule.of({label: found.of(label)[seed] for label in labels}) for seed in sorted(together)]
-    return Verdict(claim.text, claim.place, claim.scene, claim.rule.words, *judged(answers))
+        told = Judgement(0, 0, 0.0, 1.0, "not decidable", why)
+    else:
+        together = set.intersection(*(set(found.of(label)) for label in labels))
+        answers = [claim.rule.of({label: found.of(label)[seed] for label in labels}) for seed in sorted(together)]
+        told = judged(answers)
+    return Verdict(claim.text, claim.place, claim.scene, claim.rule.words, told)
 
 
 @dataclass(frozen=True)
