@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 import sys
+from datetime import datetime
 from pathlib import Path
 from typing import Annotated
 
@@ -23,7 +24,7 @@ def sources(
         Path, typer.Option("-o", "--output", metavar="DIR", help="Folder of the page and of its results file.")
     ] = Path("sources"),
     only: Annotated[
-        str, typer.Option(metavar="PART,...", help="cheng, xue, an, cui, li, growth, hard; all of them unless said.")
+        str, typer.Option(metavar="PART,...", help="cheng, xue, an, cui, camshift, li, cost, growth, hard; all unless said.")
     ] = "",
     real: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Labelled real sequences: folders with frames.mp4 and gt.csv.")
@@ -35,6 +36,18 @@ def sources(
     command = shlex.join(["irtrack", *sys.argv[1:]])
     parts = [part for part in only.split(",") if part]
     with terminal.progress_bar("sources") as bar:
-        progress = None if bar is None else (lambda scene, done, total: bar(done, total))
-        path = write_sources(output, seeds, first, jobs, parts, real, command, progress)
+        told = Told() if bar is None else (lambda scene, done, total: bar(done, total, scene))
+        path = write_sources(output, seeds, first, jobs, parts, real, command, told)
     print(path)
+
+
+class Told:
+    """Where nobody looks on, a line on standard error for each scene that begins: a log of hours stays short."""
+
+    def __init__(self) -> None:
+        self._scene = ""
+
+    def __call__(self, scene: str, done: int, total: int) -> None:
+        if scene != self._scene:
+            print(f"{datetime.now():%H:%M:%S} {scene}: {done} of {total} runs done", file=sys.stderr, flush=True)
+        self._scene = scene

@@ -60,8 +60,8 @@ COST = Paper(
     title="What a step costs",
     seeds_at_most=SEEDS,
     remark=(
-        f"Median CPU time of a step, one thread, mean over {SEEDS} scenes of {FRAMES} frames; a target of 14 × 10 px in "
-        "frames of 320 × 240 px where neither varies. N is the number of particles in all."
+        f"Median CPU time of a step, one thread, mean over {SEEDS} scenes of {FRAMES} frames; a target of 14 × 10 px "
+        "in frames of 320 × 240 px where neither varies. N is the number of particles in all."
     ),
     claims=(
         Claim(

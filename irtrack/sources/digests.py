@@ -65,9 +65,7 @@ AN = Paper(
         Claim(
             "The mean over all particles, left as it is, leads to loss.", "section 2", FALSE.name, loses("mean wide")
         ),
-        Claim(
-            "The mean over the heavy ones keeps the target.", "abstract", FALSE.name, holds("restrained wide")
-        ),
+        Claim("The mean over the heavy ones keeps the target.", "abstract", FALSE.name, holds("restrained wide")),
         Claim(
             "It is off in fewer frames than the mean over all.",
             "abstract",

@@ -66,8 +66,8 @@ def swept(
     if not lines:
         return ""
     limits = (-0.02, 1.02) if "share" in figure else None
-    x = Axis(sweep.x, log=sweep.log, ticks=tuple(sweep.points) if sweep.log else ())
-    return line_chart(lines, x, Axis(figure, limits, sweep.log), size=SMALL, name=f"{sweep.title}: {figure}")
+    across = Axis(sweep.x, log=sweep.log, ticks=tuple(sweep.points) if sweep.log else ())
+    return line_chart(lines, across, Axis(figure, limits, sweep.log), size=SMALL, name=f"{sweep.title}: {figure}")
 
 
 def mean_interval(values: Floats) -> tuple[float, float, float]:

@@ -117,7 +117,7 @@ LI = Paper(
         Untested(
             "The likelihood particle filter degenerates faster.",
             "section 1",
-            "no tracker here draws from the likelihood",
+            "no tracker here draws so",
         ),
     ),
     goals=tuple(
