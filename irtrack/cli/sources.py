@@ -24,7 +24,7 @@ def sources(
         Path, typer.Option("-o", "--output", metavar="DIR", help="Folder of the page and of its results file.")
     ] = Path("sources"),
     only: Annotated[
-        str, typer.Option(metavar="PART,...", help="cheng, xue, an, cui, camshift, li, cost, growth, hard; all unless said.")
+        str, typer.Option(metavar="PART,...", help="Of cheng, xue, an, cui, camshift, li, cost, growth, hard.")
     ] = "",
     real: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Labelled real sequences: folders with frames.mp4 and gt.csv.")
