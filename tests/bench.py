@@ -11,6 +11,7 @@ import os
 os.environ.update(dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"))
 
 import math
+import resource
 import statistics
 import subprocess
 import sys
@@ -206,8 +207,20 @@ def start_up() -> None:
 
 
 def help_s(name: str) -> float:
-    command = [str(Path(sys.executable).with_name(name)), "--help"]
-    return median_s(lambda _: subprocess.run(command, stdout=subprocess.DEVNULL, check=True), 7, 1)
+    return median_s(lambda _: call(name, "--help"), 7, 1)
+
+
+def check() -> None:
+    """All properties of a tracker, profile ci: CPU time of its processes."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    call("irtrack", "check", "grey_pf")
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    report("irtrack_check_grey_pf", after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, "s")
+
+
+def call(name: str, *words: str) -> None:
+    command = [str(Path(sys.executable).with_name(name)), *words]
+    subprocess.run(command, stdout=subprocess.DEVNULL, check=True)
 
 
 def main() -> None:
@@ -220,6 +233,7 @@ def main() -> None:
     suppression()
     recording()
     start_up()
+    check()
 
 
 if __name__ == "__main__":

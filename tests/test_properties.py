@@ -53,8 +53,13 @@ def test_a_constant_box_breaks_what_is_about_tracking() -> None:
     assert broken(Constant(), *TRACKING, "says_empty") == {*TRACKING, "says_empty"}
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", TRACKERS)
+QUICK = ("kalman", "template")
+"""Those that are checked each time: seconds each. One is excused from something."""
+
+
+@pytest.mark.parametrize(
+    "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in TRACKERS]
+)
 def test_shipped_trackers_break_only_what_they_are_excused_from(name: str) -> None:
     outcomes = {outcome.property.name: outcome.verdict for outcome in check(name)}
     assert not {prop for prop, verdict in outcomes.items() if verdict in ("broken", "not judged")}
