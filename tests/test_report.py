@@ -256,3 +256,14 @@ def test_a_bench_from_python_has_no_command(measured: Measured, tmp_path: Path) 
         assert results.run is not None
         assert results.run.command is None
         assert "called from Python" in write_report(results).read_text()
+
+
+def test_the_report_is_repeated_by_the_file_as_it_was_named(
+    measured: Measured, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(measured.folder.parent)
+    named = Path(measured.folder.name) / "bench.db"
+    page = write_report(named, tmp_path / "elsewhere.html").read_text()
+    assert Page(page).commands[-1] == f"irtrack report {named}"
+    told = write_report(named, tmp_path / "elsewhere.html", command="irtrack falsify <it>").read_text()
+    assert Page(told).commands[-1] == "irtrack falsify <it>"

@@ -49,9 +49,9 @@ def write_failure(folder: Path, hunt: Hunt, failure: Failure, name: str, command
         entry = Entry(hunt.subject.label, hunt.subject.tracker)
         results = Path(scratch) / "minimal.db"
         with run_bench([path], [entry], results=results, seeds=[scene.seed], input=hunt.subject.input) as kept:
-            write_report(kept, folder / "replay.html")
             (cell,), (row,) = kept.cells(), kept.sources().values()
             again = run_command(cell, row)
+            write_report(kept, folder / "replay.html", command=command or again)
     with replacing_text(folder / "report.md") as file:
         file.write(_report(hunt, failure, scene, name, command, again))
 

@@ -96,17 +96,18 @@ function openReplay(root) {
     line.width = Math.round(line.clientWidth * ratio);
     line.height = Math.round(row * data.trackers.length);
     line.style.height = `${10 * data.trackers.length}px`;
-    const pen = line.getContext("2d"), step = line.width / (last + 1);
+    const pen = line.getContext("2d"), edge = (k) => Math.round(k * line.width / (last + 1));
+    const fill = (k, y, high) => pen.fillRect(edge(k), y, edge(k + 1) - edge(k), high);
     pen.fillStyle = LIGHT_GREY;
     data.truth.visible.forEach((visible, k) => {
-      if (!data.truth.boxes[k] || (visible !== null && visible < .5)) pen.fillRect(k * step, 0, step + 1, line.height);
+      if (!data.truth.boxes[k] || (visible !== null && visible < .5)) fill(k, 0, line.height);
     });
     data.trackers.forEach((tracker, n) => {
       pen.fillStyle = tracker.color;
       tracker.boxes.forEach((box, k) => {
         if (!box) return;
         const high = tracker.off[k] ? 2 * ratio : 6 * ratio;
-        pen.fillRect(k * step, n * row + (row - high) / 2, step + .5, high);
+        fill(k, n * row + (row - high) / 2, high);
       });
     });
     find("cursor").style.left = `${100 * (at + .5) / (last + 1)}%`;

@@ -19,6 +19,7 @@ from irtrack.report.figures import failures, severity_figures
 from irtrack.report.gallery import gallery
 from irtrack.report.measured import measured
 from irtrack.report.palette import looks
+from irtrack.report.repeat import repeat_commands
 from irtrack.report.sections import Room
 from irtrack.report.words import lead, ms, percent, px, share
 
@@ -26,8 +27,8 @@ SCRIPT = (files("irtrack.report") / "page.js").read_text()
 """The page's only code: it plays the replays."""
 
 
-def page(results: Results, cells: Sequence[Cell]) -> str:
-    """The report as HTML text."""
+def page(results: Results, cells: Sequence[Cell], command: str | None = None) -> str:
+    """The report as HTML text; `command` repeats all of it, where that is not the bench and `irtrack report`."""
     # Colours by name, not by rank: a tracker keeps its own from report to report.
     by_label = looks(sorted({cell.label for cell in cells}))
     found = chapters(measured(results, cells), severity_figures(cells), by_label, Room())
@@ -57,6 +58,7 @@ def page(results: Results, cells: Sequence[Cell]) -> str:
         loss_rule=LOSS_RULE,
         tie_rule=TIE_RULE,
         runs=runs,
+        commands=(command,) if command else repeat_commands(results.path, runs),
         versions=_versions(runs),
         script=SCRIPT,
         script_hash=base64.b64encode(hashlib.sha256(SCRIPT.encode()).digest()).decode(),

@@ -6,12 +6,19 @@ import json
 import shlex
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from irsim.types import Box
-from irtrack.bench import Cell, Key, SourceRow
+from irtrack.bench import Cell, Key, Run, SourceRow
 from irtrack.errors import IrtrackError
 from irtrack.types import Tracker
+
+
+def repeat_commands(path: Path, runs: Sequence[Run]) -> tuple[str, ...]:
+    """The commands that made a results file, and that which reports it; `path` as it was given."""
+    made = (run.command or f"# run {run.id}: called from Python" for run in runs)
+    return *made, shlex.join(["irtrack", "report", str(path)])
 
 
 def render_command(source: SourceRow, seed: int | None) -> str | None:

@@ -14,25 +14,31 @@ from irtrack.report.formats import as_csv, as_json, as_markdown
 from irtrack.report.measured import measured
 
 
-def write_report(results: Results | str | Path, out: str | Path | None = None, format: str | None = None) -> Path:
+def write_report(
+    results: Results | str | Path,
+    out: str | Path | None = None,
+    format: str | None = None,
+    command: str | None = None,
+) -> Path:
     """Write the report of a results file and return its path.
 
     results  an open results file or its path
     out      report.html (.json, .csv, .md) beside it where not given
     format   one of `FORMATS`; by the ending of `out`, or html, where not given
+    command  what repeats it all, for the page to tell, where the results file is not kept
 
     InputError where there is no such results file, nothing in it, no such format, or no folder to write to.
     """
     if not isinstance(results, Results):
         with Results(results) as opened:
-            return write_report(opened, out, format)
+            return write_report(opened, out, format, command)
     chosen = _format(out, format)
     path = results.path.with_name(f"report.{chosen}") if out is None else Path(out)
     check_output(path, results.path)
     cells = results.cells()
     if not cells:
         raise InputError(f"{results.path}: holds no finished cell; run irtrack bench first")
-    text = FORMATS[chosen](results, cells)
+    text = FORMATS[chosen](results, cells, command)
     with replacing_text(path) as file:
         file.write(text)
     return path
@@ -49,17 +55,17 @@ def figures(results: Results, cells: Sequence[Cell]) -> Figures:
     )
 
 
-def _html(results: Results, cells: Sequence[Cell]) -> str:
+def _html(results: Results, cells: Sequence[Cell], command: str | None) -> str:
     from irtrack.report.page import page
 
-    return page(results, cells)
+    return page(results, cells, command)
 
 
-FORMATS: dict[str, Callable[[Results, Sequence[Cell]], str]] = {
+FORMATS: dict[str, Callable[[Results, Sequence[Cell], str | None], str]] = {
     "html": _html,
-    "json": lambda results, cells: as_json(figures(results, cells), results.runs()),
-    "csv": lambda results, cells: as_csv(figures(results, cells)),
-    "md": lambda results, cells: as_markdown(figures(results, cells)),
+    "json": lambda results, cells, _: as_json(figures(results, cells), results.runs()),
+    "csv": lambda results, cells, _: as_csv(figures(results, cells)),
+    "md": lambda results, cells, _: as_markdown(figures(results, cells)),
 }
 """How the text of each format is made."""
 
