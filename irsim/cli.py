@@ -7,13 +7,12 @@ from __future__ import annotations
 
 import shlex
 import sys
-from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from irsim import commands_authoring, commands_measure
+from irsim import commands_authoring, commands_info, commands_measure
 from irsim.errors import InputError
 from irsim.files import check_output
 from irsim.terminal import first_options, progress_bar, run
@@ -42,6 +41,7 @@ def main() -> None:
     run(app, "irsim")
 
 
+app.command()(commands_info.info)
 app.command()(commands_measure.noise)
 app.command()(commands_measure.fit)
 app.command()(commands_measure.realism)
@@ -134,16 +134,6 @@ def gallery(
     path = output or Path(f"{what}.png")
     check_output(path)
     print(SHEETS[what](path))
-
-
-@app.command()
-def info(recording: Annotated[Path, typer.Argument(metavar="REC", help="A recording.")]) -> None:
-    """Say what is in a recording."""
-    from irsim.recording import open_recording
-
-    opened = open_recording(recording)
-    for label, text in _facts(opened.info(), opened.scenario_text is not None):
-        print(f"{label:10} {text}")
 
 
 @app.command()
@@ -295,28 +285,3 @@ def _agc(text: str) -> Agc:
 def _say_written(path: Path) -> None:
     print(path)
     print(f"look at it: irsim show {shlex.quote(str(path))}, or open it in Foxglove or Lichtblick")
-
-
-def _facts(info: dict[str, Any], has_scenario: bool) -> Iterator[tuple[str, str]]:
-    """Labels and texts of what `Recording.info` says, and of the scenario."""
-    columns, rows = info["size"]
-    yield "recording", info["path"]
-    yield "frames", f"{info['frames']} at {info['rate_hz']:g} Hz, {info['duration_s']:.3g} s"
-    yield "picture", f"{columns}x{rows} px, {info['bits']} bits"
-    if not info["has_truth"]:
-        yield "truth", "none: give trackers --init"
-    else:
-        yield "truth", "exact" if info["accuracy_px"] == 0 else f"within {info['accuracy_px']:g} px"
-    for target in info["targets"]:
-        what = f" ({target['cls']})" if target.get("cls") else ""
-        yield "target", f"{target['id']}{what}: {counted(target['frames'], 'frame')} from {target['first']} on"
-    if info.get("follow"):
-        yield "follow", info["follow"]
-    for topic, count in info["topics"].items():
-        yield "topic", f"{topic}: {counted(count, 'message')}"
-    yield "scenario", "attached" if has_scenario else "none"
-    yield "source", f"{info['input']} from {info['name']} by irsim {info['version']}"
-    yield "hash", info["hash"]
-    yield "file", f"{info['bytes'] / 1e6:.2f} MB"
-    for note in info.get("notes", ()):
-        yield "note", note

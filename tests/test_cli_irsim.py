@@ -179,6 +179,14 @@ def test_info_says_what_is_in_a_recording(run: Run, folder: Path) -> None:
         assert line in done.stdout.splitlines()
 
 
+def test_info_says_of_a_scenario_what_it_says_of_its_recording(run: Run, folder: Path) -> None:
+    run("render", "scene.yaml", cwd=folder)
+    told = [run("info", name, cwd=folder).stdout.splitlines() for name in ("scene.yaml", "scene.mcap")]
+    assert told[0][0] == "scenario   scene.yaml"
+    assert any("px/frame, SCR" in line for line in told[0])
+    assert told[0][1:-1] == told[1][1 : len(told[0]) - 1]  # the last is the hash: each has its own
+
+
 @pytest.mark.parametrize("source", ["scene.yaml", "scene.mcap"])
 def test_show_draws_a_picture(run: Run, folder: Path, source: str) -> None:
     if source.endswith("mcap"):
@@ -308,7 +316,7 @@ BAD = {
         "irsim: good.mcap: is a recording and is kept as it is; allowed: no bits",
     ),
     "no such recording": (["info", "none.mcap"], "irsim: none.mcap: there is no such file"),
-    "foreign recording": (["info", "scene.yaml"], "irsim: scene.yaml: is not an MCAP file"),
+    "foreign recording": (["info", "forged.mcap"], "irsim: forged.mcap: is not an MCAP file"),
     "empty recording": (["info", "empty.mcap"], "irsim: empty.mcap: "),
     "cut recording": (["info", "cut.mcap"], "irsim: cut.mcap: "),
     "nothing to show": (["show", "none.mcap"], "irsim: none.mcap: there is no such file"),
@@ -342,6 +350,7 @@ def messy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     irsim.import_frames(folder / "clip", folder / "imported.mcap")
     (folder / "boxes.csv").write_text("frame,x,y,w,h\n0,1,2,5,5\n")
     (folder / "empty.mcap").write_bytes(b"")
+    (folder / "forged.mcap").write_text("a text")
     (folder / "cut.mcap").write_bytes((folder / "good.mcap").read_bytes()[:2000])
     return folder
 

@@ -1,0 +1,88 @@
+"""The command that says what is in a scene or a recording."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from irsim.wording import counted
+
+if TYPE_CHECKING:
+    from irsim.recording import Recording
+    from irsim.survey import Spell, Survey
+    from irsim.types import Source
+
+
+def info(
+    source: Annotated[str, typer.Argument(metavar="SCENARIO|REC", help="A scenario's file or name, or a recording.")],
+) -> None:
+    """Say what is in a recording or a scenario, and how large, fast, clear and hidden its targets are."""
+    from irsim.recording import Recording
+    from irsim.sources import open_source
+
+    opened = open_source(source)
+    kept = opened if isinstance(opened, Recording) else None
+    for label, text in (
+        ("scenario" if kept is None else "recording", source),
+        *_facts(opened, len(opened) / opened.rate_hz if kept is None else kept.info()["duration_s"]),
+        *(() if kept is None else _of_the_file(kept)),
+    ):
+        print(f"{label:10} {text}")
+
+
+def _facts(source: Source, duration_s: float) -> Iterator[tuple[str, str]]:
+    """Labels and texts of what any source has."""
+    from irsim.survey import survey
+
+    columns, rows = source.size
+    yield "frames", f"{len(source)} at {source.rate_hz:g} Hz, {duration_s:.3g} s"
+    yield "picture", f"{columns}x{rows} px, {source.bits} bits"
+    if not source.has_truth:
+        yield "truth", "none: give trackers --init"
+    else:
+        truths = list(source.truths())
+        accuracy = max((target.accuracy_px for truth in truths for target in truth.targets), default=0.0)
+        yield "truth", "exact" if accuracy == 0 else f"within {accuracy:g} px"
+        for target in survey(truths):
+            yield from _target(target)
+    if source.follow:
+        yield "follow", source.follow
+    yield "hash", source.hash
+
+
+def _target(target: Survey) -> Iterator[tuple[str, str]]:
+    what = f" ({target.cls})" if target.cls else ""
+    yield "target", f"{target.id}{what}: {counted(target.frames, 'frame')} from {target.first} on"
+    figures = [f"{target.size[0]:.3g} x {target.size[1]:.3g} px"]
+    if target.speed is not None:
+        figures.append(f"{target.speed:.2g} px/frame")
+    if target.scr is not None:
+        low, middle, high = target.scr
+        figures.append(f"SCR {middle:.2g} ({low:.2g} to {high:.2g})")
+    yield "", f"  {', '.join(figures)}"
+    for label, spells in (("hidden", target.hidden), ("crossing", target.crossing), ("absent", target.absent)):
+        if spells:
+            yield "", f"  {label} in {_shortened([_spell(spell) for spell in spells])}"
+
+
+def _spell(spell: Spell) -> str:
+    frames = f"{spell.first}" if spell.first == spell.last else f"{spell.first}-{spell.last}"
+    return f"{frames} by {' and '.join(spell.by)}" if spell.by else frames
+
+
+def _shortened(texts: list[str], most: int = 8) -> str:
+    """The first of them, and how many more there are."""
+    return ", ".join(texts[:most]) + (f" and {len(texts) - most} more" if len(texts) > most else "")
+
+
+def _of_the_file(recording: Recording) -> Iterator[tuple[str, str]]:
+    info = recording.info()
+    for topic, count in info["topics"].items():
+        yield "topic", f"{topic}: {counted(count, 'message')}"
+    yield "scenario", "attached" if recording.scenario_text is not None else "none"
+    yield "source", f"{info['input']} from {info['name']} by irsim {info['version']}"
+    yield "file", f"{info['bytes'] / 1e6:.2f} MB"
+    for note in info.get("notes", ()):
+        yield "note", note

@@ -1,0 +1,97 @@
+"""What truth says of each target over all frames: how large, how fast, how clear, and when it is not seen."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import chain, groupby
+from math import hypot
+
+import numpy as np
+
+from irsim.types import TargetTruth, Truth
+
+SEEN = 0.5
+"""Visible fraction under which a target counts as hidden, as in irtrack's rule of what is lost."""
+
+
+@dataclass(frozen=True)
+class Spell:
+    """Frames first .. last, both counted, and the names of what hid the target in any of them; none where it lay
+    outside the picture."""
+
+    first: int
+    last: int
+    by: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Survey:
+    """One target over all frames in which it is.
+
+    frames    how many these are; first is the first of them
+    size      median width and height of its box, px
+    speed     median apparent speed, px per frame; None where truth does not know
+    scr       5 %, 50 % and 95 % of its signal-to-clutter ratio while it is seen; None where truth has none
+    hidden    spells in which less than half of it is seen
+    crossing  spells in which its box meets another target's
+    absent    spells in which it is not there
+    """
+
+    id: str
+    cls: str | None
+    frames: int
+    first: int
+    size: tuple[float, float]
+    speed: float | None
+    scr: tuple[float, float, float] | None
+    hidden: tuple[Spell, ...]
+    crossing: tuple[Spell, ...]
+    absent: tuple[Spell, ...]
+
+
+def survey(truths: Iterable[Truth]) -> list[Survey]:
+    """Of each target that the truths name, in the order in which they first do."""
+    frames: list[int] = []
+    rows: dict[str, dict[int, TargetTruth]] = {}
+    for truth in truths:
+        frames.append(truth.index)
+        for target in truth.targets:
+            rows.setdefault(target.id, {})[truth.index] = target
+    return [_of(row, frames) for row in rows.values()]
+
+
+def _of(row: dict[int, TargetTruth], frames: list[int]) -> Survey:
+    targets = list(row.values())
+    speeds = [hypot(*target.velocity) for target in targets if target.velocity is not None]
+    ratios = [target.scr for target in targets if target.scr is not None and not _is_hidden(target)]
+    hidden = {index: target.occluders for index, target in row.items() if _is_hidden(target)}
+    return Survey(
+        id=targets[0].id,
+        cls=targets[0].cls,
+        frames=len(row),
+        first=next(iter(row)),
+        size=(_median([target.box.w for target in targets]), _median([target.box.h for target in targets])),
+        speed=_median(speeds) if speeds else None,
+        scr=tuple(np.quantile(ratios, (0.05, 0.5, 0.95)).tolist()) if ratios else None,
+        hidden=_spells(hidden),
+        crossing=_spells({index: () for index, target in row.items() if target.crossing}),
+        absent=_spells({index: () for index in frames if index not in row}),
+    )
+
+
+def _median(values: list[float]) -> float:
+    return float(np.median(values))
+
+
+def _is_hidden(target: TargetTruth) -> bool:
+    return target.visible is not None and target.visible < SEEN
+
+
+def _spells(names: dict[int, tuple[str, ...]]) -> tuple[Spell, ...]:
+    """Runs of neighbouring frames, with all names that any of them has."""
+    spells = []
+    for _, run in groupby(enumerate(names), lambda item: item[1] - item[0]):
+        frames = [frame for _, frame in run]
+        spells.append(Spell(frames[0], frames[-1], tuple(dict.fromkeys(chain(*(names[frame] for frame in frames))))))
+    return tuple(spells)
