@@ -20,6 +20,7 @@ from irtrack.cli.falsify import falsify
 from irtrack.cli.options import AsJson, InputName, command_line, input_name
 from irtrack.cli.output import print_json, print_run
 from irtrack.cli.sources import sources
+from irtrack.cli.stress import stress
 from irtrack.errors import TrackerError
 
 if TYPE_CHECKING:
@@ -179,6 +180,7 @@ def report(
 app.command()(compare)
 app.command()(check)
 app.command()(falsify)
+app.command()(stress)
 app.command()(sources)
 
 

@@ -75,7 +75,7 @@ def bench(
 ) -> None:
     """Run trackers over sources with many seeds; print the ranked table and where the results are."""
     check_output(results, *map(Path, sources))
-    from irtrack.bench import cluster, run_bench, summary
+    from irtrack.bench import summary
 
     suite = _suite(sources, trackers, severities)
     given: dict[str, Any] = {
@@ -88,6 +88,22 @@ def bench(
     if check:
         print(_plan(suite))
         return
+    cells = sweep(suite, results, jobs, scheduler, target)
+    rows = summary(cells)
+    if as_json:
+        print_json({"results": str(results), "rows": [row.as_dict() for row in rows]})
+    else:
+        print_summary(rows)
+        print(f"results: {results}    next: {shlex.join(['irtrack', 'report', str(results)])}")
+    end_by_failures(cells)
+
+
+def sweep(
+    suite: Suite, results: Path, jobs: int, scheduler: str | None = None, target: str | None = None
+) -> list[Cell]:
+    """Run a suite with a live line; what is asked for now, not all that the file holds. Ctrl-C ends the command."""
+    from irtrack.bench import cluster, run_bench
+
     tally = Tally()
     try:
         with ExitStack() as stack:
@@ -121,13 +137,11 @@ def bench(
         )
         raise typer.Exit(130) from None
     with kept:
-        cells = kept.cells(run=kept.run)  # the file may hold more than what was asked for now
-    rows = summary(cells)
-    if as_json:
-        print_json({"results": str(results), "rows": [row.as_dict() for row in rows]})
-    else:
-        print_summary(rows)
-        print(f"results: {results}    next: {shlex.join(['irtrack', 'report', str(results)])}")
+        return kept.cells(run=kept.run)
+
+
+def end_by_failures(cells: Sequence[Cell]) -> None:
+    """End with status 1 where a tracker raised or took too long."""
     failed = sum(cell.status == "failed" for cell in cells)
     if failed:
         print(f"irtrack: {failed} of {len(cells)} runs failed; the report shows why", file=sys.stderr)

@@ -55,6 +55,12 @@ def _survival(held: Survival) -> dict[str, Any]:
     }
 
 
+def severity_values(each: SeverityFigures) -> dict[str, Any]:
+    """Plain values for JSON; None for a breaking point that the severities do not bound."""
+    values: dict[str, Any] = _finite(_severity(each))
+    return values
+
+
 def _severity(each: SeverityFigures) -> dict[str, Any]:
     return {"source": each.family, "breaking": {label: _breaking(point) for label, point in each.breaking.items()}}
 

@@ -1,0 +1,67 @@
+"""`irtrack stress`: where trackers break, cause by cause."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from irsim.files import check_output
+from irtrack.cli.bench import end_by_failures, sweep
+from irtrack.cli.options import AsJson
+from irtrack.cli.output import NOTHING, number, print_json, print_table
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from irtrack.report import SeverityFigures
+
+
+def stress(
+    trackers: Annotated[
+        str,
+        typer.Argument(
+            metavar="[LABEL=]NAME[:KEY=VALUE...],...",
+            help="Trackers by name, parameters after colons: grey_pf,big=grey_pf:particles=500",
+        ),
+    ],
+    seeds: Annotated[
+        int, typer.Option(metavar="N", min=1, help="Seeds 0 to N-1; each is the scene's and the tracker's.")
+    ] = 30,
+    only: Annotated[str, typer.Option(metavar="CAUSE,...", help="Of the causes these; all of them unless said.")] = "",
+    jobs: Annotated[int, typer.Option(metavar="N", min=1, help="Worker processes.")] = 1,
+    results: Annotated[
+        Path, typer.Option(metavar="DB", help="Results file; what is in it already is not run again.")
+    ] = Path("stress.db"),
+    as_json: AsJson = False,
+) -> None:
+    """Run trackers over nine causes of failure at severities 0 to 5; print the runs lost and where half are."""
+    from irtrack.bench import parse_trackers
+    from irtrack.report import severity_figures, severity_values
+    from irtrack.stress import stress_suite
+
+    check_output(results)
+    suite = stress_suite(parse_trackers(trackers), seeds, [cause for cause in only.split(",") if cause])
+    cells = sweep(suite, results, jobs)
+    figures = severity_figures(cells)
+    if as_json:
+        print_json({"results": str(results), "causes": [severity_values(each) for each in figures]})
+    else:
+        _print(figures)
+        print(f"results: {results}    next: {shlex.join(['irtrack', 'report', str(results)])}")
+    end_by_failures(cells)
+
+
+def _print(figures: Sequence[SeverityFigures]) -> None:
+    """A row a cause and tracker: the share of lost runs at each severity, and the breaking point."""
+    severities = sorted({s for each in figures for point in each.breaking.values() for s in point.severities.tolist()})
+    rows = []
+    for each in figures:
+        for label, point in each.breaking.items():
+            shares = dict(zip(point.severities.tolist(), point.shares.tolist(), strict=True))
+            lost = [number(shares[s], ".0%") if s in shares else NOTHING for s in severities]
+            rows.append((each.family, label, *lost, point.in_words()))
+    print_table(("cause", "tracker", *(f"{s:g}" for s in severities), "half lost at"), rows, left=2)
+    print("0 to 5: runs lost or failed at that severity; half lost at: the severity, with its 95 % interval")

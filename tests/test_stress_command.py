@@ -1,0 +1,77 @@
+"""irtrack stress: the suite's scenes, the lost runs of each severity, and what is wrong told in one line."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from irtrack.bench import Entry
+from irtrack.cli import main
+from irtrack.errors import InputError
+from irtrack.stress import stress_suite
+from irtrack.trackers import make
+
+Cli = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def cli(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Cli:
+    """`irtrack stress WORDS` in an empty folder: (exit status, output, errors)."""
+    monkeypatch.chdir(tmp_path)
+
+    def call(*words: str) -> tuple[int, str, str]:
+        monkeypatch.setattr("sys.argv", ["irtrack", "stress", *words])
+        with pytest.raises(SystemExit) as caught:
+            main()
+        said = capsys.readouterr()
+        return int(caught.value.code or 0), said.out, said.err
+
+    return call
+
+
+def test_all_causes_at_all_severities_unless_some_are_named() -> None:
+    kalman = [Entry("kalman", make("kalman", {}))]
+    whole = stress_suite(kalman, 30)
+    assert len(whole.sources) == 9 * 6
+    assert whole.seeds == 30
+    some = stress_suite(kalman, 2, ["drops"])
+    assert [each.name for each in some.sources] == [f"drops@{severity}" for severity in range(6)]
+    with pytest.raises(InputError, match=r"cause 'drop': allowed: clutter, .*did you mean 'drops'"):
+        stress_suite(kalman, 2, ["drop"])
+
+
+def test_the_table_says_what_the_results_say(cli: Cli) -> None:
+    """A tracker that stays where it began loses a target that moves from the first severity on; template does not."""
+    words = ("still=planted:Constant,template", "--seeds", "1", "--only", "drops")
+    status, out, _ = cli(*words)
+    assert status == 0
+    head, *rows = out.splitlines()
+    assert head.split() == ["cause", "tracker", *"012345", "half", "lost", "at"]
+    assert rows[0].split() == ["drops", "still", *6 * ["100%"], "<", "0", "(<", "0", "to", ">", "5)"]
+    assert rows[1].split()[:3] == ["drops", "template", "0%"]
+    assert rows[-1] == "results: stress.db    next: irtrack report stress.db"
+    found = json.loads(cli(*words, "--json")[1])
+    (drops,) = found["causes"]
+    assert drops["source"] == "drops"
+    assert drops["breaking"]["still"]["lost"] == 6 * [1]
+    assert drops["breaking"]["template"]["runs"] == 6 * [1]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["kalmn"], "unknown tracker 'kalmn'"),
+        (["kalman", "--only", "nois"], "cause 'nois': allowed: clutter"),
+        (["kalman,kalman", "--only", "drops"], "two trackers are labelled 'kalman'"),
+        (["kalman", "--seeds", "0"], "--seeds"),
+        (["kalman", "--results", "none/stress.db"], "none/stress.db"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_bad_input_is_one_line(cli: Cli, words: list[str], said: str) -> None:
+    status, out, err = cli(*words)
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert said in err
