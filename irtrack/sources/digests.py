@@ -59,6 +59,7 @@ AN = Paper(
             remark=f"wide: fixed noise of {WIDE_R} px, with which the cloud reaches the false target; the others keep "
             "the adaptive noise, whose cloud is too small for the mean to be drawn away.",
             siblings=FALSE.siblings,
+            charted=(*(f"{label} wide" for label in ESTIMATES), *TIGHT),
         ),
     ),
     claims=(

@@ -35,6 +35,7 @@ TRACKERS = {
     "always updated": "fusion_wspf:rho_t=0",
     **BETTER,
 }
+CHARTED = ("fusion_wspf", "standard PF", "PF and mean shift", *BETTER)
 MECHANISMS = (
     ("weight selection (Np = .56 N against all)", "fusion_wspf", "fusion_wspf:share=1"),
     ("gradient cue", "fusion_wspf", "fusion_wspf:cues=grey"),
@@ -62,9 +63,14 @@ LI = Paper(
             TRACKERS,
             {"fusion_wspf": Printed(ms=481.16217), "standard PF": Printed(ms=96.71286)},
             siblings=AIRCRAFT.siblings,
+            charted=CHARTED,
         ),
         Experiment(
-            PEDESTRIAN, "Second experiment: a pedestrian before complex ground", TRACKERS, siblings=PEDESTRIAN.siblings
+            PEDESTRIAN,
+            "Second experiment: a pedestrian before complex ground",
+            TRACKERS,
+            siblings=PEDESTRIAN.siblings,
+            charted=CHARTED,
         ),
     ),
     claims=(

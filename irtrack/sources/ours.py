@@ -5,8 +5,26 @@ from __future__ import annotations
 from irtrack.peers import PEERS
 from irtrack.trackers import TRACKERS
 
-BETTER = {name: name for name in ("coasting_pf",)}
-"""Variants of no paper's making, which stand beside the papers' own where these miss a goal."""
+OF_PAPERS = (
+    "grey_pf",
+    "cascade_pf",
+    "product_pf",
+    "mean_shift",
+    "mean_shift_kalman",
+    "mean_shift_pf",
+    "background_restrained_pf",
+    "template",
+    "kalman",
+    "ekf",
+    "optical_flow",
+    "camshift_kalman",
+    "fusion_wspf",
+    "svd_pf",
+)
+"""Trackers that a paper describes or compares with."""
+
+BETTER = {name: name for name in TRACKERS if name not in OF_PAPERS}
+"""The others: variants of no paper's making, which stand beside the papers' own for the goals that these may miss."""
 
 OURS = {name: name for name in TRACKERS} | {
     "template window": "template:window=20",

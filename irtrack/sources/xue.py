@@ -57,6 +57,7 @@ def experiment(scene: Scene, title: str) -> Experiment:
         {"cascade_pf": own, "mean_shift_pf": other},
         "What stands after the paper's ± must be a variance: 2265 px cannot be a deviation in a frame of 320 px.",
         scene.siblings,
+        charted=("cascade_pf", "product_pf", "mean_shift_pf", "mean_shift_pf high-pass", *BETTER),
     )
 
 
