@@ -32,7 +32,7 @@ class TestJudged:
         assert judged([True] * 73, 0.95).word == "held"
         undecided = judged([True] * 50, 0.95)
         assert undecided.word == "not decidable"
-        assert undecided.why == "50 seeds do not tell; some 73 of the like would"
+        assert undecided.why == "some 73 seeds of the like would decide"
         assert judged([True] * 40 + [False] * 10, 0.95).word == "not held"
 
     @pytest.mark.parametrize(("share", "wanted"), [(0.7, 0.5), (0.3, 0.5), (0.99, 0.95), (0.9, 0.95)])
@@ -50,7 +50,7 @@ class TestJudged:
 
     def test_a_share_that_is_the_wanted_one_is_never_decided(self) -> None:
         assert seeds_to_decide(0.5, 0.5) is None
-        assert judged([True, False]).why == "2 seeds do not tell, nor would more of the like"
+        assert judged([True, False]).why == "more of the like would not decide"
 
     def test_seeds_that_tell_nothing_are_left_out(self) -> None:
         assert judged([None, True, None])[:2] == (1, 1)
@@ -79,6 +79,7 @@ class TestRules:
     def test_comparisons(self) -> None:
         pair = {"a": run_of(2), "b": run_of(6)}
         assert rules.less(rules.error_all, "", "a", "b").of(pair) is True
+        assert rules.less(rules.error_all, "", "a", "a").of(pair) is None
         assert rules.times(rules.error_all, "", "b", 3, "a").of(pair) is True
         assert rules.times(rules.error_all, "", "b", 3.1, "a").of(pair) is False
         assert rules.nearly(rules.error_all, "", "a", "b", 4).of(pair) is True
@@ -165,7 +166,7 @@ class TestGoals:
         assert told.value == pytest.approx(2)
         assert (told.seeds, told.word) == (3, "not decidable")
         assert (told.low, told.high) == pytest.approx((2 - 2.4843, 2 + 2.4843), abs=1e-3)
-        assert "some 75 of the like" in told.why  # (4.303 x 1 / .5)^2 = 74.05
+        assert "some 75 seeds" in told.why  # (4.303 x 1 / .5)^2 = 74.05
         assert reached(Goal("", Scene.of("tiny"), "a", figure, 4.5), found).word == "held"
 
     def test_of_a_tracker_that_is_not_here(self) -> None:

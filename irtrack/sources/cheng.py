@@ -69,7 +69,7 @@ def on_both(scene: Scene) -> tuple[Claim, ...]:
             less_off(label, "grey_pf", scene, "Choosing N in each frame helps.", "sections 3, 4")
             for label in ("N by KLD", "N by Neff")
         ),
-        less_off("fixed R = 4", "fixed R = 1", scene, "Small noise is less robust where targets manoeuvre.", "2.4"),
+        less_off("fixed R = 4", "fixed R = 1", scene, "Small noise bears manoeuvres less well.", "section 2.4"),
         less_off("fixed R = 12, N = 400", "fixed R = 12", scene, "Large noise needs more particles.", "section 2.4"),
         less_off("grey_pf", "fixed R = 4", scene, "Adaptive noise is more robust than fixed noise.", "section 2.4"),
         less_off("grey_pf", "no update", scene, "Updating the reference makes it more robust.", "section 2.4"),

@@ -61,4 +61,4 @@ def _mean_at_most(goal: Goal, values: Sequence[float]) -> Reached:
         return Reached(goal, mean, low, high, count, "not held")
     apart = abs(mean - goal.wanted)
     seeds = math.ceil((t * deviation / apart) ** 2) if apart else None
-    return Reached(goal, mean, low, high, count, "not decidable", needed(seeds, count))
+    return Reached(goal, mean, low, high, count, "not decidable", needed(seeds))

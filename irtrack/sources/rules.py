@@ -25,11 +25,11 @@ def loses(label: str) -> Rule:
 
 
 def less(figure: Callable[[Run], float | None], what: str, label: str, other: str) -> Rule:
-    """A figure of one tracker is less than that of another."""
+    """A figure of one tracker is less than that of another; where both are the same, the seed tells nothing."""
 
     def of(runs: Mapping[str, Run]) -> bool | None:
         own, its = figure(runs[label]), figure(runs[other])
-        return None if own is None or its is None else own < its
+        return None if own is None or its is None or own == its else own < its
 
     return Rule(f"{what} of {label} below that of {other}", (label, other), of)
 

@@ -17,8 +17,9 @@ Word = Literal["held", "not held", "not decidable"]
 LEVEL = 0.95
 RULE = (
     "A claim is held where the Wilson 95 % interval of the share of seeds that bear it out lies above one half, not "
-    "held where it lies below, and not decidable where it reaches over one half or no seed tells. A failed run tells "
-    "nothing. A goal has a share of its own in place of one half, or a limit that the 95 % interval of a mean lies "
+    "held where it lies below, and not decidable where it reaches over one half or no seed tells. A failed run "
+    "tells nothing, and neither does a seed in which two trackers that are compared come to the very same (as in a "
+    "sign test). A goal has a share of its own in place of one half, or a limit that the 95 % interval of a mean lies "
     "below (Student's t)."
 )
 
@@ -60,7 +61,7 @@ def judged(answers: Sequence[bool | None], wanted: float = 0.5) -> Judgement:
         return Judgement(yes, count, low, high, "held")
     if high < wanted:
         return Judgement(yes, count, low, high, "not held")
-    return Judgement(yes, count, low, high, "not decidable", needed(seeds_to_decide(yes / count, wanted), count))
+    return Judgement(yes, count, low, high, "not decidable", needed(seeds_to_decide(yes / count, wanted)))
 
 
 def seeds_to_decide(share: float, wanted: float) -> int | None:
@@ -74,11 +75,9 @@ def seeds_to_decide(share: float, wanted: float) -> int | None:
     return math.floor(z * z * wanted * (1 - wanted) / (share - wanted) ** 2) + 1
 
 
-def needed(seeds: int | None, told: int) -> str:
+def needed(seeds: int | None) -> str:
     """What would decide, were things to go on as they did."""
-    if seeds is None:
-        return f"{told} seeds do not tell, nor would more of the like"
-    return f"{told} seeds do not tell; some {seeds:,} of the like would"
+    return "more of the like would not decide" if seeds is None else f"some {seeds:,} seeds of the like would decide"
 
 
 def verdict(claim: Claim, outcomes: Mapping[str, Outcome]) -> Verdict:
