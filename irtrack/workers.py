@@ -9,7 +9,7 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from multiprocessing.connection import wait
 from typing import Protocol, TypeVar
 
@@ -73,6 +73,15 @@ def begin_worker() -> None:
     # A terminal's Ctrl-C reaches the workers too: they leave at once, and their parent tells of it.
     signal.signal(signal.SIGINT, lambda *_: os._exit(130))
     threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def how_it_ended(code: int | None) -> str:
+    """A process's exit code in words: 'SIGKILL', 'exit status 1'."""
+    if code is None or code >= 0:
+        return f"exit status {code}"
+    with suppress(ValueError):
+        return signal.Signals(-code).name
+    return f"signal {-code}"
 
 
 def _end_with_parent() -> None:

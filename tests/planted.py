@@ -6,6 +6,8 @@ All are importable, so that another process finds them. `Sound` is a centroid of
 from __future__ import annotations
 
 import itertools
+import os
+import time
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
@@ -109,6 +111,19 @@ class Constant:
 class Raises(Sound):
     def says(self, state: State, frame: Frame, estimate: Estimate) -> Estimate:
         return moved(estimate, 1 / 0)
+
+
+class Hangs(Sound):
+    def says(self, state: State, frame: Frame, estimate: Estimate) -> Estimate:
+        time.sleep(600.0 if frame.index == 4 else 0.0)
+        return estimate
+
+
+class Dies(Sound):
+    def says(self, state: State, frame: Frame, estimate: Estimate) -> Estimate:
+        if frame.index == 4:
+            os._exit(3)
+        return estimate
 
 
 class Illegal(Sound):

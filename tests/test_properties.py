@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from planted import PLANTED, Constant, Raises, Sound
+from planted import PLANTED, Constant, Dies, Hangs, Raises, Sound
 
 import irsim
 from irtrack.cli import main
@@ -83,6 +83,27 @@ def test_the_least_example_is_the_mildest_scene_that_breaks_it() -> None:
 def test_what_a_tracker_raises_breaks_the_property() -> None:
     (outcome,) = check(Raises(), only=["follows"])
     assert (outcome.verdict, outcome.why) == ("broken", "raises ZeroDivisionError: division by zero")
+
+
+def test_a_tracker_that_hangs_or_dies_breaks_the_property_at_hand() -> None:
+    hung = check(Hangs(), only=["gentle", "rests"], limit_s=1.0)
+    assert [(each.verdict, each.why) for each in hung] == [("broken", "hangs: more than 1 s for frame 4")] * 2
+    (dead,) = check(Dies(), only=["gentle"], limit_s=60.0)
+    assert (dead.verdict, dead.why) == ("broken", "its process died at frame 4 (exit status 3)")
+
+
+def test_a_process_of_its_own_changes_no_verdict() -> None:
+    names = ["elsewhere", "resumes", "flip"]
+    assert [outcome.verdict for outcome in check(Sound(), only=names, limit_s=60.0)] == ["holds"] * 3
+    here, there = (check(PLANTED["flip"](), only=["flip"], limit_s=limit) for limit in (None, 60.0))
+    assert here == there
+    assert here[0].verdict == "broken"
+
+    class Local(Sound):
+        pass
+
+    with pytest.raises(InputError, match="cannot be sent to another process: "):
+        check(Local(), only=["gentle"], limit_s=60.0)
 
 
 def test_what_needs_a_broken_property_is_not_judged() -> None:

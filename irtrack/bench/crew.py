@@ -10,7 +10,7 @@ import threading
 from collections import Counter
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from queue import SimpleQueue
@@ -19,7 +19,7 @@ from typing import Any
 
 from irtrack.bench.group import Group, Member, Outcome, run_group, timed_out
 from irtrack.errors import InputError, IrtrackError
-from irtrack.workers import begin_worker
+from irtrack.workers import begin_worker, how_it_ended
 
 POLL_S = 0.05
 """How often a watched worker is looked at: so much later than its limit a tracker may be stopped."""
@@ -180,19 +180,11 @@ class Child:
         code = self._process.exitcode
         self.kill()
         member, frame, _ = self._numbers
-        return WorkerLostError(None if member < 0 else int(member), int(frame), in_time, _how(code))
+        return WorkerLostError(None if member < 0 else int(member), int(frame), in_time, how_it_ended(code))
 
     def kill(self) -> None:
         self._process.kill()
         self._process.join()
-
-
-def _how(code: int | None) -> str:
-    if code is None or code >= 0:
-        return f"exit status {code}"
-    with suppress(ValueError):
-        return signal.Signals(-code).name
-    return f"signal {-code}"
 
 
 class Board:

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from irsim import terminal
+from irtrack.cli.options import AsJson
 from irtrack.cli.output import print_json, print_table
 from irtrack.errors import InputError
 
 if TYPE_CHECKING:
     from irtrack.properties import Outcome, Profile
+
+LIMIT_S = 10.0
+"""What a tracker may take for a frame unless said: hundreds of times what the slowest shipped one takes."""
 
 
 def check(
@@ -26,11 +30,14 @@ def check(
         str, typer.Option(metavar="ci|nightly", help="How much is tried: ci in seconds, nightly in minutes.")
     ] = "ci",
     only: Annotated[str | None, typer.Option(metavar="NAME,...", help="These properties alone.")] = None,
+    time_limit: Annotated[
+        float, typer.Option(metavar="S", min=0.01, help="A tracker that takes longer for a frame hangs.")
+    ] = LIMIT_S,
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", metavar="DIR", help="Write the scene of each least example, NAME.yaml, there."),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Try the properties that any tracker should have; print which hold, and the least example that breaks one."""
     effort = _profile(profile)
@@ -42,14 +49,15 @@ def check(
     made = parse_tracker_spec(tracker).tracker
     with terminal.progress_bar(tracker) as progress:
         names = None if only is None else only.split(",")
-        outcomes = checked(made, profile=effort, only=names, progress=progress)
+        outcomes = checked(made, profile=effort, only=names, limit_s=time_limit, progress=progress)
     written = _write(outcomes, output)
+    repeat = _repeated(tracker, profile, time_limit)
     broken = [outcome for outcome in outcomes if outcome.verdict == "broken"]
     if as_json:
-        rows = [_row(outcome, tracker, profile) for outcome in outcomes]
+        rows = [_row(outcome, repeat) for outcome in outcomes]
         print_json({"tracker": tracker, "profile": profile, "holds": not broken, "properties": rows})
     else:
-        _print(outcomes, tracker, profile)
+        _print(outcomes, repeat)
         for path in written:
             print(f"wrote {path}")
     if broken:
@@ -64,12 +72,14 @@ def _profile(word: str) -> Profile:
     raise InputError(f"--profile {word}: allowed: ci or nightly")
 
 
-def _repeat(outcome: Outcome, tracker: str, profile: str) -> str:
+def _repeated(tracker: str, profile: str, time_limit: float) -> Callable[[Outcome], str]:
+    """The command that tries a property again."""
     further = [] if profile == "ci" else ["--profile", profile]
-    return shlex.join(["irtrack", "check", tracker, "--only", outcome.property.name, *further])
+    further += [] if time_limit == LIMIT_S else ["--time-limit", f"{time_limit:g}"]
+    return lambda outcome: shlex.join(["irtrack", "check", tracker, "--only", outcome.property.name, *further])
 
 
-def _row(outcome: Outcome, tracker: str, profile: str) -> dict[str, Any]:
+def _row(outcome: Outcome, repeat: Callable[[Outcome], str]) -> dict[str, Any]:
     return {
         "property": outcome.property.name,
         "says": outcome.property.says,
@@ -80,11 +90,11 @@ def _row(outcome: Outcome, tracker: str, profile: str) -> dict[str, Any]:
             for name, value in outcome.drawn.items()
         },
         "scenario": outcome.scenario,
-        "repeat": _repeat(outcome, tracker, profile),
+        "repeat": repeat(outcome),
     }
 
 
-def _print(outcomes: Sequence[Outcome], tracker: str, profile: str) -> None:
+def _print(outcomes: Sequence[Outcome], repeat: Callable[[Outcome], str]) -> None:
     """The table; below it each broken property with its least example and how to repeat it."""
     rows = [
         (each.property.name, each.verdict, each.property.says if each.verdict in ("holds", "broken") else each.why)
@@ -99,7 +109,7 @@ def _print(outcomes: Sequence[Outcome], tracker: str, profile: str) -> None:
                 print(f"  least example: {drawn}")
             if each.scenario is not None:
                 print(f"  scene: {_scene(each.scenario)}")
-            print(f"  repeat it: {_repeat(each, tracker, profile)}")
+            print(f"  repeat it: {repeat(each)}")
     counts = [(verdict, sum(each.verdict == verdict for each in outcomes)) for verdict in _VERDICTS]
     print("\n" + ", ".join(f"{count} {verdict}" for verdict, count in counts if count))
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from irtrack.properties.checking import Outcome, Profile, check, check_tracker
+from irtrack.properties.checking import check, check_tracker
+from irtrack.properties.examining import Outcome, Profile
 from irtrack.properties.exceptions import EXCEPTIONS
 from irtrack.properties.table import PROPERTIES, Property
 

@@ -1,49 +1,18 @@
-"""Checking a tracker: each property over what is drawn for it, shrunk to the least that breaks it."""
+"""Checking a tracker: all that should hold of it, one after the other."""
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Iterable, Mapping
-from contextlib import redirect_stdout
-from dataclasses import dataclass, field
-from typing import Any, Literal
-
-from hypothesis import HealthCheck, Phase, given, settings
-from hypothesis import strategies as st
-from hypothesis.errors import Flaky
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 
 from irsim.kinds import suggestion
-from irtrack.errors import InputError, told
+from irtrack.errors import InputError
 from irtrack.identity import tracker_name
-from irtrack.properties.case import Broken, Case, NotAsked
+from irtrack.properties.apart import Apart
+from irtrack.properties.examining import Outcome, Profile, examined
 from irtrack.properties.exceptions import EXCEPTIONS
 from irtrack.properties.table import PROPERTIES, Property
 from irtrack.types import GivenTracker, Tracker
-
-Profile = Literal["ci", "nightly"]
-Verdict = Literal["holds", "broken", "excused", "not asked", "not judged"]
-
-NIGHTLY = 10
-"""How many times as many examples, and four times as many seeds, a nightly check takes."""
-SEEDS: Mapping[Profile, int] = {"ci": 8, "nightly": 32}
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What came of one property.
-
-    verdict   'excused' is broken by a tracker that is known to; 'not asked' says nothing of this one; 'not judged'
-              needs a property that is broken
-    why       what was seen and what was allowed, or the reason
-    drawn     the least example that breaks it: what was drawn, by name
-    scenario  its scene as YAML, where it has one
-    """
-
-    property: Property
-    verdict: Verdict
-    why: str = ""
-    drawn: Mapping[str, Any] = field(default_factory=dict)
-    scenario: str | None = None
 
 
 def check(
@@ -51,12 +20,15 @@ def check(
     *,
     profile: Profile = "ci",
     only: Iterable[str] | None = None,
+    limit_s: float | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> list[Outcome]:
     """An outcome for each property, or for those of `only`, in the order of `PROPERTIES`.
 
     tracker    as `irtrack.run` takes it
     profile    how much is tried: ci in seconds, nightly in minutes
+    limit_s    where given, the tracker works in a process of its own: one that takes longer for a frame, s, or that
+               dies, breaks the property at hand and no more
     progress   called with (properties done, properties to do)
 
     What is drawn is the same at each call. InputError for an unknown name of a tracker or property.
@@ -67,16 +39,30 @@ def check(
     names = list(PROPERTIES) if only is None else [_known(name) for name in only]
     excuses = EXCEPTIONS.get(tracker_name(chosen), {})
     outcomes: dict[str, Outcome] = {}
-    for done, name in enumerate(names, 1):
-        prop = PROPERTIES[name]
-        lacking = [need for need in prop.needs if need in outcomes and outcomes[need].verdict == "broken"]
-        if lacking:
-            outcomes[name] = Outcome(prop, "not judged", f"needs {', '.join(lacking)}")
-        else:
-            outcomes[name] = _excused(_examined(prop, chosen, profile), excuses)
-        if progress is not None:
-            progress(done, len(names))
+    with _examiner(chosen, profile, limit_s) as examine:
+        for done, name in enumerate(names, 1):
+            prop = PROPERTIES[name]
+            lacking = [need for need in prop.needs if need in outcomes and outcomes[need].verdict == "broken"]
+            if lacking:
+                outcomes[name] = Outcome(prop, "not judged", f"needs {', '.join(lacking)}")
+            else:
+                outcomes[name] = _excused(examine(prop), excuses)
+            if progress is not None:
+                progress(done, len(names))
     return list(outcomes.values())
+
+
+@contextmanager
+def _examiner(tracker: Tracker, profile: Profile, limit_s: float | None) -> Iterator[Callable[[Property], Outcome]]:
+    """What tries a property: here, or in another process."""
+    if limit_s is None:
+        yield lambda prop: examined(prop, tracker, profile)
+        return
+    apart = Apart(tracker, profile, limit_s)
+    try:
+        yield apart.examined
+    finally:
+        apart.close()
 
 
 def check_tracker(
@@ -94,11 +80,11 @@ def check_tracker(
     for name in excuses:
         _known(name)
     outcomes = [_excused(outcome, excuses) for outcome in check(tracker, profile=profile, only=only)]
-    told = [
+    lines = [
         f"{each.property.name}: {each.property.says}\n  {each.why}" for each in outcomes if each.verdict == "broken"
     ]
-    if told:
-        raise AssertionError("\n".join([f"{len(told)} of {len(outcomes)} properties are broken", *told]))
+    if lines:
+        raise AssertionError("\n".join([f"{len(lines)} of {len(outcomes)} properties are broken", *lines]))
 
 
 def _excused(outcome: Outcome, excuses: Mapping[str, str]) -> Outcome:
@@ -113,47 +99,3 @@ def _known(name: str) -> str:
         allowed = ", ".join(PROPERTIES)
         raise InputError(f"unknown property '{name}'; allowed: {allowed}{suggestion(name, PROPERTIES)}")
     return name
-
-
-@dataclass
-class _Found:
-    """What the last failing example was; Hypothesis ends on the least."""
-
-    case: Case | None = None
-    why: str = ""
-
-
-def _examined(prop: Property, tracker: Tracker, profile: Profile) -> Outcome:
-    found, silent = _Found(), set[str]()
-
-    @settings(
-        max_examples=max(prop.examples * (NIGHTLY if profile == "nightly" else 1), 1),
-        derandomize=True,
-        database=None,
-        deadline=None,
-        phases=[Phase.generate, Phase.shrink],
-        report_multiple_bugs=False,
-        print_blob=False,
-        suppress_health_check=list(HealthCheck),
-    )
-    @given(st.data())
-    def example(data: st.DataObject) -> None:
-        case = Case(tracker, lambda strategy: data.draw(strategy), SEEDS[profile])
-        try:
-            with redirect_stdout(sys.stderr):
-                prop.check(case)
-        except NotAsked as reason:
-            silent.add(str(reason))
-        except Exception as error:  # whatever a tracker raises breaks what is asked of it
-            found.case, found.why = case, str(error) if isinstance(error, Broken) else f"raises {told(error)}"
-            raise
-
-    try:
-        example()
-    except Exception as error:
-        if found.case is None:
-            raise
-        note = "; not at each try" if isinstance(error, Flaky) else ""
-        clips = found.case.clips
-        return Outcome(prop, "broken", found.why + note, found.case.drawn, clips[0].text if clips else None)
-    return Outcome(prop, "not asked", next(iter(silent))) if silent else Outcome(prop, "holds")

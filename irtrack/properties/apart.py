@@ -1,0 +1,126 @@
+"""Properties tried in a process of its own, which a tracker may hang or kill."""
+
+from __future__ import annotations
+
+import math
+import multiprocessing
+import signal
+from collections.abc import Callable
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from time import monotonic
+from typing import Any
+
+import numpy as np
+
+from irsim.types import Box, Frame
+from irtrack.errors import InputError, told
+from irtrack.properties.examining import Outcome, Profile, examined
+from irtrack.properties.table import PROPERTIES, Property
+from irtrack.types import Estimate, Tracker, resumable
+from irtrack.workers import begin_worker, how_it_ended
+
+POLL_S = 0.05
+"""How often the process is looked at: so much later than its limit a tracker may be stopped."""
+
+
+class Apart:
+    """A process that tries one property after the other; another one is started where it hangs or dies."""
+
+    def __init__(self, tracker: Tracker, profile: Profile, limit_s: float) -> None:
+        self._given = tracker, profile, limit_s
+        self._limit_s = limit_s
+        self._process: Any = None
+
+    def examined(self, prop: Property) -> Outcome:
+        """As `irtrack.properties.examining.examined`; InputError for a tracker that cannot be sent there."""
+        if self._process is None:
+            self._begin()
+        try:
+            self._pipe.send(prop.name)
+            while not self._pipe.poll(POLL_S):
+                frame, deadline = self._at
+                if monotonic() > deadline:
+                    self.close()
+                    return Outcome(prop, "broken", f"hangs: more than {self._limit_s:g} s for frame {frame:.0f}")
+            answer = self._pipe.recv()
+        except (EOFError, OSError):
+            frame = self._at[0]
+            self._process.join()
+            how = how_it_ended(self._process.exitcode)
+            self.close()
+            return Outcome(prop, "broken", f"its process died at frame {frame:.0f} ({how})")
+        if isinstance(answer, Exception):
+            raise answer
+        outcome: Outcome = answer
+        return outcome
+
+    def _begin(self) -> None:
+        context = multiprocessing.get_context("spawn")  # safe with threads, the same on every system
+        self._at = context.RawArray("d", [0, math.inf])
+        self._pipe, theirs = context.Pipe()
+        process = context.Process(target=_serve, args=(theirs, self._at, *self._given), daemon=True)
+        try:
+            process.start()
+        except Exception as error:  # pickle raises all sorts
+            raise InputError(f"the tracker cannot be sent to another process: {told(error)}") from None
+        theirs.close()
+        self._process = process
+
+    def close(self) -> None:
+        """End the process, whatever it is at."""
+        if self._process is not None:
+            self._process.kill()
+            self._process.join()
+            self._process = None
+
+
+def _serve(pipe: Connection, at: Any, tracker: Tracker, profile: Profile, limit_s: float) -> None:
+    """The process's life: names of properties in, outcomes out."""
+    begin_worker()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # of Ctrl-C the parent tells
+    while True:
+        try:
+            name = pipe.recv()
+        except EOFError:
+            return
+        try:
+            answer: Any = examined(PROPERTIES[name], Timed(tracker, at, limit_s), profile)
+        except Exception as error:
+            answer = error
+        pipe.send(answer)
+
+
+@dataclass(frozen=True, eq=False)
+class Timed:
+    """A tracker that writes down at which frame it is, and until when it may be: [frame, time.monotonic()]."""
+
+    tracker: Tracker
+    at: Any
+    limit_s: float
+
+    @property
+    def resumable(self) -> bool:
+        return resumable(self.tracker)
+
+    def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> Any:
+        return self._timed(frame, lambda: self.tracker.init(frame, box, rng))
+
+    def step(self, state: Any, frame: Frame, rng: np.random.Generator) -> tuple[Any, Estimate]:
+        answer: tuple[Any, Estimate] = self._timed(frame, lambda: self.tracker.step(state, frame, rng))
+        return answer
+
+    def _timed(self, frame: Frame, work: Callable[[], Any]) -> Any:
+        self.at[:] = frame.index, monotonic() + self.limit_s
+        try:
+            return work()
+        finally:
+            self.at[1] = math.inf
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _itself, (self.tracker,)
+
+
+def _itself(tracker: Tracker) -> Tracker:
+    """Of what is pickled for yet another process the tracker alone."""
+    return tracker
