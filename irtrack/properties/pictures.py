@@ -13,8 +13,9 @@ from irtrack.properties.clip import BACKGROUND_GREY, Clip
 
 SAME_PX = 0.5
 """Tolerance of places that ought to be the same: greys are rounded."""
-MIRRORED_PX = 0.75
-"""The same where the order of pixels is turned round: equal places then go to another one."""
+MIRRORED_PX = 1.1
+"""The same where the picture is turned round: a window of whole pixels may lie half a pixel to one side of the target,
+and then as far to the other."""
 
 
 def shift(case: Case) -> None:
