@@ -11,6 +11,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from types import CodeType, FunctionType
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,9 @@ from irtrack.types import Tracker
 
 _SAYS_TOO_LITTLE = re.compile(r" at 0x[0-9a-fA-F]+|\.\.\.")
 """In a repr: an address, which differs from run to run, or what numpy writes for what it leaves out."""
+
+_PLACES = {"__module__", "__qualname__", "__doc__", "__firstlineno__", "__static_attributes__"}
+"""What a class has that says where it is written, or nothing of what it does."""
 
 
 def tracker_name(tracker: Tracker) -> str:
@@ -95,13 +99,15 @@ def code_hash(tracker: Tracker) -> str:
 
     That is the file of its class and every irtrack module that this file imports, one through the
     other; of a tracker that is not irtrack's, its own file counts and no other foreign one. A class
-    that has no file (typed into a prompt) is told by its name alone.
+    that has no file (typed into a prompt or a notebook) is told by its methods as they are compiled,
+    and by the functions and classes of the same prompt that they name.
     """
     digest = hashlib.blake2b(digest_size=16)
     kind = _kind(tracker)
     file = source_file(kind)
     if file is None:
-        digest.update(tracker_name(tracker).encode())
+        for part in sorted(_compiled(kind, kind.__module__, {})):
+            digest.update(part.encode() + b"\0")
         return digest.hexdigest()
     for path in sorted(_with_imports(file, kind.__module__)):
         digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
@@ -109,12 +115,60 @@ def code_hash(tracker: Tracker) -> str:
 
 
 def source_file(kind: type[object]) -> Path | None:
-    """The file that a class is written in; None of one typed into a prompt."""
+    """The file that a class is written in; None of one typed into a prompt or a notebook."""
     try:
         file = inspect.getsourcefile(kind)
-    except TypeError:
+    except (TypeError, OSError):
         file = None
     return None if file is None else Path(file)
+
+
+def _compiled(value: object, module: str, seen: dict[int, object]) -> Iterator[str]:
+    """Texts that say what a class or function of the module does, and all that it names there."""
+    if id(value) in seen:
+        return
+    seen[id(value)] = value
+    if isinstance(value, type) and value.__module__ == module:
+        for base in value.__bases__:
+            yield from _compiled(base, module, seen)
+        for name, member in vars(value).items():
+            if name not in _PLACES:
+                yield from _named(f"{value.__qualname__}.{name}", member, module, seen)
+    elif isinstance(value, staticmethod | classmethod):
+        yield from _compiled(value.__func__, module, seen)
+    elif isinstance(value, property):
+        for part in (value.fget, value.fset):
+            yield from _compiled(part, module, seen)
+    elif isinstance(value, FunctionType) and value.__module__ == module:
+        yield f"{value.__qualname__}{value.__defaults__}{value.__kwdefaults__}{_instructions(value.__code__)}"
+        for name in _names(value.__code__):
+            yield from _named(name, value.__globals__.get(name), module, seen)
+
+
+def _named(name: str, value: object, module: str, seen: dict[int, object]) -> Iterator[str]:
+    """A plain value by itself; a class or function by what it does."""
+    if isinstance(value, bool | int | float | str | tuple):
+        yield f"{name} = {value!r}"
+    else:
+        yield from _compiled(value, module, seen)
+
+
+def _instructions(code: CodeType) -> tuple[object, ...]:
+    """What a code object does, without the place that it was typed at."""
+    constants = [_instructions(each) if isinstance(each, CodeType) else _ordered(each) for each in code.co_consts]
+    return code.co_code, code.co_names, code.co_varnames, code.co_exceptiontable, constants
+
+
+def _ordered(constant: object) -> object:
+    """A set's repr is in another order in each process."""
+    return sorted(map(repr, constant)) if isinstance(constant, frozenset) else constant
+
+
+def _names(code: CodeType) -> Iterator[str]:
+    yield from code.co_names
+    for each in code.co_consts:
+        if isinstance(each, CodeType):
+            yield from _names(each)
 
 
 def _with_imports(path: Path, module: str) -> set[Path]:
