@@ -13,7 +13,7 @@ from irsim.motion import Mount
 from irsim.scenario import Scenario
 from irsim.smear import MOST_STEPS
 from irsim.types import Floats
-from irsim.watch import Watch
+from irsim.watch import LOOKED, Watch
 
 WATCHED = 200
 """Frames, evenly spread, at which warnings look at where targets are."""
@@ -28,6 +28,7 @@ def doubts(scenario: Scenario) -> Iterator[Notice]:
     yield from _long_paths(scenario)
     yield from _unlike_skies(scenario)
     yield from _beads(scenario)
+    yield from _never_seen(scenario)
     yield from _idle(scenario)
 
 
@@ -89,6 +90,26 @@ def _turning(mount: Mount) -> Floats:
     ahead = np.einsum("nij,nj->ni", rotations[1:], rotations[:-1, 2])
     shifts = mount.geometry.project(ahead) - mount.geometry.principal
     return np.asarray(np.hypot(*shifts.T) * mount.zooms[1:])
+
+
+def _never_seen(scenario: Scenario) -> Iterator[Notice]:
+    """The target to follow, where its middle is outside the picture in all frames in which it is (of long scenarios:
+    in LOOKED evenly spread ones)."""
+    index, target = next(
+        ((index, target) for index, target in enumerate(scenario.targets) if scenario.follow in (None, target.id)),
+        (0, None),
+    )
+    if target is None or not scenario.is_on(target.id):
+        return
+    frames = np.unique(np.linspace(0, scenario.frames - 1, min(scenario.frames, LOOKED)).round())
+    frames = frames[[target.exists(int(frame)) for frame in frames]]
+    stage = scenario.stage
+    places = []
+    if len(frames):
+        mount = Mount.of(scenario.camera.motion, frames, stage)
+        places = mount.seen(target.path.positions(frames, stage, target.id)).tolist()
+    if not any(scenario.camera.geometry.inside(x, y) for x, y in places):
+        yield Notice(("targets", index, "path"), f"{target.id}, whom trackers follow, is never in the picture")
 
 
 def _idle(scenario: Scenario) -> Iterator[Notice]:

@@ -127,6 +127,24 @@ def test_one_that_hides_nobody_is_told(tmp_path: Any) -> None:
     assert warnings(tmp_path / "one.yaml") == []
 
 
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({}, False),
+        ({"start: [15, 50]": "start: [-300, 50]"}, True),
+        ({"heading_deg: 0.0}": "heading_deg: 0.0}, absent: [[0, 69]]"}, True),
+    ],
+    ids=["in view", "out of view", "absent"],
+)
+def test_one_that_is_never_in_the_picture_is_told(tmp_path: Any, change: dict[str, str], told: bool) -> None:
+    off = {"hides: tank, frames: [30, 36]": "center_px: [60, 48], size_px: [20, 5]"}
+    (tmp_path / "one.yaml").write_text(scene("bar", change={**off, **change}))
+    lines = [line for line in warnings(tmp_path / "one.yaml") if line.endswith("never in the picture")]
+    assert [line.split("warning: ")[-1] for line in lines] == [
+        "tank, whom trackers follow, is never in the picture"
+    ] * told
+
+
 CROSSING = """
 frames: 70
 camera: {size: [120, 80], netd_mk: 0}

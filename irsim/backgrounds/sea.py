@@ -96,7 +96,7 @@ class Water:
         self._sea, self._sky, self._stage = sea, sky, stage
         self._column = None if stage.air.is_clear else Column.of(stage, sea.camera_height_m)
         self._waves = [_Waves(sea, number, stage.seed) for number in range(BANDS)] if sea.wind_m_s else []
-        self._gusts = spectral(TILE, 3.0, None, TILE / 8, 1.0, stage.seed, "gusts")
+        self._gusts = _padded(spectral(TILE, 3.0, None, TILE / 8, 1.0, stage.seed, "gusts"))
         angles = np.linspace(0, np.pi / 2, STEPS)
         self._reflected = reflectance(stage.band, angles).astype(np.float32)[:, None]
         above = sky.radiance(angles) if isinstance(sky, ClearSky) else np.zeros(STEPS)
@@ -155,15 +155,18 @@ class Water:
         for waves in self._waves:
             seen = 1 / (1 + (2 * footprint / waves.length_m) ** 2)  # how much of it a pixel resolves
             rest -= variance / OCTAVES * seen**2
+            height = np.float32(math.sqrt(variance / OCTAVES)) * seen
             for slope, wave in zip(slopes, waves.at(right, ahead, time), strict=True):
-                slope += math.sqrt(variance / OCTAVES) * seen * wave
+                slope += cv2.multiply(height, wave)
         if self._sea.gusts and self._waves:
             # Gusts of some hundred metres run with the wind.
-            texel = 400.0 / (TILE / 8)
+            period = 400.0 * 8
             angle = math.radians(self._sea.wind_deg)
-            run = self._sea.wind_m_s * time
+            run = self._sea.wind_m_s * time / period
             gust = _sampled(
-                self._gusts, (right - run * math.sin(angle)) / texel, (ahead - run * math.cos(angle)) / texel
+                self._gusts,
+                _mixed(right, 1 / period, ahead, 0, -run * math.sin(angle)),
+                _mixed(right, 0, ahead, 1 / period, -run * math.cos(angle)),
             )
             factor = np.maximum(1 + self._sea.gusts * gust, 0.1)
             slopes = [slope * factor for slope in slopes]
@@ -196,21 +199,25 @@ class _Waves:
         self.length_m = longest_wave(sea.wind_m_s) / 2**number
         self._speed = math.sqrt(GRAVITY * self.length_m / (2 * math.pi))  # of deep water
         self._angles = [math.radians(sea.wind_deg + side) for side in (-20.0, 20.0)]
-        self._trains = [_train(seed, number, side) for side in range(2)]
+        self._trains = [_padded(_train(seed, number, side)) for side in range(2)]
         draw = stream(seed, "waves", number)
         self._starts = draw.uniform(0, TILE, (2, 2)).tolist()
 
     def at(self, right: Floats, ahead: Floats, time: float) -> tuple[Floats, Floats]:
         """Slopes to the right and towards the camera, each axis of variance 1 if waves ran all ways, (rows, cols)."""
-        per_m = PER_WAVE / self.length_m
+        per_m = PER_WAVE / self.length_m / TILE
         across, along = np.zeros_like(right), np.zeros_like(right)
-        for angle, train, start in zip(self._angles, self._trains, self._starts, strict=True):
+        for angle, train, (run, beside) in zip(self._angles, self._trains, self._starts, strict=True):
             sine, cosine = math.sin(angle), math.cos(angle)
-            run = (right * sine + ahead * cosine - self._speed * time) * per_m + start[0]
-            beside = (right * cosine - ahead * sine) * per_m + start[1]
-            wave = _sampled(train, beside, run)
-            across += wave * sine
-            along -= wave * cosine
+            # The train has run so many of its periods: the whole ones do not tell.
+            run = math.fmod(run / TILE - self._speed * time * per_m, 1)
+            wave = _sampled(
+                train,
+                _mixed(right, cosine * per_m, ahead, -sine * per_m, beside / TILE),
+                _mixed(right, sine * per_m, ahead, cosine * per_m, run),
+            )
+            cv2.scaleAdd(wave, sine, across, dst=across)
+            cv2.scaleAdd(wave, -cosine, along, dst=along)
         return across, along
 
 
@@ -226,12 +233,20 @@ def _train(seed: int, number: int, side: int) -> Floats:
     return np.asarray(field / field.std(), dtype=np.float32)
 
 
-def _sampled(texture: Floats, columns: Floats, rows: Floats) -> Floats:
-    """A periodic texture at places (any size) between its texels."""
-    side = texture.shape[0]
-    wide = cv2.copyMakeBorder(texture, 0, 1, 0, 1, cv2.BORDER_WRAP)
-    x, y = ((at - np.floor(at / side) * side).astype(np.float32) for at in (columns, rows))
-    return np.asarray(cv2.remap(wide, x, y, cv2.INTER_LINEAR))
+def _padded(texture: Floats) -> Floats:
+    """A periodic texture with its first row and column once more at its end, for `_sampled`."""
+    return np.asarray(cv2.copyMakeBorder(np.asarray(texture, np.float32), 0, 1, 0, 1, cv2.BORDER_WRAP))
+
+
+def _mixed(one: Floats, share: float, other: Floats, others: float, shift: float) -> Floats:
+    """one * share + other * others + shift, in one pass."""
+    return np.asarray(cv2.addWeighted(one, share, other, others, shift), dtype=np.float32)
+
+
+def _sampled(padded: Floats, columns: Floats, rows: Floats) -> Floats:
+    """A periodic texture at places (any size) between its texels; places are float32, in periods."""
+    x, y = ((at - np.floor(at)) * np.float32(TILE) for at in (columns, rows))
+    return np.asarray(cv2.remap(padded, x, y, cv2.INTER_LINEAR))
 
 
 def _looked_up(table: Floats, angle: Floats) -> Floats:
