@@ -59,8 +59,12 @@ LEVEL = 2e6
 def effect(noise: Noise, moment: Moment) -> Floats:
     """What a noise makes of an even picture, less that picture, in units of NETD."""
     signal = np.full(moment.shape, LEVEL, np.float32)
-    for step in (noise.respond, noise.add, noise.replace):
+    for step in (noise.respond, noise.add):
         step(signal, response(), moment)
+    steady = noise.steady(moment)
+    if steady is not None:
+        signal += steady * np.float32(response().noise)
+    noise.replace(signal, response(), moment)
     return (signal.astype(np.float64) - LEVEL) / response().noise
 
 
@@ -92,6 +96,7 @@ def forget() -> None:
     for kept in (
         ar1._process,
         drift._process,
+        drift._between,
         drift._deviation,
         drift._at,
         bad_pixels._telegraph,

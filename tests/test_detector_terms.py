@@ -32,8 +32,12 @@ def effect(noise: Noise, moment: Moment, level: float = LEVEL) -> Floats:
     """What a noise makes of an even picture, less that picture, in units of NETD."""
     made = response()
     signal = np.full(moment.shape, level, np.float32)
-    for step in (noise.respond, noise.add, noise.replace):
+    for step in (noise.respond, noise.add):
         step(signal, made, moment)
+    steady = noise.steady(moment)
+    if steady is not None:
+        signal += steady * np.float32(made.noise)
+    noise.replace(signal, made, moment)
     return (signal.astype(np.float64) - level) / made.noise
 
 

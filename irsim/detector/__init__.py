@@ -2,7 +2,7 @@
 
 from irsim.detector.ar1 import Ar1
 from irsim.detector.bad_pixels import BadPixels
-from irsim.detector.base import Additive, Moment, Noise
+from irsim.detector.base import Additive, Moment, Noise, Steady
 from irsim.detector.bloom import Bloom
 from irsim.detector.correction import Correction
 from irsim.detector.drift import Drift
@@ -54,5 +54,6 @@ __all__ = [
     "Setting",
     "Shot",
     "Stated",
+    "Steady",
     "White",
 ]

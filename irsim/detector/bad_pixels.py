@@ -75,7 +75,7 @@ class BadPixels(Noise):
 
     def _hot(self, moment: Moment) -> tuple[Places, Floats]:
         hot = self._places("hot", self.hot, moment)
-        return hot, self.hot_ratio * (0.5 + 0.5 * np.abs(_jumps(moment.seed, self.name, "hot heights", hot.size)))
+        return hot, self.hot_ratio * _heights(moment.seed, self.name, hot.size)
 
     def _blinking(self, moment: Moment) -> tuple[Places, Floats]:
         blinking = self._places("blinking", self.blinking, moment)
@@ -91,6 +91,12 @@ def _jumps(seed: int, name: str, what: str, count: int) -> Floats:
     """Exponential numbers of mean 1, each with a sign of its own."""
     drawn = stream(seed, "noise", name, what).random((2, count))
     return np.asarray(np.where(drawn[0] < 0.5, -1.0, 1.0) * -np.log1p(-drawn[1]))
+
+
+@lru_cache(maxsize=16)
+def _heights(seed: int, name: str, count: int) -> Floats:
+    """Exponential numbers of mean 1/2 above 1/2."""
+    return np.asarray(0.5 + 0.5 * np.abs(_jumps(seed, name, "hot heights", count)))
 
 
 @lru_cache(maxsize=16)

@@ -35,7 +35,7 @@ class Moment:
 
 
 class Noise(NamedKind):
-    """One term of a detector's noise. It overrides what it does of the three steps, and tells its variance.
+    """One term of a detector's noise. It overrides what it does of the four steps, and tells its variance.
 
     `signal` is the frame so far, (rows, cols) float32 in the units of `response`, and is changed in
     place. Everything random is addressed by (seed, self.name, index): the same whatever frames were
@@ -47,6 +47,12 @@ class Noise(NamedKind):
 
     def add(self, signal: Floats, response: Response, moment: Moment) -> None:
         """Add to what was read: after they saturate."""
+
+    def steady(self, moment: Moment) -> Floats | None:
+        """What is added as well, and stays for many frames: broadcastable to (rows, cols), float32, in units of
+        NETD, None where it is nothing. Read only, and the same array as long as it is the same: what all noises
+        have of it is summed up once."""
+        return None
 
     def replace(self, signal: Floats, response: Response, moment: Moment) -> None:
         """Put another value in place of what was read: last."""
@@ -85,6 +91,16 @@ class Additive(Noise):
 
     def variance(self, signal: Floats, response: Response, moment: Moment, fixed: bool) -> Floats | float:
         return self.spread(moment, fixed) * response.noise**2
+
+
+class Steady(Additive):
+    """A noise whose whole pattern stays: the same array in frames in which it is the same."""
+
+    def add(self, signal: Floats, response: Response, moment: Moment) -> None:
+        return None
+
+    def steady(self, moment: Moment) -> Floats:
+        return self.pattern(moment)
 
 
 def read_only(values: Floats) -> Floats:

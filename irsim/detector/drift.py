@@ -24,6 +24,9 @@ COARSE = 0.002
 """The drift is drawn at nodes this share of its time constant apart; straight lines between them lack a thousandth
 of the variance that it tends to, at most."""
 
+STAIRS = 8
+"""Steps from node to node in which it goes along that line: each is under a hundredth of the sigma it tends to."""
+
 
 class Drift(Noise):
     """Offset and gain of each pixel wander off after a correction, and are drawn back: mean-reverting.
@@ -47,25 +50,21 @@ class Drift(Noise):
 
     def respond(self, signal: Floats, response: Response, moment: Moment) -> None:
         if self.gain:
-            ends = self._ends(moment, (("gain", "pixel", self.gain),))
-            gain = scratch(moment.shape, "gain")
-            (before, share), (after, rest) = ends
-            cv2.addWeighted(before, share, after, rest, 1, dst=gain)
-            cv2.multiply(signal, gain, dst=signal)
-            if response.zero:  # what dark pixels give has no gain
-                cv2.addWeighted(gain, -response.zero, signal, 1, response.zero, dst=signal)
+            gain = self._now(moment, (("gain", "pixel", self.gain),))
+            if not response.zero:
+                cv2.accumulateProduct(signal, gain, signal)
+            else:  # what dark pixels give has no gain
+                light = np.subtract(signal, np.float32(response.zero), out=scratch(moment.shape, "light"))
+                cv2.accumulateProduct(light, gain, signal)
 
-    def add(self, signal: Floats, response: Response, moment: Moment) -> None:
+    def steady(self, moment: Moment) -> Floats | None:
         terms: tuple[Term, ...] = (
             ("pixel", "pixel", self.pixel),
             ("column", "column", self.column),
             ("row", "row", self.row),
         )
         terms = tuple(term for term in terms if term[2])
-        if terms:
-            for pattern, share in self._ends(moment, terms):
-                if share:
-                    cv2.scaleAdd(pattern, share * response.noise, signal, dst=signal)
+        return self._now(moment, terms) if terms else None
 
     def variance(self, signal: Floats, response: Response, moment: Moment, fixed: bool) -> Floats | float:
         if not fixed:
@@ -80,20 +79,29 @@ class Drift(Noise):
         since = moment.corrected if moment.corrections else -round(self.age_s * moment.rate_hz)
         return 1 / (moment.rate_hz * self.time_constant_s), since
 
-    def _ends(self, moment: Moment, terms: tuple[Term, ...]) -> tuple[tuple[Floats, float], tuple[Floats, float]]:
-        """The sum of the terms' D before and after this frame, (rows, cols), and the share of each in it."""
+    def _now(self, moment: Moment, terms: tuple[Term, ...]) -> Floats:
+        """The sum of the terms' D at this frame, (rows, cols)."""
         decay, since = self._course(moment)
-        step = _step(decay)
-        node = moment.index // step
-        start, end = max(node * step, since), (node + 1) * step
-        share = (end - moment.index) / (end - start)
-        key = (decay, moment.shape, moment.seed, self.name, terms, since)
-        return (_deviation(*key, start), share), (_deviation(*key, end), 1 - share)
+        stays = max(_step(decay) // STAIRS, 1)
+        index = max(moment.index - moment.index % stays, since)
+        return _between(decay, moment.shape, moment.seed, self.name, terms, since, index)
 
 
 def _step(decay: float) -> int:
     """Frames from node to node."""
     return max(int(COARSE / decay), 1)
+
+
+@lru_cache(maxsize=4)
+def _between(
+    decay: float, shape: tuple[int, int], seed: int, name: str, terms: tuple[Term, ...], since: int, index: int
+) -> Floats:
+    """The sum of the terms' D at a frame, on the straight line between the nodes before and after it."""
+    step, node = _step(decay), index // _step(decay)
+    start, end = max(node * step, since), (node + 1) * step
+    share = (end - index) / (end - start)
+    before, after = (_deviation(decay, shape, seed, name, terms, since, at) for at in (start, end))
+    return read_only(np.asarray(cv2.addWeighted(before, share, after, 1 - share, 0)))
 
 
 @lru_cache(maxsize=8)

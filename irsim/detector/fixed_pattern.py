@@ -6,12 +6,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from irsim.detector.base import Additive, Moment, Ratio, read_only
+from irsim.detector.base import Moment, Ratio, Steady, read_only
 from irsim.rng import normals
 from irsim.types import Floats
 
 
-class FixedPattern(Additive):
+class FixedPattern(Steady):
     """The same in every frame: what non-uniformity correction leaves (vh, h and v in 3-D noise terms).
 
     The defaults are those of a fresh correction, tvh:vh:h:v = 1:0.3:0.15:0.08. The terms are those of

@@ -47,9 +47,6 @@ class Noise3d(Additive):
         return pattern + np.float32(self.tvh) * self._pixels(moment, None)
 
     def add(self, signal: Floats, response: Response, moment: Moment) -> None:
-        if self.v or self.h or self.vh:
-            fixed = _fixed(moment.shape, moment.seed, self.name, self.v, self.h, self.vh)
-            cv2.scaleAdd(fixed, response.noise, signal, dst=signal)
         if self.t or self.tv or self.th:
             # A product of two numbers a row by two a column adds all of them in one pass.
             down, across = self._lines(moment)
@@ -58,6 +55,11 @@ class Noise3d(Additive):
         if self.tvh:
             drawn = self._pixels(moment, scratch(moment.shape, "drawn"))
             cv2.scaleAdd(drawn, self.tvh * response.noise, signal, dst=signal)
+
+    def steady(self, moment: Moment) -> Floats | None:
+        if not (self.v or self.h or self.vh):
+            return None
+        return _fixed(moment.shape, moment.seed, self.name, self.v, self.h, self.vh)
 
     def _lines(self, moment: Moment) -> tuple[Floats, Floats]:
         """The terms t and tv together, (rows,), and the term th, (cols,)."""

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field
 
-from irsim.detector.base import Additive, Moment
+from irsim.detector.base import Moment, Steady, read_only
 from irsim.types import Floats
 
 
-class OddEven(Additive):
+class OddEven(Steady):
     """Even rows or columns lie above odd ones: two amplifiers whose offsets differ."""
 
     ratio: Annotated[float, Field(ge=-1000, le=1000)] = 1.0
@@ -21,9 +22,14 @@ class OddEven(Additive):
 
     def pattern(self, moment: Moment) -> Floats:
         rows, columns = moment.shape
-        count = rows if self.along == "rows" else columns
-        turns = np.where(np.arange(count) % 2, -self.ratio, self.ratio).astype(np.float32)
-        return turns[:, None] if self.along == "rows" else turns[None, :]
+        return _turns((rows, 1) if self.along == "rows" else (1, columns), self.ratio)
 
     def spread(self, moment: Moment, fixed: bool) -> float:
         return self.ratio**2 if fixed else 0.0
+
+
+@lru_cache(maxsize=8)
+def _turns(shape: tuple[int, int], ratio: float) -> Floats:
+    """`ratio` and its negative by turns, float32."""
+    odd = np.arange(max(shape)).reshape(shape) % 2
+    return read_only(np.where(odd, -ratio, ratio).astype(np.float32))

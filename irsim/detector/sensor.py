@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
@@ -14,6 +14,7 @@ from irsim.detector.bloom import Bloom
 from irsim.detector.correction import Correction
 from irsim.detector.response import Response
 from irsim.detector.scratch import scratch
+from irsim.detector.steady import Sum
 from irsim.types import Floats
 
 
@@ -32,6 +33,7 @@ class Sensor:
     bloom: Bloom | None = None
     correction: Correction | None = None
     falloff: Floats | None = None
+    _steady: Sum = field(default_factory=Sum, init=False, repr=False)
 
     def shown(self, index: int) -> int:
         """The frame whose picture is seen at frame `index`."""
@@ -54,6 +56,9 @@ class Sensor:
         self._saturate(signal)
         for noise in self.noises:
             noise.add(signal, self.response, moment)
+        steady = self._steady.of([part for noise in self.noises if (part := noise.steady(moment)) is not None], moment)
+        if steady is not None:
+            cv2.scaleAdd(steady, self.response.noise, signal, dst=signal)
         for noise in self.noises:
             noise.replace(signal, self.response, moment)
         return self.response.counts(signal)
