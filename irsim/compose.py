@@ -148,8 +148,8 @@ def _contrast(sprite: Sprite, light: Floats, inner: Slices, outer: Slices, band:
     weight = alpha.sum()
     if weight <= 0:
         return None
-    own, behind = sprite.emission[inner].sum() / weight, (alpha * light[outer]).sum() / weight
-    return float(temperature(band, own) - temperature(band, behind))
+    own, behind = temperature(band, np.array([sprite.emission[inner].sum(), np.vdot(alpha, light[outer])]) / weight)
+    return float(own - behind)
 
 
 def _veil(light: Floats, layer: Layer, gaze: Gaze, seen: list[Seen]) -> None:

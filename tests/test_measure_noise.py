@@ -37,8 +37,12 @@ def rendered(seed: int, shape: tuple[int, int, int], *noises: dict[str, Any]) ->
         assert isinstance(noise, Noise)
         for k, frame in enumerate(frames):
             zero = np.zeros(shape[1:], np.float32)
-            noise.add(zero, response, Moment(k, shape[1:], 30.0, seed))
+            moment = Moment(k, shape[1:], 30.0, seed)
+            noise.add(zero, response, moment)
             frame += zero * np.float32(10 / response.noise)
+            steady = noise.steady(moment)
+            if steady is not None:
+                frame += 10 * steady
     return frames
 
 

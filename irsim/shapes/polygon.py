@@ -78,7 +78,7 @@ def _summed(changes: Floats, rows: int, columns: int) -> Floats:
     """Areas and moments of a grid, of what they change by from cell to cell along rows of one cell more."""
     sums = changes.reshape(3, -1, rows, columns + 1)
     np.cumsum(sums[:2], axis=3, out=sums[:2])
-    return np.ascontiguousarray(sums[..., :columns])
+    return np.asarray(sums[..., :columns])
 
 
 def pieces(count: int, cut_edges: Ints, cut_places: Floats) -> tuple[Ints, Floats, Floats]:
