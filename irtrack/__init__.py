@@ -30,6 +30,8 @@ _PUBLIC = {
     "Results": "irtrack.bench",
     "compare": "irtrack.compare",
     "write_report": "irtrack.report",
+    "find_failure": "irtrack.falsify",
+    "kept_failures": "irtrack.falsify",
 }
 
 __all__ = sorted(_PUBLIC)

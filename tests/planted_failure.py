@@ -83,3 +83,13 @@ class Unrepeatable(Blind):
     def step(self, state: tuple[Box, int], frame: Frame, rng: np.random.Generator) -> tuple[object, Estimate]:
         self.runs.append(frame.index)
         return state, Estimate((0.001 * len(self.runs), 1.0), (5, 5))
+
+
+class Offset(Blind):
+    """Beside the target by so many px, in every frame."""
+
+    px: ClassVar[float] = 2.0
+
+    def step(self, state: tuple[Box, int], frame: Frame, rng: np.random.Generator) -> tuple[object, Estimate]:
+        box, start = state
+        return state, Estimate((box.cx + 0.1 * (frame.index - start), box.cy + self.px), (box.w, box.h))

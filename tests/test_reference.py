@@ -10,7 +10,7 @@ import pytest
 import irsim
 
 FOLDER = Path(__file__).parent.parent / "recordings" / "reference"
-DIGESTS = {"drone": "627f6d3267ba489e"}
+DIGESTS = {"car": "c73451eb3c1a17bc", "drone": "627f6d3267ba489e", "jet": "dcd9ef89f132d229"}
 """blake2b (8 bytes) of all counts, in order."""
 
 

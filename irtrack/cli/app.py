@@ -19,6 +19,7 @@ from irtrack.cli.compare import compare
 from irtrack.cli.falsify import falsify
 from irtrack.cli.options import AsJson, InputName, command_line, input_name
 from irtrack.cli.output import print_json, print_run
+from irtrack.cli.regress import regress
 from irtrack.cli.sources import sources
 from irtrack.cli.stress import stress
 from irtrack.errors import TrackerError
@@ -181,6 +182,7 @@ app.command()(compare)
 app.command()(check)
 app.command()(falsify)
 app.command()(stress)
+app.command()(regress)
 app.command()(sources)
 
 

@@ -39,6 +39,9 @@ def falsify(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="DIR", help="Default: falsified/SCENARIO-TRACKER.")
     ] = None,
+    keep: Annotated[
+        bool, typer.Option("--keep", help="Keep the failure in scenarios/regressions, for irtrack regress.")
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
     """Search the ranges of a scenario for a scene in which a tracker breaks what is expected of it.
@@ -47,13 +50,14 @@ def falsify(
     """
     from irsim import is_recording, load
     from irtrack.bench import parse_tracker_spec
-    from irtrack.falsify import Nearest, find_failure
+    from irtrack.falsify import KEPT, Nearest, find_failure
+    from irtrack.falsify.files import file_stem
 
     if is_recording(Path(scenario)):
         raise InputError(f"{scenario}: is a recording, where nothing varies; allowed: a scenario with vary")
     loaded, tried = load(scenario, overrides or ()), parse_tracker_spec(tracker)
     name = Path(scenario).stem
-    folder = output or Path("falsified") / f"{name}-{tried.label.replace(':', '-').replace('/', '-')}"
+    folder = output or Path("falsified") / file_stem(name, tried.label)
     try:
         with terminal.progress_bar(f"search {name}", budget) as progress:
             found = find_failure(
@@ -67,6 +71,7 @@ def falsify(
                 input=input_name(input),
                 name=name,
                 command=command_line(),
+                keep_in=KEPT if keep else None,
                 say=lambda line: print(line, file=sys.stderr if as_json else sys.stdout),
                 progress=progress,
             )

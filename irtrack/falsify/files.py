@@ -30,6 +30,11 @@ def make_folder(path: Path) -> None:
         raise InputError(f"{path}: no folder can be made there: {error.strerror or error}") from None
 
 
+def file_stem(scenario: str, label: str) -> str:
+    """What files of a tracker on a scenario are called."""
+    return f"{scenario}-{label}".replace(":", "-").replace("/", "-")
+
+
 def smallest(hunt: Hunt, failure: Failure) -> irsim.Scenario:
     """The smallest scene, which expects the broken rule and nothing else."""
     rules = hunt.subject.rules if isinstance(failure.rule, str) else (hunt.subject.rules[failure.rule],)

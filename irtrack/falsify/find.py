@@ -11,6 +11,7 @@ from irtrack.bench import Entry
 from irtrack.bench.specs import entry
 from irtrack.falsify.files import JOURNAL, make_folder, write_failure
 from irtrack.falsify.hunt import Failure, Hunt, Nearest, Progress, Say, check
+from irtrack.falsify.kept import keep
 from irtrack.falsify.rules import rules_of
 from irtrack.falsify.trial import Subject
 from irtrack.falsify.trials import Trials
@@ -30,6 +31,7 @@ def find_failure(
     input: Input = "display",
     name: str | None = None,
     command: str | None = None,
+    keep_in: Path | None = None,
     say: Say = lambda line: None,
     progress: Progress | None = None,
 ) -> Failure | Nearest:
@@ -42,6 +44,7 @@ def find_failure(
     jobs      worker processes; what is found is the same for any number
     seed      of the search; the scenes and the tracker have the scenario's own seed
     name, command   of the scenario and the command line, for the report
+    keep_in   folder in which a failure is kept (`irtrack.falsify.kept`); None: nowhere
     say, progress   called with lines on what was found, and with (runs done, budget)
 
     Returns the failure made small, or what came nearest to one. InputError, before anything is run, where nothing
@@ -58,7 +61,10 @@ def find_failure(
     with in_order(jobs) as apply:
         hunt = Hunt(loaded, subject, Trials(subject, apply, folder / JOURNAL), say)
         try:
-            return hunt.run(search, budget, loaded.seed if seed is None else seed, progress)
+            found = hunt.run(search, budget, loaded.seed if seed is None else seed, progress)
         finally:
             if hunt.failure is not None:
                 write_failure(folder, hunt, hunt.failure, name, command)
+        if keep_in is not None and isinstance(found, Failure):
+            say(f"kept: {keep(folder, subject, name, keep_in).path}")
+        return found

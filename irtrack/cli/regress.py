@@ -1,0 +1,98 @@
+"""`irtrack regress`: is everything as it was?"""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from irsim import terminal
+from irtrack.cli.options import AsJson
+from irtrack.cli.output import number, plural, print_json, print_table
+from irtrack.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from irtrack.golden import Change
+
+
+def regress(
+    places: Annotated[
+        list[str],
+        typer.Argument(metavar="SUITE|FOLDER...", help="Suites with golden figures, and folders of kept failures."),
+    ],
+    bless: Annotated[
+        bool, typer.Option("--bless", help="Take what is so now as what should be, and show what changes by it.")
+    ] = False,
+    jobs: Annotated[int, typer.Option(metavar="N", min=1, help="Worker processes.")] = 1,
+    as_json: AsJson = False,
+) -> None:
+    """Measure suites beside their golden figures, and try failures that irtrack falsify has kept.
+
+    Exit status 1 where a figure is worse, runs are not the same ones, or a kept failure is not as it was.
+    """
+    found: list[dict[str, Any]] = []
+    for word in places:
+        place = Path(word)
+        found.append(_failures(place, bless) if place.is_dir() else _figures(place, bless, jobs))
+        if not as_json:
+            _print(found[-1], bless)
+    if as_json:
+        print_json([{**each, "changes": list(map(_values, each["changes"]))} for each in found])
+    if not bless and any(each["failed"] for each in found):
+        raise typer.Exit(1)
+
+
+def _figures(suite: Path, bless: bool, jobs: int) -> dict[str, Any]:
+    """A suite beside its golden figures."""
+    from irtrack.bench import is_suite, load_suite
+    from irtrack.golden import changes, golden_file, measure, read, write
+
+    if not is_suite(str(suite)):
+        raise InputError(f"{suite}: allowed: a suite (*suite*.yaml) or a folder of kept failures")
+    loaded, path = load_suite(suite), golden_file(suite)
+    old = {} if bless and not path.exists() else read(path)
+    with terminal.progress_bar("regress") as progress:
+        new = measure(loaded, jobs, progress)
+    found = changes(old, new)
+    if bless:
+        write(new, path)
+    failed = any(each.verdict != "better" for each in found)
+    return {"place": str(suite), "checked": len(new), "failed": failed, "changes": found}
+
+
+def _failures(folder: Path, bless: bool) -> dict[str, Any]:
+    """The failures kept in a folder."""
+    from irtrack.falsify import kept_failures
+
+    kept = kept_failures(folder)
+    if not kept:
+        raise InputError(f"{folder}: holds no kept failure; allowed: a folder that irtrack falsify --keep has filled")
+    found = [line for each in kept for line in each.changes()]
+    if bless:
+        for each in kept:
+            each.bless()
+    return {"place": str(folder), "checked": len(kept), "failed": bool(found), "changes": found}
+
+
+def _print(found: dict[str, Any], bless: bool) -> None:
+    changes: Sequence[Change | str] = found["changes"]
+    kind = "failure" if Path(found["place"]).is_dir() else "run"
+    if lines := [each for each in changes if isinstance(each, str)]:
+        print("\n".join(lines))
+    if rows := [_row(each) for each in changes if not isinstance(each, str)]:
+        print_table(("source", "tracker", "seed", "figure", "golden", "now", ""), rows, left=2)
+    verdict = "blessed" if bless else ("failed" if found["failed"] else "ok")
+    print(f"{found['place']}: {verdict}: {plural(found['checked'], kind)}, {plural(len(changes), 'change')}")
+
+
+def _row(change: Change) -> tuple[str, ...]:
+    source, label, seed = change.run
+    return source, label, str(seed), change.figure, number(change.old, ".4g"), number(change.new, ".4g"), change.verdict
+
+
+def _values(change: Change | str) -> Any:
+    return change if isinstance(change, str) else asdict(change)

@@ -1,0 +1,150 @@
+"""Failures that are kept: a small scene, its recording, and whether the tracker that broke on it still does."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import irsim
+from irsim.files import replacing, replacing_text
+from irsim.types import Input
+from irtrack.errors import InputError, IrtrackError
+from irtrack.falsify.files import MINIMAL, file_stem, make_folder
+from irtrack.falsify.rules import in_words, rules_of
+from irtrack.falsify.trial import Subject, Verdict, examine
+from irtrack.identity import tracker_config
+
+KEPT = Path("scenarios") / "regressions"
+"""Where failures are kept unless another folder is named."""
+
+ROUNDING = 1
+"""Counts by which a frame may be rendered otherwise than it was recorded: machines round differently."""
+
+
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """A kept failure.
+
+    path                 its scene; the recording lies beside it
+    label                who broke there;  tracker, parameters  made of these
+    input                what the tracker looks at
+    broken               was what the scene expects broken when this was last noted?
+    """
+
+    path: Path
+    label: str
+    tracker: str
+    parameters: Mapping[str, Any]
+    input: Input
+    broken: bool
+
+    def __str__(self) -> str:
+        return self.path.stem
+
+    @property
+    def recording(self) -> Path:
+        return self.path.with_suffix(".mcap")
+
+    @property
+    def note(self) -> Path:
+        return self.path.with_suffix(".json")
+
+    def verdict(self) -> Verdict:
+        """Of the tracker as it is now, on the recorded frames."""
+        from irtrack.trackers import make
+
+        scene = irsim.load(self.path)
+        subject = Subject(self.label, make(self.tracker, self.parameters), self.input, rules_of(scene))
+        return examine(subject, irsim.open_recording(self.recording), scene.seed)[0]
+
+    def changes(self) -> list[str]:
+        """What is otherwise than it was noted, a line each; none where all is as it was."""
+        found = []
+        if (frame := self._rendered_otherwise()) is not None:
+            found.append(f"{self.path}: renders frame {frame} otherwise than {self.recording.name} has it")
+        verdict = self.verdict()
+        rules = ", ".join(map(in_words, rules_of(irsim.load(self.path))))
+        if verdict.broken is None and self.broken:
+            found.append(f"{self.path}: {self.label} breaks {rules} no more, margin {verdict.margin:.3g}")
+        if verdict.broken is not None and not self.broken:
+            why = verdict.raised or f"margin {verdict.margin:.3g}"
+            found.append(f"{self.path}: {self.label} breaks {rules} again, {why}")
+        return found
+
+    def bless(self) -> Kept:
+        """Note what is so now: record the frames that the scene renders, and whether they break the tracker."""
+        if self._rendered_otherwise() is not None:
+            _record(self.path, self.recording)
+        now = replace(self, broken=self.verdict().broken is not None)
+        _note(now)
+        return now
+
+    def _rendered_otherwise(self) -> int | None:
+        """The first frame that the scene renders otherwise than it was recorded."""
+        drawn, kept = irsim.Rendering(irsim.load(self.path)), irsim.open_recording(self.recording)
+        for one, other in zip(drawn.frames(), kept.frames(), strict=False):
+            if np.abs(one.image.astype(np.int32) - other.image).max() > ROUNDING:
+                return int(one.index)
+        return None if len(drawn) == len(kept) else min(len(drawn), len(kept))
+
+
+def kept_failures(folder: str | Path = KEPT) -> list[Kept]:
+    """The failures kept in a folder, by name; InputError where a note is damaged or its scene or frames are missing."""
+    return [_read(path) for path in sorted(Path(folder).glob("*.json"))]
+
+
+def keep(found: Path, subject: Subject, name: str, folder: Path = KEPT) -> Kept:
+    """Keep the failure whose minimal.yaml and minimal.mcap are in `found`; once, however often it is found."""
+    make_folder(folder)
+    scene = irsim.load(found / f"{MINIMAL}.yaml")
+    tracker, parameters = _made_by(tracker_config(subject.tracker))
+    stem = file_stem(name, subject.label)
+    path = folder / f"{stem}.yaml"
+    number = 2
+    while path.exists() and irsim.load(path) != scene:
+        path, number = folder / f"{stem}-{number}.yaml", number + 1
+    kept = Kept(path, subject.label, tracker, parameters, subject.input, broken=True)
+    for copy in (kept.path, kept.recording):
+        with replacing(copy) as file:
+            file.write((found / MINIMAL).with_suffix(copy.suffix).read_bytes())
+    _note(kept)
+    return kept
+
+
+def _made_by(config: Mapping[str, Any]) -> tuple[str, Mapping[str, Any]]:
+    """A tracker's name, and its parameters that are not the defaults: what is tried is the tracker as it will be."""
+    from irtrack.trackers import make
+
+    name, parameters = config["tracker"], config["parameters"]
+    try:
+        usual = tracker_config(make(name, {}))["parameters"]
+    except IrtrackError:  # it cannot do without some
+        return name, parameters
+    return name, {key: value for key, value in parameters.items() if usual.get(key, ...) != value}
+
+
+def _record(scene: Path, recording: Path) -> None:
+    irsim.record(irsim.Rendering(irsim.load(scene), scene.stem), recording, compression="zstd")
+
+
+def _note(kept: Kept) -> None:
+    values = {key: value for key, value in asdict(kept).items() if key != "path"}
+    with replacing_text(kept.note) as file:
+        file.write(json.dumps(values, indent=1) + "\n")
+
+
+def _read(note: Path) -> Kept:
+    try:
+        values = json.loads(note.read_text(encoding="utf-8"))
+        kept = Kept(note.with_suffix(".yaml"), **values)
+    except (OSError, ValueError, TypeError) as error:
+        raise InputError(f"{note}: is no note of a kept failure: {error}") from None
+    for needed in (kept.path, kept.recording):
+        if not needed.is_file():
+            raise InputError(f"{needed}: is missing; {note.name} speaks of it")
+    return kept

@@ -1,0 +1,203 @@
+"""Kept failures are tried for ever, golden figures held: what is worse by a tenth is told, and `--bless` takes it."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import planted_failure
+import pytest
+
+import irsim
+from irtrack import golden
+from irtrack.bench import load_suite
+from irtrack.cli import main
+from irtrack.errors import InputError
+from irtrack.falsify import find_failure, kept_failures
+from irtrack.metrics import FIGURES
+
+ROOT = Path(__file__).parent.parent
+KEPT = kept_failures(ROOT / "scenarios" / "regressions")
+SUITE = ROOT / "recordings" / "reference" / "golden-suite.yaml"
+RECORDINGS = sorted((ROOT / "recordings" / "reference").glob("*.mcap"))
+
+Cli = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def cli(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Cli:
+    """`irtrack regress WORDS` in an empty folder: (exit status, output, errors)."""
+    monkeypatch.chdir(tmp_path)
+
+    def call(*words: str) -> tuple[int, str, str]:
+        monkeypatch.setattr("sys.argv", ["irtrack", "regress", *words])
+        with pytest.raises(SystemExit) as caught:
+            main()
+        said = capsys.readouterr()
+        return int(caught.value.code or 0), said.out, said.err
+
+    return call
+
+
+def test_there_are_kept_failures_and_small_recordings() -> None:
+    assert KEPT
+    assert len(RECORDINGS) >= 3
+    kept = [each.recording for each in KEPT]
+    assert sum(path.stat().st_size for path in [*RECORDINGS, *kept]) < 10e6
+
+
+@pytest.mark.parametrize("name", [str(each) for each in KEPT])
+def test_a_kept_failure_is_as_it_was_noted(name: str) -> None:
+    (kept,) = [each for each in KEPT if str(each) == name]
+    assert not kept.changes()
+
+
+def test_golden_figures_hold() -> None:
+    """Of trackers on the small recordings: worse is a fault, better asks for `irtrack regress --bless`."""
+    old = golden.read(golden.golden_file(SUITE))
+    assert golden.changes(old, golden.measure(load_suite(SUITE))) == []
+
+
+@pytest.mark.parametrize("figure", [name for name in golden.HELD if name != "lost"])
+def test_a_tenth_worse_is_told_of_every_golden_figure(figure: str) -> None:
+    old = golden.read(golden.golden_file(SUITE))
+    factor = 1.1 if FIGURES[figure].better == "less" else 0.9
+    told = 0
+    for run, figures in old.items():
+        was = figures[figure]
+        if was is None or was * 0.1 < 0.01 * (figure != "error"):  # less than a frame in a hundred cannot be
+            continue
+        told += 1
+        worse: Mapping[str, float | None] = {**figures, figure: was * factor}
+        assert [each.verdict for each in golden.changes({run: figures}, {run: worse})] == ["worse"], run
+        assert [each.verdict for each in golden.changes({run: worse}, {run: figures})] == ["better"]
+        assert not golden.changes({run: figures}, {run: {**figures, figure: was * (1 + (factor - 1) / 4)}})
+    assert told
+
+
+def test_a_run_that_is_lost_new_or_gone_is_told() -> None:
+    run = ("sky", "kalman", 0)
+    held = dict.fromkeys(golden.HELD, 0.0)
+    assert [each.verdict for each in golden.changes({run: held}, {run: {**held, "lost": 1.0}})] == ["worse"]
+    assert [each.verdict for each in golden.changes({run: held}, {})] == ["gone"]
+    assert [each.verdict for each in golden.changes({}, {run: held})] == ["new"]
+    assert [each.verdict for each in golden.changes({run: held}, {run: {**held, "error": None}})] == ["gone"]
+
+
+PLANTED = """
+sources: [blind.yaml]
+trackers: [{label: offset, tracker: "planted_failure:Offset"}]
+seeds: 2
+"""
+
+
+def test_a_tracker_that_is_a_tenth_worse_fails_until_it_is_blessed(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is 2 px off, then 2.2 px."""
+    Path("blind.yaml").write_text(planted_failure.SCENE)
+    Path("my-suite.yaml").write_text(PLANTED)
+    status, _, err = cli("my-suite.yaml")
+    assert (status, err.count("\n")) == (2, 1)
+    assert "my-suite.golden.json: there are no golden figures yet; irtrack regress --bless" in err
+    assert cli("my-suite.yaml", "--bless")[0] == 0
+    status, out, _ = cli("my-suite.yaml")
+    assert (status, out) == (0, "my-suite.yaml: ok: 2 runs, 0 changes\n")
+    monkeypatch.setattr(planted_failure.Offset, "px", 2.2)
+    status, out, _ = cli("my-suite.yaml")
+    assert status == 1
+    row = out.splitlines()[1].split()
+    assert (row[:4], row[-1]) == (["blind", "offset", "0", "error"], "worse")
+    assert [float(word) for word in row[4:6]] == pytest.approx([2, 2.2], abs=0.01)
+    (found,) = json.loads(cli("my-suite.yaml", "--json")[1])
+    assert found["failed"]
+    assert found["changes"][0]["verdict"] == "worse"
+    status, out, _ = cli("my-suite.yaml", "--bless")
+    assert status == 0
+    assert "worse" in out
+    assert "blessed" in out
+    assert cli("my-suite.yaml")[0] == 0
+    monkeypatch.setattr(planted_failure.Offset, "px", 1.0)
+    status, out, _ = cli("my-suite.yaml")
+    assert (status, "better" in out) == (0, True)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder in which the planted failure is kept."""
+    base = tmp_path_factory.mktemp("kept")
+    near = planted_failure.SCENE.replace("low: 4, high: 54", "low: 32, high: 36")
+    for out in ("once", "twice"):  # found twice, kept once
+        find_failure(
+            irsim.loads(near), "planted_failure:Raising", base / out, name="blind", keep_in=base / "regressions"
+        )
+    return base / "regressions"
+
+
+def test_what_is_kept_is_one_scene_its_frames_and_a_note(folder: Path) -> None:
+    (kept,) = kept_failures(folder)
+    assert {path.suffix for path in folder.iterdir()} == {".yaml", ".mcap", ".json"}
+    assert str(kept) == "blind-planted_failure-Raising"
+    assert kept.broken
+    assert not kept.changes()
+    assert kept.verdict().raised is not None
+
+
+def test_a_mended_failure_is_noted_and_must_stay_mended(folder: Path, cli: Cli, tmp_path: Path) -> None:
+    shutil.copytree(folder, "kept")
+    note = next(Path("kept").glob("*.json"))
+    mended = note.read_text().replace("planted_failure:Raising", "planted_failure:Offset")
+    note.write_text(mended)
+    status, out, _ = cli("kept")
+    assert status == 1
+    assert "breaks never_lost no more" in out
+    assert cli("kept", "--bless")[0] == 0
+    assert cli("kept")[:2] == (0, "kept: ok: 1 failure, 0 changes\n")
+    note.write_text(note.read_text().replace("planted_failure:Offset", "planted_failure:Raising"))
+    status, out, _ = cli("kept")
+    assert status == 1
+    assert "breaks never_lost again" in out
+    assert "ValueError: planted" in out
+
+
+def test_frames_that_are_rendered_otherwise_are_told(folder: Path, cli: Cli) -> None:
+    shutil.copytree(folder, "kept")
+    (kept,) = kept_failures("kept")
+    warmer = irsim.change(irsim.load(kept.path), {"background.horizon_k": 284})
+    kept.path.write_text(irsim.dumps(warmer))
+    assert cli("kept")[0] == 1
+    assert "renders frame 0 otherwise than blind-planted_failure-Raising.mcap has it" in kept.changes()[0]
+    assert cli("kept", "--bless")[0] == 0
+    assert not replace(kept, broken=kept.bless().broken).changes()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["none-suite.yaml"], "none-suite.yaml: cannot read it: there is no such file"),
+        (["sky"], "sky: allowed: a suite (*suite*.yaml) or a folder of kept failures"),
+        (["empty"], "empty: holds no kept failure"),
+        (["bad"], "bad/x.json: is no note of a kept failure"),
+        (["bare"], "bare/x.yaml: is missing; x.json speaks of it"),
+        (["odd-suite.yaml"], "odd-suite.golden.json: holds no golden figures"),
+    ],
+    ids=lambda value: value[0] if isinstance(value, list) else "",
+)
+def test_bad_input_is_one_line(cli: Cli, words: list[str], said: str) -> None:
+    for name in ("empty", "bad", "bare"):
+        Path(name).mkdir()
+    Path("bad/x.json").write_text("{}")
+    note = {"label": "a", "tracker": "kalman", "parameters": {}, "input": "display", "broken": True}
+    Path("bare/x.json").write_text(json.dumps(note))
+    Path("blind.yaml").write_text(planted_failure.SCENE)
+    Path("odd-suite.yaml").write_text(PLANTED)
+    Path("odd-suite.golden.json").write_text("[1]")
+    status, out, err = cli(*words)
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert said in err
+
+
+def test_a_suite_without_golden_figures_is_an_input_error(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="there are no golden figures yet"):
+        golden.read(tmp_path / "x.golden.json")
