@@ -33,6 +33,14 @@ app = typer.Typer(
 SourceArgument = Annotated[
     str, typer.Argument(metavar="SCENARIO|REC", help="A scenario's file or name, or a recording.")
 ]
+OverridesArgument = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="KEY=VALUE",
+        help="Changes to the scenario: camera.netd_mk=80, targets.jet.path.speed=3 (list items by id).",
+    ),
+]
+SeedOption = Annotated[int | None, typer.Option(metavar="N", help="Seed of the scene.")]
 RecordingOption = Annotated[Path | None, typer.Option("-o", "--output", metavar="REC", help="The recording to write.")]
 
 
@@ -76,6 +84,7 @@ def check(
 @app.command()
 def show(
     source: SourceArgument,
+    overrides: OverridesArgument = None,
     output: Annotated[
         Path | None,
         typer.Option(
@@ -85,6 +94,7 @@ def show(
     frames: Annotated[
         str | None, typer.Option(metavar="N|A:B", help="The first N frames, or frames A to B-1; default: all.")
     ] = None,
+    seed: SeedOption = None,
 ) -> None:
     """Draw a sheet of frames over time with their truth boxes (PNG), or the frames in motion (WebM, GIF)."""
     from irsim.draw import contact_sheet
@@ -92,19 +102,17 @@ def show(
     from irsim.moving import moving_picture
     from irsim.sources import open_source
 
-    opened = open_source(source)
+    opened = open_source(source, overrides or (), seed)
     path = output or Path(f"{opened.name}.png")
-    check_output(path, find(source))
+    check_output(path, find(source), endings=(".png", ".webm", ".gif"))
     start, stop = (0, len(opened)) if frames is None else _frame_range(frames)
     if stop > len(opened):
         raise InputError(f"--frames {frames}: {source} has {len(opened)}; allowed: within 0:{len(opened)}")
     if path.suffix.lower() == ".png":
         print(contact_sheet(opened, path, start, stop))
-    elif path.suffix.lower() in (".webm", ".gif"):
+    else:
         with progress_bar(f"show {opened.name}", stop - start) as progress:
             print(moving_picture(opened, path, start, stop, progress))
-    else:
-        raise InputError(f"{path}: unknown kind of picture; allowed: .png, .webm, .gif")
 
 
 @app.command()
@@ -132,22 +140,16 @@ def gallery(
     if what not in SHEETS:
         raise InputError(f"no sheet of '{what}'; allowed: {', '.join(SHEETS)}{suggestion(what, SHEETS)}")
     path = output or Path(f"{what}.png")
-    check_output(path)
+    check_output(path, endings=(".png",))
     print(SHEETS[what](path))
 
 
 @app.command()
 def render(
     source: SourceArgument,
-    overrides: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="KEY=VALUE",
-            help="Changes to the scenario: camera.netd_mk=80, targets.jet.path.speed=3 (list items by id).",
-        ),
-    ] = None,
+    overrides: OverridesArgument = None,
     output: RecordingOption = None,
-    seed: Annotated[int | None, typer.Option(metavar="N", help="Seed of the scene.")] = None,
+    seed: SeedOption = None,
     frames: Annotated[
         str | None,
         typer.Option(
@@ -170,7 +172,7 @@ def render(
     off = [name.strip() for name in (without or "").split(",") if name.strip()]
     rendering, start, stop = open_rendering(source, overrides or (), seed, wanted, off)
     path = output or Path(f"{Path(source).stem}.mcap")
-    check_output(path, find(source))
+    check_output(path, find(source), endings=(".mcap",))
     with progress_bar(f"render {rendering.name}", stop - start) as progress:
         record(rendering, path, start, stop, jobs, progress)
     _say_written(path)
@@ -179,9 +181,7 @@ def render(
 @app.command()
 def masks(
     source: SourceArgument,
-    overrides: Annotated[
-        list[str] | None, typer.Argument(metavar="KEY=VALUE", help="Changes to the scenario, as for render.")
-    ] = None,
+    overrides: OverridesArgument = None,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="DIR", help="Default: NAME-masks in this folder.")
     ] = None,
@@ -245,7 +245,7 @@ def import_(
 
     shown = None if agc is None else _agc(agc)
     path = output or Path(f"{name_of(frames)}.mcap")
-    check_output(path, frames, truth)
+    check_output(path, frames, truth, endings=(".mcap",))
     with progress_bar(f"import {frames.name}") as progress:
         import_frames(
             *(frames, path, truth, rate),

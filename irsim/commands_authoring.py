@@ -24,7 +24,7 @@ def new(
 
     text = start_text(kind)
     path = output or Path(f"{kind}.yaml")
-    check_output(path)
+    check_output(path, endings=(".yaml", ".yml"))
     write_new(path, text)
     print(path)
     print(f"look at it: irsim show {shlex.quote(str(path))}")
@@ -38,6 +38,7 @@ def schema(
     """Print the JSON Schema of scenarios, by which editors complete and check them."""
     from irsim.authoring import json_schema
 
+    check_output(output, endings=(".json",))
     text = json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
     if output is None:
         print(text, end="")

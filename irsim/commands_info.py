@@ -18,12 +18,18 @@ if TYPE_CHECKING:
 def info(
     source: Annotated[str, typer.Argument(metavar="SCENARIO|REC", help="A scenario's file or name, or a recording.")],
 ) -> None:
-    """Say what is in a recording or a scenario, and how large, fast, clear and hidden its targets are."""
-    from irsim.recording import Recording
+    """Say what is in a recording or a scenario, and how large, fast, clear and hidden its targets are.
+
+    Every byte of a recording is checked; status 2 where some are damaged.
+    """
+    from irsim.recording import Recording, damages
     from irsim.sources import open_source
 
     opened = open_source(source)
     kept = opened if isinstance(opened, Recording) else None
+    damaged = "" if kept is None else ", ".join(damages(kept))
+    if kept is not None and damaged:
+        raise kept.container.damage(damaged)
     for label, text in (
         ("scenario" if kept is None else "recording", source),
         *_facts(opened, len(opened) / opened.rate_hz if kept is None else kept.info()["duration_s"]),

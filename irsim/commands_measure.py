@@ -83,8 +83,7 @@ def fit(
     from irsim.sources import open_source
 
     opened = open_source(source)
-    if output is not None:
-        check_output(output, find(source))
+    check_output(output, find(source), endings=(".yaml", ".yml"))
     where = None if region is None else parse_region(region, opened.size)
     start, stop = _span(frames, len(opened))
     try:

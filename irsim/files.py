@@ -1,23 +1,35 @@
-"""Output files: checked before any work, whole or not there at all."""
+"""Files: which are recordings; outputs are checked before any work, and whole or not there at all."""
 
 from __future__ import annotations
 
 import io
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO, TextIO
 
 from irsim.errors import InputError
 
+MCAP_MAGIC = b"\x89MCAP"
+"""First bytes of an MCAP file (MCAP specification, 'Magic')."""
 
-def check_output(path: Path | None, *inputs: Path | None) -> None:
-    """InputError where `path` cannot become a file, or would replace one of `inputs`.
+
+def is_recording(path: Path) -> bool:
+    """Whether the file is a recording, by its content; one cut to nothing, or not to be read, goes by its suffix."""
+    try:
+        with path.open("rb") as file:
+            return file.read(len(MCAP_MAGIC)) == MCAP_MAGIC or path.suffix == ".mcap"
+    except OSError:
+        return path.suffix == ".mcap"
+
+
+def check_output(path: Path | None, *inputs: Path | None, endings: Sequence[str] = ()) -> None:
+    """InputError where `path` cannot become a file, would replace one of `inputs`, or has none of `endings`.
 
     It cannot where its folder is missing, or where it is a folder or a device. `inputs` are what the
-    command reads (a folder: every file in it), or its other outputs. None, an output that nobody
-    asked for, passes.
+    command reads (a folder: every file in it), or its other outputs. `endings` are those that tell others what
+    will be in it, such as ".mcap"; none: any. None, an output that nobody asked for, passes.
     """
     if path is None:
         return
@@ -33,6 +45,8 @@ def check_output(path: Path | None, *inputs: Path | None) -> None:
             used.resolve() == real or (used.is_dir() and path.exists() and used.resolve() in real.parents)
         ):
             raise InputError(f"{path}: would replace {used}, which this command needs; allowed: another name")
+    if endings and path.suffix.lower() not in endings:
+        raise InputError(f"{path}: allowed: a name that ends in {' or '.join(endings)}")
 
 
 @contextmanager

@@ -12,6 +12,7 @@ from irsim import yamlfile
 from irsim.doubts import doubts
 from irsim.errors import InputError, Notice
 from irsim.explain import AnyPart, formed, line
+from irsim.files import is_recording
 from irsim.intent import unmet
 from irsim.kinds import importing_nothing
 from irsim.overrides import override, placed
@@ -47,7 +48,7 @@ def load(path: str | PathLike[str], overrides: Iterable[str] = ()) -> Scenario:
 
     InputError: a line for each thing that is wrong, 'file:line:column: key: what; allowed: ...'.
     """
-    return _scenario(yamlfile.read(find(path)), overrides)
+    return _scenario(_read(path), overrides)
 
 
 def loads(text: str, name: str = "<text>", overrides: Iterable[str] = (), trusted: bool = True) -> Scenario:
@@ -95,14 +96,14 @@ class Written(Generic[AnyPart]):
 
 def read_part(path: str | PathLike[str], part: type[AnyPart]) -> Written[AnyPart]:
     """The part that a YAML file says, or a shipped one by its name; InputError as `load`."""
-    document = yamlfile.read(find(path))
+    document = _read(path)
     document = replace(document, value=_whole(document.value))
     return Written(formed(document, part), document)
 
 
 def warnings(path: str | PathLike[str], overrides: Iterable[str] = ()) -> list[str]:
     """Lines 'file:line:column: key: warning: what' on what is legal but may not be meant. InputError as `load`."""
-    document = _changed(yamlfile.read(find(path)), overrides)
+    document = _changed(_read(path), overrides)
     scenario = _validated(document)
     faults = list(_faults_of_severities(document, scenario))
     if faults:
@@ -122,6 +123,14 @@ def build(part: type[AnyPart], values: Mapping[str, Any], name: str) -> AnyPart:
     InputError: a line for each thing that is wrong, 'name: key: what; allowed: ...'.
     """
     return formed(Document(name, _whole(dict(values)), {(): name}, {}), part)
+
+
+def _read(path: str | PathLike[str]) -> Document:
+    """The document in a file, or in the shipped one of that name."""
+    file = find(path)
+    if file.is_file() and is_recording(file):
+        raise InputError(f"{path}: is a recording, no YAML; irsim info tells what is in it")
+    return yamlfile.read(file)
 
 
 def _scenario(document: Document, overrides: Iterable[str]) -> Scenario:

@@ -8,14 +8,12 @@ from os import PathLike
 from pathlib import Path
 
 from irsim.errors import InputError
+from irsim.files import is_recording
 from irsim.loader import load, loads
 from irsim.recording import Recording, open_recording
 from irsim.scenario import Scenario
 from irsim.simulate import Rendering
 from irsim.types import Source
-
-MCAP_MAGIC = b"\x89MCAP"
-"""First bytes of an MCAP file (MCAP specification, 'Magic')."""
 
 
 def open_source(
@@ -101,15 +99,6 @@ def _scenario(path: str | PathLike[str], recording: Recording | None, changes: S
     if recording.scenario_text is None:
         raise InputError(f"{path}: holds no scenario, its frames were imported; allowed: a recording of a scenario")
     return loads(recording.scenario_text, f"{path}: scenario", changes, trusted=False)
-
-
-def is_recording(path: Path) -> bool:
-    """Whether the file is a recording, by its content; one cut to nothing, or not to be read, goes by its suffix."""
-    try:
-        with path.open("rb") as file:
-            return file.read(len(MCAP_MAGIC)) == MCAP_MAGIC or path.suffix == ".mcap"
-    except OSError:
-        return path.suffix == ".mcap"
 
 
 def _refuse(overrides: Sequence[str], what: str) -> None:

@@ -218,6 +218,30 @@ def test_show_writes_moving_pictures(run: Run, folder: Path, ending: str) -> Non
     assert [capture.read()[0] for _ in range(3)] == [True, True, False]
 
 
+def test_show_takes_changes_and_a_seed(run: Run, folder: Path) -> None:
+    def picture(*words: str) -> bytes:
+        done = run("show", "scene.yaml", *words, "-o", "sheet.png", cwd=folder)
+        assert done.returncode == 0, done.stderr
+        return (folder / "sheet.png").read_bytes()
+
+    assert picture() == picture("--seed", "3") == picture("targets.jet.path.speed=2.0")
+    assert len({picture(), picture("--seed", "4"), picture("targets.jet.path.speed=4")}) == 3
+
+
+def test_info_says_what_is_damaged(run: Run, folder: Path) -> None:
+    path = folder / "scene.mcap"
+    irsim.record(irsim.Rendering(irsim.loads(TEXT)), path)
+    whole = path.read_bytes()
+    image = irsim.open_recording(path).frame(3).image.astype("<u2").tobytes()
+    at = whole.index(image) + 100
+    path.write_bytes(whole[:at] + bytes([whole[at] ^ 1]) + whole[at + 1 :])
+    done = run("info", "scene.mcap", cwd=folder)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.splitlines() == [
+        "irsim: scene.mcap: damaged: frames 2 to 3; irsim import scene.mcap -o NEW.mcap keeps what is whole"
+    ]
+
+
 def test_import_makes_a_recording_of_pictures(run: Run, folder: Path) -> None:
     (folder / "clip").mkdir()
     for index in range(3):
@@ -317,14 +341,29 @@ BAD = {
     ),
     "no such recording": (["info", "none.mcap"], "irsim: none.mcap: there is no such file"),
     "foreign recording": (["info", "forged.mcap"], "irsim: forged.mcap: is not an MCAP file"),
+    "recording to check": (["check", "good.mcap"], "good.mcap: is a recording, no YAML; irsim info tells"),
     "empty recording": (["info", "empty.mcap"], "irsim: empty.mcap: "),
     "cut recording": (["info", "cut.mcap"], "irsim: cut.mcap: "),
     "nothing to show": (["show", "none.mcap"], "irsim: none.mcap: there is no such file"),
     "no folder to show to": (["show", "scene.yaml", "-o", "no/x.png"], "irsim: no/x.png: the folder no does not exist"),
     "unknown kind of picture": (
         ["show", "scene.yaml", "-o", "x.mp4"],
-        "irsim: x.mp4: unknown kind of picture; allowed: .png, .webm, .gif",
+        "irsim: x.mp4: allowed: a name that ends in .png or .webm or .gif",
     ),
+    "unknown kind of recording": (
+        ["render", "scene.yaml", "-o", "x.avi"],
+        "irsim: x.avi: allowed: a name that ends in .mcap",
+    ),
+    "import into no recording": (["import", "clip", "-o", "clip.bag"], "irsim: clip.bag: allowed: a name that ends in"),
+    "fit into no scenario": (["fit", "good.mcap", "-o", "x.json"], "irsim: x.json: allowed: a name that ends in .yaml"),
+    "new scenario of no kind": (["new", "sky", "-o", "x.txt"], "irsim: x.txt: allowed: a name that ends in .yaml"),
+    "schema into no JSON": (["schema", "-o", "x.yaml"], "irsim: x.yaml: allowed: a name that ends in .json"),
+    "gallery into no picture": (["gallery", "-o", "x.jpg"], "irsim: x.jpg: allowed: a name that ends in .png"),
+    "override of a recording": (
+        ["show", "good.mcap", "camera.bits=8"],
+        "irsim: camera.bits=8: overrides are for scenarios; good.mcap cannot be changed",
+    ),
+    "seed of a recording": (["show", "good.mcap", "--seed", "1"], "irsim: good.mcap: a recording has no seed; "),
     "no such frames to show": (
         ["show", "scene.yaml", "--frames", "2:2000"],
         "irsim: --frames 2:2000: scene.yaml has ",

@@ -20,7 +20,7 @@ from irsim.detector.response import Electrons, Setting
 from irsim.errors import InputError
 from irsim.measure import Region, defects, flattest, measure_noise, noise_3d, parse_region, temporal
 from irsim.measure.memory import fit_memory, time_freedom
-from irsim.measure.noise import fine_sigma
+from irsim.measure.noise import fine_sigma, noise_lines
 from irsim.measure.noise_3d import TERMS, components, mean_squares
 from irsim.types import Floats
 
@@ -230,6 +230,16 @@ def test_a_moving_background_is_told_and_noise_found_all_the_same() -> None:
     assert report.temporal.pair.value > 11  # the scene's own change is in it
     assert report.fine == pytest.approx(10, rel=0.02)
     assert fine_sigma(np.zeros((4, 8, 8))) == 0
+
+
+@pytest.mark.parametrize(("speed", "moves"), [(0.3, True), (0.0, False)])
+def test_a_slow_background_is_told_where_neighbouring_frames_are_alike(speed: float, moves: bool) -> None:
+    rows, columns = np.mgrid[:64, :64]
+    scene = np.stack([12 * np.sin((columns + speed * k) / 9) * np.cos(rows / 11) for k in range(80)])
+    report = measure_noise(rendered(6, (80, 64, 64), {"kind": "white"}) + scene, 30.0, Region(0, 0, 64, 64))
+    assert report.moves == moves
+    assert report.fine == pytest.approx(10, rel=0.02)
+    assert any("motion" in text for _, text in noise_lines(report)) == moves
 
 
 @pytest.mark.parametrize("shape", [(3, 32, 32), (10, 3, 32)])

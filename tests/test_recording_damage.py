@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from mcap.writer import Writer
 from recording_fakes import Noise, same_frames
 
 from irsim.display import AGCS
 from irsim.errors import InputError
 from irsim.recording import (
+    damages,
     open_recording,
     record,
     recover,
@@ -45,6 +50,20 @@ def test_files_that_are_no_recording(tmp_path: Path, content: bytes | None, says
     with pytest.raises(InputError) as error:
         open_recording(path)
     assert says in one_line(error, path)
+
+
+@settings(deadline=None, max_examples=60)
+@given(data=st.data())
+def test_no_flipped_byte_goes_unnoticed(recorded: Path, data: st.DataObject) -> None:
+    whole = recorded.read_bytes()
+    assert not list(damages(open_recording(recorded)))
+    at = data.draw(st.integers(0, len(whole) - 1))
+    flipped = data.draw(st.integers(1, 255))
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "flipped.mcap")
+        path.write_bytes(whole[:at] + bytes([whole[at] ^ flipped]) + whole[at + 1 :])
+        with suppress(InputError):  # what is opened first is checked first
+            assert list(damages(open_recording(path)))
 
 
 def test_a_folder_is_no_recording(tmp_path: Path) -> None:

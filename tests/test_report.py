@@ -230,9 +230,13 @@ def test_empty_results_are_one_clear_error(empty: Results, tmp_path: Path) -> No
     assert [path.name for path in tmp_path.iterdir()] == ["empty.db"]
 
 
-def test_a_missing_folder_is_one_clear_error(measured: Measured, tmp_path: Path) -> None:
+def test_a_name_that_cannot_be_is_one_clear_error(measured: Measured, tmp_path: Path) -> None:
     with pytest.raises(irsim.InputError, match=r"the folder .* does not exist"):
         write_report(measured.results, tmp_path / "no" / "report.html")
+    with pytest.raises(InputError, match=r"x\.txt: allowed: a name that ends in \.html or \.json or \.csv or \.md"):
+        write_report(measured.results, tmp_path / "x.txt")
+    with pytest.raises(InputError, match=r"x\.md: allowed: a name that ends in \.csv"):
+        write_report(measured.results, tmp_path / "x.md", "csv")
     with pytest.raises(irsim.InputError, match="is a folder"):
         write_report(measured.results, tmp_path)
     with pytest.raises(InputError, match="no such file"):

@@ -16,7 +16,9 @@ from irsim.measure.region import Region, Values, flattest
 from irsim.types import Floats
 
 _MOVES = 0.1
-"""Correlation of neighbouring pixels' changes from frame to frame above which something moves."""
+"""Correlation of neighbouring pixels' changes above which something moves, where there are many pixels."""
+_BEYOND_CHANCE = 5.0
+"""So many standard errors of such a correlation are no chance."""
 
 
 @dataclass(frozen=True)
@@ -27,8 +29,8 @@ class NoiseReport:
                 these frames) and vh is freed of its mean
     temporal    pair differences, lag correlations, memory
     fine        temporal sigma of what is sharp: a moving background does not show in it
-    moves       whether neighbours change together: something moves (then only `fine` speaks of noise
-                alone), or noise is blurred over pixels
+    moves       whether neighbours change together, from frame to frame or over half of the frames: something
+                moves (then only `fine` speaks of noise alone), or noise is blurred over pixels
     drift       sigma of the frames' means
     slope_per_s of the frames' means, by least squares
     dead, hot, blinking     pixels in the whole picture
@@ -82,7 +84,7 @@ def measure_noise(
         terms=terms,
         temporal=flow,
         fine=fine_sigma(flat),
-        moves=_neighbours_agree(flat) > _MOVES,
+        moves=_moves(flat),
         drift=float(means.std(ddof=1)),
         slope_per_s=float(np.polyfit(seconds, means, 1)[0]),
         dead=int(bad.dead.sum()),
@@ -104,11 +106,18 @@ def fine_sigma(frames: Floats) -> float:
     return float(np.median(np.abs(bent)) / 0.6745 / (6 * np.sqrt(2)))
 
 
-def _neighbours_agree(frames: Floats) -> float:
-    """Correlation of neighbouring pixels' changes between frames, the greater of both axes; lines taken out."""
-    changes = np.diff(frames, axis=0)
-    changes = changes - changes.mean(axis=1, keepdims=True) - changes.mean(axis=2, keepdims=True)
-    changes = changes + np.diff(frames, axis=0).mean(axis=(1, 2), keepdims=True)
+def _moves(frames: Floats) -> bool:
+    """What moves slowly shows only over many frames."""
+    pixels = frames[0].size
+    least = max(_MOVES, _BEYOND_CHANCE / float(np.sqrt(pixels)))  # fixed noise may change once: one picture counts
+    return any(_neighbours_agree(frames, lag) > least for lag in {1, len(frames) // 2})
+
+
+def _neighbours_agree(frames: Floats, lag: int) -> float:
+    """Correlation of neighbouring pixels' changes over `lag` frames, the greater of both axes; lines taken out."""
+    all_changes = frames[lag:] - frames[:-lag]
+    changes = all_changes - all_changes.mean(axis=1, keepdims=True) - all_changes.mean(axis=2, keepdims=True)
+    changes = changes + all_changes.mean(axis=(1, 2), keepdims=True)
     power = float(np.square(changes).mean())
     if power == 0:
         return 0.0
@@ -137,8 +146,9 @@ def noise_lines(report: NoiseReport) -> Iterator[tuple[str, str]]:
     yield "drift", f"{report.drift:.3g} counts of the frames' mean, slope {report.slope_per_s:.3g} a second"
     yield "bad", f"{report.dead} dead, {report.hot} hot, {report.blinking} blinking of {report.pixels} pixels"
     if report.moves:
-        yield "note", "neighbours change together: something moves here, or noise itself is blurred;"
-        yield "", f"what is sharp alone is {report.fine:.3g} counts a pixel (fine)"
+        yield "note", "neighbours change together: the scene moves here, or noise itself is blurred over pixels;"
+        yield "", "the figures above hold its motion and texture, too: look where it is still (--region);"
+        yield "", f"noise that is sharp, whatever moves behind it, is {report.fine:.3g} counts a pixel (fine)"
 
 
 _WORDS = (

@@ -3,6 +3,7 @@
 from irsim.recording.read import Recording, open_recording
 from irsim.recording.recover import recover
 from irsim.recording.tracks import TrackHeader, TrackRecording, TrackState, read_tracks, write_tracks
+from irsim.recording.verify import damages
 from irsim.recording.write import record
 
 __all__ = [
@@ -10,6 +11,7 @@ __all__ = [
     "TrackHeader",
     "TrackRecording",
     "TrackState",
+    "damages",
     "open_recording",
     "read_tracks",
     "record",

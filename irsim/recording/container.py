@@ -38,8 +38,11 @@ _MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time, 
 _FOOTER = struct.Struct("<BQQQI")  # opcode, length, summary start, summary offset start, summary CRC
 _CHUNK_CRC_AT = RECORD.size + 24  # behind start time, end time and uncompressed size
 _CRC = struct.Struct("<I")
+_DATA_END = struct.Struct("<BQI")  # opcode, length, CRC of all before it
 _INDEX_HEAD = struct.Struct("<BQHI")  # of a MessageIndex: opcode, length, channel, bytes of entries
 _INDEX_ENTRY_BYTES = 16
+
+_BLOCK = 1 << 20
 
 _LARGEST_UNPACKED = 1 << 30
 """Bytes that a compressed chunk may unpack to: two frames of 16384 x 16384 counts. A forged one of a
@@ -137,6 +140,18 @@ class Container:
         if data is None or not _matches(data, _CRC.unpack_from(raw, _CHUNK_CRC_AT)[0]):
             raise self.damage("a chunk does not match its CRC")
         return data
+
+    def data_matches(self) -> bool:
+        """Does all that stands before the summary match its CRC, where it has one?"""
+        with self.open() as file:
+            file.seek(self.stamp[1] - _FOOTER.size - len(MAGIC))
+            left = _FOOTER.unpack(file.read(_FOOTER.size))[2] - _DATA_END.size
+            file.seek(0)
+            crc = 0
+            while left > 0 and (block := file.read(min(left, _BLOCK))):
+                crc, left = zlib.crc32(block, crc), left - len(block)
+            opcode, _, stated = _DATA_END.unpack(file.read(_DATA_END.size))
+        return bool(opcode == Opcode.DATA_END and stated in (0, crc))
 
     def _read(self, file: BinaryIO, offset: int, length: int) -> bytes:
         """Bytes that the index promises; DamageError where they are not in the file."""

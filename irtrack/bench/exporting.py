@@ -34,16 +34,14 @@ def export(results: Results | str | Path, out: str | Path) -> Path:
         with Results(results) as opened:
             return export(opened, out)
     path = Path(out)
-    check_output(path, results.path)
+    check_output(path, results.path, endings=(".csv", ".parquet", ".pq"))
     rows = [_row(cell) for cell in results.cells()]
     if not rows:
         raise InputError(f"{results.path}: holds no finished run; run irtrack bench first")
-    if path.suffix == ".csv":
+    if path.suffix.lower() == ".csv":
         _write_csv(rows, path)
-    elif path.suffix in {".parquet", ".pq"}:
-        _write_parquet(rows, path)
     else:
-        raise InputError(f"{path}: allowed: a name that ends in .csv or .parquet")
+        _write_parquet(rows, path)
     return path
 
 

@@ -98,8 +98,8 @@ def run(
     as_json: AsJson = False,
 ) -> None:
     """Run one tracker over one source; print its scores and how to repeat it."""
-    check_output(output, Path(source), csv)
-    check_output(csv, Path(source), output)
+    check_output(output, Path(source), csv, endings=(".mcap",))
+    check_output(csv, Path(source), output, endings=(".csv",))
     looked_at, start = input_name(input), None
     from irsim import Scenario, is_recording, open_source
     from irtrack.cli.options import split_settings, start_box

@@ -74,7 +74,7 @@ def bench(
     as_json: AsJson = False,
 ) -> None:
     """Run trackers over sources with many seeds; print the ranked table and where the results are."""
-    check_output(results, *map(Path, sources))
+    check_output(results, *map(Path, sources), endings=(".db", ".sqlite", ".sqlite3"))
     from irtrack.bench import summary
 
     suite = _suite(sources, trackers, severities)

@@ -38,7 +38,7 @@ def compare(
 ) -> None:
     """Compare two results files, or two trackers of one, run by run on the same scenes."""
     inputs = [Path(name) for name in (old, new) if Path(name).exists()] or [results]
-    check_output(junit_file, *inputs)
+    check_output(junit_file, *inputs, endings=(".xml",))
     from irtrack.compare import USUAL, Gate, cells_of, in_words, junit, under_one_label
     from irtrack.compare import compare as compare_cells
 

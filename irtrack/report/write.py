@@ -24,7 +24,7 @@ def write_report(
 
     results  an open results file or its path
     out      report.html (.json, .csv, .md) beside it where not given
-    format   one of `FORMATS`; by the ending of `out`, or html, where not given
+    format   one of `FORMATS`, and the ending of `out`; by that ending, or html, where not given
     command  what repeats it all, for the page to tell, where the results file is not kept
 
     InputError where there is no such results file, nothing in it, no such format, or no folder to write to.
@@ -32,13 +32,14 @@ def write_report(
     if not isinstance(results, Results):
         with Results(results) as opened:
             return write_report(opened, out, format, command)
-    chosen = _format(out, format)
-    path = results.path.with_name(f"report.{chosen}") if out is None else Path(out)
-    check_output(path, results.path)
+    if format is not None and format not in FORMATS:
+        raise InputError(f"format '{format}': allowed: {', '.join(FORMATS)}{suggestion(format, FORMATS)}")
+    path = results.path.with_name(f"report.{format or 'html'}") if out is None else Path(out)
+    check_output(path, results.path, endings=[f".{each}" for each in (FORMATS if format is None else [format])])
     cells = results.cells()
     if not cells:
         raise InputError(f"{results.path}: holds no finished cell; run irtrack bench first")
-    text = FORMATS[chosen](results, cells, command)
+    text = FORMATS[path.suffix.lower().removeprefix(".")](results, cells, command)
     with replacing_text(path) as file:
         file.write(text)
     return path
@@ -68,12 +69,3 @@ FORMATS: dict[str, Callable[[Results, Sequence[Cell], str | None], str]] = {
     "md": lambda results, cells, _: as_markdown(figures(results, cells)),
 }
 """How the text of each format is made."""
-
-
-def _format(out: str | Path | None, format: str | None) -> str:
-    ending = "" if out is None else Path(out).suffix.removeprefix(".").lower()
-    chosen = format or (ending if ending in FORMATS else "html")
-    if chosen not in FORMATS:
-        allowed = ", ".join(FORMATS)
-        raise InputError(f"format '{chosen}': allowed: {allowed}{suggestion(chosen, FORMATS)}")
-    return chosen
