@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-import signal
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
@@ -14,6 +13,7 @@ from itertools import chain
 
 from irsim.cards import source_card
 from irsim.display import Agc, Screen
+from irsim.interrupts import beginning, interrupts_held
 from irsim.loader import dumps
 from irsim.render import Renderer
 from irsim.scenario import Scenario
@@ -161,13 +161,17 @@ def chunks(scenario: Scenario, wanted: Sequence[int], jobs: int) -> Iterator[Chu
     """Chunks of the wanted frames, in order, by `jobs` worker processes; a few wait ahead at most."""
     context = multiprocessing.get_context("spawn")  # safe with threads, the same on every system
     pending: deque[Future[Chunk]] = deque()
-    with ProcessPoolExecutor(jobs, mp_context=context, initializer=_prepare, initargs=(scenario,)) as pool:
-        for begin in range(0, len(wanted), CHUNK):
-            pending.append(pool.submit(_render, wanted[begin : begin + CHUNK]))
-            if len(pending) > 2 * jobs:
+    with ProcessPoolExecutor(jobs, mp_context=context, **beginning(_prepare, scenario)) as pool:
+        try:
+            for begin in range(0, len(wanted), CHUNK):
+                with interrupts_held():
+                    pending.append(pool.submit(_render, wanted[begin : begin + CHUNK]))
+                if len(pending) > 2 * jobs:
+                    yield pending.popleft().result()
+            while pending:
                 yield pending.popleft().result()
-        while pending:
-            yield pending.popleft().result()
+        finally:
+            pool.shutdown(cancel_futures=True)
 
 
 _worker: Renderer
@@ -177,7 +181,6 @@ def _prepare(scenario: Scenario) -> None:
     global _worker  # a pool's initializer has no other way to leave something to its tasks
     import cv2
 
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all processes: the parent ends the pool
     cv2.setNumThreads(1)
     _worker = Renderer(scenario)
 

@@ -14,6 +14,14 @@ import typer
 
 from irsim.errors import InputError, IrsimError
 
+INTERRUPTED = 130
+"""Exit status after Ctrl-C, as shells have it: 128 and the signal's number."""
+
+
+class StoppedError(Exception):
+    """Ctrl-C where there is more to say than that: raised in place of KeyboardInterrupt."""
+
+
 UsageError: Any = typer.BadParameter.__base__
 """What typer raises of options and arguments; it has no public name there."""
 
@@ -25,7 +33,13 @@ def run(app: typer.Typer, name: str) -> None:
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # a terminal may know fewer letters than are printed
     try:
-        sys.exit(app(prog_name=name, standalone_mode=False))
+        status = app(prog_name=name, standalone_mode=False)
+        if status == INTERRUPTED:  # typer's word for KeyboardInterrupt
+            raise KeyboardInterrupt
+        sys.exit(status)
+    except (KeyboardInterrupt, typer.Abort, StoppedError) as stopped:
+        print(f"{name}: {str(stopped) or 'stopped'}", file=sys.stderr)
+        sys.exit(INTERRUPTED)
     except UsageError as error:
         if "\n" in error.message:  # the help, where a command was given nothing
             error.show()

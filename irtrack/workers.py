@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -15,6 +14,7 @@ from typing import Protocol, TypeVar
 
 import cv2
 
+from irsim.interrupts import beginning, interrupts_held
 from irtrack.errors import IrtrackError
 
 Item = TypeVar("Item")
@@ -37,10 +37,11 @@ def in_order(jobs: int) -> Iterator[Map]:
             yield lambda function, items: map(function, items)
         return
     context = multiprocessing.get_context("spawn")  # safe with threads, the same on every system
-    with ProcessPoolExecutor(jobs, mp_context=context, initializer=begin_worker) as pool:
+    with ProcessPoolExecutor(jobs, mp_context=context, **beginning(begin_worker)) as pool:
 
         def spread(function: Callable[[Item], Outcome], items: Sequence[Item]) -> Iterator[Outcome]:
-            futures = [pool.submit(function, item) for item in items]
+            with interrupts_held():
+                futures = [pool.submit(function, item) for item in items]
             try:
                 for future in futures:
                     yield future.result()
@@ -68,10 +69,8 @@ def one_thread() -> Iterator[None]:
 
 
 def begin_worker() -> None:
-    """The initializer of a pool's processes."""
+    """What every worker does first: one thread, and an end with its parent."""
     cv2.setNumThreads(1)
-    # A terminal's Ctrl-C reaches the workers too: they leave at once, and their parent tells of it.
-    signal.signal(signal.SIGINT, lambda *_: os._exit(130))
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
 

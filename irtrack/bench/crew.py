@@ -17,6 +17,7 @@ from queue import SimpleQueue
 from time import monotonic
 from typing import Any
 
+from irsim.interrupts import ignore_interrupts, interrupts_held
 from irtrack.bench.group import Group, Member, Outcome, run_group, timed_out
 from irtrack.errors import InputError, IrtrackError
 from irtrack.workers import begin_worker, how_it_ended
@@ -144,7 +145,7 @@ class Child:
         context = multiprocessing.get_context("spawn")  # safe with threads, the same on every system
         self._numbers = context.RawArray("d", Board.EMPTY)
         self._limit_s = limit_s
-        with _starting:
+        with _starting, interrupts_held():
             self._pipe, theirs = context.Pipe()
             self._process: BaseProcess = context.Process(
                 target=_serve, args=(theirs, self._numbers, limit_s), daemon=True
@@ -206,8 +207,8 @@ class Board:
 
 def _serve(pipe: Connection, numbers: Any, limit_s: float | None) -> None:
     """A worker's life: groups in, outcomes out."""
+    ignore_interrupts()  # of Ctrl-C the parent tells: one that is gone would be replaced
     begin_worker()
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # of Ctrl-C the parent tells: one that is gone would be replaced
     while True:
         answer: Any
         try:

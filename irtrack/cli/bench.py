@@ -131,11 +131,9 @@ def sweep(
                 seen=tally.see,
             )
     except KeyboardInterrupt:
-        print(
-            f"irtrack: stopped; {plural(tally.done, 'run')} of this call kept in {results}, the same command goes on",
-            file=sys.stderr,
-        )
-        raise typer.Exit(130) from None
+        raise terminal.StoppedError(
+            f"stopped; {plural(tally.done, 'run')} of this call kept in {results}, the same command goes on"
+        ) from None
     with kept:
         return kept.cells(run=kept.run)
 

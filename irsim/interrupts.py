@@ -1,0 +1,55 @@
+"""Ctrl-C beside worker processes: a terminal sends it to them too, and at any moment of their start."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from multiprocessing import resource_tracker
+from typing import Any
+
+
+@contextmanager
+def interrupts_held() -> Iterator[None]:
+    """Processes started within hold Ctrl-C back until they have begun: by `beginning`, or with `ignore_interrupts`.
+
+    Else they would die of it with a traceback while they import. It reaches this process at the end of the block.
+    """
+    if sys.platform == "win32":
+        yield
+        return
+    resource_tracker.ensure_running()  # it starts with the first worker otherwise, and ends the holding
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def beginning(function: Callable[..., None], *arguments: Any) -> dict[str, Any]:
+    """Options of a ProcessPoolExecutor whose workers first call `function(*arguments)`.
+
+    Ctrl-C ends such a worker at once and silently, also while it still imports what the function takes; its parent
+    tells of it.
+    """
+    return {"initializer": _begin, "initargs": (pickle.dumps((function, arguments)),)}
+
+
+def _begin(pickled: bytes) -> None:
+    _answer(lambda *_: os._exit(130))
+    function, arguments = pickle.loads(pickled)
+    function(*arguments)
+
+
+def ignore_interrupts() -> None:
+    """In a worker: Ctrl-C is left to its parent, which ends it."""
+    _answer(signal.SIG_IGN)
+
+
+def _answer(handler: Any) -> None:
+    signal.signal(signal.SIGINT, handler)
+    if sys.platform != "win32":
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})

@@ -1,0 +1,19 @@
+"""The command `irtrack`, also as `python -m irtrack`."""
+
+from __future__ import annotations
+
+import sys
+
+
+def main() -> None:
+    """Run it; Ctrl-C is no error while it is still imported, either."""
+    try:
+        from irtrack.cli import main as command
+    except KeyboardInterrupt:
+        print("irtrack: stopped", file=sys.stderr)
+        sys.exit(130)
+    command()
+
+
+if __name__ == "__main__":
+    main()

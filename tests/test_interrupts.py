@@ -1,0 +1,88 @@
+"""Ctrl-C at moments of the start of commands with workers: a real signal to the whole group, as a terminal sends it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from irtrack import Results
+
+PROC = Path("/proc")
+
+pytestmark = pytest.mark.skipif(not (PROC / "self" / "maps").exists(), reason="takes Linux's /proc")
+
+SCENE = """\
+frames: 100000
+camera: {size: [48, 32]}
+background: {kind: sky}
+targets:
+  - id: jet
+    shape: {kind: point, temperature_k: 600}
+    path: {kind: weave, start: [24, 16], amplitude_px: 4}
+"""
+
+
+def children(pid: int) -> list[int]:
+    """Worker processes of a process, whichever of its threads started them."""
+    listed = " ".join(text(path) for path in (PROC / str(pid) / "task").glob("*/children")).split()
+    return [int(child) for child in listed if "spawn_main" in text(PROC / child / "cmdline")]
+
+
+def text(path: Path) -> str:
+    try:
+        return path.read_text(errors="replace")
+    except OSError:  # it has just ended
+        return ""
+
+
+def importing(pid: int) -> bool:
+    return "numpy" in text(PROC / str(pid) / "maps")
+
+
+def has_workers(pid: int) -> bool:
+    return len(children(pid)) == 2
+
+
+def workers_importing(pid: int) -> bool:
+    return any("numpy" in text(PROC / str(child) / "maps") for child in children(pid))
+
+
+RENDER = ("irsim", "render", "scene.yaml", "-o", "long.mcap", "--jobs", "2")
+BENCH = ("irtrack", "bench", "scene.yaml", "--trackers", "kalman", "--seeds", "4", "--results", "r.db", "--jobs", "2")
+
+
+@pytest.mark.parametrize(
+    ("words", "moment"),
+    [(RENDER, importing), (RENDER, has_workers), (RENDER, workers_importing), (BENCH, workers_importing)],
+    ids=["render-importing", "render-has-workers", "render-workers-importing", "bench-workers-importing"],
+)
+def test_ctrl_c_while_all_starts_is_one_line(
+    tmp_path: Path, words: tuple[str, ...], moment: Callable[[int], bool]
+) -> None:
+    (tmp_path / "scene.yaml").write_text(SCENE)
+    process = subprocess.Popen(
+        [sys.executable, "-m", *words], cwd=tmp_path, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    until = time.monotonic() + 60
+    while not moment(process.pid):
+        assert process.poll() is None
+        assert time.monotonic() < until, "waited in vain"
+        time.sleep(0.005)
+    os.killpg(process.pid, signal.SIGINT)
+    _, said = process.communicate(timeout=60)
+    # Where it was in an `exec` of a text, such as dataclasses have, Python ends by the signal itself.
+    assert process.returncode in (130, -signal.SIGINT)
+    assert said.startswith(f"{words[0]}: stopped")
+    assert said.count("\n") == 1
+    left = {path.name for path in tmp_path.iterdir()} - {"scene.yaml"}
+    assert left <= {"r.db"}
+    if left:
+        with Results(tmp_path / "r.db") as results:
+            assert results.cells() == []
