@@ -116,6 +116,13 @@ def test_list_names_every_tracker(call: Call) -> None:
     assert {row["name"] for row in rows} >= set(TRACKERS)
 
 
+def test_a_source_may_be_given_a_label(call: Call, tmp_path: Path) -> None:
+    answer = call("bench", "clip.mcap", "AGAIN=clip.mcap", "--trackers", "kalman", "--seeds", "1", "--results", "a.db")
+    assert answer.status == 0, answer.err
+    assert [line.split()[0] for line in answer.out.splitlines()[1:3]] == ["AGAIN", "clip"]
+    assert call("report", "a.db", "-o", "a.html").status == 0
+
+
 def test_run_prints_scores_and_a_command_that_repeats_them(call: Call) -> None:
     first = call("run", "grey_pf", "scene.yaml", "particles=30")
     assert (first.status, first.err) == (0, "")
@@ -317,6 +324,12 @@ BAD = [
     (("bench", "clip.mcap", "--trackers", "grey_pf", "--results", "scene.yaml"), "scene.yaml"),
     (("bench", "clip.mcap", "--trackers", "grey_pf", "--target", "jett", "--results", "x.db"), "did you mean 'jet'?"),
     (("bench", "clip.mcap", "--trackers", "grey_pf", "--results", "clip.mcap"), "would replace clip.mcap"),
+    (("bench", "A=clip.mcap", "--trackers", "kalman", "--results", "clip.mcap"), "would replace clip.mcap"),
+    (("bench", "clip.mcap", "./clip.mcap", "--trackers", "kalman", "--results", "x.db"), "as in NEW=./clip.mcap"),
+    (
+        ("bench", "clip.mcap", "particles=300", "--trackers", "grey_pf", "--results", "x.db"),
+        "takes LABEL=SOURCE and no",
+    ),
     (("run", "kalman", "clip.mcap", "-o", "clip.mcap"), "would replace clip.mcap"),
     (("run", "kalman", "clip.mcap", "--csv", "clip.mcap"), "would replace clip.mcap"),
     (("run", "kalman", "scene.yaml", "-o", "scene.yaml"), "would replace scene.yaml"),

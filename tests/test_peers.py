@@ -127,6 +127,15 @@ def test_a_program_that_cannot_be_started_is_bad_input(command: str) -> None:
         irtrack.run(make("program", {"command": command}), scene())
 
 
+@pytest.mark.parametrize("name", ["program", "trax"])
+@pytest.mark.parametrize(("command", "status"), [(False, 1), ("true", 0)])
+def test_a_program_that_ends_at_once_is_told_so(name: str, command: object, status: int) -> None:
+    """`false` and `true`: programs of every system, and YAML's truth, which `command=false` is read as."""
+    said = rf"{name}: frame 0: its program ended with status {status} before its first answer; it wrote nothing"
+    with pytest.raises(TrackerError, match=said):
+        irtrack.run(make(name, {"command": command}), scene())
+
+
 def test_without_the_environment_a_peer_is_refused_with_the_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("IRTRACK_PEERS", "/nowhere/python")
     with pytest.raises(InputError, match="make peers"):

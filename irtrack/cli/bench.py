@@ -22,14 +22,15 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from irtrack.bench import Cell, Suite
+    from irtrack.bench.asked import Asked
 
 
 def bench(
     sources: Annotated[
         list[str],
         typer.Argument(
-            metavar="SUITE|SCENARIO|REC...",
-            help="A suite (*suite*.yaml), or scenarios (files or names) and recordings.",
+            metavar="SUITE|[LABEL=]SCENARIO|REC...",
+            help="A suite (*suite*.yaml), or scenarios (files or names) and recordings; LABEL: what tables call one.",
         ),
     ],
     trackers: Annotated[
@@ -74,10 +75,11 @@ def bench(
     as_json: AsJson = False,
 ) -> None:
     """Run trackers over sources with many seeds; print the ranked table and where the results are."""
-    check_output(results, *map(Path, sources), endings=(".db", ".sqlite", ".sqlite3"))
+    named = [_named(word) for word in sources]
+    check_output(results, *(Path(word) for _, word in named), endings=(".db", ".sqlite", ".sqlite3"))
     from irtrack.bench import summary
 
-    suite = _suite(sources, trackers, severities)
+    suite = _suite(named, trackers, severities)
     given: dict[str, Any] = {
         "seeds": seeds,
         "tracker_seeds": tracker_seeds,
@@ -158,13 +160,34 @@ def export(
     print(export_results(results, output))
 
 
-def _suite(sources: Sequence[str], trackers: str | None, severities: str | None) -> Suite:
-    """What is to be run: by the suite given, or by the sources and options."""
-    from irtrack.bench import SourceEntry, Suite, is_suite, load_suite, parse_trackers
+def _named(word: str) -> tuple[str | None, str]:
+    """(label, source) of [LABEL=]SOURCE."""
+    label, equals, source = word.partition("=")
+    return (None, word) if not equals or Path(word).exists() else (label, source)
+
+
+def _asked(label: str | None, word: str, levels: Any) -> list[Asked]:
+    """The source of that word; InputError where there is none, also of what reads like a change of something."""
+    from irtrack.bench import SourceEntry
     from irtrack.bench.asked import asked
 
-    suites = [word for word in sources if is_suite(word)]
-    if suites and len(sources) > 1:
+    try:
+        return list(asked(SourceEntry(word, severities=levels, name=label)))
+    except InputError as error:
+        if label is None or Path(word).exists():
+            raise
+        raise InputError(
+            f"{label}={word}: a bench takes LABEL=SOURCE and no KEY=VALUE (a tracker's go to --trackers NAME:KEY=VALUE, "
+            f"a scenario's under `changes` of a suite): {error}"
+        ) from None
+
+
+def _suite(named: Sequence[tuple[str | None, str]], trackers: str | None, severities: str | None) -> Suite:
+    """What is to be run: by the suite given, or by the sources and options."""
+    from irtrack.bench import Suite, is_suite, load_suite, parse_trackers
+
+    suites = [word for _, word in named if is_suite(word)]
+    if suites and len(named) > 1:
         raise InputError(f"{suites[0]}: is a suite (by its name), which stands alone; allowed: one suite, or no suite")
     if suites:
         if severities is not None:
@@ -174,7 +197,7 @@ def _suite(sources: Sequence[str], trackers: str | None, severities: str | None)
     if trackers is None:
         raise InputError("--trackers: is missing; allowed: names of irtrack list, e.g. --trackers grey_pf,kalman")
     levels = _severities(severities)
-    opened = [each for word in sources for each in asked(SourceEntry(word, severities=levels))]
+    opened = [each for label, word in named for each in _asked(label, word, levels)]
     return Suite("", opened, parse_trackers(trackers), 10, 1, "display", None)
 
 

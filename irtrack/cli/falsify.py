@@ -76,10 +76,9 @@ def falsify(
                 progress=progress,
             )
     except KeyboardInterrupt:
-        print(
-            f"irtrack: stopped; what is known is in {folder}, and the same command goes on from there", file=sys.stderr
-        )
-        raise typer.Exit(130) from None
+        raise terminal.StoppedError(
+            f"stopped; what is known is in {folder}, and the same command goes on from there"
+        ) from None
     if as_json:
         print_json({"scenario": name, "tracker": tried.label, "folder": str(folder), **_row(found)})
     elif isinstance(found, Nearest):

@@ -63,6 +63,7 @@ class Child:
         # Answers are counted: one too many would pass for the answer to the next request, and each later one too.
         self._owed = int(greets)
         self._untimely = False
+        self._answered = False
         self._said = b""
         self._threads = [_started(work) for work in (self._write, self._listen, self._overhear)]
         atexit.register(self.close)
@@ -91,6 +92,7 @@ class Child:
         if self._untimely:
             raise self.refuse(f"its program answered {quoted(line)} without being asked; allowed: one answer each")
         if line.endswith(b"\n"):
+            self._answered = True
             return line
         if len(line) < LONGEST_LINE:
             raise TrackerError(self._obituary())
@@ -123,7 +125,9 @@ class Child:
             self._process.wait(GRACE_S)
         status = self._process.poll()
         self.close(farewell=False)
-        return f"its program {_end(status)}{self._last_words()}"
+        if self._answered:
+            return f"its program {_end(status)}{self._last_words()}"
+        return f"its program {_end(status)} before its first answer{self._last_words() or '; it wrote nothing'}"
 
     def _last_words(self) -> str:
         words = " ".join(self._said.decode(errors="replace").split())[-LAST_WORDS:]

@@ -5,10 +5,10 @@ from __future__ import annotations
 import shlex
 from abc import abstractmethod
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from irsim.types import Box, Frame
 from irtrack.errors import InputError
@@ -66,10 +66,15 @@ class Foreign(TrackerPart):
         return state, Estimate((box.cx, box.cy), size, answer.status, answer.score)
 
 
+def _as_written(value: Any) -> Any:
+    """The word behind YAML's truth: `true` and `false` are programs."""
+    return str(value).lower() if isinstance(value, bool) else value
+
+
 class Command(Foreign):
     """A program that is started by a command of the user's."""
 
-    command: str
+    command: Annotated[str, BeforeValidator(_as_written)]
     """The command that starts it, as a shell would take it."""
 
     def runs(self) -> tuple[str, ...]:
