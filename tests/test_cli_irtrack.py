@@ -328,7 +328,7 @@ BAD = [
     (("bench", "clip.mcap", "./clip.mcap", "--trackers", "kalman", "--results", "x.db"), "as in NEW=./clip.mcap"),
     (
         ("bench", "clip.mcap", "particles=300", "--trackers", "grey_pf", "--results", "x.db"),
-        "takes LABEL=SOURCE and no",
+        "and no KEY=VALUE",
     ),
     (("run", "kalman", "clip.mcap", "-o", "clip.mcap"), "would replace clip.mcap"),
     (("run", "kalman", "clip.mcap", "--csv", "clip.mcap"), "would replace clip.mcap"),

@@ -96,9 +96,8 @@ def plans(
     names: set[str] = set()
     for each in itertools.chain.from_iterable(map(asked, sources)):
         if each.name in names:
-            raise InputError(
-                f"two sources are named '{each.name}'; allowed: names that differ, as in NEW={each.word or each.name}"
-            )
+            other = f"NEW={each.word or each.name}"
+            raise InputError(f"two sources are named '{each.name}'; allowed: names that differ, as in {other}")
         names.add(each.name)
         if init is None and not each.source.has_truth:
             raise InputError(f"{each.name} has no truth to measure by; irtrack run follows a box given by --init")

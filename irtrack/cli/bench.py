@@ -177,8 +177,8 @@ def _asked(label: str | None, word: str, levels: Any) -> list[Asked]:
         if label is None or Path(word).exists():
             raise
         raise InputError(
-            f"{label}={word}: a bench takes LABEL=SOURCE and no KEY=VALUE (a tracker's go to --trackers NAME:KEY=VALUE, "
-            f"a scenario's under `changes` of a suite): {error}"
+            f"{label}={word}: a bench takes LABEL=SOURCE and no KEY=VALUE (a tracker's go to --trackers "
+            f"NAME:KEY=VALUE, a scenario's under `changes` of a suite): {error}"
         ) from None
 
 
