@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import multiprocessing
 import pickle
-import signal
 import threading
 from collections import Counter
 from collections.abc import Callable, Iterator

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import multiprocessing
-import signal
 from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
@@ -13,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from irsim.interrupts import ignore_interrupts, interrupts_held
 from irsim.types import Box, Frame
 from irtrack.errors import InputError, told
 from irtrack.properties.examining import Outcome, Profile, examined
@@ -61,7 +61,8 @@ class Apart:
         self._pipe, theirs = context.Pipe()
         process = context.Process(target=_serve, args=(theirs, self._at, *self._given), daemon=True)
         try:
-            process.start()
+            with interrupts_held():
+                process.start()
         except Exception as error:  # pickle raises all sorts
             raise InputError(f"the tracker cannot be sent to another process: {told(error)}") from None
         theirs.close()
@@ -77,8 +78,8 @@ class Apart:
 
 def _serve(pipe: Connection, at: Any, tracker: Tracker, profile: Profile, limit_s: float) -> None:
     """The process's life: names of properties in, outcomes out."""
+    ignore_interrupts()  # of Ctrl-C the parent tells
     begin_worker()
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # of Ctrl-C the parent tells
     while True:
         try:
             name = pipe.recv()
