@@ -36,13 +36,14 @@ from irsim.loader import examples, load, shipped
 from irsim.motion import PATHS, POINTINGS
 from irsim.occluders import OCCLUDERS
 from irsim.optics import Lens
-from irsim.scenario import Scenario, Target
+from irsim.scenario import Scenario
 from irsim.schema import Slot, plain
 from irsim.shapes import SHAPES
 from irsim.shapes.flicker import FLICKERS
 from irsim.sheets import SHEETS
 from irsim.smear import Smear
 from irsim.sources import open_source
+from irsim.target import Target
 from irsim.turbulence import Turbulence
 from irsim.variation import VARIATIONS
 from irtrack.metrics import LOSS_RULE

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from irsim.motion import Mount, attitudes
-from irsim.scenario import Target
 from irsim.shapes import View
 from irsim.stage import Stage
+from irsim.target import Target
 from irsim.types import Floats
 
 

@@ -11,7 +11,18 @@ from pathlib import Path
 from irsim.kinds import Kind, Part
 
 NOT_PIXELS = {
-    *("authoring", "cards", "cli", "commands_authoring", "commands_measure", "convert", "draw", "errors", "explain"),
+    *(
+        "authoring",
+        "cards",
+        "cli",
+        "commands_authoring",
+        "commands_info",
+        "commands_measure",
+        "convert",
+        "draw",
+        "errors",
+        "explain",
+    ),
     *(
         "gallery",
         "lazy",
@@ -27,7 +38,7 @@ NOT_PIXELS = {
         "shipped",
         "sources",
     ),
-    *("space", "terminal", "usage", "yamlfile"),
+    *("space", "survey", "terminal", "usage", "yamlfile"),
 }
 """Rooms that no pixel and no truth depends on: they read, write, word and show."""
 

@@ -19,12 +19,12 @@ from irsim.cards import card
 from irsim.climate import fitted_band
 from irsim.expectation import EXPECTATIONS, Expectation
 from irsim.identity import scene_code
-from irsim.kinds import Name, Part, Several, Stretch, Triple, suggestion
-from irsim.motion import PATHS, Company, Path
+from irsim.kinds import Name, Part, Several, suggestion
+from irsim.motion import Company
 from irsim.occluders import OCCLUDERS, Occluder
 from irsim.radiometry import BAND_UM, limits
-from irsim.shapes import SHAPES, Shape
 from irsim.stage import Stage
+from irsim.target import Target
 from irsim.turbulence import Turbulence
 from irsim.types import Look
 from irsim.variation import VARIATIONS, Variation
@@ -33,42 +33,6 @@ KeyPath = tuple[str | int, ...]
 
 Levels = Annotated[tuple[Any, ...], Field(strict=False, min_length=2, max_length=100)]
 """The values of a key by severity, from 0 on."""
-
-
-class Target(Part):
-    """Something to be tracked, or to be mistaken for it."""
-
-    id: Name
-    """Its name in truth, overrides and --without."""
-    cls: Name | None = None
-    """Its class in truth; the shape's kind where not given (of flares and hot spots: decoy)."""
-    shape: Annotated[Shape, SHAPES]
-    """What it looks like."""
-    path: Annotated[Path, PATHS]
-    """Where it goes."""
-    attitude_deg: Triple = (0.0, 0.0, 0.0)
-    """Yaw, pitch, roll added to the attitude that its path gives, degrees."""
-    spin_deg_s: Triple = (0.0, 0.0, 0.0)
-    """Rates of the same three, degrees a second."""
-    contrast: Annotated[float, Field(ge=0, le=2)] = 1.0
-    """Factor of its difference to what is behind it: fainter, for a neighbour of like grey; 0 is invisible."""
-    absent: Several[Stretch] = ()
-    """List of [first, last] frame between which, both counted, it is not there: not drawn, and no truth."""
-
-    @model_validator(mode="after")
-    def _absences_are_stretches(self) -> Target:
-        for index, (first, last) in enumerate(self.absent):
-            if last < first:
-                raise PydanticCustomError(
-                    "absent",
-                    "frame {last} is before frame {first}; allowed: [first, last]",
-                    {"first": first, "last": last, "at": ("absent", index)},
-                )
-        return self
-
-    def exists(self, frame: int) -> bool:
-        """Is it there in that frame?"""
-        return frame >= self.path.begins and not any(first <= frame <= last for first, last in self.absent)
 
 
 ABOUT = {"about", "like", "severity", "severities", "vary", "expect"}

@@ -18,8 +18,9 @@ from irsim.loader import dumps, examples, load, loads, scalar
 from irsim.motion.pan import Pan
 from irsim.motion.straight import Straight
 from irsim.occluders import Bar
-from irsim.scenario import Scenario, Target
+from irsim.scenario import Scenario
 from irsim.shapes.point import Point
+from irsim.target import Target
 
 
 def test_yaml_equals_its_python_twin_bit_for_bit() -> None:

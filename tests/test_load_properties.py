@@ -17,8 +17,9 @@ from irsim.errors import InputError
 from irsim.loader import dumps, loads
 from irsim.motion.pan import Pan
 from irsim.motion.straight import Straight
-from irsim.scenario import Scenario, Target
+from irsim.scenario import Scenario
 from irsim.shapes.point import Point
+from irsim.target import Target
 
 STEADY = settings(deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 
