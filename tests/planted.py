@@ -233,7 +233,7 @@ class Rooted(Sound):
 
     def says(self, state: State, frame: Frame, estimate: Estimate) -> Estimate:
         rows, columns = frame.image.shape
-        return moved(estimate, *(0.12 * np.subtract(((columns - 1) / 2, (rows - 1) / 2), estimate.center)))
+        return moved(estimate, *(0.07 * np.subtract(((columns - 1) / 2, (rows - 1) / 2), estimate.center)))
 
 
 class Leans(Sound):
@@ -311,13 +311,13 @@ class Swells(Sound):
 
 
 class Faithful(Sound):
-    """Holds for ever what its start box was off."""
+    """Holds for ever three times what its start box was off."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> State:
         state = super().init(frame, box, rng)
         _, seen = Sound().step(state, frame, rng)
         off = np.subtract((box.cx, box.cy), seen.center)
-        return replace(state, memory=tuple(2.5 * off))
+        return replace(state, memory=tuple(3 * off))
 
     def says(self, state: State, frame: Frame, estimate: Estimate) -> Estimate:
         return moved(estimate, *state.memory)
@@ -329,7 +329,7 @@ class Tailored(Sound):
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> State:
         state = super().init(frame, box, rng)
         _, seen = Sound().step(state, frame, rng)
-        return replace(state, memory=seen.score is not None and 0.75 < seen.score < 1.3)
+        return replace(state, memory=seen.score is not None and 0.6 < seen.score < 1.0)
 
     def says(self, state: State, frame: Frame, estimate: Estimate) -> Estimate:
         return estimate if state.memory else lagging(estimate, 7.0)
@@ -425,9 +425,9 @@ class LovesHiding(Sound):
 PLANTED: dict[str, type[Any]] = {
     "legal": Illegal,
     "deterministic": Random,
+    "final": Rewrites,
     "elsewhere": Hashes,
     "causal": Peeks,
-    "final": Rewrites,
     "pure": Counts,
     "resumes": Forgets,
     "alone": Shares,
