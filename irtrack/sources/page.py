@@ -16,6 +16,7 @@ import irsim
 from irsim.files import replacing_text
 from irtrack.errors import InputError
 from irtrack.metrics.loss import LOSS_RULE
+from irtrack.peers import PEERS
 from irtrack.report.palette import Look, looks
 from irtrack.sources.cheng import CHENG
 from irtrack.sources.cost import COST
@@ -200,7 +201,7 @@ def render(
         hard=hard,
         context=CONTEXT,
         ours=len(OURS),
-        theirs=len(THEIRS),
+        theirs=len(PEERS),
         real=real,
         seeds=seeds,
         development=development,
