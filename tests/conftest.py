@@ -7,8 +7,13 @@ from pathlib import Path
 
 import pytest
 from command_line import Done, Run
+from hypothesis import HealthCheck, settings
 
 from irsim.cli import main
+
+# No test is timed: on a busy machine drawing is slow, and nothing is wrong.
+settings.register_profile("untimed", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("untimed")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
