@@ -293,7 +293,8 @@ class Distracted(Sound):
 
 class Lags(Sound):
     def says(self, state: State, frame: Frame, estimate: Estimate) -> Estimate:
-        return lagging(estimate, 2.8)
+        honest = None if estimate.covariance is None else 4.0 * estimate.covariance
+        return replace(lagging(estimate, 2.8), covariance=honest)
 
 
 class Creeps(Sound):
