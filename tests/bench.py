@@ -24,6 +24,7 @@ from time import perf_counter, process_time
 import cv2
 import numpy as np
 from bench_full_chain import full_chain
+from bench_sweeps import metrics, sweeps
 from scipy import ndimage
 
 import irsim
@@ -232,6 +233,8 @@ def main() -> None:
     growth()
     suppression()
     recording()
+    metrics(report)
+    sweeps(report)
     start_up()
     check()
 
