@@ -42,12 +42,13 @@ VARIANTS: list[tuple[str, dict[str, Any]]] = [
     ("camshift_kalman", {"weights": "share", "resize": 0}),
     ("svd_pf", {"use": "svd", "components": 1}),
     ("svd_pf", {"use": "pf"}),
+    ("change_kalman", {"company": False, "register_frames": False}),
     ("fusion_wspf", {"rho_t": None, "restoring": "equal", "confidence": "variance_ratio", "accept": 0.9}),
 ]
 SIZE_TOLERANCE = {"fusion_wspf": 0.3, "camshift_kalman": 0.3}
 """Of trackers that follow the size; all others keep that of the start box."""
-SHIFT_TOLERANCE = {"svd_pf": 1.0, "optical_flow": 0.05}
-"""px. Of trackers that work on the whole frame: crops have other singular values, and other pyramids."""
+SHIFT_TOLERANCE = {"svd_pf": 1.0, "optical_flow": 0.05, "change_kalman": 0.05}
+"""px. Of trackers that work on the whole frame: crops have other singular values, pyramids and registrations."""
 EVERY = pytest.mark.parametrize(("name", "parameters"), VARIANTS)
 
 

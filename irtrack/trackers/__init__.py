@@ -27,6 +27,7 @@ from irtrack.trackers.background_restrained_pf import BackgroundRestrainedPF
 from irtrack.trackers.base import TrackerPart
 from irtrack.trackers.camshift_kalman import CamShiftKalman
 from irtrack.trackers.cascade_pf import CascadePF
+from irtrack.trackers.change_kalman import ChangeKalman
 from irtrack.trackers.coasting_pf import CoastingPF
 from irtrack.trackers.ekf import EKF
 from irtrack.trackers.foreign import FOREIGN, Command
@@ -57,6 +58,7 @@ TRACKERS: dict[str, type[TrackerPart]] = {
     "ekf": EKF,
     "optical_flow": OpticalFlow,
     "camshift_kalman": CamShiftKalman,
+    "change_kalman": ChangeKalman,
     "fusion_wspf": FusionWSPF,
     "svd_pf": SVDPF,
 }
