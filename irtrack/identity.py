@@ -102,14 +102,27 @@ def code_hash(tracker: Tracker) -> str:
     that has no file (typed into a prompt or a notebook) is told by its methods as they are compiled,
     and by the functions and classes of the same prompt that they name.
     """
-    digest = hashlib.blake2b(digest_size=16)
     kind = _kind(tracker)
     file = source_file(kind)
     if file is None:
+        digest = hashlib.blake2b(digest_size=16)
         for part in sorted(_compiled(kind, kind.__module__, {})):
             digest.update(part.encode() + b"\0")
         return digest.hexdigest()
-    for path in sorted(_with_imports(file, kind.__module__)):
+    return _files_hash(_with_imports(file, kind.__module__))
+
+
+def module_code_hash(module: str) -> str:
+    """Hex digest of the source code of an irtrack module, and of every irtrack module that it imports."""
+    spec = importlib.util.find_spec(module)
+    assert spec is not None
+    assert spec.origin is not None
+    return _files_hash(_with_imports(Path(spec.origin), module))
+
+
+def _files_hash(paths: set[Path]) -> str:
+    digest = hashlib.blake2b(digest_size=16)
+    for path in sorted(paths):
         digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()
 

@@ -19,7 +19,9 @@ from irtrack.falsify import Failure, Nearest, find_failure
 from irtrack.falsify.hunt import Hunt
 from irtrack.falsify.rules import rules_of
 from irtrack.falsify.trial import Subject, examine
+from irtrack.falsify.trials import Trials
 from irtrack.metrics import wilson
+from irtrack.workers import in_order
 
 Cli = Callable[..., tuple[int, str, str]]
 
@@ -221,6 +223,58 @@ def test_bad_input_is_one_line(cli: Cli, words: list[str], said: str) -> None:
     status, out, err = cli(*words)
     assert (status, out, err.count("\n")) == (2, "", 1)
     assert said in err
+
+
+@pytest.mark.parametrize("name", ["minimal.yaml", "report.md", "trials.jsonl"])
+def test_the_scenario_itself_is_not_replaced(cli: Cli, name: str) -> None:
+    """Nor looked for a failure in: a search of hours would end with nowhere to put it."""
+    Path(name).write_text(planted_failure.SCENE)
+    words = (name, "--tracker", "planted_failure:Blind", "-o", ".")
+    assert cli(*words) == (
+        2,
+        "",
+        f"irtrack: {name}: would replace {name}, which this command needs; allowed: another name\n",
+    )
+    assert {path.name for path in Path().iterdir()} == {"blind.yaml", name}
+    assert Path(name).read_text() == planted_failure.SCENE
+    with pytest.raises(InputError, match="would replace"):
+        find_failure(name, "planted_failure:Blind", ".")
+
+
+def test_what_other_code_has_judged_is_tried_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = irsim.loads(planted_failure.SCENE)
+    subject = Subject("blind", planted_failure.Blind(), "display", rules_of(scene))
+
+    def new_trials() -> int:
+        with in_order(1) as apply:
+            trials = Trials(subject, apply, tmp_path / "trials.jsonl")
+            list(trials.verdicts([scene]))
+            return trials.run
+
+    assert [new_trials(), new_trials()] == [1, 0]
+    monkeypatch.setattr(Path, "read_bytes", lambda path: Path.open(path, "rb").read() + edit(path))
+    assert [new_trials(), new_trials()] == [1, 0]
+
+
+def edit(path: Path) -> bytes:
+    """One more comment in the rules, which the tracker does not import."""
+    return b"# edited" if path.parts[-2:] == ("falsify", "rules.py") else b""
+
+
+def test_a_full_disk_leaves_the_journal_that_was_there(tmp_path: Path) -> None:
+    """Where its last line was cut off, and its mending takes more room than there is."""
+    journal = tmp_path / "trials.jsonl"
+    row = json.dumps({"trial": "0", "margins": [1.0], "raised": None})
+    journal.write_text(f"{row}\n{row}\n{row[:-9]}")
+    before = journal.read_bytes()
+    limit = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (50, limit[1]))
+    try:
+        with pytest.raises(InputError, match=r"trials\.jsonl: cannot be written: File too large"):
+            hunt(tmp_path)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limit)
+    assert journal.read_bytes() == before
 
 
 def test_a_full_disk_is_told_in_one_line(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -141,7 +142,7 @@ def test_what_is_kept_is_one_scene_its_frames_and_a_note(folder: Path) -> None:
     assert str(kept) == "blind-planted_failure-Raising"
     assert kept.broken
     assert not kept.changes()
-    assert kept.verdict().raised is not None
+    assert kept.verdict(irsim.load(kept.path)).raised is not None
 
 
 def test_a_mended_failure_is_noted_and_must_stay_mended(folder: Path, cli: Cli, tmp_path: Path) -> None:
@@ -159,6 +160,22 @@ def test_a_mended_failure_is_noted_and_must_stay_mended(folder: Path, cli: Cli, 
     assert status == 1
     assert "breaks never_lost again" in out
     assert "ValueError: planted" in out
+
+
+def test_kept_failures_are_tried_by_as_many_processes_as_asked_for(folder: Path, cli: Cli, tmp_path: Path) -> None:
+    """Each notes its process in a log: none of them is this one. The words are the same."""
+    log = tmp_path / "log"
+    for name in ("one", "two"):
+        for path in folder.iterdir():
+            Path("kept").mkdir(exist_ok=True)
+            shutil.copy(path, Path("kept", name).with_suffix(path.suffix))
+        note = {"label": name, "tracker": "bench_fakes:Logger", "parameters": {"log": str(log)}}
+        Path("kept", f"{name}.json").write_text(json.dumps({**note, "input": "display", "broken": True}))
+    said = cli("kept")
+    assert {line.split()[0] for line in log.read_text().splitlines()} == {str(os.getpid())}
+    log.unlink()
+    assert cli("kept", "--jobs", "2") == said
+    assert str(os.getpid()) not in {line.split()[0] for line in log.read_text().splitlines()}
 
 
 def test_frames_that_are_rendered_otherwise_are_told(folder: Path, cli: Cli) -> None:

@@ -48,7 +48,7 @@ def falsify(
 
     Exit status 1 where one is found: made small, as minimal.yaml, minimal.mcap and report.md.
     """
-    from irsim import is_recording, load
+    from irsim import find, is_recording, load
     from irtrack.bench import parse_tracker_spec
     from irtrack.falsify import KEPT, Nearest, find_failure
     from irtrack.falsify.files import file_stem
@@ -70,6 +70,7 @@ def falsify(
                 seed=seed,
                 input=input_name(input),
                 name=name,
+                file=find(scenario),
                 command=command_line(),
                 keep_in=KEPT if keep else None,
                 say=lambda line: print(line, file=sys.stderr if as_json else sys.stdout),

@@ -37,7 +37,7 @@ def regress(
     found: list[dict[str, Any]] = []
     for word in places:
         place = Path(word)
-        found.append(_failures(place, bless) if place.is_dir() else _figures(place, bless, jobs))
+        found.append(_failures(place, bless, jobs) if place.is_dir() else _figures(place, bless, jobs))
         if not as_json:
             _print(found[-1], bless)
     if as_json:
@@ -64,17 +64,14 @@ def _figures(suite: Path, bless: bool, jobs: int) -> dict[str, Any]:
     return {"place": str(suite), "checked": len(new), "failed": failed, "changes": found}
 
 
-def _failures(folder: Path, bless: bool) -> dict[str, Any]:
+def _failures(folder: Path, bless: bool, jobs: int) -> dict[str, Any]:
     """The failures kept in a folder."""
-    from irtrack.falsify import kept_failures
+    from irtrack.falsify import kept_failures, revisit
 
     kept = kept_failures(folder)
     if not kept:
         raise InputError(f"{folder}: holds no kept failure; allowed: a folder that irtrack falsify --keep has filled")
-    found = [line for each in kept for line in each.changes()]
-    if bless:
-        for each in kept:
-            each.bless()
+    found = revisit(kept, jobs, bless)
     return {"place": str(folder), "checked": len(kept), "failed": bool(found), "changes": found}
 
 

@@ -7,7 +7,7 @@ import tempfile
 from pathlib import Path
 
 import irsim
-from irsim.files import replacing_text
+from irsim.files import check_output, replacing_text
 from irtrack.bench import Entry, run_bench
 from irtrack.errors import InputError
 from irtrack.falsify.hunt import Failure, Hunt
@@ -21,6 +21,10 @@ MINIMAL = "minimal"
 
 JOURNAL = "trials.jsonl"
 
+REPORT = "report.md"
+
+REPLAY = "replay.html"
+
 
 def make_folder(path: Path) -> None:
     """A folder, there already or made with those above it; InputError where none can be."""
@@ -28,6 +32,12 @@ def make_folder(path: Path) -> None:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{path}: no folder can be made there: {error.strerror or error}") from None
+
+
+def check_outputs(folder: Path, scenario: Path | None) -> None:
+    """InputError where a file that a hunt writes into the folder cannot be one, or would replace the scenario's."""
+    for name in (JOURNAL, f"{MINIMAL}.yaml", f"{MINIMAL}.mcap", REPLAY, REPORT):
+        check_output(folder / name, scenario)
 
 
 def file_stem(scenario: str, label: str) -> str:
@@ -56,8 +66,8 @@ def write_failure(folder: Path, hunt: Hunt, failure: Failure, name: str, command
         with run_bench([path], [entry], results=results, seeds=[scene.seed], input=hunt.subject.input) as kept:
             (cell,), (row,) = kept.cells(), kept.sources().values()
             again = run_command(cell, row)
-            write_report(kept, folder / "replay.html", command=command or again)
-    with replacing_text(folder / "report.md") as file:
+            write_report(kept, folder / REPLAY, command=command or again)
+    with replacing_text(folder / REPORT) as file:
         file.write(_report(hunt, failure, scene, name, command, again))
 
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import irsim
-from irsim.files import check_output
 from irsim.types import Input
 from irtrack.bench import Entry
 from irtrack.bench.specs import entry
-from irtrack.falsify.files import JOURNAL, make_folder, write_failure
+from irtrack.falsify.files import JOURNAL, check_outputs, make_folder, write_failure
 from irtrack.falsify.hunt import Failure, Hunt, Nearest, Progress, Say, check
 from irtrack.falsify.kept import keep
 from irtrack.falsify.rules import rules_of
@@ -30,6 +29,7 @@ def find_failure(
     seed: int | None = None,
     input: Input = "display",
     name: str | None = None,
+    file: Path | None = None,
     command: str | None = None,
     keep_in: Path | None = None,
     say: Say = lambda line: None,
@@ -44,20 +44,24 @@ def find_failure(
     jobs      worker processes; what is found is the same for any number
     seed      of the search; the scenes and the tracker have the scenario's own seed
     name, command   of the scenario and the command line, for the report
+    file      that the scenario was read from, where a loaded one is given: it must not be replaced
     keep_in   folder in which a failure is kept (`irtrack.falsify.kept`); None: nowhere
     say, progress   called with lines on what was found, and with (runs done, budget)
 
     Returns the failure made small, or what came nearest to one. InputError, before anything is run, where nothing
-    varies or a word is wrong. KeyboardInterrupt is passed on when what was found by then is written.
+    varies, a word is wrong or the folder's files would replace the scenario's. KeyboardInterrupt is passed on when
+    what was found by then is written.
     """
-    loaded = scenario if isinstance(scenario, irsim.Scenario) else irsim.load(scenario)
-    name = name or ("scenario" if isinstance(scenario, irsim.Scenario) else Path(scenario).stem)
+    if isinstance(scenario, irsim.Scenario):
+        loaded, name = scenario, name or "scenario"
+    else:
+        loaded, name, file = irsim.load(scenario), name or Path(scenario).stem, irsim.find(scenario)
     check(loaded, search, budget, jobs)
     tried = entry(tracker)
     subject = Subject(tried.label, tried.tracker, input, rules_of(loaded))
     folder = Path(folder)
     make_folder(folder)
-    check_output(folder / JOURNAL)
+    check_outputs(folder, file)
     with in_order(jobs) as apply:
         hunt = Hunt(loaded, subject, Trials(subject, apply, folder / JOURNAL), say)
         try:

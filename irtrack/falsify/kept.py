@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from irtrack.falsify.files import MINIMAL, file_stem, make_folder
 from irtrack.falsify.rules import in_words, rules_of
 from irtrack.falsify.trial import Subject, Verdict, examine
 from irtrack.identity import tracker_config
+from irtrack.workers import in_order
 
 KEPT = Path("scenarios") / "regressions"
 """Where failures are kept unless another folder is named."""
@@ -54,21 +55,21 @@ class Kept:
     def note(self) -> Path:
         return self.path.with_suffix(".json")
 
-    def verdict(self) -> Verdict:
-        """Of the tracker as it is now, on the recorded frames."""
+    def verdict(self, scene: irsim.Scenario) -> Verdict:
+        """Of the tracker as it is now, on the recorded frames, by the rules of the scene."""
         from irtrack.trackers import make
 
-        scene = irsim.load(self.path)
         subject = Subject(self.label, make(self.tracker, self.parameters), self.input, rules_of(scene))
         return examine(subject, irsim.open_recording(self.recording), scene.seed)[0]
 
     def changes(self) -> list[str]:
         """What is otherwise than it was noted, a line each; none where all is as it was."""
         found = []
-        if (frame := self._rendered_otherwise()) is not None:
+        scene = irsim.load(self.path)
+        if (frame := self._rendered_otherwise(scene)) is not None:
             found.append(f"{self.path}: renders frame {frame} otherwise than {self.recording.name} has it")
-        verdict = self.verdict()
-        rules = ", ".join(map(in_words, rules_of(irsim.load(self.path))))
+        verdict = self.verdict(scene)
+        rules = ", ".join(map(in_words, rules_of(scene)))
         if verdict.broken is None and self.broken:
             found.append(f"{self.path}: {self.label} breaks {rules} no more, margin {verdict.margin:.3g}")
         if verdict.broken is not None and not self.broken:
@@ -78,15 +79,16 @@ class Kept:
 
     def bless(self) -> Kept:
         """Note what is so now: record the frames that the scene renders, and whether they break the tracker."""
-        if self._rendered_otherwise() is not None:
-            _record(self.path, self.recording)
-        now = replace(self, broken=self.verdict().broken is not None)
+        scene = irsim.load(self.path)
+        if self._rendered_otherwise(scene) is not None:
+            irsim.record(irsim.Rendering(scene, self.path.stem), self.recording, compression="zstd")
+        now = replace(self, broken=self.verdict(scene).broken is not None)
         _note(now)
         return now
 
-    def _rendered_otherwise(self) -> int | None:
+    def _rendered_otherwise(self, scene: irsim.Scenario) -> int | None:
         """The first frame that the scene renders otherwise than it was recorded."""
-        drawn, kept = irsim.Rendering(irsim.load(self.path)), irsim.open_recording(self.recording)
+        drawn, kept = irsim.Rendering(scene), irsim.open_recording(self.recording)
         for one, other in zip(drawn.frames(), kept.frames(), strict=False):
             if np.abs(one.image.astype(np.int32) - other.image).max() > ROUNDING:
                 return int(one.index)
@@ -96,6 +98,16 @@ class Kept:
 def kept_failures(folder: str | Path = KEPT) -> list[Kept]:
     """The failures kept in a folder, by name; InputError where a note is damaged or its scene or frames are missing."""
     return [_read(path) for path in sorted(Path(folder).glob("*.json"))]
+
+
+def revisit(kept: Sequence[Kept], jobs: int = 1, bless: bool = False) -> list[str]:
+    """What is otherwise than it was noted of all of them, a line each, by `jobs` worker processes; with `bless`,
+    what is so now is noted then."""
+    with in_order(jobs) as apply:
+        found = [line for lines in apply(Kept.changes, kept) for line in lines]
+        if bless:
+            list(apply(Kept.bless, kept))
+    return found
 
 
 def keep(found: Path, subject: Subject, name: str, folder: Path = KEPT) -> Kept:
@@ -126,10 +138,6 @@ def _made_by(config: Mapping[str, Any]) -> tuple[str, Mapping[str, Any]]:
     except IrtrackError:  # it cannot do without some
         return name, parameters
     return name, {key: value for key, value in parameters.items() if usual.get(key, ...) != value}
-
-
-def _record(scene: Path, recording: Path) -> None:
-    irsim.record(irsim.Rendering(irsim.load(scene), scene.stem), recording, compression="zstd")
 
 
 def _note(kept: Kept) -> None:

@@ -9,15 +9,17 @@ from functools import partial
 from pathlib import Path
 
 import irsim
+from irsim.files import replacing_text
 from irtrack.errors import InputError
+from irtrack.falsify.rules import margin
 from irtrack.falsify.trial import Subject, Verdict, judge
-from irtrack.identity import code_hash, tracker_config
+from irtrack.identity import code_hash, module_code_hash, tracker_config
 from irtrack.workers import Map
 
 
 class Trials:
     """A subject's trials. A journal, one JSON line a trial, holds those of earlier calls, so that a search that was
-    stopped goes on where it was: it asks for the same scenes again."""
+    stopped goes on where it was: it asks for the same scenes again. What other code judged is not among them."""
 
     def __init__(self, subject: Subject, apply: Map, journal: Path) -> None:
         self._judge = partial(judge, subject)
@@ -29,6 +31,7 @@ class Trials:
                 code_hash(subject.tracker),
                 subject.input,
                 [[rule.kind, rule.model_dump()] for rule in subject.rules],
+                module_code_hash(margin.__module__),
             ],
             sort_keys=True,
         )
@@ -68,7 +71,8 @@ def _read(journal: Path) -> dict[str, Verdict]:
         text = journal.read_text(encoding="utf-8")
         whole = text[: text.rfind("\n") + 1]
         if whole != text:
-            journal.write_text(whole, encoding="utf-8")
+            with replacing_text(journal) as file:
+                file.write(whole)
     except FileNotFoundError:
         return {}
     except (OSError, UnicodeDecodeError) as error:
