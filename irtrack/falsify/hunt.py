@@ -123,7 +123,7 @@ class Hunt:
         verdict = next(self.trials.verdicts([benign.scenario(self.space)]))
         if verdict.broken is not None:
             return 0, benign, verdict
-        nearest = Nearest(verdict.margin, dict(benign.point), 0)
+        nearest = Nearest(verdict.margin, dict(benign.point), budget)
         met: list[Verdict] = []
 
         def margins(batch: Floats) -> Iterator[float]:
@@ -140,8 +140,8 @@ class Hunt:
             if met[-1].broken is not None:
                 return tried.run, Case(point), met[-1]
             if tried.margin < nearest.margin:
-                nearest = Nearest(tried.margin, point, tried.run)
-        return replace(nearest, runs=budget)
+                nearest = Nearest(tried.margin, point, budget)
+        return nearest
 
     def _repeats(self, case: Case, verdict: Verdict) -> bool:
         """Do two more runs of the case give this verdict, and the same numbers in every frame?"""
