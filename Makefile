@@ -14,7 +14,7 @@ VENV := .venv
 PEERS := .venv-peers
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
-TESTS := $(BIN)/python -m pytest -n $(JOBS)
+TESTS := $(BIN)/python -m pytest -n $(JOBS) --dist worksteal
 
 .PHONY: demo test test-all lint bench docs pictures peers install clean
 
