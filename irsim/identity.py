@@ -12,6 +12,7 @@ from irsim.kinds import Kind, Part
 
 NOT_PIXELS = {
     *(
+        "__main__",
         "authoring",
         "cards",
         "cli",
@@ -19,9 +20,11 @@ NOT_PIXELS = {
         "commands_info",
         "commands_measure",
         "convert",
+        "doubts",
         "draw",
         "errors",
         "explain",
+        "fitting",
     ),
     *(
         "gallery",
@@ -35,12 +38,13 @@ NOT_PIXELS = {
         "ranges",
         "schema",
         "severity",
+        "sheets",
         "shipped",
         "sources",
     ),
-    *("space", "survey", "terminal", "usage", "yamlfile"),
+    *("space", "strategies", "survey", "terminal", "usage", "yamlfile"),
 }
-"""Rooms that no pixel and no truth depends on: they read, write, word and show."""
+"""Rooms that no pixel and no truth depends on: they read, write, word and show, measure and make up scenes."""
 
 
 def scene_code(scene: Part) -> str:

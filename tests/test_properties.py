@@ -111,6 +111,21 @@ def test_what_needs_a_broken_property_is_not_judged() -> None:
     assert (first.verdict, second.verdict, second.why) == ("broken", "not judged", "needs deterministic")
 
 
+def test_what_a_property_needs_is_tried_though_not_asked_for() -> None:
+    """And in the order of the table, whatever the order of the words."""
+    outcomes = check(PLANTED["deterministic"](), only=["pure", "causal", "pure"])
+    assert [(each.property.name, each.verdict) for each in outcomes] == [
+        ("deterministic", "broken"),
+        ("causal", "not judged"),
+        ("pure", "not judged"),
+    ]
+    assert {each.why for each in outcomes[1:]} == {"needs deterministic"}
+    assert [each.property.name for each in check(Sound(), only=["flip", "causal"])] == ["causal", "flip"]
+    with pytest.raises(AssertionError, match="deterministic: "):
+        check_tracker(PLANTED["deterministic"](), only=["causal"])
+    check_tracker(PLANTED["deterministic"](), only=["causal"], excused={"deterministic": "it draws as it likes"})
+
+
 class Simple:
     """A plain tracker around the sound one."""
 
@@ -125,9 +140,9 @@ class Simple:
 
 
 def test_plain_trackers_are_checked_as_they_are() -> None:
-    names = ["deterministic", "elsewhere", "resumes", "gentle", "shift", "says_hidden", "velocity"]
+    names = ["deterministic", "elsewhere", "resumes", "gentle", "shift", "velocity", "says_hidden"]
     verdicts = [outcome.verdict for outcome in check(Simple, only=names)]
-    assert verdicts == ["holds", "holds", "not asked", "holds", "holds", "holds", "not asked"]
+    assert verdicts == ["holds", "holds", "not asked", "holds", "holds", "not asked", "holds"]
 
 
 def test_one_line_for_tests_of_ones_own() -> None:

@@ -29,7 +29,9 @@ def check(
     profile: Annotated[
         str, typer.Option(metavar="ci|nightly", help="How much is tried: ci in seconds, nightly in minutes.")
     ] = "ci",
-    only: Annotated[str | None, typer.Option(metavar="NAME,...", help="These properties alone.")] = None,
+    only: Annotated[
+        str | None, typer.Option(metavar="NAME,...", help="These alone, and of what they need what is broken.")
+    ] = None,
     time_limit: Annotated[
         float, typer.Option(metavar="S", min=0.01, help="A tracker that takes longer for a frame hangs.")
     ] = LIMIT_S,

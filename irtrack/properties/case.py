@@ -16,7 +16,12 @@ from irtrack.properties.clip import CAMERA, FRAMES, SIZE, Clip, rendered
 from irtrack.types import Estimate, Tracker, fault
 
 SIGMAS = 4.0
-"""How many standard errors a mean has to be off before it counts: once in 16,000 by chance."""
+"""How many standard errors beyond what is allowed a mean has to be before it counts.
+
+Of a tracker that is off by just what is allowed, chance takes a mean further, to either side, once in 193 with the
+8 seeds of a ci check and once in 2,700 with the 32 of a nightly one; less is rarer. The errors come from those seeds
+themselves, so this is Student's t: 2 * scipy.stats.t.sf(4, 7) = .00519, 2 * scipy.stats.t.sf(4, 31) = .00037.
+"""
 
 
 class Broken(Exception):  # noqa: N818 - a finding, not an error of the program
@@ -29,10 +34,7 @@ class NotAsked(Exception):  # noqa: N818
 
 @dataclass(frozen=True, eq=False)
 class Walk:
-    """What a tracker said of the frames after the first.
-
-    centers, sizes   (n, 2) px;  statuses  n of them
-    """
+    """What a tracker said of the frames after the first: n estimates; centers and sizes (n, 2) px."""
 
     estimates: tuple[Estimate, ...]
 

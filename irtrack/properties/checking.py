@@ -25,6 +25,8 @@ def check(
 ) -> list[Outcome]:
     """An outcome for each property, or for those of `only`, in the order of `PROPERTIES`.
 
+    What those of `only` need is tried too, and has an outcome where it is broken: nothing is judged without it.
+
     tracker    as `irtrack.run` takes it
     profile    how much is tried: ci in seconds, nightly in minutes
     limit_s    where given, the tracker works in a process of its own: one that takes longer for a frame, s, or that
@@ -36,20 +38,34 @@ def check(
     from irtrack.replay import named
 
     chosen = named(tracker)
-    names = list(PROPERTIES) if only is None else [_known(name) for name in only]
+    asked = set(PROPERTIES) if only is None else {_known(name) for name in only}
+    needed = with_needs(asked)
+    names = [name for name in PROPERTIES if name in needed]
     excuses = EXCEPTIONS.get(tracker_name(chosen), {})
     outcomes: dict[str, Outcome] = {}
     with _examiner(chosen, profile, limit_s) as examine:
         for done, name in enumerate(names, 1):
             prop = PROPERTIES[name]
-            lacking = [need for need in prop.needs if need in outcomes and outcomes[need].verdict == "broken"]
+            lacking = [need for need in prop.needs if outcomes[need].verdict == "broken"]
             if lacking:
                 outcomes[name] = Outcome(prop, "not judged", f"needs {', '.join(lacking)}")
             else:
                 outcomes[name] = _excused(examine(prop), excuses)
             if progress is not None:
                 progress(done, len(names))
-    return list(outcomes.values())
+    return [each for name, each in outcomes.items() if name in asked or each.verdict == "broken"]
+
+
+def with_needs(names: Iterable[str]) -> set[str]:
+    """Names of properties, with all that they need, and that those need."""
+    found = set[str]()
+    waiting = list(names)
+    while waiting:
+        name = waiting.pop()
+        if name not in found:
+            found.add(name)
+            waiting += PROPERTIES[name].needs
+    return found
 
 
 @contextmanager

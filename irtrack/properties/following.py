@@ -51,7 +51,7 @@ def start_place(case: Case) -> None:
 
 
 def start_size(case: Case) -> None:
-    """A start box a quarter too large or too small does no harm."""
+    """A start box a quarter too large or a fifth too small does no harm."""
     clip = case.clip()
     factor = case.draw("factor", st.sampled_from([1.0, 1.25, 0.8]))
     box = Box(clip.box.cx, clip.box.cy, clip.box.w * factor, clip.box.h * factor)
