@@ -15,7 +15,7 @@ from irtrack.metrics.centre import (
 )
 from irtrack.metrics.consistency import nees, nees_interval
 from irtrack.metrics.honesty import false_lost, false_tracking, hidden_tracking, lost_late
-from irtrack.metrics.interval import share, wilson
+from irtrack.metrics.interval import mean_interval, share, wilson
 from irtrack.metrics.long_term import LongTerm, long_term
 from irtrack.metrics.loss import LOSS_RULE, loss, off_frames
 from irtrack.metrics.multi import Clear, Gospa, Hota, Scene, clear_mot, gospa, hota, idf1
@@ -69,6 +69,7 @@ __all__ = [
     "loss",
     "lost_late",
     "mean_abs",
+    "mean_interval",
     "nees",
     "nees_interval",
     "normalised_errors",

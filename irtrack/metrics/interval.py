@@ -1,4 +1,4 @@
-"""Shares, and their intervals."""
+"""Shares and means, and their intervals."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import math
 from statistics import NormalDist
 
 import numpy as np
+
+from irsim.types import Floats
 
 
 def share(hits: np.ndarray) -> float:
@@ -28,3 +30,18 @@ def wilson(count: int, total: int, level: float = 0.95) -> tuple[float, float]:
     low = 0.0 if count == 0 else (middle - reach) / scale
     high = 1.0 if count == total else (middle + reach) / scale
     return low, high
+
+
+def mean_interval(values: Floats, level: float = 0.95) -> tuple[Floats, Floats, Floats]:
+    """(mean, low, high) over the first axis of values (n, ...), n >= 1: Student's t, n - 1 degrees of freedom.
+
+    The ends of a single value are infinite: it says nothing of its spread. For shares there is `wilson`.
+    """
+    mean = np.mean(values, axis=0)
+    count = len(values)
+    if count == 1:
+        return mean, np.full_like(mean, -np.inf), np.full_like(mean, np.inf)
+    from scipy.special import stdtrit  # scipy.stats takes a second to import
+
+    reach = stdtrit(count - 1, (1 + level) / 2) * np.std(values, axis=0, ddof=1) / math.sqrt(count)
+    return mean, mean - reach, mean + reach

@@ -11,6 +11,7 @@ import numpy as np
 
 from irsim.types import Box, Image
 from irtrack.metrics import Trace
+from irtrack.metrics.loss import SHOWN
 from irtrack.report.palette import Look
 
 FRAMES = 6
@@ -79,10 +80,10 @@ def moments(followers: Iterable[Follower], count: int = FRAMES) -> dict[int, str
     trace = max((follower.trace for follower in followers), key=lambda trace: len(trace.indices))
     indices = trace.indices
     chosen = {int(indices[0]): "start", int(indices[-1]): "end"}
-    hidden = np.flatnonzero(trace.visible < 0.5)
+    hidden = np.flatnonzero(trace.visible < SHOWN)
     if hidden.size:
         first = int(hidden[0])
-        seen_again = np.flatnonzero(~(trace.visible[first:] < 0.5))
+        seen_again = np.flatnonzero(~(trace.visible[first:] < SHOWN))
         back = first + int(seen_again[0]) if seen_again.size else len(indices)
         wanted = [(first - 1, "before it hides"), ((first + back - 1) // 2, "hidden"), (back, "seen again")]
         for row, why in wanted:

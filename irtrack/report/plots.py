@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from irsim.types import Floats
-from irtrack.metrics import Survival, Trace
+from irtrack.metrics import Survival, Trace, mean_interval
 from irtrack.metrics.centre import PRECISION_PX, precision_curve
-from irtrack.metrics.loss import OFF_PX
+from irtrack.metrics.loss import OFF_PX, SHOWN
 from irtrack.metrics.overlap import SUCCESS, success_curve
 from irtrack.report.charts import Axis, Line, line_chart
 from irtrack.report.palette import Look
@@ -119,7 +119,7 @@ def hidden_spans(frames: np.ndarray, traces: Sequence[Trace]) -> list[tuple[floa
     votes = np.zeros(len(frames))
     for trace in traces:
         absent = ~np.isfinite(trace.truth_centers).all(axis=1)
-        votes[np.searchsorted(frames, trace.indices)] += np.where(absent | (trace.visible < 0.5), 1, -1)
+        votes[np.searchsorted(frames, trace.indices)] += np.where(absent | (trace.visible < SHOWN), 1, -1)
     hidden = np.concatenate([[False], votes > 0, [False]])
     starts = np.flatnonzero(hidden[1:] & ~hidden[:-1])
     stops = np.flatnonzero(hidden[:-1] & ~hidden[1:])
@@ -147,13 +147,10 @@ def _banded(look: Look, x: Floats, curves: Floats) -> Line:
     """The mean of curves (runs, n) with its 95 % interval at each x, Student's t over the runs."""
     if not len(curves):
         return Line(look, x, np.full_like(x, np.nan))
-    mean = curves.mean(axis=0)
+    mean, low, high = mean_interval(curves)
     if len(curves) == 1:
         return Line(look, x, mean)
-    from scipy.special import stdtrit
-
-    reach = stdtrit(len(curves) - 1, 0.975) * curves.std(axis=0, ddof=1) / np.sqrt(len(curves))
-    return Line(look, x, mean, np.clip(mean - reach, 0, 1), np.clip(mean + reach, 0, 1))
+    return Line(look, x, mean, np.clip(low, 0, 1), np.clip(high, 0, 1))
 
 
 def _steps(look: Look, held: Survival, last: int) -> Line:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
 from irsim.types import Floats
+from irtrack.metrics import mean_interval, wilson
 from irtrack.report.charts import Axis, Line, line_chart
 from irtrack.report.palette import Look, looks
 from irtrack.report.plots import error_chart
@@ -15,7 +16,6 @@ from irtrack.sources.runs import Outcome
 from irtrack.sources.values import Experiment, Run, Sweep
 
 SMALL = (450, 280)
-NORMAL_95 = 1.96
 
 
 def over_frames(experiment: Experiment, found: Outcome, look: Mapping[str, Look]) -> str:
@@ -59,7 +59,7 @@ def swept(
             runs = outcomes[scene.name].of(trackers[label]).values()
             values = [value for run in runs if (value := of(run)) is not None]
             if values:
-                points.append((x, *mean_interval(np.array(values))))
+                points.append((x, *interval(values)))
         if points:
             place, middle, low, high = np.array(points).T
             lines.append(Line(look[label], place, middle, low, high))
@@ -70,11 +70,18 @@ def swept(
     return line_chart(lines, across, Axis(figure, limits, sweep.log), size=SMALL, name=f"{sweep.title}: {figure}")
 
 
-def mean_interval(values: Floats) -> tuple[float, float, float]:
-    """(mean, low, high): the mean and its 95 % interval, normal."""
-    mean = float(values.mean())
-    reach = NORMAL_95 * float(values.std(ddof=1)) / np.sqrt(len(values)) if len(values) > 1 else 0.0
-    return mean, mean - reach, mean + reach
+def interval(values: Sequence[float]) -> tuple[float, float, float]:
+    """(mean, low, high) of a figure over the seeds: Wilson's where each says yes or no, else Student's t.
+
+    A single value of the other kind has no band.
+    """
+    if all(isinstance(value, bool) for value in values):
+        yes = int(sum(values))
+        return (yes / len(values), *wilson(yes, len(values)))
+    if len(values) == 1:
+        return values[0], values[0], values[0]
+    mean, low, high = map(float, mean_interval(np.array(values)))
+    return mean, low, high
 
 
 def growth_charts(result: GrowthResult) -> list[str]:

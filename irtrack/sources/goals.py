@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from irtrack.metrics import mean_interval
 from irtrack.sources.runs import Outcome
 from irtrack.sources.values import Goal, Rule
 from irtrack.sources.verdicts import LEVEL, Judgement, Word, judged, needed
@@ -50,15 +51,11 @@ def _mean_at_most(goal: Goal, values: Sequence[float]) -> Reached:
     if count < 2:
         mean = values[0] if values else math.nan
         return Reached(goal, mean, -math.inf, math.inf, count, "not decidable", "fewer than two seeds tell")
-    from scipy.special import stdtrit  # scipy.stats takes a second to import
-
-    mean, deviation = float(np.mean(values)), float(np.std(values, ddof=1))
-    t = float(stdtrit(count - 1, (1 + LEVEL) / 2))
-    low, high = (mean + sign * t * deviation / math.sqrt(count) for sign in (-1, 1))
+    mean, low, high = map(float, mean_interval(np.array(values), LEVEL))
     if high <= goal.wanted:
         return Reached(goal, mean, low, high, count, "held")
     if low > goal.wanted:
         return Reached(goal, mean, low, high, count, "not held")
     apart = abs(mean - goal.wanted)
-    seeds = math.ceil((t * deviation / apart) ** 2) if apart else None
+    seeds = math.ceil(count * ((high - mean) / apart) ** 2) if apart else None
     return Reached(goal, mean, low, high, count, "not decidable", needed(seeds))

@@ -119,9 +119,9 @@ def error_all(run: Run) -> float | None:
     return run.score.all.error
 
 
-def lost(run: Run) -> float | None:
-    """1 where the track is lost, 0 where not: its mean is a share."""
-    return None if run.score.lost is None else float(run.score.lost)
+def lost(run: Run) -> bool | None:
+    """Whether the track is lost: over seeds, a share of yes and no."""
+    return run.score.lost
 
 
 def off_share(run: Run) -> float | None:
