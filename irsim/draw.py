@@ -105,8 +105,7 @@ def _draw_frame(axes: Axes, frame: Frame, truth: Truth | None, follow: str | Non
     axes.autoscale(False)
     for target in truth.targets if truth is not None else ():
         box = Box(target.box.cx, target.box.cy, target.box.w + MARGIN_PX, target.box.h + MARGIN_PX)
-        hidden = target.visible is not None and target.visible < 0.5
-        _draw_box(axes, box, hidden)
+        _draw_box(axes, box, target.hidden)
         outline = [withStroke(linewidth=1.5, foreground="black")]
         axes.text(
             box.left,

@@ -77,8 +77,7 @@ def drawn(frame: Frame, truth: Truth | None, factor: int = 1) -> Indices:
     greys = np.rint(frame.image * (WHITE / 255)).astype(np.uint8)
     picture: Indices = np.repeat(np.repeat(greys, factor, axis=0), factor, axis=1)
     for target in truth.targets if truth is not None else ():
-        hidden = target.visible is not None and target.visible < 0.5
-        left, top = _draw_box(picture, target.box, hidden, factor)
+        left, top = _draw_box(picture, target.box, target.hidden, factor)
         _write(picture, target.id, (left, top - 4), factor)
     _write(picture, f"frame {frame.index}, {frame.time:.2f} s", (4, picture.shape[0] - 5), factor)
     return picture

@@ -27,6 +27,10 @@ Look = Literal["cloud", "horizon", "trees", "treeline", "ground", "city"]
 """Classes of real backgrounds whose figures are known (`irsim realism`)."""
 
 
+SHOWN = 0.5
+"""A target is shown, and not hidden, where at least this fraction of it is visible."""
+
+
 @dataclass(frozen=True, slots=True)
 class Box:
     """An axis-aligned box: centre (cx, cy) and full size (w, h), px."""
@@ -137,6 +141,11 @@ class TargetTruth:
     contrast_k: float | None = None
     accuracy_px: float = 0.0
     scr: float | None = None
+
+    @property
+    def hidden(self) -> bool:
+        """Less than `SHOWN` of it is visible; not where that is not known."""
+        return self.visible is not None and self.visible < SHOWN
 
 
 @dataclass(frozen=True, slots=True)

@@ -30,14 +30,12 @@ class GrowthFilter:
                resampled among themselves (Li, Li 2014, section 2: .56); 1: all
     threshold  Nth / N: resampled where Neff is below (section 4.3: 2/3); 1: at every step
     restoring  weights after that, see `irtrack.filters.selection.restored`
-    of_kept    Neff over the Np chosen, which cannot pass Np and so is always below 2 N / 3
     """
 
     particles: int = 100
     share: float = 1.0
     threshold: float = 1.0
     restoring: Restoring = "own"
-    of_kept: bool = False
 
 
 BOOTSTRAP = GrowthFilter()
@@ -97,7 +95,7 @@ def run(growth: Growth, filter: GrowthFilter, seed: int) -> Filtered:
         kept = chosen(weights, count)
         estimates[:, k - 1] = np.einsum("rn,rn->r", kept, x[:, :count])
         neff[:, k - 1] = effective(weights)
-        due = (effective(kept) if filter.of_kept else neff[:, k - 1]) < filter.threshold * n
+        due = neff[:, k - 1] < filter.threshold * n
         x[due, :count] = resampled(x[due, :count], kept[due], rng)
         weights[due] = restored(weights[due], count, filter.restoring)
     return Filtered(estimates, neff)

@@ -63,8 +63,8 @@ def find_start(
 
 
 def shows(target: TargetTruth) -> bool:
-    """Is half of the target or more to be seen, its centre in the frame? Unknown counts as visible."""
-    return (target.visible is None or target.visible >= 0.5) and target.in_view is not False
+    """Is the target not hidden, its centre in the frame? Unknown counts as visible."""
+    return not target.hidden and target.in_view is not False
 
 
 def _check_target(source: Source, truths: Iterable[Truth], target: str) -> None:

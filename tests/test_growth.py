@@ -16,7 +16,7 @@ from irtrack.growth import BOOTSTRAP, WSPF, Growth, rmse, run
 ORACLE = {50: (5.44, 0.04), 100: (4.99, 0.03), 500: (4.68, 0.03)}
 """Mean RMSE of the bootstrap filter over 4,000 runs of 100 steps, and its interval, of another program."""
 WSPF_TRIAL = {50: 5.72, 100: 5.55, 500: 5.40}
-"""Of a first try at weight selection with equal weights after resampling, by the same program."""
+"""Of a first try at weight selection, resampled at every step with equal weights after it, by the same program."""
 
 
 def mean_rmse(filter: growth.GrowthFilter, runs: int, seed: int) -> tuple[float, float]:
@@ -36,7 +36,7 @@ def test_the_bootstrap_filter_errs_as_much_as_another_programs(particles: int, r
 
 @pytest.mark.parametrize(("particles", "runs"), [(50, 1000), (100, 1000), (500, 250)])
 def test_weight_selection_errs_as_much_as_another_programs(particles: int, runs: int) -> None:
-    filter = replace(WSPF, particles=particles, restoring="equal", of_kept=True)
+    filter = replace(WSPF, particles=particles, restoring="equal", threshold=1.0)
     mean, error = mean_rmse(filter, runs, 8)
     assert mean == pytest.approx(WSPF_TRIAL[particles], abs=3 * error + 0.04)
 

@@ -83,7 +83,6 @@ def annotate_truth(truth: Truth, log_time: int) -> bytes:
     """The bytes of foxglove.ImageAnnotations: every target, in another colour where mostly hidden."""
     annotations = ImageAnnotations()
     for target in truth.targets:
-        hidden = target.visible is not None and target.visible < 0.5
         label = target.id if target.scr is None else f"{target.id}  SCR {target.scr:.1f}"
-        draw(annotations, target.box, label, HIDDEN if hidden else SEEN, log_time)
+        draw(annotations, target.box, label, HIDDEN if target.hidden else SEEN, log_time)
     return annotations.SerializeToString()

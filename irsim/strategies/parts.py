@@ -1,7 +1,7 @@
 """Strategies for parts of a scene: mappings as YAML has them.
 
 Severities 0 to 5 stand for the steps of a ladder, from what does nothing to what few trackers live through; the
-ladders are those of the shipped `stress` scenarios where one has the cause.
+ladders are those of the shipped `stress` scenarios where one has the cause, but for `HIDING`.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ CLUTTER = (0.0, 0.002, 0.004, 0.008, 0.016, 0.03)
 COVERAGE = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5)
 """Share of the sky with cloud before it."""
 HIDING = ((0.0, 0), (0.5, 5), (0.8, 8), (1.0, 8), (1.0, 12), (1.0, 16))
-"""How much of a target is hidden, and in how many frames."""
+"""How much of a target is hidden, and in how many frames: as much as in `stress/occlusion`, but in fewer frames, as
+these scenes are short."""
 ANGLES = (90.0, 90.0, 50.0, 25.0, 12.0, 6.0)
 """Between the ways of two that cross, degrees."""
 FAULT_RATES = (0.0, 0.05, 0.15, 0.3, 0.5, 0.7)

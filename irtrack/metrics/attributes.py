@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from irsim.types import Floats, Truth
-from irtrack.metrics.loss import SHOWN
+from irsim.types import SHOWN, Floats, Truth
 
 TURNS_DEG = 2.0
 """Turning of a target's attitude in a frame from which on its outline is taken to deform, degrees."""

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from irsim.types import Floats
+from irsim.types import SHOWN, Floats
 
 OFF_PX = 5.0
 """No centre error up to this is off, however small the target."""
 
 OFF_IN_A_ROW = 10
 """So many frames off in a row make a loss."""
-
-SHOWN = 0.5
-"""A frame counts towards the loss where at least this fraction of the target is visible."""
 
 LOSS_RULE = (
     f"A frame is off when the centre error exceeds the largest of {OFF_PX:g} px, the diagonal of the true box and the "

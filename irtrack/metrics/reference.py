@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from irsim.types import Floats, Truth
+from irsim.types import SHOWN, Floats, Truth
 from irtrack.metrics.attributes import ATTRIBUTES, marks
-from irtrack.metrics.loss import SHOWN
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -110,7 +110,7 @@ class Trace:
 
     @cached_property
     def counted(self) -> np.ndarray:
-        """(n,) bool: scored frames in which it is visible, as `irtrack.metrics.loss.SHOWN` says."""
+        """(n,) bool: scored frames in which it is visible, as `irsim.types.SHOWN` says."""
         return np.asarray(self.scored & self.truth.shown)
 
     @cached_property

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from irsim.types import Box, Image
+from irsim.types import SHOWN, Box, Image
 from irtrack.metrics import Trace
-from irtrack.metrics.loss import SHOWN
 from irtrack.report.palette import Look
 
 FRAMES = 6

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from irsim.types import Floats
+from irsim.types import SHOWN, Floats
 from irtrack.metrics import Survival, Trace, mean_interval
 from irtrack.metrics.centre import PRECISION_PX, precision_curve
-from irtrack.metrics.loss import OFF_PX, SHOWN
+from irtrack.metrics.loss import OFF_PX
 from irtrack.metrics.overlap import SUCCESS, success_curve
 from irtrack.report.charts import Axis, Line, line_chart
 from irtrack.report.palette import Look
