@@ -22,7 +22,7 @@ demo: $(INSTALLED)
 	$(BIN)/irsim render sky -o recordings/sky.mcap
 	$(BIN)/irsim render ground -o recordings/ground.mcap
 	@rm -f recordings/demo.db
-	$(BIN)/irtrack bench sky ground --trackers grey_pf,template,kalman --seeds 5 --jobs $(JOBS) --results recordings/demo.db
+	$(BIN)/irtrack bench sky ground --trackers grey_pf,template,kalman --seeds 6 --jobs $(JOBS) --results recordings/demo.db
 	$(BIN)/irtrack report recordings/demo.db -o report.html
 
 test: $(INSTALLED)

@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 from irsim.kinds import suggestion
 from irtrack.bench import ALL_SOURCES, Cell, Pair, Results, difference, pairs, value
 from irtrack.errors import InputError
-from irtrack.metrics import FIGURES, Difference
+from irtrack.metrics import FIGURES, LEAST_SCENES, Difference
 
 USUAL = ("lost", "off_share", "error_held", "success_auc", "ms_median")
 """The figures that are compared where none are named."""
@@ -36,8 +36,10 @@ class Comparison:
     difference: Difference
 
     @property
-    def verdict(self) -> Literal["better", "worse", "tie"]:
-        """A tie where the interval holds zero."""
+    def verdict(self) -> Literal["better", "worse", "tie", "too few"]:
+        """A tie where the interval holds zero; too few runs for an interval tell nothing."""
+        if self.difference.is_open:
+            return "too few"
         if self.difference.is_tie:
             return "tie"
         return "worse" if (self.difference.mean > 0) == (FIGURES[self.figure].better == "less") else "better"
@@ -145,6 +147,15 @@ class Gate:
         """Those that are worse beyond the margin."""
         return [each for each in comparisons if each.figure == self.figure and each.is_worse_by(self.margin)]
 
+    def check_told(self, comparisons: Iterable[Comparison]) -> None:
+        """InputError where no comparison of the figure has runs enough: a gate that cannot close is none."""
+        of_figure = [each for each in comparisons if each.figure == self.figure]
+        if all(each.verdict == "too few" for each in of_figure):
+            raise InputError(
+                f"{self.figure}: too few runs to tell whether it is worse; allowed: at least {LEAST_SCENES} "
+                "on different frames"
+            )
+
 
 def junit(comparisons: Sequence[Comparison], gates: Sequence[Gate]) -> str:
     """JUnit XML: a test case for every gate, source and label; a failure where it is worse."""
@@ -158,6 +169,8 @@ def junit(comparisons: Sequence[Comparison], gates: Sequence[Gate]) -> str:
             case = ElementTree.SubElement(
                 suite, "testcase", classname=f"{each.source}.{each.label}", name=f"{gate.figure}:{gate.margin:g}"
             )
+            if each.verdict == "too few":
+                ElementTree.SubElement(case, "skipped", message=in_words(each))
             if each in worse:
                 failed += 1
                 ElementTree.SubElement(case, "failure", message=in_words(each))

@@ -172,4 +172,6 @@ def test_a_tie_is_a_difference_that_may_be_none(tmp_path: Path) -> None:
             score = type(cell.score).from_dict(base | {"error_held": error + more})
             key = cell.key.__class__(str(scene), "a", "visible", "display", scene, scene, label, "")
             cells.append(Cell(key, label, "s", "s", "ok", score=score))
-    assert [(row.label, row.is_tie) for row in summary(cells)] == [("a", False), ("b", True), ("c", False)]
+    assert [(row.label, row.standing) for row in summary(cells)] == [("a", "told"), ("b", "tie"), ("c", "told")]
+    few = [cell for cell in cells if int(cell.key.source_hash) < 5]
+    assert [row.standing for row in summary(few)] == ["told", "too few", "too few"]

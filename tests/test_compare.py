@@ -67,6 +67,18 @@ def test_junit_says_what_failed() -> None:
     assert (failure.get("message") or "").startswith("t on s: off_share 0 -> 0.5, +0.5")
 
 
+def test_too_few_runs_are_no_tie_and_close_no_gate() -> None:
+    old, new = [cell(k) for k in range(5)], [cell(k, failed=True) for k in range(5)]
+    found = compare(old, new, ["lost"])
+    assert [each.verdict for each in found] == ["too few"]
+    gate = Gate.parse("lost:0")
+    with pytest.raises(InputError, match="lost: too few runs to tell whether it is worse; allowed: at least 6"):
+        gate.check_told(found)
+    suite = ElementTree.fromstring(junit(found, [gate]).encode())
+    assert (suite.get("tests"), suite.get("failures"), len(list(suite.iter("skipped")))) == ("1", "0", 1)
+    gate.check_told(compare([cell(k) for k in range(6)], [cell(k) for k in range(6)], ["lost"]))
+
+
 @pytest.mark.parametrize(
     ("old", "new", "figures", "words"),
     [
@@ -112,7 +124,8 @@ def test_the_command(
     assert ElementTree.parse(xml).getroot().get("failures") == "1"
     status, out, err = run(str(results), str(results), "--json")
     assert (status, err) == (0, "")
-    assert {row["verdict"] for row in json.loads(out)} == {"tie"}
+    # The six runs of one of them are the same to the bit, and count once.
+    assert {row["verdict"] for row in json.loads(out)} == {"tie", "too few"}
     status, out, err = run("rihgt", "wrong", *of_file)
     assert (status, out) == (2, "")
     assert err.endswith("no tracker is labelled 'rihgt'; allowed: right, wrong; did you mean 'right'?\n")

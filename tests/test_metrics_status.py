@@ -201,6 +201,8 @@ def test_pairs_by_hand() -> None:
     assert few is not None
     assert few.is_tie
     assert few.low == -np.inf
+    assert few.is_open
+    assert not same.is_open
     assert paired_difference([np.nan], [0.0], ["a"]) is None
 
 

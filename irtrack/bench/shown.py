@@ -7,7 +7,7 @@ from html import escape
 
 from irsim.cards import table
 from irtrack.bench.cell import Cell
-from irtrack.bench.table import SummaryRow, summary
+from irtrack.bench.table import MARKS, SummaryRow, summary
 
 MOST_ROWS = 40
 """A longer table is cut: the report has it all."""
@@ -24,7 +24,7 @@ def results_card(name: str, cells: Iterable[Cell]) -> str:
 
 def _told(row: SummaryRow) -> Sequence[object]:
     return (
-        f"{row.rank}{'=' if row.is_tie else ''}",
+        f"{row.rank}{MARKS[row.standing]}",
         row.label,
         row.source,
         row.runs,

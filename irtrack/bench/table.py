@@ -5,16 +5,24 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, Literal
 
 from irtrack.bench.cell import Cell
 from irtrack.bench.pairs import difference, distinct, pairs
-from irtrack.metrics import CentreFigures, Score, wilson
+from irtrack.metrics import LEAST_SCENES, CentreFigures, Score, wilson
 
 ALL_SOURCES = "all sources"
 
-TIE_RULE = "a tie: by none of lost, off_share and error_held do the paired runs tell it from the row above (95 %)"
-"""What `SummaryRow.is_tie` says, for those who read tables."""
+Standing = Literal["told", "tie", "too few"]
+
+MARKS: dict[Standing, str] = {"told": "", "tie": "=", "too few": "?"}
+"""What stands behind a rank."""
+
+RULES: dict[Standing, str] = {
+    "tie": "a tie: by none of lost, off_share and error_held do the paired runs tell it from the row above (95 %)",
+    "too few": f"too few runs on the frames of the row above to tell the two apart: {LEAST_SCENES} are needed",
+}
+"""What the marks say, for those who read tables."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +32,7 @@ class SummaryRow:
     rank              1 is best: fewest runs lost or failed, then fewest frames off, then smallest
                       error before loss, then fastest; by the runs of those scenes that every
                       tracker of the source has, so that all are judged on the same ones
-    is_tie            whether it is told from the row above by nothing but luck: see `TIE_RULE`
+    standing          whether it is told from the row above by more than luck: see `RULES`
     compared          how many runs the rank goes by (all, where there is no scene that all have)
     runs, failed      cells that do not repeat another, and those of them in which the tracker raised
     repeats           cells left out for they repeat another to the bit: see `irtrack.bench.pairs.distinct`
@@ -38,7 +46,7 @@ class SummaryRow:
     source: str
     label: str
     rank: int
-    is_tie: bool
+    standing: Standing
     compared: int
     runs: int
     repeats: int
@@ -76,8 +84,8 @@ def summary(cells: Iterable[Cell], overall: bool = False) -> list[SummaryRow]:
         once = {label: distinct(each) for label, each in fair.items()}
         ranked = sorted(labels, key=lambda label: (_order(once[label]), label))
         for rank, label in enumerate(ranked, start=1):
-            is_tie = rank > 1 and not _is_better(fair[ranked[rank - 2]], fair[label])
-            rows.append(_row(source, label, rank, is_tie, labels[label], len(once[label])))
+            standing: Standing = "told" if rank == 1 else _standing(fair[ranked[rank - 2]], fair[label])
+            rows.append(_row(source, label, rank, standing, labels[label], len(once[label])))
     return rows
 
 
@@ -86,17 +94,17 @@ def _scene(cell: Cell) -> tuple[str, str]:
     return cell.source, cell.key.source_hash
 
 
-def _is_better(above: list[Cell], below: list[Cell]) -> bool:
+def _standing(above: list[Cell], below: list[Cell]) -> Standing:
     """Does the first figure that tells the two apart speak for the one above?"""
     both = pairs(above, below)
-    for figure in ("lost", "off_share", "error_held"):
-        found = difference(both, figure)
-        if found is not None and not found.is_tie:
-            return found.mean > 0
-    return False
+    found = [each for name in ("lost", "off_share", "error_held") if (each := difference(both, name)) is not None]
+    if all(each.is_open for each in found):
+        return "too few"
+    telling = [each for each in found if not each.is_tie]
+    return "told" if telling and telling[0].mean > 0 else "tie"
 
 
-def _row(source: str, label: str, rank: int, is_tie: bool, every: list[Cell], compared: int) -> SummaryRow:
+def _row(source: str, label: str, rank: int, standing: Standing, every: list[Cell], compared: int) -> SummaryRow:
     cells = distinct(every)
     scores = _scores(cells)
     told = [score for score in scores if score.lost is not None]
@@ -106,7 +114,7 @@ def _row(source: str, label: str, rank: int, is_tie: bool, every: list[Cell], co
         source=source,
         label=label,
         rank=rank,
-        is_tie=is_tie,
+        standing=standing,
         compared=compared,
         runs=len(cells),
         repeats=len(every) - len(cells),

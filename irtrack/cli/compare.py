@@ -64,6 +64,8 @@ def compare(
         typer.echo(f"irtrack: {in_words(each)}", err=True)
     if failed:
         raise typer.Exit(1)
+    for gate in gates:
+        gate.check_told(found)
 
 
 def _row(each: Comparison) -> dict[str, Any]:

@@ -83,7 +83,7 @@ def plural(count: int, thing: str) -> str:
 
 def print_summary(rows: Sequence[SummaryRow]) -> None:
     """The ranked table of each source; errors are those before the loss."""
-    from irtrack.bench.table import TIE_RULE
+    from irtrack.bench.table import MARKS, RULES
 
     head = ("source", "tracker", "runs", "lost", "95 %", "|x| px", "|y| px", "<= 5 px", "<= 20 px", "AUC", "ms")
     print_table(
@@ -91,7 +91,7 @@ def print_summary(rows: Sequence[SummaryRow]) -> None:
         [
             (
                 row.source,
-                f"{row.rank}{'=' if row.is_tie else '.'} {row.label}",
+                f"{row.rank}{MARKS[row.standing] or '.'} {row.label}",
                 _runs(row),
                 number(row.lost_share, ".0%"),
                 NOTHING if row.lost_low is None else f"{row.lost_low:.0%}..{row.lost_high:.0%}",
@@ -106,8 +106,9 @@ def print_summary(rows: Sequence[SummaryRow]) -> None:
         ],
         left=2,
     )
-    if any(row.is_tie for row in rows):
-        print(f"= {TIE_RULE}")
+    for standing, rule in RULES.items():
+        if any(row.standing == standing for row in rows):
+            print(f"{MARKS[standing]} {rule}")
 
 
 def _runs(row: SummaryRow) -> str:

@@ -20,7 +20,7 @@ from irtrack.metrics.long_term import LongTerm, long_term
 from irtrack.metrics.loss import LOSS_RULE, loss, off_frames
 from irtrack.metrics.multi import Clear, Gospa, Hota, Scene, clear_mot, gospa, hota, idf1
 from irtrack.metrics.overlap import SUCCESS, overlaps, success_curve, success_rate, widened
-from irtrack.metrics.paired import Difference, paired_difference
+from irtrack.metrics.paired import LEAST_SCENES, Difference, paired_difference
 from irtrack.metrics.reacquire import Return, returns
 from irtrack.metrics.reference import Reference
 from irtrack.metrics.scoring import FIGURES, CentreFigures, Score, score, score_trace
@@ -31,6 +31,7 @@ from irtrack.metrics.vot import AnchorRun, Vot, expected_overlap, vot
 __all__ = [
     "ATTRIBUTES",
     "FIGURES",
+    "LEAST_SCENES",
     "LOSS_RULE",
     "PRECISION_NORM",
     "PRECISION_PX",

@@ -32,6 +32,11 @@ class Difference:
         """Does the interval hold zero?"""
         return self.low <= 0 <= self.high
 
+    @property
+    def is_open(self) -> bool:
+        """Are there fewer than `LEAST_SCENES`, so that nothing can be told?"""
+        return self.low == -np.inf
+
 
 def paired_difference(
     a: Sequence[float] | Floats,

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from irtrack.bench import Run, SummaryRow
-from irtrack.bench.table import TIE_RULE
+from irtrack.bench.table import MARKS, RULES
 from irtrack.metrics import Breaking, Survival
 from irtrack.metrics.loss import LOSS_RULE
 from irtrack.report.figures import Figures, SeverityFigures, SourceFigures
@@ -140,7 +140,7 @@ def as_markdown(figures: Figures) -> str:
                 [(each.label, each.source, each.seed, each.more + 1, each.brief) for each in figures.failures],
             )
         )
-    parts += [LOSS_RULE, f"= {TIE_RULE}"]
+    parts += [LOSS_RULE, *(f"{MARKS[standing]} {rule}" for standing, rule in RULES.items())]
     return "\n\n".join(parts) + "\n"
 
 
@@ -150,7 +150,7 @@ def _ranked(rows: Sequence[SummaryRow]) -> str:
         head,
         [
             (
-                f"{row.rank}=" if row.is_tie else row.rank,
+                f"{row.rank}{MARKS[row.standing]}",
                 row.label,
                 f"{row.runs} ({row.failed} failed)" if row.failed else row.runs,
                 f"{percent(row.lost_share)}",

@@ -11,7 +11,7 @@ from importlib.resources import files
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from irtrack.bench import Cell, Results, Run, summary
-from irtrack.bench.table import TIE_RULE
+from irtrack.bench.table import MARKS, RULES
 from irtrack.metrics import ATTRIBUTES
 from irtrack.metrics.loss import LOSS_RULE
 from irtrack.report.chapters import chapters
@@ -56,7 +56,8 @@ def page(results: Results, cells: Sequence[Cell], command: str | None = None) ->
         lost_pairs=lost_pairs,
         attributes=ATTRIBUTES,
         loss_rule=LOSS_RULE,
-        tie_rule=TIE_RULE,
+        marks=MARKS,
+        rules=RULES,
         runs=runs,
         commands=(command,) if command else repeat_commands(results.path, runs),
         versions=_versions(runs),
