@@ -32,7 +32,7 @@ def main(mode: str, at: int) -> None:
                 print("out of luck", file=sys.stderr, flush=True)
                 os._exit(3)
             elif mode == "hang":
-                time.sleep(60)
+                time.sleep(600)
             elif mode == "garble":
                 print("hello", flush=True)
                 continue

@@ -79,7 +79,7 @@ def main(mode: str, at: int, hello: list[str]) -> None:
                 print("out of luck", file=sys.stderr, flush=True)
                 os._exit(3)
             if mode == "hang":
-                time.sleep(60)
+                time.sleep(600)
             if mode == "flood":
                 print("x" * 3_000_000, "@@TRAX:state 1,2,3,4", flush=True)
                 print("y" * 3_000_000, file=sys.stderr, flush=True)

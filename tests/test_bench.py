@@ -6,7 +6,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ import numpy as np
 import pytest
 from bench_fakes import Breaker, Logger, Strip, Walker, steps
 from bench_rows import rows
+from processes import runs, wait_until
 
 import irsim
 import irtrack
@@ -210,13 +210,13 @@ def test_a_killed_bench_goes_on_where_it_stopped(tmp_path: Path, jobs: int) -> N
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([here, str(Path(here).parent)])}
     process = subprocess.Popen([sys.executable, script, log, hold, path, str(jobs)], env=environment)
     try:
-        wait_for(lambda: count_cells(path) >= 3)
+        wait_until(lambda: count_cells(path) >= 3)
     finally:
         process.send_signal(signal.SIGKILL)
         process.wait()
     workers = {int(line.split()[0]) for line in log.read_text().splitlines()} - {process.pid}
     assert (len(workers) > 0) == (jobs == 2)
-    wait_for(lambda: not any(is_alive(pid) for pid in workers))  # no worker waits on for work
+    wait_until(lambda: not any(runs(pid) for pid in workers))  # no worker waits on for work
     with Results(path) as left:
         done = rows(left)
     assert 3 <= len(done) < 8
@@ -231,24 +231,9 @@ def test_a_killed_bench_goes_on_where_it_stopped(tmp_path: Path, jobs: int) -> N
         assert rows(whole) == found
 
 
-def wait_for(condition: Any, seconds: float = 60.0) -> None:
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.01)
-
-
 def count_cells(path: Path) -> int:
     try:
         with Results(path) as results:
             return len(results.cells())
     except InputError:
         return 0  # not there yet, or just being written
-
-
-def is_alive(pid: int) -> bool:
-    """Runs, and is no zombie that nobody has reaped."""
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    except OSError:
-        return False
