@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,7 +11,7 @@ from pathlib import Path
 from typing import Literal, TypeAlias
 
 from irsim.files import replacing_text
-from irtrack.bench import Suite, run_bench
+from irtrack.bench import Suite, run_bench, value
 from irtrack.bench.sweep import Progress
 from irtrack.errors import InputError
 from irtrack.metrics import FIGURES
@@ -68,11 +69,8 @@ def measure(suite: Suite, jobs: int = 1, progress: Progress | None = None) -> Go
     found: dict[Run, Mapping[str, float | None]] = {}
     for cell in cells:
         run = (cell.source, cell.label, cell.key.tracker_seed)
-        if cell.score is None:
-            found[run] = {name: 1.0 if name == "lost" else None for name in HELD}
-        else:
-            flat = cell.score.as_dict()
-            found[run] = {name: None if flat[name] is None else float(f"{flat[name]:.6g}") for name in HELD}
+        figures = {name: value(cell, name) for name in HELD}
+        found[run] = {name: None if math.isnan(known) else float(f"{known:.6g}") for name, known in figures.items()}
     return found
 
 

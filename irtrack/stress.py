@@ -16,7 +16,7 @@ SUITE = "suites/stress-suite"
 def stress_suite(trackers: Sequence[Entry], seeds: int, causes: Sequence[str] = ()) -> Suite:
     """The shipped suite for these trackers, of the causes named, or of all where none is; InputError for no cause."""
     suite = load_suite(SUITE)
-    by_cause = {each.name: each.name.removesuffix(f"@{each.severity}") for each in suite.sources}
+    by_cause = {each.name: each.family for each in suite.sources}
     known = list(dict.fromkeys(by_cause.values()))
     for cause in causes:
         if cause not in known:

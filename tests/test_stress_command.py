@@ -68,6 +68,7 @@ def test_the_table_says_what_the_results_say(cli: Cli) -> None:
         (["kalman,kalman", "--only", "drops"], "two trackers are labelled 'kalman'"),
         (["kalman", "--seeds", "0"], "--seeds"),
         (["kalman", "--results", "none/stress.db"], "none/stress.db"),
+        (["kalman", "--results", "notes.txt"], "notes.txt: allowed: a name that ends in .db"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )

@@ -53,6 +53,13 @@ def test_the_table_ranks_by_loss_then_share_off_then_error_then_time() -> None:
     ]  # fmt: skip
 
 
+def test_a_run_is_broken_where_it_failed_or_is_lost_and_not_where_nothing_tells() -> None:
+    assert cell("failed").lost_or_failed
+    assert cell("lost", lost=True).lost_or_failed
+    assert not cell("held", lost=False).lost_or_failed
+    assert not cell("without truth", lost=None).lost_or_failed
+
+
 def test_the_table_by_source_and_over_all() -> None:
     cells = [cell("a", "one", error_held=1.0), cell("a", "two", error_held=3.0), cell("b", "two", error_held=2.0)]
     assert [(row.source, row.label, row.rank) for row in summary(cells)] == [

@@ -9,6 +9,7 @@ from typing import Literal, TypeAlias
 
 import irsim
 from irsim.types import Source
+from irtrack.bench.cell import family
 from irtrack.errors import InputError
 
 AnySource: TypeAlias = str | Path | irsim.Scenario | Source
@@ -45,6 +46,11 @@ class Asked:
     changes: tuple[str, ...]
     severity: int | None
     target: str | None
+
+    @property
+    def family(self) -> str:
+        """What it is called at all of its severities."""
+        return family(self.name, self.severity)
 
 
 def asked(entry: AnySource | SourceEntry | Asked) -> Iterator[Asked]:

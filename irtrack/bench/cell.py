@@ -79,6 +79,11 @@ class SourceRow:
     severity: int | None = None
 
 
+def family(source: str, severity: int | None) -> str:
+    """What a source is called at all of its severities."""
+    return source if severity is None else source.removesuffix(f"@{severity}")
+
+
 @dataclass(frozen=True, slots=True)
 class Cell:
     """One tracker on one source with one pair of seeds.
@@ -102,7 +107,12 @@ class Cell:
     @property
     def family(self) -> str:
         """What the source is called at all of its severities."""
-        return self.source if self.severity is None else self.source.removesuffix(f"@{self.severity}")
+        return family(self.source, self.severity)
+
+    @property
+    def lost_or_failed(self) -> bool:
+        """Did the tracker lose the target, or fail? False where nothing tells."""
+        return self.score is None or self.score.lost is True
 
     @property
     def config(self) -> dict[str, Any]:

@@ -6,6 +6,7 @@ import platform
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor, as_completed
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 
 import cv2
@@ -115,7 +116,7 @@ def _outcomes(
 ) -> Iterator[list[Outcome]]:
     """What each group gives, as they finish."""
     if executor is not None:
-        yield from _by(executor, run_alone if limit_s is None else run_warded, groups, limit_s)
+        yield from _by(executor, run_alone if limit_s is None else partial(run_warded, limit_s=limit_s), groups)
     elif limit_s is None and jobs == 1:
         yield from map(run_alone, groups)
     elif groups:
@@ -126,11 +127,9 @@ def _outcomes(
                 crew.shutdown(cancel_futures=True)
 
 
-def _by(
-    executor: Executor, task: Callable[..., list[Outcome]], groups: list[Group], *more: object
-) -> Iterator[list[Outcome]]:
+def _by(executor: Executor, task: Callable[[Group], list[Outcome]], groups: list[Group]) -> Iterator[list[Outcome]]:
     # No name holds the futures: each is let go, with the tracks in it, when it has been yielded.
-    for future in as_completed([executor.submit(task, group, *more) for group in groups]):
+    for future in as_completed([executor.submit(task, group) for group in groups]):
         try:
             found = future.result()
         except IrtrackError:
@@ -141,10 +140,10 @@ def _by(
         yield found
 
 
-def run_alone(group: Group, limit_s: None = None) -> list[Outcome]:
+def run_alone(group: Group) -> list[Outcome]:
     """A group in this process."""
     with one_thread():
-        return run_group(group, limit_s)
+        return run_group(group)
 
 
 def run_warded(group: Group, limit_s: float) -> list[Outcome]:

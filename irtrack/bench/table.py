@@ -136,7 +136,7 @@ def _row(source: str, label: str, rank: int, standing: Standing, every: list[Cel
 
 def _order(cells: list[Cell]) -> tuple[float, float, float, float]:
     scores = _scores(cells)
-    broken = sum(cell.status == "failed" or (cell.score is not None and cell.score.lost is True) for cell in cells)
+    broken = sum(cell.lost_or_failed for cell in cells)
     figures = (
         _mean([score.off_share for score in scores]),
         _pooled([(score.held_frames, score.held.error) for score in scores]),

@@ -76,7 +76,7 @@ def bench(
 ) -> None:
     """Run trackers over sources with many seeds; print the ranked table and where the results are."""
     named = [_named(word) for word in sources]
-    check_output(results, *(Path(word) for _, word in named), endings=(".db", ".sqlite", ".sqlite3"))
+    check_results(results, *(Path(word) for _, word in named))
     from irtrack.bench import summary
 
     suite = _suite(named, trackers, severities)
@@ -98,6 +98,11 @@ def bench(
         print_summary(rows)
         print(f"results: {results}    next: {shlex.join(['irtrack', 'report', str(results)])}")
     end_by_failures(cells)
+
+
+def check_results(path: Path, *inputs: Path) -> None:
+    """InputError where no results file can be written there: see `irsim.files.check_output`."""
+    check_output(path, *inputs, endings=(".db", ".sqlite", ".sqlite3"))
 
 
 def sweep(
@@ -234,7 +239,7 @@ class Tally:
     def see(self, cell: Cell) -> None:
         """A run is done."""
         self._runs[cell.label] += 1
-        self._bad[cell.label] += cell.status == "failed" or (cell.score is not None and cell.score.lost is True)
+        self._bad[cell.label] += cell.lost_or_failed
 
     def worst(self) -> str:
         """'worst: template, 3 of 4 lost or failed'; '' as long as nobody has lost anything."""

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from irsim.files import check_output
-from irtrack.cli.bench import end_by_failures, sweep
+from irtrack.cli.bench import check_results, end_by_failures, sweep
 from irtrack.cli.options import AsJson
 from irtrack.cli.output import NOTHING, number, print_json, print_table
 
@@ -42,7 +41,7 @@ def stress(
     from irtrack.report import severity_figures, severity_values
     from irtrack.stress import stress_suite
 
-    check_output(results)
+    check_results(results)
     suite = stress_suite(parse_trackers(trackers), seeds, [cause for cause in only.split(",") if cause])
     cells = sweep(suite, results, jobs)
     figures = severity_figures(cells)

@@ -98,7 +98,7 @@ def severity_figures(cells: Sequence[Cell]) -> tuple[SeverityFigures, ...]:
 
 def _breaking(cells: Sequence[Cell]) -> Breaking | None:
     severities = [float(cell.severity or 0) for cell in cells]
-    return breaking_point(severities, [cell.score is None or cell.score.lost is True for cell in cells])
+    return breaking_point(severities, [cell.lost_or_failed for cell in cells])
 
 
 def failures(cells: Sequence[Cell]) -> tuple[Failure, ...]:

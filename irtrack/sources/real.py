@@ -116,7 +116,7 @@ def _row(sequence: str, label: str, targets: int, found: Sequence[tuple[Cell, Tr
         seeds=len(found) // targets,
         runs=len(found),
         failed=sum(cell.score is None for cell, _ in found),
-        lost=sum(cell.score is None or cell.score.lost is True for cell, _ in found),
+        lost=sum(cell.lost_or_failed for cell, _ in found),
         distance=float(np.median(distances)) if len(distances) else None,
         within=float(np.mean(distances <= 20)) if len(distances) else None,
     )
