@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from processes import runs, wait_until
@@ -80,6 +80,8 @@ def test_a_box_comes_back_from_each_kind_of_region(cx: float, cy: float, w: floa
 
 @settings(max_examples=300)
 @given(st.text(st.sampled_from('0123456789.,-+einfa:mask "\\='), max_size=40))
+@example("nan")
+@example("inf")
 def test_any_region_gives_a_sound_box_or_none_or_one_clear_error(text: str) -> None:
     with contextlib.suppress(TrackerError):
         box = trax_text.box_of(text)

@@ -13,7 +13,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import accumulate
-from math import ceil, floor
+from math import ceil
 
 import numpy as np
 
@@ -98,7 +98,7 @@ def box_of(text: str) -> Box | None:
         numbers = np.array([float(each) for each in text.split(",")])
     except (ValueError, OverflowError):
         raise fault from None
-    if len(numbers) == 1 and numbers[0] == floor(numbers[0]):
+    if len(numbers) == 1 and numbers[0].is_integer():
         return None
     if not np.isfinite(numbers).all():
         raise fault
