@@ -28,7 +28,8 @@ Frames = Annotated[
     str | None, typer.Option(metavar="N|A:B", help="N frames from the first on, or frames A to B-1; default: 300.")
 ]
 RegionOption = Annotated[
-    str | None, typer.Option(metavar="X,Y,W,H", help="Where only noise is seen, px; default: the flattest window.")
+    str | None,
+    typer.Option(metavar="X,Y,W,H", help="Where only noise is seen, px; default: the flattest window that is still."),
 ]
 Json = Annotated[bool, typer.Option("--json", help="One JSON document instead of lines.")]
 
@@ -47,7 +48,7 @@ def noise(
     as_json: Json = False,
 ) -> None:
     """Measure noise on a flat region: 3-D noise, memory in time, drift, bad pixels, with 95 % intervals."""
-    from irsim.measure import measure_noise, noise_lines, parse_region
+    from irsim.measure import measure_noise, noise_lines, parse_region, taken_by_targets
     from irsim.sources import open_source
 
     opened = open_source(source)
@@ -55,7 +56,8 @@ def noise(
     start, stop = _span(frames, len(opened))
     stack = read_stack(opened, start, stop, "counts")
     try:
-        report = measure_noise(stack, opened.rate_hz, where, 2.0**opened.bits - 1)
+        taken = taken_by_targets(opened, start, stop)
+        report = measure_noise(stack, opened.rate_hz, where, 2.0**opened.bits - 1, taken)
     except InputError as error:
         raise InputError(f"{source}: {error}") from None
     if as_json:
@@ -87,7 +89,7 @@ def fit(
     where = None if region is None else parse_region(region, opened.size)
     start, stop = _span(frames, len(opened))
     try:
-        found = fit_frames(read_stack(opened, start, stop, "counts"), opened, where)
+        found = fit_frames(read_stack(opened, start, stop, "counts"), opened, where, start)
     except InputError as error:
         raise InputError(f"{source}: {error}") from None
     if output is not None:
@@ -121,7 +123,16 @@ def realism(
     as_json: Json = False,
 ) -> None:
     """Compare a background's texture, and a camera's noise, with real recordings: cloud, trees, ground and so on."""
-    from irsim.measure import cameras_of, classes_of, judge, judge_noise, measure_figures, texture, verdict_lines
+    from irsim.measure import (
+        cameras_of,
+        classes_of,
+        judge,
+        judge_noise,
+        measure_figures,
+        taken_by_targets,
+        texture,
+        verdict_lines,
+    )
     from irsim.measure.realism import lines_of
     from irsim.sources import open_source
 
@@ -132,8 +143,10 @@ def realism(
     try:
         found = None if camera is not None and like is None else texture(pictures(opened))
         if camera is not None:
-            stack = read_stack(opened, *_span(str(_NOISY), len(opened)), "counts")
-            figures = measure_figures(stack, opened.rate_hz, None, 2.0**opened.bits - 1)
+            start, stop = _span(str(_NOISY), len(opened))
+            stack = read_stack(opened, start, stop, "counts")
+            taken = taken_by_targets(opened, start, stop)
+            figures = measure_figures(stack, opened.rate_hz, None, 2.0**opened.bits - 1, taken)
             judged, sorts = judge_noise(figures, camera), cameras_of(figures)
     except InputError as error:
         raise InputError(f"{source}: {error}") from None

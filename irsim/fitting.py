@@ -16,7 +16,7 @@ from irsim.detector import Response, Setting, Stated
 from irsim.display import Agc, Linear
 from irsim.kinds import dump
 from irsim.loader import loads
-from irsim.measure import Figures, Measured, Region, measure_figures
+from irsim.measure import Figures, Measured, Region, measure_figures, taken_by_targets
 from irsim.measure.figures import USUAL_BLUR
 from irsim.radiometry import Band, slope, temperature
 from irsim.scenario import Scenario
@@ -71,7 +71,7 @@ def fit(
 ) -> Fit:
     """Measure a recording (or a scenario, rendered for it) and write a scenario with its camera and background.
 
-    region      where only noise is seen, px; the flattest window where not given
+    region      where only noise is seen, px; the flattest still window, off truth's boxes, where not given
     start, stop frames that are looked at; the first 300 where not given
 
     InputError where frames are too few or too small, or the source cannot be opened.
@@ -79,12 +79,13 @@ def fit(
     opened = open_source(source)
     last = min(start + FRAMES, len(opened)) if stop is None else min(stop, len(opened))
     stack = np.stack([frame.image for frame in opened.frames("counts", start, last)])
-    return fit_frames(stack, opened, region)
+    return fit_frames(stack, opened, region, start)
 
 
-def fit_frames(stack: Any, source: Source, region: Region | None = None) -> Fit:
-    """The same of frames (T, rows, columns) that were read from a source already."""
-    figures = measure_figures(stack, source.rate_hz, region, 2.0**source.bits - 1)
+def fit_frames(stack: Any, source: Source, region: Region | None = None, start: int = 0) -> Fit:
+    """The same of frames (T, rows, columns) that were read from a source already, from frame `start` on."""
+    taken = taken_by_targets(source, start, start + len(stack))
+    figures = measure_figures(stack, source.rate_hz, region, 2.0**source.bits - 1, taken)
     scene = _Scene.of(source, figures)
     lines = "\n".join(scene.lines(len(stack)))
     return Fit(source.name, len(stack), figures, lines + "\n", (*figures.notes, *scene.notes))

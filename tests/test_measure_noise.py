@@ -18,10 +18,11 @@ from irsim.cli import app
 from irsim.detector import NOISES, Moment, Noise
 from irsim.detector.response import Electrons, Setting
 from irsim.errors import InputError
-from irsim.measure import Region, defects, flattest, measure_noise, noise_3d, parse_region, temporal
+from irsim.measure import Region, defects, flattest, measure_noise, noise_3d, parse_region, taken_by_targets, temporal
 from irsim.measure.memory import fit_memory, time_freedom
 from irsim.measure.noise import fine_sigma, noise_lines
 from irsim.measure.noise_3d import TERMS, components, mean_squares
+from irsim.sources import open_source
 from irsim.types import Floats
 
 REAL = Path(__file__).resolve().parents[2] / "shared" / "real"
@@ -210,6 +211,79 @@ def test_bad_pixels_are_counted_by_kind() -> None:
     report = measure_noise(frames)
     assert report.terms.tvh.value == pytest.approx(10, rel=0.05)
     assert (report.dead, report.hot, report.blinking) == (2, 1, 1)
+
+
+@pytest.mark.parametrize("sigma", [0.3, 0.6, 2.0])
+def test_what_does_not_happen_to_change_is_not_called_dead(sigma: float) -> None:
+    """Whole counts hide noise below one: in few frames good pixels hold their value, in enough only a dead one does."""
+    rng = np.random.default_rng(8)
+    frames = np.rint(rng.uniform(100, 101, (64, 96)) + rng.normal(0, sigma, (400, 64, 96)))
+    frames[:, 20, 30] = 100
+    assert ((frames[:12] == frames[0]).all(axis=0).sum() > 100) == (sigma == 0.3)  # good ones, by chance
+    few = measure_noise(frames[:12])
+    assert (few.dead, few.frozen_from is not None and few.frozen_from > 12) == (0, True)
+    assert any("12 frames are too few to tell dead pixels" in text for _, text in noise_lines(few))
+    assert np.argwhere(defects(frames).dead).tolist() == [[20, 30]]
+    assert not any("too few" in text for _, text in noise_lines(measure_noise(frames)))
+
+
+def test_where_most_pixels_never_change_none_is_called_dead_for_it() -> None:
+    frames = np.full((40, 32, 32), 7.0)
+    frames[5, :8] += 1
+    report = measure_noise(frames)
+    assert (report.dead, report.frozen_from) == (0, None)
+    assert any("most pixels never change" in text for _, text in noise_lines(report))
+
+
+def test_noise_is_read_where_nothing_moves() -> None:
+    """Something soft that wanders over the flattest place, which no truth tells of."""
+    frames = rendered(9, (40, 128, 160), {"kind": "white"}).astype(np.float64)
+    rows, columns = np.mgrid[:128, :160]
+    frames += 25 * np.sin(columns / 4) * (columns < 80)
+    for k in range(40):
+        frames[k] += 30 * np.exp(-((columns - 90 - 1.5 * k) ** 2 + (rows - 30) ** 2) / 50)
+    report = measure_noise(frames)
+    assert not report.moves
+    assert report.region.x >= 80
+    assert report.region.y >= 30
+    assert report.terms.tvh.value == pytest.approx(10, rel=0.02)
+    forced = measure_noise(frames, 30.0, Region(88, 4, 64, 56))
+    assert forced.moves
+    assert forced.terms.tvh.value > 10.5
+    assert any("--region X,Y,W,H names a place that is still" in text for _, text in noise_lines(forced))
+
+
+CROSSED = """\
+frames: 30
+camera: {size: [128, 96], netd_mk: 60}
+background: {kind: ground, spread_k: 0}
+targets:
+  - id: car
+    shape: {kind: point, area_m2: 2}
+    path: {kind: straight, start: [20, 48], speed: 3, range_m: 1000}
+"""
+
+
+def test_noise_is_read_off_the_boxes_of_the_truth(tmp_path: Path) -> None:
+    scene = tmp_path / "crossed.yaml"
+    scene.write_text(CROSSED)
+    taken = taken_by_targets(open_source(scene), 0, 30)
+    assert taken is not None
+    assert taken[48, 20]
+    assert taken[48, 107]
+    assert not taken[:30].any()
+    assert not taken[66:].any()
+    first = taken_by_targets(open_source(scene), 0, 1)
+    assert first is not None
+    assert first.sum() < 200
+    done = CliRunner().invoke(app, ["noise", str(scene), "--json"])
+    found = json.loads(done.stdout)
+    assert not found["crossed"]
+    assert not taken[Region(*found["region"]).rows, Region(*found["region"]).columns].any()
+    forced = CliRunner().invoke(app, ["noise", str(scene), "--region", "30,20,64,64"]).stdout
+    assert "targets pass through 30,20,64,64: --region X,Y,W,H names a place without them" in forced
+    fitted = CliRunner().invoke(app, ["fit", str(scene), "--region", "30,20,64,64"]).stdout
+    assert "Note: targets pass through 30,20,64,64, where noise is read" in fitted
 
 
 def test_ridges_and_tracks_are_no_bad_pixels() -> None:

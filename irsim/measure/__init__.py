@@ -8,7 +8,7 @@ from irsim.measure.noise import NoiseReport, measure_noise, noise_lines
 from irsim.measure.noise_3d import Noise3dTerms, noise_3d
 from irsim.measure.realism import CLASSES, Verdict, classes_of, judge, verdict_lines
 from irsim.measure.realism_noise import CAMERAS, cameras_of, judge_noise, noise_figures
-from irsim.measure.region import Region, flattest, parse_region
+from irsim.measure.region import Region, flattest, parse_region, taken_by_targets
 from irsim.measure.spectrum import Texture, texture
 
 __all__ = [
@@ -36,6 +36,7 @@ __all__ = [
     "noise_figures",
     "noise_lines",
     "parse_region",
+    "taken_by_targets",
     "temporal",
     "texture",
     "verdict_lines",

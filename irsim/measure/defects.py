@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
-from irsim.measure.region import Values
+from irsim.measure.region import Mask, Values
 from irsim.types import Floats
-
-Mask = npt.NDArray[np.bool_]
 
 _FAR = 8.0
 """Robust sigmas beyond which a pixel is bad: a Gaussian one of 10^6 pixels is never there."""
@@ -19,6 +17,10 @@ RESTLESS = 3.0
 """Temporal sigma of a blinking pixel over that of those around it, at least."""
 _MEDIAN_TO_SIGMA = 1.4826
 """Sigma over the median of absolute deviations of a Gaussian."""
+_SLOWEST = 0.99
+"""Share of the pixels that change at least as often as those that chance may freeze: whole counts make some slow."""
+_BY_CHANCE = 0.1
+"""So many pixels of a picture may be frozen by chance where those that never change are called dead."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,11 +30,14 @@ class Defects:
     dead        does not change, or stands far below those around it
     hot         stands far above those around it
     blinking    changes far more in time than those around it
+    frozen_from frames from which on one that never changes is called dead: in fewer, good ones may not happen to
+                change; None where most pixels never do, as in pictures whose noise is far below one count
     """
 
     dead: Mask
     hot: Mask
     blinking: Mask
+    frozen_from: int | None
 
     @property
     def all(self) -> Mask:
@@ -50,12 +55,28 @@ def defects(frames: Values) -> Defects:
     values = np.asarray(frames, np.float32)
     level, restless = values.mean(axis=0), values.std(axis=0)
     usual = float(np.median(restless))
-    frozen = (restless == 0) & (usual > 0)
+    frozen_from = _frozen_from(frames)
+    frozen = (restless == 0) & (frozen_from is not None and len(frames) >= frozen_from)
     out = _far_off(level - around(level))
     blinking = (restless > RESTLESS * np.maximum(around(restless), usual)) & _alone(restless)
     hot = out & _alone(level) & ~blinking
     dead = ((out & _alone(-level)) | frozen) & ~hot & ~blinking
-    return Defects(dead, hot, blinking)
+    return Defects(dead, hot, blinking, frozen_from)
+
+
+def _frozen_from(frames: Values) -> int | None:
+    """Frames from which on hardly a good pixel of a picture stays the same by chance; see `Defects`.
+
+    A pixel that takes count k with probability p_k stays from one frame to the next in the share q, the sum of
+    p_k^2, and over T frames in that of p_k^T, which is at most q^(T/2); noise with memory stays so in about
+    q^(T - 1), which is less.
+    """
+    stays = np.mean(frames[1:] == frames[:-1], axis=0)
+    live = stays[stays < 1]
+    if 2 * live.size <= stays.size:
+        return None
+    share = float(np.quantile(live, _SLOWEST))
+    return 2 if share == 0 else math.ceil(2 * math.log(_BY_CHANCE / stays.size) / math.log(share))
 
 
 def patched(frames: Values, bad: Mask) -> Values:

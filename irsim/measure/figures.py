@@ -14,9 +14,9 @@ from irsim.measure.interval import Measured, root
 from irsim.measure.level import fit_level
 from irsim.measure.lines import lines, turns, without_turns
 from irsim.measure.memory import Memory, mean_share
-from irsim.measure.noise import NoiseReport, measure_noise
+from irsim.measure.noise import NoiseReport, frozen_unknown, measure_noise
 from irsim.measure.points import point_blur
-from irsim.measure.region import Region, Values
+from irsim.measure.region import Mask, Region, Values
 from irsim.measure.steady import moves
 from irsim.types import Floats
 
@@ -96,12 +96,18 @@ class Figures:
                     yield prefix + field.name, value
 
 
-def measure_figures(frames: Values, rate_hz: float, region: Region | None = None, top: float = 65535.0) -> Figures:
+def measure_figures(
+    frames: Values,
+    rate_hz: float,
+    region: Region | None = None,
+    top: float = 65535.0,
+    taken: Mask | None = None,
+) -> Figures:
     """Figures of frames (T, rows, columns) in counts; noise is read on `region`, or the flattest window.
 
-    top     the highest count there can be. InputError where frames are too few or small.
+    top, taken  as `measure_noise` has them. InputError where frames are too few or small.
     """
-    report = measure_noise(frames, rate_hz, region, top)
+    report = measure_noise(frames, rate_hz, region, top, taken)
     bad = defects(frames)
     whole = patched(frames, bad.all)
     sliding = moves(whole)
@@ -181,8 +187,15 @@ def _notes(
         yield f"{count} frames are few for noise that remembers so long: its sigma may be larger"
     if level is not None and level.high > count / 2:
         yield f"the level wanders as slowly as {count} frames are long: its sigma may be larger"
+    if unsure := frozen_unknown(report):
+        yield unsure
+    if report.crossed:
+        yield f"targets pass through {report.region}, where noise is read: --region X,Y,W,H names a place without them"
     if report.moves:
-        yield "neighbouring pixels change together: something moves, or the camera smooths its noise"
+        yield (
+            f"neighbouring pixels change together at {report.region}, where noise is read: something moves, or the "
+            "camera smooths its noise; --region X,Y,W,H names a place that is still"
+        )
     if blur is None:
         yield f"no point is seen: the blur is taken to be {USUAL_BLUR} px"
 

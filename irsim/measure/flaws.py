@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from irsim.measure.defects import RESTLESS, Defects, Mask, around
+from irsim.measure.defects import RESTLESS, Defects, around
 from irsim.measure.interval import LEVEL, Measured
-from irsim.measure.region import Values
+from irsim.measure.region import Mask, Values
 from irsim.types import Floats
 
 _MANY = 10

@@ -12,7 +12,7 @@ from irsim.measure.defects import defects, patched
 from irsim.measure.interval import Measured
 from irsim.measure.memory import LEAST_FRAMES, Temporal, temporal, time_freedom
 from irsim.measure.noise_3d import TERMS, Noise3dTerms, check_size, noise_3d
-from irsim.measure.region import Region, Values, flattest
+from irsim.measure.region import Mask, Region, Values, windows
 from irsim.types import Floats
 
 _MOVES = 0.1
@@ -31,9 +31,11 @@ class NoiseReport:
     fine        temporal sigma of what is sharp: a moving background does not show in it
     moves       whether neighbours change together, from frame to frame or over half of the frames: something
                 moves (then only `fine` speaks of noise alone), or noise is blurred over pixels
+    crossed     whether a target of the truth is in the region in some frame
     drift       sigma of the frames' means
     slope_per_s of the frames' means, by least squares
     dead, hot, blinking     pixels in the whole picture
+    frozen_from frames from which on a pixel that never changes counts as dead; None where most never do
     """
 
     region: Region
@@ -44,12 +46,14 @@ class NoiseReport:
     temporal: Temporal
     fine: float
     moves: bool
+    crossed: bool
     drift: float
     slope_per_s: float
     dead: int
     hot: int
     blinking: int
     pixels: int
+    frozen_from: int | None
 
     def as_json(self) -> dict[str, Any]:
         """Plain values, ready for json.dumps."""
@@ -57,16 +61,21 @@ class NoiseReport:
 
 
 def measure_noise(
-    frames: Values, rate_hz: float = 30.0, region: Region | None = None, top: float = 65535.0
+    frames: Values,
+    rate_hz: float = 30.0,
+    region: Region | None = None,
+    top: float = 65535.0,
+    taken: Mask | None = None,
 ) -> NoiseReport:
-    """Noise of frames (T, rows, columns) in counts, on `region` or the flattest window.
+    """Noise of frames (T, rows, columns) in counts, on `region` or the flattest window in which nothing moves.
 
     top     the highest count there can be. InputError where frames are too few or small.
+    taken   (rows, columns): where targets are in some frame, so that noise is not measured there
     """
     check_size(frames)
     bad = defects(frames)
-    region = flattest(frames, top) if region is None else region
-    flat = patched(region.of(frames), bad.all[region.rows, region.columns]).astype(np.float64)
+    region = _still(frames, bad.all, top, taken) if region is None else region
+    flat = _without(bad.all, frames, region)
     check_size(flat)
     flow = temporal(flat, rate_hz)
     terms = noise_3d(flat, time_freedom(flow.memory, len(flat)))
@@ -85,13 +94,26 @@ def measure_noise(
         temporal=flow,
         fine=fine_sigma(flat),
         moves=_moves(flat),
+        crossed=taken is not None and bool(taken[region.rows, region.columns].any()),
         drift=float(means.std(ddof=1)),
         slope_per_s=float(np.polyfit(seconds, means, 1)[0]),
         dead=int(bad.dead.sum()),
         hot=int(bad.hot.sum()),
         blinking=int(bad.blinking.sum()),
         pixels=bad.dead.size,
+        frozen_from=bad.frozen_from,
     )
+
+
+def _without(bad: Mask, frames: Values, region: Region) -> Floats:
+    """A region of the frames, its bad pixels patched."""
+    return patched(region.of(frames), bad[region.rows, region.columns]).astype(np.float64)
+
+
+def _still(frames: Values, bad: Mask, top: float, taken: Mask | None) -> Region:
+    """The flattest window in which nothing moves; the flattest of all where something moves in each."""
+    offered = list(windows(frames, top, taken))
+    return next((region for region in offered if not _moves(_without(bad, frames, region))), offered[0])
 
 
 def fine_sigma(frames: Floats) -> float:
@@ -145,10 +167,26 @@ def noise_lines(report: NoiseReport) -> Iterator[tuple[str, str]]:
         yield "memory", f"not known: needs {LEAST_FRAMES} frames"
     yield "drift", f"{report.drift:.3g} counts of the frames' mean, slope {report.slope_per_s:.3g} a second"
     yield "bad", f"{report.dead} dead, {report.hot} hot, {report.blinking} blinking of {report.pixels} pixels"
+    if unsure := frozen_unknown(report):
+        yield "", unsure
+    if report.crossed:
+        yield "note", f"targets pass through {report.region}: --region X,Y,W,H names a place without them"
     if report.moves:
         yield "note", "neighbours change together: the scene moves here, or noise itself is blurred over pixels;"
-        yield "", "the figures above hold its motion and texture, too: look where it is still (--region);"
+        yield "", "the figures above hold its motion and texture, too: --region X,Y,W,H names a place that is still;"
         yield "", f"noise that is sharp, whatever moves behind it, is {report.fine:.3g} counts a pixel (fine)"
+
+
+def frozen_unknown(report: NoiseReport) -> str | None:
+    """Why pixels that never change are not called dead; None where they are."""
+    if report.frozen_from is None:
+        return "most pixels never change: dead ones that hold their value cannot be told from them"
+    if report.frames < report.frozen_from:
+        return (
+            f"{report.frames} frames are too few to tell dead pixels that hold their value from good ones that did "
+            f"not happen to change: that takes {report.frozen_from} or more"
+        )
+    return None
 
 
 _WORDS = (

@@ -7,9 +7,8 @@ from collections.abc import Iterator
 import cv2
 import numpy as np
 
-from irsim.measure.defects import Mask
 from irsim.measure.interval import LEVEL, Measured
-from irsim.measure.region import Values
+from irsim.measure.region import Mask, Values
 from irsim.types import Floats
 
 _LOOKED_AT = 48

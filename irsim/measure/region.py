@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from irsim.errors import InputError
-from irsim.types import Floats
+from irsim.types import Floats, Source
 
 Values = npt.NDArray[np.floating] | npt.NDArray[np.integer] | npt.NDArray[np.integer | np.floating]
 """Counts as they come, or in any unit."""
+Mask = npt.NDArray[np.bool_]
 
 SIDE = 64
 LEAST_SIDE = 4
 _LOOKED_AT = 24
 _SPOILT = 0.02
+_LEAST_HALF = 16
+"""Windows are not halved below this many px a side: in fewer pixels slow motion does not show beside chance."""
+_TRIES = 8
+"""Windows of each size that are offered."""
+_BESIDE_PX = 4
+"""Blur and smear reach so far beyond a target's box."""
 
 
 class Region(NamedTuple):
@@ -57,27 +65,67 @@ def parse_region(text: str, size: tuple[int, int]) -> Region:
     return region
 
 
-def flattest(frames: Values, top: float) -> Region:
-    """The window with the least variance over its pixels and the frames (T, rows, columns).
+def flattest(frames: Values, top: float, taken: Mask | None = None) -> Region:
+    """The window with the least variance over its pixels and the frames (T, rows, columns): first of `windows`."""
+    return next(windows(frames, top, taken))
 
-    It is 64 px wide and high, or half of the picture's shorter side. Rows and columns may have levels
-    of their own (they are taken out over the whole picture first, by medians); windows that touch
-    count 0 or `top` in more than 2 % of their values are used only where there is no other.
+
+def windows(frames: Values, top: float, taken: Mask | None = None) -> Iterator[Region]:
+    """Windows of frames (T, rows, columns), at least one, those with the least variance over pixels and frames first.
+
+    They are 64 px wide and high, or half of the picture's shorter side; then half as large. None overlaps
+    another of its size. Rows and columns may have levels of their own (they are taken out over the whole
+    picture first, by medians). Windows that touch count 0 or `top` in more than 2 % of their values, or
+    hold a pixel of `taken` (rows, columns), are used only where there are no others.
     """
     rows, columns = frames.shape[1:]
     side = min(SIDE, max(min(rows, columns) // 2, min(rows, columns, LEAST_SIDE)))
     picked = frames[np.unique(np.linspace(0, len(frames) - 1, _LOOKED_AT).astype(int))].astype(np.float64)
     spoilt = ((picked <= 0) | (picked >= top)).mean(axis=0)
+    held = np.zeros((rows, columns)) if taken is None else taken.astype(np.float64)
     level = np.median(picked, axis=0)
     picked -= _fine_lines(level, axis=1)[:, None] + _fine_lines(level, axis=0)
     picked -= picked.mean(axis=(1, 2), keepdims=True)  # the frame's own drift
-    mean = _windows(picked.mean(axis=0), side)
-    spread = _windows(np.square(picked).mean(axis=0), side) - mean**2
+    mean, square = picked.mean(axis=0), np.square(picked).mean(axis=0)
+    found = False
+    for wide in (side, side // 2) if side // 2 >= _LEAST_HALF else (side,):
+        spread = _windows(square, wide) - _windows(mean, wide) ** 2
+        unfit = (_windows(held, wide) > 0.5 / wide**2) | (_windows(spoilt, wide) > _SPOILT)
+        for region in _least(np.where(unfit, np.inf, spread), wide):
+            found = True
+            yield region
+    if not found:
+        spread = _windows(square, side) - _windows(mean, side) ** 2
+        worse = (_windows(held, side) > 0.5 / side**2) + 2.0 * (_windows(spoilt, side) > _SPOILT)
+        yield next(_least(spread + (spread.max() + 1) * worse, side))
+
+
+def _least(costs: Floats, side: int) -> Iterator[Region]:
+    """Windows with the least costs first, none over another, by costs of all top left corners; none of infinite."""
     step = max(side // 8, 1)
-    bad = _windows(spoilt, side) > _SPOILT
-    cost = np.where(bad, spread + spread.max() + 1, spread)[::step, ::step]
-    row, column = np.unravel_index(int(np.argmin(cost)), cost.shape)
-    return Region(int(column) * step, int(row) * step, side, side)
+    left = costs[::step, ::step].copy()
+    reach = -(-side // step)
+    for _ in range(_TRIES):
+        row, column = (int(place) for place in np.unravel_index(int(np.argmin(left)), left.shape))
+        if np.isinf(left[row, column]):
+            return
+        yield Region(column * step, row * step, side, side)
+        left[max(row - reach + 1, 0) : row + reach, max(column - reach + 1, 0) : column + reach] = np.inf
+
+
+def taken_by_targets(source: Source, start: int, stop: int) -> Mask | None:
+    """(rows, columns): where truth has a target in any of the frames start .. stop-1; None where there is no truth."""
+    if not source.has_truth:
+        return None
+    columns, rows = source.size
+    taken = np.zeros((rows, columns), np.bool_)
+    for truth in source.truths(start, stop):
+        for target in truth.targets:
+            box = target.box
+            left, high = (max(int(np.floor(edge - _BESIDE_PX)), 0) for edge in (box.left, box.top))
+            right, low = (max(int(np.ceil(edge + _BESIDE_PX)) + 1, 0) for edge in (box.right, box.bottom))
+            taken[high:low, left:right] = True
+    return taken
 
 
 def _fine_lines(level: Floats, axis: int) -> Floats:
