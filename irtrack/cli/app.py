@@ -17,7 +17,7 @@ from irtrack.cli.bench import bench, export
 from irtrack.cli.check import check
 from irtrack.cli.compare import compare
 from irtrack.cli.falsify import falsify
-from irtrack.cli.options import AsJson, InputName, command_line, input_name
+from irtrack.cli.options import AsJson, FilledResults, InputName, command_line, input_name
 from irtrack.cli.output import print_json, print_run
 from irtrack.cli.regress import regress
 from irtrack.cli.sources import sources
@@ -159,7 +159,7 @@ app.command()(export)
 
 @app.command()
 def report(
-    results: Annotated[Path, typer.Argument(metavar="DB", help="A results file of `irtrack bench`.")],
+    results: FilledResults,
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", metavar="FILE", help="Where to write it; report.FORMAT beside DB unless said."),

@@ -14,7 +14,16 @@ import typer
 
 from irsim import terminal
 from irsim.files import check_output
-from irtrack.cli.options import AsJson, command_line, input_name
+from irtrack.cli.options import (
+    TRACKERS,
+    TRACKERS_HELP,
+    AsJson,
+    FilledResults,
+    GrowingResults,
+    Jobs,
+    command_line,
+    input_name,
+)
 from irtrack.cli.output import plural, print_json, print_summary
 from irtrack.errors import InputError
 
@@ -33,13 +42,7 @@ def bench(
             help="A suite (*suite*.yaml), or scenarios (files or names) and recordings; LABEL: what tables call one.",
         ),
     ],
-    trackers: Annotated[
-        str | None,
-        typer.Option(
-            metavar="[LABEL=]NAME[:KEY=VALUE...],...",
-            help="Trackers by name, parameters after colons: grey_pf,big=grey_pf:particles=500",
-        ),
-    ] = None,
+    trackers: Annotated[str | None, typer.Option(metavar=TRACKERS, help=TRACKERS_HELP)] = None,
     seeds: Annotated[
         int | None,
         typer.Option(
@@ -53,7 +56,7 @@ def bench(
     severities: Annotated[
         str | None, typer.Option(metavar="all|N,...", help="Run scenarios at these of their severities.")
     ] = None,
-    jobs: Annotated[int, typer.Option(metavar="N", min=1, help="Worker processes.")] = 1,
+    jobs: Jobs = 1,
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Run on the workers of a dask scheduler, tcp://HOST:PORT.")
     ] = None,
@@ -61,9 +64,7 @@ def bench(
         float | None,
         typer.Option(metavar="S", help="Stop a tracker that takes longer in one run, rendering apart; the run failed."),
     ] = None,
-    results: Annotated[
-        Path, typer.Option(metavar="DB", help="Results file; what is in it already is not run again.")
-    ] = Path("irtrack.db"),
+    results: GrowingResults = Path("irtrack.db"),
     target: Annotated[
         str | None, typer.Option(metavar="ID", help="Whom to follow in every source; each source's own unless said.")
     ] = None,
@@ -154,7 +155,7 @@ def end_by_failures(cells: Sequence[Cell]) -> None:
 
 
 def export(
-    results: Annotated[Path, typer.Argument(metavar="DB", help="A results file of `irtrack bench`.")],
+    results: FilledResults,
     output: Annotated[
         Path, typer.Option("-o", "--output", metavar="CSV|PARQUET", help="A file that ends in .csv or .parquet.")
     ],

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from irsim.files import check_output, replacing_text
+from irtrack.cli.options import AsJson
 from irtrack.cli.output import print_json, print_table
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ def compare(
     junit_file: Annotated[
         Path | None, typer.Option("--junit", metavar="XML", help="Write the --fail-if-worse checks as JUnit XML.")
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Compare two results files, or two trackers of one, run by run on the same scenes."""
     inputs = [Path(name) for name in (old, new) if Path(name).exists()] or [results]

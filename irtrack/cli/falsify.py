@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from irsim import terminal
-from irtrack.cli.options import AsJson, InputName, command_line, input_name
+from irtrack.cli.options import AsJson, InputName, Jobs, command_line, input_name
 from irtrack.cli.output import print_json
 from irtrack.errors import InputError
 
@@ -31,7 +31,7 @@ def falsify(
         str, typer.Option(metavar="cma|sobol|random", help="How: down the slope, evenly, or by chance.")
     ] = "cma",
     budget: Annotated[int, typer.Option(metavar="N", min=1, help="Runs of the search, at most.")] = 500,
-    jobs: Annotated[int, typer.Option(metavar="N", min=1, help="Worker processes.")] = 1,
+    jobs: Jobs = 1,
     seed: Annotated[
         int | None, typer.Option(metavar="N", min=0, help="Seed of the search; the scenario's own unless said.")
     ] = None,

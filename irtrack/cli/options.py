@@ -1,4 +1,4 @@
-"""What the command line's words mean: a start box, and which KEY=VALUE belongs to whom."""
+"""Options that several commands have, and what their words mean: a start box, which KEY=VALUE belongs to whom."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
 from math import isfinite
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -17,7 +18,15 @@ from irtrack.errors import InputError
 if TYPE_CHECKING:
     from irsim.types import Box, Input
 
+TRACKERS = "[LABEL=]NAME[:KEY=VALUE...],..."
+TRACKERS_HELP = "Trackers by name, parameters after colons: grey_pf,big=grey_pf:particles=500"
+
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
+Jobs = Annotated[int, typer.Option(metavar="N", min=1, help="Worker processes.")]
+FilledResults = Annotated[Path, typer.Argument(metavar="DB", help="A results file of `irtrack bench`.")]
+GrowingResults = Annotated[
+    Path, typer.Option(metavar="DB", help="Results file; what is in it already is not run again.")
+]
 InputName = Annotated[
     str,
     typer.Option("--input", metavar="display|counts", help="What trackers look at: the 8-bit picture or the counts."),

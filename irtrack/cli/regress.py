@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from irsim import terminal
-from irtrack.cli.options import AsJson
+from irtrack.cli.options import AsJson, Jobs
 from irtrack.cli.output import number, plural, print_json, print_table
 from irtrack.errors import InputError
 
@@ -27,7 +27,7 @@ def regress(
     bless: Annotated[
         bool, typer.Option("--bless", help="Take what is so now as what should be, and show what changes by it.")
     ] = False,
-    jobs: Annotated[int, typer.Option(metavar="N", min=1, help="Worker processes.")] = 1,
+    jobs: Jobs = 1,
     as_json: AsJson = False,
 ) -> None:
     """Measure suites beside their golden figures, and try failures that irtrack falsify has kept.

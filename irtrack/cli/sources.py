@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 import sys
 from datetime import datetime
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Annotated
 import typer
 
 from irsim import terminal
+from irtrack.cli.options import Jobs, command_line
 
 
 def sources(
@@ -19,7 +19,7 @@ def sources(
         int,
         typer.Option(metavar="N", min=0, help="The first of them; below 2000 they served while trackers were made."),
     ] = 2000,
-    jobs: Annotated[int, typer.Option(metavar="N", min=1, help="Worker processes.")] = 1,
+    jobs: Jobs = 1,
     output: Annotated[
         Path, typer.Option("-o", "--output", metavar="DIR", help="Folder of the page and of its results file.")
     ] = Path("sources"),
@@ -33,11 +33,10 @@ def sources(
     """Repeat the experiments of the papers and write a page: printed beside ours, each claim with its verdict."""
     from irtrack.sources import write_sources
 
-    command = shlex.join(["irtrack", *sys.argv[1:]])
     parts = [part for part in only.split(",") if part]
     with terminal.progress_bar("sources") as bar:
         told = Told() if bar is None else (lambda scene, done, total: bar(done, total, scene))
-        path = write_sources(output, seeds, first, jobs, parts, real, command, told)
+        path = write_sources(output, seeds, first, jobs, parts, real, command_line(), told)
     print(path)
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from irtrack.cli.bench import check_results, end_by_failures, sweep
-from irtrack.cli.options import AsJson
+from irtrack.cli.options import TRACKERS, TRACKERS_HELP, AsJson, GrowingResults, Jobs
 from irtrack.cli.output import NOTHING, number, print_json, print_table
 
 if TYPE_CHECKING:
@@ -19,21 +19,13 @@ if TYPE_CHECKING:
 
 
 def stress(
-    trackers: Annotated[
-        str,
-        typer.Argument(
-            metavar="[LABEL=]NAME[:KEY=VALUE...],...",
-            help="Trackers by name, parameters after colons: grey_pf,big=grey_pf:particles=500",
-        ),
-    ],
+    trackers: Annotated[str, typer.Argument(metavar=TRACKERS, help=TRACKERS_HELP)],
     seeds: Annotated[
         int, typer.Option(metavar="N", min=1, help="Seeds 0 to N-1; each is the scene's and the tracker's.")
     ] = 30,
     only: Annotated[str, typer.Option(metavar="CAUSE,...", help="Of the causes these; all of them unless said.")] = "",
-    jobs: Annotated[int, typer.Option(metavar="N", min=1, help="Worker processes.")] = 1,
-    results: Annotated[
-        Path, typer.Option(metavar="DB", help="Results file; what is in it already is not run again.")
-    ] = Path("stress.db"),
+    jobs: Jobs = 1,
+    results: GrowingResults = Path("stress.db"),
     as_json: AsJson = False,
 ) -> None:
     """Run trackers over nine causes of failure at severities 0 to 5; print the runs lost and where half are."""
