@@ -36,7 +36,7 @@ def value(cell: Cell, figure: str) -> float:
     """A figure of a run, nan where it has none; a failed run counts as lost and has no other figure."""
     if cell.score is None:
         return 1.0 if figure == "lost" else math.nan
-    known = cell.score.as_dict()[figure]
+    known = cell.score.figure(figure)
     return math.nan if known is None else float(known)
 
 

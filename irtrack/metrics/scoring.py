@@ -7,7 +7,7 @@ take it from there.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass, fields
 from typing import Annotated, Any, Literal, get_args, get_type_hints
 
 import numpy as np
@@ -125,14 +125,12 @@ class Score:
 
     def as_dict(self) -> dict[str, Any]:
         """The figures by name (`FIGURES`), plain values for JSON or a table."""
-        flat: dict[str, Any] = {}
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if isinstance(value, CentreFigures):
-                flat |= {name + _SUFFIX[field.name]: figure for name, figure in asdict(value).items()}
-            else:
-                flat[field.name] = value
-        return flat
+        return {name: self.figure(name) for name in FIGURES}
+
+    def figure(self, name: str) -> Any:
+        """The figure of that name, one of `FIGURES`; None where no frame tells it."""
+        group, inner = _GROUPED.get(name, (None, name))
+        return getattr(self if group is None else getattr(self, group), inner)
 
     @classmethod
     def from_dict(cls, flat: Mapping[str, Any]) -> Score:
@@ -149,6 +147,10 @@ class Score:
 
 
 _SUFFIX = {"all": "", "held": "_held"}
+_GROUPED = {
+    each.name + suffix: (group, each.name) for group, suffix in _SUFFIX.items() for each in fields(CentreFigures)
+}
+"""Of each figure of centre errors: whose it is, and what it is called there."""
 
 
 @dataclass(frozen=True)

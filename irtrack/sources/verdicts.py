@@ -132,5 +132,5 @@ def effect(switch: Switch, found: Outcome) -> Effect:
 
 
 def _figure(score: Score, name: str) -> float:
-    value = score.as_dict()[name]
+    value = score.figure(name)
     return float("nan") if value is None else float(value)
