@@ -63,14 +63,6 @@ def sample_texts(
     return texts
 
 
-def make_folder(path: Path) -> None:
-    """A folder, there already or made; InputError where none can be."""
-    try:
-        path.mkdir(exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{path}: no folder can be made there: {error.strerror or error}") from None
-
-
 def _sample_text(drawn: Scenario, name: str, index: int, n: int, repeat: str, keys: Iterable[str]) -> str:
     head = [f"Sample {index} of {n} drawn from {name}; all of them again: {repeat}"]
     head += [f"{key} = {json.dumps(value)}" for key, value in reach(drawn, keys).items()]

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from irsim.files import check_output, replacing_text
+from irsim.files import check_output, make_folder, replacing_text
 from irsim.terminal import progress_bar
 
 
@@ -61,7 +61,7 @@ def sample(
     seed: Annotated[int, typer.Option(metavar="N", min=0, help="Seed of the draws.")] = 0,
 ) -> None:
     """Draw scenarios from the ranges under `vary` and write each as a file of its own."""
-    from irsim.authoring import make_folder, sample_names, sample_texts
+    from irsim.authoring import sample_names, sample_texts
     from irsim.loader import find, load
 
     loaded = load(scenario, overrides or ())

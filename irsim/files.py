@@ -1,4 +1,4 @@
-"""Files: which are recordings; outputs are checked before any work, and whole or not there at all."""
+"""Files: which are recordings; folders made; outputs are checked before any work, and whole or not there at all."""
 
 from __future__ import annotations
 
@@ -47,6 +47,14 @@ def check_output(path: Path | None, *inputs: Path | None, endings: Sequence[str]
             raise InputError(f"{path}: would replace {used}, which this command needs; allowed: another name")
     if endings and path.suffix.lower() not in endings:
         raise InputError(f"{path}: allowed: a name that ends in {' or '.join(endings)}")
+
+
+def make_folder(path: Path) -> None:
+    """A folder, there already or made with those above it; InputError where none can be."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{path}: no folder can be made there: {error.strerror or error}") from None
 
 
 @contextmanager

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from irsim.compose import Seen, overlap
 from irsim.errors import InputError
-from irsim.files import replacing
+from irsim.files import make_folder, replacing
 from irsim.render import Renderer
 from irsim.scenario import Scenario
 from irsim.types import Floats
@@ -55,10 +55,7 @@ def write_masks(
     names = [each.id for each in scenario.targets if scenario.is_on(each.id)]
     if target is not None and target not in names:
         raise InputError(f"--target {target}: there is no such target; allowed: {', '.join(names) or 'nothing'}")
-    try:
-        folder.mkdir(exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be made: {error.strerror or error}; allowed: a folder") from None
+    make_folder(folder)
     for index, found in enumerate(masks(scenario, start, stop), start):
         paths = []
         for name, mask in found.items():

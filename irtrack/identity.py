@@ -9,6 +9,7 @@ import importlib.util
 import inspect
 import math
 import re
+import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import CodeType, FunctionType
@@ -17,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from irsim.kinds import Part
-from irtrack.errors import InputError
+from irtrack.errors import InputError, IrtrackError
 from irtrack.types import Tracker
 
 _SAYS_TOO_LITTLE = re.compile(r" at 0x[0-9a-fA-F]+|\.\.\.")
@@ -45,6 +46,29 @@ def tracker_config(tracker: Tracker) -> dict[str, Any]:
     name = tracker_name(tracker)
     parameters = _fields(tracker)
     return {"tracker": name, "parameters": {key: _plain(value, f"{name}: {key}") for key, value in parameters.items()}}
+
+
+def remade(config: Mapping[str, Any]) -> Tracker | None:
+    """The tracker of a configuration (`tracker_config`); None of one that cannot be made here.
+
+    A configuration may come from anywhere, with a results file: what it names is not imported for it.
+    """
+    from irtrack.trackers import make
+
+    module, colon, _ = config["tracker"].partition(":")
+    if colon and module not in sys.modules:
+        return None
+    try:
+        return make(config["tracker"], config["parameters"])
+    except IrtrackError:
+        return None
+
+
+def changed_parameters(config: Mapping[str, Any]) -> dict[str, Any]:
+    """The parameters of a configuration that are not the tracker's defaults; all where these are not known here."""
+    usual = remade({"tracker": config["tracker"], "parameters": {}})
+    defaults = {} if usual is None else tracker_config(usual)["parameters"]
+    return {key: value for key, value in config["parameters"].items() if defaults.get(key, ...) != value}
 
 
 def _kind(tracker: Tracker) -> type[object]:

@@ -74,5 +74,5 @@ def test_mistakes_are_told(tmp_path: Path) -> None:
     with pytest.raises(irsim.InputError, match="--target two: there is no such target; allowed: one"):
         next(write_masks(scene(), tmp_path, 0, 1, "two"))
     (tmp_path / "file").write_text("")
-    with pytest.raises(irsim.InputError, match="cannot be made"):
+    with pytest.raises(irsim.InputError, match="no folder can be made there"):
         next(write_masks(scene(), tmp_path / "file", 0, 1))

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from irsim import terminal
+from irsim.files import make_folder
 from irtrack.cli.options import AsJson
 from irtrack.cli.output import print_json, print_table
 from irtrack.errors import InputError
@@ -43,12 +44,12 @@ def check(
 ) -> None:
     """Try the properties that any tracker should have; print which hold, and the least example that breaks one."""
     effort = _profile(profile)
-    if output is not None and output.exists() and not output.is_dir():
-        raise InputError(f"{output}: is a file; allowed: a folder")
     from irtrack.bench import parse_tracker_spec
     from irtrack.properties import check as checked
 
     made = parse_tracker_spec(tracker).tracker
+    if output is not None:
+        make_folder(output)
     with terminal.progress_bar(tracker) as progress:
         names = None if only is None else only.split(",")
         outcomes = checked(made, profile=effort, only=names, limit_s=time_limit, progress=progress)
@@ -130,10 +131,9 @@ def _scene(text: str) -> str:
 
 
 def _write(outcomes: Sequence[Outcome], folder: Path | None) -> list[Path]:
-    """The scenes of the least examples, as files."""
+    """The scenes of the least examples, as files in a folder that is there."""
     if folder is None:
         return []
-    folder.mkdir(parents=True, exist_ok=True)
     written = []
     for outcome in outcomes:
         if outcome.verdict == "broken" and outcome.scenario is not None:

@@ -9,7 +9,6 @@ from pathlib import Path
 import irsim
 from irsim.files import check_output, replacing_text
 from irtrack.bench import Entry, run_bench
-from irtrack.errors import InputError
 from irtrack.falsify.hunt import Failure, Hunt
 from irtrack.falsify.rules import in_words
 from irtrack.falsify.trial import examine
@@ -24,14 +23,6 @@ JOURNAL = "trials.jsonl"
 REPORT = "report.md"
 
 REPLAY = "replay.html"
-
-
-def make_folder(path: Path) -> None:
-    """A folder, there already or made with those above it; InputError where none can be."""
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{path}: no folder can be made there: {error.strerror or error}") from None
 
 
 def check_outputs(folder: Path, scenario: Path | None) -> None:

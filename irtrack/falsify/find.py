@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import irsim
+from irsim.files import make_folder
 from irsim.types import Input
 from irtrack.bench import Entry
 from irtrack.bench.specs import entry
-from irtrack.falsify.files import JOURNAL, check_outputs, make_folder, write_failure
+from irtrack.falsify.files import JOURNAL, check_outputs, write_failure
 from irtrack.falsify.hunt import Failure, Hunt, Nearest, Progress, Say, check
 from irtrack.falsify.kept import keep
 from irtrack.falsify.rules import rules_of

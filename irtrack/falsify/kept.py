@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 
 import irsim
-from irsim.files import replacing, replacing_text
+from irsim.files import make_folder, replacing, replacing_text
 from irsim.types import Input
-from irtrack.errors import InputError, IrtrackError
-from irtrack.falsify.files import MINIMAL, file_stem, make_folder
+from irtrack.errors import InputError
+from irtrack.falsify.files import MINIMAL, file_stem
 from irtrack.falsify.rules import in_words, rules_of
 from irtrack.falsify.trial import Subject, Verdict, examine
-from irtrack.identity import tracker_config
+from irtrack.identity import changed_parameters, tracker_config
 from irtrack.workers import in_order
 
 KEPT = Path("scenarios") / "regressions"
@@ -114,30 +114,19 @@ def keep(found: Path, subject: Subject, name: str, folder: Path = KEPT) -> Kept:
     """Keep the failure whose minimal.yaml and minimal.mcap are in `found`; once, however often it is found."""
     make_folder(folder)
     scene = irsim.load(found / f"{MINIMAL}.yaml")
-    tracker, parameters = _made_by(tracker_config(subject.tracker))
+    config = tracker_config(subject.tracker)
     stem = file_stem(name, subject.label)
     path = folder / f"{stem}.yaml"
     number = 2
     while path.exists() and irsim.load(path) != scene:
         path, number = folder / f"{stem}-{number}.yaml", number + 1
-    kept = Kept(path, subject.label, tracker, parameters, subject.input, broken=True)
+    # Not the defaults: what is tried later is the tracker as it will be.
+    kept = Kept(path, subject.label, config["tracker"], changed_parameters(config), subject.input, broken=True)
     for copy in (kept.path, kept.recording):
         with replacing(copy) as file:
             file.write((found / MINIMAL).with_suffix(copy.suffix).read_bytes())
     _note(kept)
     return kept
-
-
-def _made_by(config: Mapping[str, Any]) -> tuple[str, Mapping[str, Any]]:
-    """A tracker's name, and its parameters that are not the defaults: what is tried is the tracker as it will be."""
-    from irtrack.trackers import make
-
-    name, parameters = config["tracker"], config["parameters"]
-    try:
-        usual = tracker_config(make(name, {}))["parameters"]
-    except IrtrackError:  # it cannot do without some
-        return name, parameters
-    return name, {key: value for key, value in parameters.items() if usual.get(key, ...) != value}
 
 
 def _note(kept: Kept) -> None:

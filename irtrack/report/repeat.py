@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import json
 import shlex
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from irsim.types import Box
 from irtrack.bench import Cell, Key, Run, SourceRow
-from irtrack.errors import IrtrackError
-from irtrack.types import Tracker
+from irtrack.identity import changed_parameters
 
 
 def repeat_commands(path: Path, runs: Sequence[Run]) -> tuple[str, ...]:
@@ -57,30 +55,5 @@ def _init(start: str) -> str:
 
 def _settings(config: dict[str, Any]) -> Sequence[str]:
     """KEY=VALUE of the parameters that are not the tracker's defaults."""
-    defaults = _defaults(config["tracker"])
-    changed = {key: value for key, value in config["parameters"].items() if defaults.get(key, ...) != value}
+    changed = changed_parameters(config)
     return [f"{key}={value if isinstance(value, str) else json.dumps(value)}" for key, value in changed.items()]
-
-
-def _defaults(tracker: str) -> dict[str, Any]:
-    """The tracker's own parameters; none of somebody else's tracker that cannot be made here."""
-    from irtrack.identity import tracker_config
-
-    made = remade({"tracker": tracker, "parameters": {}})
-    return {} if made is None else dict(tracker_config(made)["parameters"])
-
-
-def remade(config: dict[str, Any]) -> Tracker | None:
-    """The tracker of a results file's configuration; None of one that cannot be made here.
-
-    A results file may come from anywhere: what it names is not imported for it.
-    """
-    from irtrack.trackers import make
-
-    module, colon, _ = config["tracker"].partition(":")
-    if colon and module not in sys.modules:
-        return None
-    try:
-        return make(config["tracker"], config["parameters"])
-    except IrtrackError:
-        return None

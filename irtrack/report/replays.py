@@ -14,11 +14,10 @@ import numpy as np
 from irsim.types import Box, Floats, Frame, Image, Source
 from irtrack.bench import Cell
 from irtrack.errors import IrtrackError
-from irtrack.identity import code_hash
+from irtrack.identity import code_hash, remade
 from irtrack.metrics import Trace
 from irtrack.replay import Player, replay
 from irtrack.report.filmstrip import Follower
-from irtrack.report.repeat import remade
 from irtrack.start import Start
 from irtrack.types import resumable
 

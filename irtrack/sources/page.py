@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 
 import irsim
-from irsim.files import replacing_text
+from irsim.files import make_folder, replacing_text
 from irtrack.errors import InputError
 from irtrack.metrics.loss import LOSS_RULE
 from irtrack.peers import PEERS
@@ -97,10 +97,7 @@ def write_sources(
     if unknown:
         raise InputError(f"{unknown[0]}: there is no such part; allowed: {', '.join(PARTS)}")
     chosen = set(only or PARTS)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be made: {error.strerror}") from None
+    make_folder(folder)
     results = folder / RESULTS
     taken = range(first, first + seeds)
     development = DEVELOPMENT[:seeds]
