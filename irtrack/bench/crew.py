@@ -5,29 +5,21 @@ from __future__ import annotations
 import math
 import multiprocessing
 import pickle
-import threading
 from collections import Counter
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from multiprocessing.connection import Connection
-from multiprocessing.process import BaseProcess
 from queue import SimpleQueue
-from time import monotonic
 from typing import Any
 
-from irsim.interrupts import ignore_interrupts, interrupts_held
+from irsim.interrupts import ignore_interrupts
 from irtrack.bench.group import Group, Member, Outcome, run_group, timed_out
 from irtrack.errors import InputError, IrtrackError
-from irtrack.workers import begin_worker, how_it_ended
-
-POLL_S = 0.05
-"""How often a watched worker is looked at: so much later than its limit a tracker may be stopped."""
+from irtrack.workers import GoneError, Watched, begin_worker
 
 MOST_DEATHS = 2
 """A worker may be killed by chance once (memory, an operator); a tracker on which two died has killed them."""
-
-_starting = threading.Lock()
 
 
 class Crew(Executor):
@@ -133,7 +125,7 @@ class WorkerLostError(Exception):
 
 
 class Child:
-    """A worker process, the pipe to it, and the board on which it says what it is at."""
+    """A worker process, watched by the board on which it says what it is at."""
 
     def __init__(self, limit_s: float | None) -> None:
         if multiprocessing.current_process().daemon:
@@ -141,50 +133,33 @@ class Child:
                 "a time limit takes workers that may start processes; allowed for dask: "
                 "DASK_DISTRIBUTED__WORKER__DAEMON=False dask worker ..."
             )
-        context = multiprocessing.get_context("spawn")  # safe with threads, the same on every system
-        self._numbers = context.RawArray("d", Board.EMPTY)
-        self._limit_s = limit_s
-        with _starting, interrupts_held():
-            self._pipe, theirs = context.Pipe()
-            self._process: BaseProcess = context.Process(
-                target=_serve, args=(theirs, self._numbers, limit_s), daemon=True
-            )
-            self._process.start()
-            theirs.close()
+        self._process = Watched(_serve, Board.EMPTY, limit_s)
 
     def run(self, group: Group) -> list[Outcome]:
         """The outcomes of a group; WorkerLostError where the process is gone or had to be ended."""
         try:
-            self._pipe.send(group)
-        except OSError:
-            raise self._lost(in_time=True) from None
-        except Exception as error:  # pickle raises all sorts
-            what = " ".join(str(error).split())
-            raise InputError(f"{group.name}: cannot be sent to a worker process: {what}; allowed: --jobs 1") from None
-        while not self._pipe.poll(None if self._limit_s is None else POLL_S):
-            at = tuple(self._numbers)
-            if monotonic() > at[2]:
-                self.kill()
-                raise self._lost(in_time=at != tuple(self._numbers))  # it may just have gone on
-        try:
-            answer = self._pipe.recv()
-        except (EOFError, OSError):
-            raise self._lost(in_time=True) from None
+            self._send(group)
+            answer = self._process.answer()
+        except GoneError as gone:
+            member, frame, _ = gone.at
+            in_time = gone.moved or not gone.overdue
+            raise WorkerLostError(None if member < 0 else int(member), int(frame), in_time, gone.how) from None
         if isinstance(answer, BaseException):
             raise answer
         outcomes: list[Outcome] = answer
         return outcomes
 
-    def _lost(self, in_time: bool) -> WorkerLostError:
-        self._process.join(1.0)  # the pipe ends before the process does
-        code = self._process.exitcode
-        self.kill()
-        member, frame, _ = self._numbers
-        return WorkerLostError(None if member < 0 else int(member), int(frame), in_time, how_it_ended(code))
+    def _send(self, group: Group) -> None:
+        try:
+            self._process.send(group)
+        except GoneError:
+            raise
+        except Exception as error:  # pickle raises all sorts
+            what = " ".join(str(error).split())
+            raise InputError(f"{group.name}: cannot be sent to a worker process: {what}; allowed: --jobs 1") from None
 
     def kill(self) -> None:
         self._process.kill()
-        self._process.join()
 
 
 class Board:

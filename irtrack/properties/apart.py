@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import multiprocessing
 from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
@@ -12,16 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from irsim.interrupts import ignore_interrupts, interrupts_held
+from irsim.interrupts import ignore_interrupts
 from irsim.types import Box, Frame
 from irtrack.errors import InputError, told
 from irtrack.properties.examining import Outcome, Profile, examined
 from irtrack.properties.table import PROPERTIES, Property
 from irtrack.types import Estimate, Tracker, resumable
-from irtrack.workers import begin_worker, how_it_ended
-
-POLL_S = 0.05
-"""How often the process is looked at: so much later than its limit a tracker may be stopped."""
+from irtrack.workers import GoneError, Watched, begin_worker
 
 
 class Apart:
@@ -30,49 +26,36 @@ class Apart:
     def __init__(self, tracker: Tracker, profile: Profile, limit_s: float) -> None:
         self._given = tracker, profile, limit_s
         self._limit_s = limit_s
-        self._process: Any = None
+        self._process: Watched | None = None
 
     def examined(self, prop: Property) -> Outcome:
         """As `irtrack.properties.examining.examined`; InputError for a tracker that cannot be sent there."""
         if self._process is None:
-            self._begin()
+            self._process = self._begun()
         try:
-            self._pipe.send(prop.name)
-            while not self._pipe.poll(POLL_S):
-                frame, deadline = self._at
-                if monotonic() > deadline:
-                    self.close()
-                    return Outcome(prop, "broken", f"hangs: more than {self._limit_s:g} s for frame {frame:.0f}")
-            answer = self._pipe.recv()
-        except (EOFError, OSError):
-            frame = self._at[0]
-            self._process.join()
-            how = how_it_ended(self._process.exitcode)
-            self.close()
-            return Outcome(prop, "broken", f"its process died at frame {frame:.0f} ({how})")
+            self._process.send(prop.name)
+            answer = self._process.answer()
+        except GoneError as gone:
+            self._process = None
+            frame = gone.at[0]
+            if gone.overdue:
+                return Outcome(prop, "broken", f"hangs: more than {self._limit_s:g} s for frame {frame:.0f}")
+            return Outcome(prop, "broken", f"its process died at frame {frame:.0f} ({gone.how})")
         if isinstance(answer, Exception):
             raise answer
         outcome: Outcome = answer
         return outcome
 
-    def _begin(self) -> None:
-        context = multiprocessing.get_context("spawn")  # safe with threads, the same on every system
-        self._at = context.RawArray("d", [0, math.inf])
-        self._pipe, theirs = context.Pipe()
-        process = context.Process(target=_serve, args=(theirs, self._at, *self._given), daemon=True)
+    def _begun(self) -> Watched:
         try:
-            with interrupts_held():
-                process.start()
+            return Watched(_serve, (0, math.inf), *self._given)
         except Exception as error:  # pickle raises all sorts
             raise InputError(f"the tracker cannot be sent to another process: {told(error)}") from None
-        theirs.close()
-        self._process = process
 
     def close(self) -> None:
         """End the process, whatever it is at."""
         if self._process is not None:
             self._process.kill()
-            self._process.join()
             self._process = None
 
 
