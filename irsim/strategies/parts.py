@@ -56,6 +56,19 @@ def seeds() -> SearchStrategy[int]:
     return st.integers(0, 2**31 - 1)
 
 
+def straight(pace: float, heading: float, size: Sequence[int], frames: int, range_m: float = 1000.0) -> Part:
+    """A straight way through the middle of the picture, half of the frames before it and half after.
+
+    pace px per frame;  heading degrees;  size (columns, rows)
+    """
+    turn = math.radians(heading)
+    start = [
+        round((side - 1) / 2 - pace * part * (frames - 1) / 2, 3)
+        for side, part in zip(size, (math.cos(turn), math.sin(turn)), strict=True)
+    ]
+    return {"kind": "straight", "start": start, "speed": pace, "heading_deg": heading, "range_m": range_m}
+
+
 @st.composite
 def straights(
     draw: st.DrawFn,
@@ -64,18 +77,9 @@ def straights(
     speed: SearchStrategy[int] | None = None,
     range_m: float = 1000.0,
 ) -> Part:
-    """A straight way through the middle of the picture, half of the frames before it and half after.
-
-    speed: severities of `SPEEDS`; 0 stands still
-    """
+    """The way of `straight`; speed: severities of `SPEEDS`; 0 stands still."""
     pace = SPEEDS[draw(chosen(speed, severities()))]
-    heading = 45.0 * draw(st.integers(0, 7))
-    turn = math.radians(heading)
-    start = [
-        round((side - 1) / 2 - pace * part * (frames - 1) / 2, 3)
-        for side, part in zip(size, (math.cos(turn), math.sin(turn)), strict=True)
-    ]
-    return {"kind": "straight", "start": start, "speed": pace, "heading_deg": heading, "range_m": range_m}
+    return straight(pace, 45.0 * draw(st.integers(0, 7)), size, frames, range_m)
 
 
 @st.composite
@@ -88,9 +92,9 @@ def weaves(
     range_m: float = 1000.0,
 ) -> Part:
     """A sinusoid about such a way; amplitude: severities of `WEAVES`, and 0 is the way itself."""
-    straight = draw(straights(size, frames, speed, range_m))
+    way = draw(straights(size, frames, speed, range_m))
     height = WEAVES[draw(chosen(amplitude, severities()))]
-    return {**straight, "kind": "weave", "amplitude_px": height, "period_frames": 24.0}
+    return {**way, "kind": "weave", "amplitude_px": height, "period_frames": 24.0}
 
 
 @st.composite
@@ -103,9 +107,9 @@ def manoeuvres(
     range_m: float = 1000.0,
 ) -> Part:
     """Random turns from such a start on; turn: severities of `TURNS`, and 0 flies straight."""
-    straight = draw(straights(size, frames, speed, range_m))
+    way = draw(straights(size, frames, speed, range_m))
     sharpest = TURNS[draw(chosen(turn, severities()))]
-    return {**straight, "kind": "manoeuvre", "turn_deg": sharpest, "hold_frames": 12.0}
+    return {**way, "kind": "manoeuvre", "turn_deg": sharpest, "hold_frames": 12.0}
 
 
 def paths(size: Sequence[int] = (96, 72), frames: int = 30, range_m: float = 1000.0) -> SearchStrategy[Part]:

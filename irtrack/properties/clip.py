@@ -73,13 +73,7 @@ def _frozen(images: Any) -> Image:
 
 def scene(seed: int, noise: int = 2, speed: int = 3, heading: int = 0, **changes: Any) -> dict[str, Any]:
     """A scene as `Case.clip` draws them, by severities: a patch of 14 x 10 px on its straight way."""
-    pace = strategies.parts.SPEEDS[speed]
-    turn = np.radians(45.0 * heading)
-    start = [
-        (side - 1) / 2 - pace * float(part) * (FRAMES - 1) / 2
-        for side, part in zip(SIZE, (np.cos(turn), np.sin(turn)), strict=True)
-    ]
-    path = {"kind": "straight", "start": start, "speed": pace, "heading_deg": 45.0 * heading, "range_m": 1000.0}
+    path = strategies.parts.straight(strategies.parts.SPEEDS[speed], 45.0 * heading, SIZE, FRAMES)
     camera = {"size": list(SIZE), "ifov_mrad": 0.5, "range_k": [270.0, 330.0], "noise": [{"kind": "white"}]}
     return {
         "seed": seed,
