@@ -24,6 +24,15 @@ def is_recording(path: Path) -> bool:
         return path.suffix == ".mcap"
 
 
+def is_binary(path: Path) -> bool:
+    """Whether the file holds what is in no text, a zero byte among its first 8192; not where it cannot be read."""
+    try:
+        with path.open("rb") as file:
+            return b"\0" in file.read(8192)
+    except OSError:
+        return False
+
+
 def check_output(path: Path | None, *inputs: Path | None, endings: Sequence[str] = ()) -> None:
     """InputError where `path` cannot become a file, would replace one of `inputs`, or has none of `endings`.
 

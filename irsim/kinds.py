@@ -13,10 +13,24 @@ import sys
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
+from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationError
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+
+@dataclass(frozen=True)
+class Plausible:
+    """Stands beside the limits of a field: a number outside of it is allowed, and `irsim check` warns of it."""
+
+    low: float
+    high: float
+    unit: str
+    hint: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.low:g} to {self.high:g} {self.unit}" + (f" ({self.hint})" if self.hint else "")
 
 
 class Part(BaseModel):
@@ -46,7 +60,14 @@ NotNegative = Annotated[float, Field(ge=0, le=LARGEST)]
 Fraction = Annotated[float, Field(ge=0, le=1)]
 Metres = Annotated[float, Field(ge=0.001, le=1_000_000)]
 """A size or a range: up to 1000 km, beyond any horizon on earth."""
-Kelvin = Annotated[float, Field(ge=1, le=6000)]
+Range = Annotated[Metres, Plausible(5, 100_000, "m")]
+"""How far away something is: nearer than 5 m it is out of focus, and beyond 100 km behind the horizon."""
+Length = Annotated[Metres, Plausible(0.05, 400, "m")]
+"""Of a thing: from an insect to the longest of ships."""
+Area = Annotated[Positive, Plausible(1e-4, 5000, "m2")]
+"""Projected, of a thing: from an insect to a large ship."""
+Kelvin = Annotated[float, Field(ge=1, le=6000), Plausible(150, 3500, "K", "degrees Celsius + 273.15")]
+"""Nothing that a thermal camera is pointed at is colder than a clear night sky or hotter than burning magnesium."""
 ScaleKelvin = Annotated[float, Field(ge=100, le=6000)]
 """The end of a scale. Colder scenes send so little light that no count could be told from the next."""
 KelvinSpread = Annotated[float, Field(ge=0, le=1000)]

@@ -12,10 +12,11 @@ from irsim import yamlfile
 from irsim.doubts import doubts
 from irsim.errors import InputError, Notice
 from irsim.explain import AnyPart, formed, line
-from irsim.files import is_recording
+from irsim.files import is_binary, is_recording
 from irsim.intent import unmet
 from irsim.kinds import importing_nothing
 from irsim.overrides import override, placed
+from irsim.plausible import implausible
 from irsim.ranges import moved, range_doubts, range_faults, values_at
 from irsim.scenario import Scenario
 from irsim.schema import Slot, brief, plain, shown
@@ -108,7 +109,8 @@ def warnings(path: str | PathLike[str], overrides: Iterable[str] = ()) -> list[s
     faults = list(_faults_of_severities(document, scenario))
     if faults:
         raise InputError("\n".join(dict.fromkeys(faults)))
-    notices = [*doubts(scenario), *range_doubts(document, scenario)]
+    unlikely = implausible(Slot.of(Scenario), document.value)
+    notices = [*unlikely, *doubts(scenario), *range_doubts(document, scenario)]
     return [_told(document, notice, f"warning: {notice.what}") for notice in notices]
 
 
@@ -130,6 +132,11 @@ def _read(path: str | PathLike[str]) -> Document:
     file = find(path)
     if file.is_file() and is_recording(file):
         raise InputError(f"{path}: is a recording, no YAML; irsim info tells what is in it")
+    if file.is_file() and is_binary(file):
+        raise InputError(
+            f"{path}: is neither a scenario nor a recording, it is not UTF-8 text; "
+            "irsim import makes recordings of pictures"
+        )
     return yamlfile.read(file)
 
 

@@ -24,6 +24,8 @@ def shipped(folder: str) -> dict[str, Path]:
 def find(path: str | PathLike[str]) -> Path:
     """The file of that path, else the shipped scenario of that name: `sky`, or `sources/xue-sky` with its folder."""
     wanted = fspath(path)
+    if not wanted:
+        raise InputError("'': the name is empty; allowed: a file, or a shipped scenario's name")
     try:
         exists = Path(path).exists()
     except (OSError, ValueError):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Sequence
-from os import PathLike
+from os import PathLike, fspath
 from pathlib import Path
 
 from irsim.errors import InputError
@@ -31,7 +31,7 @@ def open_source(
         if seed is not None:
             raise InputError(f"{path.name}: a seed is for scenarios, this is a source already opened")
         return path
-    if Path(path).is_dir():
+    if fspath(path) and Path(path).is_dir():
         raise InputError(
             f"{path}: is a folder; allowed: a scenario or a recording (irsim import {path} makes one of its pictures)"
         )

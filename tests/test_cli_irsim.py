@@ -295,6 +295,7 @@ BAD = {
     "frames in words": (["render", "scene.yaml", "--frames", "all"], "irsim: --frames all: no such range; allowed: "),
     "seed below 0": (["render", "scene.yaml", "--seed", "-1"], "irsim: override seed: -1 is out of range; allowed: "),
     "no output folder": (["render", "scene.yaml", "-o", "no/x.mcap"], "irsim: no/x.mcap: the folder no does not exist"),
+    "no name": (["info", ""], "irsim: '': the name is empty; allowed: a file, or a shipped scenario's name"),
     "output is a folder": (["render", "scene.yaml", "-o", "dir"], "irsim: dir: is a folder"),
     "imported recording to render": (
         ["render", "imported.mcap", "-o", "x.mcap"],

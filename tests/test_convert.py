@@ -203,6 +203,13 @@ def test_an_import_replaces_nothing_that_it_reads(tmp_path: Path, folder: Path, 
             "0,10,20,5,5\n1,11,20,5,5\n",
             "gt.csv:1: the header is missing: the first line names the columns; allowed: frame,x,y,w,h[,id,cls]",
         ),
+        (
+            "frame;x;y;w;h\n0;1;1;2;2\n",
+            "gt.csv:1: ';' stands between the columns; allowed: frame,x,y,w,h[,id,cls], with commas",
+        ),
+        ("0\t1\t1\t2\t2\n", "gt.csv:1: '\\t' stands between the columns"),
+        ("t,left,top,width,height\n", "gt.csv:1: unknown column 't'; allowed: frame,x,y,w,h[,id,cls]"),
+        ("Frame,X,Y,W,H\n", "gt.csv:1: unknown column 'Frame'; allowed: frame,x,y,w,h[,id,cls]; did you mean 'frame'?"),
         ("", "gt.csv:1: missing frame, x, y, w, h; allowed: frame,x,y,w,h[,id,cls]"),
         ("frame,x,y,w\n", "gt.csv:1: missing h"),
         (

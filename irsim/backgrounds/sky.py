@@ -20,7 +20,7 @@ from irsim.backgrounds.fields import Betas, Evolving, Histogram, shaped, spectra
 from irsim.backgrounds.painting import Painting
 from irsim.backgrounds.texture import Tile, tile_side
 from irsim.climate import ClimateName
-from irsim.kinds import Kelvin, KelvinSpread, Metres, Name, NotNegative, Number, Pair, Part, Positive, Several
+from irsim.kinds import Kelvin, KelvinSpread, Name, NotNegative, Number, Pair, Part, Positive, Range, Several
 from irsim.radiometry import Band, radiance
 from irsim.stage import Stage
 from irsim.types import Floats
@@ -102,7 +102,7 @@ class Clouds(Part):
     """Size of the largest features, mrad."""
     stretch: Annotated[float, Field(ge=0.1, le=10)] = 2.0
     """How much wider than high features are."""
-    range_m: Metres = 5000.0
+    range_m: Range = 5000.0
     """Distance of the layer, m: targets farther away are behind it."""
     wind_mrad_s: Pair = (0.0, 0.0)
     """Apparent motion, right and down, mrad/s."""

@@ -12,7 +12,7 @@ from irsim.backgrounds.fields import profile, spectral
 from irsim.backgrounds.painting import Painting
 from irsim.backgrounds.panorama import Panorama, Sheet, Standing
 from irsim.backgrounds.texture import TILE
-from irsim.kinds import Fraction, Kelvin, KelvinDifference, KelvinSpread, Metres, Name, Part
+from irsim.kinds import Fraction, Kelvin, KelvinDifference, KelvinSpread, Metres, Name, Part, Range
 from irsim.radiometry import radiance
 from irsim.rng import stream
 from irsim.stage import Stage
@@ -65,7 +65,7 @@ class Structure(Part):
 
     id: Name
     """Its name for --without, and in truth where it hides a target."""
-    range_m: Metres = 800.0
+    range_m: Range = 800.0
     """Metres; targets farther away are behind it."""
 
     def base(self, sheet: Sheet, height_m: float, ifov_rad: float) -> float:

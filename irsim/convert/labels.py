@@ -18,6 +18,8 @@ _OPTIONAL = ("id", "cls")
 _ALLOWED = "allowed: frame,x,y,w,h[,id,cls]"
 _ONLY_ID = "target"
 _LONGEST_ID = 64
+_NO_SEPARATORS = ";\t| "
+"""What other programs put between columns."""
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 
 
@@ -128,11 +130,14 @@ def _rows(path: Path) -> Iterator[tuple[int, dict[str, str]]]:
 
 def _check_columns(columns: Sequence[str], place: str) -> None:
     known = (*_NEEDED, *_OPTIONAL)
-    if columns and not any(column in known for column in columns):
+    between = next((mark for mark in _NO_SEPARATORS if len(columns) == 1 and mark in columns[0]), None)
+    if between is not None:
+        raise InputError(f"{place}: {between!r} stands between the columns; {_ALLOWED}, with commas")
+    if columns and all(_NUMBER.fullmatch(column) or not column for column in columns):
         raise InputError(f"{place}: the header is missing: the first line names the columns; {_ALLOWED}")
     for column in columns:
         if column not in known:
-            raise InputError(f"{place}: unknown column {column!r}; {_ALLOWED}{suggestion(column, known)}")
+            raise InputError(f"{place}: unknown column {column!r}; {_ALLOWED}{suggestion(column.lower(), known)}")
         if columns.count(column) > 1:
             raise InputError(f"{place}: the column {column!r} is there twice; {_ALLOWED}")
     missing = [column for column in _NEEDED if column not in columns]

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from irsim.geometry import gimbal
-from irsim.kinds import Kind, Metres, NamedKind, Number
+from irsim.kinds import Kind, Metres, NamedKind, Number, Range
 from irsim.motion.dynamics import Dynamics
 from irsim.stage import Stage
 from irsim.types import Floats
@@ -77,7 +77,7 @@ class PixelPath(Path):
     closed below zero is behind the camera.
     """
 
-    range_m: Metres = 1000.0
+    range_m: Range = 1000.0
     """Metres from the camera at frame 0."""
     closing_m_s: Number = 0.0
     """How fast the range shrinks, metres a second."""

@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.geometry import Geometry
-from irsim.kinds import Fraction, Kelvin, Metres, Name, NamedKind, Stretch
+from irsim.kinds import Fraction, Kelvin, Name, NamedKind, Range, Stretch
 from irsim.shapes.polygon import outline
 from irsim.shapes.silhouette import Outline, sprite, within_sight
 from irsim.sprite import Sprite
@@ -64,7 +64,7 @@ class Occluder(NamedKind):
     thins: ClassVar[bool] = False
     """Does it hide less by being thinner? Otherwise by being smaller."""
 
-    range_m: Metres
+    range_m: Range
     """Metres from where the camera first stands; it hides what is farther."""
     hides: Name | None = None
     """Id of a target that it shall hide: given instead of its place."""

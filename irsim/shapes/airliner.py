@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from irsim.kinds import Kelvin, Metres
+from irsim.kinds import Kelvin, Length
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
 from irsim.shapes.solids import Solid, mirrored, plate, profile, shifted, tilted, tube
@@ -51,7 +51,7 @@ class Airliner(Body):
         mirrored(_PYLON),
     )
 
-    length_m: Metres = 37.6
+    length_m: Length = 37.6
     """Length, m."""
     temperature_k: Kelvin = 272.0
     """Temperature of the skin, kelvin: air at cruising height is cold, friction warms it by some 25 K."""

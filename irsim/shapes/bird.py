@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from irsim.kinds import Kelvin, Metres, NotNegative
+from irsim.kinds import Kelvin, Length, NotNegative
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
 from irsim.shapes.joints import Rigid, Turn, hinge, turned
@@ -40,7 +40,7 @@ class Bird(Body):
         *on("right_hand", _HAND),
     )
 
-    length_m: Metres = 0.6
+    length_m: Length = 0.6
     """Length from bill to tail, m; the wings span 2.2 times that."""
     temperature_k: Kelvin = 300.0
     """Temperature of the plumage of the body, kelvin."""

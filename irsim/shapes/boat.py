@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from irsim.kinds import Fraction, Kelvin, Metres
+from irsim.kinds import Fraction, Kelvin, Length
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
 from irsim.shapes.solids import Solid, block, limb, mirrored, profile
@@ -54,7 +54,7 @@ class Boat(Body):
         block((-0.46, -0.05, -0.13), (-0.34, 0.05, -0.09)),
     )
 
-    length_m: Metres = 25.0
+    length_m: Length = 25.0
     """Length, m."""
     temperature_k: Kelvin = 294.0
     """Temperature of the deck house and mast, kelvin."""

@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from irsim.kinds import Fraction, Kelvin, Metres
+from irsim.kinds import Fraction, Kelvin, Length
 from irsim.radiometry import Band, radiance
 from irsim.shapes.base import Shape, View
 from irsim.shapes.joints import Rigid
@@ -34,7 +34,7 @@ class Body(Shape):
     solids: ClassVar[tuple[Solid, ...]]
     """The parts, for a body of length 1."""
 
-    length_m: Metres
+    length_m: Length
     """Length, m."""
     temperature_k: Kelvin = 300.0
     """Temperature of the skin, kelvin."""

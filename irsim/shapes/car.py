@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from irsim.kinds import Fraction, Kelvin, Metres
+from irsim.kinds import Fraction, Kelvin, Length
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
 from irsim.shapes.solids import Point3, Solid, block, mirrored, plate, profile, wheel
@@ -76,7 +76,7 @@ class Car(Body):
         *map(mirrored, _WHEELS),
     )
 
-    length_m: Metres = 4.5
+    length_m: Length = 4.5
     """Length, m."""
     temperature_k: Kelvin = 295.0
     """Temperature of the body, kelvin."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from irsim.kinds import Kelvin, Metres
+from irsim.kinds import Kelvin, Length
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
 from irsim.shapes.solids import Solid, mirrored, plate, profile, tube
@@ -38,7 +38,7 @@ class Fighter(Body):
         tube((-0.40, 0.0, 0.041, 0.041), (-0.5, 0.0, 0.033, 0.033), heat="engine_k"),
     )
 
-    length_m: Metres = 15.0
+    length_m: Length = 15.0
     """Length, m."""
     engine_k: Kelvin = 400.0
     """Temperature of the nozzle's outside, kelvin."""

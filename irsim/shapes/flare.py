@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from irsim.kinds import Kelvin, NotNegative, Positive
+from irsim.kinds import Area, Kelvin, NotNegative, Positive
 from irsim.shapes.base import View
 from irsim.shapes.point import Point
 from irsim.sprite import Sprite
@@ -17,7 +17,7 @@ class Flare(Point):
     """A flare that lights up when it is thrown (`path: {kind: thrown, ...}`), burns, and goes out; a point target
     whose fire grows and shrinks. On a path without a beginning it burns steadily."""
 
-    area_m2: Positive = 0.3
+    area_m2: Area = 0.3
     """Projected area of its full fire, m2."""
     temperature_k: Kelvin = 2000.0
     """Of the fire, kelvin (magnesium and teflon: about 2000)."""

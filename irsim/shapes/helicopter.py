@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
-from irsim.kinds import Fraction, Kelvin, Metres, NotNegative
+from irsim.kinds import Fraction, Kelvin, Length, NotNegative
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
 from irsim.shapes.joints import Rigid, Turn, hinge, turned
@@ -68,7 +68,7 @@ class Helicopter(Body):
         *on("tail", *_TAIL_BLADES),
     )
 
-    length_m: Metres = 14.0
+    length_m: Length = 14.0
     """Length of the fuselage with its tail, m; the main rotor is 1.16 times that across."""
     temperature_k: Kelvin = 290.0
     """Temperature of the skin, kelvin."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from irsim.kinds import Fraction, Kelvin, Metres
+from irsim.kinds import Fraction, Kelvin, Length
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
 from irsim.shapes.solids import Solid, mirrored, plate, profile, tube
@@ -37,7 +37,7 @@ class Missile(Body):
         tube((-0.88, 0.0, 0.045, 0.045), (-1.2, 0.0, 0.008, 0.008), heat="smoke_k"),
     )
 
-    length_m: Metres = 3.0
+    length_m: Length = 3.0
     """Length, m; the plume adds 0.7 of it."""
     temperature_k: Kelvin = 330.0
     """Temperature of the skin, kelvin."""

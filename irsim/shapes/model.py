@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.kinds import Fraction, Kelvin, Metres, suggestion
+from irsim.kinds import Fraction, Kelvin, Length, suggestion
 from irsim.radiometry import Band, radiance
 from irsim.shapes.base import Shape, View
 from irsim.shapes.contours import Ints, contour
@@ -42,7 +42,7 @@ class Model(Shape):
 
     file: str
     """The mesh, .obj or .stl; a relative name is looked for in the folder where the command is given."""
-    length_m: Metres
+    length_m: Length
     """Length of its longest side, m: the file's own unit does not matter."""
     axes: Literal["x forward, z up", "y forward, z up", "x forward, y up", "z forward, y up", "-z forward, y up"] = (
         "x forward, z up"

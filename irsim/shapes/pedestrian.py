@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from irsim.kinds import Kelvin, Metres, NotNegative
+from irsim.kinds import Kelvin, Length, NotNegative
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
 from irsim.shapes.joints import Rigid, Turn, hinge, turned
@@ -76,7 +76,7 @@ class Pedestrian(Body):
         *_side(-1),
     )
 
-    length_m: Metres = 1.75
+    length_m: Length = 1.75
     """Height, m."""
     temperature_k: Kelvin = 298.0
     """Temperature of the clothes, kelvin."""

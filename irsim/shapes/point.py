@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.kinds import Fraction, Kelvin, KelvinDifference, Number, Positive
+from irsim.kinds import Area, Fraction, Kelvin, KelvinDifference, Number
 from irsim.shapes.base import Shape, View
 from irsim.shapes.ellipse import CORNERS, ellipse
 from irsim.sprite import Sprite, Wanted
@@ -28,7 +28,7 @@ class Point(Shape):
     its edges; until then the blur is wider by the disc's variance, so that neither light nor width jump.
     """
 
-    area_m2: Positive = 0.2
+    area_m2: Area = 0.2
     """Projected area, m2."""
     temperature_k: Kelvin = 350.0
     """Kelvin."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
-from irsim.kinds import Kelvin, Metres, NotNegative
+from irsim.kinds import Kelvin, Length, NotNegative
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
 from irsim.shapes.joints import Rigid, Turn, hinge, turned
@@ -46,7 +46,7 @@ class Quadrotor(Body):
         *(solid for name in _HUBS for solid in _corner(name)),
     )
 
-    length_m: Metres = 0.45
+    length_m: Length = 0.45
     """Length over the rotors of a side, m: 0.45 for a camera drone, above 1 for one that carries loads."""
     temperature_k: Kelvin = 294.0
     """Temperature of body and arms, kelvin."""

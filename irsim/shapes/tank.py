@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from irsim.kinds import Kelvin, Metres
+from irsim.kinds import Kelvin, Length
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
 from irsim.shapes.solids import Solid, mirrored, plate, profile, tube, wheel
@@ -62,7 +62,7 @@ class Tank(Body):
         plate(((-0.02, 0.03), (-0.02, 0.10), (-0.10, 0.10), (-0.10, 0.03)), -0.25, -0.20),
     )
 
-    length_m: Metres = 7.0
+    length_m: Length = 7.0
     """Length of the hull, m; the barrel reaches 0.3 of it further, as those of the common 120 and 125 mm guns do."""
     temperature_k: Kelvin = 298.0
     """Temperature of the hull, kelvin."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from irsim.kinds import Fraction, Kelvin, Metres
+from irsim.kinds import Fraction, Kelvin, Length
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
 from irsim.shapes.solids import Solid, block, limb, mirrored, profile, wheel
@@ -46,7 +46,7 @@ class Truck(Body):
         *map(mirrored, _WHEELS),
     )
 
-    length_m: Metres = 9.0
+    length_m: Length = 9.0
     """Length, m."""
     temperature_k: Kelvin = 292.5
     """Temperature of the box, kelvin."""

@@ -1,0 +1,60 @@
+"""Numbers that are allowed but hardly meant are warned of with their place; those of the shipped scenes are not."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from irsim import yamlfile
+from irsim.cli import app
+from irsim.loader import examples
+from irsim.plausible import implausible
+from irsim.scenario import Scenario
+from irsim.schema import Slot
+
+SCENE = """\
+frames: 4
+camera: {{size: [64, 48]}}
+background: {{kind: ground}}
+targets:
+  - id: drone
+    shape: {{kind: point, temperature_k: {kelvin}, area_m2: {area}}}
+    path: {{kind: straight, start: [30, 20], range_m: {range}}}
+"""
+
+
+def test_each_slip_is_one_line_with_its_place_and_no_error(tmp_path: Path) -> None:
+    scene = tmp_path / "slips.yaml"
+    scene.write_text(SCENE.format(kelvin=47, area=30000, range=1.2))
+    done = CliRunner().invoke(app, ["check", str(scene)])
+    assert done.exit_code == 0
+    assert done.stdout == f"{scene}: ok\n"
+    lines = [line for line in done.stderr.splitlines() if "hardly meant" in line]
+    assert lines == [
+        f"{scene}:6:41: targets.drone.shape.temperature_k: warning: 47 is allowed but hardly meant; "
+        "plausible: 150 to 3500 K (degrees Celsius + 273.15)",
+        f"{scene}:6:54: targets.drone.shape.area_m2: warning: 30000 is allowed but hardly meant; "
+        "plausible: 0.0001 to 5000 m2",
+        f"{scene}:7:54: targets.drone.path.range_m: warning: 1.2 is allowed but hardly meant; plausible: 5 to 100000 m",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("kelvin", "area", "range", "warned"),
+    [(150, 1e-4, 5, []), (3500, 5000, 100_000, []), (149, 1, 50, ["temperature_k"]), (300, 1, 2e5, ["range_m"])],
+)
+def test_the_ends_of_a_range_are_plausible(kelvin: float, area: float, range: float, warned: list[str]) -> None:
+    document = yamlfile.parse(SCENE.format(kelvin=kelvin, area=area, range=range))
+    assert [notice.at[-1] for notice in implausible(Slot.of(Scenario), document.value)] == warned
+
+
+def test_nothing_of_the_shipped_examples_is_implausible() -> None:
+    for name, path in examples().items():
+        assert not list(implausible(Slot.of(Scenario), yamlfile.read(path).value)), name
+
+
+def test_an_optional_temperature_has_its_range_too() -> None:
+    told = implausible(Slot.of(Scenario), {"atmosphere": {"temperature_k": 15}})
+    assert [notice.at for notice in told] == [("atmosphere", "temperature_k")]
