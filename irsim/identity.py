@@ -35,6 +35,7 @@ NOT_PIXELS = {
         "moments",
         "moving",
         "overrides",
+        "plausible",
         "ranges",
         "schema",
         "severity",

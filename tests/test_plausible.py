@@ -55,6 +55,13 @@ def test_nothing_of_the_shipped_examples_is_implausible() -> None:
         assert not list(implausible(Slot.of(Scenario), yamlfile.read(path).value)), name
 
 
+def test_what_is_no_text_is_neither_scenario_nor_recording(tmp_path: Path) -> None:
+    picture = tmp_path / "g.png"
+    picture.write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR")
+    done = CliRunner().invoke(app, ["info", str(picture)])
+    assert str(done.exception).startswith(f"{picture}: is neither a scenario nor a recording")
+
+
 def test_an_optional_temperature_has_its_range_too() -> None:
     told = implausible(Slot.of(Scenario), {"atmosphere": {"temperature_k": 15}})
     assert [notice.at for notice in told] == [("atmosphere", "temperature_k")]
