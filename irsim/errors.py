@@ -2,11 +2,24 @@
 
 from __future__ import annotations
 
+import re
 from typing import NamedTuple
+
+_COMMANDS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
+"""Control characters but tab and line feed, those that break or turn lines around, and halves of letters: what a
+terminal obeys, and what no file of text can hold."""
+
+
+def printable(text: str) -> str:
+    """A text from elsewhere as it can be shown: what a terminal would obey stands there as Python writes it."""
+    return _COMMANDS.sub(lambda found: ascii(found[0])[1:-1], text)
 
 
 class IrsimError(Exception):
-    """Anything irsim raises on purpose. ``str(error)`` is ready to be shown to a user."""
+    """Anything irsim raises on purpose. ``str(error)`` is ready to be shown to a user: it is `printable`."""
+
+    def __str__(self) -> str:
+        return printable(super().__str__())
 
 
 class InputError(IrsimError):

@@ -44,6 +44,8 @@ def explain(error: ValidationError, document: Document, root: type[Part]) -> lis
     for raw, detail in _flat(error.errors(include_url=False), ()):
         path, slot = _resolve(raw, top, document.value)
         kind = detail["type"]
+        if kind == "too_short" and len(detail["input"]) >= detail["ctx"]["min_length"]:
+            continue  # pydantic counts the items that are right; those that are wrong are told by lines of their own
         if kind == "missing" and path and isinstance(path[-1], int):
             # Too few items: the list is what is wrong, not an item that is not there.
             path, slot, kind = path[:-1], _resolve(path[:-1], top, document.value)[1], "too_few"

@@ -124,7 +124,7 @@ class Slot:
         limits += [f"at most {high}"] if high is not None and low is None else []
         least, most = self._find(at.MinLen, "min_length"), self._find(at.MaxLen, "max_length")
         unit = "items" if self.is_list else "characters"
-        limits += [f"at least {least} {unit}"] if least is not None else []
+        limits += [f"at least {least} {unit if least > 1 else unit.removesuffix('s')}"] if least is not None else []
         limits += [f"at most {most} {unit}"] if most is not None else []
         pattern = next((item.pattern for item in self.metadata if hasattr(item, "pattern")), None)
         limits += [_pattern_words(pattern)] if pattern is not None else []

@@ -16,9 +16,7 @@ def examples() -> dict[str, Path]:
 
 def shipped(folder: str) -> dict[str, Path]:
     """The scenarios that are shipped with irsim in a folder (examples, sources, stress, new), by name."""
-    here = Path(__file__).parent
-    places = [here.parent / "scenarios" / folder, here / "scenarios" / folder]
-    return {path.stem: path for place in places for path in sorted(place.glob("*.yaml"))}
+    return {path.stem: path for place in _places() for path in sorted((place / folder).glob("*.yaml"))}
 
 
 def find(path: str | PathLike[str]) -> Path:
@@ -38,6 +36,20 @@ def find(path: str | PathLike[str]) -> Path:
         return names[wanted]
     if folder and not names:
         return Path(path)
+    elsewhere = sorted(f"{place.name}/{wanted}" for place in _folders() if (place / f"{wanted}.yaml").is_file())
+    hint = f"; did you mean '{elsewhere[0]}'?" if elsewhere else ""
     raise InputError(
-        f"{wanted}: there is no such file and no shipped scenario of that name{listed(sorted(names), wanted)}"
+        f"{wanted}: there is no such file and no shipped scenario of that name"
+        f"{listed(sorted(names), None if hint else wanted)}{hint}"
     )
+
+
+def _folders() -> list[Path]:
+    """The folders of shipped scenarios."""
+    return [folder for place in _places() if place.is_dir() for folder in sorted(place.iterdir())]
+
+
+def _places() -> list[Path]:
+    """Where scenarios are shipped: beside the package in a checkout, within it once installed."""
+    here = Path(__file__).parent
+    return [here.parent / "scenarios", here / "scenarios"]

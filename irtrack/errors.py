@@ -10,7 +10,7 @@ from __future__ import annotations
 import traceback
 from types import TracebackType
 
-from irsim.errors import InputError
+from irsim.errors import InputError, printable
 from irsim.errors import IrsimError as IrtrackError
 
 __all__ = ["InputError", "IrtrackError", "TrackerError", "told"]
@@ -25,7 +25,7 @@ def told(error: BaseException) -> str:
         said = " ".join(str(error).split())
     except Exception:  # somebody's own exception may fail at this, too
         said = ""
-    return f"{type(error).__name__}{said and f': {said}'}"
+    return printable(f"{type(error).__name__}{said and f': {said}'}")
 
 
 class TrackerError(IrtrackError):
@@ -36,12 +36,12 @@ class TrackerError(IrtrackError):
 
     def calls(self) -> str:
         """Where the tracker raised it: its own lines as Python writes them; '' where it raised nothing."""
-        return "".join(traceback.format_tb(self._own())).rstrip()
+        return printable("".join(traceback.format_tb(self._own())).rstrip())
 
     def trace(self) -> str:
         """The same with what was raised; '' where it raised nothing."""
         cause = self.__cause__
-        return "".join(traceback.format_exception(type(cause), cause, self._own())).rstrip() if cause else ""
+        return printable("".join(traceback.format_exception(type(cause), cause, self._own())).rstrip()) if cause else ""
 
     def _own(self) -> TracebackType | None:
         """The traceback without who called the tracker."""

@@ -102,6 +102,17 @@ def test_what_is_wrong_is_told_with_its_place(folder: Path, change: tuple[str, s
     assert str(caught.value).startswith(f"{path}:{place}: ")
 
 
+def test_a_list_of_wrong_items_is_not_too_short(folder: Path) -> None:
+    with pytest.raises(InputError) as caught:
+        load_suite(written(folder, "sources: [{sorce: sky}]\ntrackers: [3]\n"))
+    what = [line.split(": ", 1)[1].partition(";")[0] for line in str(caught.value).splitlines()]
+    assert what == [
+        "sources.0.source: it is missing",
+        "sources.0.sorce: unknown key",
+        "trackers.0: expected a mapping, not 3",
+    ]
+
+
 def test_everything_wrong_is_told_at_once(folder: Path) -> None:
     path = written(folder, SUITE.replace("[0, 2]", "[7]").replace("name: plain", "target: x").replace("big=grey", "g"))
     with pytest.raises(InputError) as caught:

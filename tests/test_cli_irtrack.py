@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import html
 import json
 import os
 import re
@@ -50,6 +51,8 @@ class Careless(Broken):
         print("seen", frame.index)
         if self.what == "leave":
             raise SystemExit(3)
+        if self.what == "command":
+            raise ValueError("\\x1b[31m<b>red\\x9b0m \\x07\\u202e \\x00 \\udc9b")
         if self.what == "write":
             frame.image[0, 0] = 1
         return {"none": None, "pair": (state.cx, state.cy), "good": (state, Estimate((9, 9), (5, 5)))}[self.what]
@@ -271,6 +274,27 @@ def test_a_tracker_that_fails_is_one_headline_and_its_own_calls(
     assert {row["label"]: row["failed"] for row in json.loads(answer.out)["rows"]} == {"kalman": 0, name: 1}
 
 
+def test_a_terminal_and_a_page_obey_nothing_that_a_tracker_raises(call: Call) -> None:
+    said = r"ValueError: \x1b[31m<b>red\x9b0m \x07\u202e \x00 \udc9b"
+    answer = call("run", "mine:Careless", "clip.mcap", "what=command")
+    assert answer.err.splitlines()[1] == f"irtrack: mine:Careless: frame 1: {said}"
+    assert all(letter.isprintable() for letter in answer.err.replace("\n", ""))
+    call("bench", "clip.mcap", "--trackers", "mine:Careless:what=command", "--seeds", "1", "--results", "c.db")
+    call("report", "c.db", "-o", "c.html")
+    assert html.escape(said) in Path("c.html").read_text(encoding="utf-8")
+
+
+def test_a_run_takes_parameters_as_a_bench_does(call: Call) -> None:
+    words = ("run", "big=grey_pf:particles=40:bins=8", "clip.mcap", "alpha=0.5", "--json")
+    track = json.loads(call(*words).out)
+    assert (track["tracker"], track["config"]["tracker"]) == ("big", "grey_pf")
+    assert {key: track["config"]["parameters"][key] for key in ("particles", "bins", "alpha")} == {
+        "particles": 40,
+        "bins": 8,
+        "alpha": 0.5,
+    }
+
+
 @pytest.mark.parametrize("jobs", ["1", "2"])
 def test_what_a_tracker_prints_is_no_part_of_the_document(made: Path, jobs: str) -> None:
     for words in (
@@ -304,6 +328,8 @@ BAD = [
     (("run", "grey_pf", "cut.mcap"), "cut.mcap"),
     (("run", "grey_pf", "empty.mcap"), "empty.mcap"),
     (("run", "grey_pf", "clip.mcap", "particels=3"), "did you mean 'particles'?"),
+    (("run", "grey_pf:particels=3", "clip.mcap"), "did you mean 'particles'?"),
+    (("run", "grey_pf:particles=30", "clip.mcap", "particles=40"), "'particles' is given twice"),
     (("run", "grey_pf", "clip.mcap", "particles=0"), "particles"),
     (("run", "grey_pf", "clip.mcap", "particles=many"), "particles"),
     (("run", "grey_pf", "clip.mcap", "particles"), "KEY=VALUE"),
@@ -319,6 +345,14 @@ BAD = [
     (("bench", "clip.mcap", "--trackers", "grey_pff", "--results", "x.db"), "did you mean 'grey_pf'?"),
     (("bench", "clip.mcap", "--trackers", "grey_pf:particels=3", "--results", "x.db"), "did you mean 'particles'?"),
     (("bench", "clip.mcap", "--trackers", "grey_pf,grey_pf", "--results", "x.db"), "labels that differ"),
+    (("bench", "suites/quick", "--results", "x.db"), "did you mean 'suites/quick-suite'?"),
+    (("bench", "quick-suite", "--results", "x.db"), "did you mean 'suites/quick-suite'?"),
+    (("bench", "clip.mcap", "--results", "x.db"), "--trackers: is missing"),
+    (("check", "kalman", "--only", ""), "--only '': a name is empty"),
+    (("check", "kalman", "--only", "flip,"), "--only 'flip,': a name is empty"),
+    (("stress", "kalman", "--only", "", "--results", "x.db"), "--only '': a name is empty"),
+    (("sources", "--only", "", "-o", "x"), "--only '': a name is empty"),
+    (("compare", "a", "b", "--metrics", ""), "--metrics '': a name is empty"),
     (("bench", "none.mcap", "--trackers", "grey_pf", "--results", "x.db"), "none.mcap"),
     (("bench", "clip.mcap", "--trackers", "grey_pf", "--results", "no/x.db"), "the folder no does not exist"),
     (("bench", "clip.mcap", "--trackers", "grey_pf", "--results", "scene.yaml"), "scene.yaml"),

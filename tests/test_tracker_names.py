@@ -12,7 +12,7 @@ import pytest
 from irsim.rng import stream
 from irsim.types import Box, Frame
 from irtrack.errors import InputError
-from irtrack.trackers import TRACKERS, describe, make
+from irtrack.trackers import TRACKERS, describe, make, of
 from irtrack.trackers.kalman import Kalman
 from irtrack.types import resumable
 
@@ -58,7 +58,7 @@ def test_describe_has_a_row_for_every_tracker() -> None:
         ("no_such_module:Tracker", {}, ["cannot import", "no_such_module"]),
         ("irtrack.types:Nothing", {}, ["cannot import", "Nothing"]),
         ("irtrack.types:Status", {}, ["not a tracker"]),
-        ("irsim.types:Box", {}, ["not a tracker", "init, step"]),
+        ("irsim.types:Box", {}, ["not a tracker: it has no start and no step; allowed: a class with start(frame, "]),
         (":", {}, ["this is no module:Class"]),
         ("grey_pf:", {}, ["'grey_pf:': grey_pf is a tracker's name, no module", "grey_pf:KEY=VALUE"]),
         ("grey_pf:particles", {}, ["'grey_pf:particles': grey_pf is a tracker's name, no module"]),
@@ -73,6 +73,14 @@ def test_bad_names_and_parameters_are_one_clear_line(name: str, parameters: dict
     assert "\n" not in text
     for word in words:
         assert word in text
+
+
+@pytest.mark.parametrize(("has", "lacks"), [("start", "step"), ("init", "step"), ("step", "start")])
+def test_half_a_tracker_is_told_what_it_lacks(has: str, lacks: str) -> None:
+    half = type("Half", (), {has: lambda *_: None})
+    for given in (half, half()):
+        with pytest.raises(InputError, match=rf"Half' is not a tracker: it has {has} but no {lacks}; allowed: .* init"):
+            of(given)
 
 
 def test_each_wrong_parameter_has_a_line() -> None:

@@ -7,6 +7,7 @@ from bench_fakes import Holder, Logger, Walker
 
 import irtrack
 from irtrack.bench import Entry, parse_tracker_spec, parse_trackers
+from irtrack.bench.specs import Spec, read_spec
 from irtrack.errors import InputError
 
 
@@ -21,6 +22,7 @@ def test_tracker_specs() -> None:
     assert parse_tracker_spec("bench_fakes:Walker") == Entry("bench_fakes:Walker", Walker())
     (listed,) = parse_trackers("bench_fakes:Holder:held=[1, 'x,:]', {a: b}]")
     assert listed.tracker == Holder(held=[1, "x,:]", {"a": "b"}])
+    assert read_spec("T=trax:mine --fast=1 a:b:timeout_s=5") == Spec("T", "trax:mine --fast=1 a:b", {"timeout_s": 5})
 
 
 @pytest.mark.parametrize(

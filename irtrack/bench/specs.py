@@ -11,6 +11,8 @@ from irtrack.types import GivenTracker, Tracker
 
 _LABEL = re.compile(r"[\w.+-]{1,64}")
 
+_PAIR = re.compile(r"\w+=")
+
 
 @dataclass(frozen=True, slots=True)
 class Entry:
@@ -28,22 +30,37 @@ def parse_trackers(text: str) -> list[Entry]:
     return [parse_tracker_spec(part) for part in _split(text, ",")]
 
 
-def parse_tracker_spec(text: str) -> Entry:
-    """The entry of one spec. VALUE is read as YAML.
+@dataclass(frozen=True, slots=True)
+class Spec:
+    """What a spec says; `label` is None where it says none."""
 
-    Without a label the whole spec is the label. A part that follows a VALUE and has no '=' belongs to
-    that value (``path=a:b``). InputError, naming the spec, for an empty or unreadable one, a
-    repeated parameter, or what `irtrack.trackers.make` refuses.
-    """
+    label: str | None
+    name: str
+    parameters: dict[str, object]
+
+
+def parse_tracker_spec(text: str) -> Entry:
+    """The entry of one spec; without a label the whole spec is the label. InputError as `read_spec`, and for what
+    `irtrack.trackers.make` refuses."""
     from irtrack.trackers import make
 
+    spec = read_spec(text)
+    return Entry(spec.label or text.strip(), make(spec.name, spec.parameters))
+
+
+def read_spec(text: str) -> Spec:
+    """A spec taken apart. VALUE is read as YAML.
+
+    A part that does not begin with ``KEY=`` belongs to what is before it: a VALUE (``path=a:b``), or the NAME
+    (``trax:mine --fast=1``). InputError, naming the spec, for an empty or unreadable one or a repeated parameter.
+    """
     first, *rest = _split(text.strip(), ":")
     label, is_labelled, name = first.rpartition("=")
     if is_labelled and not _LABEL.fullmatch(label):
         raise InputError(f"tracker '{text}': the label '{label}'; allowed: letters, digits and _ . + -")
     pairs: list[str] = []
     for part in rest:
-        if "=" in part:
+        if _PAIR.match(part):
             pairs.append(part)
         elif pairs:
             pairs[-1] += f":{part}"
@@ -60,7 +77,7 @@ def parse_tracker_spec(text: str) -> Entry:
             parameters[key] = irsim.scalar(value)
         except irsim.InputError as error:
             raise InputError(f"tracker '{text}': {key}: {error}") from None
-    return Entry(label or text.strip(), make(name, parameters))
+    return Spec(label or None, name, parameters)
 
 
 def entry(tracker: str | GivenTracker | Entry) -> Entry:

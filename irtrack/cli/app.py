@@ -62,7 +62,13 @@ def list_trackers(as_json: AsJson = False) -> None:
 
 @app.command()
 def run(
-    tracker: Annotated[str, typer.Argument(metavar="TRACKER", help="A name from `irtrack list`, or module:Class.")],
+    tracker: Annotated[
+        str,
+        typer.Argument(
+            metavar="NAME[:KEY=VALUE...]",
+            help="A name from `irtrack list`, or module:Class; parameters here or behind the source.",
+        ),
+    ],
     source: Annotated[
         str, typer.Argument(metavar="SCENARIO|REC", help="A scenario's file or name, or a recording's file.")
     ],
@@ -102,6 +108,7 @@ def run(
     check_output(csv, Path(source), output, endings=(".csv",))
     looked_at, start = input_name(input), None
     from irsim import Scenario, is_recording, open_source
+    from irtrack.bench.specs import read_spec
     from irtrack.cli.options import split_settings, start_box
     from irtrack.identity import source_file
     from irtrack.metrics import Reference, score
@@ -112,17 +119,18 @@ def run(
     if init is not None:
         start = start_box(init)
     keys = () if is_recording(Path(source)) else Scenario.model_fields
-    found = find(tracker)
+    spec = read_spec(tracker)
+    found = find(spec.name)
     for written in (csv, output):
         check_output(written, source_file(found))
-    split = split_settings(settings or (), found, keys)
-    made = make(tracker, split.tracker)
+    split = split_settings(settings or (), found, keys, spec.parameters)
+    made = make(spec.name, split.tracker)
     opened = open_source(source, split.scenario)
     if seed is not None:
         opened = opened.with_seed(seed)
     if tracker_seed is None:
         tracker_seed = seed if seed is not None else opened.seed or 0
-    player = Player(made, find_start(opened, opened.truths(), target, start), tracker_seed)
+    player = Player(made, find_start(opened, opened.truths(), target, start), tracker_seed, spec.label)
     try:
         with terminal.progress_bar(tracker) as progress:
             truths = replay(opened, [player.see], looked_at, player.start.frame, progress=progress)

@@ -200,10 +200,10 @@ def _suite(named: Sequence[tuple[str | None, str]], trackers: str | None, severi
             raise InputError(f"--severities {severities}: {suites[0]} says which itself")
         suite = load_suite(suites[0])
         return suite if trackers is None else replace(suite, trackers=parse_trackers(trackers))
-    if trackers is None:
-        raise InputError("--trackers: is missing; allowed: names of irtrack list, e.g. --trackers grey_pf,kalman")
     levels = _severities(severities)
     opened = [each for label, word in named for each in _asked(label, word, levels)]
+    if trackers is None:
+        raise InputError("--trackers: is missing; allowed: names of irtrack list, e.g. --trackers grey_pf,kalman")
     return Suite("", opened, parse_trackers(trackers), 10, 1, "display", None)
 
 

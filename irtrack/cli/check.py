@@ -11,7 +11,7 @@ import typer
 
 from irsim import terminal
 from irsim.files import make_folder
-from irtrack.cli.options import AsJson
+from irtrack.cli.options import AsJson, names
 from irtrack.cli.output import print_json, print_table
 from irtrack.errors import InputError
 
@@ -43,7 +43,7 @@ def check(
     as_json: AsJson = False,
 ) -> None:
     """Try the properties that any tracker should have; print which hold, and the least example that breaks one."""
-    effort = _profile(profile)
+    effort, wanted = _profile(profile), names("--only", only)
     from irtrack.bench import parse_tracker_spec
     from irtrack.properties import check as checked
 
@@ -51,8 +51,7 @@ def check(
     if output is not None:
         make_folder(output)
     with terminal.progress_bar(tracker) as progress:
-        names = None if only is None else only.split(",")
-        outcomes = checked(made, profile=effort, only=names, limit_s=time_limit, progress=progress)
+        outcomes = checked(made, profile=effort, only=wanted, limit_s=time_limit, progress=progress)
     written = _write(outcomes, output)
     repeat = _repeated(tracker, profile, time_limit)
     broken = [outcome for outcome in outcomes if outcome.verdict == "broken"]

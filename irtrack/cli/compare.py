@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from irsim.files import check_output, replacing_text
-from irtrack.cli.options import AsJson
+from irtrack.cli.options import AsJson, names
 from irtrack.cli.output import print_json, print_table
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def compare(
     from irtrack.compare import compare as compare_cells
 
     gates = [Gate.parse(text) for text in fail_if_worse or ()]
-    asked = [name.strip() for name in metrics.split(",")] if metrics else list(USUAL)
+    asked = names("--metrics", metrics) or USUAL
     figures = list(dict.fromkeys([*asked, *(gate.figure for gate in gates)]))
     if Path(old).exists() and Path(new).exists():
         before, after = cells_of(old), cells_of(new)

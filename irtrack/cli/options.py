@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import shlex
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
@@ -47,6 +47,14 @@ def input_name(word: str) -> Input:
     raise InputError(f"--input {word}: allowed: display or counts")
 
 
+def names(option: str, text: str | None) -> list[str] | None:
+    """The names after an option, with commas between; None where it is not given, InputError where one is empty."""
+    found = None if text is None else [name.strip() for name in text.split(",")]
+    if found is not None and not all(found):
+        raise InputError(f"{option} '{text}': a name is empty; allowed: names with commas between, or no {option}")
+    return found
+
+
 def start_box(text: str) -> tuple[Box, int]:
     """'X,Y,W,H[@FRAME]' as label files write boxes: (box, frame); frame 0 where not given."""
     from irsim.types import Box
@@ -73,8 +81,10 @@ class Settings:
     scenario: tuple[str, ...]
 
 
-def split_settings(words: Iterable[str], tracker: type[Any], scenario_keys: Iterable[str]) -> Settings:
-    """Whom each KEY=VALUE is for.
+def split_settings(
+    words: Iterable[str], tracker: type[Any], scenario_keys: Iterable[str], given: Mapping[str, Any] | None = None
+) -> Settings:
+    """Whom each KEY=VALUE is for; `given` are parameters of the tracker that stand behind its name.
 
     A parameter of the tracker is the tracker's. Else a key of the scenario's top level (a recording
     has none), or a key with a dot, is the scenario's. Anything else is an InputError, unless the
@@ -85,7 +95,7 @@ def split_settings(words: Iterable[str], tracker: type[Any], scenario_keys: Iter
 
     names, takes_any = parameters(tracker)
     top = list(scenario_keys)
-    for_tracker: dict[str, Any] = {}
+    for_tracker: dict[str, Any] = dict(given or {})
     for_scenario: list[str] = []
     for word in words:
         key, equals, value = word.partition("=")

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from irsim import terminal
-from irtrack.cli.options import Jobs, command_line
+from irtrack.cli.options import Jobs, command_line, names
 
 
 def sources(
@@ -24,8 +24,8 @@ def sources(
         Path, typer.Option("-o", "--output", metavar="DIR", help="Folder of the page and of its results file.")
     ] = Path("sources"),
     only: Annotated[
-        str, typer.Option(metavar="PART,...", help="Of cheng, xue, an, cui, camshift, li, cost, growth, hard.")
-    ] = "",
+        str | None, typer.Option(metavar="PART,...", help="Of cheng, xue, an, cui, camshift, li, cost, growth, hard.")
+    ] = None,
     real: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Labelled real sequences: folders with frames.mp4 and gt.csv.")
     ] = None,
@@ -33,7 +33,7 @@ def sources(
     """Repeat the experiments of the papers and write a page: printed beside ours, each claim with its verdict."""
     from irtrack.sources import write_sources
 
-    parts = [part for part in only.split(",") if part]
+    parts = names("--only", only) or ()
     with terminal.progress_bar("sources") as bar:
         told = Told() if bar is None else (lambda scene, done, total: bar(done, total, scene))
         path = write_sources(output, seeds, first, jobs, parts, real, command_line(), told)

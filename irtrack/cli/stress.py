@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from irtrack.cli.bench import check_results, end_by_failures, sweep
-from irtrack.cli.options import TRACKERS, TRACKERS_HELP, AsJson, GrowingResults, Jobs
+from irtrack.cli.options import TRACKERS, TRACKERS_HELP, AsJson, GrowingResults, Jobs, names
 from irtrack.cli.output import NOTHING, number, print_json, print_table
 
 if TYPE_CHECKING:
@@ -23,7 +23,9 @@ def stress(
     seeds: Annotated[
         int, typer.Option(metavar="N", min=1, help="Seeds 0 to N-1; each is the scene's and the tracker's.")
     ] = 30,
-    only: Annotated[str, typer.Option(metavar="CAUSE,...", help="Of the causes these; all of them unless said.")] = "",
+    only: Annotated[
+        str | None, typer.Option(metavar="CAUSE,...", help="Of the causes these; all of them unless said.")
+    ] = None,
     jobs: Jobs = 1,
     results: GrowingResults = Path("stress.db"),
     as_json: AsJson = False,
@@ -34,7 +36,7 @@ def stress(
     from irtrack.stress import stress_suite
 
     check_results(results)
-    suite = stress_suite(parse_trackers(trackers), seeds, [cause for cause in only.split(",") if cause])
+    suite = stress_suite(parse_trackers(trackers), seeds, names("--only", only) or ())
     cells = sweep(suite, results, jobs)
     figures = severity_figures(cells)
     if as_json:

@@ -68,6 +68,9 @@ NAMED: dict[str, type[TrackerPart]] = {**TRACKERS, **FOREIGN}
 
 ENTRY_POINTS = "irtrack.trackers"
 
+CONTRACTS = "a class with start(frame, box) and step(frame), or with init(frame, box, rng) and step(state, frame, rng)"
+"""What a tracker is: a plain one, or one that keeps its state outside (`irtrack.types.Tracker`)."""
+
 
 class Row(NamedTuple):
     """A line of `irtrack list`."""
@@ -101,7 +104,10 @@ def make(name: str, parameters: Mapping[str, object] | None = None) -> Tracker:
 
 
 def of(tracker: object) -> Tracker:
-    """The tracker in what Python code may give: a tracker as it is, a plain one, or the class of either."""
+    """The tracker in what Python code may give: a tracker as it is, a plain one, or the class of either; InputError
+    where it is none."""
+    kind = tracker if isinstance(tracker, type) else type(tracker)
+    _checked(f"{kind.__module__}:{kind.__qualname__}", kind)
     if isinstance(tracker, type):
         return Plain.made(tracker, {}) if is_plain(tracker) else cast(Tracker, tracker())
     return Plain.of(tracker) if is_plain(type(tracker)) else cast(Tracker, tracker)
@@ -171,13 +177,12 @@ def _load(name: str, entry: EntryPoint) -> object:
 
 def _checked(name: str, found: object) -> type[Any]:
     if not isinstance(found, type):
-        raise InputError(f"'{name}' is not a tracker; allowed: a class with init and step, or with start and step")
-    if is_plain(found):
+        raise InputError(f"'{name}' is not a tracker; allowed: {CONTRACTS}")
+    if hasattr(found, "step") and (hasattr(found, "init") or hasattr(found, "start")):
         return found
-    missing = [part for part in ("init", "step") if not hasattr(found, part)]
-    if missing:
-        raise InputError(f"'{name}' is not a tracker: it has no {', '.join(missing)} (see irtrack.types.Tracker)")
-    return found
+    has = " and ".join(part for part in ("init", "start", "step") if hasattr(found, part))
+    lacks = "start" if has == "step" else "step" if has else "start and no step"
+    raise InputError(f"'{name}' is not a tracker: it has {f'{has} but ' * bool(has)}no {lacks}; allowed: {CONTRACTS}")
 
 
 def _summary(cls: type[Any]) -> str:
