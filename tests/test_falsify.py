@@ -193,7 +193,11 @@ def test_where_nothing_breaks_the_nearest_is_told(cli: Cli) -> None:
     found = json.loads(cli(*words, "--json")[1])
     assert found["failure"] is None
     assert found["runs"] == 20
-    assert not Path("falsified/blind-planted_failure-Blind/minimal.yaml").exists()
+    folder = Path("falsified/blind-planted_failure-Blind")
+    (folder / "report.md").write_text("of an earlier search")
+    (folder / "mine.txt").write_text("nobody else's")
+    assert cli(*words)[0] == 0
+    assert {path.name for path in folder.iterdir()} == {"trials.jsonl", "mine.txt"}
 
 
 @pytest.mark.parametrize(

@@ -24,10 +24,20 @@ REPORT = "report.md"
 
 REPLAY = "replay.html"
 
+FOUND = (f"{MINIMAL}.yaml", f"{MINIMAL}.mcap", REPLAY, REPORT)
+"""What a hunt writes of a failure."""
+
+
+def clear(folder: Path) -> None:
+    """Take away what an earlier hunt found, so that it does not look like this one's; the journal stays."""
+    if (folder / JOURNAL).is_file():  # no hunt is without one: the others are a hunt's too
+        for name in FOUND:
+            (folder / name).unlink(missing_ok=True)
+
 
 def check_outputs(folder: Path, scenario: Path | None) -> None:
     """InputError where a file that a hunt writes into the folder cannot be one, or would replace the scenario's."""
-    for name in (JOURNAL, f"{MINIMAL}.yaml", f"{MINIMAL}.mcap", REPLAY, REPORT):
+    for name in (JOURNAL, *FOUND):
         check_output(folder / name, scenario)
 
 

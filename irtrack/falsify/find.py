@@ -9,7 +9,7 @@ from irsim.files import make_folder
 from irsim.types import Input
 from irtrack.bench import Entry
 from irtrack.bench.specs import entry
-from irtrack.falsify.files import JOURNAL, check_outputs, write_failure
+from irtrack.falsify.files import JOURNAL, check_outputs, clear, write_failure
 from irtrack.falsify.hunt import Failure, Hunt, Nearest, Progress, Say, check
 from irtrack.falsify.kept import keep
 from irtrack.falsify.rules import rules_of
@@ -63,6 +63,7 @@ def find_failure(
     folder = Path(folder)
     make_folder(folder)
     check_outputs(folder, file)
+    clear(folder)
     with in_order(jobs) as apply:
         hunt = Hunt(loaded, subject, Trials(subject, apply, folder / JOURNAL), say)
         try:
