@@ -16,7 +16,8 @@ from irtrack.features.cues import Cue, Field, Pattern, likeness_map
 from irtrack.features.gradients import orientations, sobel
 from irtrack.features.quantise import full_range
 from irtrack.features.window import Window
-from irtrack.trackers.fusion_wspf import FusionState, FusionWSPF, Look, weigh
+from irtrack.trackers.fusion_looks import FusionState, Look
+from irtrack.trackers.fusion_wspf import FusionWSPF, weigh
 
 LEVELS = full_range(8, 8)
 

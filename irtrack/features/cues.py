@@ -93,6 +93,11 @@ class Field:
         counts: Image = np.ascontiguousarray(image[top:bottom, left:right])  # type: ignore[assignment]
         return cls(left, top, counts, gx, gy, inside, quantiser, edge_bins)
 
+    @classmethod
+    def whole(cls, image: Image, quantiser: Quantiser, edge_bins: int) -> Field:
+        """Of the whole frame."""
+        return cls.of(image, (0, 0, image.shape[1], image.shape[0]), quantiser, edge_bins)
+
     def windows(self, pattern: Pattern, centers: Floats, scales: Floats) -> tuple[Cue, Floats]:
         """Cues of windows at `centers` (N, 2) px of `scales` (N, 2) times the first size, and visible shares (N,).
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
@@ -13,60 +12,21 @@ from irsim.types import Box, Floats, Frame, Image
 from irtrack.features.confidence import CONFIDENCES, Confidence
 from irtrack.features.correlation import rival as highest_apart
 from irtrack.features.cues import Cue, Field, Pattern, likeness_map
-from irtrack.features.mean_shift import bandwidth, mean_shift
-from irtrack.features.quantise import BinsRange, Quantiser, quantiser
+from irtrack.features.quantise import BinsRange, quantiser
 from irtrack.features.window import Window
 from irtrack.filters import particles as cloud
 from irtrack.filters.resampling import RESAMPLERS, Resampling
 from irtrack.filters.selection import Restoring, chosen, largest_first, restored
-from irtrack.trackers.base import DISTINCT, Footage, Sight, Spread, TrackerPart, footage, start_window
+from irtrack.trackers.base import DISTINCT, Sight, Spread, TrackerPart, footage, start_window
+from irtrack.trackers.fusion_looks import RING_PX, FusionState, Look, Start, best_of_frame, field_of, look_at, shifted
 from irtrack.types import Estimate
 
-RING_PX = 10
-"""Width of the ring that stands for the background (section 4.1: ten pixels outside the tracking window)."""
-SIZES = (0.5, 2.0)
-"""Least and largest size of a particle, in start sizes. Chosen here: histograms are blind to a window within a
-uniform target, so that sizes would wander."""
 MOST_PLACES = 400
 """Pixels of a window that are counted; of larger ones an even grid. Chosen here: the cost of a step stays flat,
 and the noise of a histogram of 8 bins, (B - 1) / (8 n), is .002."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Start:
-    """What the first frame sets for good. rival: the best fused rho away from the target in that frame."""
-
-    footage: Footage
-    size: tuple[float, float]
-    window: Window
-    pattern: Pattern
-    quantiser: Quantiser
-    rival: float
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class FusionState:
-    """model: q of both cues; confidence: (L_y, L_d) of grey and gradient, summing to one;
-    particles (N, 6): x, y px, vx, vy px/frame, size in start sizes; weights (N,)."""
-
-    start: Start
-    model: Cue
-    confidence: Floats
-    particles: Floats
-    weights: Floats
-    sight: Sight
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Look:
-    """How a state (6,) looks in a frame: its cues, their rho (2,), fused rho, cues of the ring, its fused rho."""
-
-    state: Floats
-    cue: Cue
-    rho: Floats
-    fused: float
-    ring: Cue
-    floor: float
+SIZES = (0.5, 2.0)
+"""Least and largest size of a particle, in start sizes. Chosen here: histograms are blind to a window within a
+uniform target, so that sizes would wander."""
 
 
 class FusionWSPF(TrackerPart):
@@ -148,7 +108,7 @@ class FusionWSPF(TrackerPart):
         window, size = Window.of(box), (box.w, box.h)
         levels = quantiser(frame, part.cut(frame.image, corner), self.grey_bins, self.bins_range)
         pattern = Pattern.of(window, MOST_PLACES)
-        field = Field.of(frame.image, _whole(frame.image), levels, self.gradient_bins)
+        field = Field.whole(frame.image, levels, self.gradient_bins)
         at = np.array([box.cx, box.cy, 0.0, 0.0, 1.0, 1.0])
         cues, _ = field.windows(pattern, at[None, :2], at[None, 4:])
         model = Cue(cues.grey[0], cues.gradient[0])
@@ -171,7 +131,7 @@ class FusionWSPF(TrackerPart):
         start, image = state.start, frame.image
         start.footage.check(frame)
         particles = self._moved(state.particles, rng)
-        field = self._field(start, image, particles)
+        field = field_of(state, image, particles)
         cues, visible = field.windows(start.pattern, particles[:, :2], particles[:, 4:])
         rho = state.confidence @ cues.like(state.model) * visible
         weights, in_view = weigh(state.weights, rho, visible, self.sigma)
@@ -180,19 +140,19 @@ class FusionWSPF(TrackerPart):
         order = largest_first(weights, count)
         particles, weights = particles[order], weights[order]
         mean = chosen(weights, count) @ particles[:count]
-        look = self._look(state, field, mean)
+        look = look_at(state, field, mean)
         sight = self._sight(state, look) if in_view else state.sight.unseen()
         neff, covariance = cloud.neff(weights), cloud.covariance(weights, particles[:, :2], mean[:2])
         after_particles, after_weights = self._resampled(particles, weights, count, neff, rng)
 
         if sight.missed >= self.shift_after and self.widening > 0:
-            shifted = self._shifted(state, image, mean)
-            there = self._sight(state, shifted)
+            rest = shifted(state, image, mean, self.widening)
+            there = self._sight(state, rest)
             if there.missed == 0:
-                after_particles = after_particles + np.concatenate([shifted.state[:2] - mean[:2], np.zeros(4)])
-                look, sight = shifted, there
+                after_particles = after_particles + np.concatenate([rest.state[:2] - mean[:2], np.zeros(4)])
+                look, sight = rest, there
         if sight.missed >= self.lost_after and self.redetect:
-            found = self._detected(state, image, look.state)
+            found = self._found(state, image, look.state[2:4])
             if found is not None:
                 after_particles, after_weights = self._cloud(found.state, rng), np.full(len(weights), 1 / len(weights))
                 look, sight = found, Sight(state.sight.level)
@@ -234,21 +194,6 @@ class FusionWSPF(TrackerPart):
         spread = np.repeat([self.position_sd, self.start_speed_sd, 0.0], 2)
         return at + spread * rng.standard_normal((self.particles, 6))
 
-    def _field(self, start: Start, image: Image, states: Floats) -> Field:
-        """The part of a frame that states (N, 6) and the ring around any of them need."""
-        half = states[:, 4:] * ((start.window.columns / 2 + 1, start.window.rows / 2 + 1)) + RING_PX
-        (left, top), (right, bottom) = (states[:, :2] - half).min(axis=0), (states[:, :2] + half).max(axis=0)
-        part = (int(left), int(top), int(right) + 1, int(bottom) + 1)
-        return Field.of(image, part, start.quantiser, self.gradient_bins)
-
-    def _look(self, state: FusionState, field: Field, at: Floats) -> Look:
-        cues, visible = field.windows(state.start.pattern, at[None, :2], at[None, 4:])
-        cue = Cue(cues.grey[0], cues.gradient[0])
-        width, height = state.start.size
-        ring = field.ring((at[0], at[1], at[4] * width, at[5] * height), RING_PX)
-        rho = np.array(cue.like(state.model)) * visible[0]
-        return Look(at, cue, rho, float(state.confidence @ rho), ring, float(state.confidence @ ring.like(state.model)))
-
     def _sight(self, state: FusionState, look: Look) -> Sight:
         """Eq. 13: the fused coefficient, or that of the leading cue, passes rho_T; and the scene's own threshold."""
         leading = look.rho[state.confidence.argmax()]
@@ -276,27 +221,14 @@ class FusionWSPF(TrackerPart):
         picked = RESAMPLERS[self.resampling](chosen(weights, count), rng)
         return np.concatenate([particles[picked], particles[count:]]), restored(weights, count, self.restoring)
 
-    def _shifted(self, state: FusionState, image: Image, at: Floats) -> Look:
-        """Where mean shift with the wider bandwidth comes to rest from a state."""
-        width, height = state.start.size
-        h = bandwidth(Box(at[0], at[1], at[4] * width, at[5] * height), self.widening)
-        rest = mean_shift(image, at[None, :2], h, state.start.quantiser, state.model.grey)
-        there = np.concatenate([rest.centers[0], at[2:]])
-        return self._look(state, self._field(state.start, image, there[None]), there)
-
-    def _detected(self, state: FusionState, image: Image, last: Floats) -> Look | None:
-        """The place in the whole frame that is most like the model, at the first size; None where it is not enough."""
-        start = state.start
-        field = Field.of(image, _whole(image), start.quantiser, self.gradient_bins)
-        fused = np.tensordot(state.confidence, likeness_map(field, start.window, start.pattern, state.model), 1)
-        if fused.size == 0:
+    def _found(self, state: FusionState, image: Image, speed: Floats) -> Look | None:
+        """The best place in the whole frame, where it is good enough and unlike its surroundings; else None."""
+        look = best_of_frame(state, image, speed)
+        if look is None:
             return None
-        row, column = np.unravel_index(int(fused.argmax()), fused.shape)
-        look = self._look(
-            state, field, np.array([*start.window.center((float(column), float(row))), *last[2:4], 1.0, 1.0])
-        )
-        level = max(state.sight.level or 0.0, start.rival)
-        accept = start.rival + self.seen * (level - start.rival) if self.accept is None else self.accept
+        rival = state.start.rival
+        level = max(state.sight.level or 0.0, rival)
+        accept = rival + self.seen * (level - rival) if self.accept is None else self.accept
         return look if look.fused > accept and look.fused > look.floor + DISTINCT else None
 
 
@@ -311,7 +243,3 @@ def weigh(before: Floats, rho: Floats, visible: Floats, sigma: float) -> tuple[F
     if total == 0:
         return np.full(len(rho), 1 / len(rho)), bool(visible.any())
     return weights / total, True
-
-
-def _whole(image: Image) -> tuple[int, int, int, int]:
-    return 0, 0, image.shape[1], image.shape[0]
