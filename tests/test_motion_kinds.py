@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 import pytest
+from motion_stage import GEOMETRY, path
 from pydantic import ValidationError
 
-from irsim.geometry import Geometry
 from irsim.motion import PATHS, Company, Path
 from irsim.motion.arcs import arcs
 from irsim.motion.jump import coordinated_turn
@@ -17,14 +15,7 @@ from irsim.motion.singer import singer
 from irsim.stage import Stage
 from irsim.types import Floats
 
-GEOMETRY = Geometry((160, 120), 5e-4, 0.1)
 RATE = 30.0
-
-
-def path(**keys: Any) -> Path:
-    value = PATHS.parse(keys)
-    assert isinstance(value, Path)
-    return value
 
 
 def stage(seed: int = 0, **others: Path) -> Stage:

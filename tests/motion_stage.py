@@ -1,0 +1,31 @@
+"""A stage with another target, and paths on it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from irsim.geometry import Geometry
+from irsim.motion import PATHS, Company, Path
+from irsim.stage import Stage
+from irsim.types import Floats
+
+GEOMETRY = Geometry((160, 120), 5e-4, 0.1)
+LEADER: dict[str, Any] = {"kind": "weave", "start": [20, 40], "speed": 1.0, "amplitude_px": 5.0, "heading_deg": 20.0}
+
+
+def stage(seed: int = 0) -> Stage:
+    """With one other target, `leader`, that the paths under test may refer to."""
+    return Stage(seed, GEOMETRY, 30.0, "mwir", 0.6, Company({"leader": path(**LEADER)}, ()))
+
+
+def path(**keys: Any) -> Path:
+    value = PATHS.parse(keys)
+    assert isinstance(value, Path)
+    return value
+
+
+def pixels(value: Path, frames: npt.ArrayLike, seed: int = 0) -> Floats:
+    return GEOMETRY.project(value.positions(np.asarray(frames, dtype=float), stage(seed), "jet"))

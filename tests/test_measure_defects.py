@@ -1,0 +1,56 @@
+"""Bad pixels are counted by kind, and nothing else is taken for one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from even_noise import rendered
+
+from irsim.measure import defects, measure_noise
+from irsim.measure.noise import noise_lines
+
+
+def test_bad_pixels_are_counted_by_kind() -> None:
+    frames = rendered(4, (60, 64, 64), {"kind": "white"}, {"kind": "fixed_pattern"})
+    frames[:, 5, 9] = 0
+    frames[:, 30, 30] = frames[0, 30, 30]
+    frames[:, 40, 12] += 500
+    frames[10:30, 50, 50] += 200
+    found = defects(frames)
+    assert sorted(map(tuple, np.argwhere(found.dead).tolist())) == [(5, 9), (30, 30)]
+    assert np.argwhere(found.hot).tolist() == [[40, 12]]
+    assert np.argwhere(found.blinking).tolist() == [[50, 50]]
+    report = measure_noise(frames)
+    assert report.terms.tvh.value == pytest.approx(10, rel=0.05)
+    assert (report.dead, report.hot, report.blinking) == (2, 1, 1)
+
+
+@pytest.mark.parametrize("sigma", [0.3, 0.6, 2.0])
+def test_what_does_not_happen_to_change_is_not_called_dead(sigma: float) -> None:
+    """Whole counts hide noise below one: in few frames good pixels hold their value, in enough only a dead one does."""
+    rng = np.random.default_rng(8)
+    frames = np.rint(rng.uniform(100, 101, (64, 96)) + rng.normal(0, sigma, (400, 64, 96)))
+    frames[:, 20, 30] = 100
+    assert ((frames[:12] == frames[0]).all(axis=0).sum() > 100) == (sigma == 0.3)  # good ones, by chance
+    few = measure_noise(frames[:12])
+    assert (few.dead, few.frozen_from is not None and few.frozen_from > 12) == (0, True)
+    assert any("12 frames are too few to tell dead pixels" in text for _, text in noise_lines(few))
+    assert np.argwhere(defects(frames).dead).tolist() == [[20, 30]]
+    assert not any("too few" in text for _, text in noise_lines(measure_noise(frames)))
+
+
+def test_where_most_pixels_never_change_none_is_called_dead_for_it() -> None:
+    frames = np.full((40, 32, 32), 7.0)
+    frames[5, :8] += 1
+    report = measure_noise(frames)
+    assert (report.dead, report.frozen_from) == (0, None)
+    assert any("most pixels never change" in text for _, text in noise_lines(report))
+
+
+def test_ridges_and_tracks_are_no_bad_pixels() -> None:
+    frames = rendered(7, (40, 64, 64), {"kind": "white"})
+    rows, columns = np.mgrid[:64, :64]
+    frames += (300 * np.exp(-np.square((rows - columns * 0.7 - 5) / 1.5))).astype(np.float32)
+    for k in range(40):
+        frames[k, 50, 10 + k] += 400
+    assert not defects(frames).all.any()
