@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from planted import PLANTED, Constant, Dies, Hangs, Raises, Sound
+from planted import PLANTED
+from sound_tracker import Constant, Dies, Hangs, Raises, Sound
 
 import irsim
 from irtrack.cli import main
@@ -169,18 +170,18 @@ def call(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capture
 
 
 def test_the_command_prints_verdicts_and_how_to_repeat_a_failure(call: Any, tmp_path: Path) -> None:
-    status, out, _ = call("planted:Lags", "--only", "gentle,follows", "-o", "failures")
+    status, out, _ = call("planted_following:Lags", "--only", "gentle,follows", "-o", "failures")
     assert status == 1
     assert "gentle    holds    Frames are looked at and not written on." in out
     assert "follows: from the target: off by" in out
-    assert "repeat it: irtrack check planted:Lags --only follows" in out
+    assert "repeat it: irtrack check planted_following:Lags --only follows" in out
     assert "1 holds, 1 broken" in out
     scenario = irsim.load(tmp_path / "failures" / "follows.yaml")
     assert scenario.follow == "target"
 
 
 def test_the_command_answers_in_json(call: Any) -> None:
-    status, out, _ = call("planted:Sound", "--only", "gentle", "--json")
+    status, out, _ = call("sound_tracker:Sound", "--only", "gentle", "--json")
     (row,) = json.loads(out)["properties"]
     assert (status, row["property"], row["verdict"]) == (0, "gentle", "holds")
 
