@@ -9,7 +9,8 @@ from itertools import compress
 
 import numpy as np
 
-from irsim.backgrounds import Gaze, Layer
+from irsim.backgrounds import Gaze
+from irsim.backgrounds.base import Changed
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.painting import BLOCK, MARGIN
 from irsim.course import Course
@@ -90,22 +91,13 @@ def _moved(view: View, shift: tuple[float, float]) -> View:
 
 
 @dataclass(frozen=True, eq=False)
-class Swept:
+class Swept(Changed):
     """A layer over which the camera sweeps while a frame is exposed: its mean over several gazes.
 
     gazes  (share, gaze) of the frame
     """
 
-    layer: Layer
     gazes: tuple[tuple[float, Gaze], ...]
-
-    @property
-    def name(self) -> str:
-        return self.layer.name
-
-    @property
-    def range_m(self) -> float:
-        return self.layer.range_m
 
     def light(self, gaze: Gaze) -> tuple[Floats | None, Floats]:
         passed: Floats | None = None

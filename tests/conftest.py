@@ -6,9 +6,11 @@ import sys
 from pathlib import Path
 
 import pytest
-from command_line import Done, Run
+from command_line import OWN_TRACKERS, SCENE_OF_TWO, SMALL_SCENE, Answer, Call, Done, Run
 from hypothesis import HealthCheck, settings
 
+import irsim
+import irtrack.cli
 from irsim.cli import main
 
 # No test is timed: on a busy machine drawing is slow, and nothing is wrong.
@@ -36,3 +38,41 @@ def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> 
         return Done(int(caught.value.code or 0), captured.out, captured.err)
 
     return call
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder with `SMALL_SCENE` in it, as scene.yaml."""
+    (tmp_path / "scene.yaml").write_text(SMALL_SCENE)
+    return tmp_path
+
+
+@pytest.fixture(scope="session")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a scene, recordings, whole and broken, and trackers of the user's own."""
+    folder = tmp_path_factory.mktemp("cli")
+    (folder / "scene.yaml").write_text(SCENE_OF_TWO)
+    irsim.record(irsim.open_source(folder / "scene.yaml"), folder / "clip.mcap")
+    (folder / "cut.mcap").write_bytes((folder / "clip.mcap").read_bytes()[:5000])
+    (folder / "empty.mcap").write_bytes(b"")
+    (folder / "mine.py").write_text(OWN_TRACKERS)
+    return folder
+
+
+@pytest.fixture
+def call(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Call:
+    """The command irtrack in this process, in a folder that holds what `made` holds."""
+    for file in made.iterdir():
+        (tmp_path / file.name).symlink_to(file)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+
+    def run(*words: str) -> Answer:
+        monkeypatch.setattr(sys, "argv", ["irtrack", *words])
+        with pytest.raises(SystemExit) as ended:
+            irtrack.cli.main()
+        out, err = capsys.readouterr()
+        status = ended.value.code
+        return Answer(status if isinstance(status, int) else int(status is not None), out, err)
+
+    return run

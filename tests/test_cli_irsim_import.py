@@ -1,0 +1,64 @@
+"""irsim import: recordings of pictures, and what is told of assumptions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from command_line import Run
+
+import irsim
+
+
+@pytest.mark.parametrize(("agc", "kind"), [("clahe", "clahe"), ("{kind: plateau, time_constant_frames: 3}", "plateau")])
+def test_import_says_how_frames_are_shown(run: Run, folder: Path, agc: str, kind: str) -> None:
+    (folder / "few").mkdir()
+    for index in range(2):
+        cv2.imwrite(str(folder / "few" / f"{index}.png"), np.full((20, 20), 100 + index, np.uint8))
+    done = run("import", "few", "--agc", agc, cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert irsim.open_recording(folder / "few.mcap").header.agc.kind == kind
+
+
+def test_import_makes_a_recording_of_pictures(run: Run, folder: Path) -> None:
+    (folder / "clip").mkdir()
+    for index in range(3):
+        cv2.imwrite(str(folder / "clip" / f"{index}.png"), np.full((16, 20), 10 * index, np.uint8))
+    (folder / "boxes.csv").write_text("frame,x,y,w,h\n0,1,2,5,5\n2,3,4,5,5\n")
+    done = run("import", "clip", "--truth", "boxes.csv", "--rate", "25", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[0] == "clip.mcap"
+    recording = irsim.open_recording(folder / "clip.mcap")
+    assert [int(frame.image[0, 0]) for frame in recording.frames()] == [0, 10, 20]
+    assert recording.rate_hz == 25
+    assert [len(truth.targets) for truth in recording.truths()] == [1, 0, 1]
+    assert done.stderr == ""
+
+
+def test_import_tells_what_it_assumed_and_whom_it_renamed(run: Run, folder: Path) -> None:
+    (folder / "clip").mkdir()
+    cv2.imwrite(str(folder / "clip" / "0.png"), np.zeros((16, 20), np.uint8))
+    (folder / "boxes.csv").write_text("frame,x,y,w,h,id\n0,1,2,5,5,7\n0,9,9,5,5,8\n")
+    done = run("import", "clip", "--truth", "boxes.csv", "--follow", "8", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.splitlines() == [
+        "irsim: note: no rate was given: 30 Hz assumed",
+        "irsim: note: id '7' is called target-7",
+        "irsim: note: id '8' is called target-8",
+    ]
+    facts = run("info", "clip.mcap", cwd=folder).stdout.splitlines()
+    assert "follow     target-8" in facts
+    assert "topic      /ir/image: 1 message" in facts
+    assert "target     target-7: 1 frame from 0 on" in facts
+
+
+def test_import_of_deep_pictures_and_loose_boxes(run: Run, folder: Path) -> None:
+    (folder / "clip").mkdir()
+    cv2.imwrite(str(folder / "clip" / "0.png"), np.full((16, 20), 4095, np.uint16))
+    (folder / "boxes.csv").write_text("frame,x,y,w,h\n0,1,2,5,5\n")
+    done = run("import", "clip", "--truth", "boxes.csv", "--bits", "12", "--accuracy", "2.5", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    recording = irsim.open_recording(folder / "clip.mcap")
+    assert (recording.bits, recording.header.accuracy_px) == (12, 2.5)

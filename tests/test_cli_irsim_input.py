@@ -1,0 +1,154 @@
+"""Bad input to irsim: one line, status 2, and nothing left behind."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from command_line import SMALL_SCENE, Run
+
+import irsim
+
+BAD = {
+    "no such scenario": (["render", "nosuch"], "irsim: nosuch: there is no such file and no shipped scenario"),
+    "broken scenario": (["render", "broken.yaml"], "irsim: broken.yaml:1:9: seed: expected a whole number, not 'x'; "),
+    "wrong override": (["render", "scene.yaml", "camera.bitz=3"], "irsim: override camera.bitz: unknown key 'bitz'; "),
+    "no override": (["render", "scene.yaml", "camera"], "irsim: override 'camera': this is no KEY=VALUE; "),
+    "unknown part": (["render", "scene.yaml", "--without", "x"], "irsim: override without: without.0: there is no 'x'"),
+    "no frames": (["render", "scene.yaml", "--frames", "0"], "irsim: --frames 0: no such range; allowed: "),
+    "frames backwards": (["render", "scene.yaml", "--frames", "5:5"], "irsim: --frames 5:5: no such range; allowed: "),
+    "frames in words": (["render", "scene.yaml", "--frames", "all"], "irsim: --frames all: no such range; allowed: "),
+    "seed below 0": (["render", "scene.yaml", "--seed", "-1"], "irsim: override seed: -1 is out of range; allowed: "),
+    "no output folder": (["render", "scene.yaml", "-o", "no/x.mcap"], "irsim: no/x.mcap: the folder no does not exist"),
+    "no name": (["info", ""], "irsim: '': the name is empty; allowed: a file, or a shipped scenario's name"),
+    "output is a folder": (["render", "scene.yaml", "-o", "dir"], "irsim: dir: is a folder"),
+    "imported recording to render": (
+        ["render", "imported.mcap", "-o", "x.mcap"],
+        "irsim: imported.mcap: holds no scenario, its frames were imported; allowed: ",
+    ),
+    "render onto its scenario": (
+        ["render", "scene.yaml", "-o", "scene.yaml"],
+        "irsim: scene.yaml: would replace scene.yaml, ",
+    ),
+    "show onto its recording": (
+        ["show", "good.mcap", "-o", "good.mcap"],
+        "irsim: good.mcap: would replace good.mcap, ",
+    ),
+    "import onto a frame": (
+        ["import", "clip", "-o", "clip/0.png"],
+        "irsim: clip/0.png: would replace clip, ",
+    ),
+    "import onto the truth": (
+        ["import", "clip", "--truth", "boxes.csv", "-o", "boxes.csv"],
+        "irsim: boxes.csv: would replace boxes.csv, ",
+    ),
+    "unknown AGC": (
+        ["import", "clip", "-o", "x.mcap", "--agc", "platau"],
+        "irsim: import: agc.kind: unknown agc kind 'platau'; allowed: ",
+    ),
+    "AGC with a wrong key": (
+        ["import", "clip", "-o", "x.mcap", "--agc", "{kind: clahe, tails: [0, 0]}"],
+        "irsim: import: agc.tails: unknown key; allowed: ",
+    ),
+    "AGC that is no YAML": (["import", "clip", "-o", "x.mcap", "--agc", "{kind: ["], "irsim: --agc: "),
+    "nobody to follow": (
+        ["import", "clip", "--truth", "boxes.csv", "--follow", "x", "-o", "x.mcap"],
+        "irsim: boxes.csv: there is no target 'x'; allowed: target",
+    ),
+    "render onto itself": (
+        ["render", "good.mcap"],
+        "irsim: good.mcap: would replace good.mcap, ",
+    ),
+    "accuracy of no truth": (["import", "clip", "--accuracy", "2"], "irsim: clip: an accuracy is that of the truth; "),
+    "too many bits": (["import", "clip", "--bits", "17"], "irsim: clip/0.png: 17 bits do not fit; allowed: 1 to 8"),
+    "bits of a recording": (
+        ["import", "good.mcap", "-o", "x.mcap", "--bits", "12"],
+        "irsim: good.mcap: is a recording and is kept as it is; allowed: no bits",
+    ),
+    "no such recording": (["info", "none.mcap"], "irsim: none.mcap: there is no such file"),
+    "foreign recording": (["info", "forged.mcap"], "irsim: forged.mcap: is not an MCAP file"),
+    "recording to check": (["check", "good.mcap"], "good.mcap: is a recording, no YAML; irsim info tells"),
+    "empty recording": (["info", "empty.mcap"], "irsim: empty.mcap: "),
+    "cut recording": (["info", "cut.mcap"], "irsim: cut.mcap: "),
+    "nothing to show": (["show", "none.mcap"], "irsim: none.mcap: there is no such file"),
+    "no folder to show to": (["show", "scene.yaml", "-o", "no/x.png"], "irsim: no/x.png: the folder no does not exist"),
+    "unknown kind of picture": (
+        ["show", "scene.yaml", "-o", "x.mp4"],
+        "irsim: x.mp4: allowed: a name that ends in .png or .webm or .gif",
+    ),
+    "unknown kind of recording": (
+        ["render", "scene.yaml", "-o", "x.avi"],
+        "irsim: x.avi: allowed: a name that ends in .mcap",
+    ),
+    "import into no recording": (["import", "clip", "-o", "clip.bag"], "irsim: clip.bag: allowed: a name that ends in"),
+    "fit into no scenario": (["fit", "good.mcap", "-o", "x.json"], "irsim: x.json: allowed: a name that ends in .yaml"),
+    "new scenario of no kind": (["new", "sky", "-o", "x.txt"], "irsim: x.txt: allowed: a name that ends in .yaml"),
+    "schema into no JSON": (["schema", "-o", "x.yaml"], "irsim: x.yaml: allowed: a name that ends in .json"),
+    "gallery into no picture": (["gallery", "-o", "x.jpg"], "irsim: x.jpg: allowed: a name that ends in .png"),
+    "override of a recording": (
+        ["show", "good.mcap", "camera.bits=8"],
+        "irsim: camera.bits=8: overrides are for scenarios; good.mcap cannot be changed",
+    ),
+    "seed of a recording": (["show", "good.mcap", "--seed", "1"], "irsim: good.mcap: a recording has no seed; "),
+    "no such frames to show": (
+        ["show", "scene.yaml", "--frames", "2:2000"],
+        "irsim: --frames 2:2000: scene.yaml has ",
+    ),
+    "nothing to import": (["import", "none"], "irsim: none: "),
+    "empty folder": (["import", "dir"], "irsim: dir: "),
+    "import onto itself": (
+        ["import", "good.mcap"],
+        "irsim: good.mcap: would replace good.mcap, ",
+    ),
+}
+
+
+@pytest.fixture(scope="module")
+def messy(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("messy")
+    (folder / "scene.yaml").write_text(SMALL_SCENE)
+    (folder / "broken.yaml").write_text(SMALL_SCENE.replace("seed: 3", "seed:   x"))
+    (folder / "dir").mkdir()
+    irsim.record(irsim.Rendering(irsim.loads(SMALL_SCENE)), folder / "good.mcap")
+    (folder / "clip").mkdir()
+    cv2.imwrite(str(folder / "clip" / "0.png"), np.zeros((8, 8), np.uint8))
+    irsim.import_frames(folder / "clip", folder / "imported.mcap")
+    (folder / "boxes.csv").write_text("frame,x,y,w,h\n0,1,2,5,5\n")
+    (folder / "empty.mcap").write_bytes(b"")
+    (folder / "forged.mcap").write_text("a text")
+    (folder / "cut.mcap").write_bytes((folder / "good.mcap").read_bytes()[:2000])
+    return folder
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_is_one_line_and_status_2(run: Run, messy: Path, case: str) -> None:
+    arguments, expected = BAD[case]
+    before = sorted(messy.iterdir())
+    done = run(*arguments, cwd=messy)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert len(done.stderr.splitlines()) == 1
+    assert done.stderr.startswith(expected), done.stderr
+    assert sorted(messy.iterdir()) == before
+
+
+WRONG_USAGE = {
+    "nothing to render": (["render"], "irsim: SCENARIO|REC: is missing; see irsim render --help"),
+    "nothing to check": (["check"], "irsim: SCENARIO: is missing; see irsim check --help"),
+    "no jobs": (["render", "scene.yaml", "--jobs", "0"], "irsim: --jobs: must be 1 or more, not 0"),
+    "part of a job": (["render", "scene.yaml", "--jobs", "1.5"], "irsim: --jobs: must be a whole number, not 1.5"),
+    "rate in words": (["import", "clip", "--rate", "abc"], "irsim: --rate: must be a number, not abc"),
+    "option of no value": (["render", "scene.yaml", "--seed"], "irsim: --seed: requires an argument"),
+    "misspelt option": (["render", "scene.yaml", "--sed", "1"], "irsim: --sed: no such option; did you mean '--seed'?"),
+    "unknown option": (["--foo", "check"], "irsim: --foo: no such option; see irsim --help"),
+    "unknown command": (["paint"], "irsim: no such command 'paint'; see irsim --help"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG_USAGE)
+def test_wrong_usage_is_one_line_and_status_2(run: Run, messy: Path, case: str) -> None:
+    arguments, expected = WRONG_USAGE[case]
+    done = run(*arguments, cwd=messy)
+    assert (done.returncode, done.stdout, done.stderr.splitlines()) == (2, "", [expected])

@@ -1,0 +1,91 @@
+"""irsim as a process of its own: terminals, readers that leave, Ctrl-C, kinds of the user's own."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from command_line import IRSIM, SMALL_SCENE, Run
+
+
+def test_a_terminal_of_few_letters_gets_what_it_knows(folder: Path) -> None:
+    (folder / "sc\u00e9ne.yaml").write_text(SMALL_SCENE)
+    done = subprocess.run(
+        [*IRSIM, "check", "sc\u00e9ne.yaml"],
+        cwd=folder,
+        capture_output=True,
+        timeout=60,
+        env={**os.environ, "LC_ALL": "C", "PYTHONIOENCODING": "ascii"},
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith(b"sc?")
+
+
+def test_a_reader_that_leaves_is_no_error_to_tell(folder: Path) -> None:
+    process = subprocess.Popen(
+        [*IRSIM, "check", *["scene.yaml"] * 3], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    assert process.stdout is not None
+    process.stdout.close()
+    assert process.stderr is not None
+    assert process.stderr.read() == b""
+    assert process.wait(60) == 1
+
+
+def test_interrupted_it_leaves_nothing_behind(folder: Path) -> None:
+    process = subprocess.Popen(
+        [*IRSIM, "render", "scene.yaml", "-o", "long.mcap", "--frames", "1000000"],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    begun = time.monotonic()
+    while not list(folder.glob("*long.mcap*")):  # it has begun to write
+        assert process.poll() is None
+        assert time.monotonic() < begun + 60, "waited in vain"
+        time.sleep(0.02)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert b"Traceback" not in errors
+    assert not list(folder.glob("*long.mcap*"))
+
+
+def test_what_a_recording_names_is_known_where_the_user_imports_it(run: Run, folder: Path) -> None:
+    (folder / "own_agc.py").write_text("from irsim.display import Plain\n\n\nclass Mine(Plain):\n    pass\n")
+    (folder / "scene.yaml").write_text(SMALL_SCENE.replace("{size", "{agc: {kind: 'own_agc:Mine'}, size"))
+    script = Path(sys.executable).with_name("irsim")
+
+    def call(*words: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run([script, *words], cwd=folder, capture_output=True, text=True, timeout=60)
+
+    assert call("render", "scene.yaml").returncode == 0
+    refused = call("info", "scene.mcap")
+    assert refused.returncode == 2
+    assert "--import own_agc" in refused.stderr
+    assert call("--import", "own_agc", "info", "scene.mcap").returncode == 0
+    again = call("--import", "own_agc", "render", "scene.mcap", "-o", "again.mcap")
+    assert again.returncode == 0, again.stderr
+    wrong = run("--import", "nosuch_module", "info", "scene.mcap", cwd=folder)
+    assert wrong.returncode == 2
+    assert wrong.stderr.startswith("irsim: --import nosuch_module: cannot be imported: ModuleNotFoundError: ")
+
+
+def test_a_kind_of_the_users_own_lies_where_the_command_is_given(folder: Path) -> None:
+    (folder / "mine.py").write_text(
+        "from irsim.backgrounds import Sky\n\n\nclass Haze(Sky):\n    haze_k: float = 1.0\n"
+    )
+    (folder / "scene.yaml").write_text(SMALL_SCENE.replace("{kind: sky}", "{kind: 'mine:Haze', haze_k: 2}"))
+    done = subprocess.run(
+        [Path(sys.executable).with_name("irsim"), "check", "scene.yaml"],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        env={key: value for key, value in os.environ.items() if key != "PYTHONPATH"},
+    )
+    assert (done.returncode, done.stdout) == (0, "scene.yaml: ok\n"), done.stderr

@@ -1,0 +1,90 @@
+"""irtrack as a process of its own: what it prints where, Ctrl-C, and readers that go away."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from irtrack import Results
+
+
+@pytest.mark.parametrize("jobs", ["1", "2"])
+def test_what_a_tracker_prints_is_no_part_of_the_document(made: Path, jobs: str) -> None:
+    for words in (
+        ("run", "mine:Careless", "clip.mcap", "what=good"),
+        (
+            "bench",
+            "clip.mcap",
+            "scene.yaml",
+            "--trackers",
+            "mine:Careless:what=good",
+            "--seeds",
+            "1",
+            "--jobs",
+            jobs,
+            "--results",
+            str(made / f"{jobs}.db"),
+        ),
+    ):
+        process = start(made, *words, "--json")
+        out, err = process.communicate(timeout=60)
+        assert process.returncode == 0
+        assert json.loads(out)
+        assert "seen 1" in err
+
+
+def start(folder: Path, *words: str) -> subprocess.Popen[str]:
+    command = [sys.executable, "-c", "from irtrack.cli import main; main()", *words]
+    pipe = subprocess.PIPE
+    return subprocess.Popen(command, cwd=folder, stdout=pipe, stderr=pipe, text=True, start_new_session=True)
+
+
+def cells_in(results: Path) -> int:
+    """How many cells a results file holds while somebody else writes it."""
+    try:
+        with closing(sqlite3.connect(f"file:{results}?mode=ro", uri=True)) as database:
+            return int(database.execute("SELECT count(*) FROM cells").fetchone()[0])
+    except sqlite3.OperationalError:  # not there yet, or being written
+        return 0
+
+
+@pytest.mark.parametrize("jobs", ["1", "2"])
+def test_ctrl_c_ends_with_status_130_and_keeps_a_valid_file(made: Path, tmp_path: Path, jobs: str) -> None:
+    results = tmp_path / "long.db"
+    words = ("bench", "scene.yaml", "--trackers", "grey_pf", "--seeds", "500", "--results", str(results))
+    process = start(made, *words, "--jobs", jobs)
+    until = time.monotonic() + 60
+    while time.monotonic() < until:
+        if cells_in(results):
+            break
+        time.sleep(0.05)
+    else:
+        process.kill()
+        pytest.fail("waited in vain for the first cells")
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does, to the workers too
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    told = re.fullmatch(r"irtrack: stopped; (\d+) runs? of this call kept in \S+, the same command goes on\n", err)
+    assert told, err
+    with Results(results) as kept:
+        assert len(kept.cells()) == int(told[1]) > 0
+        assert all(cell.status == "ok" for cell in kept.cells())
+
+
+def test_a_reader_that_goes_away_is_no_error(made: Path) -> None:
+    process = start(made, "run", "template", "clip.mcap", "--json")
+    assert process.stdout is not None
+    process.stdout.close()  # long before it has something to say
+    assert process.stderr is not None
+    assert process.stderr.read() == ""
+    assert process.wait(timeout=60) == 1
