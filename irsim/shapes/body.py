@@ -12,12 +12,13 @@ import numpy as np
 from irsim.kinds import Fraction, Kelvin, Length
 from irsim.radiometry import Band, radiance
 from irsim.shapes.base import Shape, View
+from irsim.shapes.corners import corners
 from irsim.shapes.joints import Rigid
 from irsim.shapes.mesh import Mesh, mesh
-from irsim.shapes.silhouette import Outline, drawn_part, sprite, sprites
+from irsim.shapes.silhouette import Outline, sprite, sprites
 from irsim.shapes.solids import Solid
 from irsim.sprite import Sprite
-from irsim.types import Box, Floats
+from irsim.types import Floats
 
 
 class Body(Shape):
@@ -52,18 +53,15 @@ class Body(Shape):
         """The outlines of its parts as `draw` draws them; None where it is behind the camera."""
         stage, form = view.stage, self._posed(view.time)
         parts = form.parts
-        points = form.vertices @ view.attitude.T + view.position
-        if points[:, 2].min() <= 0:
+        placed = corners(form.vertices, view)
+        if placed is None:
             return None
-        pixels = stage.geometry.project(points)
-        box = Box.from_edges(*pixels.min(axis=0).tolist(), *pixels.max(axis=0).tolist())
-        window = drawn_part(box, stage)
-        eye = -view.position @ view.attitude
-        faces_eye = form.normals @ eye > form.offsets
+        pixels = placed.pixels
+        faces_eye = form.normals @ placed.eye > form.offsets
         left = faces_eye[parts.left]
         rim = left != faces_eye[parts.right]
         # By layers, the nearest first: their edges must stand together.
-        rank = form.hiding_order(eye, pixels)
+        rank = form.hiding_order(placed.eye, pixels)
         edge = np.flatnonzero(rim)
         layer = rank[parts.part[edge]]
         by_layer = np.argsort(layer, kind="stable")
@@ -74,7 +72,7 @@ class Body(Shape):
         glow = np.empty(len(rank))
         glow[rank] = _glow(self, stage.band, stage.surroundings) * self.brightness(view)
         range_m = math.hypot(*view.position.tolist())
-        return Outline((start, stop, layer), glow, box, window, stage.psf, range_m)
+        return Outline((start, stop, layer), glow, placed.box, placed.window, stage.psf, range_m)
 
     def _posed(self, time: float) -> Mesh:
         joints = self.joints(time)

@@ -13,12 +13,13 @@ from irsim.kinds import Fraction, Kelvin, Length, suggestion
 from irsim.radiometry import Band, radiance
 from irsim.shapes.base import Shape, View
 from irsim.shapes.contours import Ints, contour
+from irsim.shapes.corners import corners
 from irsim.shapes.meshfile import MeshError, Triangles, read_mesh
 from irsim.shapes.polygon import centroids, coverage
-from irsim.shapes.silhouette import Grid, drawn_part, spread
+from irsim.shapes.silhouette import Grid, spread
 from irsim.shapes.zbuffer import nearest
 from irsim.sprite import Sprite
-from irsim.types import Box, Floats
+from irsim.types import Floats
 
 SAMPLES = 3
 """Points to a cell and axis at which it is asked which face is seen, where faces are of unlike temperature."""
@@ -78,30 +79,26 @@ class Model(Shape):
     def draw(self, view: View) -> Sprite | None:
         stage = view.stage
         triangles, vertices, normals = _placed(self, read_mesh(self.file))
-        points = vertices @ view.attitude.T + view.position
-        if points[:, 2].min() <= 0:
+        placed = corners(vertices, view)
+        if placed is None:
             return None
-        pixels = stage.geometry.project(points)
-        box = Box.from_edges(*pixels.min(axis=0).tolist(), *pixels.max(axis=0).tolist())
-        window = drawn_part(box, stage)
-        eye = -view.position @ view.attitude
-        faces = triangles.faces
-        front = np.sum(normals * (eye - vertices[faces[:, 0]]), axis=1) > 0
+        pixels, faces = placed.pixels, triangles.faces
+        front = np.sum(normals * (placed.eye - vertices[faces[:, 0]]), axis=1) > 0
         # A face seen from outside runs clockwise with x right, y down where its corners are read backwards.
         seen = faces[front][:, ::-1]
         start, stop = contour(pixels, seen)
-        grid = Grid.over(window)
+        grid = Grid.over(placed.window)
         area = coverage(
             (start - grid.corner) * grid.fine, (stop - grid.corner) * grid.fine, np.ones((len(start), 1)), grid.cells
         )[:, 0]
         (whole_area,), (center,) = centroids(start, stop, np.ones((len(start), 1)))
         glow = _glow(self, triangles.groups, stage.band, stage.surroundings) * self.brightness(view)
         shades = glow[triangles.group[front]]
-        shine = _shine(pixels, points[:, 2], seen, shades, grid) if np.ptp(shades) > 0 else float(shades[0])
+        shine = _shine(pixels, placed.depth, seen, shades, grid) if np.ptp(shades) > 0 else float(shades[0])
         fields = np.stack([area, area * shine], axis=1)
         range_m = float(np.linalg.norm(view.position))
         centers = (center, _middle(fields[:, 1], grid, center))
-        return spread(grid, fields, centers, float(whole_area), box, stage.psf, range_m)
+        return spread(grid, fields, centers, float(whole_area), placed.box, stage.psf, range_m)
 
 
 def _shine(pixels: Floats, depth: Floats, faces: Ints, shades: Floats, grid: Grid) -> Floats:
