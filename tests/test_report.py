@@ -269,5 +269,3 @@ def test_the_report_is_repeated_by_the_file_as_it_was_named(
     named = Path(measured.folder.name) / "bench.db"
     page = write_report(named, tmp_path / "elsewhere.html").read_text()
     assert Page(page).commands[-1] == f"irtrack report {named}"
-    told = write_report(named, tmp_path / "elsewhere.html", command="irtrack falsify <it>").read_text()
-    assert Page(told).commands[-1] == "irtrack falsify <it>"

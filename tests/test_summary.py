@@ -81,3 +81,17 @@ def test_trackers_are_ranked_by_the_seeds_that_all_have() -> None:
     assert [(row.label, row.runs, row.compared, row.lost) for row in rows] == [("many", 4, 1, 3), ("few", 1, 1, 0)]
     apart = summary([*hard[1:], *easy])
     assert [(row.label, row.compared) for row in apart] == [("few", 1), ("many", 3)]
+
+
+@pytest.mark.parametrize(("seeds", "standing"), [(6, "told"), (5, "too few")])
+def test_a_tracker_that_fails_in_every_run_is_told_from_one_that_holds(seeds: int, standing: str) -> None:
+    """A failed run counts as lost: six differences of one sign in six are told, sign test 2/2^6 = 3 %, five are not."""
+    held = [cell("held", seed=seed, lost=False, off_share=0.0, error_held=1.0) for seed in range(seeds)]
+    rows = summary([*held, *(cell("failed", seed=seed) for seed in range(seeds))])
+    assert [(row.label, row.standing) for row in rows] == [("held", "told"), ("failed", standing)]
+
+
+def test_trackers_that_fail_or_lose_every_run_are_a_tie() -> None:
+    lost = [cell("lost", seed=seed, lost=True) for seed in range(6)]
+    rows = summary([*lost, *(cell("failed", seed=seed) for seed in range(6))])
+    assert [row.standing for row in rows] == ["told", "tie"]

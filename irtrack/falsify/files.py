@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import json
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import irsim
 from irsim.files import check_output, replacing_text
 from irtrack.bench import Entry, run_bench
-from irtrack.falsify.hunt import Failure, Hunt
-from irtrack.falsify.rules import in_words
-from irtrack.falsify.trial import examine
-from irtrack.report import write_report
+from irtrack.falsify.hunt import Failure, Hunt, Luck
+from irtrack.falsify.told import asked, reached
+from irtrack.falsify.trial import Verdict, examine
+from irtrack.metrics import Trace
+from irtrack.report.finding import Finding, write_finding
 from irtrack.report.repeat import run_command
 
 MINIMAL = "minimal"
@@ -56,58 +58,83 @@ def write_failure(folder: Path, hunt: Hunt, failure: Failure, name: str, command
     """Write minimal.yaml, minimal.mcap, replay.html and report.md; `name` is the scenario's."""
     scene = smallest(hunt, failure)
     path = folder / f"{MINIMAL}.yaml"
-    head = [f"{hunt.subject.label}: {hunt.named(failure.rule)} is broken here, as found in {name}; see report.md"]
+    head = [f"{hunt.subject.label}: {_broken(hunt, failure.rule)} here, as found in {name}"]
     head += [f"all of it again: {command}"] if command else []
     with replacing_text(path) as file:
         file.write("".join(f"# {line}\n" for line in head) + irsim.dumps(scene, short=True))
-    irsim.record(irsim.Rendering(scene, MINIMAL), folder / f"{MINIMAL}.mcap", compression="zstd")
+    drawn = irsim.Rendering(scene, MINIMAL)
+    irsim.record(drawn, folder / f"{MINIMAL}.mcap", compression="zstd")
     with tempfile.TemporaryDirectory() as scratch:
         entry = Entry(hunt.subject.label, hunt.subject.tracker)
         results = Path(scratch) / "minimal.db"
         with run_bench([path], [entry], results=results, seeds=[scene.seed], input=hunt.subject.input) as kept:
             (cell,), (row,) = kept.cells(), kept.sources().values()
-            again = run_command(cell, row)
-            write_report(kept, folder / REPLAY, command=command or again)
+            commands = [("The run on the smallest scene", run_command(cell, row))]
+            commands += [("All of the search", command)] if command else []
+            finding = finding_of(hunt, failure, scene, name, tuple(commands))
+            write_finding(kept, folder / REPLAY, finding, drawn)
     with replacing_text(folder / REPORT) as file:
-        file.write(_report(hunt, failure, scene, name, command, again))
+        file.write(finding.as_markdown(REPORT))
 
 
-def _report(hunt: Hunt, failure: Failure, scene: irsim.Scenario, name: str, command: str | None, again: str) -> str:
-    verdict, _ = examine(hunt.subject, irsim.Rendering(scene), scene.seed)
-    least = failure.least
-    met = f"at run {failure.run} of the search" if failure.run else "at the benign point, before any search"
-    again_so = "the same again, bit for bit" if failure.repeats else "NOT the same again: the tracker is not repeatable"
-    luck = failure.least_luck.in_words() if failure.least_luck else "not told, for the hunt was stopped"
-    said = f"raised {verdict.raised}" if verdict.raised else f"margin {_margins(hunt, verdict.margins)}"
-    lines = [
-        f"# {hunt.subject.label} on {name}: {hunt.named(failure.rule)} is broken",
-        "",
-        f"- Found {met}, with scene seed {hunt.space.scenario.seed}; {again_so}.",
-        f"- As found, {failure.luck.in_words()}.",
-        f"- Made small, {luck}.",
-        f"- Frames: {scene.frames} of {hunt.space.scenario.frames}. Off: {', '.join(least.without) or 'nothing'}.",
-        f"- Made small, {said} (broken below 0).",
-        "",
-        "| key | benign | found | smallest |",
-        "| --- | --- | --- | --- |",
-        *(
-            f"| `{knob.key}` | {_short(knob.benign)} | {_short(failure.found.point[knob.key])} "
-            f"| {_short(least.point[knob.key])} |"
+def finding_of(
+    hunt: Hunt, failure: Failure, scene: irsim.Scenario, name: str, commands: tuple[tuple[str, str], ...]
+) -> Finding:
+    """The failure in words; `scene` is the smallest."""
+    verdict, traces = examine(hunt.subject, irsim.Rendering(scene), scene.seed)
+    least, whole = failure.least, hunt.space.scenario
+    return Finding(
+        title=f"{hunt.subject.label} on {name}: {_broken(hunt, failure.rule)}",
+        verdict=(*_verdict(hunt, failure.rule, verdict, traces), ("Fresh seeds", _luck(failure.least_luck))),
+        way=(
+            (
+                "Found",
+                (f"at run {failure.run} of the search" if failure.run else "at the benign point, before any search")
+                + f", with scene seed {whole.seed}",
+            ),
+            (
+                "Run again",
+                "the same again, bit for bit"
+                if failure.repeats
+                else "NOT the same again: the tracker is not repeatable, so nothing was made smaller",
+            ),
+            ("As found", _luck(failure.luck)),
+            ("Made small", _luck(failure.least_luck)),
+            ("Frames", f"{scene.frames} of {whole.frames}"),
+            ("Switched off", ", ".join(least.without) or "nothing"),
+        ),
+        knobs=tuple(
+            (knob.key, _short(knob.benign), _short(failure.found.point[knob.key]), _short(least.point[knob.key]))
             for knob in hunt.space.knobs
         ),
-        "",
-        "```sh",
-        again,
-        *([command] if command else []),
-        "```",
-        "",
-        f"`{MINIMAL}.yaml` renders the frames of `{MINIMAL}.mcap`; `replay.html` shows the run frame by frame.",
-    ]
-    return "\n".join(lines) + "\n"
+        commands=commands,
+        files=(
+            (f"{MINIMAL}.yaml", "the smallest scene, which expects this rule alone"),
+            (f"{MINIMAL}.mcap", f"the frames that {MINIMAL}.yaml renders, with their truth"),
+            (REPLAY, "the run on them frame by frame, and all that is said here"),
+            (REPORT, "all that is said here as Markdown"),
+            (JOURNAL, "every trial, by which the same search goes on where it was stopped"),
+        ),
+    )
 
 
-def _margins(hunt: Hunt, margins: tuple[float, ...]) -> str:
-    return ", ".join(f"{in_words(rule)} {value:.3g}" for rule, value in zip(hunt.subject.rules, margins, strict=True))
+def _broken(hunt: Hunt, rule: int | str) -> str:
+    return "it raises" if isinstance(rule, str) else f"{hunt.named(rule)} is broken"
+
+
+def _verdict(hunt: Hunt, rule: int | str, verdict: Verdict, traces: tuple[Trace, ...]) -> Sequence[tuple[str, str]]:
+    """What was asked beside what was reached, in the run at hand."""
+    if isinstance(rule, str):
+        return ("Asked", "to raise nothing"), ("Reached", verdict.raised or "raised nothing")
+    broken = hunt.subject.rules[rule]
+    if not traces:
+        return ("Asked", asked(broken)), ("Reached", verdict.raised or "no target to start on")
+    margin = f"{verdict.margins[rule]:.3g}, broken below 0"
+    return ("Asked", asked(broken)), ("Reached", reached(broken, traces[rule])), ("Margin", margin)
+
+
+def _luck(luck: Luck | None) -> str:
+    return luck.in_words() if luck else "not told, for the hunt was stopped"
 
 
 def _given(rule: irsim.Expectation) -> dict[str, object]:

@@ -69,15 +69,22 @@ def reacquired_within(rule: irsim.ReacquiredWithin, trace: Trace) -> float:
 
 def honest_while_hidden(rule: irsim.HonestWhileHidden, trace: Trace) -> float:
     """In every stretch without the target the last claim of "tracking" comes in time."""
+    margins = [UNTRIED]
+    margins += [(rule.within - frames) / max(rule.within, 1) for _, frames in claims_while_gone(trace)]
+    return min(margins)
+
+
+def claims_while_gone(trace: Trace) -> list[tuple[int, int]]:
+    """Of every stretch without the target: (position of its first frame, how many frames into it the track still says
+    "tracking"; 0 where it does not)."""
     gone = ~trace.truth.present | (trace.visible == 0)
     gone[:1] = False
     edges = np.flatnonzero(np.diff(np.concatenate([[False], gone, [False]]).astype(np.int8)))
-    margins = [UNTRIED]
+    found = []
     for begin, end in edges.reshape(-1, 2).tolist():
         claims = np.flatnonzero(trace.statuses[begin:end] == "tracking")
-        claimed = int(claims[-1]) + 1 if len(claims) else 0
-        margins.append((rule.within - claimed) / max(rule.within, 1))
-    return min(margins)
+        found.append((begin, int(claims[-1]) + 1 if len(claims) else 0))
+    return found
 
 
 MARGINS: dict[type[irsim.Expectation], Callable[[Any, Trace], float]] = {

@@ -27,24 +27,16 @@ SCRIPT = (files("irtrack.report") / "page.js").read_text()
 """The page's only code: it plays the replays."""
 
 
-def page(results: Results, cells: Sequence[Cell], command: str | None = None) -> str:
-    """The report as HTML text; `command` repeats all of it, where that is not the bench and `irtrack report`."""
+def page(results: Results, cells: Sequence[Cell]) -> str:
+    """The report as HTML text."""
     # Colours by name, not by rank: a tracker keeps its own from report to report.
     by_label = looks(sorted({cell.label for cell in cells}))
     found = chapters(measured(results, cells), severity_figures(cells), by_label, Room())
     overall = summary(cells, overall=True)
     losses, lost_pairs = gallery(results, cells, by_label)
-    environment = Environment(
-        loader=PackageLoader("irtrack", "report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters |= {"px": px, "share": share, "percent": percent, "ms": ms}
     runs = results.runs()
-    return environment.get_template("page.html.j2").render(
-        written=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
+    return rendered(
+        "page.html.j2",
         results=results.path.name,
         overall=overall,
         lead=lead(overall),
@@ -59,13 +51,29 @@ def page(results: Results, cells: Sequence[Cell], command: str | None = None) ->
         marks=MARKS,
         rules=RULES,
         runs=runs,
-        commands=(command,) if command else repeat_commands(results.path, runs),
-        versions=_versions(runs),
-        script=SCRIPT,
-        script_hash=base64.b64encode(hashlib.sha256(SCRIPT.encode()).digest()).decode(),
+        commands=repeat_commands(results.path, runs),
+        versions=versions(runs),
     )
 
 
-def _versions(runs: list[Run]) -> str:
+def rendered(template: str, **told: object) -> str:
+    """One of the templates beside this file as HTML text, with what it tells."""
+    environment = Environment(
+        loader=PackageLoader("irtrack", "report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {"px": px, "share": share, "percent": percent, "ms": ms}
+    return environment.get_template(template).render(
+        written=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
+        script=SCRIPT,
+        script_hash=base64.b64encode(hashlib.sha256(SCRIPT.encode()).digest()).decode(),
+        **told,
+    )
+
+
+def versions(runs: list[Run]) -> str:
     """What the newest run was made with."""
     return ", ".join(f"{name} {version}" for name, version in runs[-1].versions.items()) if runs else ""

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from irsim import IrsimError
+from irsim.types import Source
 from irtrack.report.figures import SourceFigures
 from irtrack.report.filmstrip import Follower, Still, moments, still
 from irtrack.report.measured import Measured
@@ -76,8 +77,17 @@ class Section:
         return f"data:text/yaml;base64,{text}"
 
 
-def section(measured: Measured, figures: SourceFigures, looks: Mapping[str, Look], room: Room | None) -> Section:
-    """The section of a source; what it takes of the room is taken off. Without room: no charts, no pictures."""
+def section(
+    measured: Measured,
+    figures: SourceFigures,
+    looks: Mapping[str, Look],
+    room: Room | None,
+    at_hand: Source | None = None,
+) -> Section:
+    """The section of a source; what it takes of the room is taken off. Without room: no charts, no pictures.
+
+    at_hand   the source, where the caller has it: what is opened by a results file runs no code that it names
+    """
     shown = [measured.cells[place] for place in measured.shown]
     source = measured.source
     render = render_command(source, shown[0].key.scene_seed)
@@ -86,7 +96,7 @@ def section(measured: Measured, figures: SourceFigures, looks: Mapping[str, Look
         facts=_facts(measured),
         figures=figures,
         plots=plots(measured.traces, figures.survival, looks, source.name) if room and measured.traces else None,
-        pictures=_pictures(measured, looks, room) if room else Pictures(),
+        pictures=_pictures(measured, looks, room, at_hand) if room else Pictures(),
         seed=shown[0].key.tracker_seed,
         commands=(*([render] if render else []), *(run_command(cell, source) for cell in shown)),
         scenario=source.text if source.kind == "scenario" else None,
@@ -111,7 +121,7 @@ def _facts(measured: Measured) -> tuple[str, ...]:
     )
 
 
-def _pictures(measured: Measured, looks: Mapping[str, Look], room: Room) -> Pictures:
+def _pictures(measured: Measured, looks: Mapping[str, Look], room: Room, at_hand: Source | None) -> Pictures:
     if not room.strips:
         return Pictures(note="No pictures: the page would grow too large; report fewer sources to see them.")
     source = measured.source
@@ -124,7 +134,7 @@ def _pictures(measured: Measured, looks: Mapping[str, Look], room: Room) -> Pict
     if not followers:
         return Pictures(note="No tracker finished on the seed that is shown: there is nothing to see.")
     try:
-        found = opened(source)
+        found = at_hand or opened(source)
         if found.hash != source.hash:
             return Pictures(note=f"No pictures: {CHANGED[source.kind].format(source.text)}")
         stills = tuple(

@@ -18,20 +18,18 @@ def write_report(
     results: Results | str | Path,
     out: str | Path | None = None,
     format: str | None = None,
-    command: str | None = None,
 ) -> Path:
     """Write the report of a results file and return its path.
 
     results  an open results file or its path
     out      report.html (.json, .csv, .md) beside it where not given
     format   one of `FORMATS`, and the ending of `out`; by that ending, or html, where not given
-    command  what repeats it all, for the page to tell, where the results file is not kept
 
     InputError where there is no such results file, nothing in it, no such format, or no folder to write to.
     """
     if not isinstance(results, Results):
         with Results(results) as opened:
-            return write_report(opened, out, format, command)
+            return write_report(opened, out, format)
     if format is not None and format not in FORMATS:
         raise InputError(f"format '{format}': allowed: {', '.join(FORMATS)}{suggestion(format, FORMATS)}")
     path = results.path.with_name(f"report.{format or 'html'}") if out is None else Path(out)
@@ -39,7 +37,7 @@ def write_report(
     cells = results.cells()
     if not cells:
         raise InputError(f"{results.path}: holds no finished cell; run irtrack bench first")
-    text = FORMATS[path.suffix.lower().removeprefix(".")](results, cells, command)
+    text = FORMATS[path.suffix.lower().removeprefix(".")](results, cells)
     with replacing_text(path) as file:
         file.write(text)
     return path
@@ -56,16 +54,16 @@ def figures(results: Results, cells: Sequence[Cell]) -> Figures:
     )
 
 
-def _html(results: Results, cells: Sequence[Cell], command: str | None) -> str:
+def _html(results: Results, cells: Sequence[Cell]) -> str:
     from irtrack.report.page import page
 
-    return page(results, cells, command)
+    return page(results, cells)
 
 
-FORMATS: dict[str, Callable[[Results, Sequence[Cell], str | None], str]] = {
+FORMATS: dict[str, Callable[[Results, Sequence[Cell]], str]] = {
     "html": _html,
-    "json": lambda results, cells, _: as_json(figures(results, cells), results.runs()),
-    "csv": lambda results, cells, _: as_csv(figures(results, cells)),
-    "md": lambda results, cells, _: as_markdown(figures(results, cells)),
+    "json": lambda results, cells: as_json(figures(results, cells), results.runs()),
+    "csv": lambda results, cells: as_csv(figures(results, cells)),
+    "md": lambda results, cells: as_markdown(figures(results, cells)),
 }
 """How the text of each format is made."""
