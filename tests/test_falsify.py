@@ -170,8 +170,9 @@ def test_a_tracker_that_raises_is_a_failure_too(tmp_path: Path) -> None:
 
 
 def test_luck_is_told_from_structure(tmp_path: Path) -> None:
-    found = hunt(tmp_path, tracker="Lucky")
+    found = hunt(tmp_path, tracker="Lucky", fresh=12)
     assert isinstance(found, Failure)
+    assert found.luck.seeds == 12
     assert not found.luck.is_structural
     low, high = wilson(found.luck.broken, found.luck.seeds)
     assert low < 0.5 < high
@@ -209,6 +210,7 @@ def test_where_nothing_breaks_the_nearest_is_told(cli: Cli) -> None:
             "search 'cmaes': allowed: cma, sobol, random; did",
         ),
         (["blind.yaml", "--tracker", "kalman", "--budget", "0"], "--budget"),
+        (["blind.yaml", "--tracker", "kalman", "--fresh", "4"], "fresh 4: allowed: 5 or more"),
         (["blind.yaml", "--tracker", "kalman", "--input", "bits"], "--input bits: allowed: display or counts"),
         (["sky", "--tracker", "kalman"], "vary: nothing varies that could be searched"),
         (["none.yaml", "--tracker", "kalman"], "none.yaml: cannot read it: there is no such file"),

@@ -35,6 +35,10 @@ def falsify(
     seed: Annotated[
         int | None, typer.Option(metavar="N", min=0, help="Seed of the search; the scenario's own unless said.")
     ] = None,
+    fresh: Annotated[
+        int,
+        typer.Option(metavar="N", help="Fresh seeds that tell structure from luck; fewer are sooner, and tell less."),
+    ] = 20,
     input: InputName = "display",
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="DIR", help="Default: falsified/SCENARIO-TRACKER.")
@@ -68,6 +72,7 @@ def falsify(
                 budget=budget,
                 jobs=jobs,
                 seed=seed,
+                fresh=fresh,
                 input=input_name(input),
                 name=name,
                 file=find(scenario),

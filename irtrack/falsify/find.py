@@ -10,7 +10,7 @@ from irsim.types import Input
 from irtrack.bench import Entry
 from irtrack.bench.specs import entry
 from irtrack.falsify.files import JOURNAL, check_outputs, clear, write_failure
-from irtrack.falsify.hunt import Failure, Hunt, Nearest, Progress, Say, check
+from irtrack.falsify.hunt import FRESH, Failure, Hunt, Nearest, Progress, Say, check
 from irtrack.falsify.kept import keep
 from irtrack.falsify.rules import rules_of
 from irtrack.falsify.trial import Subject
@@ -28,6 +28,7 @@ def find_failure(
     budget: int = 500,
     jobs: int = 1,
     seed: int | None = None,
+    fresh: int = FRESH,
     input: Input = "display",
     name: str | None = None,
     file: Path | None = None,
@@ -44,6 +45,7 @@ def find_failure(
     search    'cma', 'sobol' or 'random', of at most `budget` runs after the benign point
     jobs      worker processes; what is found is the same for any number
     seed      of the search; the scenes and the tracker have the scenario's own seed
+    fresh     seeds that tell whether a failure is of the scene's structure or its luck; fewer are sooner, and tell less
     name, command   of the scenario and the command line, for the report
     file      that the scenario was read from, where a loaded one is given: it must not be replaced
     keep_in   folder in which a failure is kept (`irtrack.falsify.kept`); None: nowhere
@@ -57,7 +59,7 @@ def find_failure(
         loaded, name = scenario, name or "scenario"
     else:
         loaded, name, file = irsim.load(scenario), name or Path(scenario).stem, irsim.find(scenario)
-    check(loaded, search, budget, jobs)
+    check(loaded, search, budget, jobs, fresh)
     tried = entry(tracker)
     subject = Subject(tried.label, tried.tracker, input, rules_of(loaded))
     folder = Path(folder)
@@ -65,7 +67,7 @@ def find_failure(
     check_outputs(folder, file)
     clear(folder)
     with in_order(jobs) as apply:
-        hunt = Hunt(loaded, subject, Trials(subject, apply, folder / JOURNAL), say)
+        hunt = Hunt(loaded, subject, Trials(subject, apply, folder / JOURNAL), say, fresh)
         try:
             found = hunt.run(search, budget, loaded.seed if seed is None else seed, progress)
         finally:

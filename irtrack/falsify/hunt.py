@@ -20,10 +20,11 @@ from irtrack.falsify.trials import Trials
 from irtrack.metrics import wilson
 
 FRESH = 20
-"""Fresh seeds that a failure is tried on."""
+"""Fresh seeds that a failure is tried on, unless said otherwise."""
 
 FRESH_OF_EACH = 5
-"""Those of them that each simpler case of a structural failure is tried on: it must not become one of luck."""
+"""Those of them that each simpler case of a structural failure is tried on: it must not become one of luck. Fewer
+fresh seeds than these tell nothing."""
 
 STRUCTURAL = 0.8
 """A failure that at least this share of fresh seeds has is of the scene's structure, not of its luck. With 20 seeds
@@ -83,11 +84,14 @@ class Nearest:
 class Hunt:
     """The search of one scenario's space for a failure of one subject."""
 
-    def __init__(self, scenario: irsim.Scenario, subject: Subject, trials: Trials, say: Say) -> None:
+    def __init__(
+        self, scenario: irsim.Scenario, subject: Subject, trials: Trials, say: Say, fresh: int = FRESH
+    ) -> None:
         self.space = irsim.variations(scenario)
         self.subject = subject
         self.trials = trials
         self.say = say
+        self.fresh = fresh
         self.failure: Failure | None = None
         """The smallest known by now: what an interrupted hunt has."""
 
@@ -152,7 +156,9 @@ class Hunt:
         same = all(one.same_as(other) for one, other in zip(traces, others, strict=False))
         return first == second == verdict and same
 
-    def _luck(self, case: Case, rule: int | str, count: int = FRESH) -> Luck:
+    def _luck(self, case: Case, rule: int | str, count: int | None = None) -> Luck:
+        """On so many fresh seeds; on all of them unless said."""
+        count = self.fresh if count is None else count
         own = self.space.scenario.seed
         seeds = [int(stream(own, "falsify/fresh", k).integers(2**31)) for k in range(count)]
         verdicts = self.trials.verdicts([case.scenario(self.space, seed) for seed in seeds])
@@ -203,7 +209,7 @@ class Hunt:
             self.failure = replace(self.failure, least=replace(case, frames=lengths[enough]))
 
 
-def check(scenario: irsim.Scenario, search: str, budget: int, jobs: int) -> None:
+def check(scenario: irsim.Scenario, search: str, budget: int, jobs: int, fresh: int) -> None:
     """InputError where there is nothing to search, or no such search."""
     if not irsim.variations(scenario).knobs:
         raise InputError(
@@ -212,6 +218,6 @@ def check(scenario: irsim.Scenario, search: str, budget: int, jobs: int) -> None
         )
     if search not in SEARCHES:
         raise InputError(f"search '{search}': allowed: {', '.join(SEARCHES)}{suggestion(search, SEARCHES)}")
-    for name, number in (("budget", budget), ("jobs", jobs)):
-        if number < 1:
-            raise InputError(f"{name} {number}: allowed: 1 or more")
+    for name, number, least in (("budget", budget, 1), ("jobs", jobs, 1), ("fresh", fresh, FRESH_OF_EACH)):
+        if number < least:
+            raise InputError(f"{name} {number}: allowed: {least} or more")
