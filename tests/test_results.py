@@ -82,3 +82,27 @@ def test_foreign_broken_and_other_versions_are_one_line(tmp_path: Path) -> None:
             Results(tmp_path / missing)
     assert not (tmp_path / "absent.db").exists()
     Results(tmp_path / "empty.db", create=True).close()  # a kill before the first commit leaves this
+
+
+@pytest.mark.parametrize(
+    ("there", "changed", "said"),
+    [
+        (b"centers.npy", b"centres.npy", "KeyError"),
+        (b"PK\x01\x02", b"PK\x01\x03", "BadZipFile"),
+        (b'{"', b'["', "JSONDecodeError"),
+        (b"sqlite_autoindex_cells_1", b"sqlite_autoindex_cells_\xff", "UnicodeDecodeError"),
+    ],
+)
+def test_damage_that_sqlite_does_not_see_is_told_in_one_line(
+    tmp_path: Path, there: bytes, changed: bytes, said: str
+) -> None:
+    """In a packed track, in JSON, and in what SQLite says itself."""
+    path = tmp_path / "r.db"
+    run_bench([Strip()], [Entry("w", Walker())], results=path).close()
+    whole = path.read_bytes()
+    assert there in whole
+    path.write_bytes(whole.replace(there, changed))
+    with pytest.raises(InputError) as caught, Results(path) as results:  # noqa: PT012 - which of them depends
+        results.runs()
+        results.trace(results.cells()[0].key)
+    assert str(caught.value) == f"{path}: the results file is damaged: not all in it can be read ({said})"

@@ -82,7 +82,8 @@ class Results:
                 if is_new:
                     self._db.executescript(_SCHEMA)
                 else:
-                    self._refuse_foreign()
+                    with self._reading():
+                        self._refuse_foreign()
             except BaseException:
                 self._db.close()
                 raise
@@ -109,6 +110,18 @@ class Results:
             code = getattr(error, "sqlite_errorcode", 0) & 0xFF  # without what it adds of where it was
             hint = "; what was finished is kept: make room and give the same command again" if code in _NO_ROOM else ""
             raise InputError(f"{self.path}: cannot use the results file: {error}{hint}") from error
+
+    @contextmanager
+    def _reading(self) -> Iterator[None]:
+        """The same where what is kept is read: damage that SQLite does not see is told, too."""
+        with self._clear_errors():
+            try:
+                yield
+            except (sqlite3.Error, InputError):
+                raise
+            except Exception as error:  # UTF-8, JSON, zip and npy each have errors of their own for changed bytes
+                what = f"not all in it can be read ({type(error).__name__})"
+                raise InputError(f"{self.path}: the results file is damaged: {what}") from error
 
     def close(self) -> None:
         self._db.close()
@@ -182,16 +195,16 @@ class Results:
 
     def runs(self) -> list[Run]:
         """All calls of the bench, oldest first."""
-        with self._clear_errors():
+        with self._reading():
             rows = self._db.execute("SELECT id, started, command, versions FROM runs ORDER BY id").fetchall()
-        return [Run(id, started, command, json.loads(versions)) for id, started, command, versions in rows]
+            return [Run(id, started, command, json.loads(versions)) for id, started, command, versions in rows]
 
     def sources(self) -> dict[tuple[str, str], SourceRow]:
         """All sources by (name, hash): two sources of other names may have the same content."""
         names = [field.name for field in fields(SourceRow) if field.name != "size"]
-        with self._clear_errors():
+        with self._reading():
             rows = self._db.execute(f"SELECT columns, rows, {', '.join(names)} FROM sources ORDER BY rowid").fetchall()
-        sources = [_source(row[:2], dict(zip(names, row[2:], strict=True))) for row in rows]
+            sources = [_source(row[:2], dict(zip(names, row[2:], strict=True))) for row in rows]
         return {(source.name, source.hash): source for source in sources}
 
     def cells(self, every: bool = False, run: Run | None = None) -> list[Cell]:
@@ -208,9 +221,9 @@ class Results:
             WHERE :run IS NULL OR run = :run GROUP BY name, label, digest
             ORDER BY name, scene_hash, label, config, code_hash, scene_seed, tracker_seed, target, input, start
         """
-        with self._clear_errors():
+        with self._reading():
             rows = self._db.execute(sql, {"run": None if run is None else run.id}).fetchall()
-        dated = [(row[0], _cell(dict(zip(columns, row[1:], strict=True)))) for row in rows]
+            dated = [(row[0], _cell(dict(zip(columns, row[1:], strict=True)))) for row in rows]
         if every:
             return [cell for _, cell in dated]
         newest: dict[tuple[str, str], int] = {}
@@ -222,9 +235,9 @@ class Results:
 
     def trace(self, key: Key) -> Trace | None:
         """A cell's track and truth frame by frame; None where it failed or is not there."""
-        with self._clear_errors():
+        with self._reading():
             row = self._db.execute("SELECT trace FROM cells WHERE digest = ?", (key.digest,)).fetchone()
-        return Trace.from_bytes(row[0]) if row and row[0] else None
+            return Trace.from_bytes(row[0]) if row and row[0] else None
 
 
 def _version(cell: Cell) -> tuple[str, ...]:
