@@ -242,7 +242,7 @@ class Source(Protocol):
         ...
 
     def frames(self, input: Input = "counts", start: int = 0, stop: int | None = None) -> Iterator[Frame]:
-        """Frames start .. stop-1 in order."""
+        """Frames start .. stop-1 in order; an image given stays as it is when the next ones are made."""
         ...
 
     def truths(self, start: int = 0, stop: int | None = None) -> Iterator[Truth]:
