@@ -14,7 +14,7 @@ import tempfile
 import textwrap
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import get_args
+from typing import Any, get_args
 
 from PIL import Image
 from pydantic.fields import FieldInfo
@@ -46,6 +46,7 @@ from irsim.sources import open_source
 from irsim.target import Target
 from irsim.turbulence import Turbulence
 from irsim.variation import VARIATIONS
+from irtrack.bench.suite import SuiteFile, SuiteSource, SuiteTracker
 from irtrack.metrics import LOSS_RULE
 from irtrack.properties import EXCEPTIONS, PROPERTIES
 from irtrack.trackers import TRACKERS
@@ -94,6 +95,13 @@ INNER: dict[str, type[Part]] = {
 }
 """Parts of backgrounds, and where they stand."""
 
+SUITE_PARTS: dict[str, type[Part]] = {
+    "Suite": SuiteFile,
+    "sources: each": SuiteSource,
+    "trackers: each": SuiteTracker,
+}
+"""Parts of a suite, and where they stand."""
+
 
 BOUNDS = {
     f", from -{LARGEST} to {LARGEST}": "",
@@ -121,7 +129,7 @@ def allowed(slot: Slot) -> str:
         return f"a list, each {allowed(item)}"
     if slot.is_table:
         inner = get_args(slot.annotation)[1]
-        return f"a mapping, under each override key {allowed(Slot.of(inner))}"
+        return "a mapping" if inner is Any else f"a mapping, under each override key {allowed(Slot.of(inner))}"
     if slot.family is not None:
         return f"a kind of {slot.family.name}, see below"
     if slot.part(None) is not None:
@@ -201,6 +209,14 @@ def tracker_keys() -> Iterator[str]:
         yield ""
 
 
+def suite_keys() -> Iterator[str]:
+    for title, part in SUITE_PARTS.items():
+        yield f"### {title}\n"
+        yield f"{' '.join((part.__doc__ or '').split())}\n"
+        yield from keys(part)
+        yield ""
+
+
 def property_list() -> Iterator[str]:
     yield "| property | what holds |"
     yield "| --- | --- |"
@@ -226,6 +242,7 @@ PARTS: dict[str, Callable[[], Iterator[str]]] = {
     "source scenes": source_scenes,
     "stresses": stress_list,
     "tracker parameters": tracker_keys,
+    "suite keys": suite_keys,
     "properties": property_list,
     "exceptions": exception_list,
     "loss rule": loss_rule,

@@ -40,6 +40,9 @@ __all__ = [
     "warnings",
 ]
 
+SUITE_KEYS = {"sources", "trackers"}
+"""Top keys by which a suite of irtrack is known where a scenario should be."""
+
 _LARGEST_WHOLE = 2**53
 """Up to here a float that is a whole number says exactly which."""
 
@@ -149,6 +152,11 @@ def _changed(document: Document, overrides: Iterable[str]) -> Document:
     if not isinstance(document.value, dict):
         keys = ", ".join(Scenario.model_fields)
         raise InputError(f"{document.values[()]}: expected a mapping; allowed: the keys {keys}")
+    if document.value.keys() >= SUITE_KEYS:
+        raise InputError(
+            f"{document.values[()]}: has the keys of a suite, not of a scenario; allowed: irtrack bench SUITE, "
+            "with --check to check it only; a suite's file name holds 'suite'"
+        )
     wrong: list[str] = []
     given: list[KeyPath] = []
     for text in overrides:

@@ -55,6 +55,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     irsim.record(irsim.open_source(folder / "scene.yaml"), folder / "clip.mcap")
     (folder / "cut.mcap").write_bytes((folder / "clip.mcap").read_bytes()[:5000])
     (folder / "empty.mcap").write_bytes(b"")
+    (folder / "sweep.yaml").write_text("sources: [scene.yaml]\ntrackers: [kalman]\nseeds: 1\n")
     (folder / "mine.py").write_text(OWN_TRACKERS)
     return folder
 

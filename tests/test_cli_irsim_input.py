@@ -14,6 +14,7 @@ import irsim
 BAD = {
     "no such scenario": (["render", "nosuch"], "irsim: nosuch: there is no such file and no shipped scenario"),
     "broken scenario": (["render", "broken.yaml"], "irsim: broken.yaml:1:9: seed: expected a whole number, not 'x'; "),
+    "a suite": (["check", "a-suite.yaml"], "a-suite.yaml:1:1: has the keys of a suite, not of a scenario; allowed: "),
     "wrong override": (["render", "scene.yaml", "camera.bitz=3"], "irsim: override camera.bitz: unknown key 'bitz'; "),
     "no override": (["render", "scene.yaml", "camera"], "irsim: override 'camera': this is no KEY=VALUE; "),
     "unknown part": (["render", "scene.yaml", "--without", "x"], "irsim: override without: without.0: there is no 'x'"),
@@ -109,6 +110,7 @@ BAD = {
 def messy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("messy")
     (folder / "scene.yaml").write_text(SMALL_SCENE)
+    (folder / "a-suite.yaml").write_text("sources: [sky]\ntrackers: [kalman]\n")
     (folder / "broken.yaml").write_text(SMALL_SCENE.replace("seed: 3", "seed:   x"))
     (folder / "dir").mkdir()
     irsim.record(irsim.Rendering(irsim.loads(SMALL_SCENE)), folder / "good.mcap")

@@ -11,6 +11,7 @@ import pytest
 from command_line import Call
 
 import irsim
+import irtrack
 from irsim.render import Renderer
 from irtrack.trackers import TRACKERS
 
@@ -133,6 +134,16 @@ def test_bench_and_report(call: Call, tmp_path: Path) -> None:
     assert (written.status, written.out) == (0, "report.html\n")
     assert (tmp_path / "report.html").stat().st_size > 10_000
     assert call("report", "irtrack.db", "-o", "other.html").out == "other.html\n"
+
+
+def test_a_bench_changes_scenarios_as_a_run_does(call: Call) -> None:
+    changes = ("frames=8", "targets.jet.path.speed=2")
+    words = ("bench", "a=scene.yaml", "scene.yaml", *changes, "--trackers", "kalman", "--seeds", "1", "--json")
+    assert {row["source"] for row in json.loads(call(*words).out)["rows"]} == {"a", "scene"}
+    changed = irsim.load("scene.yaml", [*changes, "seed=0"])
+    with irtrack.Results("irtrack.db") as results:
+        kept = {(row.hash, row.length, row.changes) for row in results.sources().values()}
+    assert kept == {(changed.hash, 8, changes)}
 
 
 def test_a_run_takes_parameters_as_a_bench_does(call: Call) -> None:

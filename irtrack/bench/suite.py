@@ -58,7 +58,7 @@ class SuiteTracker(Part):
 
 
 class SuiteFile(Part):
-    """The keys of a suite."""
+    """A bench written down."""
 
     about: str = ""
     """What it is for."""

@@ -14,6 +14,7 @@ import typer
 
 from irsim import terminal
 from irsim.files import check_output
+from irtrack.cli.bench_words import read_words, suite_of
 from irtrack.cli.options import (
     TRACKERS,
     TRACKERS_HELP,
@@ -25,21 +26,20 @@ from irtrack.cli.options import (
     input_name,
 )
 from irtrack.cli.output import plural, print_json, print_summary
-from irtrack.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from irtrack.bench import Cell, Suite
-    from irtrack.bench.asked import Asked
 
 
 def bench(
     sources: Annotated[
         list[str],
         typer.Argument(
-            metavar="SUITE|[LABEL=]SCENARIO|REC...",
-            help="A suite (*suite*.yaml), or scenarios (files or names) and recordings; LABEL: what tables call one.",
+            metavar="SUITE|[LABEL=]SCENARIO|REC... [KEY=VALUE...]",
+            help="A suite (*suite*.yaml), or scenarios (files or names) and recordings; LABEL: what tables call one. "
+            "KEY=VALUE changes all the scenarios.",
         ),
     ],
     trackers: Annotated[str | None, typer.Option(metavar=TRACKERS, help=TRACKERS_HELP)] = None,
@@ -76,11 +76,11 @@ def bench(
     as_json: AsJson = False,
 ) -> None:
     """Run trackers over sources with many seeds; print the ranked table and where the results are."""
-    named = [_named(word) for word in sources]
-    check_results(results, *(Path(word) for _, word in named))
+    words = read_words(sources)
+    check_results(results, *(Path(source) for _, source in words.sources))
     from irtrack.bench import summary
 
-    suite = _suite(named, trackers, severities)
+    suite = suite_of(words, trackers, severities)
     given: dict[str, Any] = {
         "seeds": seeds,
         "tracker_seeds": tracker_seeds,
@@ -164,56 +164,6 @@ def export(
     from irtrack.bench import export as export_results
 
     print(export_results(results, output))
-
-
-def _named(word: str) -> tuple[str | None, str]:
-    """(label, source) of [LABEL=]SOURCE."""
-    label, equals, source = word.partition("=")
-    return (None, word) if not equals or Path(word).exists() else (label, source)
-
-
-def _asked(label: str | None, word: str, levels: Any) -> list[Asked]:
-    """The source of that word; InputError where there is none, also of what reads like a change of something."""
-    from irtrack.bench import SourceEntry
-    from irtrack.bench.asked import asked
-
-    try:
-        return list(asked(SourceEntry(word, severities=levels, name=label)))
-    except InputError as error:
-        if label is None or Path(word).exists():
-            raise
-        raise InputError(
-            f"{label}={word}: a bench takes LABEL=SOURCE and no KEY=VALUE (a tracker's go to --trackers "
-            f"NAME:KEY=VALUE, a scenario's under `changes` of a suite): {error}"
-        ) from None
-
-
-def _suite(named: Sequence[tuple[str | None, str]], trackers: str | None, severities: str | None) -> Suite:
-    """What is to be run: by the suite given, or by the sources and options."""
-    from irtrack.bench import Suite, is_suite, load_suite, parse_trackers
-
-    suites = [word for _, word in named if is_suite(word)]
-    if suites and len(named) > 1:
-        raise InputError(f"{suites[0]}: is a suite (by its name), which stands alone; allowed: one suite, or no suite")
-    if suites:
-        if severities is not None:
-            raise InputError(f"--severities {severities}: {suites[0]} says which itself")
-        suite = load_suite(suites[0])
-        return suite if trackers is None else replace(suite, trackers=parse_trackers(trackers))
-    levels = _severities(severities)
-    opened = [each for label, word in named for each in _asked(label, word, levels)]
-    if trackers is None:
-        raise InputError("--trackers: is missing; allowed: names of irtrack list, e.g. --trackers grey_pf,kalman")
-    return Suite("", opened, parse_trackers(trackers), 10, 1, "display", None)
-
-
-def _severities(text: str | None) -> Any:
-    if text is None or text == "all":
-        return text or ()
-    try:
-        return tuple(int(word) for word in text.split(","))
-    except ValueError:
-        raise InputError(f"--severities {text}: allowed: all, or whole numbers such as 0,3,5") from None
 
 
 def _plan(suite: Suite) -> str:
