@@ -12,9 +12,9 @@ from bench_fakes import Strip, Walker
 
 from irtrack.bench import ALL_SOURCES, Cell, Entry, Key, run_bench
 from irtrack.cli import main
-from irtrack.compare import Gate, compare, junit
+from irtrack.compare import Comparison, Gate, compare, junit
 from irtrack.errors import InputError
-from irtrack.metrics import FIGURES, Score
+from irtrack.metrics import FIGURES, Score, paired_difference, scenes_for
 
 
 def cell(seed: int, source: str = "s", label: str = "t", failed: bool = False, **figures: Any) -> Cell:
@@ -77,6 +77,46 @@ def test_too_few_runs_are_no_tie_and_close_no_gate() -> None:
     suite = ElementTree.fromstring(junit(found, [gate]).encode())
     assert (suite.get("tests"), suite.get("failures"), len(list(suite.iter("skipped")))) == ("1", "0", 1)
     gate.check_told(compare([cell(k) for k in range(6)], [cell(k) for k in range(6)], ["lost"]))
+
+
+def of_six() -> list[Comparison]:
+    """Lost 3 of 6 before, 5 of 6 after, one of the 3 no more."""
+    old = [cell(k, lost=k < 3) for k in range(6)]
+    return compare(old, [cell(k, lost=k != 2) for k in range(6)], ["lost"])
+
+
+def test_a_gate_says_what_its_runs_do_not_exclude() -> None:
+    (found,) = of_six()
+    gate = Gate.parse("lost:0.05")
+    assert (found.verdict, gate.failures([found])) == ("tie", [])
+    (doubt,) = gate.doubts([found])
+    most = found.difference.high
+    assert doubt.startswith(f"t on s: lost: a worsening of up to {most:.2g} is not excluded by these 6 seeds; about ")
+    assert doubt.endswith(" would tell 0.05")
+    assert Gate.parse(f"lost:{most}").doubts([found]) == []
+    assert Gate.parse("lost:0").doubts([found])[0].endswith("by these 6 seeds")  # no number of seeds tells 0
+    suite = ElementTree.fromstring(junit([found], [gate]).encode())
+    assert [each.text for each in suite.iter("system-out")] == [doubt]
+    surely = compare([cell(k) for k in range(6)], [cell(k, failed=True) for k in range(6)], ["lost"])
+    assert gate.failures(surely)
+    assert gate.doubts(surely) == []
+    more_is_better = compare(
+        [cell(k, success_auc=0.5) for k in range(6)],
+        [cell(k, success_auc=0.5 + 0.1 * (-1) ** k) for k in range(6)],
+        ["success_auc"],
+    )
+    (doubt,) = Gate.parse("success_auc:0.01").doubts(more_is_better)
+    assert f"a worsening of up to {-more_is_better[0].difference.low:.2g} is" in doubt
+
+
+def test_the_number_of_seeds_is_that_of_a_mean() -> None:
+    """Differences of 0 and 1 by turns have the standard deviation 1/2: (1.96 * 0.5 / 0.1)^2 = 96 of them tell 0.1."""
+    found = paired_difference([0.0, 1.0] * 12, [0.0] * 24, [str(k) for k in range(24)])
+    assert found is not None
+    assert scenes_for(found, 0.1) == pytest.approx(96, rel=0.15)
+    wide = paired_difference([0.0, 1.0] * 48, [0.0] * 96, [str(k) for k in range(96)])
+    assert wide is not None
+    assert (wide.high - wide.low) / 2 == pytest.approx(0.1, rel=0.1)
 
 
 @pytest.mark.parametrize(

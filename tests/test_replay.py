@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import csv
-import itertools
 import json
 import math
 import time
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,9 +16,8 @@ from bench_fakes import Strip, Vague, Vandal, Walker
 
 import irsim
 import irtrack
-import irtrack.replay
 from irsim.rng import stream
-from irsim.types import Box, Frame, Input, TargetTruth, Truth
+from irsim.types import Box, Frame, TargetTruth, Truth
 from irtrack.errors import InputError, IrtrackError, TrackerError
 from irtrack.identity import code_hash, tracker_config, tracker_name
 from irtrack.start import find_start
@@ -60,36 +57,6 @@ def test_a_given_box_is_taken_and_nobody_is_followed() -> None:
     assert (track.start, track.start_box, track.target) == (4, Box(30.0, 20.0, 9.0, 5.0), None)
     assert track.indices.tolist() == list(range(4, 20))
     assert irtrack.run(Walker(), Strip(), target="a", init=(Box(30.0, 20.0, 9.0, 9.0), 4)).target == "a"
-
-
-@pytest.mark.parametrize(
-    ("bound", "value", "lengths"),
-    [
-        ("BLOCK_FRAMES", 8, [8, 8, 4]),
-        ("BLOCK_BYTES", 6 * 48 * 64, [6, 6, 6, 2]),
-        ("BLOCK_BYTES", 7 * 48 * 64 - 1, [6, 6, 6, 2]),
-        ("BLOCK_BYTES", 1, [1] * 20),  # a frame larger than the bound is shown all the same
-    ],
-)
-def test_each_tracker_sees_a_block_of_frames_in_a_row(
-    monkeypatch: pytest.MonkeyPatch, bound: str, value: int, lengths: list[int]
-) -> None:
-    """Nothing is rendered between two steps of a block, so no tracker's steps are slower for being the first."""
-    monkeypatch.setattr(irtrack.replay, bound, value)
-    done: list[tuple[str, int]] = []
-
-    class Noting(Strip):
-        def frames(self, input: Input = "counts", start: int = 0, stop: int | None = None) -> Iterator[Frame]:
-            for frame in super().frames(input, start, stop):
-                done.append(("rendered", frame.index))
-                yield frame
-
-    viewers = [lambda frame, name=name: done.append((name, frame.index)) for name in "ab"]
-    truths = irtrack.replay.replay(Noting(), viewers, "display", 0)
-    assert [truth.index for truth in truths] == list(range(20))
-    ends = list(itertools.accumulate(lengths))
-    blocks = [range(end - length, end) for end, length in zip(ends, lengths, strict=True)]
-    assert done == [(who, k) for block in blocks for who in ("rendered", "a", "b") for k in block]
 
 
 def test_frames_and_input_are_as_asked() -> None:

@@ -63,6 +63,9 @@ def compare(
         print_table(head, [_texts(each) for each in found], left=3)
     for each in failed:
         typer.echo(f"irtrack: {in_words(each)}", err=True)
+    for gate in gates:
+        for doubt in gate.doubts(found):
+            typer.echo(f"irtrack: {doubt}", err=True)
     if failed:
         raise typer.Exit(1)
     for gate in gates:

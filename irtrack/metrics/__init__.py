@@ -20,7 +20,7 @@ from irtrack.metrics.long_term import LongTerm, long_term
 from irtrack.metrics.loss import LOSS_RULE, loss, off_frames
 from irtrack.metrics.multi import Clear, Gospa, Hota, Scene, clear_mot, gospa, hota, idf1
 from irtrack.metrics.overlap import SUCCESS, overlaps, success_curve, success_rate, widened
-from irtrack.metrics.paired import LEAST_SCENES, Difference, paired_difference
+from irtrack.metrics.paired import LEAST_SCENES, Difference, paired_difference, scenes_for
 from irtrack.metrics.reacquire import Return, returns
 from irtrack.metrics.reference import Reference
 from irtrack.metrics.scoring import FIGURES, CentreFigures, Score, score, score_trace
@@ -80,6 +80,7 @@ __all__ = [
     "precision_curve",
     "returns",
     "rmse",
+    "scenes_for",
     "score",
     "score_trace",
     "share",

@@ -75,6 +75,18 @@ def paired_difference(
     return Difference(mean, float(low), float(high), len(differences), scene_count)
 
 
+def scenes_for(found: Difference, half_width: float, level: float = 0.95) -> int:
+    """About how many scenes narrow an interval of `paired_difference` to mean +- half_width (> 0), in its units.
+
+    n = (z sd / half_width)^2, sd being that between scenes: by Student's t what makes the interval as wide as it is.
+    """
+    from scipy.special import ndtri, stdtrit
+
+    scenes = found.scenes if found.scenes > 1 else found.pairs
+    sd = (found.high - found.low) / 2 * np.sqrt(scenes) / stdtrit(scenes - 1, (1 + level) / 2)
+    return int(np.ceil((ndtri((1 + level) / 2) * sd / half_width) ** 2))
+
+
 def _tails(clusters: int, level: float) -> tuple[float, float]:
     """The percentiles to take, widened as t is wider than the normal and the sample's sd too small."""
     from scipy.special import ndtr, stdtrit  # scipy.stats takes a second to import
