@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 
 from irsim.types import Box, Image, Source
+from irsim.wording import counted
 
 PICTURE_PX = 320
 """A picture in a card is shown no wider than this, px."""
@@ -44,6 +45,13 @@ def table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
 
     body = "".join(f"<tr>{line(row, 'td')}</tr>" for row in rows)
     return f"<table><thead><tr>{line(head, 'th')}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def source_line(source: Source, truth: str) -> str:
+    """A source on one line; `truth` says of what there is truth."""
+    columns, rows = source.size
+    what = f"{counted(len(source), 'frame')} at {source.rate_hz:g} Hz, {columns} x {rows} px, {source.bits} bits"
+    return f"{type(source).__name__}({source.file or source.name}: {what}, {truth})"
 
 
 def source_card(source: Source) -> str:

@@ -68,7 +68,12 @@ def _target(target: Survey) -> Iterator[tuple[str, str]]:
         low, middle, high = target.scr
         figures.append(f"SCR {middle:.2g} ({low:.2g} to {high:.2g})")
     yield "", f"  {', '.join(figures)}"
-    for label, spells in (("hidden", target.hidden), ("crossing", target.crossing), ("absent", target.absent)):
+    for label, spells in (
+        ("hidden", target.hidden),
+        ("out of view", target.outside),
+        ("crossing", target.crossing),
+        ("absent", target.absent),
+    ):
         if spells:
             yield "", f"  {label} in {_shortened([_spell(spell) for spell in spells])}"
 

@@ -53,7 +53,7 @@ def scr(picture: Floats, box: Box, noise: float = 0.0) -> float:
     spread = math.hypot(math.sqrt(max(np.vdot(outer, outer) / count - level**2, 0.0)), noise)
     held = picture[rows.held, columns.held]
     signal = float(rows.shares @ held @ columns.shares) / weight - reference - level
-    return signal / spread if spread > 0 else math.copysign(math.inf, signal)
+    return float(signal / spread) if spread > 0 else math.copysign(math.inf, signal)
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from irsim.errors import InputError
 from irsim.kinds import Part, suggestion
 from irsim.schema import Slot, member, shown
-from irsim.yamlfile import Document, KeyPath
+from irsim.yamlfile import Document, KeyPath, dotted
 
 _EXPECTED = {
     "int_type": "a whole number",
@@ -42,6 +42,8 @@ def explain(error: ValidationError, document: Document, root: type[Part]) -> lis
     top = Slot.of(root)
     lines: dict[tuple[KeyPath, str], str] = {}
     for raw, detail in _flat(error.errors(include_url=False), ()):
+        if detail["type"] == "duplicate_id":
+            raw, detail = _twice(raw, detail, top, document.value)
         path, slot = _resolve(raw, top, document.value)
         kind = detail["type"]
         if kind == "too_short" and len(detail["input"]) >= detail["ctx"]["min_length"]:
@@ -91,6 +93,29 @@ def _flat(errors: Iterable[Mapping[str, Any]], prefix: KeyPath) -> Iterator[tupl
             yield from _flat(context["errors"], path)
         else:
             yield (*path, *context.get("at", ())), detail
+
+
+def _twice(second: KeyPath, detail: Mapping[str, Any], root: Slot, value: Any) -> tuple[KeyPath, Mapping[str, Any]]:
+    """Where the user wrote an id that is used twice, and the error that says who else has it.
+
+    What a preset or a default brings has names too, and no place in the document.
+    """
+    context = detail["ctx"]
+    first = (*second[: len(second) - len(context["at"])], *context["first"])
+    place, other = (second, first) if _is_written(second, value) else (first, second)
+    named = other[:-1] if other[-1] == "id" else other
+    owner = shown(named, root, value)
+    if not _is_written(other, value):
+        preset = member(member(value, other[0]), "preset")
+        owner = f"{dotted(named[:2])} of " + (f"the preset '{preset}'" if preset else "the defaults")
+    return place, {**detail, "msg": f"the id '{context['name']}' is used twice, also by {owner}; allowed: each id once"}
+
+
+def _is_written(place: KeyPath, value: Any) -> bool:
+    """Whether the document has the part whose id is meant; the id itself may be left to its default."""
+    for step in place[:-1] if place[-1] == "id" else place:
+        value = member(value, step)
+    return value is not None
 
 
 def _resolve(raw: KeyPath, root: Slot, value: Any) -> tuple[KeyPath, Slot | None]:

@@ -167,13 +167,13 @@ class Scenario(Part):
 
     @model_validator(mode="after")
     def _names_are_unique(self) -> Scenario:
-        seen: set[str] = set()
+        seen: dict[str, KeyPath] = {}
         for name, place in self.names():
             if name in seen:
                 raise PydanticCustomError(
-                    "duplicate_id", "the id '{name}' is used twice; allowed: each id once", {"name": name, "at": place}
+                    "duplicate_id", "the id '{name}' is used twice", {"name": name, "at": place, "first": seen[name]}
                 )
-            seen.add(name)
+            seen[name] = place
         return self
 
     def references(self) -> Iterator[tuple[str, str, KeyPath]]:
@@ -190,6 +190,14 @@ class Scenario(Part):
         for index, rule in enumerate(self.expect):
             if rule.target is not None:
                 yield "", rule.target, ("expect", index, "target")
+
+    def __repr__(self) -> str:
+        columns, rows = self.camera.size
+        targets = ", ".join(target.id for target in self.targets) or "none"
+        size = f"{self.frames} frames at {self.camera.rate_hz:g} Hz, {columns} x {rows} px"
+        return f"Scenario({size}, background {self.background.kind}, targets {targets}, seed {self.seed})"
+
+    __str__ = __repr__
 
     def _repr_html_(self) -> str:
         columns, rows = self.camera.size

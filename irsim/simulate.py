@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain
 
-from irsim.cards import source_card
+from irsim.cards import source_card, source_line
 from irsim.display import Agc, Screen
 from irsim.interrupts import beginning, interrupts_held
 from irsim.loader import dumps
@@ -39,6 +39,10 @@ class Rendering:
 
     def __reduce__(self) -> tuple[type[Rendering], tuple[Scenario, str]]:
         return Rendering, (self.scenario, self.name)  # a worker paints its own textures
+
+    def __repr__(self) -> str:
+        targets = ", ".join(target.id for target in self.scenario.targets)
+        return source_line(self, f"truth of {targets or 'no target'}")
 
     def _repr_html_(self) -> str:
         return source_card(self)

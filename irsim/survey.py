@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import chain, groupby
 from math import hypot
@@ -11,14 +11,10 @@ import numpy as np
 
 from irsim.types import TargetTruth, Truth
 
-SEEN = 0.5
-"""Visible fraction under which a target counts as hidden, as in irtrack's rule of what is lost."""
-
 
 @dataclass(frozen=True)
 class Spell:
-    """Frames first .. last, both counted, and the names of what hid the target in any of them; none where it lay
-    outside the picture."""
+    """Frames first .. last, both counted, and the names of what hid the target in any of them."""
 
     first: int
     last: int
@@ -33,7 +29,8 @@ class Survey:
     size      median width and height of its box, px
     speed     median apparent speed, px per frame; None where truth does not know
     scr       5 %, 50 % and 95 % of its signal-to-clutter ratio while it is seen; None where truth has none
-    hidden    spells in which less than half of it is seen
+    hidden    spells in which its centre is in the picture, yet less than half of it is seen
+    outside   spells in which its centre is out of the picture
     crossing  spells in which its box meets another target's
     absent    spells in which it is not there
     """
@@ -46,6 +43,7 @@ class Survey:
     speed: float | None
     scr: tuple[float, float, float] | None
     hidden: tuple[Spell, ...]
+    outside: tuple[Spell, ...]
     crossing: tuple[Spell, ...]
     absent: tuple[Spell, ...]
 
@@ -64,8 +62,9 @@ def survey(truths: Iterable[Truth]) -> list[Survey]:
 def _of(row: dict[int, TargetTruth], frames: list[int]) -> Survey:
     targets = list(row.values())
     speeds = [hypot(*target.velocity) for target in targets if target.velocity is not None]
-    ratios = [target.scr for target in targets if target.scr is not None and not _is_hidden(target)]
-    hidden = {index: target.occluders for index, target in row.items() if _is_hidden(target)}
+    ratios = [target.scr for target in targets if target.scr is not None and not target.hidden]
+    outside = {index: () for index, target in row.items() if target.in_view is False}
+    hidden = {index: target.occluders for index, target in row.items() if target.hidden and index not in outside}
     return Survey(
         id=targets[0].id,
         cls=targets[0].cls,
@@ -75,6 +74,7 @@ def _of(row: dict[int, TargetTruth], frames: list[int]) -> Survey:
         speed=_median(speeds) if speeds else None,
         scr=tuple(np.quantile(ratios, (0.05, 0.5, 0.95)).tolist()) if ratios else None,
         hidden=_spells(hidden),
+        outside=_spells(outside),
         crossing=_spells({index: () for index, target in row.items() if target.crossing}),
         absent=_spells({index: () for index in frames if index not in row}),
     )
@@ -84,11 +84,7 @@ def _median(values: list[float]) -> float:
     return float(np.median(values))
 
 
-def _is_hidden(target: TargetTruth) -> bool:
-    return target.visible is not None and target.visible < SEEN
-
-
-def _spells(names: dict[int, tuple[str, ...]]) -> tuple[Spell, ...]:
+def _spells(names: Mapping[int, tuple[str, ...]]) -> tuple[Spell, ...]:
     """Runs of neighbouring frames, with all names that any of them has."""
     spells = []
     for _, run in groupby(enumerate(names), lambda item: item[1] - item[0]):

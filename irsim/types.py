@@ -101,6 +101,10 @@ class Frame:
     time: float
     bits: int
 
+    def __repr__(self) -> str:
+        rows, cols = self.image.shape
+        return f"Frame({self.index} at {self.time:.6g} s: {cols} x {rows} px, {self.bits} bits, {self.image.dtype})"
+
 
 @dataclass(frozen=True, slots=True)
 class TargetTruth:
@@ -156,9 +160,19 @@ class Truth:
     time: float
     targets: tuple[TargetTruth, ...] = ()
 
+    def __repr__(self) -> str:
+        return f"Truth({self.index} at {self.time:.6g} s: {', '.join(map(_line, self.targets)) or 'no target'})"
+
     def target(self, id: str) -> TargetTruth | None:
         """The target of that id, or None where it is absent."""
         return next((target for target in self.targets if target.id == id), None)
+
+
+def _line(target: TargetTruth) -> str:
+    """A target's id and box, and how much of it is seen where that is not all."""
+    box, (x, y) = target.box, target.center
+    seen = "" if target.visible in (None, 1.0) else f", visible {target.visible:.2g}"
+    return f"{target.id} at ({x:.1f}, {y:.1f}), {box.w:.1f} x {box.h:.1f} px{seen}"
 
 
 class Display(Protocol):

@@ -5,7 +5,7 @@ Coordinates follow `irsim.types`: px, x right, y down, the centre of the top-lef
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal, Protocol, get_args
 
 import numpy as np
@@ -42,8 +42,8 @@ class Estimate:
     velocity: tuple[float, float] | None = None
     covariance: Floats | None = None
     neff: float | None = None
-    particles: Floats | None = None
-    weights: Floats | None = None
+    particles: Floats | None = field(default=None, repr=False)
+    weights: Floats | None = field(default=None, repr=False)
 
     @property
     def box(self) -> Box:
@@ -183,6 +183,10 @@ class Track:
     @property
     def statuses(self) -> tuple[Status, ...]:
         return tuple(estimate.status for estimate in self.estimates)
+
+    def __repr__(self) -> str:
+        followed = self.target or "a given box"
+        return f"Track({self.tracker} on {self.source}: {followed}, frames {self.indices[0]} to {self.indices[-1]})"
 
     def _repr_html_(self) -> str:
         facts = {

@@ -78,6 +78,23 @@ def test_results_show_the_ranked_table(source: irsim.Rendering, tmp_path: Path) 
     assert "r.db" in shown(results)  # closed: one line that says so
 
 
+def test_a_value_prints_as_one_line_that_says_what_it_is(source: irsim.Rendering, tmp_path: Path) -> None:
+    path = irsim.record(source, tmp_path / "clip.mcap")
+    facts = "12 frames at 30 Hz, 96 x 72 px, 14 bits, truth of jet"
+    frame, truth = source.frame(6), next(iter(source.truths(6, 7)))
+    assert repr(irsim.open_recording(path)) == f"Recording({path}: {facts})"
+    assert repr(source) == f"Rendering({HOSTILE}: {facts})"
+    assert repr(source.scenario) == str(source.scenario)
+    assert repr(source.scenario) == "Scenario(12 frames at 30 Hz, 96 x 72 px, background sky, targets jet, seed 0)"
+    assert repr(frame) == "Frame(6 at 0.2 s: 96 x 72 px, 14 bits, uint16)"
+    assert re.fullmatch(r"Truth\(6 at 0\.2 s: jet at \(3\d\.\d, 3\d\.\d\), [\d.]+ x [\d.]+ px\)", repr(truth))
+    assert repr(replace(truth, targets=())) == "Truth(6 at 0.2 s: no target)"
+    track = irtrack.run("grey_pf", source)
+    assert repr(track) == f"Track(grey_pf on {HOSTILE}: jet, frames 0 to 11)"
+    assert "\n" not in repr(track.estimates[-1])  # it holds particles
+    assert track.estimates[-1].particles is not None
+
+
 def test_texts_of_cards_and_tables_are_escaped() -> None:
     assert HOSTILE not in card(HOSTILE, {HOSTILE: HOSTILE}) + table([HOSTILE], [[HOSTILE]])
 

@@ -154,7 +154,7 @@ WRONG = {
     "id used twice": (
         "id: far",
         "id: jet",
-        "20:9: targets.1.id: the id 'jet' is used twice; allowed: each id once",
+        "20:9: targets.1.id: the id 'jet' is used twice, also by targets.0; allowed: each id once",
         "",
     ),
     "nobody to follow": ("follow: jet", "follow: jat", "25:9: follow: there is no 'jat'; allowed: jet, far;", "'jet'?"),
@@ -175,6 +175,25 @@ def test_an_error_says_place_key_what_is_wrong_and_what_is_allowed(case: str) ->
     assert len(lines) == 1
     assert lines[0].startswith(f"f.yaml:{begin}"), lines[0]
     assert lines[0].endswith(end)
+
+
+def test_an_id_that_the_preset_or_a_default_has_is_told_where_the_user_wrote_it() -> None:
+    """The camera's parts come after the targets, but nobody wrote them."""
+    noise = "  noise:" + TEXT.split("  noise:")[1].split("  motion:")[0]
+    unwritten = TEXT.replace(noise, "")
+    assert errors_of(unwritten.replace("id: far", "id: white")) == [
+        "f.yaml:17:9: targets.white.id: the id 'white' is used twice, also by camera.noise of the defaults; "
+        "allowed: each id once"
+    ]
+    preset = unwritten.replace("camera:\n", "camera:\n  preset: uncooled_lwir\n")
+    assert errors_of(preset.replace("id: far", "id: level")) == [
+        "f.yaml:18:9: targets.level.id: the id 'level' is used twice, also by camera.noise of the preset "
+        "'uncooled_lwir'; allowed: each id once"
+    ]
+    assert errors_of(TEXT.replace("id: far", "id: flicker")) == [
+        "f.yaml:9:23: camera.noise.flicker.id: the id 'flicker' is used twice, also by targets.flicker; "
+        "allowed: each id once"
+    ]
 
 
 def test_a_key_with_a_line_break_is_told_on_one_line() -> None:

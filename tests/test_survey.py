@@ -22,6 +22,13 @@ def test_spells_are_runs_of_frames_with_whoever_hid_it() -> None:
     assert (jet.frames, jet.first, jet.size) == (5, 0, (8.0, 4.0))
 
 
+def test_what_has_left_the_picture_is_out_of_view_and_not_hidden() -> None:
+    rows = [seen(0.0, in_view=False), seen(0.3, in_view=False, occluders=("tree",)), seen(0.2, in_view=True), seen()]
+    (jet,) = survey(Truth(k, k / 30, (row,)) for k, row in enumerate(rows))
+    assert jet.outside == (Spell(0, 1),)
+    assert jet.hidden == (Spell(2, 2),)
+
+
 def test_ratios_are_of_frames_in_which_it_is_seen_and_speeds_are_medians() -> None:
     rows = [seen(scr=float(k), velocity=(3.0 * k, 4.0 * k)) for k in range(21)] + [seen(0.0, 1000.0)]
     (jet,) = survey(Truth(k, k / 30, (row,)) for k, row in enumerate(rows))

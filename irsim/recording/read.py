@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, NoReturn
 
-from irsim.cards import source_card
+from irsim.cards import source_card, source_line
 from irsim.display import Agc, Screen
 from irsim.errors import InputError
 from irsim.recording.container import Container, Lane, Packet, open_container
@@ -34,6 +34,9 @@ class Recording(Source):
     header: Header
     contents: Contents
     container: Container
+
+    def __repr__(self) -> str:
+        return source_line(self, f"truth of {', '.join(self.targets) or 'no target'}" if self.has_truth else "no truth")
 
     def _repr_html_(self) -> str:
         return source_card(self)

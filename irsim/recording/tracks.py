@@ -21,6 +21,7 @@ from irsim.recording.header import Sealed
 from irsim.recording.schema import TRACK_STATE, TrackStateMessage, box, needed, optional, point, text
 from irsim.recording.times import from_ns, to_ns
 from irsim.types import Box
+from irsim.wording import counted
 
 _STATES_PER_CHUNK = 512
 
@@ -66,6 +67,9 @@ class TrackRecording:
 
     header: TrackHeader
     states: tuple[TrackState, ...]
+
+    def __repr__(self) -> str:
+        return f"TrackRecording({counted(len(self.states), 'state')} of {self.header.tracker} on {self.header.source})"
 
 
 def write_tracks(path: str | Path, header: TrackHeader, states: Iterable[TrackState]) -> Path:

@@ -126,6 +126,9 @@ class Results:
     def close(self) -> None:
         self._db.close()
 
+    def __repr__(self) -> str:
+        return f"Results({str(self.path)!r})"
+
     def _repr_html_(self) -> str:
         try:
             return results_card(self.path.name, self.cells())
