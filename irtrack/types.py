@@ -40,7 +40,7 @@ class Estimate:
     status: Status = "tracking"
     score: float | None = None
     velocity: tuple[float, float] | None = None
-    covariance: Floats | None = None
+    covariance: Floats | None = field(default=None, repr=False)
     neff: float | None = None
     particles: Floats | None = field(default=None, repr=False)
     weights: Floats | None = field(default=None, repr=False)

@@ -91,7 +91,7 @@ def test_a_value_prints_as_one_line_that_says_what_it_is(source: irsim.Rendering
     assert repr(replace(truth, targets=())) == "Truth(6 at 0.2 s: no target)"
     track = irtrack.run("grey_pf", source)
     assert repr(track) == f"Track(grey_pf on {HOSTILE}: jet, frames 0 to 11)"
-    assert "\n" not in repr(track.estimates[-1])  # it holds particles
+    assert "\n" not in repr(track.estimates[-1])  # it holds a matrix and particles
     assert track.estimates[-1].particles is not None
 
 
