@@ -53,6 +53,18 @@ def test_noise_alone_does_not_move_a_still_camera() -> None:
     assert look.moved == (0, 0)
 
 
+def test_the_luckiest_of_all_shifts_is_no_jump() -> None:
+    """Before an even sky: 200 frames of noise and nothing else, the backdrop learned from the three before."""
+    rng = np.random.default_rng(5)
+    even = np.zeros((96, 128), np.float32)
+    for _ in range(50):
+        backdrop = Backdrop.begin(counts(50 + 3.5 * rng.standard_normal(even.shape)), CORNER)
+        for _ in range(4):
+            backdrop, look = backdrop.lay(counts(50 + 3.5 * rng.standard_normal(even.shape)), True)
+            assert max(map(abs, look.moved)) < 1.1
+            backdrop = backdrop.learn(look, even, 0.1, None)
+
+
 def test_the_backdrop_is_the_running_mean_of_what_was_seen() -> None:
     """1 / (n + 1) until that is below the rate: 100, then 103 and 106 at rates 1/2 and 1/3 make 103."""
     hole = (slice(10, 14), slice(10, 14))
