@@ -28,7 +28,7 @@ class Course:
         """The course of a target over frames 0 .. frames-1, each `offset` frames later."""
         numbers = np.arange(float(frames)) + offset
         attitude = attitudes(
-            target.path, numbers, stage, target.id, target.attitude_deg, target.spin_deg_s, target.shape.banks
+            target.path, numbers, stage, target.id, target.attitude_deg, target.spin_deg_s, target.shape.posture
         )
         return cls(target, target.path.positions(numbers, stage, target.id), attitude, offset)
 

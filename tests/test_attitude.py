@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from irsim.geometry import Geometry
 from irsim.motion import PATHS, Path, angles_deg, attitudes
 from irsim.motion.attitude import STANDARD_GRAVITY, euler
+from irsim.motion.posture import AEROPLANE, POSTURES, PostureName
 from irsim.stage import Stage
 
 
@@ -29,13 +30,13 @@ def path(**keys: Any) -> Path:
 @given(
     st.tuples(*[st.floats(-200, 200)] * 3),
     st.tuples(*[st.floats(-180, 180)] * 3),
-    st.booleans(),
+    st.sampled_from(sorted(POSTURES)),
 )
 def test_it_is_a_rotation(
-    velocity: tuple[float, float, float], offset: tuple[float, float, float], banks: bool
+    velocity: tuple[float, float, float], offset: tuple[float, float, float], posture: PostureName
 ) -> None:
     value = path(kind="straight_m", start_m=[0, 0, 1000], velocity_m_s=list(velocity))
-    turns = attitudes(value, np.array([0.0, 3.3]), stage(), "jet", offset, (5.0, 0.0, -3.0), banks)
+    turns = attitudes(value, np.array([0.0, 3.3]), stage(), "jet", offset, (5.0, 0.0, -3.0), POSTURES[posture])
     np.testing.assert_allclose(turns @ np.swapaxes(turns, 1, 2), np.broadcast_to(np.eye(3), (2, 3, 3)), atol=1e-9)
     np.testing.assert_allclose(np.linalg.det(turns), 1.0)
 
@@ -79,7 +80,7 @@ def test_bank_is_that_of_a_coordinated_turn(side: float) -> None:
     points = np.stack([side * 1500 * (1 - np.cos(angle)), 0 * angle, 1000 + 1500 * np.sin(angle)], axis=1)
     value = path(kind="waypoints_m", points=points.tolist(), speed_m_s=100.0)
     level = Stage(0, Geometry((160, 120), 5e-4), 30.0, "mwir", 0.6)
-    angles = angles_deg(attitudes(value, np.array([200.0]), level, "jet", banks=True))[0]
+    angles = angles_deg(attitudes(value, np.array([200.0]), level, "jet", posture=AEROPLANE))[0]
     expected = side * np.degrees(np.arctan(100**2 / (1500 * STANDARD_GRAVITY)))
     assert angles[2] == pytest.approx(expected, rel=2e-3)
     assert angles[0] == pytest.approx(side * np.degrees(200 / 30 * 100 / 1500), rel=1e-3)
@@ -94,7 +95,7 @@ def test_spin_turns_at_its_rate() -> None:
 
 def test_a_manoeuvring_jet_rolls_smoothly() -> None:
     value = path(kind="manoeuvre", start=[80, 60], speed=1.5)
-    turns = attitudes(value, np.arange(0, 200, 0.1), stage(2), "jet", banks=True)
+    turns = attitudes(value, np.arange(0, 200, 0.1), stage(2), "jet", posture=AEROPLANE)
     between = np.einsum("nij,nij->n", turns[1:], turns[:-1])
     steps = np.degrees(np.arccos(np.clip((between - 1) / 2, -1, 1)))
     assert steps.max() < 10  # degrees in a tenth of a frame, never a flip

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from irsim.kinds import Family
-from irsim.motion.attitude import angles_deg, attitudes
+from irsim.motion.attitude import angles_deg
 from irsim.motion.base import MetrePath, Path, PixelPath, Pointing
 from irsim.motion.dive import Dive
 from irsim.motion.dynamics import Dynamics
@@ -14,6 +14,7 @@ from irsim.motion.mount import Company, Mount
 from irsim.motion.others import Crosses, Follow, Thrown
 from irsim.motion.pan import Pan
 from irsim.motion.platform import Platform
+from irsim.motion.posture import attitudes
 from irsim.motion.singer import Singer, SingerM
 from irsim.motion.stop_and_go import StopAndGo
 from irsim.motion.straight import Straight, StraightM

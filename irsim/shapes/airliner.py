@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 from irsim.kinds import Kelvin, Length
+from irsim.motion.posture import AEROPLANE, Posture
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
 from irsim.shapes.solids import Solid, mirrored, plate, profile, shifted, tilted, tube
@@ -25,7 +26,7 @@ _PYLON = profile(((0.09, 0.035), (-0.03, 0.02), (-0.03, 0.035), (0.02, 0.045)), 
 class Airliner(Body):
     """A twin-jet airliner: long fuselage, swept wings, an engine with a hot nozzle under each."""
 
-    banks: ClassVar[bool] = True
+    lies: ClassVar[Posture] = AEROPLANE
     poses: ClassVar[tuple[Angles, ...]] = ((60.0, 20.0, 25.0), (90.0, 0.0, 0.0), (20.0, 10.0, -60.0))
     solids: ClassVar[tuple[Solid, ...]] = (
         tube(

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 from irsim.kinds import Kind
+from irsim.motion.posture import ARROW, Posture
 from irsim.shapes.flicker import FLICKERS, Flicker, Steady
 from irsim.sprite import Sprite
 from irsim.stage import Stage
@@ -38,8 +39,8 @@ class View:
 class Shape(Kind):
     """A target's geometry and temperatures."""
 
-    banks: ClassVar[bool] = False
-    """Does it lean into its turns, as an aircraft does?"""
+    lies: ClassVar[Posture] = ARROW
+    """How its kind lies along its path."""
     poses: ClassVar[tuple[Angles, ...]] = ((90.0, 0.0, 0.0), (50.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     """Yaw, pitch, roll, degrees, that it is often seen at: pictures use them."""
     behind_k: ClassVar[float] = 262.0
@@ -54,6 +55,11 @@ class Shape(Kind):
     def contents(self) -> str:
         """Digest of the files that decide how it looks; empty where there are none."""
         return ""
+
+    @property
+    def posture(self) -> Posture:
+        """How it lies along its path."""
+        return self.lies
 
     def brightness(self, view: View) -> float:
         """The factor that its flicker makes all its light by."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 from irsim.kinds import Fraction, Kelvin, Length
+from irsim.motion.posture import UPRIGHT, Posture
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
 from irsim.shapes.solids import Solid, block, limb, mirrored, profile
@@ -16,6 +17,7 @@ _WINDOWS = block((0.05, 0.088, -0.2), (0.2, 0.094, -0.165), "windows_k")
 class Boat(Body):
     """A patrol boat above its water line: hull, deck house with windows, mast, and a hot funnel."""
 
+    lies: ClassVar[Posture] = UPRIGHT
     poses: ClassVar[tuple[Angles, ...]] = ((115.0, 0.0, 0.0), (90.0, 0.0, 0.0), (60.0, 0.0, 0.0))
     behind_k: ClassVar[float] = 282.0
     from_above_deg: ClassVar[float] = 4.0

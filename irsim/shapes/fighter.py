@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 from irsim.kinds import Kelvin, Length
+from irsim.motion.posture import AEROPLANE, Posture
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
 from irsim.shapes.solids import Solid, mirrored, plate, profile, tube
@@ -16,7 +17,7 @@ _TAILPLANE = plate(((-0.32, 0.02), (-0.43, 0.18), (-0.49, 0.18), (-0.47, 0.02)),
 class Fighter(Body):
     """A jet with cropped delta wings, one fin and a hot nozzle that only its tail shows."""
 
-    banks: ClassVar[bool] = True
+    lies: ClassVar[Posture] = AEROPLANE
     poses: ClassVar[tuple[Angles, ...]] = ((70.0, 10.0, -50.0), (90.0, 0.0, 0.0), (20.0, 10.0, -60.0))
     solids: ClassVar[tuple[Solid, ...]] = (
         tube((0.5, 0.01, 0.004, 0.004), (0.41, 0.005, 0.02, 0.02), (0.22, 0.0, 0.043, 0.043)),

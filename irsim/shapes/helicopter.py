@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import ClassVar
 
 from irsim.kinds import Fraction, Kelvin, Length, NotNegative
+from irsim.motion.posture import HELICOPTER, Posture
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
 from irsim.shapes.joints import Rigid, Turn, hinge, turned
@@ -41,6 +42,7 @@ _EXHAUST = shifted(tube((-0.06, -0.155, 0.03, 0.03), (-0.13, -0.16, 0.026, 0.026
 class Helicopter(Body):
     """A four-bladed helicopter: cabin, tail boom, turning main and tail rotor, hot exhausts below the mast."""
 
+    lies: ClassVar[Posture] = HELICOPTER
     poses: ClassVar[tuple[Angles, ...]] = ((65.0, -4.0, 8.0), (90.0, 0.0, 0.0), (150.0, 0.0, 0.0))
     solids: ClassVar[tuple[Solid, ...]] = (
         tube(

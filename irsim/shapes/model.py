@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.kinds import Fraction, Kelvin, Length, suggestion
+from irsim.motion.posture import POSTURES, Posture, PostureName
 from irsim.radiometry import Band, radiance
 from irsim.shapes.base import Shape, View
 from irsim.shapes.contours import Ints, contour
@@ -45,6 +46,9 @@ class Model(Shape):
     """The mesh, .obj or .stl; a relative name is looked for in the folder where the command is given."""
     length_m: Length
     """Length of its longest side, m: the file's own unit does not matter."""
+    lies_as: PostureName = "arrow"
+    """How it lies along its path. arrow: nose along its velocity; aeroplane: so, and it banks in turns; multirotor,
+    helicopter: hung from its rotors, which tilt it for speed, turns and braking; upright: it never tilts."""
     axes: Literal["x forward, z up", "y forward, z up", "x forward, y up", "z forward, y up", "-z forward, y up"] = (
         "x forward, z up"
     )
@@ -71,6 +75,10 @@ class Model(Shape):
 
     def __hash__(self) -> int:
         return hash((self.file, self.length_m, self.axes, self.temperature_k, tuple(self.materials_k.items())))
+
+    @property
+    def posture(self) -> Posture:
+        return POSTURES[self.lies_as]
 
     @property
     def contents(self) -> str:

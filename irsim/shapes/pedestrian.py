@@ -9,6 +9,7 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from irsim.kinds import Kelvin, Length, NotNegative
+from irsim.motion.posture import UPRIGHT, Posture
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
 from irsim.shapes.joints import Rigid, Turn, hinge, turned
@@ -46,6 +47,7 @@ def _side(side: int) -> tuple[Solid, ...]:
 class Pedestrian(Body):
     """A walking person: warm face and hands, clothes less so, cool shoes; arms swing against the legs."""
 
+    lies: ClassVar[Posture] = UPRIGHT
     poses: ClassVar[tuple[Angles, ...]] = ((120.0, 0.0, 0.0), (90.0, 0.0, 0.0), (180.0, 0.0, 0.0))
     behind_k: ClassVar[float] = 287.0
     from_above_deg: ClassVar[float] = 8.0

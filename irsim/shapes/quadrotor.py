@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import ClassVar
 
 from irsim.kinds import Kelvin, Length, NotNegative
+from irsim.motion.posture import MULTIROTOR, Posture
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
 from irsim.shapes.joints import Rigid, Turn, hinge, turned
@@ -36,6 +37,7 @@ def _corner(name: str) -> tuple[Solid, ...]:
 class Quadrotor(Body):
     """A drone: body with a warm battery, four arms with warm motors and turning rotors, a camera below."""
 
+    lies: ClassVar[Posture] = MULTIROTOR
     poses: ClassVar[tuple[Angles, ...]] = ((30.0, 20.0, 0.0), (45.0, 50.0, 0.0), (80.0, -4.0, 12.0))
     solids: ClassVar[tuple[Solid, ...]] = (
         tube(
