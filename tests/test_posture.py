@@ -119,6 +119,18 @@ def test_it_tilts_no_more_than_its_steepest(craft: Rotorcraft, acceleration: tup
     assert tilt.max() <= craft.steepest_deg + 1e-6
 
 
+def test_a_loop_that_no_rotorcraft_flies_does_not_throw_it_about() -> None:
+    # 110 m/s2 that turn by 60 degrees a second, cut to g tan(35) = 0.7002 g: without drag the tilt changes fastest
+    # where they point straight down, by 0.7002 / (1 - 0.7002) * 60 degrees a second, 4.67 a frame.
+    angle = np.arange(0, 600) * np.radians(60) / RATE_HZ
+    points = np.stack([100 * np.sin(angle), 100 * np.cos(angle), 500 + 0 * angle], axis=1)
+    value = path(kind="waypoints_m", points=points.tolist(), frames=list(range(600)))
+    craft = Rotorcraft(speed_m_s=20, tilt_deg=0, steepest_deg=35, turn_deg_s=200)
+    ups = -attitudes(value, np.arange(90.0, 450.0), level(), "it", posture=craft)[:, :, 2]
+    steps = np.degrees(np.arccos(np.clip(np.sum(ups[1:] * ups[:-1], axis=1), -1, 1)))
+    assert steps.max() == pytest.approx(4.67, abs=0.05)
+
+
 def test_it_noses_up_where_it_stops_and_keeps_its_heading_there() -> None:
     # 6 m/s to the left: pitch -atan(0.03501 * 6). From 3 s to 5 s it brakes by 3 m/s2: half way, at 3 m/s, it
     # pitches up by atan(3 / 9.80665 - 0.03501 * 3).

@@ -146,12 +146,16 @@ class Rotorcraft(Upright):
     tilt_deg: float
     """Its tilt in steady level flight at that speed, degrees."""
     steepest_deg: float
-    """It tilts no more than that, degrees."""
+    """It tilts no more than that, degrees; paths that ask for more than that in level flight get just that, so that
+    an impossible loop does not throw it about."""
 
     def ups(self, velocity: Floats, acceleration: Floats) -> Floats:
         drag = STANDARD_GRAVITY * math.tan(math.radians(self.tilt_deg)) / self.speed_m_s
-        push = acceleration[:, :2] + drag * velocity[:, :2]
-        lift = np.maximum(acceleration[:, 2] + STANDARD_GRAVITY, LEAST_LIFT * STANDARD_GRAVITY)
+        force = acceleration + drag * velocity * [1.0, 1.0, 0.0]
+        most = STANDARD_GRAVITY * math.tan(math.radians(self.steepest_deg))
+        force *= most / np.maximum(np.linalg.norm(force, axis=1, keepdims=True), most)
+        push = force[:, :2]
+        lift = np.maximum(force[:, 2] + STANDARD_GRAVITY, LEAST_LIFT * STANDARD_GRAVITY)
         strength = np.linalg.norm(push, axis=1)
         tilt = np.minimum(np.arctan2(strength, lift), math.radians(self.steepest_deg))
         level = push * (np.sin(tilt) / np.maximum(strength, np.finfo(float).tiny))[:, None]
