@@ -80,6 +80,14 @@ def test_a_tree_row_is_as_high_as_its_trees_and_stands_on_the_ground() -> None:
     assert 0.3 < kelvin.std() < 2.5
 
 
+def test_a_tree_that_is_far_larger_than_the_picture_fills_it() -> None:
+    """At 2 m each px is 1 mm: trees of 14 m stand 14000 px high, and the picture shows the middle of a crown."""
+    scene = stage(size=(320, 240))
+    trees = Trees(range_m=2, leaves=1, spacing_m=1, conifers=0)
+    passed, _ = trees.paint(Sheet.of(scene.geometry), 7.0, 290.0, scene).light(gaze(scene))
+    assert passed.mean() < 0.05
+
+
 def test_bare_trees_let_more_through_than_leafy_ones() -> None:
     scene = stage(size=(320, 240))
     sheet = Sheet.of(scene.geometry)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Annotated
 
 import cv2
 import numpy as np
+import numpy.typing as npt
 from pydantic import Field
 
-from irsim.backgrounds.fields import profile, spectral
+from irsim.backgrounds.crowns import Crown, Foliage, broadleaf, bush, conifer
+from irsim.backgrounds.fields import spectral
 from irsim.backgrounds.painting import Painting
 from irsim.backgrounds.panorama import Panorama, Sheet, Standing
 from irsim.backgrounds.texture import TILE
@@ -20,8 +23,12 @@ from irsim.types import Floats
 
 Spacing = Annotated[float, Field(ge=0.5, le=100_000)]
 """Metres; nearer to each other they would be too many to draw."""
+Mask = npt.NDArray[np.bool_]
+
 FINE = 2
 """Outlines are drawn on a grid this much finer than pixels, then averaged."""
+LARGEST = TILE
+"""A crown is drawn no larger, px of the fine grid; what is nearer is drawn coarser and enlarged."""
 
 
 class _Canvas:
@@ -39,6 +46,24 @@ class _Canvas:
         fine = np.rint((np.asarray(points) - origin + 0.5) * FINE * 16 - 8).astype(np.int32)
         cv2.fillPoly(self.cover, [fine], 1, shift=4)
         cv2.fillPoly(self.kelvin, [fine], kelvin, shift=4)
+
+    def stamp(self, foot: tuple[float, float], middle: float, hides: Mask, kelvin: Floats, coarser: int) -> None:
+        """A picture whose last row stands at a map place (x, y), `middle` being its column there.
+
+        hides, kelvin  (rows, cols): where it covers what is behind it, and its temperatures; each pixel
+        is `coarser` of the fine grid wide and high
+        """
+        left = round((foot[0] - self.sheet.columns[0] + 0.5) * FINE - middle * coarser)
+        top = round((foot[1] - self.sheet.rows[0] + 0.5) * FINE) - len(hides) * coarser
+        rows, columns = (
+            slice(max(begin, 0), max(min(begin + length * coarser, whole), 0))
+            for begin, length, whole in zip((top, left), hides.shape, self.cover.shape, strict=True)
+        )
+        here = np.ix_(
+            *((np.arange(span.start, span.stop) - begin) // coarser for span, begin in ((rows, top), (columns, left)))
+        )
+        self.cover[rows, columns][hides[here]] = 1
+        self.kelvin[rows, columns][hides[here]] = kelvin[here][hides[here]]
 
     def layer(self, name: str, range_m: float, texture_k: Floats | float, stage: Stage) -> Standing:
         """The layer that was drawn, its temperatures varied by texture_k (rows, cols) of the sheet."""
@@ -74,7 +99,7 @@ class Structure(Part):
 
 
 class Trees(Structure):
-    """A row of trees: crowns of many lobes, leafy or bare, with undergrowth."""
+    """A row of trees: broadleaf ones and conifers, leafy or bare, with undergrowth."""
 
     id: Name = "trees"
     """Its name for --without, and in truth where it hides a target."""
@@ -84,6 +109,8 @@ class Trees(Structure):
     """Mean distance between two trees, m."""
     leaves: Fraction = 0.9
     """How much of a crown hides what is behind it: 0.4 is a bare tree."""
+    conifers: Fraction = 0.25
+    """Share of the trees that are conifers."""
     undergrowth: Fraction = 0.25
     """Height of the bushes between them, as a share of the trees'."""
     temperature_k: Kelvin | None = None
@@ -100,51 +127,64 @@ class Trees(Structure):
         base, tall = self.base(sheet, height_m, ifov), self.height_m * px_per_m
         sheet = sheet.between(base - 1.9 * tall, base)
         canvas = _Canvas(sheet)
-        span = float(sheet.columns[-1] - sheet.columns[0])
-        for _ in range(max(1, round(span / (self.spacing_m * px_per_m)))):
-            self._tree(
-                canvas, float(draw.uniform(sheet.columns[0], sheet.columns[-1])), base, tall, temperature_k, draw
-            )
+        foliage = Foliage(tall * FINE, self.leaves, stage.seed, self.id)
+        for x in _along(sheet, self.spacing_m * px_per_m, draw):
+            self._tree(canvas, foliage, (x, base), tall, temperature_k, draw)
         if self.undergrowth:
-            self._bushes(canvas, base, tall, temperature_k, stage.seed)
+            bushes = stream(stage.seed, self.id, "bushes")
+            self._bushes(canvas, foliage, base, self.undergrowth * tall, temperature_k, bushes)
         grain = _texture(sheet, self.beta, max(tall / 2, 2.0), stage.seed, self.id, "grain")
-        if self.leaves < 1:
-            self._thin(canvas, tall, stage.seed)
-        return canvas.layer(self.id, self.range_m, self.spread_k * np.sqrt(0.5) * grain, stage)
+        return canvas.layer(self.id, self.range_m, 0.8 * self.spread_k * np.sqrt(0.5) * grain, stage)
 
     def _tree(
-        self, canvas: _Canvas, x: float, base: float, tall: float, kelvin: float, draw: np.random.Generator
+        self,
+        canvas: _Canvas,
+        foliage: Foliage,
+        foot: tuple[float, float],
+        tall: float,
+        kelvin: float,
+        draw: np.random.Generator,
     ) -> None:
         height = tall * float(np.clip(1 + 0.25 * draw.standard_normal(), 0.4, 1.7))
-        width = height * float(draw.uniform(0.35, 0.75))
         own = kelvin + self.spread_k * np.sqrt(0.5) * float(draw.standard_normal())
-        trunk = max(0.04 * height, 0.5)
-        foot = [[x - trunk / 2, base], [x + trunk / 2, base], [x + trunk / 2, base - 0.5 * height]]
-        canvas.polygon(np.array([*foot, [x - trunk / 2, base - 0.5 * height]]), own)
-        angles = np.linspace(0, 2 * np.pi, 14, endpoint=False)
-        for _ in range(30):  # lobes within an ellipse
-            angle, out = draw.uniform(0, 2 * np.pi), np.sqrt(draw.random())
-            up = 0.5 + 0.5 * out * np.sin(angle)
-            middle = (x + 0.42 * width * out * np.cos(angle), base - height * (0.3 + 0.6 * up))
-            radius = width * draw.uniform(0.1, 0.2) * draw.uniform(0.8, 1.15, len(angles))
-            lobe = np.stack([middle[0] + radius * np.cos(angles), middle[1] + radius * np.sin(angles)], axis=-1)
-            canvas.polygon(lobe, own - 0.3 * self.spread_k * (1 - up) + 0.15 * self.spread_k * draw.standard_normal())
+        is_conifer = draw.random() < self.conifers
+        bare, slim = (0.07, draw.uniform(0.25, 0.45)) if is_conifer else (0.16, draw.uniform(0.55, 0.95))
+        (x, base), trunk = foot, max(0.04 * height, 0.5)
+        left, right, top = x - trunk / 2, x + trunk / 2, base - (0.9 if is_conifer else 0.5) * height
+        canvas.polygon(np.array([[left, base], [right, base], [x + trunk / 5, top], [x - trunk / 5, top]]), own)
+        kind, size = conifer if is_conifer else broadleaf, ((1 - bare) * height, slim * height)
+        self._leaves(canvas, foliage, kind, size, (x, base - bare * height), own, draw)
 
-    def _bushes(self, canvas: _Canvas, base: float, tall: float, kelvin: float, seed: int) -> None:
-        columns = canvas.sheet.columns
-        bumps = profile(len(columns), 2.4, max(2 * tall, 4.0), seed, self.id, "bushes")
-        tops = base - self.undergrowth * tall * np.clip(1 + 0.4 * bumps, 0, None)
-        ends = [[columns[-1], base], [columns[0], base]]
-        canvas.polygon(np.concatenate([np.stack([columns, tops], axis=-1), ends]), kelvin - 0.3 * self.spread_k)
+    def _bushes(
+        self, canvas: _Canvas, foliage: Foliage, base: float, tall: float, kelvin: float, draw: np.random.Generator
+    ) -> None:
+        for x in _along(canvas.sheet, max(0.5 * tall, 2.0), draw):
+            height = tall * float(np.clip(1 + 0.4 * draw.standard_normal(), 0.3, 2.0))
+            size = height, height * draw.uniform(1.2, 2.4)
+            own = kelvin + self.spread_k * (0.4 * float(draw.standard_normal()) - 0.3)
+            self._leaves(canvas, foliage, bush, size, (x, base), own, draw)
 
-    def _thin(self, canvas: _Canvas, tall: float, seed: int) -> None:
-        """Gaps between the leaves: fewer where many lobes lie behind each other, so at the middle of a crown."""
-        rows, columns = canvas.cover.shape
-        soft = cv2.blur(canvas.cover.astype(np.float32), (2 * max(int(tall * FINE / 8), 1) + 1,) * 2)
-        grain = spectral(TILE, 1.6, None, max(tall * FINE / 6, 2.0), 1.0, seed, self.id, "leaves")
-        rank = 1 / (1 + np.exp(-1.702 * grain))  # the normal distribution's shares within 0.01
-        gaps = rank[np.ix_(np.mod(np.arange(rows), TILE), np.mod(np.arange(columns), TILE))]
-        canvas.cover[gaps > self.leaves + (1 - self.leaves) * (2 * soft - 1)] = 0
+    def _leaves(
+        self,
+        canvas: _Canvas,
+        foliage: Foliage,
+        kind: Callable[[float, float, np.random.Generator], Crown],
+        size: tuple[float, float],
+        foot: tuple[float, float],
+        kelvin: float,
+        draw: np.random.Generator,
+    ) -> None:
+        """A crown of a size (high, wide) px that stands at a map place; its leaves vary about one temperature."""
+        coarser = int(np.ceil(max(size) * FINE / LARGEST))
+        crown = kind(size[0] * FINE / coarser, size[1] * FINE / coarser, draw)
+        hides, warmth = foliage.grown(crown, draw)
+        canvas.stamp(foot, crown.middle, hides, kelvin + 0.7 * self.spread_k * warmth, coarser)
+
+
+def _along(sheet: Sheet, spacing_px: float, draw: np.random.Generator) -> Floats:
+    """(n,) columns of the map, by chance, at that mean distance."""
+    first, last = float(sheet.columns[0]), float(sheet.columns[-1])
+    return draw.uniform(first, last, max(1, round((last - first) / spacing_px)))
 
 
 class Buildings(Structure):

@@ -1,0 +1,104 @@
+"""Crowns of trees: their outline, their gaps, their sides."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from irsim.backgrounds.crowns import Crown, Foliage, broadleaf, bush, conifer
+from irsim.rng import stream
+from irsim.types import Floats
+
+Mask = npt.NDArray[np.bool_]
+
+KINDS: dict[str, Callable[[float, float, np.random.Generator], Crown]] = {
+    "broadleaf": broadleaf,
+    "bush": bush,
+    "conifer": conifer,
+}
+HIGH = 200.0
+WIDE = {"broadleaf": 150.0, "bush": 350.0, "conifer": 80.0}
+SEEDS = range(8)
+
+
+def grown(kind: str, leaves: float, seed: int) -> tuple[Mask, Floats, Crown]:
+    """Where leaves are, how warm they are, and the crown."""
+    draw = stream(seed, "tree")
+    crown = KINDS[kind](HIGH, WIDE[kind], draw)
+    return *foliage(leaves).grown(crown, draw), crown
+
+
+@lru_cache
+def foliage(leaves: float) -> Foliage:
+    return Foliage(HIGH, leaves, 1, "trees")
+
+
+def dimension(solid: Mask) -> float:
+    """Box-counting dimension of an outline between boxes of 2 and 16 px."""
+    inner = solid[1:-1, 1:-1] & solid[:-2, 1:-1] & solid[2:, 1:-1] & solid[1:-1, :-2] & solid[1:-1, 2:]
+    edge = solid[1:-1, 1:-1] & ~inner
+    sides = np.array([2, 4, 8, 16])
+    counts = []
+    for side in sides:
+        rows, cols = (length // side * side for length in edge.shape)
+        boxes = edge[:rows, :cols].reshape(rows // side, side, cols // side, side)
+        counts.append(boxes.any(axis=(1, 3)).sum())
+    return float(-np.polyfit(np.log(sides), np.log(counts), 1)[0])
+
+
+def test_the_dimension_of_a_disc_is_that_of_a_line() -> None:
+    y, x = np.mgrid[-120:121, -120:121]
+    assert dimension(x**2 + y**2 < 100**2) == pytest.approx(1.0, abs=0.1)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_an_outline_is_ragged_at_all_scales(kind: str) -> None:
+    """That of a smooth shape has the dimension 1; a plane that is filled, 2."""
+    found = [dimension(grown(kind, 1.0, seed)[0]) for seed in SEEDS]
+    assert 1.15 < float(np.median(found)) < 1.7
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_crown_is_about_as_high_and_as_wide_as_it_is_asked_to_be(kind: str) -> None:
+    extents = []
+    for seed in SEEDS:
+        solid = grown(kind, 1.0, seed)[0]
+        rows, columns = np.flatnonzero(solid.any(axis=1)), np.flatnonzero(solid.any(axis=0))
+        extents.append((len(solid) - rows[0], columns[-1] - columns[0] + 1))
+    high, wide = np.median(extents, axis=0)
+    assert high == pytest.approx(HIGH, rel=0.15)
+    assert wide == pytest.approx(WIDE[kind], rel=0.25)
+
+
+def test_a_conifer_narrows_upwards() -> None:
+    for seed in SEEDS:
+        solid, _, _ = grown("conifer", 1.0, seed)
+        lower, middle, upper = (solid[len(solid) - int(share * HIGH)].sum() for share in (0.15, 0.5, 0.9))
+        assert lower > middle > upper
+
+
+def test_gaps_lie_towards_the_edge() -> None:
+    """Where leaves are few, the middle of a crown hides more of what is behind it."""
+    for seed in SEEDS:
+        leafy, _, crown = grown("broadleaf", 1.0, seed)
+        bare, _, _ = grown("broadleaf", 0.6, seed)
+        gaps = leafy & ~bare
+        deep = leafy & (crown.depth > 0.6)
+        rim = leafy & (crown.depth < 0.2)
+        assert gaps[deep].mean() < gaps[rim].mean()
+        assert not (bare & ~leafy).any()
+
+
+def test_the_side_to_the_light_is_warmer() -> None:
+    """Up and to the left, of every kind."""
+    for kind in ("broadleaf", "conifer"):
+        warmer = []
+        for seed in SEEDS:
+            solid, warmth, crown = grown(kind, 1.0, seed)
+            left = np.arange(solid.shape[1])[None, :] < crown.middle
+            warmer.append(warmth[solid & left].mean() - warmth[solid & ~left].mean())
+        assert np.mean(warmer) > 0.1
