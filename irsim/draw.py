@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,6 +23,9 @@ SHEET = 12
 COLUMNS = 4
 CELL_IN = 3.6
 """Width of a frame on the sheet, inches."""
+LARGER = 2
+"""Frames are drawn so much larger at most where few of them share the sheet."""
+TITLE_LETTERS_PER_IN = 14
 TRUTH_COLOR = "#ffb000"  # legible on black, grey and white; told apart by the colour-blind too
 ZOOM_PX = 32
 """Least side of the enlarged part, px."""
@@ -48,13 +52,12 @@ def contact_sheet(source: Source, path: str | Path, start: int = 0, stop: int | 
     indices = [start + index for index in sheet_indices((len(source) if stop is None else stop) - start)]
     columns, rows = min(COLUMNS, len(indices)), -(-len(indices) // COLUMNS)
     width, height = source.size
-    figure = Figure(
-        figsize=(CELL_IN * columns, (CELL_IN * height / width + 0.12) * rows + 0.5),
-        layout="constrained",
-    )
+    cell = CELL_IN * min(COLUMNS / columns, LARGER)
+    figure = Figure(figsize=(cell * columns, (cell * height / width + 0.12) * rows + 0.5), layout="constrained")
     facts = f"{width} x {height} px, {source.bits} bits, {counted(len(source), 'frame')} at {source.rate_hz:g} Hz"
     key = "; boxes: truth, dotted where more than half is hidden" if source.has_truth else "; no truth"
-    figure.suptitle(f"{source.name}: {facts}{key}", fontsize=9)
+    title = fill(f"{source.name}: {facts}{key}", int(TITLE_LETTERS_PER_IN * cell * columns))
+    figure.suptitle(title, fontsize=9)
     grid = figure.subplots(rows, columns, squeeze=False)
     for axes in grid.flat:
         axes.set_axis_off()
