@@ -45,7 +45,7 @@ def test_all_causes_at_all_severities_unless_some_are_named() -> None:
 
 def test_the_table_says_what_the_results_say(cli: Cli) -> None:
     """A tracker that stays where it began loses a target that moves from the first severity on; template does not."""
-    words = ("still=planted:Constant,template", "--seeds", "1", "--only", "drops")
+    words = ("still=sound_tracker:Constant,template", "--seeds", "1", "--only", "drops")
     status, out, _ = cli(*words)
     assert status == 0
     head, *rows = out.splitlines()
