@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import resource
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -267,28 +268,28 @@ def edit(path: Path) -> bytes:
     return b"# edited" if path.parts[-2:] == ("falsify", "rules.py") else b""
 
 
+@contextmanager
+def disk_full() -> Iterator[None]:
+    """No file may grow beyond 50 bytes, as if there were no room for more."""
+    limit = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (50, limit[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limit)
+
+
 def test_a_full_disk_leaves_the_journal_that_was_there(tmp_path: Path) -> None:
     """Where its last line was cut off, and its mending takes more room than there is."""
     journal = tmp_path / "trials.jsonl"
     row = json.dumps({"trial": "0", "margins": [1.0], "raised": None})
     journal.write_text(f"{row}\n{row}\n{row[:-9]}")
     before = journal.read_bytes()
-    limit = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (50, limit[1]))
-    try:
-        with pytest.raises(InputError, match=r"trials\.jsonl: cannot be written: File too large"):
-            hunt(tmp_path)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limit)
+    with disk_full(), pytest.raises(InputError, match=r"trials\.jsonl: cannot be written: File too large"):
+        hunt(tmp_path)
     assert journal.read_bytes() == before
 
 
 def test_a_full_disk_is_told_in_one_line(tmp_path: Path) -> None:
-    """No file may grow beyond 50 bytes, as if there were no room for more."""
-    limit = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (50, limit[1]))
-    try:
-        with pytest.raises(InputError, match=r"trials\.jsonl: cannot be written: File too large"):
-            hunt(tmp_path)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limit)
+    with disk_full(), pytest.raises(InputError, match=r"trials\.jsonl: cannot be written: File too large"):
+        hunt(tmp_path)

@@ -9,11 +9,10 @@ import numpy as np
 
 from irsim.types import Floats, Image
 from irtrack.features.backdrop import Grid, Hole, Look
+from irtrack.features.quantise import MARGIN, levels_between
 
 BINS = 32
 """Grey levels of the histograms: those of Cheng et al. 2006, section 3."""
-TAILS = (1.0, 99.0)
-"""Percentiles of the first frame that the levels reach over, with the target's own; and a tenth more."""
 ANYTHING = 0.05
 """Share of pixels that follow neither distribution, spread evenly over all greys: no pixel is ever sure."""
 
@@ -32,11 +31,8 @@ class Greys:
         """By a first frame: the target's part, weighted by a kernel (rows, columns) of the frame, and its ring."""
         rows, columns = hole
         picture = image.astype(np.float32)
-        low, high = (
-            float(f(np.percentile(picture, tail), np.percentile(picture[hole], tail)))
-            for f, tail in zip((min, max), TAILS, strict=True)
-        )
-        margin = max(0.1 * (high - low), (BINS - high + low) / 2)  # a bin is a count at least
+        low, high = levels_between(picture, picture[hole])
+        margin = max(MARGIN * (high - low), (BINS - high + low) / 2)  # a bin is a count at least
         around = np.zeros(picture.shape, np.float32)
         tall, wide = rows.stop - rows.start, columns.stop - columns.start
         around[max(rows.start - tall, 0) : rows.stop + tall, max(columns.start - wide, 0) : columns.stop + wide] = 1

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from irsim.types import Frame, Image
 
 Bins = npt.NDArray[np.intp]
+Counts = Image | npt.NDArray[np.float32]
 BinsRange = Literal["full", "first_frame"]
 
 TAILS = (1.0, 99.0)
@@ -49,14 +50,19 @@ def full_range(bits: int, bins: int) -> Quantiser:
     return Quantiser(0.0, float(2**bits), bins)
 
 
+def levels_between(image: Counts, patch: Counts) -> tuple[float, float]:
+    """(low, high) counts that a frame and a patch of it fill, the TAILS of each cut."""
+    levels = np.concatenate([np.percentile(image, TAILS), np.percentile(patch, TAILS)])
+    return float(levels.min()), float(levels.max())
+
+
 def fitted_range(image: Image, patch: Image, bins: int) -> Quantiser:
     """The range that a first frame and the target's patch in it fill, tails cut, a margin added.
 
     With the full range a low-contrast target and its background share one bin, and everything
     matches. The patch counts on its own: a small hot target lies beyond its frame's percentiles.
     """
-    levels = np.concatenate([np.percentile(image, TAILS), np.percentile(patch, TAILS)])
-    low, high = float(levels.min()), float(levels.max())
+    low, high = levels_between(image, patch)
     margin = max(MARGIN * (high - low), 0.5)
     return Quantiser(low - margin, high + margin, bins)
 

@@ -57,7 +57,7 @@ def opencv(make: Callable[[], Any], whole: bool) -> Start:
     cv2.setNumThreads(1)
 
     def start(picture: Any, box: Box, seed: int) -> Follow:
-        cv2.setRNGSeed(seed)
+        cv2.setRNGSeed(seed)  # MIL takes no generator; the process is this tracker's own
         tracker = make()
         given = tuple(round(side) for side in box) if whole else box
         if tracker.init(cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR), given) is False:
