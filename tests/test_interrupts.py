@@ -6,12 +6,14 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from irsim.interrupts import interrupts_held
 from irtrack import Results
 
 PROC = Path("/proc")
@@ -40,6 +42,27 @@ def text(path: Path) -> str:
         return path.read_text(errors="replace")
     except OSError:  # it has just ended
         return ""
+
+
+def test_another_thread_that_takes_the_signal_ends_no_holding() -> None:
+    done = threading.Event()
+    other = threading.Thread(target=done.wait)
+    other.start()  # before the block: it does not hold signals back
+    went_on = []
+
+    def held() -> None:
+        with interrupts_held():
+            os.kill(os.getpid(), signal.SIGINT)
+            time.sleep(0.05)
+            went_on.append(True)
+
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            held()
+    finally:
+        done.set()
+        other.join()
+    assert went_on
 
 
 def importing(pid: int) -> bool:
