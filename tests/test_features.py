@@ -10,7 +10,7 @@ import pytest
 from irsim.types import Box, Frame, Image
 from irtrack.features.centroid import centroid, contrast
 from irtrack.features.correlation import ncc, peak, rival
-from irtrack.features.histogram import Surround, bhattacharyya, gaussian_kernel, histogram, likeness
+from irtrack.features.histogram import Surround, bhattacharyya, gaussian_kernel, histogram, likeness, repeated
 from irtrack.features.quantise import Quantiser, fitted_range, full_range, quantiser
 from irtrack.features.window import Window, region
 
@@ -120,7 +120,7 @@ def test_likeness_of_many_windows_equals_one_histogram_each(dtype: type) -> None
     levels = Quantiser(20.0, 230.0, 12)
     centers = rng.uniform((-15, -15), (65, 55), (700, 2))
     reference = rng.dirichlet(np.ones(12))
-    rho, visible = likeness(image, centers, window, kernel, levels, reference)
+    rho, visible = likeness(image, centers, window, repeated(kernel), levels, reference)
     for i, (x, y) in enumerate(centers.tolist()):
         mass = np.zeros(12)
         left, top = window.corner((x, y))
@@ -146,7 +146,7 @@ def test_likeness_inside_the_frame_is_that_of_single_histograms() -> None:
     reference, _ = histogram(image, (20, 20), window, kernel, levels)
     # More distinct windows than are counted at once.
     centers = rng.uniform(15, 45, (900, 2))
-    rho, visible = likeness(image, centers, window, kernel, levels, reference)
+    rho, visible = likeness(image, centers, window, repeated(kernel), levels, reference)
     each = [bhattacharyya(histogram(image, (x, y), window, kernel, levels)[0], reference) for x, y in centers.tolist()]
     assert rho == pytest.approx(np.array(each))
     assert visible.tolist() == [1] * 900
@@ -157,12 +157,12 @@ def test_surround_counts_the_window_and_its_ring_apart() -> None:
     image[8:12, 7:13] = 255
     window = Window.of(Box.from_pixels(7, 8, 6, 4))
     kernel = gaussian_kernel(window, 3.0)
-    surround = Surround.of(window, kernel, (3, 2))
+    surround = Surround.of(window, kernel, (3, 2), full_range(8, 2))
     center = window.center((7, 8))
-    both, visible = surround.histograms(image, center, full_range(8, 2))
+    both, visible = surround.histograms(image, center)
     assert both == pytest.approx(np.array([[0, 1], [1, 0]]))
     assert visible == pytest.approx([1, 1])
-    shifted, _ = surround.histograms(image, (center[0] + 3, center[1]), full_range(8, 2))
+    shifted, _ = surround.histograms(image, (center[0] + 3, center[1]))
     # Three of the target's six columns are in the window, three in the ring of 12 x 8 - 6 x 4 pixels.
     assert shifted[1] == pytest.approx([60 / 72, 12 / 72])
     assert shifted[0] == pytest.approx(

@@ -27,35 +27,37 @@ _PIXELS_AT_ONCE = 16384
 class Surround:
     """A window and the ring around it, counted in one go.
 
-    window  the target's;  outer  the window of both, with the same centre
-    side    (rows, columns) of the outer window: 0 for the target's own pixels, 1 for the ring's
+    outer   the window of both, with the target's centre
+    first   (rows, columns) of the outer window: where the bins begin, 0 for the target's own pixels, those of the
+            ring's pixels behind them
     kernel  (rows, columns), summing to one over each of the two; the ring's is flat
     """
 
     outer: Window
-    side: Bins
+    first: Bins
     kernel: Floats
+    quantiser: Quantiser
 
     @classmethod
-    def of(cls, window: Window, kernel: Floats, margin: tuple[int, int]) -> Surround:
+    def of(cls, window: Window, kernel: Floats, margin: tuple[int, int], quantiser: Quantiser) -> Surround:
         """A ring `margin` (x, y) px wide around a window with its kernel."""
         x, y = margin
         shape = (window.rows + 2 * y, window.columns + 2 * x)
         middle = slice(y, y + window.rows), slice(x, x + window.columns)
-        side = np.ones(shape, np.intp)
-        side[middle] = 0
-        both = np.full(shape, 1 / (side.sum()))
+        first = np.full(shape, quantiser.bins + 1, np.intp)
+        first[middle] = 0
+        both = np.full(shape, 1 / np.count_nonzero(first))
         both[middle] = kernel
-        return cls(Window(shape[1], shape[0], window.phase), side, both)
+        return cls(Window(shape[1], shape[0], window.phase), first, both, quantiser)
 
-    def histograms(self, image: Image, center: tuple[float, float], quantiser: Quantiser) -> tuple[Floats, Floats]:
+    def histograms(self, image: Image, center: tuple[float, float]) -> tuple[Floats, Floats]:
         """(2, bins) histograms of the target's window and of the ring, each summing to one, and their
         visible shares (2,). Wholly outside: zeros and 0."""
         left, top = self.outer.corner(center)
-        cells = _cells(image, quantiser, left, top, left + self.outer.columns, top + self.outer.rows)
-        cells += self.side * (quantiser.bins + 1)
-        mass = np.bincount(cells.ravel(), self.kernel.ravel(), 2 * (quantiser.bins + 1))
-        mass = mass.reshape(2, quantiser.bins + 1)[:, :-1]
+        cells = _cells(image, self.quantiser, left, top, left + self.outer.columns, top + self.outer.rows)
+        cells += self.first
+        held = self.quantiser.bins + 1
+        mass = np.bincount(cells.ravel(), self.kernel.ravel(), 2 * held).reshape(2, held)[:, :-1]
         visible = mass.sum(axis=1)
         return mass / np.maximum(visible, _NOTHING)[:, None], visible
 
@@ -88,20 +90,26 @@ def histogram(
     """
     left, top = window.corner(center)
     cells = _cells(image, quantiser, left, top, left + window.columns, top + window.rows)
-    mass = _masses(cells[None], kernel.reshape(1, -1), quantiser.bins)[0]
+    mass = _masses(cells[None], kernel.reshape(1, -1), quantiser.bins)[0, :-1]
     visible = float(mass.sum())
     return mass / max(visible, _NOTHING), visible
 
 
+def repeated(kernel: Floats) -> Floats:
+    """(K, rows * columns) a kernel for each of the windows that `likeness` counts at once, written out only once."""
+    return kernel.reshape(1, -1).repeat(max(1, _PIXELS_AT_ONCE // kernel.size), axis=0)
+
+
 def likeness(
-    image: Image, centers: Floats, window: Window, kernel: Floats, quantiser: Quantiser, reference: Floats
+    image: Image, centers: Floats, window: Window, kernels: Floats, quantiser: Quantiser, reference: Floats
 ) -> tuple[Floats, Floats]:
     """rho (N,) of windows at `centers` (N, 2) px to a reference (bins,), and visible shares (N,).
 
-    rho is multiplied by the visible share, so that slivers at the frame's edge do not win.
+    kernels: the window's kernel, `repeated`. rho is multiplied by the visible share, so that slivers at the frame's
+    edge do not win.
     """
     height, width = image.shape
-    x, y = window.corners(centers).T.copy()  # rows of their own: numpy takes a third of the time for them
+    x, y = window.corners(centers).T
     left, top, right, bottom = int(x.min()), int(y.min()), int(x.max()), int(y.max())
     if left < -window.columns or top < -window.rows or right > width or bottom > height:
         # A window wholly outside sees nothing wherever it is: bring it to the frame's edge.
@@ -119,29 +127,28 @@ def likeness(
     # Every window of the region as a view: [row, column] of its corner, then its own pixels.
     step = cells.strides
     windows: Bins = np.ndarray((rows, columns, window.rows, window.columns), cells.dtype, cells, 0, (*step, *step))
-    share = max(1, _PIXELS_AT_ONCE // kernel.size)
-    weights = kernel.reshape(1, -1).repeat(min(share, distinct.size), axis=0)
-    for start in range(0, distinct.size, share):
-        some = distinct[start : start + share]
-        mass = _masses(windows[np.divmod(some, columns)], weights[: some.size], quantiser.bins)
+    for start in range(0, distinct.size, len(kernels)):
+        some = distinct[start : start + len(kernels)]
+        mass = _masses(windows[np.divmod(some, columns)], kernels[: some.size], quantiser.bins)
         rho[some] = bhattacharyya(mass, reference)
         if visible is not None:
             # With p = mass / visible: rho(p, q) visible = rho(mass, q) sqrt(visible).
-            visible[some] = np.minimum(mass.sum(axis=1), 1.0)
+            visible[some] = np.minimum(mass[:, :-1].sum(axis=1), 1.0)
             rho[some] *= np.sqrt(visible[some])
     return rho[keys], np.ones(len(keys)) if visible is None else visible[keys]
 
 
 def _masses(windows: Bins, weights: Floats, bins: int) -> Floats:
-    """The kernel's mass in each bin (K, bins) of windows (K, rows, columns) with weights (K, pixels).
+    """The kernel's mass in each bin (K, bins + 1) of windows (K, rows, columns) with weights (K, pixels).
 
-    Its sums over the bins are the visible shares. The windows are overwritten.
+    The last bin holds what lies outside the frame; the sums over the others are the visible shares. The windows are
+    overwritten.
     """
     count = len(windows)
     index = windows.reshape(weights.shape)
     index += np.arange(0, count * (bins + 1), bins + 1)[:, None]
     mass: Floats = np.bincount(index.ravel(), weights.ravel(), count * (bins + 1)).astype(np.float64, copy=False)
-    return mass.reshape(count, bins + 1)[:, :-1]
+    return mass.reshape(count, bins + 1)
 
 
 def _cells(image: Image, quantiser: Quantiser, left: int, top: int, right: int, bottom: int) -> Bins:
@@ -159,6 +166,9 @@ def _cells(image: Image, quantiser: Quantiser, left: int, top: int, right: int, 
 
 
 def bhattacharyya(p: Floats, q: Floats) -> Floats:
-    """rho = sum_u sqrt(p(u) q(u)) for p (..., bins) and q (bins,) (Cheng et al. 2006, eq. 8)."""
-    rho: Floats = np.sqrt(p) @ np.sqrt(q)
+    """rho = sum_u sqrt(p(u) q(u)) for p (..., bins) and q (bins,) (Cheng et al. 2006, eq. 8).
+
+    p may have more bins than q: they count for nothing.
+    """
+    rho: Floats = np.sqrt(p)[..., : len(q)] @ np.sqrt(q)
     return np.minimum(rho, 1.0)

@@ -58,8 +58,8 @@ class Window:
         return self.phase[0] + (self.columns - 1) / 2 - 0.5, self.phase[1] + (self.rows - 1) / 2 - 0.5
 
     def corners(self, centers: Floats) -> Integers:
-        """(..., 2) column and row of the top-left pixel for target centres (..., 2) px."""
-        whole: Integers = np.floor(centers - np.array(self._reach)).astype(np.intp)
+        """(..., 2) column and row of the top-left pixel for target centres (..., 2) px, each contiguous."""
+        whole: Integers = np.floor(centers - np.array(self._reach)).astype(np.intp, order="F")
         return whole
 
     def corner(self, center: tuple[float, float]) -> tuple[int, int]:

@@ -101,8 +101,8 @@ class CamShiftKalman(TrackerPart):
         levels = quantiser(frame, part.cut(frame.image, corner), self.bins, self.bins_range)
         reach = (ceil(window.columns / 2), ceil(window.rows / 2))
         kernel = gaussian_kernel(window, 0.5 * float(np.hypot(box.w, box.h)))
-        surround = Surround.of(window, kernel, reach)
-        (judged, ring), _ = surround.histograms(frame.image, center, levels)
+        surround = Surround.of(window, kernel, reach, levels)
+        (judged, ring), _ = surround.histograms(frame.image, center)
         total = judged + ring
         ratio = np.divide(judged, total, out=np.zeros_like(judged), where=total > 0)
         start = Start(
@@ -130,7 +130,7 @@ class CamShiftKalman(TrackerPart):
         sight, score, scale = state.sight.unseen(), 0.0, state.scale
         if found is not None:
             place, ellipse = found
-            histograms, shown = start.surround.histograms(image, (float(place[0]), float(place[1])), start.levels)
+            histograms, shown = start.surround.histograms(image, (float(place[0]), float(place[1])))
             score, floor = (bhattacharyya(histograms, start.judged) * (shown[0], 1.0)).tolist()
             nu, S = filter.innovation(mean, covariance, place, _H, R)
             if filter.distance2(nu, S) <= self.gate:

@@ -23,6 +23,7 @@ from irtrack.features.histogram import (
     gaussian_kernel,
     histogram,
     likeness,
+    repeated,
 )
 from irtrack.features.mean_shift import Bandwidth, bandwidth
 from irtrack.features.quantise import BinsRange, Quantiser, full_range, quantiser
@@ -46,12 +47,16 @@ class Judged:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Appearance:
-    """What the first frame sets for good: the frame's kind, the target's size, window, kernel, grey range."""
+    """What the first frame sets for good: the frame's kind, the target's size, window, kernel, grey range.
+
+    kernels  the kernel, `irtrack.features.histogram.repeated`
+    """
 
     footage: Footage
     size: tuple[float, float]
     window: Window
     kernel: Floats
+    kernels: Floats
     surround: Surround
     quantiser: Quantiser
     high_pass: HighPass | None
@@ -71,11 +76,11 @@ class Appearance:
 
     def likeness(self, picture: Image, centers: Floats, reference: Floats) -> tuple[Floats, Floats]:
         """rho (N,) of the windows at centres (N, 2) px, and their visible shares (N,)."""
-        return likeness(picture, centers, self.window, self.kernel, self.quantiser, reference)
+        return likeness(picture, centers, self.window, self.kernels, self.quantiser, reference)
 
     def judge(self, picture: Image, center: tuple[float, float], reference: Floats) -> Judged:
         """What is at a centre; what the frame's edge cuts off counts against it, as in `likeness`."""
-        histograms, visible = self.surround.histograms(picture, center, self.quantiser)
+        histograms, visible = self.surround.histograms(picture, center)
         score, floor = bhattacharyya(histograms, reference).tolist()
         return Judged(histograms[0], score * float(visible[0]), floor)
 
@@ -149,7 +154,8 @@ class GreyPart(TrackerPart):
             size=(box.w, box.h),
             window=window,
             kernel=kernel,
-            surround=Surround.of(window, kernel, margin),
+            kernels=repeated(kernel),
+            surround=Surround.of(window, kernel, margin, levels),
             quantiser=levels,
             high_pass=high_pass,
         )

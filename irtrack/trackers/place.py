@@ -63,7 +63,8 @@ class Target:
         left, top, around = region(frame.image, window, corner, (window.columns, window.rows))
         levels = quantiser(frame, patch, BINS, "first_frame")
         whole = Window.of(box)
-        surround = Surround.of(whole, epanechnikov_kernel(whole), (ceil(whole.columns / 2), ceil(whole.rows / 2)))
+        reach = (ceil(whole.columns / 2), ceil(whole.rows / 2))
+        surround = Surround.of(whole, epanechnikov_kernel(whole), reach, levels)
         return cls(
             footage=footage(frame),
             size=(box.w, box.h),
@@ -76,7 +77,7 @@ class Target:
                 reference=kernel_histogram(frame.image, center, bandwidth(box), levels)[0],
                 h=bandwidth(box),
                 surround=surround,
-                judged=surround.histograms(frame.image, center, levels)[0][0],
+                judged=surround.histograms(frame.image, center)[0][0],
             ),
         )
 
@@ -181,7 +182,7 @@ class PlacePart(TrackerPart):
         if rest.visible[0] == 0:
             return None, 0.0, sight.unseen()
         x, y = rest.centers[0].tolist()
-        histograms, visible = grey.surround.histograms(image, (x, y), grey.levels)
+        histograms, visible = grey.surround.histograms(image, (x, y))
         score, floor = (bhattacharyya(histograms, grey.judged) * (visible[0], 1.0)).tolist()
         sight = sight.after(score, floor, self.seen)
         return ((x, y) if sight.missed == 0 else None), score, sight
