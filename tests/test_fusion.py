@@ -69,6 +69,10 @@ def test_windows_of_all_sizes_by_hand() -> None:
     assert cue.grey[1, [0, 6]] == pytest.approx([0.5, 0.5])
     assert visible.tolist() == [1, 1, 0]
     assert not cue.grey[2].any()
+    strayed, nothing = field.windows(pattern, np.array([[30.0, 9.5]]), np.ones((1, 2)))
+    assert not strayed.grey.any()
+    assert not strayed.gradient.any()
+    assert nothing == 0
     doubled, _ = field.windows(pattern, np.array([[9.5, 9.5]]), np.array([[2.0, 1.0]]))
     # x = .5, 1.5 become 1, 3: columns 6, 8 (8.5 rounds up to 9), 10 and 12 (12.5 to 13).
     assert doubled.grey[0, 6] == pytest.approx(2 * (2 * 0.6875) / 3.5)

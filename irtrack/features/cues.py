@@ -12,6 +12,7 @@ from math import floor
 
 import cv2
 import numpy as np
+import numpy.typing as npt
 
 from irsim.types import Floats, Image
 from irtrack.features.gradients import Gradient, orientations, sobel
@@ -105,21 +106,30 @@ class Field:
         fades towards the rim would leave out the very edges. Windows must lie in this part or
         outside the frame; what is outside belongs to no bin.
         """
-        rows, columns = self.image.shape
         x = np.floor(centers[:, :1] + scales[:, :1] * pattern.x + (0.5 - self.left)).astype(np.intp)
         y = np.floor(centers[:, 1:] + scales[:, 1:] * pattern.y + (0.5 - self.top)).astype(np.intp)
-        kernel: Floats = np.broadcast_to(pattern.kernel, (len(centers), *pattern.kernel.shape))
-        visible, seen = np.ones(len(centers)), None
         left, top, right, bottom = self.inside
-        if x.min() < left or y.min() < top or x.max() >= right or y.max() >= bottom:
+        if x.min() >= left and y.min() >= top and x.max() < right and y.max() < bottom:
+            return self._cues(x, y, np.broadcast_to(pattern.kernel, (len(x), *pattern.kernel.shape))), np.ones(len(x))
+        cue = Cue(np.zeros((len(x), self.quantiser.bins)), np.zeros((len(x), self.edge_bins)))
+        visible = np.zeros(len(x))
+        # Stray particles lie far outside, and may be most of them: they cost nothing.
+        (met,) = ((x[:, -1] >= left) & (x[:, 0] < right) & (y[:, -1] >= top) & (y[:, 0] < bottom)).nonzero()
+        if met.size > 0:
+            x, y = x[met], y[met]
             seen = ((y >= top) & (y < bottom))[:, :, None] & ((x >= left) & (x < right))[:, None, :]
-            kernel = kernel * seen
-            visible = kernel.sum(axis=(1, 2))
-            x, y = np.clip(x, 0, columns - 1), np.clip(y, 0, rows - 1)
-        index = (y * columns)[:, :, None] + x[:, None, :]
+            kernel = pattern.kernel * seen
+            rows, columns = self.image.shape
+            some = self._cues(np.clip(x, 0, columns - 1), np.clip(y, 0, rows - 1), kernel, seen)
+            cue.grey[met], cue.gradient[met], visible[met] = some.grey, some.gradient, kernel.sum(axis=(1, 2))
+        return cue, visible
+
+    def _cues(self, x: Bins, y: Bins, kernel: Floats, seen: npt.NDArray[np.bool_] | None = None) -> Cue:
+        """Of windows (N, R, C) with their places x (N, C), y (N, R), all in this part; `seen`: which count."""
+        index = (y * self.image.shape[1])[:, :, None] + x[:, None, :]
         edge, strength = orientations(self.gx.take(index), self.gy.take(index), self.edge_bins)
         grey = _counted(self.quantiser(self.image.take(index)), kernel, self.quantiser.bins)
-        return Cue(grey, _counted(edge, strength if seen is None else strength * seen, self.edge_bins)), visible
+        return Cue(grey, _counted(edge, strength if seen is None else strength * seen, self.edge_bins))
 
     def ring(self, box: tuple[float, float, float, float], margin: int) -> Cue:
         """Cues of what lies within `margin` px around a box (cx, cy, w, h); each pixel counts alike."""
