@@ -23,7 +23,7 @@ def bits(seed: int, *address: Address) -> np.random.SFC64:
     # A numpy integer is the same address as the int it equals.
     parts = (f"str:{part}" if isinstance(part, str) else f"int:{operator.index(part)}" for part in address)
     digest = hashlib.blake2b("\x1f".join([str(operator.index(seed)), *parts]).encode(), digest_size=32).digest()
-    return np.random.SFC64(np.frombuffer(digest, np.uint32).tolist())
+    return np.random.SFC64(np.frombuffer(digest, np.uint32))
 
 
 def stream(seed: int, *address: Address) -> np.random.Generator:

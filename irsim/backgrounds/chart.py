@@ -22,26 +22,41 @@ follows it within 0.05 px for fields of up to 60 degrees that stay 15 degrees fr
 nadir, where the map ends, and within 0.001 px for fields under 20 degrees (tests/test_backgrounds.py)."""
 
 
+_ANGLES = (2 * np.arange(NODES) + 1) * np.pi / (2 * NODES)
+_ORDERS = np.arange(NODES)
+
+
 @lru_cache(maxsize=16)
 def _nodes(length: int, margin: int) -> Floats:
     """(NODES,) px: Chebyshev nodes over -margin .. length-1+margin."""
-    angles = (2 * np.arange(NODES) + 1) * np.pi / (2 * NODES)
-    return np.asarray((length - 1) / 2 - ((length - 1) / 2 + margin) * np.cos(angles))
+    return np.asarray((length - 1) / 2 - ((length - 1) / 2 + margin) * np.cos(_ANGLES))
 
 
-def _lagrange(nodes: Floats, places: Floats) -> Floats:
-    """(n, NODES): the Lagrange basis of the nodes at places (n,) px."""
-    gaps = places[:, None, None] - np.where(np.eye(NODES, dtype=bool), 0.0, nodes)
-    spans = nodes[:, None] - nodes
-    np.fill_diagonal(spans, 1.0)
-    factors = np.where(np.eye(NODES, dtype=bool), 1.0, gaps / spans)
-    return np.asarray(factors.prod(axis=2))
+@lru_cache
+def _coefficients() -> Floats:
+    """(NODES, NODES): of each Chebyshev polynomial, what each node's value adds: T is orthogonal over its nodes."""
+    weights = np.where(_ORDERS == 0, 1.0, 2.0) / NODES
+    return np.asarray(weights[:, None] * np.cos(_ORDERS[:, None] * (np.pi - _ANGLES)))
+
+
+def _lagrange(length: int, margin: int, places: Floats) -> Floats:
+    """(n, NODES): the Lagrange basis of the nodes at places (n,) px within -margin .. length-1+margin."""
+    middle = (length - 1) / 2
+    angles = np.arccos((places - middle) / (middle + margin))
+    return np.asarray(np.cos(angles[:, None] * _ORDERS) @ _coefficients())  # T_n(x) = cos(n arccos x)
 
 
 @lru_cache(maxsize=16)
 def _basis(length: int, margin: int) -> Floats:
     """(length + 2 margin, NODES) float32: the basis at every pixel."""
-    return _lagrange(_nodes(length, margin), np.arange(float(-margin), length + margin)).astype(np.float32)
+    return _lagrange(length, margin, np.arange(float(-margin), length + margin)).astype(np.float32)
+
+
+@lru_cache(maxsize=16)
+def _rays(lens: Geometry, margin: int) -> Floats:
+    """(NODES, NODES, 3) unit vectors in the camera frame: what the nodes see, rows first."""
+    columns, rows = (_nodes(length, margin) for length in lens.size)
+    return lens.directions(np.stack(np.meshgrid(columns, rows), axis=-1))
 
 
 def _product(left: Floats, right: Floats) -> Floats:
@@ -67,10 +82,11 @@ class Chart:
 
         lens: the geometry that it sees with, where that is zoomed; the map's px stay those of `geometry`.
         """
-        columns, rows = (_nodes(length, margin) for length in geometry.size)
-        pixels = np.stack(np.meshgrid(columns, rows), axis=-1)
-        east, down, ahead = np.moveaxis((lens or geometry).directions(pixels) @ world_rotation, -1, 0)
-        azimuth = np.unwrap(np.unwrap(np.arctan2(east, ahead), axis=1), axis=0)
+        seen = _rays(lens or geometry, margin) @ world_rotation
+        east, down, ahead = seen[..., 0], seen[..., 1], seen[..., 2]
+        azimuth = np.arctan2(east, ahead)
+        if azimuth.max() - azimuth.min() > np.pi:  # else there is nothing to unwrap
+            azimuth = np.unwrap(np.unwrap(azimuth, axis=1), axis=0)
         elevation = np.arctan2(-down, np.hypot(east, ahead))
         scale = 1 / geometry.ifov_rad
         return cls(
@@ -81,10 +97,11 @@ class Chart:
         )
 
     def moved(self, dx: float, dy: float) -> tuple[Floats, Floats]:
-        """u and v, each (NODES, NODES), at the nodes of the frame without margin, moved by (dx, dy) px."""
-        (width, height), margin = self.geometry.size, self.margin
-        across = _lagrange(_nodes(width, margin), _nodes(width, 0) + dx)
-        along = _lagrange(_nodes(height, margin), _nodes(height, 0) + dy)
+        """u and v, each (NODES, NODES), at the nodes of the frame without margin, moved by (dx, dy) px within it."""
+        across, along = (
+            _lagrange(length, self.margin, _nodes(length, 0) + step)
+            for length, step in zip(self.geometry.size, (dx, dy), strict=True)
+        )
         return along @ self.u @ across.T, along @ self.v @ across.T
 
     def spread(self, nodes: Floats) -> Floats:

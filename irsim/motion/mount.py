@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -41,16 +42,27 @@ class Mount:
 
     def rotation(self, index: int) -> Floats:
         """(3, 3): first-camera vectors to the vectors of the camera at frame `index`."""
-        return self.geometry.rotation(self.turns[index])
+        return _rotation(self.geometry, tuple(self.turns[index].tolist()))
 
     def seen(self, points: Floats) -> Floats:
-        """(n, 2) px of points (n, 3) m of the first camera frame, each at its own frame; nan behind the camera."""
-        rotations = np.stack([self.rotation(index) for index in range(len(self.turns))])
-        pixels = self.geometry.project(np.einsum("nij,nj->ni", rotations, points - self.places))
-        if (self.zooms == 1).all():
+        """(m, 2) px of points (m, 3) m of the first camera frame, each at its own of the first m frames; nan behind
+        the camera."""
+        count = len(points)
+        rotations = np.stack([self.rotation(index) for index in range(count)])
+        pixels = self.geometry.project(np.einsum("nij,nj->ni", rotations, points - self.places[:count]))
+        zooms = self.zooms[:count]
+        if (zooms == 1).all():
             return pixels
         principal = self.geometry.principal
-        return np.asarray(principal + (pixels - principal) * self.zooms[:, None])
+        return np.asarray(principal + (pixels - principal) * zooms[:, None])
+
+
+@lru_cache(maxsize=8)
+def _rotation(geometry: Geometry, turn: tuple[float, ...]) -> Floats:
+    """All that a frame holds is seen by one rotation, and by a camera that stands still all frames are."""
+    rotation = geometry.rotation(np.array(turn))
+    rotation.flags.writeable = False
+    return rotation
 
 
 def standpoints(motions: Sequence[Pointing], frames: Floats, stage: Stage) -> Floats:

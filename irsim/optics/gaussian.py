@@ -62,8 +62,9 @@ def spreading(pixels: int, margin: int, fine: int, sigma_px: float) -> tuple[Flo
     and pixel. Columns of the first sum to one, of the second to zero, and mirrored cells have mirrored
     columns: light is conserved and centroids stay. Read only.
     """
-    cells = (np.arange(pixels * fine) + 0.5) / fine - 0.5
-    offsets = np.arange(-margin, pixels + margin)[:, None] - cells
+    # Offsets of pixel from cell take few values: those that follow each other by 1 / fine px.
+    steps = np.arange(-margin, pixels + margin)[:, None] * fine - np.arange(pixels * fine)
+    offsets = (np.arange(steps.min(), steps.max() + 1) - 0.5) / fine + 0.5
     ahead, behind = offsets + 0.5 / fine, offsets - 0.5 / fine
     once_ahead, twice_ahead = _integrals(ahead, sigma_px)
     once_behind, twice_behind = _integrals(behind, sigma_px)
@@ -71,6 +72,8 @@ def spreading(pixels: int, margin: int, fine: int, sigma_px: float) -> tuple[Flo
     slope = 12 * ((twice_ahead - twice_behind) * fine**2 - (once_ahead + once_behind) * fine / 2)
     far = np.abs(offsets) > REACH * sigma_px + 1  # differences of large numbers: nothing but rounding
     matrix[far] = slope[far] = 0.0
+    place = steps - steps.min()
+    matrix, slope = matrix[place], slope[place]
     total = matrix.sum(axis=0)
     slope = slope / total - matrix * slope.sum(axis=0) / total**2
     matrix /= total
