@@ -64,6 +64,11 @@ def test_links_lead_somewhere(document: Path) -> None:
     assert not [link for link in links if not (document.parent / link).exists()]
 
 
+def test_the_readme_lists_every_document() -> None:
+    listed = set(re.findall(r"^\| \[[^]]+\]\((?:docs/)?([^)]+)\)", (ROOT / "README.md").read_text(), re.M))
+    assert listed == {path.name for path in DOCUMENTS} - {"README.md"}
+
+
 def test_make_targets_of_the_documents_exist() -> None:
     targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.M))
     named = {name for path in DOCUMENTS for name in re.findall(r"make ([a-z-]+)(?=`|\s+#)", path.read_text())}
