@@ -91,7 +91,8 @@ def test_a_small_square_is_spread_as_the_point_s_integral(psf: Any, fine: int) -
     grid = Grid(0, 0, 5, 4, fine)
     fields = np.zeros((3, 1, 4 * fine, 5 * fine))
     row, column, moment = 2 * fine, 3 * fine, 0.05
-    fields[0, 0, row, column], fields[2, 0, row, column] = 1.0, moment
+    fields[0, 0, row, column : column + 2] = 1.0, -1.0  # what changes from cell to cell
+    fields[2, 0, row, column] = moment
     both = np.concatenate([fields, fields], axis=1)
     center = np.zeros(2)
     drawn = spread(grid, both, (center, center), 1.0, Box(0, 0, 1, 1), psf, 100.0).alpha

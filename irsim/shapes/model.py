@@ -99,13 +99,14 @@ class Model(Shape):
         area = coverage(
             (start - grid.corner) * grid.fine, (stop - grid.corner) * grid.fine, np.ones((len(start), 1)), grid.cells
         )[:, 0]
-        (whole_area,), (center,) = centroids(start, stop, np.ones((len(start), 1)))
+        [[whole_area]], [[center]] = centroids(start, stop, np.ones((len(start), 1)), np.array([len(start)]))
         glow = _glow(self, triangles.groups, stage.band, stage.surroundings) * self.brightness(view)
         shades = glow[triangles.group[front]]
         shine = _shine(pixels, placed.depth, seen, shades, grid) if np.ptp(shades) > 0 else float(shades[0])
         fields = np.stack([area, area * shine], axis=1)
         range_m = float(np.linalg.norm(view.position))
         centers = (center, _middle(fields[:, 1], grid, center))
+        fields[:2] = np.diff(fields[:2], axis=3, prepend=0.0)  # what changes from cell to cell
         return spread(grid, fields, centers, float(whole_area), placed.box, stage.psf, range_m)
 
 

@@ -9,6 +9,7 @@ vertices.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import accumulate
 
 import numpy as np
 import numpy.typing as npt
@@ -19,14 +20,16 @@ Ints = npt.NDArray[np.int64]
 
 
 def coverage(start: Floats, stop: Floats, weights: Floats, size: tuple[int, int]) -> Floats:
-    """(3, channels, rows, columns): area, y moment and x moment, of a flat field, in each cell; see `coverages`."""
-    return coverages(start, stop, weights, [size], [len(start)])[0]
+    """(3, channels, rows, columns): area, y moment and x moment, of a flat field, in each cell; see `changes`."""
+    fields = changes(start, stop, weights, [size], np.array([len(start)]))[0]
+    return np.concatenate([np.cumsum(fields[:2], axis=3), fields[2:]])
 
 
-def coverages(
-    start: Floats, stop: Floats, weights: Floats, sizes: Sequence[tuple[int, int]], counts: Sequence[int]
+def changes(
+    start: Floats, stop: Floats, weights: Floats, sizes: Sequence[tuple[int, int]], counts: Ints
 ) -> list[Floats]:
-    """Area, y moment and x moment of a flat field in each cell: (3, channels, rows, columns) of each of several grids.
+    """What area and y moment of a flat field change by from cell to cell along rows, and the x moment in each cell:
+    (3, channels, rows, columns) of each of several grids.
 
     start, stop  (n, 2) x, y of the ends of edges; cell (j, i) covers [i, i+1] x [j, j+1]. Outlines run
                  clockwise as seen with y down (positive area)
@@ -35,7 +38,7 @@ def coverages(
     sizes        (rows, columns) of each grid;  counts  how many of the edges, in order, are on each
     Moments are about the cell's middle, in cells. What lies outside the grid is cut off.
     """
-    rows, columns = (np.repeat(side, counts) for side in zip(*sizes, strict=True))
+    rows, columns = np.repeat(np.array(sizes).T, counts, axis=1)
     (x0, y0), (dx, dy) = np.ascontiguousarray(start.T), np.ascontiguousarray((stop - start).T)
     edge, begin, end = pieces(len(start), *_crossings(start, stop, columns, rows))
 
@@ -60,36 +63,33 @@ def coverages(
     y_moment = area * y + high * wide * high / 12
     values = np.stack([area, -high - area, y_moment, -high * y - y_moment, x_moment])
     planes = [high * (wide + 1) for high, wide in sizes]  # the last column takes what spills over to the right
-    bases = np.cumsum(planes) - planes
-    cell = (row * (columns[edge] + 1) + column).astype(np.int64) + np.repeat(bases, counts)[edge]
-    plane, channels = sum(planes), weights.shape[1]
+    bases = [0, *accumulate(planes)]
+    cell = (row * (columns[edge] + 1) + column).astype(np.int64) + np.repeat(bases[:-1], counts)[edge]
+    plane, channels = bases[-1], weights.shape[1]
     moment = channels * plane
-    places = np.add.outer([0, 1, moment, moment + 1, 2 * moment], cell)
+    places = np.array([0, 1, moment, moment + 1, 2 * moment])[:, None] + cell
     sums = np.bincount(
-        np.add.outer(plane * np.arange(channels), places).ravel(),
+        (plane * np.arange(channels)[:, None, None] + places).ravel(),
         (weights.T.take(edge, axis=1)[:, None] * values).ravel(),
         minlength=3 * moment,
     )
-    parts = np.split(np.asarray(sums, np.float64).reshape(3, channels, plane), bases[1:], axis=2)
-    return [_summed(part, *size) for part, size in zip(parts, sizes, strict=True)]
-
-
-def _summed(changes: Floats, rows: int, columns: int) -> Floats:
-    """Areas and moments of a grid, of what they change by from cell to cell along rows of one cell more."""
-    sums = changes.reshape(3, -1, rows, columns + 1)
-    np.cumsum(sums[:2], axis=3, out=sums[:2])
-    return np.asarray(sums[..., :columns])
+    fields = np.asarray(sums, np.float64).reshape(3, channels, plane)
+    return [
+        fields[..., base : base + count].reshape(3, channels, rows, columns + 1)[..., :-1]
+        for base, count, (rows, columns) in zip(bases, planes, sizes, strict=False)
+    ]
 
 
 def pieces(count: int, cut_edges: Ints, cut_places: Floats) -> tuple[Ints, Floats, Floats]:
     """Edges 0 .. count-1 cut at places 0..1 along them: (edge, begin, end) of each piece."""
-    whole = np.arange(count)
-    edge = np.concatenate([whole, cut_edges, whole])
-    place = np.concatenate([np.zeros(count), cut_places, np.ones(count)])
-    order = np.argsort(2 * edge + place, kind="stable")  # these are a few runs already: six times as fast
-    edge, place = edge[order], place[order]
-    inner = edge[1:] == edge[:-1]
-    return edge[1:][inner], place[:-1][inner], place[1:][inner]
+    order = np.argsort(2 * cut_edges + cut_places, kind="stable")  # these are a few runs already: six times as fast
+    places, edges = cut_places[order], np.arange(count)
+    cuts = np.bincount(cut_edges, minlength=count)
+    behind_cut = np.ones(count + len(places), dtype=bool)
+    behind_cut[np.cumsum(cuts) - cuts + edges] = False  # the first piece of each edge
+    begin, end = np.zeros(len(behind_cut)), np.ones(len(behind_cut))
+    begin[behind_cut] = end[:-1][behind_cut[1:]] = places
+    return np.repeat(edges, cuts + 1), begin, end
 
 
 def _crossings(start: Floats, stop: Floats, columns: Ints, rows: Ints) -> tuple[Ints, Floats]:
@@ -111,14 +111,17 @@ def outline(points: Floats) -> tuple[Floats, Floats]:
     return (points, following) if area >= 0 else (following, points)
 
 
-def centroids(start: Floats, stop: Floats, weights: Floats) -> tuple[Floats, Floats]:
-    """Integral (channels,) and centroid (channels, 2) of flat fields, see `coverage`, by Green's theorem.
+def centroids(start: Floats, stop: Floats, weights: Floats, counts: Ints) -> tuple[Floats, Floats]:
+    """Integrals (grids, channels) and centroids (grids, channels, 2) of flat fields, see `changes`, by Green's theorem.
 
-    The centroid is nan where the integral is 0.
+    A centroid is nan where the integral is 0.
     """
-    origin = start[0]
-    a, b = start - origin, stop - origin
-    twice = weights.T * (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
-    integral = twice.sum(axis=1) / 2
+    first = np.cumsum(counts) - counts
+    origin = start[first]
+    reference = np.repeat(origin, counts, axis=0)
+    a, b = start - reference, stop - reference
+    twice = weights * (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])[:, None]
+    integral = np.add.reduceat(twice, first) / 2
+    moment = np.add.reduceat(twice[:, :, None] * (a + b)[:, None], first)
     with np.errstate(divide="ignore", invalid="ignore"):
-        return integral, origin + twice @ (a + b) / (6 * integral[:, None])
+        return integral, origin[:, None] + moment / (6 * integral[..., None])

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
+from itertools import accumulate
 
 import numpy as np
 import numpy.typing as npt
 
-from irsim.optics import PointSpread
-from irsim.shapes.polygon import centroids, coverages
+from irsim.optics import GaussianSpread, PointSpread
+from irsim.shapes.polygon import centroids, changes
 from irsim.shapes.visible import visible_edges
 from irsim.sprite import Sprite
 from irsim.stage import Stage
@@ -25,6 +27,9 @@ smoothly enough for derivatives."""
 LARGE_PX = 100.0
 """What is wider or higher than this is drawn on the pixels themselves, to bound the cost: within 0.015
 and 0.046."""
+
+SHARP = GaussianSpread(0.0)
+"""What bins cells to pixels, and no more."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,26 +59,24 @@ def sprites(outlines: Sequence[Outline]) -> list[Sprite]:
     if not outlines:
         return []
     layers = tuple(len(outline.glow) for outline in outlines)
-    bases = np.cumsum(layers) - layers
+    bases = accumulate(layers, initial=0)
     start, stop = (np.concatenate([outline.edges[end] for outline in outlines]) for end in (0, 1))
-    layer = np.concatenate([outline.edges[2] + base for outline, base in zip(outlines, bases, strict=True)])
+    layer = np.concatenate([outline.edges[2] + base for outline, base in zip(outlines, bases, strict=False)])
     glow = np.concatenate([outline.glow for outline in outlines])
     start, stop, weights, layer = visible_edges(start, stop, layer, glow, layers)
     grids = [Grid.over(outline.window) for outline in outlines]
-    first = np.searchsorted(layer, bases)
-    counts = np.diff(np.append(first, len(layer)))
+    counts = np.bincount(np.repeat(np.arange(len(outlines)), layers)[layer], minlength=len(outlines))
     corner = np.repeat([grid.corner for grid in grids], counts, axis=0)
     fine = np.repeat([grid.fine for grid in grids], counts)[:, None]
     cells = [grid.cells for grid in grids]
-    fields = coverages((start - corner) * fine, (stop - corner) * fine, weights, cells, counts.tolist())
+    fields = changes((start - corner) * fine, (stop - corner) * fine, weights, cells, counts)
+    integrals, centers = centroids(start, stop, weights, counts)
     drawn = []
-    for outline, grid, field, begin, count in zip(outlines, grids, fields, first, counts, strict=True):
-        own = slice(begin, begin + count)
-        (area, light), (center, signal_center) = centroids(start[own], stop[own], weights[own])
-        if not light > 0:
-            signal_center = center
-        places = center, signal_center
-        drawn.append(spread(grid, field, places, float(area), outline.box, outline.psf, outline.range_m))
+    for outline, grid, field, (area, light), (center, signal_center) in zip(
+        outlines, grids, fields, integrals.tolist(), centers, strict=True
+    ):
+        places = center, signal_center if light > 0 else center
+        drawn.append(spread(grid, field, places, area, outline.box, outline.psf, outline.range_m))
     return drawn
 
 
@@ -121,36 +124,45 @@ def spread(
     psf: PointSpread,
     range_m: float,
 ) -> Sprite:
-    """A sprite of areas and moments (3, 2, rows, columns) of (opacity, glow) in the cells of a grid, see `coverage`.
+    """A sprite of (opacity, glow) in the cells of a grid, (3, 2, rows, columns) as `changes` gives them.
 
     centers  area centroid and signal centroid;  whole_area  px2, off the grid too
     """
     center, signal_center = centers
-    (area, y_moment, x_moment), rows, columns, fine = fields, grid.rows, grid.columns, grid.fine
+    rows, columns, fine = grid.rows, grid.columns, grid.fine
     margin = psf.reach_px
-    alpha, emission = np.zeros((2, rows + 2 * margin, columns + 2 * margin))
-    for (weight, down, down_slope), (_, right, right_slope) in zip(
-        psf.spreading(rows, fine), psf.spreading(columns, fine), strict=True
+    light = np.zeros((2, rows + 2 * margin, columns + 2 * margin))
+    for (_, down, down_slope), (across, across_slope) in zip(
+        psf.spreading(rows, fine), _across(psf, columns, fine), strict=True
     ):
-        across, across_slope = right.T * (weight / fine**2), right_slope.T * (weight / fine**2)
-        part = down @ (area @ across + x_moment @ across_slope) + down_slope @ (y_moment @ across)
-        alpha += part[0]
-        emission += part[1]
-    cover = np.zeros_like(alpha)
-    cover[margin : margin + rows, margin : margin + columns] = (
-        sum(area[0, i::fine, j::fine] for i in range(fine) for j in range(fine)) / fine**2
-    )
+        light += (down @ fields[0] + down_slope @ fields[1]) @ across + down @ fields[2] @ across_slope
+    cover = np.zeros(light.shape[1:])
+    ((_, down, _),), ((across, _),) = SHARP.spreading(rows, fine), _across(SHARP, columns, fine)
+    cover[margin : margin + rows, margin : margin + columns] = down @ fields[0, 0] @ across
     return Sprite(
         x0=grid.left - margin,
         y0=grid.top - margin,
         cover=cover,
-        alpha=alpha,
-        emission=emission,
+        alpha=light[0],
+        emission=light[1],
         center=(float(center[0]), float(center[1])),
         signal_center=(float(signal_center[0]), float(signal_center[1])),
         box=box,
         range_m=range_m,
         area=whole_area,
+    )
+
+
+@lru_cache(maxsize=64)
+def _across(psf: PointSpread, columns: int, fine: int) -> tuple[tuple[Floats, Floats], ...]:
+    """Of each term of a spread, weighted, two (columns * fine, pixels) matrices along rows: for what changes from
+    cell to cell, which counts in all cells further right too, and for x moments."""
+    return tuple(
+        (
+            np.ascontiguousarray(np.cumsum(right[:, ::-1], axis=1)[:, ::-1].T) * (weight / fine**2),
+            np.ascontiguousarray(right_slope.T) * (weight / fine**2),
+        )
+        for weight, right, right_slope in psf.spreading(columns, fine)
     )
 
 

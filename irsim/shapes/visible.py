@@ -34,25 +34,21 @@ def visible_edges(
     delta = stop - start
     across, down = -delta[:, 1], delta[:, 0]
     length = np.maximum(np.hypot(across, down), 1e-300)
-    start = start + np.stack([across, down], axis=1) * (_INSET_PX * depth / length)[:, None]
+    start = start + np.column_stack([across, down]) * (_INSET_PX * depth / length)[:, None]
     stop = start + delta
 
     edge, polygon, entry, leave = _covered(start, stop, layer, len(glow), layers)
-    count, by = len(start), np.arange(len(edge))
+    count, nothing = len(start), len(glow)
     cut, begin, end = pieces(count, np.concatenate([edge, edge]), np.concatenate([entry, leave]))
-    # Of each piece, all polygons that cover a part of its edge; the last stands for nothing at all.
+    # Of each piece, all polygons that cover a part of its edge.
     counts = np.bincount(edge, minlength=count)
-    first = np.cumsum(counts) - counts
-    of, which = _expanded(first[cut], counts[cut] + 1)
-    beyond = which == (first + counts)[cut][of]
-    found = np.append(by, 0)[np.where(beyond, len(by), which)]
-    middle = ((begin + end) / 2)[of]
-    nothing = len(glow)
-    inside = np.full(len(of), nothing)
-    if len(by):
-        within = ~beyond & (entry[found] < middle) & (middle < leave[found])
-        inside[within] = polygon[found[within]]
-    nearest = np.minimum.reduceat(inside, np.cumsum(counts[cut] + 1) - counts[cut] - 1)
+    first, each = (np.cumsum(counts) - counts)[cut], counts[cut]
+    which, middle = _runs(first, each), np.repeat((begin + end) / 2, each)
+    inside = np.where((entry[which] < middle) & (middle < leave[which]), polygon[which], nothing)
+    nearest = np.full(len(cut), nothing)
+    some = np.flatnonzero(each)
+    if len(some):
+        nearest[some] = np.minimum.reduceat(inside, (np.cumsum(each) - each)[some])
     own = layer[cut]
     bare = nearest == nothing
     gain = glow[own] - np.append(glow, 0.0)[nearest]
@@ -62,7 +58,7 @@ def visible_edges(
     joined = (cut[1:] == cut[:-1]) & (begin[1:] == end[:-1]) & (bare[1:] == bare[:-1]) & (gain[1:] == gain[:-1])
     heads, tails = np.flatnonzero(np.append(True, ~joined)), np.flatnonzero(np.append(~joined, True))
     cut = cut[heads]
-    origin, along = start[cut], delta[cut]
+    origin, along = start.take(cut, axis=0), delta.take(cut, axis=0)
     weights = np.stack([bare[heads], gain[heads]], axis=1)
     return origin + along * begin[heads, None], origin + along * end[tails, None], weights, layer[cut]
 
@@ -72,8 +68,8 @@ def _covered(
 ) -> tuple[Ints, Ints, Floats, Floats]:
     """(edge, polygon, entry, leave) of the edges that run through other polygons of their picture, by edge and
     polygon: from which place to which along the edge, 0..1. Only where their boxes meet is it looked for."""
-    first = np.searchsorted(layer, np.arange(count))
-    sides = np.diff(np.append(first, len(layer)))
+    sides = np.bincount(layer, minlength=count)
+    first = np.cumsum(sides) - sides
     low, high = np.minimum(start, stop), np.maximum(start, stop)
     lows, highs = np.minimum.reduceat(low, first), np.maximum.reduceat(high, first)
     picture = np.repeat(np.arange(len(layers)), layers)
@@ -81,8 +77,7 @@ def _covered(
     meet &= meet.T & (picture[:, None] == picture)
     np.fill_diagonal(meet, False)
     mine, polygon = np.nonzero(meet)
-    pair, edge = _expanded(first[mine], sides[mine])
-    polygon = polygon[pair]
+    edge, polygon = _runs(first[mine], sides[mine]), np.repeat(polygon, sides[mine])
     near = np.ones(len(edge), dtype=bool)
     for axis in (0, 1):
         near &= low[:, axis][edge] <= highs[:, axis][polygon]
@@ -94,11 +89,11 @@ def _covered(
         return edge, polygon, np.zeros(0), np.zeros(0)
 
     # How far an edge's ends are inside each line of the polygon.
-    pair, line = _expanded(first[polygon], sides[polygon])
+    lines = sides[polygon]
+    line, at = _runs(first[polygon], lines), np.repeat(edge, lines)
     delta = stop - start
     across, down = -delta[:, 1], delta[:, 0]
     level = across * start[:, 0] + down * start[:, 1]
-    at = edge[pair]
     across, down, level = across[line], down[line], level[line]
     at_start = start[:, 0][at] * across + start[:, 1][at] * down - level
     at_stop = stop[:, 0][at] * across + stop[:, 1][at] * down - level
@@ -107,14 +102,14 @@ def _covered(
         crossing = at_start / (at_start - at_stop)
     entering = np.where(begins_out, crossing, 0.0)
     entering[begins_out & ends_out] = 2.0
-    begins = np.cumsum(sides[polygon]) - sides[polygon]
+    begins = np.cumsum(lines) - lines
     entry = np.maximum.reduceat(entering, begins)
     leave = np.minimum.reduceat(np.where(ends_out, crossing, 1.0), begins)
     through = entry < leave
     return edge[through], polygon[through], entry[through], leave[through]
 
 
-def _expanded(first: Ints, counts: Ints) -> tuple[Ints, Ints]:
-    """Runs first .. first + counts - 1, one after the other: (which run, the number) of each."""
-    which = np.repeat(np.arange(len(first)), counts)
-    return which, np.arange(len(which)) + np.repeat(first - np.cumsum(counts) + counts, counts)
+def _runs(first: Ints, counts: Ints) -> Ints:
+    """Runs first .. first + counts - 1, one after the other."""
+    ends = np.cumsum(counts)
+    return np.arange(counts.sum()) + np.repeat(first - ends + counts, counts)
