@@ -46,7 +46,7 @@ class Seen:
     @property
     def visible(self) -> float:
         """Fraction 0..1 of the target's area that is in the frame and not hidden."""
-        return float(np.clip(self.left.sum() / self.piece.sprite.area, 0, 1))
+        return float(min(max(self.left.sum() / self.piece.sprite.area, 0.0), 1.0))
 
     def hide(self, name: str, where: Slices, passed: Floats) -> None:
         """Something nearer lets only `passed` (0..1) of the patch's pixels `where` through."""

@@ -76,7 +76,7 @@ def _line(count: int, middle: float, half: float) -> _Line:
     places = np.arange(first, stop)
     shares = np.minimum(places + 0.5, middle + half) - np.maximum(places - 0.5, middle - half)
     (left, right), (inner, end) = within(RING_PX), within(GUARD_PX)
-    return _Line(slice(first, stop), np.clip(shares, 0, 1), slice(left, right), slice(inner - left, max(end - left, 0)))
+    return _Line(slice(first, stop), shares, slice(left, right), slice(inner - left, max(end - left, 0)))
 
 
 def around(shape: tuple[int, ...], box: Box) -> tuple[Floats, npt.NDArray[np.bool_]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from functools import lru_cache
 from typing import Literal
 
@@ -85,7 +86,7 @@ def radiance(band: Band, temperature_k: float | Floats) -> Floats:
 def temperature(band: Band, radiance: float | Floats) -> Floats:
     """Black-body temperature, K, of an in-band radiance, W/m2/sr (any shape): the inverse of `radiance`."""
     inverse_t, log_l = _table(band)
-    return np.asarray(-1 / np.interp(np.log(np.maximum(radiance, np.finfo(np.float64).tiny)), log_l, inverse_t))
+    return np.asarray(-1 / np.interp(np.log(np.maximum(radiance, sys.float_info.min)), log_l, inverse_t))
 
 
 def slope(band: Band, temperature_k: float) -> float:

@@ -129,7 +129,9 @@ class Renderer:
             targets, self._exposed(lambda instant: instant.sprites(index, present, shifts)), strict=True
         ):
             if sprite is not None:
-                arrived = replace(arriving(sprite, sight, target.id), contrast=target.contrast)
+                arrived = arriving(sprite, sight, target.id)
+                if target.contrast != 1:
+                    arrived = replace(arrived, contrast=target.contrast)
                 yield Piece(target.id, arrived, tracked=True)
         standing = self._exposed(lambda instant: [each.draw(instant.sight(index)) for each in self.occluders])
         for occluder, sprite in zip(self.occluders, standing, strict=True):

@@ -21,8 +21,34 @@ by pixel, at ten times the cost."""
 STRAIGHT = 0.02
 """Largest displacement of a corner by roll or zoom, px, that is not looked up."""
 
+AROUND = 16
+"""How much more than a frame sees is cut out of a texture, to each side, px: the next frames see much the same."""
+
 Paint = Callable[[float], tuple[Floats, Floats]]
 """Time in periods -> a layer's transmittance and emission, square and periodic, float32."""
+
+
+class Padded:
+    """A square, periodic texture, repeated past its edges by `margin` px so that a frame needs no wrap.
+
+    What was last seen of it is kept apart: a picture whose rows lie side by side is read in half the time.
+    """
+
+    def __init__(self, texture: Floats, margin: int) -> None:
+        self.side = texture.shape[0]
+        repeated = cv2.copyMakeBorder(texture, 0, margin, 0, margin, cv2.BORDER_WRAP)
+        self.whole: Floats = np.asarray(repeated, np.float32)
+        self._near, self._corner = self.whole[:0, :0], (0, 0)
+
+    def window(self, column: int, row: int, width: int, height: int) -> Floats:
+        """(height, width) of it from a column and a row on."""
+        left, top = column - self._corner[0], row - self._corner[1]
+        rows, columns = self._near.shape
+        if not (0 <= left <= columns - width and 0 <= top <= rows - height):
+            left, top = min(column, AROUND), min(row, AROUND)
+            self._corner = column - left, row - top
+            self._near = self.whole[row - top : row + height + AROUND, column - left : column + width + AROUND].copy()
+        return self._near[top : top + height, left : left + width]
 
 
 class Drifting:
@@ -34,7 +60,7 @@ class Drifting:
         self._paint = paint
         self._period_s = period_s
         self._drift = drift_px_s
-        self._states: dict[int, tuple[Floats, Floats]] = {}
+        self._states: dict[int, tuple[Padded, Padded]] = {}
 
     def light(self, gaze: Gaze) -> tuple[Floats, Floats]:
         """(transmittance, emission) of a frame, each (rows, cols) float32."""
@@ -47,15 +73,11 @@ class Drifting:
         transmittance, emission = (look(before, after, share) for before, after in zip(early, late, strict=True))
         return transmittance, emission
 
-    def _state(self, number: int, frame: tuple[int, int]) -> tuple[Floats, Floats]:
+    def _state(self, number: int, frame: tuple[int, int]) -> tuple[Padded, Padded]:
         if number in self._states:
             return self._states[number]
-        margin = _margin(frame)
-        transmittance, emission = (
-            np.asarray(cv2.copyMakeBorder(part, 0, margin, 0, margin, cv2.BORDER_WRAP), np.float32)
-            for part in self._paint(number / STEPS)
-        )
-        return transmittance, emission
+        transmittance, emission = self._paint(number / STEPS)
+        return Padded(transmittance, _margin(frame)), Padded(emission, _margin(frame))
 
 
 def _margin(frame: tuple[int, int]) -> int:
@@ -63,7 +85,7 @@ def _margin(frame: tuple[int, int]) -> int:
     return int(np.hypot(*frame)) + 64
 
 
-Look = Callable[[Floats, Floats, float], Floats]
+Look = Callable[[Padded, Padded, float], Floats]
 
 
 def _look(chart: Chart, right: float, down: float) -> Look:
@@ -71,30 +93,29 @@ def _look(chart: Chart, right: float, down: float) -> Look:
     width, height = chart.geometry.size
     corner = np.hypot(width, height) / 2
     if (corner * chart.geometry.ifov_rad) ** 2 > NARROW:
-        return _pixelwise(chart.spread(chart.u - right), chart.spread(chart.v - down), _margin((width, height)))
+        return _pixelwise(chart.spread(chart.u - right), chart.spread(chart.v - down))
     u, v, forward, side = _middle(chart)
     u, v = u - right, v - down
     if np.hypot(forward - 1, side) * corner > STRAIGHT:
         x, y = np.meshgrid(np.arange(width) - (width - 1) / 2, np.arange(height) - (height - 1) / 2)
-        return _pixelwise(u + forward * x - side * y, v + side * x + forward * y, _margin((width, height)))
+        return _pixelwise(u + forward * x - side * y, v + side * x + forward * y)
 
-    def move(before: Floats, after: Floats, share: float) -> Floats:
-        period = before.shape[0] - _margin((width, height))
-        left, top = (u - (width - 1) / 2) % period, (v - (height - 1) / 2) % period
+    def move(before: Padded, after: Padded, share: float) -> Floats:
+        left, top = (u - (width - 1) / 2) % before.side, (v - (height - 1) / 2) % before.side
         column, row = int(left), int(top)
-        window = (slice(row, row + height + 1), slice(column, column + width + 1))
-        mixed = cv2.addWeighted(before[window], 1 - share, after[window], share, 0)
+        early, late = (texture.window(column, row, width + 1, height + 1) for texture in (before, after))
+        mixed = cv2.addWeighted(early, 1 - share, late, share, 0)
         middle = ((width - 1) / 2 + left - column, (height - 1) / 2 + top - row)
         return np.asarray(cv2.getRectSubPix(mixed, (width, height), middle))
 
     return move
 
 
-def _pixelwise(columns: Floats, rows: Floats, margin: int) -> Look:
-    def look(before: Floats, after: Floats, share: float) -> Floats:
-        period = before.shape[0] - margin
+def _pixelwise(columns: Floats, rows: Floats) -> Look:
+    def look(before: Padded, after: Padded, share: float) -> Floats:
+        period = before.side
         x, y = ((at - np.floor(at.min() / period) * period).astype(np.float32) for at in (columns, rows))
-        mixed = cv2.addWeighted(before, 1 - share, after, share, 0)
+        mixed = cv2.addWeighted(before.whole, 1 - share, after.whole, share, 0)
         return np.asarray(cv2.remap(mixed, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP))
 
     return look

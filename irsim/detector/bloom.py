@@ -31,7 +31,7 @@ class Bloom(Part):
         at the frame's edge. Around, it falls off exponentially with distance, and what comes to
         saturated pixels is lost.
         """
-        if cv2.minMaxLoc(signal)[1] <= top:
+        if signal.max() <= top:
             return
         if self.along == "around":
             self._spill_around(signal, top)

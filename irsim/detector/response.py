@@ -64,7 +64,7 @@ class Response:
         """The noiseless signal of in-band radiance (rows, cols) float32, W/m2/sr; into `out` where it is given."""
         signal = np.empty_like(light) if out is None else out
         if self.root:
-            if cv2.minMaxLoc(light)[0] < 0:  # by rounding alone
+            if light.min() < 0:  # by rounding alone
                 light = np.maximum(light, np.float32(0))
             cv2.sqrt(light, dst=signal)
             cv2.addWeighted(light, self.linear, signal, self.root, self.zero, dst=signal)
@@ -77,7 +77,7 @@ class Response:
 
         Rounded to the nearest (halves to even) and clipped to the depth: they saturate and never wrap around.
         """
-        if max(map(abs, cv2.minMaxLoc(signal)[:2])) > MOST_COUNTS * self.gain:  # would wrap in the conversion
+        if cv2.norm(signal, cv2.NORM_INF) > MOST_COUNTS * self.gain:  # would wrap in the conversion
             np.clip(signal, np.float32(0), np.float32(MOST_COUNTS * self.gain), out=signal)
         counts = cv2.addWeighted(signal, 1 / self.gain, signal, 0, self.offset, dtype=cv2.CV_16U)
         if self.full < MOST_COUNTS:

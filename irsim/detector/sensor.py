@@ -99,5 +99,5 @@ class Sensor:
     def _saturate(self, signal: Floats) -> None:
         if self.bloom is not None:
             self.bloom.spill(signal, self.response.top)
-        if cv2.minMaxLoc(signal)[1] > self.response.well:
+        if signal.max() > self.response.well:
             np.minimum(signal, np.float32(self.response.well), out=signal)

@@ -29,7 +29,7 @@ class Shot(Noise):
     def add(self, signal: Floats, response: Response, moment: Moment) -> None:
         buffer = scratch(moment.shape, "drawn")
         drawn = normals(moment.shape, moment.seed, "noise", self.name, moment.index, out=buffer)
-        least, most = cv2.minMaxLoc(signal)[:2]
+        least, most = signal.min(), signal.max()
         low = signal < EXACT_E if least < EXACT_E else None
         sigma = np.add(signal, np.float32(response.read**2), out=scratch(moment.shape, "sigma"))
         if most >= response.well:
