@@ -22,6 +22,9 @@ from irtrack.types import Estimate, GivenTracker, Track, Tracker, fault
 Progress = Callable[[int, int], None]
 """Called with (frames done, frames to do)."""
 
+Pair = tuple[Frame, Truth | None]
+"""A frame and what is true of it; None where the source has no truth."""
+
 BLOCK_FRAMES = 64
 BLOCK_BYTES = 16 * 2**20
 """What a tracker is shown in a row: long enough that its first step, which finds the caches cold, weighs little."""
@@ -162,23 +165,31 @@ def replay(
     its steps would take about twice the time of the others'.
     """
     total = (len(source) if stop is None else min(stop, len(source))) - start
+    shown = None if progress is None else lambda done: progress(done, total)
+    return show(source.pairs(start, stop, input=input), viewers, shown)
+
+
+def show(
+    pairs: Iterable[Pair], viewers: Sequence[Callable[[Frame], None]], shown: Callable[[int], None] | None = None
+) -> list[Truth]:
+    """Show these frames to all viewers, see `replay`; `shown` is called with how many each has seen, on average."""
     truths: list[Truth] = []
-    shown = 0
-    for block in _blocks(source.pairs(start, stop, input=input)):
+    views = 0
+    for block in _blocks(pairs):
         for view in viewers:
             for frame, _ in block:
                 view(frame)
-                shown += 1
-                if progress is not None:
-                    progress(shown // len(viewers), total)
+                views += 1
+                if shown is not None:
+                    shown(views // len(viewers))
         truths += [truth for _, truth in block if truth is not None]
     return truths
 
 
-def _blocks(pairs: Iterable[tuple[Frame, Truth | None]]) -> Iterator[list[tuple[Frame, Truth | None]]]:
+def _blocks(pairs: Iterable[Pair]) -> Iterator[list[Pair]]:
     """The pairs in blocks of BLOCK_FRAMES, or fewer where those take more than BLOCK_BYTES; no tracker can
     change the frames. Two blocks at most are in memory: one that was seen, and the one that is being filled."""
-    block: list[tuple[Frame, Truth | None]] = []
+    block: list[Pair] = []
     held = 0
     for frame, truth in pairs:
         block.append((_read_only(frame), truth))

@@ -59,6 +59,7 @@ def sweeps(report: Report) -> None:
         more, one = sweep(CELLS)
         less, _ = sweep(FEW + 1)
         report("bench_added_to_50_ms_cells", 100 * (more - less) / (CELLS - FEW - 1) / CELL_S, "%")
+        report("bench_wall_added_to_50_ms_cells", 100 * (1 / one / CELL_S - 1), "%")
         report("bench_two_workers_speedup", sweep(CELLS, 2)[1] / one, "x")
 
 

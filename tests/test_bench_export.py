@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import csv
+import multiprocessing
+import resource
 import sqlite3
+import sys
 from pathlib import Path
 
 import pytest
@@ -74,7 +77,7 @@ class Full:
 def test_a_full_disk_keeps_what_was_measured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path, entries = tmp_path / "r.db", [Entry("w", Walker(jitter=1.0))]
     with monkeypatch.context() as patch:
-        Full(patch, 40)
+        Full(patch, 24)
         with pytest.raises(InputError, match=r"r\.db: .*full; what was finished is kept: make room and give the same"):
             run_bench([Strip()], entries, seeds=60, results=path)
     with Results(path) as left:
@@ -85,3 +88,25 @@ def test_a_full_disk_keeps_what_was_measured(tmp_path: Path, monkeypatch: pytest
     with run_bench([Strip()], entries, seeds=60, results=path, progress=progress) as results:
         assert kept < {cell.key for cell in results.cells()}
     assert counts[-1] == (60 - len(kept), 60 - len(kept))
+
+
+def limited_sweep(path: Path, most_bytes: int) -> None:
+    resource.setrlimit(resource.RLIMIT_FSIZE, (most_bytes, most_bytes))
+    try:
+        run_bench([Strip()], [Entry("w", Walker(jitter=1.0))], seeds=60, results=path).close()
+    except InputError as error:
+        sys.exit(1 if "what was finished is kept" in str(error) else str(error))
+
+
+def test_a_file_that_may_not_grow_keeps_what_was_measured(tmp_path: Path) -> None:
+    """The system itself refuses to write, in the results file or in what SQLite keeps beside it."""
+    for number, most_bytes in enumerate((80_000, 100_000)):
+        path = tmp_path / f"{number}.db"
+        process = multiprocessing.get_context("fork").Process(target=limited_sweep, args=(path, most_bytes))
+        process.start()
+        process.join()
+        assert process.exitcode == 1
+        with Results(path) as left:
+            assert 0 < len(left.cells()) < 60
+        with run_bench([Strip()], [Entry("w", Walker(jitter=1.0))], seeds=60, results=path) as results:
+            assert len(results.cells()) == 60

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
 import shutil
 import sqlite3
+import subprocess
+import sys
 from dataclasses import astuple, replace
 from pathlib import Path
 
@@ -11,10 +15,11 @@ import numpy as np
 import pytest
 from bench_fakes import Strip, Walker
 
-from irtrack.bench import Entry, Key, Results, run_bench
+from irtrack.bench import Cell, Entry, Key, Results, run_bench
 from irtrack.bench.results import SCHEMA_VERSION
 from irtrack.errors import InputError
 from irtrack.metrics import Score
+from irtrack.metrics.packing import pack
 
 
 def test_a_results_file_keeps_what_it_is_given(tmp_path: Path) -> None:
@@ -84,11 +89,12 @@ def test_foreign_broken_and_other_versions_are_one_line(tmp_path: Path) -> None:
     Results(tmp_path / "empty.db", create=True).close()  # a kill before the first commit leaves this
 
 
+DAMAGED = "the results file is damaged: not all in it can be read"
+
+
 @pytest.mark.parametrize(
     ("there", "changed", "said"),
     [
-        (b"centers.npy", b"centres.npy", "KeyError"),
-        (b"PK\x01\x02", b"PK\x01\x03", "BadZipFile"),
         (b'{"', b'["', "JSONDecodeError"),
         (b"sqlite_autoindex_cells_1", b"sqlite_autoindex_cells_\xff", "UnicodeDecodeError"),
     ],
@@ -96,13 +102,92 @@ def test_foreign_broken_and_other_versions_are_one_line(tmp_path: Path) -> None:
 def test_damage_that_sqlite_does_not_see_is_told_in_one_line(
     tmp_path: Path, there: bytes, changed: bytes, said: str
 ) -> None:
-    """In a packed track, in JSON, and in what SQLite says itself."""
+    """In JSON, and in what SQLite says itself."""
     path = tmp_path / "r.db"
     run_bench([Strip()], [Entry("w", Walker())], results=path).close()
     whole = path.read_bytes()
     assert there in whole
     path.write_bytes(whole.replace(there, changed))
-    with pytest.raises(InputError) as caught, Results(path) as results:  # noqa: PT012 - which of them depends
+    with pytest.raises(InputError) as caught, Results(path) as results:
         results.runs()
-        results.trace(results.cells()[0].key)
-    assert str(caught.value) == f"{path}: the results file is damaged: not all in it can be read ({said})"
+    assert str(caught.value) == f"{path}: {DAMAGED} ({said})"
+
+
+def test_a_damaged_track_is_told_in_one_line(tmp_path: Path) -> None:
+    path = tmp_path / "r.db"
+    with run_bench([Strip()], [Entry("w", Walker())], results=path) as results:
+        (cell,) = results.cells()
+        trace = results.trace(cell.key)
+    assert trace is not None
+    blob = trace.to_bytes()
+    flipped = blob[:-1] + bytes([blob[-1] ^ 1])
+    misnamed = pack({"centres": trace.centers})
+    for changed, said in [(flipped, "ValueError"), (blob[:-1], "ValueError"), (misnamed, "TypeError")]:
+        with sqlite3.connect(path) as client:
+            client.execute("UPDATE cells SET trace = ?", (changed,))
+        with Results(path) as results, pytest.raises(InputError) as caught:
+            results.trace(cell.key)
+        assert str(caught.value) == f"{path}: {DAMAGED} ({said})"
+
+
+def modes(path: Path) -> tuple[str, list[str]]:
+    """The journal that the file asks for, and what lies beside it."""
+    with contextlib.closing(sqlite3.connect(path)) as client:
+        mode = client.execute("PRAGMA journal_mode").fetchone()[0]
+    return mode, sorted(each.name for each in path.parent.iterdir())
+
+
+def test_during_a_sweep_others_read_what_is_committed_and_after_it_all_is_in_one_file(tmp_path: Path) -> None:
+    path, counts = tmp_path / "r.db", []
+
+    def look(cell: Cell) -> None:
+        with Results(path) as other:
+            counts.append(len(other.cells()))
+
+    with run_bench([Strip()], [Entry("w", Walker(jitter=1.0))], seeds=5, results=path, seen=look) as results:
+        assert counts == [1, 2, 3, 4, 5]
+        assert len(results.cells()) == 5
+        assert [each.name for each in tmp_path.iterdir()] == ["r.db"]
+    assert modes(path) == ("delete", ["r.db"])
+
+
+def test_a_sweep_ends_whoever_has_the_file_open(tmp_path: Path) -> None:
+    path = tmp_path / "r.db"
+    run_bench([Strip()], [Entry("w", Walker())], seeds=1, results=path).close()
+    with Results(path) as other:
+        run_bench([Strip()], [Entry("w", Walker(jitter=1.0))], seeds=3, results=path).close()
+        assert len(other.cells()) == 3
+    assert [each.name for each in tmp_path.iterdir()] == ["r.db"]
+    run_bench([Strip()], [Entry("w", Walker(jitter=1.0))], seeds=4, results=path).close()
+    assert modes(path) == ("delete", ["r.db"])
+
+
+SAYING = """
+import sys
+from bench_fakes import Strip, Walker
+from irtrack.bench import Entry, run_bench
+if __name__ == "__main__":
+    say = lambda cell: print(cell.key.digest, flush=True)
+    run_bench([Strip()], [Entry("w", Walker(jitter=1.0))], seeds=500, results=sys.argv[1], seen=say)
+"""
+
+
+def test_a_killed_process_loses_nothing_of_what_it_said_was_done(tmp_path: Path) -> None:
+    path, script = tmp_path / "r.db", tmp_path / "saying.py"
+    script.write_text(SAYING)
+    here = Path(__file__).parent
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(here), str(here.parent)])}
+    said: list[str] = []
+    for stop in (3, 60):
+        with subprocess.Popen(
+            [sys.executable, script, path], env=environment, stdout=subprocess.PIPE, text=True
+        ) as process:
+            assert process.stdout is not None
+            for _ in range(stop):
+                said.append(process.stdout.readline().strip())
+            process.kill()
+            said += process.stdout.read().split()
+        with Results(path) as left:
+            kept = {cell.key.digest for cell in left.cells()}
+        assert kept >= set(said)
+        assert len(set(said)) == len(said) < 500

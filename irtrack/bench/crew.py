@@ -15,6 +15,7 @@ from typing import Any
 
 from irsim.interrupts import ignore_interrupts
 from irtrack.bench.group import Group, Member, Outcome, run_group, timed_out
+from irtrack.bench.reel import Reels
 from irtrack.errors import InputError, IrtrackError
 from irtrack.workers import GoneError, Watched, begin_worker
 
@@ -183,6 +184,7 @@ def _serve(pipe: Connection, numbers: Any, limit_s: float | None) -> None:
     """A worker's life: groups in, outcomes out."""
     ignore_interrupts()  # of Ctrl-C the parent tells: one that is gone would be replaced
     begin_worker()
+    reels = Reels()
     while True:
         answer: Any
         try:
@@ -193,7 +195,7 @@ def _serve(pipe: Connection, numbers: Any, limit_s: float | None) -> None:
             answer = IrtrackError(f"a worker process cannot read what it is to run: {type(error).__name__}: {error}")
         else:
             try:
-                answer = run_group(group, limit_s, Board(numbers))
+                answer = run_group(group, limit_s, Board(numbers), reels)
             except Exception as error:
                 answer = error
         try:

@@ -11,9 +11,10 @@ from typing import Protocol
 
 from irsim.types import Box, Frame, Input, Source
 from irtrack.bench.cell import Cell, Key
+from irtrack.bench.reel import Reels
 from irtrack.errors import IrtrackError, TrackerError
 from irtrack.metrics import Reference, Trace, score_trace
-from irtrack.replay import Player, replay
+from irtrack.replay import Player, replay, show
 from irtrack.start import find_start
 from irtrack.types import Tracker
 
@@ -89,25 +90,33 @@ class Unwatched:
         pass
 
 
-def run_group(group: Group, limit_s: float | None = None, watch: Watch | None = None) -> list[Outcome]:
+def run_group(
+    group: Group, limit_s: float | None = None, watch: Watch | None = None, reels: Reels | None = None
+) -> list[Outcome]:
     """Run all members of a group. A tracker that raises fails its own cell and no other.
 
     limit_s   a tracker that takes more wall time than this in all, rendering apart, has timed out: that is
               seen when it is done with a frame, so whoever must stop one that hangs gives a `watch`
+    reels     those of the groups before, where one process runs several
 
     What the source raises (a damaged recording) is passed on.
     """
     source = copy(group.source)  # what it paints on the way goes with it
+    reel = (reels or Reels()).of(source, group.input)
     try:
-        start = find_start(source, source.truths(), group.target, group.init)
+        start = find_start(source, source.truths() if reel is None else reel.truths, group.target, group.init)
     except IrtrackError as error:
         return [group.failed(member, str(error)) for member in group.members]
     attempts = [
         _Attempt(Player(member.tracker, start, member.key.tracker_seed), number, limit_s, watch or Unwatched())
         for number, member in enumerate(group.members)
     ]
-    truths = replay(source, [attempt.see for attempt in attempts], group.input, start.frame)
-    reference = Reference.of(truths, start.target)
+    viewers = [attempt.see for attempt in attempts]
+    if reel is None:
+        reference = Reference.of(replay(source, viewers, group.input, start.frame), start.target)
+    else:
+        show(reel.pairs[start.frame :], viewers)
+        reference = reel.reference(start.target, start.frame)
     return [
         group.failed(member, attempt.failure, attempt.at)
         if attempt.failure is not None

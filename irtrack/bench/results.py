@@ -1,6 +1,6 @@
 """The results file: SQLite, one cell a row, committed as they are finished.
 
-A killed bench leaves a valid file (SQLite's rollback journal); the next one goes on from there.
+A killed bench leaves a valid file (SQLite's journals); the next one goes on from there.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import sqlite3
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import fields
 from html import escape
 from pathlib import Path
@@ -23,7 +23,7 @@ from irtrack.metrics import FIGURES, Score, Trace
 APPLICATION_ID = 0x69727472
 """'irtr' in the file's header tells a results file from any other SQLite file."""
 
-SCHEMA_VERSION = 5
+SCHEMA_VERSION = 6
 """Raised whenever a table below, `Score` or `Trace` changes."""
 
 _NO_ROOM = {sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR}
@@ -142,6 +142,24 @@ class Results:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+    @contextmanager
+    def sweep(self) -> Iterator[None]:
+        """Around many transactions: each then costs 0.02 ms in place of four waits for the disk, some 16 ms.
+
+        SQLite keeps what is committed in a file beside, NAME-wal, and takes it over at the end. A process killed in
+        between leaves both with all that was committed, and whoever opens NAME next puts it together; a power cut
+        costs what the system has not written yet, not the file (sqlite.org/wal.html). Where another process is
+        just writing, or the file system cannot do it, transactions cost what they cost.
+        """
+        with suppress(sqlite3.Error):
+            if self._db.execute("PRAGMA journal_mode = WAL").fetchone()[0] == "wal":
+                self._db.execute("PRAGMA synchronous = NORMAL")
+        try:
+            yield
+        finally:
+            with suppress(sqlite3.Error):  # open elsewhere: then the last to close it does so
+                self._db.execute("PRAGMA journal_mode = DELETE")
 
     @contextmanager
     def transaction(self) -> Iterator[None]:

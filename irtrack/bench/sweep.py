@@ -19,6 +19,7 @@ from irtrack.bench.cell import Cell, Key, Run
 from irtrack.bench.crew import Crew, warden
 from irtrack.bench.group import Group, Member, Outcome, run_group
 from irtrack.bench.plan import Plan, Seeds, contestants, plans
+from irtrack.bench.reel import Reels
 from irtrack.bench.results import Results
 from irtrack.bench.specs import Entry
 from irtrack.errors import InputError, IrtrackError
@@ -80,16 +81,17 @@ def run_bench(
         done, total = 0, sum(len(group.members) for group in groups)
         if progress is not None and total:
             progress(done, total)
-        for outcomes in _outcomes(groups, jobs, executor, time_limit_s):
-            with kept.transaction():
-                for cell, trace in outcomes:
-                    kept.add(cell, trace)
-            done += len(outcomes)
-            if seen is not None:
-                for cell, _ in outcomes:
-                    seen(cell)
-            if progress is not None:
-                progress(done, total)
+        with kept.sweep():
+            for outcomes in _outcomes(groups, jobs, executor, time_limit_s):
+                with kept.transaction():
+                    for cell, trace in outcomes:
+                        kept.add(cell, trace)
+                done += len(outcomes)
+                if seen is not None:
+                    for cell, _ in outcomes:
+                        seen(cell)
+                if progress is not None:
+                    progress(done, total)
     except BaseException:
         kept.close()
         raise
@@ -118,7 +120,7 @@ def _outcomes(
     if executor is not None:
         yield from _by(executor, run_alone if limit_s is None else partial(run_warded, limit_s=limit_s), groups)
     elif limit_s is None and jobs == 1:
-        yield from map(run_alone, groups)
+        yield from map(partial(run_alone, reels=Reels()), groups)
     elif groups:
         with Crew(min(jobs, len(groups)), limit_s) as crew:
             try:
@@ -140,10 +142,10 @@ def _by(executor: Executor, task: Callable[[Group], list[Outcome]], groups: list
         yield found
 
 
-def run_alone(group: Group) -> list[Outcome]:
+def run_alone(group: Group, reels: Reels | None = None) -> list[Outcome]:
     """A group in this process."""
     with one_thread():
-        return run_group(group)
+        return run_group(group, reels=reels)
 
 
 def run_warded(group: Group, limit_s: float) -> list[Outcome]:

@@ -51,6 +51,8 @@ class Reference:
     def at(self, indices: np.ndarray) -> Reference:
         """The reference at these frame indices; frames that it does not know count as absent."""
         indices = np.asarray(indices, dtype=np.int64)
+        if np.array_equal(indices, self.indices):
+            return self
         known = np.isin(indices, self.indices)
         place = np.searchsorted(self.indices, indices[known])
         unknown = np.full(len(indices), np.nan)

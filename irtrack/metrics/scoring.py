@@ -193,7 +193,8 @@ def score(track: Track, reference: Reference) -> Score:
 def score_trace(trace: Trace) -> Score:
     """The figures of a track beside its truth."""
     figures: dict[str, Any] = {name: _told(figure.of(trace)) for name, figure in _SCALARS.items()}
-    everywhere, held = CentreFigures.of(trace.offsets[trace.scored]), CentreFigures.of(trace.offsets[trace.held])
+    everywhere = CentreFigures.of(trace.offsets[trace.scored])
+    held = everywhere if trace.lost_position is None else CentreFigures.of(trace.offsets[trace.held])
     return Score(all=everywhere, held=held, **figures)
 
 

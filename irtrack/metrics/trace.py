@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import io
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
@@ -14,6 +13,7 @@ from irtrack.metrics.centre import centre_errors
 from irtrack.metrics.long_term import LongTerm, long_term
 from irtrack.metrics.loss import loss, off_frames
 from irtrack.metrics.overlap import overlaps, widened
+from irtrack.metrics.packing import pack, unpack
 from irtrack.metrics.reacquire import Return, returns
 from irtrack.metrics.reference import Reference
 from irtrack.types import Track
@@ -158,13 +158,10 @@ class Trace:
         return digest.hexdigest()
 
     def to_bytes(self) -> bytes:
-        """A compressed npz."""
-        buffer = io.BytesIO()
-        np.savez_compressed(buffer, **{field.name: getattr(self, field.name) for field in fields(self)})
-        return buffer.getvalue()
+        """All its arrays, packed."""
+        return pack({field.name: getattr(self, field.name) for field in fields(self)})
 
     @classmethod
     def from_bytes(cls, blob: bytes) -> Trace:
         """The inverse of `to_bytes`."""
-        with np.load(io.BytesIO(blob), allow_pickle=False) as arrays:
-            return cls(**{field.name: arrays[field.name] for field in fields(cls)})
+        return cls(**unpack(blob))
