@@ -8,7 +8,7 @@ first elevation, so that the map is true to shape around the first pointing.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import cv2
 import numpy as np
@@ -39,17 +39,15 @@ def _coefficients() -> Floats:
     return np.asarray(weights[:, None] * np.cos(_ORDERS[:, None] * (np.pi - _ANGLES)))
 
 
-def _lagrange(length: int, margin: int, places: Floats) -> Floats:
-    """(n, NODES): the Lagrange basis of the nodes at places (n,) px within -margin .. length-1+margin."""
-    middle = (length - 1) / 2
-    angles = np.arccos((places - middle) / (middle + margin))
-    return np.asarray(np.cos(angles[:, None] * _ORDERS) @ _coefficients())  # T_n(x) = cos(n arccos x)
+def _lagrange(places: Floats) -> Floats:
+    """(..., NODES): the Lagrange basis of the nodes at places (...), -1..1 where the nodes are on -1..1."""
+    return np.asarray(np.cos(np.arccos(places)[..., None] * _ORDERS) @ _coefficients())  # T_n(x) = cos(n arccos x)
 
 
 @lru_cache(maxsize=16)
 def _basis(length: int, margin: int) -> Floats:
     """(length + 2 margin, NODES) float32: the basis at every pixel."""
-    return _lagrange(length, margin, np.arange(float(-margin), length + margin)).astype(np.float32)
+    return _lagrange(np.linspace(-1.0, 1.0, length + 2 * margin)).astype(np.float32)
 
 
 @lru_cache(maxsize=16)
@@ -96,13 +94,17 @@ class Chart:
             margin,
         )
 
-    def moved(self, dx: float, dy: float) -> tuple[Floats, Floats]:
-        """u and v, each (NODES, NODES), at the nodes of the frame without margin, moved by (dx, dy) px within it."""
-        across, along = (
-            _lagrange(length, self.margin, _nodes(length, 0) + step)
-            for length, step in zip(self.geometry.size, (dx, dy), strict=True)
-        )
-        return along @ self.u @ across.T, along @ self.v @ across.T
+    @cached_property
+    def uv(self) -> Floats:
+        """(2, NODES, NODES): u and v."""
+        return np.stack([self.u, self.v])
+
+    def moved(self, move: Floats) -> Floats:
+        """(2, NODES, NODES): u and v at the nodes of the frame without margin, moved by (dx, dy) px within it."""
+        middle = (np.array(self.geometry.size) - 1) / 2
+        nodes = (move - np.outer(np.cos(_ANGLES), middle)) / (middle + self.margin)
+        across, along = _lagrange(nodes.T)
+        return np.asarray(along @ self.uv @ across.T)
 
     def spread(self, nodes: Floats) -> Floats:
         """(rows, cols) float32, each more by twice the margin, of a smooth quantity from its values at the nodes."""

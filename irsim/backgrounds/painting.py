@@ -31,7 +31,7 @@ class Painting:
     def __init__(self, tiles: tuple[Tile, ...], drift_px_s: tuple[float, float] = (0.0, 0.0)) -> None:
         self.tiles = tiles
         self.drift_px_s = drift_px_s
-        self._key: tuple[Floats, Floats] | None = None
+        self._key: Floats | None = None
         self._wide: list[Floats] = []
 
     def seen(self, gaze: Gaze) -> list[Floats]:
@@ -39,31 +39,29 @@ class Painting:
         move = None if gaze.key is None else self._move(gaze, gaze.key)
         if gaze.key is None or move is None:
             return self._look_up(gaze)
-        key = (gaze.key.chart.u - self._drift(gaze.key)[0], gaze.key.chart.v - self._drift(gaze.key)[1])
-        if self._key is None or not all(map(np.array_equal, key, self._key)):
+        key = gaze.key.chart.uv - self._drift(gaze.key)[:, None, None]
+        if self._key is None or not np.array_equal(key, self._key):
             self._key, self._wide = key, self._look_up(gaze.key)
         width, height = gaze.chart.geometry.size
         middle = (MARGIN + (width - 1) / 2 + move[0], MARGIN + (height - 1) / 2 + move[1])
         return [np.asarray(cv2.getRectSubPix(wide, (width, height), middle)) for wide in self._wide]
 
-    def _drift(self, gaze: Gaze) -> tuple[float, float]:
-        return self.drift_px_s[0] * gaze.time, self.drift_px_s[1] * gaze.time
+    def _drift(self, gaze: Gaze) -> Floats:
+        """(2,) px, right and down."""
+        return np.array(self.drift_px_s) * gaze.time
 
     def _look_up(self, gaze: Gaze) -> list[Floats]:
-        columns, rows = self.tiles[0].places(gaze.chart, self._drift(gaze))
+        right, down = self._drift(gaze).tolist()
+        columns, rows = self.tiles[0].places(gaze.chart, (right, down))
         return [tile.at(columns, rows) for tile in self.tiles]
 
-    def _move(self, gaze: Gaze, key: Gaze) -> tuple[float, float] | None:
+    def _move(self, gaze: Gaze, key: Gaze) -> Floats | None:
         """(dx, dy) px by which the key frame's picture has to be moved; None where that would not do."""
-        before, after = self._drift(key), self._drift(gaze)
-        wanted_u = gaze.chart.u + (before[0] - after[0])
-        wanted_v = gaze.chart.v + (before[1] - after[1])
-        dx = dy = 0.0
+        wanted = gaze.chart.uv + (self._drift(key) - self._drift(gaze))[:, None, None]
+        move = np.zeros(2)
         for _ in range(3):  # Newton: the map's slope is one within a few percent
-            u, v = key.chart.moved(dx, dy)
-            dx, dy = dx + float(np.mean(wanted_u - u)), dy + float(np.mean(wanted_v - v))
-            if max(abs(dx), abs(dy)) > MARGIN - 1:
+            move = move + (wanted - key.chart.moved(move)).mean(axis=(1, 2))
+            if np.abs(move).max() > MARGIN - 1:
                 return None
-        u, v = key.chart.moved(dx, dy)
-        bent = max(np.abs(wanted_u - u).max(), np.abs(wanted_v - v).max())
-        return (dx, dy) if bent <= BENT else None
+        bent = np.abs(wanted - key.chart.moved(move)).max()
+        return move if bent <= BENT else None
