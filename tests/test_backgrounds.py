@@ -12,8 +12,8 @@ from irsim.backgrounds import BACKGROUNDS, Background, Gaze, Ground, Sky
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.painting import MARGIN
 from irsim.backgrounds.sky import ClearSky, Clouds
-from irsim.backgrounds.texture import power_law
 from irsim.geometry import Geometry
+from irsim.powerlaw import power_law
 from irsim.radiometry import radiance, temperature
 from irsim.stage import Stage
 

@@ -12,8 +12,8 @@ import numpy as np
 from pydantic import AfterValidator, Field
 from pydantic_core import PydanticCustomError
 
-from irsim.backgrounds.texture import power_law
 from irsim.kinds import Number
+from irsim.powerlaw import power_law
 from irsim.rng import Address, normals
 from irsim.types import Floats
 
@@ -45,7 +45,7 @@ def _amplitude(
 
     With `betas` the power is 1 / (1 + |stretch c fx|^beta_x + |c fy|^beta_y), c the correlation in
     px: slopes differ along the axes, as in clouds (generalised scale invariance, Schertzer and
-    Lovejoy 1985). Else it falls alike in all directions, as `texture.power_law` has it.
+    Lovejoy 1985). Else it falls alike in all directions, as `power_law` has it.
     """
     if betas is None:
         amplitude = (1 / correlation_px**2 + (fx * stretch) ** 2 + fy**2) ** (-beta / 4)

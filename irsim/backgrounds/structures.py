@@ -10,11 +10,11 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
-from irsim.backgrounds.crowns import Crown, Foliage, broadleaf, bush, conifer
 from irsim.backgrounds.fields import spectral
 from irsim.backgrounds.painting import Painting
 from irsim.backgrounds.panorama import Panorama, Sheet, Standing
 from irsim.backgrounds.texture import TILE
+from irsim.foliage import LARGEST, Crown, Foliage, broadleaf, bush, conifer
 from irsim.kinds import Fraction, Kelvin, KelvinDifference, KelvinSpread, Metres, Name, Part, Range
 from irsim.radiometry import radiance
 from irsim.rng import stream
@@ -27,8 +27,6 @@ Mask = npt.NDArray[np.bool_]
 
 FINE = 2
 """Outlines are drawn on a grid this much finer than pixels, then averaged."""
-LARGEST = TILE
-"""A crown is drawn no larger, px of the fine grid; what is nearer is drawn coarser and enlarged."""
 
 
 class _Canvas:
@@ -174,7 +172,10 @@ class Trees(Structure):
         kelvin: float,
         draw: np.random.Generator,
     ) -> None:
-        """A crown of a size (high, wide) px that stands at a map place; its leaves vary about one temperature."""
+        """A crown of a size (high, wide) px that stands at a map place; its leaves vary about one temperature.
+
+        One that would be too large is drawn coarser and enlarged.
+        """
         coarser = int(np.ceil(max(size) * FINE / LARGEST))
         crown = kind(size[0] * FINE / coarser, size[1] * FINE / coarser, draw)
         hides, warmth = foliage.grown(crown, draw)

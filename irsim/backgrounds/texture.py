@@ -1,4 +1,4 @@
-"""Textures with a given spectrum, and their place in the picture."""
+"""Textures, and their place in the picture."""
 
 from __future__ import annotations
 
@@ -8,27 +8,10 @@ import cv2
 import numpy as np
 
 from irsim.backgrounds.chart import Chart
-from irsim.rng import Address, normals
 from irsim.types import Floats
 
 TILE = 1024
 """Side of a texture, px; it repeats beyond."""
-
-
-def power_law(side: int, beta: float, correlation_px: float, stretch: float, seed: int, *address: Address) -> Floats:
-    """(side, side) float32 periodic Gaussian field of mean 0 and variance 1.
-
-    Its 2-D power spectrum falls as f^-beta above 1/correlation_px cycles a px and is flat below:
-    amplitude filter (1/correlation_px^2 + f^2)^(-beta/4) on white noise. `stretch` > 1 draws it
-    out along x.
-    """
-    fx = np.fft.rfftfreq(side)[None, :] * stretch
-    fy = np.fft.fftfreq(side)[:, None]
-    amplitude = (1 / correlation_px**2 + fx**2 + fy**2) ** (-beta / 4)
-    amplitude[0, 0] = 0.0  # mean 0
-    white = normals((side, side), seed, *address)
-    field = np.fft.irfft2(np.fft.rfft2(white) * amplitude, s=(side, side))
-    return np.asarray(field / field.std(), dtype=np.float32)
 
 
 @dataclass(frozen=True, eq=False)

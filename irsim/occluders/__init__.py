@@ -6,7 +6,8 @@ from irsim.kinds import Family
 from irsim.occluders.bar import Bar
 from irsim.occluders.base import Occluder, Opaque, Sight
 from irsim.occluders.smoke import Smoke
-from irsim.occluders.standing import Building, Pole, Tree
+from irsim.occluders.standing import Building, Pole
+from irsim.occluders.tree import Tree
 
 OCCLUDERS = Family("occluder", Occluder, {"bar": Bar, "pole": Pole, "tree": Tree, "building": Building, "smoke": Smoke})
 

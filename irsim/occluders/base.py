@@ -127,6 +127,11 @@ def given(value: T | None) -> T:
     return value
 
 
+def bounds(points: Floats) -> Box:
+    """The box that holds points (n, 2) px."""
+    return Box.from_edges(*points.min(axis=0).tolist(), *points.max(axis=0).tolist())
+
+
 Facet = tuple[Floats, float]
 """A convex outline (n, 2), px of the unmoved camera, and its temperature, K."""
 
@@ -143,8 +148,7 @@ class Opaque(Occluder):
         """Its facets, the nearest first, as the unmoved camera sees them."""
 
     def extent(self, stage: Stage) -> Box | None:
-        points = np.concatenate([points for points, _ in self.facets(stage)])
-        return Box.from_edges(*points.min(axis=0).tolist(), *points.max(axis=0).tolist())
+        return bounds(np.concatenate([points for points, _ in self.facets(stage)]))
 
     def draw(self, sight: Sight) -> Sprite | None:
         return _drawn(self, sight.stage, sight.lens, sight.rotation.tobytes(), sight.place.tobytes())
@@ -159,7 +163,7 @@ def _drawn(occluder: Opaque, stage: Stage, lens: Geometry, rotation: bytes, plac
     corners = np.concatenate(outlines)
     if not np.isfinite(corners).all():
         return None
-    box = Box.from_edges(*corners.min(axis=0).tolist(), *corners.max(axis=0).tolist())
+    box = bounds(corners)
     window = within_sight(box, stage)
     if window is None:
         return None

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import Annotated, ClassVar
 
-import numpy as np
 from pydantic import Field
 
-from irsim.kinds import Kelvin, KelvinSpread, NotNegative, Pair, Positive
+from irsim.kinds import Kelvin, NotNegative, Pair, Positive
 from irsim.occluders.bar import Size, rectangle
 from irsim.occluders.base import Facet, Opaque, given
-from irsim.rng import stream
 from irsim.stage import Stage
-from irsim.types import Box, Floats
+from irsim.types import Box
 
 Panes = Annotated[int, Field(ge=0, le=20)]
 
@@ -21,7 +18,7 @@ _BELOW_PX = 2.0
 """What is placed by intent reaches this far below the picture's lower edge."""
 
 
-def _foot(window: Box, stage: Stage) -> tuple[float, float]:
+def foot(window: Box, stage: Stage) -> tuple[float, float]:
     """Where something stands that covers `window`: below the picture."""
     return (window.cx, max(stage.geometry.size[1] - 0.5, window.bottom) + _BELOW_PX)
 
@@ -48,7 +45,7 @@ class Pole(Opaque):
         return facets
 
     def over(self, window: Box, share: float, stage: Stage) -> Pole:
-        x, y = _foot(window, stage)
+        x, y = foot(window, stage)
         return self.at(foot_px=(x, y), height_px=y - window.top, width_px=window.w, arm_px=0.0)
 
 
@@ -85,72 +82,5 @@ class Building(Opaque):
         return facets
 
     def over(self, window: Box, share: float, stage: Stage) -> Building:
-        x, y = _foot(window, stage)
+        x, y = foot(window, stage)
         return self.at(foot_px=(x, y), size_px=(window.w, y - window.top))
-
-
-_LUMPS = 24
-_CORNERS = 8
-_CORE = 0.8
-"""The crown's solid core, as a share of the crown."""
-
-
-class Tree(Opaque):
-    """A trunk and a crown of overlapping lumps of leaves, none like another."""
-
-    placing: ClassVar[tuple[str, ...]] = ("foot_px", "height_px", "crown_px")
-
-    foot_px: Pair | None = None
-    """[x, y] of the middle of its foot, px of the unmoved camera."""
-    height_px: Positive | None = None
-    """From foot to top, px."""
-    crown_px: Size | None = None
-    """[width, height] of the crown, px."""
-    trunk_k: Kelvin = 292.0
-    """Temperature of the trunk, kelvin."""
-    spread_k: KelvinSpread = 0.4
-    """Standard deviation of the lumps' temperatures, kelvin: sunlit and shaded leaves."""
-
-    def facets(self, stage: Stage) -> list[Facet]:
-        (x, y), high, (wide, tall) = given(self.foot_px), given(self.height_px), given(self.crown_px)
-        middle = np.array([x, y - high + tall / 2])
-        halves = np.array([wide, tall]) / 2
-        places, sizes, warmths = _lumps(stage.seed, self.name)
-        lumps = [middle + halves * (place + size * _ring(_CORNERS)) for place, size in zip(places, sizes, strict=True)]
-        facets: list[Facet] = [
-            (lump, float(max(self.temperature_k + self.spread_k * warmth, 1.0)))
-            for lump, warmth in zip(lumps, warmths, strict=True)
-        ]
-        facets.append((middle + halves * _CORE * _ring(3 * _CORNERS), self.temperature_k))
-        thick = max(0.09 * wide, 0.8)
-        trunk = np.array([[-0.35, middle[1] - y], [0.35, middle[1] - y], [0.6, 0], [-0.6, 0]]) * [thick, 1]
-        facets.append((np.array([x, y]) + trunk, self.trunk_k))
-        return facets
-
-    def over(self, window: Box, share: float, stage: Stage) -> Tree:
-        x, y = _foot(window, stage)
-        # The core's ellipse goes through the window's upper corners (its polygon's edges lie a little inside),
-        # and the crown is about as high as wide.
-        inside = np.cos(np.pi / (3 * _CORNERS)) * _CORE
-        wide = np.sqrt(2) * window.w / inside
-        tall = max(np.sqrt(2) * window.h / inside, 0.9 * wide)
-        top = window.top + inside * tall / 2 * np.sqrt(1 / 2) - tall / 2
-        foot = max(y, top + 1.15 * tall)
-        return self.at(foot_px=(x, foot), height_px=foot - top, crown_px=(wide, tall))
-
-
-def _ring(corners: int) -> Floats:
-    angles = 2 * np.pi * np.arange(corners) / corners
-    return np.stack([np.cos(angles), np.sin(angles)], axis=1)
-
-
-@lru_cache(maxsize=64)
-def _lumps(seed: int, name: str) -> tuple[Floats, Floats, Floats]:
-    """Places (n, 2) and sizes (n,) of the lumps in halves of the crown, which they fill, and warmths (n,)."""
-    rng = stream(seed, name, "crown")
-    sizes = rng.uniform(0.15, 0.33, _LUMPS)
-    angles = 2 * np.pi * (np.arange(_LUMPS) + rng.uniform(-0.3, 0.3, _LUMPS)) / _LUMPS
-    inner = np.arange(_LUMPS) % 3 == 0
-    reach = np.where(inner, rng.uniform(0.15, 0.5, _LUMPS), 1 - sizes)
-    places = reach[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    return places, sizes, rng.standard_normal(_LUMPS)

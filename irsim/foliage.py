@@ -1,4 +1,4 @@
-"""Crowns of trees and bushes: how deep the leaves are and how they face the light, pixel by pixel."""
+"""Trees and bushes: their wood, and how deep the leaves of a crown are and how they face the light, pixel by pixel."""
 
 from __future__ import annotations
 
@@ -8,15 +8,14 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from irsim.backgrounds.fields import spectral
-from irsim.backgrounds.texture import TILE
+from irsim.powerlaw import power_law
 from irsim.types import Floats
 
 LIGHT = np.array([-0.5, -0.86])
 """Where the warm side is: up and to the left, a unit vector of the picture."""
 
 LOBES = 11
-"""Boughs of a broadleaf crown."""
+"""Boughs of a broadleaf crown that leaves are about."""
 
 SOFT = 7.0
 """How sharply one bough is told from the next; their depths are joined by a soft maximum."""
@@ -25,10 +24,19 @@ COARSE = 32
 """Boughs are smooth: a crown's lesser side is worked out at about this many places, and filled in between."""
 
 RAGGED = 0.3
-"""How far clumps of leaves move the outline: the standard deviation of depth."""
+"""How far clumps of leaves move the outline: about the standard deviation of depth."""
 
-OFF = -0.4
-"""No leaf grows farther off its bough than this depth."""
+MOST = 1.7
+"""No clump moves it by more than so many times that."""
+
+LARGEST = 1024
+"""Side of the field of clumps, px: no crown is drawn larger."""
+
+FORKS = 7
+"""Boughs of a broadleaf tree's wood."""
+
+REACH = 0.8
+"""They end within an ellipse of this share of the crown's width and height."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +58,7 @@ def broadleaf(high: float, wide: float, draw: np.random.Generator) -> Crown:
     radius = least * np.concatenate([[0.75], draw.uniform(0.3, 0.55, LOBES - 1)])
     out[0] = 0.2
     across = (wide / 2 - 0.45 * least) * out * np.cos(angle)
-    down = -high / 2 + (high / 2 - 0.45 * least) * out * np.sin(angle)
+    down = np.minimum(-high / 2 + (high / 2 - 0.45 * least) * out * np.sin(angle), -1.1 * radius)
     dx, dy = ((grid - place[:, None, None]) / radius[:, None, None] for grid, place in ((x, across), (y, down)))
     share = np.exp(SOFT * np.maximum(1 - dx**2 - dy**2, -3.0))
     total = share.sum(axis=0)
@@ -79,6 +87,37 @@ def conifer(high: float, wide: float, draw: np.random.Generator) -> Crown:
     return Crown(inside, np.clip(-0.6 * side + 0.5 * (0.5 - tier), -1, 1), middle)
 
 
+def wood(high: float, wide: float, thick: float, draw: np.random.Generator) -> list[Floats]:
+    """Trunk and boughs of a broadleaf crown: tapering quadrilaterals (4, 2), px right of and below the crown's foot.
+
+    high, wide  of the crown, px;  thick  of the trunk at its foot, px
+    """
+    middle, halves = np.array([0.0, -high / 2]), np.array([wide, high]) / 2
+
+    def within(tip: Floats) -> Floats:
+        """The tip, or where it would leave the crown."""
+        off = (tip - middle) / halves
+        return np.asarray(middle + halves * off * min(1.0, REACH / float(np.linalg.norm(off))))
+
+    top = within(np.array([draw.uniform(-0.08, 0.08) * wide, -high]))
+    limbs = [_limb(np.zeros(2), top, thick, 0.25 * thick)]
+    sides = np.resize([-1.0, 1.0], FORKS) * np.sign(draw.random() - 0.5)
+    for place, side in zip(np.linspace(0.05, 0.65, FORKS), sides, strict=True):
+        begin, own = place * top, thick * (0.55 - 0.4 * place)
+        tip = begin + draw.uniform([0.22, -0.4], [0.4, -0.2]) * [side * wide * (1 - 0.5 * place), high]
+        limbs.append(_limb(begin, within(tip), own, 0.3 * own))
+        fork = (begin + within(tip)) / 2
+        twig = fork + draw.uniform([0.0, -0.3], [0.2, -0.1]) * [side * wide, high]
+        limbs.append(_limb(fork, within(twig), 0.6 * own, 0.2 * own))
+    return limbs
+
+
+def _limb(begin: Floats, end: Floats, thick: float, thin: float) -> Floats:
+    along = (end - begin) / np.linalg.norm(end - begin)
+    across = np.array([-along[1], along[0]]) / 2
+    return np.stack([begin - thick * across, end - thin * across, end + thin * across, begin + thick * across])
+
+
 def _grid(high: float, wide: float, step: int = 1) -> tuple[Floats, Floats, float]:
     """x (1, cols) from the middle and y (rows, 1) below the foot, px, with room for what sticks out; the middle.
 
@@ -95,16 +134,20 @@ class Foliage:
 
     def __init__(self, size_px: float, leaves: float, seed: int, name: str) -> None:
         self._leaves = leaves
-        self._clumps = spectral(TILE, 2.9, None, max(size_px / 4, 2.0), 1.0, seed, name, "clumps")
+        self._clumps = power_law(LARGEST, 2.9, max(size_px / 4, 2.0), 1.0, seed, name, "clumps")
+        self._bulge = RAGGED * MOST * np.tanh(self._clumps / MOST)
         step = max(round(size_px / 40), 1)
         after, before = (np.roll(self._clumps, (by, by), (0, 1)) for by in (-step, step))
         self._relief = (after - before) / (after - before).std()  # what rises to the right and down faces the light
-        elsewhere = np.roll(self._clumps + self._relief, (TILE // 2, TILE // 2), (0, 1)) / np.sqrt(2)
+        elsewhere = np.roll(self._clumps + self._relief, (LARGEST // 2, LARGEST // 2), (0, 1)) / np.sqrt(2)
         self._rank = 1 / (1 + np.exp(-1.702 * elsewhere))  # the normal distribution's shares within 0.01
 
     def grown(self, crown: Crown, draw: np.random.Generator) -> tuple[npt.NDArray[np.bool_], Floats]:
         """(rows, cols) each: where its leaves hide what is behind, bool, and their warmth, about -1 to 1."""
-        part = np.ix_(*(np.mod(int(draw.integers(TILE)) + np.arange(length), TILE) for length in crown.depth.shape))
-        depth = np.where(crown.depth > OFF, crown.depth + RAGGED * self._clumps[part], -1.0)
+        begins = draw.integers(LARGEST), draw.integers(LARGEST)
+        part = np.ix_(
+            *(np.mod(begin + np.arange(size), LARGEST) for begin, size in zip(begins, crown.depth.shape, strict=True))
+        )
+        depth = crown.depth + self._bulge[part]
         gaps = self._rank[part] < (1 - self._leaves) * (2 - 2 * np.clip(depth, 0, 1))
         return (depth > 0) & ~gaps, 0.9 * crown.shade + 0.35 * self._relief[part]

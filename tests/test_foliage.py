@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from irsim.backgrounds.crowns import Crown, Foliage, broadleaf, bush, conifer
+from irsim.foliage import Crown, Foliage, broadleaf, bush, conifer
 from irsim.rng import stream
 from irsim.types import Floats
 

@@ -1,0 +1,177 @@
+"""A tree that hides targets."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import ClassVar
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from irsim.foliage import Crown, Foliage, broadleaf, wood
+from irsim.geometry import Geometry
+from irsim.kinds import Fraction, Kelvin, KelvinSpread, Pair, Positive
+from irsim.occluders.bar import Size
+from irsim.occluders.base import Occluder, Sight, bounds, given
+from irsim.occluders.picture import Picture
+from irsim.occluders.standing import foot
+from irsim.rng import stream
+from irsim.shapes.polygon import coverage, outline
+from irsim.shapes.silhouette import Grid, spread, within_sight
+from irsim.sprite import Sprite
+from irsim.stage import Stage
+from irsim.types import Box, Floats
+
+Mask = npt.NDArray[np.bool_]
+
+CELLS = 512
+"""A crown is drawn on so many cells on its longer side, and scaled to where it is seen."""
+PROPORTIONS = 4
+"""Crowns are drawn in so many proportions, height to width, for each factor of two, and stretched to those between."""
+CORE = 0.6
+"""The crown has no gaps within an ellipse of this share of its width and height."""
+FADING = 0.2
+"""Over such a share of its width and height it then becomes as it would be without."""
+CORNER = math.radians(60.0)
+"""Seen from the crown's middle, what it is placed over has its upper corners this far from upright."""
+THICK = 0.065
+"""The trunk's width at the crown, as a share of the crown's width."""
+FLARE = 1.35
+"""How many times wider the trunk is at its foot."""
+
+
+class Tree(Occluder):
+    """A broadleaf tree: a trunk, boughs, and a ragged crown of clumps of leaves with gaps towards its rim."""
+
+    placing: ClassVar[tuple[str, ...]] = ("foot_px", "height_px", "crown_px")
+
+    temperature_k: Kelvin = 290.0
+    """Mean temperature of the leaves, kelvin."""
+    emissivity: Fraction = 0.95
+    foot_px: Pair | None = None
+    """[x, y] of the middle of its foot, px of the unmoved camera."""
+    height_px: Positive | None = None
+    """From foot to top, px."""
+    crown_px: Size | None = None
+    """[width, height] of the crown, px."""
+    leaves: Fraction = 0.8
+    """How much of the crown's outer part hides what is behind: 0.4 is a bare tree; the middle hides all."""
+    trunk_k: Kelvin = 292.0
+    """Temperature of trunk and boughs, kelvin."""
+    spread_k: KelvinSpread = 1.0
+    """Standard deviation of temperature within the crown, kelvin: the lit side is warmer, and each clump's."""
+
+    def draw(self, sight: Sight) -> Sprite | None:
+        return _drawn(self, sight.stage, sight.lens, sight.rotation.tobytes(), sight.place.tobytes())
+
+    def crown(self, stage: Stage) -> tuple[Form, Floats]:
+        """The crown with its boughs, and the corners (4, 2) of its arrays, px of the unmoved camera."""
+        (x, y), high, (wide, tall) = given(self.foot_px), given(self.height_px), given(self.crown_px)
+        proportion = round(PROPORTIONS * math.log2(tall / wide)) / PROPORTIONS
+        form = _form(proportion, self.leaves, stage.seed, self.name)
+        (left, top), (right, bottom) = form.reach * [wide, tall] + [x, y - high + tall]
+        return form, np.array([[left, top], [right, top], [right, bottom], [left, bottom]])
+
+    def trunk(self) -> Floats:
+        """(n, 2) px of the unmoved camera: the trunk below the crown, and a little into it; perhaps none."""
+        (x, y), high, (wide, tall) = given(self.foot_px), given(self.height_px), given(self.crown_px)
+        if high <= tall:
+            return np.empty((0, 2))
+        thin, thick, top = THICK * wide / 2, FLARE * THICK * wide / 2, y - high + 0.95 * tall
+        return np.array([[x - thin, top], [x + thin, top], [x + thick, y], [x - thick, y]])
+
+    def extent(self, stage: Stage) -> Box:
+        return bounds(np.concatenate([self.crown(stage)[1], self.trunk()]))
+
+    def over(self, window: Box, share: float, stage: Stage) -> Tree:
+        x, y = foot(window, stage)
+        # The core's ellipse goes through the window's upper corners, and the crown is about as high as wide.
+        aside, above = (CORE * function(CORNER) for function in (math.sin, math.cos))
+        wide = window.w / aside
+        tall = max(window.h / above, 0.9 * wide)
+        top = window.top - (1 - above) * tall / 2
+        y = max(y, top + 1.15 * tall)
+        return self.at(foot_px=(x, y), height_px=y - top, crown_px=(wide, tall))
+
+
+@dataclass(frozen=True, eq=False)
+class Form:
+    """A crown without a size: arrays (rows, cols).
+
+    leaves  where they hide what is behind;  warmth  of mean 0 and variance 1 over them
+    wood    where boughs are, behind the leaves
+    reach   (2, 2): left, top and right, bottom of the arrays from the crown's foot, in widths and heights of it
+    """
+
+    leaves: Mask
+    warmth: Floats
+    wood: Mask
+    reach: Floats
+
+
+@lru_cache(maxsize=32)
+def _form(proportion: float, leaves: float, seed: int, name: str) -> Form:
+    """A crown whose height to width is 2 ** proportion."""
+    draw = stream(seed, name, "crown")
+    high, wide = CELLS * min(1.0, 2**proportion), CELLS * min(1.0, 2**-proportion)
+    crown = broadleaf(high, wide, draw)
+    rows, columns = crown.depth.shape
+    x, y = np.arange(columns) - crown.middle, np.arange(rows) - (rows - 1)
+    off = np.hypot(2 * x[None, :] / wide, 2 * y[:, None] / high + 1)  # 1 on the crown's ellipse
+    dense = np.maximum(crown.depth, 2 * np.minimum((CORE + FADING - off) / FADING, 1))
+    hides, warmth = Foliage(CELLS, leaves, seed, name).grown(Crown(dense, crown.shade, crown.middle), draw)
+    boughs = np.zeros((rows, columns), np.uint8)
+    for limb in wood(high, wide, THICK * wide, draw):
+        cv2.fillConvexPoly(
+            boughs, np.rint((limb + np.array([crown.middle, rows - 1])) * 16).astype(np.int32), 1, shift=4
+        )
+    filled = hides | (boughs > 0)
+    top, bottom, left, right = (ends for axis in (1, 0) for ends in np.flatnonzero(filled.any(axis=axis))[[0, -1]])
+    part = slice(top, bottom + 1), slice(left, right + 1)
+    reach = np.array([[left, top], [right + 1, bottom + 1]]) - [crown.middle + 0.5, rows]
+    even = (warmth - warmth[hides].mean()) / warmth[hides].std()
+    return Form(hides[part], even[part], boughs[part] > 0, reach / [wide, high])
+
+
+@lru_cache(maxsize=32)
+def _lit(form: Form, leaves_k: float, spread_k: float, wood_k: float, emissivity: float, stage: Stage) -> Picture:
+    """A crown's light."""
+    kelvin = np.where(form.leaves, leaves_k + spread_k * form.warmth, wood_k)
+    cover = (form.leaves | form.wood).astype(np.float32)
+    glow = stage.glow(np.maximum(kelvin, 1.0), emissivity).astype(np.float32)
+    return Picture(np.stack([cover, cover * glow], axis=-1))
+
+
+@lru_cache(maxsize=32)
+def _drawn(tree: Tree, stage: Stage, lens: Geometry, rotation: bytes, place: bytes) -> Sprite | None:
+    """A tree drawn, and kept for a camera that stands still."""
+    sight = Sight(stage, lens, np.frombuffer(rotation).reshape(3, 3), np.frombuffer(place))
+    form, corners = tree.crown(stage)
+    crown, trunk = (sight.pixels(points, tree.range_m) for points in (corners, tree.trunk()))
+    box = bounds(np.concatenate([crown, trunk]))
+    window = within_sight(box, stage) if np.isfinite(crown).all() and np.isfinite(trunk).all() else None
+    if window is None:
+        return None
+    grid = Grid.over(window)
+    picture = _lit(form, tree.temperature_k, tree.spread_k, tree.trunk_k, tree.emissivity, stage)
+    fields = picture.fields(crown, grid)
+    if len(trunk):
+        start, stop = ((end - grid.corner) * grid.fine for end in outline(trunk))
+        light = np.array([[1.0, float(stage.glow(tree.trunk_k, tree.emissivity))]])
+        fields = _before(fields, coverage(start, stop, np.repeat(light, len(start), axis=0), grid.cells))
+    middle = np.array([box.cx, box.cy])
+    area = float(fields[0, 0].sum()) / grid.fine**2
+    return spread(grid, fields, (middle, middle), area, box, stage.psf, tree.range_m)
+
+
+def _before(near: Floats, far: Floats) -> Floats:
+    """Areas and moments (3, 2, rows, columns) of (cover, light) of one thing before another.
+
+    Within a cell each covers the other by chance.
+    """
+    both = near + far * (1 - near[0, :1])
+    both[1:] -= far[0] * near[1:, :1]
+    return both

@@ -1,0 +1,146 @@
+"""Trees that hide: what they cover, wherever and however large they are seen."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from irsim.geometry import Geometry
+from irsim.occluders import OCCLUDERS, Sight
+from irsim.occluders.picture import Picture
+from irsim.occluders.tree import Tree
+from irsim.radiometry import temperature
+from irsim.shapes.silhouette import Grid
+from irsim.sprite import Sprite
+from irsim.stage import Stage
+from irsim.types import Box, Floats
+
+STAGE = Stage(0, Geometry((320, 240), 5e-4), 30.0, "lwir", 0.6)
+SEEDS = range(6)
+
+
+def tree(**keys: Any) -> Tree:
+    given = {"foot_px": (160.0, 220.0), "height_px": 180.0, "crown_px": (120.0, 130.0), "range_m": 90.0, "id": "oak"}
+    value = OCCLUDERS.parse({"kind": "tree", **given, **keys})
+    assert isinstance(value, Tree)
+    return value
+
+
+def drawn(value: Tree, sight: Sight | None = None, stage: Stage = STAGE) -> Sprite:
+    sprite = value.draw(sight or Sight.first(stage))
+    assert sprite is not None
+    return sprite
+
+
+def centroid(sprite: Sprite) -> Floats:
+    """(x, y) px of what it covers."""
+    rows, columns = np.indices(sprite.cover.shape)
+    x, y = np.vdot(sprite.cover, columns + sprite.x0), np.vdot(sprite.cover, rows + sprite.y0)
+    return np.asarray([x, y]) / float(sprite.cover.sum())
+
+
+WINDOWS = [Box(150.3, 60.2, 30.0, 12.0), Box(90.7, 70.0, 9.0, 33.0), Box(200.0, 80.5, 5.0, 4.0)]
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("window", WINDOWS)
+def test_it_hides_all_of_what_it_is_placed_over(seed: int, window: Box) -> None:
+    stage = Stage(seed, STAGE.geometry, 30.0, "lwir", 0.6)
+    placed = tree(foot_px=None, height_px=None, crown_px=None, hides="car", frames=(0, 9)).over(window, 1.0, stage)
+    sprite = drawn(placed, stage=stage)
+    # Pixels that lie in the window with all of their area.
+    columns = slice(round(np.ceil(window.left + 0.5)) - sprite.x0, round(np.floor(window.right - 0.5)) + 1 - sprite.x0)
+    rows = slice(round(np.ceil(window.top + 0.5)) - sprite.y0, round(np.floor(window.bottom - 0.5)) + 1 - sprite.y0)
+    assert sprite.cover[rows, columns].size > 10
+    assert sprite.cover[rows, columns].min() == pytest.approx(1, abs=1e-6)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_its_rim_is_ragged_and_has_gaps_and_its_middle_none(seed: int) -> None:
+    sprite = drawn(tree(), stage=Stage(seed, STAGE.geometry, 30.0, "lwir", 0.6))
+    rows, columns = np.indices(sprite.cover.shape)
+    x, y = columns + sprite.x0, rows + sprite.y0
+    off = np.hypot((x - 160) / 60, (y - (220 - 180 + 65)) / 65)
+    assert sprite.cover[off < 0.57].min() == pytest.approx(1, abs=1e-6)
+    rim = sprite.cover[(off > 0.8) & (off < 0.95)]
+    assert 0.2 < rim.mean() < 0.95
+    assert (rim < 0.05).mean() > 0.02
+    assert sprite.cover[(off > 1.35) & (y < 150)].max(initial=0.0) == 0
+
+
+def test_the_fewer_leaves_the_more_gaps() -> None:
+    covers = [drawn(tree(leaves=leaves)).cover.sum() for leaves in (1.0, 0.8, 0.4, 0.0)]
+    assert covers == sorted(covers, reverse=True)
+    assert covers[-1] < 0.8 * covers[0]
+
+
+def test_its_trunk_is_warm_and_stands_on_its_foot() -> None:
+    sprite = drawn(tree(trunk_k=300.0, temperature_k=285.0, spread_k=0.0, emissivity=1.0))
+    # The crown ends 50 px above the foot, where the trunk is 120 * 0.065 px wide and then 1.35 times that.
+    low = sprite.cover[217 - sprite.y0]
+    assert low.sum() == pytest.approx(120 * 0.065 * 1.35, rel=0.05)
+    x = np.arange(len(low)) + sprite.x0
+    assert (low * x).sum() / low.sum() == pytest.approx(160, abs=1e-6)
+    assert sprite.box.bottom == pytest.approx(220)
+    middle = (200 - sprite.y0, 160 - sprite.x0)
+    assert temperature("lwir", sprite.emission[middle]) == pytest.approx(300, abs=0.01)
+    assert temperature("lwir", sprite.emission[105 - sprite.y0, 160 - sprite.x0]) == pytest.approx(285, abs=0.01)
+
+
+@pytest.mark.parametrize("spread_k", [0.5, 2.0])
+def test_its_leaves_spread_about_their_temperature(spread_k: float) -> None:
+    sprite = drawn(tree(temperature_k=290.0, spread_k=spread_k, trunk_k=290.0, emissivity=1.0))
+    whole = sprite.alpha > 0.999
+    kelvin = temperature("lwir", sprite.emission[whole])
+    # The middle alone is looked at, through the optics: less varied than all leaves of it.
+    assert kelvin.mean() == pytest.approx(290, abs=0.3 * spread_k)
+    assert 0.5 * spread_k < kelvin.std() < 1.05 * spread_k
+
+
+@pytest.mark.parametrize("crown", [(9.0, 10.0), (40.0, 44.0), (120.0, 130.0)])
+def test_a_shift_moves_it_by_just_that(crown: tuple[float, float]) -> None:
+    def at(x: float, y: float) -> tuple[float, Floats]:
+        sprite = drawn(tree(crown_px=crown, height_px=crown[1] * 1.4, foot_px=(x, y)))
+        return sprite.cover.sum(), centroid(sprite)
+
+    area, middle = at(150.0, 200.0)
+    for shift in ((0.13, 0.0), (0.5, 0.37), (0.0, -0.71)):
+        moved, place = at(150.0 + shift[0], 200.0 + shift[1])
+        assert moved == pytest.approx(area, rel=2e-3)
+        np.testing.assert_allclose(place - middle, shift, atol=0.02)
+
+
+def test_a_longer_lens_and_a_turned_camera_see_the_same_tree() -> None:
+    value = tree(foot_px=(160.0, 150.0), height_px=60.0, crown_px=(40.0, 42.0))
+    geometry = STAGE.geometry
+    near = Sight(STAGE, geometry.zoomed(2.0), np.eye(3), np.zeros(3))
+    turned = Sight(STAGE, geometry, geometry.rotation(np.array([0.0, 0.0, 0.3])), np.zeros(3))
+    first = drawn(value)
+    assert drawn(value, near).cover.sum() == pytest.approx(4 * first.cover.sum(), rel=3e-3)
+    rolled = drawn(value, turned)
+    assert rolled.cover.sum() == pytest.approx(first.cover.sum(), rel=3e-3)
+    # A camera that rolls clockwise sees all turn the other way about its axis.
+    expected = geometry.principal + (centroid(first) - geometry.principal) @ np.array(
+        [[np.cos(0.3), -np.sin(0.3)], [np.sin(0.3), np.cos(0.3)]]
+    )
+    np.testing.assert_allclose(centroid(rolled), expected, atol=0.05)
+
+
+def test_a_picture_of_one_colour_covers_its_rectangle() -> None:
+    """From (2.25, 3.5) to (9.25, 7.5) in px from the grid's corner: exact but for a little blur of its edges."""
+    light = np.pad(np.full((40, 70, 2), [1.0, 7.0], np.float32), ((10, 10), (10, 10), (0, 0)))
+    grid = Grid(0, 0, 12, 12, 2)
+    corners = np.array([[1.25, 2.5], [10.25, 2.5], [10.25, 8.5], [1.25, 8.5]]) + grid.corner
+    area, down, right = Picture(light).fields(corners, grid)
+    np.testing.assert_allclose(area[1], 7 * area[0], rtol=1e-6)
+    assert area[0].sum() / 4 == pytest.approx(7 * 4, rel=1e-3)
+    np.testing.assert_allclose(area[0, 8:14, 6:17], 1.0, atol=1e-6)
+    # Where whole cells are covered there is no moment; at the left edge, more lies to the right.
+    np.testing.assert_allclose(right[0, 8:14, 6:17], 0.0, atol=1e-6)
+    assert right[0, 10, 4] > 0.05
+    assert down[0, 7, 10] == pytest.approx(0.0, abs=0.04)
+    x, y = np.arange(24) / 2 + 0.25, np.arange(24) / 2 + 0.25
+    moments = (area[0] * x + right[0] / 2).sum(), (area[0] * y[:, None] + down[0] / 2).sum()
+    np.testing.assert_allclose(np.array(moments) / area[0].sum(), [5.75, 5.5], atol=2e-3)
