@@ -140,6 +140,16 @@ class Mesh:
         """(parts, parts) how many faces of the second the first lies wholly before."""
         return cast(npt.NDArray[np.float32], self.outside @ self.parts.owner)
 
+    @cached_property
+    def walls(self) -> tuple[Ints, npt.NDArray[np.bool_]]:
+        """(parts, parts) twice: the wall of two parts, that face of either which the other crosses least, and is it
+        the second's?"""
+        faces, part = self.parts.faces, np.arange(self.parts.count)
+        least = faces[part, np.argmin(self.crossing[:, faces], axis=2)]
+        crossed = self.crossing[part[:, None], least]
+        of_second = crossed <= crossed.T
+        return np.where(of_second, least, least.T), np.asarray(of_second)
+
     def hiding_order(self, eye: Floats, pixels: Floats) -> Ints:
         """(parts,) rank of each part as seen from `eye` (3,), vertices at pixels (V, 2): nothing hides the first.
 
@@ -155,7 +165,8 @@ class Mesh:
         meet = (low[:, None, 0] <= high[:, 0]) & (low[:, None, 1] <= high[:, 1])
         meet = meet & meet.T
         first, second = np.nonzero(meet & parts.later & ~(cannot | cannot.T))
-        nearer = self._walled(first, second, eye)
+        wall, of_second = self.walls
+        nearer = to_eye[wall[first, second]] == of_second[first, second]  # is the first on the eye's side of it?
         cannot[np.where(nearer, second, first), np.where(nearer, first, second)] = True
         hides = (meet & parts.other & ~cannot).astype(np.float32)
         for _ in range(parts.count.bit_length()):  # each time chains of twice the length
@@ -164,28 +175,14 @@ class Mesh:
         rank[np.argsort(hides.sum(axis=0), kind="stable")] = np.arange(parts.count)
         return rank
 
-    def _walled(self, first: Ints, second: Ints, eye: Floats) -> npt.NDArray[np.bool_]:
-        """(pairs,) is the first of two parts on the eye's side of their wall, the face of either that the other
-        crosses least?"""
-        faces = self.parts.faces
-        by_second, by_first = self._least(first, faces[second]), self._least(second, faces[first])
-        own = self.crossing[first, by_second] <= self.crossing[second, by_first]
-        face = np.where(own, by_second, by_first)
-        return np.asarray((self.normals[face] @ eye > self.offsets[face]) == own)
-
-    def _least(self, part: Ints, faces: Ints) -> Ints:
-        """(n,) of the faces (n, most) the one that a part (n,) crosses least."""
-        pick = np.argmin(self.crossing[part[:, None], faces], axis=1)
-        return np.asarray(faces[np.arange(len(part)), pick])
-
     def posed(self, motions: Mapping[int, Rigid], scale: float) -> Mesh:
         """The same with some parts moved: by part, in units of `scale`."""
         if not motions:
             return self
         parts, names = self.parts, tuple(sorted(motions))
         moved = parts.some(names)
-        turns = np.stack([motions[part].turn for part in names])
-        shifts = np.stack([motions[part].shift for part in names]) * scale
+        turns = np.array([motions[part].turn for part in names])
+        shifts = np.array([motions[part].shift for part in names]) * scale
         vertices, normals, offsets, crossing = (
             each.copy() for each in (self.vertices, self.normals, self.offsets, self.crossing)
         )

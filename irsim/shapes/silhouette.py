@@ -137,8 +137,8 @@ def spread(
     ):
         light += (down @ fields[0] + down_slope @ fields[1]) @ across + down @ fields[2] @ across_slope
     cover = np.zeros(light.shape[1:])
-    ((_, down, _),), ((across, _),) = SHARP.spreading(rows, fine), _across(SHARP, columns, fine)
-    cover[margin : margin + rows, margin : margin + columns] = down @ fields[0, 0] @ across
+    ((across, _),) = _across(SHARP, columns, fine)
+    cover[margin : margin + rows, margin : margin + columns] = sum(fields[0, 0, i::fine] for i in range(fine)) @ across
     return Sprite(
         x0=grid.left - margin,
         y0=grid.top - margin,
