@@ -164,6 +164,7 @@ def _drawn(tree: Tree, stage: Stage, lens: Geometry, rotation: bytes, place: byt
         fields = _before(fields, coverage(start, stop, np.repeat(light, len(start), axis=0), grid.cells))
     middle = np.array([box.cx, box.cy])
     area = float(fields[0, 0].sum()) / grid.fine**2
+    fields[:2] = np.diff(fields[:2], axis=3, prepend=0.0)
     return spread(grid, fields, (middle, middle), area, box, stage.psf, tree.range_m)
 
 
