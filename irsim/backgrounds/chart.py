@@ -10,10 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
-import cv2
 import numpy as np
 
 from irsim.geometry import Geometry
+from irsim.product import product
 from irsim.types import Floats
 
 NODES = 12
@@ -55,11 +55,6 @@ def _rays(lens: Geometry, margin: int) -> Floats:
     """(NODES, NODES, 3) unit vectors in the camera frame: what the nodes see, rows first."""
     columns, rows = (_nodes(length, margin) for length in lens.size)
     return lens.directions(np.stack(np.meshgrid(columns, rows), axis=-1))
-
-
-def _product(left: Floats, right: Floats) -> Floats:
-    """left @ right, float32, on one thread."""
-    return np.asarray(cv2.gemm(left, right, 1.0, None, 0.0))  # type: ignore[call-overload]  # None: nothing to add
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,9 +104,7 @@ class Chart:
     def spread(self, nodes: Floats) -> Floats:
         """(rows, cols) float32, each more by twice the margin, of a smooth quantity from its values at the nodes."""
         across, along = (_basis(length, self.margin) for length in self.geometry.size)
-        # Not by numpy's product: the BLAS behind it starts threads, which wait on each other for
-        # milliseconds wherever several processes share the cores.
-        return _product(along, _product(nodes.astype(np.float32), np.ascontiguousarray(across.T)))
+        return product(along, nodes.astype(np.float32) @ across.T)
 
     def elevation_rad(self, v: Floats) -> Floats:
         """Elevation of a map coordinate v."""

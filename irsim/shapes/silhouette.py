@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from irsim.optics import GaussianSpread, PointSpread
+from irsim.product import product
 from irsim.shapes.polygon import centroids, changes
 from irsim.shapes.visible import visible_edges
 from irsim.sprite import Sprite
@@ -135,7 +136,8 @@ def spread(
     for (_, down, down_slope), (across, across_slope) in zip(
         psf.spreading(rows, fine), _across(psf, columns, fine), strict=True
     ):
-        light += (down @ fields[0] + down_slope @ fields[1]) @ across + down @ fields[2] @ across_slope
+        rising = product(down, fields[0]) + product(down_slope, fields[1])
+        light += product(rising, across) + product(product(down, fields[2]), across_slope)
     cover = np.zeros(light.shape[1:])
     ((across, _),) = _across(SHARP, columns, fine)
     cover[margin : margin + rows, margin : margin + columns] = sum(fields[0, 0, i::fine] for i in range(fine)) @ across
