@@ -1,4 +1,4 @@
-"""Figures of hiding, status, covariance, survival and pairs: hand-worked cases and independent implementations."""
+"""Figures of hiding, status, covariance and survival: hand-worked cases and independent implementations."""
 
 from __future__ import annotations
 
@@ -25,7 +25,6 @@ from irtrack.metrics import (
     lost_late,
     nees,
     nees_interval,
-    paired_difference,
     returns,
     score_trace,
     success_rate,
@@ -185,50 +184,6 @@ def test_long_term_agrees_with_every_threshold_tried(rows: list[tuple[float, flo
             recall = (overlap * present)[said].sum() / present.sum()
             tried.append(0.0 if precision + recall == 0 else 2 * precision * recall / (precision + recall))
     assert found.f == pytest.approx(max(tried))
-
-
-# -- pairs
-
-
-def test_pairs_by_hand() -> None:
-    old = np.arange(6.0)
-    same = paired_difference([*(old + 1), np.nan], [*old, 5.0], [*"abcdef", "f"])
-    assert same is not None
-    assert (same.mean, same.low, same.high) == pytest.approx((1, 1, 1))
-    assert not same.is_tie
-    assert (same.pairs, same.scenes) == (6, 6)
-    few = paired_difference(old[:5] + 1, old[:5], [*"abcde"])  # one sign five times: p = 2 / 32
-    assert few is not None
-    assert few.is_tie
-    assert few.low == -np.inf
-    assert few.is_open
-    assert not same.is_open
-    assert paired_difference([np.nan], [0.0], ["a"]) is None
-
-
-@pytest.mark.parametrize(("scenes", "runs"), [(6, 6), (12, 3), (1, 20)])
-def test_the_interval_covers_the_truth_as_often_as_it_says(scenes: int, runs: int) -> None:
-    """Runs of one scene share its effect; 300 experiments: 95 % within four standard errors (1.26 % each), at least."""
-    rng = np.random.default_rng(11)
-    names = [f"s{scene}" for scene in range(scenes) for _ in range(runs)]
-    inside = 0
-    for _ in range(300):
-        effect = np.repeat(rng.normal(size=scenes) if scenes > 1 else [0.0], runs)
-        found = paired_difference(0.3 + effect + rng.normal(size=len(names)), np.zeros(len(names)), names, draws=400)
-        assert found is not None
-        inside += found.low <= 0.3 <= found.high
-    assert 0.90 <= inside / 300 <= 0.99
-
-
-def test_runs_of_one_scene_do_not_count_as_scenes() -> None:
-    """Six scenes of a hundred runs, each scene with its own effect: taken one by one the runs look ten times surer."""
-    rng = np.random.default_rng(2)
-    values = np.repeat(rng.normal(size=6), 100) + 0.1 * rng.normal(size=600)
-    by_scene = paired_difference(values, np.zeros(600), [f"s{k // 100}" for k in range(600)])
-    by_run = paired_difference(values, np.zeros(600), [f"s{k}" for k in range(600)])
-    assert by_scene is not None
-    assert by_run is not None
-    assert by_scene.high - by_scene.low > 8 * (by_run.high - by_run.low)
 
 
 # -- all in a score

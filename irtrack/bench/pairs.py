@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 
 from irtrack.bench.cell import Cell
-from irtrack.metrics import Difference, paired_difference
+from irtrack.metrics import FIGURES, Difference, paired_difference
 
 Pair = tuple[Cell, Cell]
 
@@ -29,7 +29,8 @@ def pairs(a: Iterable[Cell], b: Iterable[Cell]) -> list[Pair]:
 def difference(both: Sequence[Pair], figure: str) -> Difference | None:
     """Second less first of a figure over the pairs, its interval by whole scenes; None where no pair has it."""
     firsts, seconds = ([value(pair[side], figure) for pair in both] for side in (0, 1))
-    return paired_difference(seconds, firsts, [f"{a.source}/{a.key.source_hash}" for a, _ in both])
+    scenes = [f"{a.source}/{a.key.source_hash}" for a, _ in both]
+    return paired_difference(seconds, firsts, scenes, most=FIGURES[figure].most)
 
 
 def value(cell: Cell, figure: str) -> float:

@@ -6,6 +6,7 @@ take it from there.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from typing import Annotated, Any, Literal, get_args, get_type_hints
@@ -22,11 +23,13 @@ from irtrack.types import Track
 
 @dataclass(frozen=True)
 class Figure:
-    """How a figure is worked out from a trace (nan: nothing tells it), its unit, and which way is better."""
+    """How a figure is worked out from a trace (nan: nothing tells it), its unit, which way is better, and the most
+    that it can be where it lies within 0 and that."""
 
     of: Callable[[Trace], float | int | bool | None]
     unit: str = ""
     better: Literal["less", "more"] | None = None
+    most: float = math.inf
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,27 +97,27 @@ class Score:
     frames: Annotated[int, Figure(of.frames, "frames")]
     counted_frames: Annotated[int, Figure(of.counted_frames, "frames")]
     held_frames: Annotated[int, Figure(of.held_frames, "frames", "more")]
-    lost: Annotated[bool | None, Figure(of.lost, "", "less")]
+    lost: Annotated[bool | None, Figure(of.lost, "", "less", 1.0)]
     lost_at: Annotated[int | None, Figure(of.lost_at, "frame")]
-    off_share: Annotated[float | None, Figure(of.off_share, "", "less")]
+    off_share: Annotated[float | None, Figure(of.off_share, "", "less", 1.0)]
     all: CentreFigures
     held: CentreFigures
-    precision_5: Annotated[float | None, Figure(of.precision_5, "", "more")]
-    precision_20: Annotated[float | None, Figure(of.precision_20, "", "more")]
-    precision_norm: Annotated[float | None, Figure(of.precision_norm, "", "more")]
-    success_auc: Annotated[float | None, Figure(of.success_auc, "", "more")]
-    overlap: Annotated[float | None, Figure(of.overlap, "", "more")]
-    success_50: Annotated[float | None, Figure(of.success_50, "", "more")]
-    success_75: Annotated[float | None, Figure(of.success_75, "", "more")]
-    lt_precision: Annotated[float | None, Figure(of.lt_precision, "", "more")]
-    lt_recall: Annotated[float | None, Figure(of.lt_recall, "", "more")]
-    lt_f: Annotated[float | None, Figure(of.lt_f, "", "more")]
+    precision_5: Annotated[float | None, Figure(of.precision_5, "", "more", 1.0)]
+    precision_20: Annotated[float | None, Figure(of.precision_20, "", "more", 1.0)]
+    precision_norm: Annotated[float | None, Figure(of.precision_norm, "", "more", 1.0)]
+    success_auc: Annotated[float | None, Figure(of.success_auc, "", "more", 1.0)]
+    overlap: Annotated[float | None, Figure(of.overlap, "", "more", 1.0)]
+    success_50: Annotated[float | None, Figure(of.success_50, "", "more", 1.0)]
+    success_75: Annotated[float | None, Figure(of.success_75, "", "more", 1.0)]
+    lt_precision: Annotated[float | None, Figure(of.lt_precision, "", "more", 1.0)]
+    lt_recall: Annotated[float | None, Figure(of.lt_recall, "", "more", 1.0)]
+    lt_f: Annotated[float | None, Figure(of.lt_f, "", "more", 1.0)]
     returns: Annotated[int, Figure(of.returns)]
     reacquired: Annotated[int, Figure(of.reacquired, "", "more")]
     reacquired_after: Annotated[float | None, Figure(of.reacquired_after, "frames", "less")]
-    false_tracking: Annotated[float | None, Figure(of.false_tracking, "", "less")]
-    false_lost: Annotated[float | None, Figure(of.false_lost, "", "less")]
-    hidden_tracking: Annotated[float | None, Figure(of.hidden_tracking, "", "less")]
+    false_tracking: Annotated[float | None, Figure(of.false_tracking, "", "less", 1.0)]
+    false_lost: Annotated[float | None, Figure(of.false_lost, "", "less", 1.0)]
+    hidden_tracking: Annotated[float | None, Figure(of.hidden_tracking, "", "less", 1.0)]
     lost_late: Annotated[float | None, Figure(of.lost_late, "frames", "less")]
     nees: Annotated[float | None, Figure(of.nees)]
     neff: Annotated[float | None, Figure(of.neff)]
@@ -155,11 +158,12 @@ _GROUPED = {
 
 @dataclass(frozen=True)
 class Column:
-    """What is known of a figure by its name: its kind (or None, each), its unit, and which way is better."""
+    """What is known of a figure by its name: its kind (or None, each), and what `Figure` says of it."""
 
     kind: type
     unit: str
     better: Literal["less", "more"] | None
+    most: float = math.inf
 
 
 _HINTS = get_type_hints(Score, include_extras=True)
@@ -174,7 +178,7 @@ def _columns() -> dict[str, Column]:
         else:
             plain = get_args(hint)[0]
             kind = next((each for each in get_args(plain) if each is not type(None)), plain)
-            found[name] = Column(kind, _SCALARS[name].unit, _SCALARS[name].better)
+            found[name] = Column(kind, _SCALARS[name].unit, _SCALARS[name].better, _SCALARS[name].most)
     return found
 
 

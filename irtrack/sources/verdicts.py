@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from statistics import NormalDist
 from typing import Literal, NamedTuple
 
-from irtrack.metrics import Difference, Score, paired_difference, wilson
+from irtrack.metrics import FIGURES, Difference, Score, paired_difference, wilson
 from irtrack.sources.runs import Outcome
 from irtrack.sources.values import Claim, Switch
 
@@ -119,7 +119,7 @@ def effect(switch: Switch, found: Outcome) -> Effect:
 
     def difference(figure: str) -> Difference | None:
         pairs = [(_figure(own[seed].score, figure), _figure(other[seed].score, figure)) for seed in seeds]
-        return paired_difference([a for a, _ in pairs], [b for _, b in pairs], scenes)
+        return paired_difference([a for a, _ in pairs], [b for _, b in pairs], scenes, most=FIGURES[figure].most)
 
     return Effect(
         switch,

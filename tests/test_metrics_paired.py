@@ -1,0 +1,113 @@
+"""The difference of two trackers on the same scenes: its interval holds the truth as often as it says."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.stats import multinomial
+
+from irtrack.metrics import Difference, paired_difference, scenes_for
+
+
+def test_pairs_by_hand() -> None:
+    old = np.arange(6.0)
+    same = paired_difference([*(old + 1), np.nan], [*old, 5.0], [*"abcdef", "f"])
+    assert same is not None
+    assert (same.mean, same.low, same.high) == pytest.approx((1, 1, 1))
+    assert not same.is_tie
+    assert (same.pairs, same.scenes) == (6, 6)
+    few = paired_difference(old[:5] + 1, old[:5], [*"abcde"])  # one sign five times: p = 2 / 32
+    assert few is not None
+    assert few.is_tie
+    assert few.low == -np.inf
+    assert few.is_open
+    assert not same.is_open
+    assert paired_difference([np.nan], [0.0], ["a"]) is None
+
+
+@pytest.mark.parametrize(("scenes", "runs"), [(6, 6), (12, 3), (1, 20)])
+def test_the_interval_covers_the_truth_as_often_as_it_says(scenes: int, runs: int) -> None:
+    """Runs of one scene share its effect; 300 experiments: 95 % within four standard errors (1.26 % each), at least."""
+    rng = np.random.default_rng(11)
+    names = [f"s{scene}" for scene in range(scenes) for _ in range(runs)]
+    inside = 0
+    for _ in range(300):
+        effect = np.repeat(rng.normal(size=scenes) if scenes > 1 else [0.0], runs)
+        found = paired_difference(0.3 + effect + rng.normal(size=len(names)), np.zeros(len(names)), names, draws=400)
+        assert found is not None
+        inside += found.low <= 0.3 <= found.high
+    assert 0.90 <= inside / 300 <= 0.99
+
+
+def test_runs_of_one_scene_do_not_count_as_scenes() -> None:
+    """Six scenes of a hundred runs, each scene with its own effect: taken one by one the runs look ten times surer."""
+    rng = np.random.default_rng(2)
+    values = np.repeat(rng.normal(size=6), 100) + 0.1 * rng.normal(size=600)
+    by_scene = paired_difference(values, np.zeros(600), [f"s{k // 100}" for k in range(600)])
+    by_run = paired_difference(values, np.zeros(600), [f"s{k}" for k in range(600)])
+    assert by_scene is not None
+    assert by_run is not None
+    assert by_scene.high - by_scene.low > 8 * (by_run.high - by_run.low)
+
+
+# -- losses, and scenes that all differ by the same
+
+
+def losses(more: int, fewer: int, scenes: int) -> Difference:
+    """Of so many scenes, those that the first alone loses, and those that the second alone does."""
+    first, second = [1.0] * more + [0.0] * (scenes - more), [0.0] * more + [1.0] * fewer
+    second += [0.0] * (scenes - len(second))
+    found = paired_difference(first, second, [str(k) for k in range(scenes)], most=1.0)
+    assert found is not None
+    return found
+
+
+def test_the_interval_of_losses_is_bonett_and_prices_with_students_t() -> None:
+    """26 of 48 one way, 4 the other: statpsych's ci.prop.ps (CRAN, its manual) prints 0.44, 0.2548067 to 0.6251933.
+
+    The normal's 1.95996 stands there; here t of 49, 2.00958, and a sample's standard deviation.
+    """
+    found = losses(26, 4, 48)
+    reach = (0.6251933 - 0.44) / 1.959964 * 2.009575 * math.sqrt(50 / 49)
+    assert found.mean == pytest.approx(22 / 48)
+    assert (found.low, found.high) == pytest.approx((0.44 - reach, 0.44 + reach), abs=1e-6)
+    assert not found.alike
+
+
+@pytest.mark.parametrize("scenes", [6, 10, 20, 60])
+def test_the_interval_of_losses_misses_in_at_most_6_of_100_cases(scenes: int) -> None:
+    """Exactly: every outcome with its probability, for chances from none to surely of either."""
+    outcomes = [(more, fewer) for more in range(scenes + 1) for fewer in range(scenes + 1 - more)]
+    found = [losses(*outcome, scenes) for outcome in outcomes]
+    low, high = np.array([(each.low, each.high) for each in found]).T
+    chances = [0.0, 0.005, 0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 0.9, 0.95, 1.0]
+    missed = []
+    for p, q in [(p, q) for p in chances for q in chances if p + q <= 1]:
+        weights = multinomial.pmf([(u, d, scenes - u - d) for u, d in outcomes], scenes, [p, q, max(1 - p - q, 0.0)])
+        assert weights.sum() == pytest.approx(1)
+        missed.append(weights[(low > p - q + 1e-12) | (high < p - q - 1e-12)].sum())
+    assert max(missed) < 0.06
+
+
+def test_alike_scenes_do_not_say_that_the_next_one_is() -> None:
+    """No scene that differs, or all: the interval has a width, and the more scenes the less of one."""
+    none, every = losses(0, 0, 6), losses(6, 0, 6)
+    assert none.alike
+    assert every.alike
+    assert (none.low, none.high) == pytest.approx((-0.447, 0.447), abs=1e-3)  # 2.365 sqrt(2 / 7) / sqrt(8)
+    assert not every.is_tie
+    assert (every.low, every.high) == pytest.approx((0.159, 1.0), abs=1e-3)  # 0.75 - 2.365 sqrt(1 / 2) / sqrt(8)
+    assert losses(0, 0, 60).high < 0.05
+    shares = paired_difference([0.5, 0.6, 0.7, 0.5, 0.6, 0.7], [0.5] * 6, [*"abcdef"], most=1.0)
+    assert shares is not None
+    assert shares.high - shares.low < 0.3  # percentiles, as of any figure
+    pixels = paired_difference([0.0] * 6, [0.0] * 6, [*"abcdef"])  # nothing bounds what the next scene might do
+    assert pixels is not None
+    assert (pixels.low, pixels.high, pixels.alike) == (0, 0, False)
+
+
+def test_so_many_alike_scenes_narrow_the_interval_as_is_said() -> None:
+    need = scenes_for(losses(0, 0, 6), 0.05)
+    assert losses(0, 0, need).high == pytest.approx(0.05, rel=0.1)
