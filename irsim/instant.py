@@ -39,15 +39,15 @@ class Instant:
     def of(cls, scenario: Scenario, stage: Stage, offset: float = 0.0) -> Instant:
         count = scenario.frames + 1  # one more: frame 0 takes its velocity from frame 1
         motions = [motion for motion in scenario.camera.motion if scenario.is_on(motion.name)]
-        frames = np.arange(float(count + BLOCK // 2)) + offset  # the mount's: to the middle of the last block
+        frames = np.arange(float(count)) + offset
         tilt = stage.air.turbulence.turns(frames, stage.band, stage.rate_hz, stage.seed)
         still = Mount.of(motions, frames, stage)
         courses = (Course.of(target, count, stage, offset) for target in scenario.targets if scenario.is_on(target.id))
         return cls(stage, replace(still, turns=still.turns + tilt), tuple(courses))
 
     def gaze(self, index: int) -> Gaze:
-        """A frame's pointing, with that of its block's middle frame as key: none of the others is far from it."""
-        geometry, mount, middle = self.stage.geometry, self.mount, index // BLOCK * BLOCK + BLOCK // 2
+        """A frame's pointing, with that of its block's first frame as key."""
+        geometry, mount, first = self.stage.geometry, self.mount, index // BLOCK * BLOCK
         level = geometry.world_rotation(np.zeros(3))
 
         def at(frame: int, margin: int, key: Gaze | None) -> Gaze:
@@ -55,7 +55,7 @@ class Instant:
             x, y, z = (mount.places[frame] @ level).tolist()
             return Gaze(frame / self.stage.rate_hz, chart, key, (x, y, z))
 
-        return at(index, 0, at(middle, MARGIN, None))
+        return at(index, 0, at(first, MARGIN, None))
 
     def sight(self, index: int) -> Sight:
         """How the camera of frame `index` sees what stands about it."""

@@ -45,16 +45,13 @@ class Mount:
         return _rotation(self.geometry, tuple(self.turns[index].tolist()))
 
     def seen(self, points: Floats) -> Floats:
-        """(m, 2) px of points (m, 3) m of the first camera frame, each at its own of the first m frames; nan behind
-        the camera."""
-        count = len(points)
-        rotations = np.stack([self.rotation(index) for index in range(count)])
-        pixels = self.geometry.project(np.einsum("nij,nj->ni", rotations, points - self.places[:count]))
-        zooms = self.zooms[:count]
-        if (zooms == 1).all():
+        """(n, 2) px of points (n, 3) m of the first camera frame, each at its own frame; nan behind the camera."""
+        rotations = np.stack([self.rotation(index) for index in range(len(self.turns))])
+        pixels = self.geometry.project(np.einsum("nij,nj->ni", rotations, points - self.places))
+        if (self.zooms == 1).all():
             return pixels
         principal = self.geometry.principal
-        return np.asarray(principal + (pixels - principal) * zooms[:, None])
+        return np.asarray(principal + (pixels - principal) * self.zooms[:, None])
 
 
 @lru_cache(maxsize=8)
