@@ -55,11 +55,14 @@ def broadleaf(high: float, wide: float, draw: np.random.Generator) -> Crown:
     x, y, middle = _grid(high, wide, step)
     angle, out = draw.uniform(0, 2 * np.pi, LOBES), np.sqrt(draw.random(LOBES))
     least = min(high, wide) / 2
-    radius = least * np.concatenate([[0.75], draw.uniform(0.3, 0.55, LOBES - 1)])
-    out[0] = 0.2
+    radius = np.tile(least * draw.uniform(0.3, 0.55, LOBES), (2, 1))
+    radius[:, 0], out[0] = (0.375 * wide, 0.375 * high), 0.2  # the middle one joins the others
     across = (wide / 2 - 0.45 * least) * out * np.cos(angle)
-    down = np.minimum(-high / 2 + (high / 2 - 0.45 * least) * out * np.sin(angle), -1.1 * radius)
-    dx, dy = ((grid - place[:, None, None]) / radius[:, None, None] for grid, place in ((x, across), (y, down)))
+    down = np.minimum(-high / 2 + (high / 2 - 0.45 * least) * out * np.sin(angle), -1.1 * radius[1])
+    dx, dy = (
+        (grid - place[:, None, None]) / own[:, None, None]
+        for grid, place, own in zip((x, y), (across, down), radius, strict=True)
+    )
     share = np.exp(SOFT * np.maximum(1 - dx**2 - dy**2, -3.0))
     total = share.sum(axis=0)
     facing = (share * (dx * LIGHT[0] + dy * LIGHT[1])).sum(axis=0) / total

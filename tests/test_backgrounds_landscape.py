@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 
@@ -83,9 +84,24 @@ def test_a_tree_row_is_as_high_as_its_trees_and_stands_on_the_ground() -> None:
 def test_a_tree_that_is_far_larger_than_the_picture_fills_it() -> None:
     """At 2 m each px is 1 mm: trees of 14 m stand 14000 px high, and the picture shows the middle of a crown."""
     scene = stage(size=(320, 240))
-    trees = Trees(range_m=2, leaves=1, spacing_m=1, conifers=0)
+    trees = Trees(range_m=2, leaves=1, spacing_m=0.5, conifers=0)
     passed, _ = trees.paint(Sheet.of(scene.geometry), 7.0, 290.0, scene).light(gaze(scene))
     assert passed.mean() < 0.05
+
+
+def test_a_wood_has_crowns_of_unequal_height() -> None:
+    """Trees 4 m apart and 18 m high, 0.5 mrad a px at 600 m: of 60 px, 13 px apart. Their tops rise and fall by a
+    quarter; one dome over all would not."""
+    scene = stage(size=(512, 240))
+    for seed in range(4):
+        placed = replace(scene, seed=seed)
+        layer = Trees(range_m=600, height_m=18, spacing_m=4).paint(Sheet.of(scene.geometry), 4.0, 290.0, placed)
+        solid = layer.light(gaze(scene))[0] < 0.5
+        top = np.argmax(solid, axis=0)[solid.any(axis=0)]
+        level = cv2.blur(top.astype(np.float32)[None], (9, 1))[0]
+        peaks = np.flatnonzero((level[1:-1] < level[:-2]) & (level[1:-1] <= level[2:]))
+        assert len(peaks) >= 512 / 60
+        assert level.std() > 0.12 * 60
 
 
 def test_bare_trees_let_more_through_than_leafy_ones() -> None:

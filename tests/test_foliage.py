@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import lru_cache
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 import pytest
 
-from irsim.foliage import Crown, Foliage, broadleaf, bush, conifer
+from irsim.foliage import Crown, Foliage, broadleaf, bush, conifer, wood
 from irsim.rng import stream
 from irsim.types import Floats
 
@@ -102,3 +103,29 @@ def test_the_side_to_the_light_is_warmer() -> None:
             left = np.arange(solid.shape[1])[None, :] < crown.middle
             warmer.append(warmth[solid & left].mean() - warmth[solid & ~left].mean())
         assert np.mean(warmer) > 0.1
+
+
+@pytest.mark.parametrize("wide", [60.0, 150.0, 300.0])
+def test_a_broadleaf_crown_is_one_piece_however_slim(wide: float) -> None:
+    """But for single clumps of leaves at its rim."""
+    for seed in SEEDS:
+        draw = stream(seed, "tree")
+        solid, _ = foliage(1.0).grown(broadleaf(HIGH, wide, draw), draw)
+        _, _, figures, _ = cv2.connectedComponentsWithStats(solid.astype(np.uint8))
+        assert figures[1:, cv2.CC_STAT_AREA].max() > 0.97 * solid.sum()
+
+
+def test_wood_grows_up_from_the_foot_and_stays_within_the_crown() -> None:
+    for seed in SEEDS:
+        trunk, *boughs = wood(HIGH, WIDE["broadleaf"], 9.0, stream(seed, "wood"))
+        low, high = trunk[[0, 3]], trunk[[1, 2]]
+        np.testing.assert_allclose(low.mean(axis=0), [0, 0], atol=1e-9)
+        assert np.linalg.norm(low[1] - low[0]) == pytest.approx(9)
+        assert high[:, 1].mean() < -0.7 * HIGH
+        assert any(points[:, 0].max() > 20 for points in boughs)
+        assert any(points[:, 0].min() < -20 for points in boughs)
+        for points in boughs:
+            tip = points[[1, 2]].mean(axis=0)
+            off = np.hypot(2 * tip[0] / WIDE["broadleaf"], 2 * tip[1] / HIGH + 1)
+            assert off < 0.8 + 1e-9
+            assert points[[1, 2], 1].mean() < points[[0, 3], 1].mean()  # upwards

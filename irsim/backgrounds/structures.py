@@ -29,6 +29,13 @@ FINE = 2
 """Outlines are drawn on a grid this much finer than pixels, then averaged."""
 
 
+CROWDED = 1.4
+"""Crowns are no wider than about so many times the room between their trees: in a wood they are narrow."""
+
+SLIMMEST = 0.42
+"""A broadleaf crown stays this wide, as a share of its tree's height, however crowded it is."""
+
+
 class _Canvas:
     """Cover and temperature, drawn on a fine grid over a sheet."""
 
@@ -126,8 +133,9 @@ class Trees(Structure):
         sheet = sheet.between(base - 1.9 * tall, base)
         canvas = _Canvas(sheet)
         foliage = Foliage(tall * FINE, self.leaves, stage.seed, self.id)
-        for x in _along(sheet, self.spacing_m * px_per_m, draw):
-            self._tree(canvas, foliage, (x, base), tall, temperature_k, draw)
+        room = self.spacing_m * px_per_m
+        for x in _along(sheet, room, draw):
+            self._tree(canvas, foliage, (x, base), tall, room, temperature_k, draw)
         if self.undergrowth:
             bushes = stream(stage.seed, self.id, "bushes")
             self._bushes(canvas, foliage, base, self.undergrowth * tall, temperature_k, bushes)
@@ -140,17 +148,20 @@ class Trees(Structure):
         foliage: Foliage,
         foot: tuple[float, float],
         tall: float,
+        room: float,
         kelvin: float,
         draw: np.random.Generator,
     ) -> None:
+        """A tree of about that height, with so much room to the next, px."""
         height = tall * float(np.clip(1 + 0.25 * draw.standard_normal(), 0.4, 1.7))
         own = kelvin + self.spread_k * np.sqrt(0.5) * float(draw.standard_normal())
         is_conifer = draw.random() < self.conifers
         bare, slim = (0.07, draw.uniform(0.25, 0.45)) if is_conifer else (0.16, draw.uniform(0.55, 0.95))
+        wide = min(slim * height, max(CROWDED * draw.uniform(0.7, 1.3) * room, SLIMMEST * height))
         (x, base), trunk = foot, max(0.04 * height, 0.5)
         left, right, top = x - trunk / 2, x + trunk / 2, base - (0.9 if is_conifer else 0.5) * height
         canvas.polygon(np.array([[left, base], [right, base], [x + trunk / 5, top], [x - trunk / 5, top]]), own)
-        kind, size = conifer if is_conifer else broadleaf, ((1 - bare) * height, slim * height)
+        kind, size = conifer if is_conifer else broadleaf, ((1 - bare) * height, wide)
         self._leaves(canvas, foliage, kind, size, (x, base - bare * height), own, draw)
 
     def _bushes(
@@ -183,9 +194,11 @@ class Trees(Structure):
 
 
 def _along(sheet: Sheet, spacing_px: float, draw: np.random.Generator) -> Floats:
-    """(n,) columns of the map, by chance, at that mean distance."""
+    """(n,) columns of the map in random order, at that mean distance: by chance, each in its own share of the way."""
     first, last = float(sheet.columns[0]), float(sheet.columns[-1])
-    return draw.uniform(first, last, max(1, round((last - first) / spacing_px)))
+    count = max(1, round((last - first) / spacing_px))
+    places = first + (np.arange(count) + draw.random(count)) * (last - first) / count
+    return np.asarray(draw.permutation(places))
 
 
 class Buildings(Structure):
