@@ -12,7 +12,8 @@ from irsim.geometry import Geometry
 from irsim.kinds import Kind
 from irsim.motion import PATHS, Path, angles_deg, attitudes
 from irsim.motion.attitude import STANDARD_GRAVITY
-from irsim.motion.posture import HELICOPTER, MULTIROTOR, POSTURES, UPRIGHT, Posture, PostureName, Rotorcraft
+from irsim.motion.posture import BIRD, HELICOPTER, MULTIROTOR, POSTURES, UPRIGHT, VEHICLE, Posture, PostureName
+from irsim.motion.upright import Rotorcraft
 from irsim.shapes import SHAPES, Shape
 from irsim.stage import Stage
 from irsim.types import Floats
@@ -208,7 +209,14 @@ def test_it_looks_where_it_goes_over_the_ground() -> None:
 
 
 def test_every_shape_has_a_posture_and_a_users_own_body_may_have_any(tmp_path: Any) -> None:
-    expected = {"quadrotor": MULTIROTOR, "helicopter": HELICOPTER, "pedestrian": UPRIGHT, "boat": UPRIGHT}
+    expected: dict[str, Posture] = {
+        "quadrotor": MULTIROTOR,
+        "helicopter": HELICOPTER,
+        "pedestrian": UPRIGHT,
+        "boat": UPRIGHT,
+        "bird": BIRD,
+    }
+    expected |= dict.fromkeys(("tank", "truck", "car"), VEHICLE)
     for name, posture in expected.items():
         kind = SHAPES.find(name)
         assert issubclass(kind, Shape)

@@ -9,6 +9,7 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from irsim.kinds import Kelvin, Length, NotNegative
+from irsim.motion.posture import BIRD, Posture
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
 from irsim.shapes.joints import Rigid, Turn, hinge, turned
@@ -23,6 +24,7 @@ _HAND = plate(((0.24, _ELBOW), (0.1, 0.95), (-0.02, 1.1), (-0.03, 0.9), (0.02, _
 class Bird(Body):
     """A gull-like bird: warm head and body, cooler wings that beat and bend, a fan of a tail."""
 
+    lies: ClassVar[Posture] = BIRD
     poses: ClassVar[tuple[Angles, ...]] = ((55.0, 15.0, 15.0), (90.0, 0.0, 0.0), (20.0, 5.0, 0.0))
     solids: ClassVar[tuple[Solid, ...]] = (
         tube(

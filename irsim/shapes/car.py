@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 from irsim.kinds import Fraction, Kelvin, Length
+from irsim.motion.posture import VEHICLE, Posture
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
 from irsim.shapes.solids import Point3, Solid, block, mirrored, plate, profile, wheel
@@ -46,6 +47,7 @@ def _pane(low: float, high: float, inside: float) -> Solid:
 class Car(Body):
     """A saloon car: warm bonnet and wheels, windows that mirror the cold sky."""
 
+    lies: ClassVar[Posture] = VEHICLE
     poses: ClassVar[tuple[Angles, ...]] = ((125.0, 0.0, 0.0), (90.0, 0.0, 0.0), (35.0, 0.0, 0.0))
     behind_k: ClassVar[float] = 285.0
     from_above_deg: ClassVar[float] = 14.0

@@ -47,8 +47,9 @@ class Model(Shape):
     length_m: Length
     """Length of its longest side, m: the file's own unit does not matter."""
     lies_as: PostureName = "arrow"
-    """How it lies along its path. arrow: nose along its velocity; aeroplane: so, and it banks in turns; multirotor,
-    helicopter: hung from its rotors, which tilt it for speed, turns and braking; upright: it never tilts."""
+    """How it lies along its path. arrow: nose along its velocity; aeroplane, bird: so, and it banks in turns;
+    multirotor, helicopter: hung from its rotors, which tilt it for speed, turns and braking; vehicle: on the ground;
+    upright: it never tilts."""
     axes: Literal["x forward, z up", "y forward, z up", "x forward, y up", "z forward, y up", "-z forward, y up"] = (
         "x forward, z up"
     )

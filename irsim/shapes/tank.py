@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 from irsim.kinds import Kelvin, Length
+from irsim.motion.posture import VEHICLE, Posture
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
 from irsim.shapes.solids import Solid, mirrored, plate, profile, tube, wheel
@@ -43,6 +44,7 @@ _WHEELS = tuple(
 class Tank(Body):
     """Hull, turret and a long barrel, hot road wheels in warm tracks, and a hot engine deck at the rear."""
 
+    lies: ClassVar[Posture] = VEHICLE
     poses: ClassVar[tuple[Angles, ...]] = ((90.0, 0.0, 0.0), (110.0, 0.0, 0.0), (60.0, 0.0, 0.0))
     behind_k: ClassVar[float] = 288.0
     from_above_deg: ClassVar[float] = 12.0

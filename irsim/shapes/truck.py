@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 from irsim.kinds import Fraction, Kelvin, Length
+from irsim.motion.posture import VEHICLE, Posture
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
 from irsim.shapes.solids import Solid, block, limb, mirrored, profile, wheel
@@ -17,6 +18,7 @@ _SIDE_WINDOW = profile(((0.415, -0.2), (0.44, -0.265), (0.36, -0.265), (0.36, -0
 class Truck(Body):
     """A lorry: cab with cold windows and a hot grille, a cool box, warm wheels, a hot exhaust stack."""
 
+    lies: ClassVar[Posture] = VEHICLE
     poses: ClassVar[tuple[Angles, ...]] = ((125.0, 0.0, 0.0), (90.0, 0.0, 0.0), (35.0, 0.0, 0.0))
     behind_k: ClassVar[float] = 284.0
     from_above_deg: ClassVar[float] = 12.0
