@@ -21,7 +21,7 @@ def product(left: Floats, right: Floats) -> Floats:
     if rows <= step:
         return np.asarray(left @ right)
     stack = np.broadcast_shapes(left.shape[:-2], right.shape[:-2])
-    out = np.empty((*stack, rows, right.shape[-1]), left.dtype)
+    out = np.empty((*stack, rows, right.shape[-1]), np.result_type(left, right))
     for begin in range(0, rows, step):
         block = slice(begin, begin + step)
         np.matmul(left[..., block, :], right, out=out[..., block, :])

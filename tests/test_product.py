@@ -22,5 +22,8 @@ def test_it_is_the_product_whatever_the_blocks(m: int, k: int, n: int, stacked: 
         np.testing.assert_array_equal(product(left, right), np.einsum("mk,...kn->...mn", left, right))
 
 
-def test_it_keeps_single_precision() -> None:
-    assert product(np.ones((3000, 20), np.float32), np.ones((20, 30), np.float32)).dtype == np.float32
+@pytest.mark.parametrize("rows", [3, 3000])
+@pytest.mark.parametrize("kinds", [("f4", "f4"), ("f4", "f8"), ("f8", "f4")])
+def test_it_is_as_precise_as_numpys_whatever_the_blocks(rows: int, kinds: tuple[str, str]) -> None:
+    left, right = np.ones((rows, 20), kinds[0]), np.ones((20, 30), kinds[1])
+    assert product(left, right).dtype == (left @ right).dtype

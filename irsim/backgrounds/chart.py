@@ -8,7 +8,7 @@ first elevation, so that the map is true to shape around the first pointing.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 import numpy as np
 
@@ -21,53 +21,62 @@ NODES = 12
 follows it within 0.05 px for fields of up to 60 degrees that stay 15 degrees from the zenith and the
 nadir, where the map ends, and within 0.001 px for fields under 20 degrees (tests/test_backgrounds.py)."""
 
-
-_ANGLES = (2 * np.arange(NODES) + 1) * np.pi / (2 * NODES)
-_ORDERS = np.arange(NODES)
-
-
-@lru_cache(maxsize=16)
-def _nodes(length: int, margin: int) -> Floats:
-    """(NODES,) px: Chebyshev nodes over -margin .. length-1+margin."""
-    return np.asarray((length - 1) / 2 - ((length - 1) / 2 + margin) * np.cos(_ANGLES))
+PLACES = -np.cos((2 * np.arange(NODES) + 1) * np.pi / (2 * NODES))
+"""(NODES,): Chebyshev's nodes, rising; -1 and 1 are the middles of the outermost pixels that the chart reaches to."""
 
 
-@lru_cache
-def _coefficients() -> Floats:
-    """(NODES, NODES): of each Chebyshev polynomial, what each node's value adds: T is orthogonal over its nodes."""
-    weights = np.where(_ORDERS == 0, 1.0, 2.0) / NODES
-    return np.asarray(weights[:, None] * np.cos(_ORDERS[:, None] * (np.pi - _ANGLES)))
+def _chebyshev(places: Floats) -> Floats:
+    """(..., NODES): the Chebyshev polynomials T_0, T_1, ... at places (...) in -1..1: T_n(x) = cos(n arccos x)."""
+    return np.asarray(np.cos(np.arccos(places)[..., None] * np.arange(NODES)))
+
+
+_COEFFICIENTS = (np.append(1.0, np.full(NODES - 1, 2.0)) / NODES * _chebyshev(PLACES)).T
+"""(NODES, NODES): what each node's value adds to each polynomial's weight: T is orthogonal over its nodes."""
 
 
 def _lagrange(places: Floats) -> Floats:
-    """(..., NODES): the Lagrange basis of the nodes at places (...), -1..1 where the nodes are on -1..1."""
-    return np.asarray(np.cos(np.arccos(places)[..., None] * _ORDERS) @ _coefficients())  # T_n(x) = cos(n arccos x)
+    """(..., NODES): the Lagrange basis of the nodes at places (...) in -1..1."""
+    return np.asarray(_chebyshev(places) @ _COEFFICIENTS)
 
 
 @lru_cache(maxsize=16)
 def _basis(length: int, margin: int) -> Floats:
-    """(length + 2 margin, NODES) float32: the basis at every pixel."""
-    return _lagrange(np.linspace(-1.0, 1.0, length + 2 * margin)).astype(np.float32)
+    """(length + 2 margin, NODES) float32: the basis at every pixel. Read only."""
+    basis = _lagrange(np.linspace(-1.0, 1.0, length + 2 * margin)).astype(np.float32)
+    basis.flags.writeable = False
+    return basis
 
 
 @lru_cache(maxsize=16)
 def _rays(lens: Geometry, margin: int) -> Floats:
-    """(NODES, NODES, 3) unit vectors in the camera frame: what the nodes see, rows first."""
-    columns, rows = (_nodes(length, margin) for length in lens.size)
-    return lens.directions(np.stack(np.meshgrid(columns, rows), axis=-1))
+    """(NODES, NODES, 3) unit vectors in the camera frame: what the nodes see, rows first. Read only."""
+    columns, rows = ((length - 1) / 2 + ((length - 1) / 2 + margin) * PLACES for length in lens.size)
+    rays = lens.directions(np.stack(np.meshgrid(columns, rows), axis=-1))
+    rays.flags.writeable = False
+    return rays
 
 
 @dataclass(frozen=True, eq=False)
 class Chart:
-    """u and v (px) at the nodes of the frame, each (NODES, NODES) float64, rows first.
+    """The map at the nodes of the frame.
 
-    margin: how far beyond the frame's edges the chart reaches, px.
+    uv      (2, NODES, NODES) float64, px: u and v, rows first
+    margin  how far beyond the frame's edges the chart reaches, px
     """
 
     geometry: Geometry
-    u: Floats
-    v: Floats
+    uv: Floats
     margin: int = 0
+
+    @property
+    def u(self) -> Floats:
+        """(NODES, NODES) px, rows first."""
+        return np.asarray(self.uv[0])
+
+    @property
+    def v(self) -> Floats:
+        """(NODES, NODES) px, rows first."""
+        return np.asarray(self.uv[1])
 
     @classmethod
     def at(cls, geometry: Geometry, world_rotation: Floats, margin: int = 0, lens: Geometry | None = None) -> Chart:
@@ -82,29 +91,20 @@ class Chart:
             azimuth = np.unwrap(np.unwrap(azimuth, axis=1), axis=0)
         elevation = np.arctan2(-down, np.hypot(east, ahead))
         scale = 1 / geometry.ifov_rad
-        return cls(
-            geometry,
-            azimuth * np.cos(geometry.elevation_rad) * scale,
-            (geometry.elevation_rad - elevation) * scale,
-            margin,
-        )
-
-    @cached_property
-    def uv(self) -> Floats:
-        """(2, NODES, NODES): u and v."""
-        return np.stack([self.u, self.v])
+        u, v = azimuth * np.cos(geometry.elevation_rad) * scale, (geometry.elevation_rad - elevation) * scale
+        return cls(geometry, np.stack([u, v]), margin)
 
     def moved(self, move: Floats) -> Floats:
         """(2, NODES, NODES): u and v at the nodes of the frame without margin, moved by (dx, dy) px within it."""
         middle = (np.array(self.geometry.size) - 1) / 2
-        nodes = (move - np.outer(np.cos(_ANGLES), middle)) / (middle + self.margin)
+        nodes = (move + np.outer(PLACES, middle)) / (middle + self.margin)
         across, along = _lagrange(nodes.T)
         return np.asarray(along @ self.uv @ across.T)
 
     def spread(self, nodes: Floats) -> Floats:
         """(rows, cols) float32, each more by twice the margin, of a smooth quantity from its values at the nodes."""
         across, along = (_basis(length, self.margin) for length in self.geometry.size)
-        return product(along, nodes.astype(np.float32) @ across.T)
+        return product(along, product(nodes.astype(np.float32), across.T))
 
     def elevation_rad(self, v: Floats) -> Floats:
         """Elevation of a map coordinate v."""

@@ -9,8 +9,9 @@ import cv2
 import numpy as np
 
 from irsim.backgrounds.base import Gaze
-from irsim.backgrounds.chart import NODES, Chart
+from irsim.backgrounds.chart import NODES, PLACES, Chart
 from irsim.backgrounds.fields import STEPS
+from irsim.backgrounds.texture import repeated_px
 from irsim.types import Floats
 
 NARROW = 0.02
@@ -77,12 +78,8 @@ class Drifting:
         if number in self._states:
             return self._states[number]
         transmittance, emission = self._paint(number / STEPS)
-        return Padded(transmittance, _margin(frame)), Padded(emission, _margin(frame))
-
-
-def _margin(frame: tuple[int, int]) -> int:
-    """How far a periodic texture is repeated past its edges, px, so that a frame (columns, rows) needs no wrap."""
-    return int(np.hypot(*frame)) + 64
+        margin = repeated_px(frame)
+        return Padded(transmittance, margin), Padded(emission, margin)
 
 
 Look = Callable[[Padded, Padded, float], Floats]
@@ -121,11 +118,6 @@ def _pixelwise(columns: Floats, rows: Floats) -> Look:
     return look
 
 
-_ANGLES = (2 * np.arange(NODES) + 1) * np.pi / (2 * NODES)
-_PLACES = -np.cos(_ANGLES)
-"""The chart's nodes on [-1, 1]."""
-
-
 @lru_cache(maxsize=4)
 def _middle(chart: Chart) -> tuple[float, float, float, float]:
     """(u, v) at the frame's middle, and how (du, dv) follow a step right there: (forward, side).
@@ -144,6 +136,6 @@ def _middle(chart: Chart) -> tuple[float, float, float, float]:
 @lru_cache
 def _middle_weights() -> tuple[Floats, Floats]:
     """Weights (NODES,) of the nodes' values that give a polynomial's value and slope at 0."""
-    powers = np.vander(_PLACES, NODES, increasing=True)
+    powers = np.vander(PLACES, NODES, increasing=True)
     inverse = np.linalg.inv(powers)
     return inverse[0], inverse[1]

@@ -112,9 +112,6 @@ def seen_from(gaze: Gaze, range_m: float) -> Gaze:
     off = np.clip((x * np.cos(azimuth) - z * np.sin(azimuth)) / range_m, -1, 1)
     along = range_m * np.sqrt(1 - off**2) - x * np.sin(azimuth) - z * np.cos(azimuth)
     first_elevation = np.arctan((along * np.tan(elevation) - y) / range_m)
-    moved = replace(
-        chart,
-        u=(azimuth + np.arcsin(off)) * squeeze / unit,
-        v=(chart.geometry.elevation_rad - first_elevation) / unit,
-    )
-    return replace(gaze, chart=moved, key=key)
+    u = (azimuth + np.arcsin(off)) * squeeze / unit
+    v = (chart.geometry.elevation_rad - first_elevation) / unit
+    return replace(gaze, chart=replace(chart, uv=np.stack([u, v])), key=key)

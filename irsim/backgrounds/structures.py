@@ -28,7 +28,6 @@ Mask = npt.NDArray[np.bool_]
 FINE = 2
 """Outlines are drawn on a grid this much finer than pixels, then averaged."""
 
-
 CROWDED = 1.4
 """Crowns are no wider than about so many times the room between their trees: in a wood they are narrow."""
 

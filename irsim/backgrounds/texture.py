@@ -26,7 +26,7 @@ class Tile:
     @classmethod
     def of(cls, texture: Floats, frame: tuple[int, int], psf_px: float) -> Tile:
         """A square texture (side, side), blurred by the optics, for frames of (columns, rows)."""
-        margin = int(np.hypot(*frame)) + 64
+        margin = repeated_px(frame)
         columns, rows = frame
         phase = (columns - 1) / 2 % 1, (rows - 1) / 2 % 1  # (0, 0) is the frame's middle
         return cls(texture.shape[0], np.pad(_blurred(texture, psf_px), (0, margin), mode="wrap"), phase)
@@ -50,6 +50,11 @@ def _blurred(texture: Floats, sigma_px: float) -> Floats:
     square = np.fft.fftfreq(side)[:, None] ** 2 + np.fft.rfftfreq(side)[None, :] ** 2
     passed = np.exp(-2 * np.pi**2 * sigma_px**2 * square)
     return np.fft.irfft2(np.fft.rfft2(texture) * passed, s=texture.shape).astype(np.float32)
+
+
+def repeated_px(frame: tuple[int, int]) -> int:
+    """How far a periodic texture is repeated past its edges, px, so that a frame (columns, rows) needs no wrap."""
+    return int(np.hypot(*frame)) + 64
 
 
 def tile_side(frame: tuple[int, int]) -> int:
