@@ -114,6 +114,7 @@ def outline(points: Floats) -> tuple[Floats, Floats]:
 def centroids(start: Floats, stop: Floats, weights: Floats, counts: Ints) -> tuple[Floats, Floats]:
     """Integrals (grids, channels) and centroids (grids, channels, 2) of flat fields, see `changes`, by Green's theorem.
 
+    counts  how many of the edges, in order, are on each grid: one at least
     A centroid is nan where the integral is 0.
     """
     first = np.cumsum(counts) - counts

@@ -11,7 +11,7 @@ from itertools import accumulate
 import numpy as np
 import numpy.typing as npt
 
-from irsim.optics import GaussianSpread, PointSpread
+from irsim.optics import PointSpread
 from irsim.product import product
 from irsim.shapes.polygon import centroids, changes
 from irsim.shapes.visible import visible_edges
@@ -28,9 +28,6 @@ smoothly enough for derivatives."""
 LARGE_PX = 100.0
 """What is wider or higher than this is drawn on the pixels themselves, to bound the cost: within 0.015
 and 0.046."""
-
-SHARP = GaussianSpread(0.0)
-"""What bins cells to pixels, and no more."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,8 +136,8 @@ def spread(
         rising = product(down, fields[0]) + product(down_slope, fields[1])
         light += product(rising, across) + product(product(down, fields[2]), across_slope)
     cover = np.zeros(light.shape[1:])
-    ((across, _),) = _across(SHARP, columns, fine)
-    cover[margin : margin + rows, margin : margin + columns] = sum(fields[0, 0, i::fine] for i in range(fine)) @ across
+    covered = np.cumsum(fields[0, 0].reshape(rows, fine, -1).sum(axis=1), axis=1).reshape(rows, columns, fine)
+    cover[margin : margin + rows, margin : margin + columns] = covered.sum(axis=2) / fine**2
     return Sprite(
         x0=grid.left - margin,
         y0=grid.top - margin,
@@ -158,14 +155,17 @@ def spread(
 @lru_cache(maxsize=64)
 def _across(psf: PointSpread, columns: int, fine: int) -> tuple[tuple[Floats, Floats], ...]:
     """Of each term of a spread, weighted, two (columns * fine, pixels) matrices along rows: for what changes from
-    cell to cell, which counts in all cells further right too, and for x moments."""
-    return tuple(
+    cell to cell, which counts in all cells further right too, and for x moments. Read only."""
+    terms = tuple(
         (
             np.ascontiguousarray(np.cumsum(right[:, ::-1], axis=1)[:, ::-1].T) * (weight / fine**2),
             np.ascontiguousarray(right_slope.T) * (weight / fine**2),
         )
         for weight, right, right_slope in psf.spreading(columns, fine)
     )
+    for across, across_slope in terms:
+        across.flags.writeable = across_slope.flags.writeable = False
+    return terms
 
 
 def drawn_part(box: Box, stage: Stage) -> Box:
