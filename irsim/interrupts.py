@@ -42,13 +42,13 @@ def _put_off() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread() or not callable(answer):
         yield
         return
-    came = threading.Event()
-    signal.signal(signal.SIGINT, lambda *_: came.set())
+    came: list[int] = []  # a lock, such as an Event's, would wait for itself if a second one came while it is taken
+    signal.signal(signal.SIGINT, lambda number, _: came.append(number))
     try:
         yield
     finally:
         signal.signal(signal.SIGINT, answer)
-        if came.is_set():
+        if came:
             signal.raise_signal(signal.SIGINT)
 
 
