@@ -49,6 +49,11 @@ def test_objects_are_not_read() -> None:
         unpack(zlib.compress(len(described).to_bytes(4, "little") + described + bytes(8)))
 
 
+def test_a_stream_of_nothing_is_told_as_other_damage_is() -> None:
+    with pytest.raises(ValueError, match="no packed arrays"):
+        unpack(zlib.compress(b""))
+
+
 def test_a_flipped_bit_is_an_error_or_changes_nothing() -> None:
     """Some bits say in one of two ways what stands there; all others break the stream or its checksum."""
     array = np.sin(np.arange(40.0)).round(2)

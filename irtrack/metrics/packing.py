@@ -1,4 +1,4 @@
-"""Arrays as one text of bytes, for short ones as for long ones: what a results file keeps of a track.
+"""Arrays as one string of bytes, for short ones as for long ones: what a results file keeps of a track.
 
 A zip of npy files spends some 60 microseconds and 200 bytes on each array, more than a short track is worth.
 """
@@ -31,9 +31,9 @@ def unpack(blob: bytes) -> dict[str, np.ndarray]:
     """The inverse of `pack`; the arrays are read-only. ValueError where the bytes are not what it gave."""
     try:
         data = zlib.decompress(blob)
-    except zlib.error as error:
+        (described,) = _HEAD.unpack_from(data)
+    except (zlib.error, struct.error) as error:
         raise ValueError(f"no packed arrays: {error}") from None
-    (described,) = _HEAD.unpack_from(data)
     at = _HEAD.size + described
     arrays: dict[str, np.ndarray] = {}
     for name, dtype, shape in json.loads(data[_HEAD.size : at]):
