@@ -148,6 +148,7 @@ def test_during_a_sweep_others_read_what_is_committed_and_after_it_all_is_in_one
         assert counts == [1, 2, 3, 4, 5]
         assert len(results.cells()) == 5
         assert [each.name for each in tmp_path.iterdir()] == ["r.db"]
+        assert results._db.execute("PRAGMA synchronous").fetchone() == (2,)  # FULL again: what a rollback journal needs
     assert modes(path) == ("delete", ["r.db"])
 
 

@@ -119,7 +119,7 @@ class Results:
                 yield
             except (sqlite3.Error, InputError):
                 raise
-            except Exception as error:  # UTF-8, JSON, zip and npy each have errors of their own for changed bytes
+            except Exception as error:  # UTF-8, JSON and packed arrays each have errors of their own for changed bytes
                 what = f"not all in it can be read ({type(error).__name__})"
                 raise InputError(f"{self.path}: the results file is damaged: {what}") from error
 
@@ -159,6 +159,7 @@ class Results:
             yield
         finally:
             with suppress(sqlite3.Error):  # open elsewhere: then the last to close it does so
+                self._db.execute("PRAGMA synchronous = FULL")  # without the log, less could damage the file
                 self._db.execute("PRAGMA journal_mode = DELETE")
 
     @contextmanager
