@@ -108,6 +108,16 @@ def test_alike_scenes_do_not_say_that_the_next_one_is() -> None:
     assert (pixels.low, pixels.high, pixels.alike) == (0, 0, False)
 
 
+def test_the_interval_of_losses_is_about_the_mean_over_all_runs() -> None:
+    """A scene of a hundred runs, all lost by the first, and five of one run each that neither loses."""
+    names = ["often"] * 100 + [*"abcde"]
+    found = paired_difference([1.0] * 100 + [0.0] * 5, [0.0] * 105, names, most=1.0)
+    assert found is not None
+    assert found.mean == pytest.approx(100 / 105)
+    assert found.low < found.mean < found.high
+    assert not found.alike
+
+
 def test_so_many_alike_scenes_narrow_the_interval_as_is_said() -> None:
     need = scenes_for(losses(0, 0, 6), 0.05)
     assert losses(0, 0, need).high == pytest.approx(0.05, rel=0.1)

@@ -84,7 +84,8 @@ def paired_difference(
     if len(sums) < LEAST_SCENES:
         return Difference(mean, -np.inf, np.inf, len(differences), scene_count)
     if np.isfinite(most) and np.isin([first, second], (0.0, most)).all():
-        low, high = _with_unseen(sums / counts, most, level)
+        # Of scenes with unlike numbers of runs: what each adds to the mean over all runs, to first order.
+        low, high = _with_unseen(mean + (sums - mean * counts) / counts.mean(), most, level)
         alike = bool(np.ptp(sums / counts) == 0)
         return Difference(mean, low, high, len(differences), scene_count, alike)
     drawn = stream(0, "bootstrap", 0).integers(0, len(sums), (draws, len(sums)))
