@@ -10,6 +10,7 @@ from pydantic import ValidationError
 
 from irsim.backgrounds import Gaze
 from irsim.backgrounds.chart import Chart
+from irsim.backgrounds.drifting import Padded
 from irsim.backgrounds.fields import STEPS, Evolving, shaped, spectral, weights, wrapped_blur
 from irsim.backgrounds.sky import Clouds
 from irsim.geometry import Geometry
@@ -158,3 +159,13 @@ def test_edges_that_face_the_sun_are_brighter() -> None:
     gain = (bright - dark) / float(radiance("mwir", 270) - radiance("mwir", 260))
     assert gain[:, :126].max() < 0.02
     assert 0.1 < gain[:, 130:].max() <= 1
+
+
+def test_what_is_seen_of_a_texture_does_not_depend_on_what_was_seen_before() -> None:
+    """Frames that wander, jump, and look past its edges, each against the texture tiled by numpy."""
+    texture = np.random.default_rng(1).random((64, 64)).astype(np.float32)
+    padded, tiled = Padded(texture, 110), np.tile(texture, (3, 3))
+    steps = np.random.default_rng(2).integers(-9, 10, (300, 2)).cumsum(axis=0)
+    for column, row in [(0, 0), (63, 63), *(steps % 64).tolist()]:
+        seen = padded.window(column, row, 41, 31)
+        np.testing.assert_array_equal(seen, tiled[row : row + 31, column : column + 41])
