@@ -51,7 +51,7 @@ def _facts(source: Source, duration_s: float) -> Iterator[tuple[str, str]]:
         truths = list(source.truths())
         accuracy = max((target.accuracy_px for truth in truths for target in truth.targets), default=0.0)
         yield "truth", "exact" if accuracy == 0 else f"within {accuracy:g} px"
-        for target in survey(truths):
+        for target in survey(truths, source.size):
             yield from _target(target)
     if source.follow:
         yield "follow", source.follow
@@ -70,6 +70,7 @@ def _target(target: Survey) -> Iterator[tuple[str, str]]:
     yield "", f"  {', '.join(figures)}"
     for label, spells in (
         ("hidden", target.hidden),
+        ("partly out of view", target.cut),
         ("out of view", target.outside),
         ("crossing", target.crossing),
         ("absent", target.absent),

@@ -9,7 +9,7 @@ from math import hypot
 
 import numpy as np
 
-from irsim.types import TargetTruth, Truth
+from irsim.types import Box, TargetTruth, Truth
 
 
 @dataclass(frozen=True)
@@ -30,6 +30,7 @@ class Survey:
     speed     median apparent speed, px per frame; None where truth does not know
     scr       5 %, 50 % and 95 % of its signal-to-clutter ratio while it is seen; None where truth has none
     hidden    spells in which its centre is in the picture, yet less than half of it is seen
+    cut       such spells in which nothing is known to hide it but the picture's edge
     outside   spells in which its centre is out of the picture
     crossing  spells in which its box meets another target's
     absent    spells in which it is not there
@@ -43,28 +44,34 @@ class Survey:
     speed: float | None
     scr: tuple[float, float, float] | None
     hidden: tuple[Spell, ...]
+    cut: tuple[Spell, ...]
     outside: tuple[Spell, ...]
     crossing: tuple[Spell, ...]
     absent: tuple[Spell, ...]
 
 
-def survey(truths: Iterable[Truth]) -> list[Survey]:
-    """Of each target that the truths name, in the order in which they first do."""
+def survey(truths: Iterable[Truth], size: tuple[int, int]) -> list[Survey]:
+    """Of each target that the truths name, in the order in which they first do.
+
+    size  (columns, rows) of the frames
+    """
     frames: list[int] = []
     rows: dict[str, dict[int, TargetTruth]] = {}
     for truth in truths:
         frames.append(truth.index)
         for target in truth.targets:
             rows.setdefault(target.id, {})[truth.index] = target
-    return [_of(row, frames) for row in rows.values()]
+    return [_of(row, frames, size) for row in rows.values()]
 
 
-def _of(row: dict[int, TargetTruth], frames: list[int]) -> Survey:
+def _of(row: dict[int, TargetTruth], frames: list[int], size: tuple[int, int]) -> Survey:
     targets = list(row.values())
     speeds = [hypot(*target.velocity) for target in targets if target.velocity is not None]
     ratios = [target.scr for target in targets if target.scr is not None and not target.hidden]
     outside = {index: () for index, target in row.items() if target.in_view is False}
-    hidden = {index: target.occluders for index, target in row.items() if target.hidden and index not in outside}
+    unseen = {index: target for index, target in row.items() if target.hidden and index not in outside}
+    cut = {index: () for index, target in unseen.items() if not target.occluders and _leaves(target.box, size)}
+    hidden = {index: target.occluders for index, target in unseen.items() if index not in cut}
     return Survey(
         id=targets[0].id,
         cls=targets[0].cls,
@@ -74,10 +81,16 @@ def _of(row: dict[int, TargetTruth], frames: list[int]) -> Survey:
         speed=_median(speeds) if speeds else None,
         scr=tuple(np.quantile(ratios, (0.05, 0.5, 0.95)).tolist()) if ratios else None,
         hidden=_spells(hidden),
+        cut=_spells(cut),
         outside=_spells(outside),
         crossing=_spells({index: () for index, target in row.items() if target.crossing}),
         absent=_spells({index: () for index in frames if index not in row}),
     )
+
+
+def _leaves(box: Box, size: tuple[int, int]) -> bool:
+    """Does a box reach past the edges of frames of (columns, rows)?"""
+    return min(box.left, box.top) < -0.5 or box.right > size[0] - 0.5 or box.bottom > size[1] - 0.5
 
 
 def _median(values: list[float]) -> float:

@@ -14,6 +14,7 @@ from irsim.backgrounds import BACKGROUNDS
 from irsim.draw import Labelled
 from irsim.errors import InputError
 from irsim.gallery import BLIND_EACH, CROP, FILL, bodies, crop, typical, write_blind, write_sheet
+from irsim.motion.upright import Pitched, Rotorcraft, Upright
 from irsim.presets import PRESETS
 from irsim.shapes import SHAPES
 from irsim.shapes.body import Body
@@ -34,6 +35,20 @@ def test_a_body_fills_its_crop_and_stands_out(kind: str) -> None:
         assert max(np.ptp(rows), np.ptp(columns)) + 1 == pytest.approx(FILL * CROP, abs=6)
         assert (rows.min() + rows.max()) / 2 == pytest.approx((CROP - 1) / 2, abs=6)
         assert (columns.min() + columns.max()) / 2 == pytest.approx((CROP - 1) / 2, abs=6)
+
+
+@pytest.mark.parametrize("kind", list(bodies()))
+def test_a_pose_is_one_that_its_kind_can_be_in(kind: str) -> None:
+    shape = typical(kind)
+    posture = shape.posture
+    for _, pitch, roll in shape.poses:
+        if isinstance(posture, Rotorcraft):
+            assert np.cos(np.radians(pitch)) * np.cos(np.radians(roll)) >= np.cos(np.radians(posture.steepest_deg))
+        elif isinstance(posture, Pitched):
+            assert abs(pitch) <= posture.steepest_deg
+            assert abs(roll) <= posture.bank_deg
+        elif isinstance(posture, Upright):
+            assert (pitch, roll) == (0, 0)
 
 
 def test_it_is_a_small_file(tmp_path: Path) -> None:

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 import irsim
 from irsim.survey import Spell, survey
 from irsim.types import Box, TargetTruth, Truth
 
+SIZE = (64, 48)
+
 
 def seen(visible: float | None = 1.0, scr: float | None = None, **rest: object) -> TargetTruth:
-    return TargetTruth("jet", (0.0, 0.0), Box(0, 0, 8, 4), visible=visible, scr=scr, **rest)  # type: ignore[arg-type]
+    return replace(TargetTruth("jet", (20.0, 20.0), Box(20, 20, 8, 4), visible=visible, scr=scr), **rest)  # type: ignore[arg-type]
 
 
 def test_spells_are_runs_of_frames_with_whoever_hid_it() -> None:
     rows = [seen(), seen(0.2, occluders=("tree",)), seen(0.0, occluders=("tree", "house")), seen(0.5), None, seen(0.1)]
-    (jet,) = survey(Truth(k, k / 30, (row,) if row else ()) for k, row in enumerate(rows))
+    (jet,) = survey((Truth(k, k / 30, (row,) if row else ()) for k, row in enumerate(rows)), SIZE)
     assert jet.hidden == (Spell(1, 2, ("tree", "house")), Spell(5, 5))
     assert jet.absent == (Spell(4, 4),)
     assert jet.crossing == ()
@@ -24,26 +28,52 @@ def test_spells_are_runs_of_frames_with_whoever_hid_it() -> None:
 
 def test_what_has_left_the_picture_is_out_of_view_and_not_hidden() -> None:
     rows = [seen(0.0, in_view=False), seen(0.3, in_view=False, occluders=("tree",)), seen(0.2, in_view=True), seen()]
-    (jet,) = survey(Truth(k, k / 30, (row,)) for k, row in enumerate(rows))
+    (jet,) = survey((Truth(k, k / 30, (row,)) for k, row in enumerate(rows)), SIZE)
     assert jet.outside == (Spell(0, 1),)
     assert jet.hidden == (Spell(2, 2),)
 
 
+def test_what_the_pictures_corner_cuts_is_partly_out_of_view_and_not_hidden() -> None:
+    """But hidden where something hides it, and where all of it lies in the picture."""
+    corner, edge = Box(2, 1, 8, 4), Box(61, 20, 8, 4)
+    rows = [seen(0.4, box=corner), seen(0.45, box=edge), seen(0.3, box=corner, occluders=("tree",)), seen(0.3)]
+    (jet,) = survey((Truth(k, k / 30, (row,)) for k, row in enumerate(rows)), SIZE)
+    assert jet.cut == (Spell(0, 1),)
+    assert jet.hidden == (Spell(2, 3, ("tree",)),)
+    assert jet.outside == ()
+
+
+CORNERED = """
+frames: 3
+camera: {size: [80, 60], netd_mk: 0}
+background: {kind: ground, spread_k: 0}
+targets: [{id: jet, shape: {kind: fighter}, path: {kind: straight, start: [8, 2], speed: 0, range_m: 500}}]
+"""
+
+
+def test_a_rendered_target_in_the_corner_is_said_to_be_cut() -> None:
+    source = irsim.Rendering(irsim.loads(CORNERED))
+    (jet,) = survey(source.truths(), source.size)
+    assert jet.cut == (Spell(0, 2),)
+    assert jet.hidden == jet.outside == ()
+
+
 def test_ratios_are_of_frames_in_which_it_is_seen_and_speeds_are_medians() -> None:
     rows = [seen(scr=float(k), velocity=(3.0 * k, 4.0 * k)) for k in range(21)] + [seen(0.0, 1000.0)]
-    (jet,) = survey(Truth(k, k / 30, (row,)) for k, row in enumerate(rows))
+    (jet,) = survey((Truth(k, k / 30, (row,)) for k, row in enumerate(rows)), SIZE)
     assert jet.scr == pytest.approx((1, 10, 19))
     assert jet.speed == pytest.approx(50)
 
 
 def test_what_truth_does_not_know_is_none() -> None:
-    (jet,) = survey([Truth(0, 0.0, (seen(None),))])
+    (jet,) = survey([Truth(0, 0.0, (seen(None),))], SIZE)
     assert (jet.scr, jet.speed, jet.hidden) == (None, None, ())
 
 
 def test_an_intent_is_found_again() -> None:
     """The house of `hiding` is to hide the car from frame 66 to 78."""
-    car = next(target for target in survey(irsim.Rendering(irsim.load("hiding")).truths()) if target.id == "car")
+    source = irsim.Rendering(irsim.load("hiding"))
+    car = next(target for target in survey(source.truths(), source.size) if target.id == "car")
     (house,) = [spell for spell in car.hidden if "building" in spell.by]
     assert house.first <= 66
     assert house.last >= 78

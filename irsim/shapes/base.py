@@ -46,7 +46,7 @@ class Shape(Kind):
     behind_k: ClassVar[float] = 262.0
     """Temperature that is often behind it, kelvin: pictures use it."""
     from_above_deg: ClassVar[float] = 0.0
-    """How steeply down it is often looked at, degrees: pictures use it."""
+    """How steeply down it is often looked at, degrees (below 0: from below): pictures use it."""
 
     flicker: Annotated[Flicker, FLICKERS] = Steady()
     """How its brightness changes over time."""

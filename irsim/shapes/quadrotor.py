@@ -38,7 +38,8 @@ class Quadrotor(Body):
     """A drone: body with a warm battery, four arms with warm motors and turning rotors, a camera below."""
 
     lies: ClassVar[Posture] = MULTIROTOR
-    poses: ClassVar[tuple[Angles, ...]] = ((30.0, 20.0, 0.0), (45.0, 50.0, 0.0), (80.0, -4.0, 12.0))
+    poses: ClassVar[tuple[Angles, ...]] = ((30.0, 0.0, 0.0), (60.0, -20.0, 0.0), (80.0, -4.0, 8.0))
+    from_above_deg: ClassVar[float] = -20.0
     solids: ClassVar[tuple[Solid, ...]] = (
         tube(
             (0.24, -0.01, 0.05, 0.04), (0.15, -0.02, 0.1, 0.07), (-0.17, -0.02, 0.1, 0.07), (-0.24, -0.02, 0.06, 0.04)
