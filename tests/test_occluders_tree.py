@@ -112,6 +112,14 @@ def test_a_shift_moves_it_by_just_that(crown: tuple[float, float]) -> None:
         np.testing.assert_allclose(place - middle, shift, atol=0.02)
 
 
+@pytest.mark.parametrize("crown", [(0.01, 300.0), (5000.0, 0.2), (1e-6, 1e-6), (1e5, 1e5)])
+def test_crowns_of_any_size_and_proportion_are_drawn(crown: tuple[float, float]) -> None:
+    sprite = drawn(tree(crown_px=crown, height_px=max(180.0, crown[1] / 2), leaves=0.0))
+    assert np.isfinite(sprite.emission).all()
+    assert sprite.cover.min() >= -1e-6
+    assert sprite.cover.max() <= 1 + 1e-6
+
+
 def test_a_longer_lens_and_a_turned_camera_see_the_same_tree() -> None:
     value = tree(foot_px=(160.0, 150.0), height_px=60.0, crown_px=(40.0, 42.0))
     geometry = STAGE.geometry

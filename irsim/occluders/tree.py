@@ -31,6 +31,8 @@ CELLS = 512
 """A crown is drawn on so many cells on its longer side, and scaled to where it is seen."""
 PROPORTIONS = 4
 """Crowns are drawn in so many proportions, height to width, for each factor of two, and stretched to those between."""
+SLIMMEST = 3.0
+"""Factors of two between height and width beyond which crowns are drawn no slimmer, and only stretched."""
 CORE = 0.6
 """The crown has no gaps within an ellipse of this share of its width and height."""
 FADING = 0.2
@@ -70,7 +72,7 @@ class Tree(Occluder):
     def crown(self, stage: Stage) -> tuple[Form, Floats]:
         """The crown with its boughs, and the corners (4, 2) of its arrays, px of the unmoved camera."""
         (x, y), high, (wide, tall) = given(self.foot_px), given(self.height_px), given(self.crown_px)
-        proportion = round(PROPORTIONS * math.log2(tall / wide)) / PROPORTIONS
+        proportion = round(PROPORTIONS * min(max(math.log2(tall / wide), -SLIMMEST), SLIMMEST)) / PROPORTIONS
         form = _form(proportion, self.leaves, stage.seed, self.name)
         (left, top), (right, bottom) = form.reach * [wide, tall] + [x, y - high + tall]
         return form, np.array([[left, top], [right, top], [right, bottom], [left, bottom]])
@@ -133,7 +135,7 @@ def _form(proportion: float, leaves: float, seed: int, name: str) -> Form:
     part = slice(top, bottom + 1), slice(left, right + 1)
     reach = np.array([[left, top], [right + 1, bottom + 1]]) - [crown.middle + 0.5, rows]
     even = (warmth - warmth[hides].mean()) / warmth[hides].std()
-    return Form(hides[part], even[part], boughs[part] > 0, reach / [wide, high])
+    return Form(hides[part], even[part].astype(np.float32), boughs[part] > 0, reach / [wide, high])
 
 
 @lru_cache(maxsize=32)
