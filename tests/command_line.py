@@ -49,6 +49,8 @@ targets:
   - {id: bird, shape: {kind: point, temperature_k: 400}, path: {kind: straight, start: [60, 20], range_m: 3000}}
 """
 OWN_TRACKERS = """
+import os
+
 from irtrack.types import Estimate
 
 class Broken:
@@ -64,6 +66,8 @@ class Careless(Broken):
         print("seen", frame.index)
         if self.what == "leave":
             raise SystemExit(3)
+        if self.what == "die":
+            os._exit(3)
         if self.what == "command":
             raise ValueError("\\x1b[31m<b>red\\x9b0m \\x07\\u202e \\x00 \\udc9b")
         if self.what == "write":

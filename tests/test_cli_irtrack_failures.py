@@ -55,6 +55,17 @@ def test_a_tracker_that_fails_is_one_headline_and_its_own_calls(
     assert {row["label"]: row["failed"] for row in json.loads(answer.out)["rows"]} == {"kalman": 0, name: 1}
 
 
+def test_a_tracker_that_ends_its_process_fails_alone(call: Call, tmp_path: Path) -> None:
+    trackers = "mine:Careless:what=die,kalman"
+    answer = call("bench", "clip.mcap", "--trackers", trackers, "--seeds", "1", "--results", "d.db")
+    assert (answer.status, answer.err) == (1, "irtrack: 1 of 2 runs failed; the report shows why\n")
+    with Results(tmp_path / "d.db") as results:
+        failures = {cell.label: cell.failure for cell in results.cells()}
+    assert failures["kalman"] is None
+    died = "frame 1: the process died 2 times while the tracker was at work (exit status 3)"
+    assert failures["mine:Careless:what=die"] == f"clip, seed 0, {died}"
+
+
 def test_a_terminal_and_a_page_obey_nothing_that_a_tracker_raises(call: Call) -> None:
     said = r"ValueError: \x1b[31m<b>red\x9b0m \x07\u202e \x00 \udc9b"
     answer = call("run", "mine:Careless", "clip.mcap", "what=command")

@@ -52,7 +52,7 @@ def _density(offset: float, sigma_px: float) -> float:
     return float(shares(np.array([offset]), sigma_px)[0])
 
 
-@lru_cache(maxsize=512)
+@lru_cache(maxsize=64)
 def spreading(pixels: int, margin: int, fine: int, sigma_px: float) -> tuple[Floats, Floats]:
     """Two (pixels + 2 margin, pixels * fine) matrices that blur a fine grid and bin it to pixels, on one axis.
 

@@ -152,7 +152,7 @@ def spread(
     )
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=32)
 def _across(psf: PointSpread, columns: int, fine: int) -> tuple[tuple[Floats, Floats], ...]:
     """Of each term of a spread, weighted, two (columns * fine, pixels) matrices along rows: for what changes from
     cell to cell, which counts in all cells further right too, and for x moments. Read only."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 import sys
 from collections import Counter
@@ -116,6 +117,8 @@ def sweep(
     try:
         with ExitStack() as stack:
             executor = None if scheduler is None else stack.enter_context(cluster(scheduler))
+            # No limit is one all the same: the process of a tracker that dies is then another one than this.
+            apart = None if executor is not None else math.inf
             progress = stack.enter_context(terminal.progress_bar("bench"))
 
             def count(done: int, total: int) -> None:
@@ -131,7 +134,7 @@ def sweep(
                 tracker_seeds=suite.tracker_seeds,
                 jobs=jobs,
                 executor=executor,
-                time_limit_s=suite.time_limit_s,
+                time_limit_s=suite.time_limit_s or apart,
                 input=suite.input,
                 target=target,
                 command=command_line(),
