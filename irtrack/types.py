@@ -71,6 +71,8 @@ def fault(estimate: object) -> str | None:
             return f"the {name} has the shape {numbers.shape}; allowed: ({wanted})"
         if not np.isfinite(numbers).all():
             return f"the {name} {' '.join(str(value).split())}; allowed: finite numbers"
+        if name in ("center", "size") and np.abs(numbers).max() > FARTHEST_PX:
+            return f"the {name} {' '.join(str(value).split())}; allowed: within {FARTHEST_PX:g} px"
     if min(estimate.size) <= 0:
         return f"the size {estimate.size}; allowed: above 0"
     if estimate.covariance is not None and min(np.diagonal(estimate.covariance)) < 0:
@@ -79,6 +81,9 @@ def fault(estimate: object) -> str | None:
         return _fault_of_weights(estimate.weights, estimate.particles)
     return None
 
+
+FARTHEST_PX = 1e6
+"""Beyond it no centre and no size means a place in a picture, and squares of errors drown all others."""
 
 _SHAPES: dict[str, tuple[int | None, ...]] = {
     "center": (2,),

@@ -213,7 +213,7 @@ def test_where_nothing_breaks_the_nearest_is_told(cli: Cli) -> None:
         (["blind.yaml", "--tracker", "kalman", "--budget", "0"], "--budget"),
         (["blind.yaml", "--tracker", "kalman", "--fresh", "4"], "fresh 4: allowed: 5 or more"),
         (["blind.yaml", "--tracker", "kalman", "--input", "bits"], "--input bits: allowed: display or counts"),
-        (["sky", "--tracker", "kalman"], "vary: nothing varies that could be searched"),
+        (["sky", "--tracker", "kalman"], "sky: vary: nothing varies that could be searched"),
         (["none.yaml", "--tracker", "kalman"], "none.yaml: cannot read it: there is no such file"),
         (["blind.yaml", "camera.netd=3", "--tracker", "kalman"], "unknown key 'netd'"),
         (["blind.yaml", "--tracker", "kalman", "-o", "blind.yaml"], "blind.yaml: no folder can be made there"),

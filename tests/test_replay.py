@@ -140,6 +140,7 @@ def test_an_estimate_must_be_finite() -> None:
         ({"center": (1.0, 2.0, 3.0)}, ["center", "(3,)", "allowed: (2)"]),
         ({"center": None}, ["center", "allowed"]),
         ({"center": ("here", "there")}, ["center", "allowed: numbers"]),
+        ({"center": (1e300, 0.0)}, ["center (1e+300, 0.0)", "within 1e+06 px"]),
         ({"size": (0.0, 4.0)}, ["size (0.0, 4.0)", "above 0"]),
         ({"score": math.inf}, ["score inf", "finite"]),
         ({"velocity": (1.0, math.nan)}, ["velocity", "finite"]),

@@ -59,7 +59,7 @@ def find_failure(
         loaded, name = scenario, name or "scenario"
     else:
         loaded, name, file = irsim.load(scenario), name or Path(scenario).stem, irsim.find(scenario)
-    check(loaded, search, budget, jobs, fresh)
+    check(loaded, name, search, budget, jobs, fresh)
     tried = entry(tracker)
     subject = Subject(tried.label, tried.tracker, input, rules_of(loaded))
     folder = Path(folder)

@@ -209,15 +209,15 @@ class Hunt:
             self.failure = replace(self.failure, least=replace(case, frames=lengths[enough]))
 
 
-def check(scenario: irsim.Scenario, search: str, budget: int, jobs: int, fresh: int) -> None:
+def check(scenario: irsim.Scenario, name: str, search: str, budget: int, jobs: int, fresh: int) -> None:
     """InputError where there is nothing to search, or no such search."""
     if not irsim.variations(scenario).knobs:
         raise InputError(
-            "vary: nothing varies that could be searched; allowed: override keys, each with a kind of variation "
-            "that is no nuisance"
+            f"{name}: vary: nothing varies that could be searched; allowed: override keys, each with a kind of "
+            "variation that is no nuisance"
         )
     if search not in SEARCHES:
         raise InputError(f"search '{search}': allowed: {', '.join(SEARCHES)}{suggestion(search, SEARCHES)}")
-    for name, number, least in (("budget", budget, 1), ("jobs", jobs, 1), ("fresh", fresh, FRESH_OF_EACH)):
+    for count, number, least in (("budget", budget, 1), ("jobs", jobs, 1), ("fresh", fresh, FRESH_OF_EACH)):
         if number < least:
-            raise InputError(f"{name} {number}: allowed: {least} or more")
+            raise InputError(f"{count} {number}: allowed: {least} or more")
