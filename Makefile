@@ -14,6 +14,8 @@ VENV := .venv
 PEERS := .venv-peers
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
+# The tests start hundreds of processes: where an environment forbids to keep bytecode, each compiles all anew.
+export PYTHONDONTWRITEBYTECODE :=
 TESTS := $(BIN)/python -m pytest -n $(JOBS) --dist worksteal
 
 .PHONY: demo test test-all lint bench docs pictures peers install clean

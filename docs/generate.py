@@ -33,6 +33,7 @@ from irsim.falloff import Falloff
 from irsim.faults import FAULTS
 from irsim.kinds import LARGEST, Family, Kind, Name, NamedKind, Part
 from irsim.loader import examples, load, shipped
+from irsim.meanings import meanings
 from irsim.motion import PATHS, POINTINGS
 from irsim.occluders import OCCLUDERS
 from irsim.optics import Lens
@@ -117,7 +118,7 @@ def keys(part: type[Part]) -> Iterator[str]:
     yield "| --- | --- | --- | --- |"
     for name, field in part.model_fields.items():
         if not (name == "id" and issubclass(part, NamedKind)):
-            words = (allowed(Slot.of(field.annotation, field.metadata)), default(field), field.description or "")
+            words = (allowed(Slot.of(field.annotation, field.metadata)), default(field), meanings(part).get(name, ""))
             yield f"| `{name}` | " + " | ".join(map(cell, words)) + " |"
 
 

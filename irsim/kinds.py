@@ -19,6 +19,8 @@ from typing import Annotated, Any, ClassVar, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationError
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
+from irsim.meanings import meanings
+
 
 @dataclass(frozen=True)
 class Plausible:
@@ -36,14 +38,22 @@ class Plausible:
 class Part(BaseModel):
     """A frozen value whose fields are its YAML keys; unknown keys and wrong types are errors."""
 
-    model_config = ConfigDict(
-        frozen=True, strict=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True
-    )
+    model_config = ConfigDict(frozen=True, strict=True, extra="forbid", allow_inf_nan=False)
 
     @classmethod
     def default_for(cls, key: str, given: Mapping[str, Any]) -> Any:
         """What a key holds in a mapping, `given`, that leaves it out."""
         return cls.model_fields[key].get_default()
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """As pydantic has it, and what each key means."""
+        described = handler(schema)
+        properties = handler.resolve_ref_schema(described).get("properties", {})
+        for key, text in meanings(cls).items():
+            if key in properties:
+                properties[key] = {"description": text, **properties[key]}
+        return described
 
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_-]*$", max_length=64)]
@@ -207,7 +217,8 @@ class Family:
         """The word `kind` chooses which keys are checked: an editor then marks the one that is wrong."""
         chosen = []
         for word, kind in self.kinds.items():
-            keys = dict(handler.resolve_ref_schema(handler(kind.__pydantic_core_schema__)))
+            described = kind.__get_pydantic_json_schema__(kind.__pydantic_core_schema__, handler)
+            keys = dict(handler.resolve_ref_schema(described))
             keys["properties"] = {"kind": {"const": word}, **keys.get("properties", {})}
             chosen.append({"if": {"properties": {"kind": {"const": word}}, "required": ["kind"]}, "then": keys})
         words = {word: " ".join((kind.__doc__ or "").split("\n\n")[0].split()) for word, kind in self.kinds.items()}

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import linear_sum_assignment
 
 from irsim.types import Floats
 from irtrack.filters.motion import constant_velocity
@@ -164,6 +163,8 @@ def _paired(tracks: Tracks, relative: Floats, distance: Floats, spread: Floats, 
     table = np.full((count, plots + count), FORBIDDEN)
     table[:, :plots] = np.where(allowed, cost - unfound[:, None], FORBIDDEN)
     table[np.arange(count), plots + np.arange(count)] = 0
+    from scipy.optimize import linear_sum_assignment  # 0.4 s to import, which only this tracker needs
+
     rows, columns = linear_sum_assignment(table)
     pairs: Floats = np.stack([rows, columns], axis=1)[columns < plots]
     return pairs
