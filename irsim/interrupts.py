@@ -1,4 +1,4 @@
-"""Ctrl-C beside worker processes: a terminal sends it to them too, and at any moment of their start."""
+"""How worker processes start: with Ctrl-C, which a terminal sends to them too, and in scripts without a guard."""
 
 from __future__ import annotations
 
@@ -20,15 +20,30 @@ def interrupts_held() -> Iterator[None]:
     Else they would die of it with a traceback while they import. It reaches this process at the end of the block.
     """
     if sys.platform == "win32":
-        yield
+        with _in_few_words():
+            yield
         return
     resource_tracker.ensure_running()  # it starts with the first worker otherwise, and ends the holding
-    with _put_off():
+    with _in_few_words(), _put_off():
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
             yield
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
+def _in_few_words() -> Iterator[None]:
+    """A worker that imports the script which asked for it, and is asked for workers in turn, ends with one line.
+
+    A script without the guard does so. What multiprocessing raises then is a page long, from each worker anew.
+    """
+    try:
+        yield
+    except RuntimeError as error:
+        if "bootstrapping" not in str(error):
+            raise
+        sys.exit('worker processes import this script too: put what it calls under if __name__ == "__main__":')
 
 
 @contextmanager

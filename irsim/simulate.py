@@ -7,12 +7,14 @@ import os
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain
 
 from irsim.cards import source_card, source_line
 from irsim.display import Agc, Screen
+from irsim.errors import IrsimError
 from irsim.interrupts import beginning, interrupts_held
 from irsim.loader import dumps
 from irsim.render import Renderer
@@ -162,7 +164,10 @@ class Chunk:
 
 
 def chunks(scenario: Scenario, wanted: Sequence[int], jobs: int) -> Iterator[Chunk]:
-    """Chunks of the wanted frames, in order, by `jobs` worker processes; a few wait ahead at most."""
+    """Chunks of the wanted frames, in order, by `jobs` worker processes; a few wait ahead at most.
+
+    IrsimError where a worker dies.
+    """
     context = multiprocessing.get_context("spawn")  # safe with threads, the same on every system
     pending: deque[Future[Chunk]] = deque()
     with ProcessPoolExecutor(jobs, mp_context=context, **beginning(_prepare, scenario)) as pool:
@@ -174,6 +179,10 @@ def chunks(scenario: Scenario, wanted: Sequence[int], jobs: int) -> Iterator[Chu
                     yield pending.popleft().result()
             while pending:
                 yield pending.popleft().result()
+        except BrokenProcessPool:
+            raise IrsimError(
+                "a worker process died while it rendered; allowed: the same again, or fewer jobs"
+            ) from None
         finally:
             pool.shutdown(cancel_futures=True)
 

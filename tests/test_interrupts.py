@@ -1,4 +1,4 @@
-"""Ctrl-C at moments of the start of commands with workers: a real signal to the whole group, as a terminal sends it."""
+"""How workers start: Ctrl-C meanwhile, a signal to the whole group, as a terminal does; scripts without a guard."""
 
 from __future__ import annotations
 
@@ -109,3 +109,23 @@ def test_ctrl_c_while_all_starts_is_one_line(
     if left:
         with Results(tmp_path / "r.db") as results:
             assert results.cells() == []
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        "list(irsim.frames(irsim.load('sky', ['frames=40', 'camera.size=[48, 32]']), jobs=2))",
+        "irtrack.run_bench(['sky'], ['kalman'], results='r.db', seeds=2, jobs=2).__enter__()",
+    ],
+    ids=["frames", "bench"],
+)
+def test_a_script_without_the_guard_is_told_so_in_one_line(call: str, tmp_path: Path) -> None:
+    """Each worker imports the script, and asks for workers as it does."""
+    script = tmp_path / "script.py"
+    script.write_text(f"import irsim, irtrack\n{call}\n")
+    done = subprocess.run([sys.executable, script], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    own, _, parents = done.stderr.partition("Traceback")
+    hint = 'worker processes import this script too: put what it calls under if __name__ == "__main__":'
+    assert set(own.splitlines()) == {hint}
+    assert "a worker process died" in parents.splitlines()[-1]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import signal
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -105,6 +107,13 @@ def test_two_processes_give_the_same_frames(tmp_path: Path) -> None:
     for (frame, _), (expected, _) in zip(pairs, alone, strict=True):
         assert frame.index == expected.index
         assert np.array_equal(frame.image, expected.image)
+
+
+def test_a_worker_that_is_killed_is_one_line() -> None:
+    found = chunks(scene(frames=4000), range(4000), 2)
+    os.kill(next(found).pid, signal.SIGKILL)
+    with pytest.raises(irsim.IrsimError, match=r"a worker process died while it rendered"):
+        list(found)
 
 
 def test_truth_alone_is_the_truth_of_the_frames() -> None:
