@@ -73,7 +73,6 @@ def test_the_interval_of_losses_is_bonett_and_prices_with_students_t() -> None:
     reach = (0.6251933 - 0.44) / 1.959964 * 2.009575 * math.sqrt(50 / 49)
     assert found.mean == pytest.approx(22 / 48)
     assert (found.low, found.high) == pytest.approx((0.44 - reach, 0.44 + reach), abs=1e-6)
-    assert not found.alike
 
 
 @pytest.mark.parametrize("scenes", [6, 10, 20, 60])
@@ -94,8 +93,6 @@ def test_the_interval_of_losses_misses_in_at_most_6_of_100_cases(scenes: int) ->
 def test_alike_scenes_do_not_say_that_the_next_one_is() -> None:
     """No scene that differs, or all: the interval has a width, and the more scenes the less of one."""
     none, every = losses(0, 0, 6), losses(6, 0, 6)
-    assert none.alike
-    assert every.alike
     assert (none.low, none.high) == pytest.approx((-0.447, 0.447), abs=1e-3)  # 2.365 sqrt(2 / 7) / sqrt(8)
     assert not every.is_tie
     assert (every.low, every.high) == pytest.approx((0.159, 1.0), abs=1e-3)  # 0.75 - 2.365 sqrt(1 / 2) / sqrt(8)
@@ -105,7 +102,7 @@ def test_alike_scenes_do_not_say_that_the_next_one_is() -> None:
     assert shares.high - shares.low < 0.3  # percentiles, as of any figure
     pixels = paired_difference([0.0] * 6, [0.0] * 6, [*"abcdef"])  # nothing bounds what the next scene might do
     assert pixels is not None
-    assert (pixels.low, pixels.high, pixels.alike) == (0, 0, False)
+    assert (pixels.low, pixels.high) == (0, 0)
 
 
 def test_the_interval_of_losses_is_about_the_mean_over_all_runs() -> None:
@@ -115,9 +112,13 @@ def test_the_interval_of_losses_is_about_the_mean_over_all_runs() -> None:
     assert found is not None
     assert found.mean == pytest.approx(100 / 105)
     assert found.low < found.mean < found.high
-    assert not found.alike
 
 
-def test_so_many_alike_scenes_narrow_the_interval_as_is_said() -> None:
-    need = scenes_for(losses(0, 0, 6), 0.05)
-    assert losses(0, 0, need).high == pytest.approx(0.05, rel=0.1)
+@pytest.mark.parametrize(("more", "fewer", "scenes"), [(0, 0, 6), (1, 0, 6), (2, 2, 6), (3, 1, 10), (26, 4, 48)])
+def test_so_many_scenes_narrow_the_interval_of_losses_as_is_said(more: int, fewer: int, scenes: int) -> None:
+    """Twenty times as many scenes, lost in the same shares: just so many are said to give just that interval."""
+    many = losses(20 * more, 20 * fewer, 20 * scenes)
+    half_width = (many.high - many.low) / 2
+    found = losses(more, fewer, scenes)
+    assert scenes_for(found, half_width * (1 + 1e-9)) == 20 * scenes
+    assert scenes_for(found, half_width * (1 - 1e-9)) == 20 * scenes + 1

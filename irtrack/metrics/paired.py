@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -17,12 +18,16 @@ DRAWS = 2000
 LEAST_SCENES = 6
 """With fewer, even differences of one sign happen by chance in more than 5 % of cases (sign test: 2 / 2^n)."""
 
+MOST_SCENES = 2**62
+"""No one is told to run more."""
+
 
 @dataclass(frozen=True, slots=True)
 class Difference:
     """Mean of a - b over pairs, and its interval low .. high; `scenes` clusters of `pairs` pairs in all.
 
-    alike   do all scenes differ by the same, of figures that are all 0 or the most that they can be?
+    spread  standard deviation of the scenes seen
+    unseen  the interval takes in two scenes more, with this difference and with its negative; 0: none
     """
 
     mean: float
@@ -30,7 +35,8 @@ class Difference:
     high: float
     pairs: int
     scenes: int
-    alike: bool = False
+    spread: float = 0.0
+    unseen: float = 0.0
 
     @property
     def is_tie(self) -> bool:
@@ -83,31 +89,42 @@ def paired_difference(
     mean = float(differences.mean())
     if len(sums) < LEAST_SCENES:
         return Difference(mean, -np.inf, np.inf, len(differences), scene_count)
+    # Of scenes with unlike numbers of runs: what each adds to the mean over all runs, to first order.
+    added = mean + (sums - mean * counts) / counts.mean()
+    spread = float(added.std())
     if np.isfinite(most) and np.isin([first, second], (0.0, most)).all():
-        # Of scenes with unlike numbers of runs: what each adds to the mean over all runs, to first order.
-        low, high = _with_unseen(mean + (sums - mean * counts) / counts.mean(), most, level)
-        alike = bool(np.ptp(sums / counts) == 0)
-        return Difference(mean, low, high, len(differences), scene_count, alike)
+        low, high = _with_unseen(added, most, level)
+        return Difference(mean, low, high, len(differences), scene_count, spread, most)
     drawn = stream(0, "bootstrap", 0).integers(0, len(sums), (draws, len(sums)))
     means = sums[drawn].sum(axis=1) / counts[drawn].sum(axis=1)
     low, high = np.quantile(means, _tails(len(sums), level))
-    return Difference(mean, float(low), float(high), len(differences), scene_count)
+    return Difference(mean, float(low), float(high), len(differences), scene_count, spread)
 
 
 def scenes_for(found: Difference, half_width: float, level: float = 0.95) -> int:
-    """About how many scenes narrow an interval of `paired_difference` to mean +- half_width (> 0), in its units.
-
-    n = (z sd / half_width)^2, sd being that between scenes: by Student's t what makes the interval as wide as it is.
-    Alike scenes narrow it as 1 / n.
+    """How many scenes narrow an interval of `paired_difference` to mean +- half_width (> 0), in its units, if more
+    scenes differ as those seen do. A difference that is open tells nothing of it.
     """
-    from scipy.special import ndtri, stdtrit
+    return bisect_left(
+        range(MOST_SCENES),
+        True,
+        lo=LEAST_SCENES,
+        key=lambda scenes: _half_width(found, scenes, level) <= half_width,
+    )
 
-    scenes = found.scenes if found.scenes > 1 else found.pairs
-    reach = (found.high - found.low) / 2
-    if found.alike:
-        return int(np.ceil(scenes * reach / half_width))
-    sd = reach * np.sqrt(scenes) / stdtrit(scenes - 1, (1 + level) / 2)
-    return int(np.ceil((ndtri((1 + level) / 2) * sd / half_width) ** 2))
+
+def _half_width(found: Difference, scenes: int, level: float) -> float:
+    """Of the interval of n scenes: t s / sqrt(n), where n spread^2 / (n - 1) = s^2.
+
+    With scenes +-u taken in t s / sqrt(n + 2), where n spread^2 + 2 u^2, and as the mean is nearer to zero
+    mean^2 2 n / (n + 2) more, are (n + 1) s^2.
+    """
+    from scipy.special import stdtrit  # scipy.stats takes a second to import
+
+    unseen = 2 if found.unseen else 0
+    count = scenes + unseen
+    squares = scenes * found.spread**2 + unseen * (found.unseen**2 + found.mean**2 * scenes / count)
+    return float(stdtrit(count - 1, (1 + level) / 2) * np.sqrt(squares / (count - 1) / count))
 
 
 def _with_unseen(differences: Floats, most: float, level: float) -> tuple[float, float]:
