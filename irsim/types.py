@@ -12,13 +12,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, Protocol, runtime_checkable
+from typing import Literal, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
 
 Image = npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
 Floats = npt.NDArray[np.floating]
+Held = TypeVar("Held")
 
 Input = Literal["display", "counts"]
 """What a tracker looks at: the 8-bit picture after AGC, or the detector's counts."""
@@ -29,6 +30,14 @@ Look = Literal["cloud", "horizon", "trees", "treeline", "ground", "city"]
 
 SHOWN = 0.5
 """A target is shown, and not hidden, where at least this fraction of it is visible."""
+
+
+def read_only(held: Held) -> Held:
+    """A value whose fields that are arrays cannot be changed any more: what is kept is given to many."""
+    for value in vars(held).values():
+        if isinstance(value, np.ndarray):
+            value.setflags(write=False)
+    return held
 
 
 @dataclass(frozen=True, slots=True)

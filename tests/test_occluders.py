@@ -12,6 +12,7 @@ from irsim.occluders import OCCLUDERS, Occluder, Sight
 from irsim.radiometry import radiance
 from irsim.sprite import Sprite
 from irsim.stage import Stage
+from irsim.types import Box
 
 STAGE = Stage(0, Geometry((160, 120), 5e-4, 0.3), 30.0, "lwir", 0.6)
 
@@ -71,3 +72,15 @@ def test_only_what_the_frame_can_see_is_drawn() -> None:
     assert sprite.alpha.shape[1] <= 180  # the frame and what blurs into it
     seen = sprite.alpha[40 - sprite.y0, -sprite.x0 : 160 - sprite.x0]
     np.testing.assert_allclose(seen, 1.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("kind", [name for name, _ in OCCLUDERS])
+def test_a_drawing_that_is_kept_cannot_be_changed(kind: str) -> None:
+    """The next frames are given the same arrays."""
+    asked = OCCLUDERS.parse({"kind": kind, "hides": "car", "frames": [0, 9], "range_m": 100.0})
+    assert isinstance(asked, Occluder)
+    placed = asked.over(Box(80.0, 60.0, 20.0, 10.0), 1.0, STAGE)
+    first, second = (placed.draw(Sight.first(STAGE)) for _ in range(2))
+    assert first is not None
+    if first is second:
+        assert not any(array.flags.writeable for array in (first.cover, first.alpha, first.emission))

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from irsim.shapes.mesh import mesh
-from irsim.shapes.polygon import centroids, coverage, outline
+from irsim.shapes.polygon import as_changes, centroids, changes, coverage, outline
 from irsim.shapes.solids import Solid
 from irsim.shapes.visible import visible_edges
 from irsim.types import Floats
@@ -35,6 +35,12 @@ class TestCoverage:
         # The half cell's centroid is a third of the leg from the right angle: 1/3 - 1/2 from the middle, times 1/2.
         np.testing.assert_allclose(by_x, [[0, -1 / 12], [-1 / 12, 0]], atol=1e-15)
         np.testing.assert_allclose(by_y, [[0, -1 / 12], [-1 / 12, 0]], atol=1e-15)
+
+    def test_as_changes_it_is_what_changes_gives(self) -> None:
+        start, stop = outline(np.array([[0.3, 0.2], [7.6, 1.9], [2.1, 5.5]]))
+        edges = start, stop, np.stack([np.ones(3), np.full(3, 2.5)], axis=1)
+        (expected,) = changes(*edges, [(6, 8)], np.array([3]))
+        np.testing.assert_allclose(as_changes(coverage(*edges, (6, 8))), expected, atol=1e-14)
 
     @settings(max_examples=100, deadline=None)
     @given(st.integers(0, 2**32 - 1), st.integers(3, 9))

@@ -18,7 +18,7 @@ from irsim.shapes.polygon import outline
 from irsim.shapes.silhouette import Outline, sprite, within_sight
 from irsim.sprite import Sprite
 from irsim.stage import Stage
-from irsim.types import Box, Floats
+from irsim.types import Box, Floats, read_only
 
 T = TypeVar("T")
 
@@ -171,4 +171,4 @@ def _drawn(occluder: Opaque, stage: Stage, lens: Geometry, rotation: bytes, plac
     start, stop = (np.concatenate(ends) for ends in zip(*edges, strict=True))
     layer = np.repeat(np.arange(len(facets)), [len(points) for points in outlines])
     glow = stage.glow(np.array([kelvin for _, kelvin in facets]), occluder.emissivity)
-    return sprite(Outline((start, stop, layer), glow, box, window, stage.psf, occluder.range_m))
+    return read_only(sprite(Outline((start, stop, layer), glow, box, window, stage.psf, occluder.range_m)))

@@ -19,11 +19,11 @@ from irsim.occluders.base import Occluder, Sight, bounds, given
 from irsim.occluders.picture import Picture
 from irsim.occluders.standing import foot
 from irsim.rng import stream
-from irsim.shapes.polygon import coverage, outline
+from irsim.shapes.polygon import as_changes, coverage, outline
 from irsim.shapes.silhouette import Grid, spread, within_sight
 from irsim.sprite import Sprite
 from irsim.stage import Stage
-from irsim.types import Box, Floats
+from irsim.types import Box, Floats, read_only
 
 Mask = npt.NDArray[np.bool_]
 
@@ -135,7 +135,7 @@ def _form(proportion: float, leaves: float, seed: int, name: str) -> Form:
     part = slice(top, bottom + 1), slice(left, right + 1)
     reach = np.array([[left, top], [right + 1, bottom + 1]]) - [crown.middle + 0.5, rows]
     even = (warmth - warmth[hides].mean()) / warmth[hides].std()
-    return Form(hides[part], even[part].astype(np.float32), boughs[part] > 0, reach / [wide, high])
+    return read_only(Form(hides[part], even[part].astype(np.float32), boughs[part] > 0, reach / [wide, high]))
 
 
 @lru_cache(maxsize=32)
@@ -144,7 +144,7 @@ def _lit(form: Form, leaves_k: float, spread_k: float, wood_k: float, emissivity
     kelvin = np.where(form.leaves, leaves_k + spread_k * form.warmth, wood_k)
     cover = (form.leaves | form.wood).astype(np.float32)
     glow = stage.glow(np.maximum(kelvin, 1.0), emissivity).astype(np.float32)
-    return Picture(np.stack([cover, cover * glow], axis=-1))
+    return read_only(Picture(np.stack([cover, cover * glow], axis=-1)))
 
 
 @lru_cache(maxsize=32)
@@ -166,8 +166,8 @@ def _drawn(tree: Tree, stage: Stage, lens: Geometry, rotation: bytes, place: byt
         fields = _before(fields, coverage(start, stop, np.repeat(light, len(start), axis=0), grid.cells))
     middle = np.array([box.cx, box.cy])
     area = float(fields[0, 0].sum()) / grid.fine**2
-    fields[:2] = np.diff(fields[:2], axis=3, prepend=0.0)
-    return spread(grid, fields, (middle, middle), area, box, stage.psf, tree.range_m)
+    drawn = spread(grid, as_changes(fields), (middle, middle), area, box, stage.psf, tree.range_m)
+    return read_only(drawn)
 
 
 def _before(near: Floats, far: Floats) -> Floats:

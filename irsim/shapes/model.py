@@ -16,7 +16,7 @@ from irsim.shapes.base import Shape, View
 from irsim.shapes.contours import Ints, contour
 from irsim.shapes.corners import corners
 from irsim.shapes.meshfile import MeshError, Triangles, read_mesh
-from irsim.shapes.polygon import centroids, coverage
+from irsim.shapes.polygon import as_changes, centroids, coverage
 from irsim.shapes.silhouette import Grid, spread
 from irsim.shapes.zbuffer import nearest
 from irsim.sprite import Sprite
@@ -104,11 +104,10 @@ class Model(Shape):
         glow = _glow(self, triangles.groups, stage.band, stage.surroundings) * self.brightness(view)
         shades = glow[triangles.group[front]]
         shine = _shine(pixels, placed.depth, seen, shades, grid) if np.ptp(shades) > 0 else float(shades[0])
-        fields = np.stack([area, area * shine], axis=1)
+        light = np.stack([area, area * shine], axis=1)
         range_m = float(np.linalg.norm(view.position))
-        centers = (center, _middle(fields[:, 1], grid, center))
-        fields[:2] = np.diff(fields[:2], axis=3, prepend=0.0)  # what changes from cell to cell
-        return spread(grid, fields, centers, float(whole_area), placed.box, stage.psf, range_m)
+        centers = (center, _middle(light[:, 1], grid, center))
+        return spread(grid, as_changes(light), centers, float(whole_area), placed.box, stage.psf, range_m)
 
 
 def _shine(pixels: Floats, depth: Floats, faces: Ints, shades: Floats, grid: Grid) -> Floats:

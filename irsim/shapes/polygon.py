@@ -25,6 +25,11 @@ def coverage(start: Floats, stop: Floats, weights: Floats, size: tuple[int, int]
     return np.concatenate([np.cumsum(fields[:2], axis=3), fields[2:]])
 
 
+def as_changes(fields: Floats) -> Floats:
+    """What `coverage` gives, as `changes` gives it."""
+    return np.concatenate([np.diff(fields[:2], axis=3, prepend=0.0), fields[2:]])
+
+
 def changes(
     start: Floats, stop: Floats, weights: Floats, sizes: Sequence[tuple[int, int]], counts: Ints
 ) -> list[Floats]:
