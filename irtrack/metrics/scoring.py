@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Annotated, Any, Literal, get_args, get_type_hints
 
 import numpy as np
@@ -23,13 +23,19 @@ from irtrack.types import Track
 
 @dataclass(frozen=True)
 class Figure:
-    """How a figure is worked out from a trace (nan: nothing tells it), its unit, which way is better, and the most
-    that it can be where it lies within 0 and that."""
+    """What is known of a figure.
 
-    of: Callable[[Trace], float | int | bool | None]
+    of      works it out from a trace (nan: nothing tells it); None: one of `CentreFigures`
+    better  which way is
+    most    that it can be, where it lies within 0 and that
+    kind    its values' (or None, each), as `Score` annotates it
+    """
+
+    of: Callable[[Trace], float | int | bool | None] | None
     unit: str = ""
     better: Literal["less", "more"] | None = None
     most: float = math.inf
+    kind: type = float
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,33 +162,19 @@ _GROUPED = {
 """Of each figure of centre errors: whose it is, and what it is called there."""
 
 
-@dataclass(frozen=True)
-class Column:
-    """What is known of a figure by its name: its kind (or None, each), and what `Figure` says of it."""
-
-    kind: type
-    unit: str
-    better: Literal["less", "more"] | None
-    most: float = math.inf
-
-
-_HINTS = get_type_hints(Score, include_extras=True)
-_SCALARS: dict[str, Figure] = {name: get_args(hint)[1] for name, hint in _HINTS.items() if name not in _SUFFIX}
-
-
-def _columns() -> dict[str, Column]:
-    found: dict[str, Column] = {}
-    for name, hint in _HINTS.items():
+def _figures() -> dict[str, Figure]:
+    found: dict[str, Figure] = {}
+    for name, hint in get_type_hints(Score, include_extras=True).items():
         if name in _SUFFIX:
-            found |= {each.name + _SUFFIX[name]: Column(float, "px", "less") for each in fields(CentreFigures)}
+            found |= {each.name + _SUFFIX[name]: Figure(None, "px", "less") for each in fields(CentreFigures)}
         else:
-            plain = get_args(hint)[0]
+            plain, figure = get_args(hint)
             kind = next((each for each in get_args(plain) if each is not type(None)), plain)
-            found[name] = Column(kind, _SCALARS[name].unit, _SCALARS[name].better, _SCALARS[name].most)
+            found[name] = replace(figure, kind=kind)
     return found
 
 
-FIGURES: dict[str, Column] = _columns()
+FIGURES: dict[str, Figure] = _figures()
 """Every figure of `Score.as_dict` by its name."""
 
 
@@ -196,7 +188,7 @@ def score(track: Track, reference: Reference) -> Score:
 
 def score_trace(trace: Trace) -> Score:
     """The figures of a track beside its truth."""
-    figures: dict[str, Any] = {name: _told(figure.of(trace)) for name, figure in _SCALARS.items()}
+    figures: dict[str, Any] = {name: _told(figure.of(trace)) for name, figure in FIGURES.items() if figure.of}
     everywhere = CentreFigures.of(trace.offsets[trace.scored])
     held = everywhere if trace.lost_position is None else CentreFigures.of(trace.offsets[trace.held])
     return Score(all=everywhere, held=held, **figures)

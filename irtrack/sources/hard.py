@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from irtrack.metrics import Difference, paired_difference
+from irtrack.metrics import FIGURES, Difference, paired_difference
 from irtrack.sources.ours import OURS, THEIRS
 from irtrack.sources.picks import fewest_off
 from irtrack.sources.runs import Outcome, Wanted
@@ -60,7 +60,7 @@ def duels(outcomes: Mapping[str, Outcome], development: Mapping[str, Outcome]) -
             ours, theirs = (outcomes[name].off_shares(label) for label in (best, peer))
             common = sorted(ours.keys() & theirs.keys())
             own, other = ([shares[seed] for seed in common] for shares in (ours, theirs))
-            difference = paired_difference(own, other, [str(seed) for seed in common], most=1.0)
+            difference = paired_difference(own, other, [str(seed) for seed in common], most=FIGURES["off_share"].most)
             if difference is not None:
                 mine, its = sum(own) / len(own), sum(other) / len(other)
                 found.append(Duel(name, best, peer, mine, its, difference))
