@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -121,6 +122,19 @@ def test_info_says_what_is_damaged(run: Run, folder: Path) -> None:
     assert done.stderr.splitlines() == [
         "irsim: scene.mcap: damaged: frames 2 to 3; irsim import scene.mcap -o NEW.mcap keeps what is whole"
     ]
+
+
+def test_info_on_what_was_cut_off_names_the_command_that_keeps_the_rest(run: Run, folder: Path) -> None:
+    path = folder / "a walk.mcap"
+    irsim.record(irsim.Rendering(irsim.loads(SMALL_SCENE)), path)
+    path.write_bytes(path.read_bytes()[:-500])
+    done = run("info", "a walk.mcap", cwd=folder)
+    assert done.returncode == 2
+    program, *words = shlex.split(done.stderr.partition("; ")[2].removesuffix(" keeps what is whole\n"))
+    assert program == "irsim"
+    done = run(*words, cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert len(irsim.open_recording(folder / "NEW.mcap")) > 0
 
 
 def test_the_command_alone_shows_its_help(run: Run, folder: Path) -> None:

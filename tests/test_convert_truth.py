@@ -51,6 +51,16 @@ def test_truth_knows_whether_its_centre_is_in_view(tmp_path: Path, folder: Path,
     assert [truth.targets[0].in_view for truth in recording.truths()] == [False, False, True, True]
 
 
+def test_boxes_outside_the_picture_are_told(tmp_path: Path, folder: Path, truth: Callable[[str], Path]) -> None:
+    """The picture is 32x24: the pixel before it, or after it, is outside; a box that shares an edge of it too."""
+    within = "frame,x,y,w,h\n0,-3,5,4,3\n1,31,23,4,2\n"
+    recording = open_recording(import_frames(folder, tmp_path / "r.mcap", truth=truth(within), rate_hz=30))
+    assert recording.contents.notes == ()
+    beyond = truth(within + "2,-4,5,4,3\n3,5,24,4,2\n")
+    recording = open_recording(import_frames(folder, tmp_path / "s.mcap", truth=beyond, rate_hz=30))
+    assert recording.contents.notes == ("boxes outside the picture of 32x24 px: 2 of 4, first in frame 2",)
+
+
 def test_numbers_are_read_as_they_are_usually_written(
     tmp_path: Path, folder: Path, truth: Callable[[str], Path]
 ) -> None:

@@ -178,6 +178,7 @@ def test_the_command_prints_verdicts_and_how_to_repeat_a_failure(call: Any, tmp_
     assert "1 holds, 1 broken" in out
     scenario = irsim.load(tmp_path / "failures" / "follows.yaml")
     assert scenario.follow == "target"
+    assert [path.name for path in tmp_path.iterdir()] == ["failures"]
 
 
 def test_the_command_answers_in_json(call: Any) -> None:

@@ -41,6 +41,16 @@ class Labels:
         """The truth of a frame of `size` (columns, rows); it knows of each centre whether it is in view."""
         return Truth(index, time, tuple(_placed(target, size) for target in self.targets.get(index, ())))
 
+    def strays(self, size: tuple[int, int]) -> tuple[str, ...]:
+        """A note that counts the boxes in which no part of a picture of `size` (columns, rows) lies, if there are."""
+        columns, rows = size
+        boxes = [(frame, target.box) for frame, there in self.targets.items() for target in there]
+        outside = [frame for frame, box in boxes if not _meets(box, columns, rows)]
+        if not outside:
+            return ()
+        count = f"{len(outside)} of {len(boxes)}, first in frame {min(outside)}"
+        return (f"boxes outside the picture of {columns}x{rows} px: {count}",)
+
     def check_end(self, frames: int) -> None:
         """InputError where a row is about a frame that is not there."""
         frame, line = self.last
@@ -50,8 +60,13 @@ class Labels:
             )
 
 
+def _meets(box: Box, columns: int, rows: int) -> bool:
+    """Does any of a picture lie in a box? Pixel i reaches from i - 1/2 to i + 1/2."""
+    return box.right > -0.5 and box.left < columns - 0.5 and box.bottom > -0.5 and box.top < rows - 0.5
+
+
 def _placed(target: TargetTruth, size: tuple[int, int]) -> TargetTruth:
-    """Pixel i reaches from i - 1/2 to i + 1/2."""
+    """With whether its centre is in view."""
     in_view = all(-0.5 <= at <= side - 0.5 for at, side in zip(target.center, size, strict=True))
     return replace(target, in_view=in_view)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import shlex
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -182,7 +183,7 @@ def open_recording(path: str | Path) -> Recording:
     damaged, not MCAP, or not a recording of irsim.
     """
     path = Path(path)
-    container = open_container(path, remedy=f"irsim import {path} -o NEW.mcap keeps what is whole")
+    container = open_container(path, remedy=f"irsim import {shlex.quote(str(path))} -o NEW.mcap keeps what is whole")
     metadata = container.metadata
     if "irsim" not in metadata:
         what = "holds a track, not frames" if "irsim_track" in metadata else "has no metadata record 'irsim'"

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
+from pathlib import Path
 from time import monotonic
 from typing import Any
 
 import numpy as np
+from hypothesis.configuration import set_hypothesis_home_dir
 
 from irsim.interrupts import ignore_interrupts
 from irsim.types import Box, Frame
@@ -18,6 +21,9 @@ from irtrack.properties.examining import Outcome, Profile, examined
 from irtrack.properties.table import PROPERTIES, Property
 from irtrack.types import Estimate, Tracker, resumable
 from irtrack.workers import GoneError, Watched, begin_worker
+
+_NOWHERE = Path(os.devnull) / "hypothesis"
+"""Where Hypothesis may put nothing: it would leave a folder of the constants of the tracker's modules behind."""
 
 
 class Apart:
@@ -63,6 +69,7 @@ def _serve(pipe: Connection, at: Any, tracker: Tracker, profile: Profile, limit_
     """The process's life: names of properties in, outcomes out."""
     ignore_interrupts()  # of Ctrl-C the parent tells
     begin_worker()
+    set_hypothesis_home_dir(_NOWHERE)
     while True:
         try:
             name = pipe.recv()
