@@ -8,8 +8,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from irsim.backgrounds import Sky
+from irsim.backgrounds.sky import FIT_K
 from irsim.errors import Notice
 from irsim.motion import Mount
+from irsim.radiometry import radiance, temperature
 from irsim.scenario import Scenario
 from irsim.smear import MOST_STEPS
 from irsim.types import Floats
@@ -27,6 +29,7 @@ def doubts(scenario: Scenario) -> Iterator[Notice]:
         yield Notice(("atmosphere", *at), what)
     yield from _long_paths(scenario)
     yield from _unlike_skies(scenario)
+    yield from _cold_clouds(scenario)
     yield from _beads(scenario)
     yield from _never_seen(scenario)
     yield from _idle(scenario)
@@ -58,6 +61,31 @@ def _unlike_skies(scenario: Scenario) -> Iterator[Notice]:
             ("background", "preset"),
             f"the sky is {given} behind an atmosphere of {air}: far things will not fade into it",
         )
+
+
+def _cold_clouds(scenario: Scenario) -> Iterator[Notice]:
+    """Clouds that are colder than the clear sky low in the picture, where it is warmest.
+
+    In the thermal bands a thick cloud is nearly black and as warm as the air at its height. What a clear sky shows
+    behind it comes from the air there and above, which is no warmer.
+    """
+    background, stage = scenario.background, scenario.stage
+    if not isinstance(background, Sky):
+        return
+    axis, half = stage.geometry.elevation_rad, math.atan(stage.geometry.ifov_rad * stage.geometry.size[1] / 2)
+    low = max(axis - half, 0.0)
+    if axis + half <= 0:
+        return
+    sky_k = float(temperature(stage.band, background.clear(stage).radiance(np.array(low))))
+    for index, cloud in enumerate(background.clouds):
+        light = stage.through(radiance(stage.band, cloud.temperature_k), np.array(1.0), cloud.range_m, axis)
+        seen_k = float(temperature(stage.band, light))
+        if seen_k < sky_k - FIT_K:
+            yield Notice(
+                ("background", "clouds", index, "temperature_k"),
+                f"{cloud.id} looks {seen_k:.0f} K, colder than the clear sky of {sky_k:.0f} K behind it low in the "
+                f"picture, at {math.degrees(low):.1f} degrees; clouds are as warm as the air at their height",
+            )
 
 
 def _beads(scenario: Scenario) -> Iterator[Notice]:

@@ -111,6 +111,31 @@ def test_a_sky_unlike_the_air_before_it_is_told() -> None:
     assert list(doubts(scene(background={"kind": "sky", "preset": "us_standard"}))) == []
 
 
+def test_a_cloud_colder_than_the_sky_behind_it_is_told() -> None:
+    """The picture reaches down to 10 degrees: there the sky is 245 + 45 exp(-sin 10 / 0.3) = 270.2 K."""
+    camera = {"size": (64, 48), "ifov_mrad": 1.0, "elevation_deg": 10 + np.degrees(np.arctan(0.024))}
+
+    def told(temperature_k: float, **other: Any) -> list[Any]:
+        clouds = [{"id": "high", "temperature_k": 290}, {"id": "low", "temperature_k": temperature_k}]
+        sky = {"kind": "sky", "horizon_k": 290, "zenith_k": 245, "clouds": clouds}
+        return list(doubts(scene(**{"camera": camera, "atmosphere": {}, "background": sky, **other})))
+
+    (notice,) = told(265.1)
+    assert notice.at == ("background", "clouds", 1, "temperature_k")
+    assert notice.what.startswith("low looks 265 K, colder than the clear sky of 270 K behind it low in the picture")
+    assert "at 10.0 degrees" in notice.what
+    assert told(265.3) == []  # the sky's own figures are good to 5 K
+    assert told(200.0, camera={**camera, "elevation_deg": -20}) == []
+
+
+def test_through_air_a_cloud_as_warm_as_the_air_is_warmer_than_the_sky() -> None:
+    """At 4 km and 3 degrees it is 310 m high: the US standard atmosphere of 1976 has 286.1 K there (288.15 - 6.5 z)."""
+    for kelvin, warned in ((286.0, False), (230.0, True)):
+        sky = {"kind": "sky", "preset": "us_standard", "clouds": [{"temperature_k": kelvin, "range_m": 4000}]}
+        camera = {"size": (64, 48), "elevation_deg": 3}
+        assert bool(list(doubts(scene(camera=camera, background=sky, targets=[])))) == warned
+
+
 @pytest.mark.parametrize(("degrees", "height_m", "range_m"), [(90, 100, 100), (30, 100, 200), (45, 1000, 1414.4)])
 def test_ground_lies_where_the_ray_falls(degrees: float, height_m: float, range_m: float) -> None:
     assert ground_range_m(height_m, np.radians(degrees)) == pytest.approx(range_m, rel=2e-4)

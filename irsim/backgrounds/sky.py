@@ -30,6 +30,9 @@ SCALE_SIN_ELEVATION = 0.3
 230, 214 K at 1, 5, 10, 30, 90 degrees (US standard atmosphere, 8-12 um, LOWTRAN7): with 288 K at the
 horizon and 211 K at the zenith it stays within 5 K of them."""
 
+FIT_K = 5.0
+"""How far that fit is off at most."""
+
 COLUMN = 4096
 """Steps of the clear sky's table between zenith and nadir: 0.77 mrad, over which it bends by under 1 mK."""
 
@@ -211,11 +214,15 @@ class Sky(Background):
     clouds: Several[Clouds] = ()
     """Cloud layers."""
 
+    def clear(self, stage: Stage) -> ClearSky:
+        """What is behind all clouds."""
+        air = None if self.preset is None else stage.air.model_copy(update={"preset": self.preset})
+        return ClearSky(stage.band, self.horizon_k, self.zenith_k, air=air)
+
     def layers(self, stage: Stage) -> Sequence[Layer]:
         clouds = sorted(self.clouds, key=lambda layer: -layer.range_m)
-        air = None if self.preset is None else stage.air.model_copy(update={"preset": self.preset})
         return [
-            ClearSky(stage.band, self.horizon_k, self.zenith_k, air=air),
+            self.clear(stage),
             *(layer.evolving(stage) if layer.evolve_s else layer.layer(stage) for layer in clouds),
         ]
 
