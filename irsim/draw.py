@@ -18,6 +18,8 @@ from irsim.wording import counted
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+WHOLE = (0, 255)
+"""Greys of a picture for people."""
 SHEET = 12
 """Frames on a sheet at most."""
 COLUMNS = 4
@@ -44,7 +46,8 @@ def contact_sheet(source: Source, path: str | Path, start: int = 0, stop: int | 
     """Draw frames of a source, spread evenly over start .. stop-1, as a PNG file and return its path.
 
     Each frame has its number and time, its targets' boxes, and an enlarged part around the target
-    that is followed. InputError where the file cannot be written.
+    that is followed. Where all the frames together leave half of the greys unused, what they use is drawn from
+    black to white, and the title says so. InputError where the file cannot be written.
     """
     from matplotlib.figure import Figure
 
@@ -54,19 +57,28 @@ def contact_sheet(source: Source, path: str | Path, start: int = 0, stop: int | 
     width, height = source.size
     cell = CELL_IN * min(COLUMNS / columns, LARGER)
     figure = Figure(figsize=(cell * columns, (cell * height / width + 0.12) * rows + 0.5), layout="constrained")
+    frames = [source.frame(index, "display") for index in indices]
+    black, white = greys = drawn_greys([frame.image for frame in frames])
     facts = f"{width} x {height} px, {source.bits} bits, {counted(len(source), 'frame')} at {source.rate_hz:g} Hz"
     key = "; boxes: truth, dotted where more than half is hidden" if source.has_truth else "; no truth"
-    title = fill(f"{source.name}: {facts}{key}", int(TITLE_LETTERS_PER_IN * cell * columns))
+    stretched = "" if greys == WHOLE else f"; greys {black} to {white} drawn from black to white"
+    title = fill(f"{source.name}: {facts}{key}{stretched}", int(TITLE_LETTERS_PER_IN * cell * columns))
     figure.suptitle(title, fontsize=9)
     grid = figure.subplots(rows, columns, squeeze=False)
     for axes in grid.flat:
         axes.set_axis_off()
-    for axes, index in zip(grid.flat, indices, strict=False):
-        truth = next(iter(source.truths(index, index + 1)), None)
-        _draw_frame(axes, source.frame(index, "display"), truth, source.follow)
+    for axes, frame in zip(grid.flat, frames, strict=False):
+        truth = next(iter(source.truths(frame.index, frame.index + 1)), None)
+        _draw_frame(axes, frame, truth, source.follow, greys)
     with replacing(path) as file:
         figure.savefig(file, format="png", dpi=110)
     return path
+
+
+def drawn_greys(images: Sequence[Image]) -> tuple[int, int]:
+    """The greys to draw as black and as white: `WHOLE`, or where less than half of them are used, the ends of those."""
+    low, high = min(int(image.min()) for image in images), max(int(image.max()) for image in images)
+    return (low, high) if 0 < high - low < (WHOLE[1] - WHOLE[0]) / 2 else WHOLE
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,20 +102,20 @@ def labelled_sheet(pictures: Sequence[Labelled], path: str | Path, columns: int 
     for axes in grid.flat:
         axes.set_axis_off()
     for axes, picture in zip(grid.flat, pictures, strict=False):
-        axes.imshow(picture.image, cmap="gray", vmin=0, vmax=255, interpolation="nearest")
+        axes.imshow(picture.image, cmap="gray", vmin=WHOLE[0], vmax=WHOLE[1], interpolation="nearest")
         axes.set_title(picture.label, fontsize=9, pad=2)
         if picture.part is not None:
             _draw_box(axes, picture.part, hidden=False)
-            _draw_zoom(axes, picture.image, picture.part, [])
+            _draw_zoom(axes, picture.image, picture.part, [], WHOLE)
     with replacing(path) as file:
         figure.savefig(file, format="png", dpi=110)
     return path
 
 
-def _draw_frame(axes: Axes, frame: Frame, truth: Truth | None, follow: str | None) -> None:
+def _draw_frame(axes: Axes, frame: Frame, truth: Truth | None, follow: str | None, greys: tuple[int, int]) -> None:
     from matplotlib.patheffects import withStroke
 
-    axes.imshow(frame.image, cmap="gray", vmin=0, vmax=255, interpolation="nearest")
+    axes.imshow(frame.image, cmap="gray", vmin=greys[0], vmax=greys[1], interpolation="nearest")
     axes.set_title(f"frame {frame.index}, {frame.time:.2f} s", fontsize=8, pad=2)
     axes.autoscale(False)
     for target in truth.targets if truth is not None else ():
@@ -123,7 +135,7 @@ def _draw_frame(axes: Axes, frame: Frame, truth: Truth | None, follow: str | Non
     followed = truth.target(follow) if truth is not None and follow is not None else None
     if followed is not None and followed.in_view is not False:
         others = [target.box for target in truth.targets if target is not followed] if truth is not None else []
-        _draw_zoom(axes, frame.image, followed.box, others)
+        _draw_zoom(axes, frame.image, followed.box, others, greys)
 
 
 def _draw_box(axes: Axes, box: Box, hidden: bool) -> None:
@@ -166,7 +178,7 @@ def zoom_corner(box: Box, others: Sequence[Box], size: tuple[int, int]) -> tuple
     return chosen
 
 
-def _draw_zoom(axes: Axes, image: Image, box: Box, others: Sequence[Box]) -> None:
+def _draw_zoom(axes: Axes, image: Image, box: Box, others: Sequence[Box], greys: tuple[int, int]) -> None:
     """An enlarged part around a box, in the corner where it hides least."""
     rows, columns = image.shape
     side = min(max(ZOOM_PX, 2 * round(max(box.w, box.h))), rows, columns)
@@ -176,8 +188,8 @@ def _draw_zoom(axes: Axes, image: Image, box: Box, others: Sequence[Box]) -> Non
     zoom.imshow(
         image[top : top + side, left : left + side],
         cmap="gray",
-        vmin=0,
-        vmax=255,
+        vmin=greys[0],
+        vmax=greys[1],
         interpolation="nearest",
         extent=(left - 0.5, left + side - 0.5, top + side - 0.5, top - 0.5),
     )
