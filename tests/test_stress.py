@@ -118,7 +118,7 @@ def test_what_the_files_say_in_numbers_is_so() -> None:
     for severity, rms in enumerate([0, 0.5, 1, 2, 4, 8]):
         still, shaken = centers(at("jitter", 0)), centers(at("jitter", severity))
         assert np.std(shaken - still) == pytest.approx(rms, rel=0.35)  # 110 frames of 0.1 s memory
-    for severity, share in enumerate([0, 0.05, 0.15, 0.3, 0.5, 0.7]):
+    for severity, share in enumerate([0, 0.15, 0.3, 0.45, 0.6, 0.75]):
         assert missing(at("drops", severity)) / 110 == pytest.approx(share, abs=3 * (share * (1 - share) / 110) ** 0.5)
 
 
@@ -140,14 +140,9 @@ def test_the_target_is_in_view_from_first_to_last(name: str) -> None:
 
 @pytest.mark.slow
 def test_severity_0_is_easy(tmp_path: Path) -> None:
-    """One simple tracker at least holds it whatever the seed."""
+    """These trackers, which know little, hold it whatever the seed."""
     names = [f"stress/{name}" for name in STRESSES]
     results = run_bench(names, TRACKERS, results=tmp_path / "benign.db", seeds=BENIGN_SEEDS, jobs=2)
-    lost: dict[tuple[str, str], int] = {}
-    for cell in results.cells():
-        assert cell.score is not None
-        place = (cell.source, cell.label)
-        lost[place] = lost.get(place, 0) + bool(cell.score.lost)
-    held = {source for (source, _), count in lost.items() if count == 0}
-    assert held == {source for source, _ in lost}
-    assert len(held) == len(names)
+    cells = results.cells()
+    assert len(cells) == len(names) * len(TRACKERS) * BENIGN_SEEDS
+    assert not [(cell.source, cell.label) for cell in cells if cell.score is None or cell.score.lost]

@@ -9,7 +9,7 @@ SKY, GROUND = Scene.of("cheng-sky"), Scene.of("cheng-ground")
 HALF_HIDDEN = Scene(
     "half hidden", "stress/occlusion", ("occluders.screen.fraction=0.5", "occluders.screen.frames=[40, 60]")
 )
-TURNING = Scene("turning", "stress/deformation", ("targets.jet.spin_deg_s=[120, 0, 0]",))
+TURNING = Scene("turning", "stress/yawing-jet")
 
 FILTERS = {
     "grey_pf": "grey_pf",
