@@ -4,26 +4,33 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import pickle
 import signal
+import sys
 import threading
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
-from multiprocessing.connection import wait
+from multiprocessing.connection import Connection, wait
+from multiprocessing.reduction import ForkingPickler
 from time import monotonic
 from typing import Any, Protocol, TypeVar
 
 import cv2
+import numpy as np
 
-from irsim.interrupts import beginning, interrupts_held
-from irtrack.errors import IrtrackError
+from irsim.interrupts import ignore_interrupts, interrupts_held
+from irtrack.errors import IrtrackError, told
 
 Item = TypeVar("Item")
 Outcome = TypeVar("Outcome")
 
 POLL_S = 0.05
 """How often a watched process is looked at: so much later than its limit it may be ended."""
+
+END_S = 10.0
+"""How long a process whose pipe has ended may take to end itself: a core dump is written first."""
 
 _starting = threading.Lock()
 
@@ -37,31 +44,23 @@ class Map(Protocol):
 
 @contextmanager
 def in_order(jobs: int) -> Iterator[Map]:
-    """A `Map` over `jobs` processes, or over this one. What is given to several must be picklable, and the calling
-    script needs the guard ``if __name__ == "__main__"``."""
+    """A `Map` over so many threads, each of which is to wait for a `Watched`; one job is done by this thread."""
     if jobs == 1:
         with one_thread():
             yield lambda function, items: map(function, items)
         return
-    context = multiprocessing.get_context("spawn")  # safe with threads, the same on every system
-    with ProcessPoolExecutor(jobs, mp_context=context, **beginning(begin_worker)) as pool:
+    with ThreadPoolExecutor(jobs) as pool:
 
         def spread(function: Callable[[Item], Outcome], items: Sequence[Item]) -> Iterator[Outcome]:
-            with interrupts_held():
-                futures = [pool.submit(function, item) for item in items]
+            futures = [pool.submit(function, item) for item in items]
             try:
                 for future in futures:
                     yield future.result()
-            except BrokenProcessPool:
-                raise IrtrackError("a worker process died; what was finished is kept, run it again to go on") from None
             finally:
                 for future in futures:
                     future.cancel()
 
-        try:
-            yield spread
-        finally:
-            pool.shutdown(cancel_futures=True)
+        yield spread
 
 
 @contextmanager
@@ -78,6 +77,7 @@ def one_thread() -> Iterator[None]:
 def begin_worker() -> None:
     """What every worker does first: one thread, and an end with its parent."""
     cv2.setNumThreads(1)
+    np.random.seed()  # noqa: NPY002 - of trackers that draw from it, which all copies of the fork server share
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
 
@@ -102,32 +102,84 @@ class GoneError(Exception):
         super().__init__(how)
         self.at, self.overdue, self.moved, self.how = at, overdue, moved, how
 
+    @property
+    def hung(self) -> bool:
+        """Was it ended at what it was at for too long?"""
+        return self.overdue and not self.moved
+
+
+class NotSentError(Exception):
+    """Work cannot be sent to another process; what pickle says, in one line."""
+
 
 class Watched:
-    """A process that answers what it is sent, and says on a board of numbers what it is at; the last of them is the
+    """A process that does what it is asked, and says on a board of numbers what it is at; the last of them is the
     `time.monotonic()` by which it must have gone on.
 
-    It runs serve(pipe, board, *given), where `board` holds the numbers given here to begin with.
+    In it begin(board, *given) gives what is called with each piece of work; `board` holds the numbers given here to
+    begin with. It is started when there is work, and another one when there is more after it was lost.
     """
 
-    def __init__(self, serve: Callable[..., None], board: Sequence[float], *given: object) -> None:
-        context = multiprocessing.get_context("spawn")  # safe with threads, the same on every system
+    def __init__(self, begin: Callable[..., Callable[[Any], Any]], board: Sequence[float], *given: object) -> None:
+        self._given = begin, given
+        self._board = tuple(board)
+        self._process: _Process | None = None
+        self.closed = False
+
+    def ask(self, work: object) -> Any:
+        """What it answers; what it raises is raised. GoneError where it died, or had to be ended for it took too
+        long; NotSentError where the work, or what it begins with, cannot be pickled."""
+        sent = _pickled(work)
+        try:
+            process = self._ready()
+            process.send(sent)
+            answer = process.answer()
+        except BaseException:  # Ctrl-C too: its answer would be taken for the next one's
+            self._end()
+            raise
+        if isinstance(answer, BaseException):
+            raise answer
+        return answer
+
+    def _ready(self) -> _Process:
+        if self._process is None:
+            begun = _pickled((dict(os.environ), self._given))
+            if not self.closed:
+                self._process = _Process(begun, self._board)
+            if self._process is None or self.closed:  # meanwhile
+                raise GoneError(self._board, overdue=False, moved=False, how="closed")
+        return self._process
+
+    def close(self) -> None:
+        """End the process, whatever it is at, for good; whoever waits for it has a GoneError."""
+        self.closed = True
+        self._end()
+
+    def _end(self) -> None:
+        process, self._process = self._process, None
+        if process is not None:
+            process.kill()
+
+
+class _Process:
+    """One process of a `Watched`."""
+
+    def __init__(self, begun: bytes, board: Sequence[float]) -> None:
+        context = _context()
         self._board = context.RawArray("d", board)
         with _starting, interrupts_held():
             self._pipe, theirs = context.Pipe()
-            self._process = context.Process(target=serve, args=(theirs, self._board, *given), daemon=True)
+            self._process = context.Process(target=_serve, args=(theirs, self._board, begun), daemon=True)
             self._process.start()
             theirs.close()
 
-    def send(self, work: object) -> None:
-        """GoneError where the process is; what pickle raises where the work cannot be sent."""
+    def send(self, sent: bytes) -> None:
         try:
-            self._pipe.send(work)
+            self._pipe.send_bytes(sent)
         except OSError:
             raise self._gone() from None
 
     def answer(self) -> Any:
-        """What it answers; GoneError where it is gone, or had to be ended for it took too long."""
         while not self._pipe.poll(POLL_S):
             at = tuple(self._board)
             if monotonic() > at[-1]:
@@ -139,19 +191,96 @@ class Watched:
             raise self._gone() from None
 
     def _gone(self, overdue: bool = False, moved: bool = False) -> GoneError:
-        self._process.join(1.0)  # the pipe ends before the process does
+        self._process.join(END_S)
         code = self._process.exitcode
         self.kill()
         return GoneError(tuple(self._board), overdue, moved, how_it_ended(code))
 
     def kill(self) -> None:
-        """End the process, whatever it is at."""
         self._process.kill()
         self._process.join()
 
 
+def _context() -> Any:
+    """How processes are started: safe with threads, as none is a copy of this one.
+
+    On Linux they are copies of a server that has imported what this one had of irsim and irtrack when it began: 10 ms
+    of CPU time in place of 1.2 s (Python 3.11). Of a tracker that dies a hundred trials take two hundred processes.
+    """
+    if sys.platform != "linux":
+        return multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context("forkserver")
+    ours = [name for name in sys.modules if name.partition(".")[0] in ("irsim", "irtrack")]
+    context.set_forkserver_preload([name for name in ours if not name.endswith("__main__")])
+    return context
+
+
+def _pickled(value: object) -> bytes:
+    """What a pipe sends; it can be read by `pickle.loads`."""
+    try:
+        return bytes(ForkingPickler.dumps(value))
+    except Exception as error:  # pickle raises all sorts
+        raise NotSentError(" ".join(str(error).split())) from None
+
+
+def _serve(pipe: Connection, board: Any, begun: bytes) -> None:
+    """A process's life: work in, what comes of it out."""
+    ignore_interrupts()  # of Ctrl-C the parent tells: one that is gone would be replaced
+    begin_worker()
+    run: Callable[[Any], Any] | None = None
+    while True:
+        answer: Any
+        try:
+            asked = pipe.recv_bytes()
+        except EOFError:
+            return
+        try:
+            if run is None:
+                environment, (begin, given) = pickle.loads(begun)
+                os.environ.update(environment)  # what has changed since the fork server began
+                run = begin(board, *given)
+            work = pickle.loads(asked)
+        except Exception as error:  # its module is not there, or raises while it is imported
+            answer = IrtrackError(f"a worker process cannot read what it is to run: {told(error)}")
+        else:
+            try:
+                answer = run(work)
+            except Exception as error:
+                answer = error
+        try:
+            pipe.send(answer)
+        except (pickle.PicklingError, TypeError, AttributeError) as error:
+            pipe.send(IrtrackError(told(answer if isinstance(answer, Exception) else error)))
+
+
+MOST_DEATHS = 2
+"""A worker may be killed by chance once (memory, an operator); a tracker on which two died has killed them."""
+
+
+class Deaths:
+    """Who was at work when processes died over one piece of work."""
+
+    def __init__(self) -> None:
+        self._of: Counter[object] = Counter()
+
+    def failure(self, who: object | None, how: str) -> str | None:
+        """What is said of whom they died on; None where it is to be tried again. IrtrackError where nobody (None) was
+        at work, more than twice."""
+        self._of[who] += 1
+        if who is None:
+            if self._of[who] > MOST_DEATHS:
+                raise IrtrackError(
+                    f"a worker process died again and again while no tracker was at work ({how}); finished runs are "
+                    "kept, run it again to go on"
+                )
+            return None
+        if self._of[who] < MOST_DEATHS:
+            return None
+        return f"the process died {MOST_DEATHS} times while the tracker was at work ({how})"
+
+
 def _end_with_parent() -> None:
-    """A pool's worker would wait for work for ever after its parent was killed."""
+    """A worker at work would go on after its parent was killed."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         wait([parent.sentinel])

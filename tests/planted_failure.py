@@ -6,6 +6,9 @@ where that place begins: 0.05 by 0.1 of the ranges, 0.5 % of the space. Within i
 
 from __future__ import annotations
 
+import os
+import signal
+import time
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -64,8 +67,32 @@ class Raising(Blind):
     def step(self, state: tuple[Box, int], frame: Frame, rng: np.random.Generator) -> tuple[object, Estimate]:
         box, start = state
         if inside((box.cx, box.cy)) > 0 and frame.index == 9:
-            raise ValueError("planted")
+            self.fail()
         return state, Estimate((box.cx + 0.1 * (frame.index - start), box.cy), (box.w, box.h))
+
+    def fail(self) -> None:
+        raise ValueError("planted")
+
+
+class Exiting(Raising):
+    """Ends its process there."""
+
+    def fail(self) -> None:
+        os._exit(7)
+
+
+class Crashing(Raising):
+    """Ends its process as a fault in native code does."""
+
+    def fail(self) -> None:
+        os.kill(os.getpid(), signal.SIGSEGV)
+
+
+class Hanging(Raising):
+    """Hangs there, for ever as far as a test goes."""
+
+    def fail(self) -> None:
+        time.sleep(600)
 
 
 class Lucky(Blind):

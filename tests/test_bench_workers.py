@@ -154,5 +154,8 @@ def test_a_bench_that_is_stopped_leaves_no_process(tmp_path: Path) -> None:
     threading.Timer(3.0, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
     with pytest.raises(KeyboardInterrupt):
         run_bench([Strip()], entries, seeds=2, jobs=2, results=tmp_path / "r.db")
-    children = subprocess.run(["ps", "-o", "args=", "--ppid", str(os.getpid())], capture_output=True, text=True)
+    children = subprocess.run(["ps", "-o", "pid=,args=", "--ppid", str(os.getpid())], capture_output=True, text=True)
+    left = [word for line in children.stdout.splitlines() if "forkserver" in line for word in line.split()[:1]]
+    copies = subprocess.run(["ps", "-o", "pid=", "--ppid", ",".join(left)], capture_output=True, text=True)
     assert "spawn_main" not in children.stdout
+    assert not copies.stdout.strip()

@@ -43,6 +43,27 @@ def test_what_a_tracker_prints_is_no_part_of_the_document(made: Path, jobs: str)
         assert "seen 1" in err
 
 
+CRASHING = """
+import ctypes
+
+class Crasher:
+    def start(self, frame, box):
+        pass
+
+    def step(self, frame):
+        ctypes.string_at(0)
+"""
+
+
+def test_a_crash_in_native_code_says_at_which_line_of_the_tracker(tmp_path: Path) -> None:
+    (tmp_path / "crash.py").write_text(CRASHING)
+    with start(tmp_path, "run", "crash:Crasher", "sky", "frames=3") as process:
+        _, err = process.communicate(timeout=60)
+    assert process.returncode == -signal.SIGSEGV
+    assert "Fatal Python error: Segmentation fault" in err
+    assert re.search(r'crash.py", line 9 in step', err)
+
+
 def start(folder: Path, *words: str) -> subprocess.Popen[str]:
     command = [sys.executable, "-c", "from irtrack.cli import main; main()", *words]
     pipe = subprocess.PIPE

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -32,9 +33,9 @@ targets:
 
 
 def children(pid: int) -> list[int]:
-    """Worker processes of a process, whichever of its threads started them."""
+    """Worker processes of a process, or the server that they are copies of, whichever of its threads started them."""
     listed = " ".join(text(path) for path in (PROC / str(pid) / "task").glob("*/children")).split()
-    return [int(child) for child in listed if "spawn_main" in text(PROC / child / "cmdline")]
+    return [int(child) for child in listed if re.search("spawn_main|forkserver", text(PROC / child / "cmdline"))]
 
 
 def text(path: Path) -> str:

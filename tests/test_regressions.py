@@ -163,7 +163,7 @@ def test_a_mended_failure_is_noted_and_must_stay_mended(folder: Path, cli: Cli, 
 
 
 def test_kept_failures_are_tried_by_as_many_processes_as_asked_for(folder: Path, cli: Cli, tmp_path: Path) -> None:
-    """Each notes its process in a log: none of them is this one. The words are the same."""
+    """Each notes its process in a log: none of them is this one, with one job as with two. The words are the same."""
     log = tmp_path / "log"
     for name in ("one", "two"):
         for path in folder.iterdir():
@@ -172,10 +172,13 @@ def test_kept_failures_are_tried_by_as_many_processes_as_asked_for(folder: Path,
         note = {"label": name, "tracker": "bench_fakes:Logger", "parameters": {"log": str(log)}}
         Path("kept", f"{name}.json").write_text(json.dumps({**note, "input": "display", "broken": True}))
     said = cli("kept")
-    assert {line.split()[0] for line in log.read_text().splitlines()} == {str(os.getpid())}
+    one = {line.split()[0] for line in log.read_text().splitlines()}
     log.unlink()
     assert cli("kept", "--jobs", "2") == said
-    assert str(os.getpid()) not in {line.split()[0] for line in log.read_text().splitlines()}
+    two = {line.split()[0] for line in log.read_text().splitlines()}
+    assert len(one) == 1
+    assert len(two) <= 2
+    assert str(os.getpid()) not in one | two
 
 
 def test_frames_that_are_rendered_otherwise_are_told(folder: Path, cli: Cli) -> None:

@@ -5,6 +5,7 @@ Modules that take time to import are imported inside the commands: `irtrack --he
 
 from __future__ import annotations
 
+import faulthandler
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -130,6 +131,8 @@ def run(
         opened = opened.with_seed(seed)
     if tracker_seed is None:
         tracker_seed = seed if seed is not None else opened.seed or 0
+    if sys.__stderr__ is not None and not faulthandler.is_enabled():
+        faulthandler.enable(sys.__stderr__)  # a crash in native code says at which line of the tracker
     player = Player(made, find_start(opened, opened.truths(), target, start), tracker_seed, spec.label)
     try:
         with terminal.progress_bar(tracker) as progress:

@@ -11,15 +11,12 @@ import typer
 
 from irsim import terminal
 from irsim.files import make_folder
-from irtrack.cli.options import AsJson, names
+from irtrack.cli.options import FRAME_LIMIT_S, AsJson, FrameLimit, names
 from irtrack.cli.output import print_json, print_table
 from irtrack.errors import InputError
 
 if TYPE_CHECKING:
     from irtrack.properties import Outcome, Profile
-
-LIMIT_S = 10.0
-"""What a tracker may take for a frame unless said: hundreds of times what the slowest shipped one takes."""
 
 
 def check(
@@ -33,9 +30,7 @@ def check(
     only: Annotated[
         str | None, typer.Option(metavar="NAME,...", help="These alone, and of what they need what is broken.")
     ] = None,
-    time_limit: Annotated[
-        float, typer.Option(metavar="S", min=0.01, help="A tracker that takes longer for a frame hangs.")
-    ] = LIMIT_S,
+    time_limit: FrameLimit = FRAME_LIMIT_S,
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", metavar="DIR", help="Write the scene of each least example, NAME.yaml, there."),
@@ -77,7 +72,7 @@ def _profile(word: str) -> Profile:
 def _repeated(tracker: str, profile: str, time_limit: float) -> Callable[[Outcome], str]:
     """The command that tries a property again."""
     further = [] if profile == "ci" else ["--profile", profile]
-    further += [] if time_limit == LIMIT_S else ["--time-limit", f"{time_limit:g}"]
+    further += [] if time_limit == FRAME_LIMIT_S else ["--time-limit", f"{time_limit:g}"]
     return lambda outcome: shlex.join(["irtrack", "check", tracker, "--only", outcome.property.name, *further])
 
 

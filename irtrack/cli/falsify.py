@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from irsim import terminal
-from irtrack.cli.options import AsJson, InputName, Jobs, command_line, input_name
+from irtrack.cli.options import FRAME_LIMIT_S, AsJson, FrameLimit, InputName, Jobs, command_line, input_name
 from irtrack.cli.output import print_json
 from irtrack.errors import InputError
 
@@ -39,6 +39,7 @@ def falsify(
         int,
         typer.Option(metavar="N", help="Fresh seeds that tell structure from luck; fewer are sooner, and tell less."),
     ] = 20,
+    time_limit: FrameLimit = FRAME_LIMIT_S,
     input: InputName = "display",
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="DIR", help="Default: falsified/SCENARIO-TRACKER.")
@@ -73,6 +74,7 @@ def falsify(
                 jobs=jobs,
                 seed=seed,
                 fresh=fresh,
+                time_limit_s=time_limit,
                 input=input_name(input),
                 name=name,
                 file=find(scenario),

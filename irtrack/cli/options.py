@@ -21,8 +21,14 @@ if TYPE_CHECKING:
 TRACKERS = "[LABEL=]NAME[:KEY=VALUE...],..."
 TRACKERS_HELP = "Trackers by name, parameters after colons: grey_pf,big=grey_pf:particles=500"
 
+FRAME_LIMIT_S = 10.0
+"""What a tracker may take for a frame unless said: hundreds of times what the slowest shipped one takes."""
+
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
 Jobs = Annotated[int, typer.Option(metavar="N", min=1, help="Worker processes.")]
+FrameLimit = Annotated[
+    float, typer.Option(metavar="S", min=0.01, help="A tracker that takes longer for a frame hangs.")
+]
 FilledResults = Annotated[Path, typer.Argument(metavar="DB", help="A results file of `irtrack bench`.")]
 GrowingResults = Annotated[
     Path, typer.Option(metavar="DB", help="Results file; what is in it already is not run again.")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from irsim import terminal
-from irtrack.cli.options import AsJson, Jobs
+from irtrack.cli.options import FRAME_LIMIT_S, AsJson, Jobs
 from irtrack.cli.output import number, plural, print_json, print_table
 from irtrack.errors import InputError
 
@@ -71,7 +71,7 @@ def _failures(folder: Path, bless: bool, jobs: int) -> dict[str, Any]:
     kept = kept_failures(folder)
     if not kept:
         raise InputError(f"{folder}: holds no kept failure; allowed: a folder that irtrack falsify --keep has filled")
-    found = revisit(kept, jobs, bless)
+    found = revisit(kept, jobs, bless, FRAME_LIMIT_S)
     return {"place": str(folder), "checked": len(kept), "failed": bool(found), "changes": found}
 
 

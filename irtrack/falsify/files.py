@@ -10,9 +10,10 @@ from pathlib import Path
 import irsim
 from irsim.files import check_output, replacing_text
 from irtrack.bench import Entry, run_bench
+from irtrack.falsify.apart import Groups
 from irtrack.falsify.hunt import Failure, Hunt, Luck
-from irtrack.falsify.told import asked, reached
-from irtrack.falsify.trial import Verdict, examine
+from irtrack.falsify.told import OF_ITSELF, asked, reached
+from irtrack.falsify.trial import Verdict
 from irtrack.metrics import Trace
 from irtrack.report.finding import Finding, write_finding
 from irtrack.report.repeat import run_command
@@ -58,7 +59,7 @@ def write_failure(folder: Path, hunt: Hunt, failure: Failure, name: str, command
     """Write minimal.yaml, minimal.mcap, replay.html and report.md; `name` is the scenario's."""
     scene = smallest(hunt, failure)
     path = folder / f"{MINIMAL}.yaml"
-    head = [f"{hunt.subject.label}: {_broken(hunt, failure.rule)} here, as found in {name}"]
+    head = [f"{hunt.subject.label}: {hunt.broken(failure.rule)} here, as found in {name}"]
     head += [f"all of it again: {command}"] if command else []
     with replacing_text(path) as file:
         file.write("".join(f"# {line}\n" for line in head) + irsim.dumps(scene, short=True))
@@ -67,7 +68,14 @@ def write_failure(folder: Path, hunt: Hunt, failure: Failure, name: str, command
     with tempfile.TemporaryDirectory() as scratch:
         entry = Entry(hunt.subject.label, hunt.subject.tracker)
         results = Path(scratch) / "minimal.db"
-        with run_bench([path], [entry], results=results, seeds=[scene.seed], input=hunt.subject.input) as kept:
+        with run_bench(
+            [path],
+            [entry],
+            results=results,
+            seeds=[scene.seed],
+            executor=Groups(hunt.trials.runner),
+            input=hunt.subject.input,
+        ) as kept:
             (cell,), (row,) = kept.cells(), kept.sources().values()
             commands = [("The run on the smallest scene", run_command(cell, row))]
             commands += [("All of the search", command)] if command else []
@@ -81,10 +89,10 @@ def finding_of(
     hunt: Hunt, failure: Failure, scene: irsim.Scenario, name: str, commands: tuple[tuple[str, str], ...]
 ) -> Finding:
     """The failure in words; `scene` is the smallest."""
-    verdict, traces = examine(hunt.subject, irsim.Rendering(scene), scene.seed)
+    verdict, traces = hunt.trials.examine(scene)
     least, whole = failure.least, hunt.space.scenario
     return Finding(
-        title=f"{hunt.subject.label} on {name}: {_broken(hunt, failure.rule)}",
+        title=f"{hunt.subject.label} on {name}: {hunt.broken(failure.rule)}",
         verdict=(*_verdict(hunt, failure.rule, verdict, traces), ("Fresh seeds", _luck(failure.least_luck))),
         way=(
             (
@@ -118,14 +126,10 @@ def finding_of(
     )
 
 
-def _broken(hunt: Hunt, rule: int | str) -> str:
-    return "it raises" if isinstance(rule, str) else f"{hunt.named(rule)} is broken"
-
-
 def _verdict(hunt: Hunt, rule: int | str, verdict: Verdict, traces: tuple[Trace, ...]) -> Sequence[tuple[str, str]]:
     """What was asked beside what was reached, in the run at hand."""
     if isinstance(rule, str):
-        return ("Asked", "to raise nothing"), ("Reached", verdict.raised or "raised nothing")
+        return ("Asked", OF_ITSELF[rule][1]), ("Reached", verdict.raised or "nothing of the kind")
     broken = hunt.subject.rules[rule]
     if not traces:
         return ("Asked", asked(broken)), ("Reached", verdict.raised or "no target to start on")

@@ -9,6 +9,8 @@ from irsim.files import make_folder
 from irsim.types import Input
 from irtrack.bench import Entry
 from irtrack.bench.specs import entry
+from irtrack.errors import InputError
+from irtrack.falsify.apart import running
 from irtrack.falsify.files import JOURNAL, check_outputs, clear, write_failure
 from irtrack.falsify.hunt import FRESH, Failure, Hunt, Nearest, Progress, Say, check
 from irtrack.falsify.kept import keep
@@ -29,6 +31,7 @@ def find_failure(
     jobs: int = 1,
     seed: int | None = None,
     fresh: int = FRESH,
+    time_limit_s: float | None = None,
     input: Input = "display",
     name: str | None = None,
     file: Path | None = None,
@@ -43,9 +46,12 @@ def find_failure(
     folder    is made where it is not there. It gets a journal of all trials, by which the same call goes on where it
               was stopped, and of a failure minimal.yaml, minimal.mcap, replay.html and report.md
     search    'cma', 'sobol' or 'random', of at most `budget` runs after the benign point
-    jobs      worker processes; what is found is the same for any number
+    jobs      worker processes; what is found is the same for any number. With more than one, or with a time limit, the
+              calling script needs the guard ``if __name__ == "__main__"``
     seed      of the search; the scenes and the tracker have the scenario's own seed
     fresh     seeds that tell whether a failure is of the scene's structure or its luck; fewer are sooner, and tell less
+    time_limit_s   where given, the tracker runs in worker processes with one job too: one that takes longer for a
+              frame, or whose process dies, is broken there as one that raises is
     name, command   of the scenario and the command line, for the report
     file      that the scenario was read from, where a loaded one is given: it must not be replaced
     keep_in   folder in which a failure is kept (`irtrack.falsify.kept`); None: nowhere
@@ -60,19 +66,23 @@ def find_failure(
     else:
         loaded, name, file = irsim.load(scenario), name or Path(scenario).stem, irsim.find(scenario)
     check(loaded, name, search, budget, jobs, fresh)
+    if time_limit_s is not None and not time_limit_s > 0:
+        raise InputError(f"time limit {time_limit_s:g} s: allowed: above 0")
     tried = entry(tracker)
     subject = Subject(tried.label, tried.tracker, input, rules_of(loaded))
     folder = Path(folder)
     make_folder(folder)
     check_outputs(folder, file)
     clear(folder)
-    with in_order(jobs) as apply:
-        hunt = Hunt(loaded, subject, Trials(subject, apply, folder / JOURNAL), say, fresh)
+    with in_order(jobs) as apply, running(jobs, time_limit_s) as runner:
+        trials = Trials(subject, apply, folder / JOURNAL, runner, time_limit_s)
+        hunt = Hunt(loaded, subject, trials, say, fresh)
         try:
             found = hunt.run(search, budget, loaded.seed if seed is None else seed, progress)
         finally:
             if hunt.failure is not None:
                 write_failure(folder, hunt, hunt.failure, name, command)
         if keep_in is not None and isinstance(found, Failure):
-            say(f"kept: {keep(folder, subject, name, keep_in).path}")
+            (verdict,) = trials.verdicts([hunt.scene(found.least)])
+            say(f"kept: {keep(folder, subject, name, keep_in, verdict.limit_s).path}")
         return found

@@ -15,7 +15,8 @@ from irtrack.errors import InputError
 from irtrack.falsify.case import Case, droppable, moves, shrink
 from irtrack.falsify.rules import in_words, shortest
 from irtrack.falsify.search import SEARCHES, Tried, search
-from irtrack.falsify.trial import Subject, Verdict, examine
+from irtrack.falsify.told import OF_ITSELF
+from irtrack.falsify.trial import Subject, Verdict
 from irtrack.falsify.trials import Trials
 from irtrack.metrics import wilson
 
@@ -55,7 +56,7 @@ class Luck:
 class Failure:
     """A broken rule, as it was found and as small as it got.
 
-    rule       number of the rule, or `RAISES`
+    rule       number of the rule, `RAISES` or `ENDS`
     run        of the search, from 1; 0 for the benign point, which is tried first
     found      the case that the search met;  luck  on fresh seeds
     repeats    does it come out the same, bit for bit, when it is run again?
@@ -103,7 +104,7 @@ class Hunt:
         run, case, verdict = found
         rule = verdict.broken
         assert rule is not None
-        self.say(f"run {run}: {self.named(rule)} is broken, margin {verdict.margin:.3g}")
+        self.say(f"run {run}: {verdict.raised or f'{self.broken(rule)}, margin {verdict.margin:.3g}'}")
         repeats = self._repeats(case, verdict)
         self.say("the same again, bit for bit" if repeats else "not the same again: the tracker does not repeat itself")
         luck = self._luck(case, rule)
@@ -116,9 +117,9 @@ class Hunt:
         self.say(f"{self.trials.run} new trial{'' if self.trials.run == 1 else 's'}")
         return self.failure
 
-    def named(self, rule: int | str) -> str:
-        """The rule in words."""
-        return "raises nothing" if isinstance(rule, str) else in_words(self.subject.rules[rule])
+    def broken(self, rule: int | str) -> str:
+        """That the rule is broken, in words."""
+        return OF_ITSELF[rule][0] if isinstance(rule, str) else f"{in_words(self.subject.rules[rule])} is broken"
 
     def _first_broken(
         self, kind: str, budget: int, seed: int, progress: Progress | None
@@ -149,10 +150,7 @@ class Hunt:
 
     def _repeats(self, case: Case, verdict: Verdict) -> bool:
         """Do two more runs of the case give this verdict, and the same numbers in every frame?"""
-        scene = self.scene(case)
-        (first, traces), (second, others) = (
-            examine(self.subject, irsim.Rendering(scene), scene.seed) for _ in range(2)
-        )
+        (first, traces), (second, others) = (self.trials.examine(self.scene(case)) for _ in range(2))
         same = all(one.same_as(other) for one, other in zip(traces, others, strict=False))
         return first == second == verdict and same
 
@@ -200,7 +198,7 @@ class Hunt:
         scene = self.scene(case)
         breaks, least = self._breaks(rule), 1
         if isinstance(rule, int):
-            trace = examine(self.subject, irsim.Rendering(scene), scene.seed)[1][rule]
+            trace = self.trials.examine(scene)[1][rule]
             last = int(trace.indices[shortest(self.subject.rules[rule], trace) - 1])
             least = irsim.Rendering(scene).arrivals[last] + 1
         lengths = range(least, scene.frames)

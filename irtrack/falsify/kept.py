@@ -13,7 +13,9 @@ import numpy as np
 import irsim
 from irsim.files import make_folder, replacing, replacing_text
 from irsim.types import Input
+from irtrack.bench.group import Watch
 from irtrack.errors import InputError
+from irtrack.falsify.apart import NO_LIMIT_S, Run, apart, here, running
 from irtrack.falsify.files import MINIMAL, file_stem
 from irtrack.falsify.rules import in_words, rules_of
 from irtrack.falsify.trial import Subject, Verdict, examine
@@ -35,6 +37,8 @@ class Kept:
     label                who broke there;  tracker, parameters  made of these
     input                what the tracker looks at
     broken               was what the scene expects broken when this was last noted?
+    limit_s              of a tracker that died or hung there: it runs in a process of its own, and hangs where it takes
+                         longer for a frame, s; None: in this one
     """
 
     path: Path
@@ -43,6 +47,7 @@ class Kept:
     parameters: Mapping[str, Any]
     input: Input
     broken: bool
+    limit_s: float | None = None
 
     def __str__(self) -> str:
         return self.path.stem
@@ -55,20 +60,26 @@ class Kept:
     def note(self) -> Path:
         return self.path.with_suffix(".json")
 
-    def verdict(self, scene: irsim.Scenario) -> Verdict:
+    def verdict(self, scene: irsim.Scenario, runner: Run = here) -> Verdict:
         """Of the tracker as it is now, on the recorded frames, by the rules of the scene."""
         from irtrack.trackers import make
 
         subject = Subject(self.label, make(self.tracker, self.parameters), self.input, rules_of(scene))
-        return examine(subject, irsim.open_recording(self.recording), scene.seed)[0]
+        return examine(subject, irsim.open_recording(self.recording), scene.seed, runner)[0]
 
-    def changes(self) -> list[str]:
-        """What is otherwise than it was noted, a line each; none where all is as it was."""
+    def changes(self, runner: Run | None = None) -> list[str]:
+        """What is otherwise than it was noted, a line each; none where all is as it was.
+
+        runner   where it is tried (`irtrack.falsify.apart`); by `limit_s` unless said
+        """
+        if runner is None:
+            with running(1, self.limit_s) as own:
+                return self.changes(own)
         found = []
         scene = irsim.load(self.path)
-        if (frame := self._rendered_otherwise(scene)) is not None:
+        if (frame := runner(_rendered_otherwise, scene, self.recording)) is not None:
             found.append(f"{self.path}: renders frame {frame} otherwise than {self.recording.name} has it")
-        verdict = self.verdict(scene)
+        verdict = self.verdict(scene, runner)
         rules = ", ".join(map(in_words, rules_of(scene)))
         if verdict.broken is None and self.broken:
             found.append(f"{self.path}: {self.label} breaks {rules} no more, margin {verdict.margin:.3g}")
@@ -77,22 +88,18 @@ class Kept:
             found.append(f"{self.path}: {self.label} breaks {rules} again, {why}")
         return found
 
-    def bless(self) -> Kept:
+    def bless(self, runner: Run | None = None) -> Kept:
         """Note what is so now: record the frames that the scene renders, and whether they break the tracker."""
+        if runner is None:
+            with running(1, self.limit_s) as own:
+                return self.bless(own)
         scene = irsim.load(self.path)
-        if self._rendered_otherwise(scene) is not None:
+        if runner(_rendered_otherwise, scene, self.recording) is not None:
             irsim.record(irsim.Rendering(scene, self.path.stem), self.recording, compression="zstd")
-        now = replace(self, broken=self.verdict(scene).broken is not None)
+        verdict = self.verdict(scene, runner)
+        now = replace(self, broken=verdict.broken is not None, limit_s=verdict.limit_s)
         _note(now)
         return now
-
-    def _rendered_otherwise(self, scene: irsim.Scenario) -> int | None:
-        """The first frame that the scene renders otherwise than it was recorded."""
-        drawn, kept = irsim.Rendering(scene), irsim.open_recording(self.recording)
-        for one, other in zip(drawn.frames(), kept.frames(), strict=False):
-            if np.abs(one.image.astype(np.int32) - other.image).max() > ROUNDING:
-                return int(one.index)
-        return None if len(drawn) == len(kept) else min(len(drawn), len(kept))
 
 
 def kept_failures(folder: str | Path = KEPT) -> list[Kept]:
@@ -100,17 +107,33 @@ def kept_failures(folder: str | Path = KEPT) -> list[Kept]:
     return [_read(path) for path in sorted(Path(folder).glob("*.json"))]
 
 
-def revisit(kept: Sequence[Kept], jobs: int = 1, bless: bool = False) -> list[str]:
+def _rendered_otherwise(_: Watch, scene: irsim.Scenario, recording: Path) -> int | None:
+    """The first frame that the scene renders otherwise than it was recorded."""
+    drawn, kept = irsim.Rendering(scene), irsim.open_recording(recording)
+    for one, other in zip(drawn.frames(), kept.frames(), strict=False):
+        if np.abs(one.image.astype(np.int32) - other.image).max() > ROUNDING:
+            return int(one.index)
+    return None if len(drawn) == len(kept) else min(len(drawn), len(kept))
+
+
+def revisit(kept: Sequence[Kept], jobs: int = 1, bless: bool = False, time_limit_s: float = NO_LIMIT_S) -> list[str]:
     """What is otherwise than it was noted of all of them, a line each, by `jobs` worker processes; with `bless`,
-    what is so now is noted then."""
-    with in_order(jobs) as apply:
-        found = [line for lines in apply(Kept.changes, kept) for line in lines]
+    what is so now is noted then.
+
+    time_limit_s   a tracker that takes longer for a frame hangs, where its failure has no limit of its own
+    """
+    with in_order(jobs) as apply, apart(jobs) as processes:
+
+        def runner(each: Kept) -> Run:
+            return processes.within(time_limit_s if each.limit_s is None else each.limit_s)
+
+        found = [line for lines in apply(lambda each: each.changes(runner(each)), kept) for line in lines]
         if bless:
-            list(apply(Kept.bless, kept))
+            list(apply(lambda each: each.bless(runner(each)), kept))
     return found
 
 
-def keep(found: Path, subject: Subject, name: str, folder: Path = KEPT) -> Kept:
+def keep(found: Path, subject: Subject, name: str, folder: Path = KEPT, limit_s: float | None = None) -> Kept:
     """Keep the failure whose minimal.yaml and minimal.mcap are in `found`; once, however often it is found."""
     make_folder(folder)
     scene = irsim.load(found / f"{MINIMAL}.yaml")
@@ -121,7 +144,7 @@ def keep(found: Path, subject: Subject, name: str, folder: Path = KEPT) -> Kept:
     while path.exists() and irsim.load(path) != scene:
         path, number = folder / f"{stem}-{number}.yaml", number + 1
     # Not the defaults: what is tried later is the tracker as it will be.
-    kept = Kept(path, subject.label, config["tracker"], changed_parameters(config), subject.input, broken=True)
+    kept = Kept(path, subject.label, config["tracker"], changed_parameters(config), subject.input, True, limit_s)
     for copy in (kept.path, kept.recording):
         with replacing(copy) as file:
             file.write((found / MINIMAL).with_suffix(copy.suffix).read_bytes())

@@ -9,6 +9,7 @@ import numpy as np
 
 import irsim
 from irtrack.falsify.rules import claims_while_gone, margin
+from irtrack.falsify.trial import ENDS, RAISES
 from irtrack.metrics import Trace
 from irtrack.metrics.loss import OFF_IN_A_ROW
 
@@ -23,6 +24,13 @@ def reached(rule: irsim.Expectation, trace: Trace) -> str:
     """What the track reached where it does worst, frames by their indices."""
     known = REACHED.get(type(rule))
     return known(rule, trace) if known is not None else f"a margin of {margin(rule, trace):.3g}"
+
+
+OF_ITSELF = {
+    RAISES: ("it raises", "to raise nothing"),
+    ENDS: ("its process dies, or it hangs", "to answer, in time"),
+}
+"""Of rules that need not be asked for: how they are broken, and what they ask."""
 
 
 def _frames(count: int) -> str:

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import irsim
-from irsim.types import Input, Source
+from irsim.types import Frame, Input, Source
+from irtrack.bench.group import Watch
 from irtrack.errors import InputError, IrtrackError
+from irtrack.falsify.apart import LostError, Run, here
 from irtrack.falsify.rules import UNTRIED, margin
+from irtrack.identity import tracker_name
 from irtrack.metrics import Reference, Trace
 from irtrack.replay import Player, replay
 from irtrack.start import find_start
@@ -15,6 +20,9 @@ from irtrack.types import Tracker
 
 RAISES = "raises"
 """The rule that a tracker raises nothing; it need not be asked for."""
+
+ENDS = "ends"
+"""The rule that a tracker neither ends its process nor hangs; it need not be asked for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,11 +40,13 @@ class Verdict:
     """What came of a trial.
 
     margins    of each rule, below 0 where it is broken
-    raised     what the tracker raised, one line; None where it raised nothing
+    raised     what the tracker raised, or how its process ended, one line; None where nothing of that happened
+    limit_s    what it might take for a frame where its process died, or was ended for it took longer, s; else None
     """
 
     margins: tuple[float, ...]
     raised: str | None = None
+    limit_s: float | None = None
 
     @property
     def margin(self) -> float:
@@ -45,27 +55,34 @@ class Verdict:
 
     @property
     def broken(self) -> int | str | None:
-        """Number of the rule that is broken worst, or `RAISES`; None where none is."""
+        """Number of the rule that is broken worst, `RAISES` or `ENDS`; None where none is."""
         if self.raised is not None:
-            return RAISES
+            return RAISES if self.limit_s is None else ENDS
         return self.margins.index(self.margin) if self.margin < 0 else None
 
     def breaks(self, rule: int | str) -> bool:
         """Is that rule broken, whatever the others are?"""
-        return self.raised is not None if isinstance(rule, str) else self.raised is None and self.margins[rule] < 0
+        return self.broken == rule if isinstance(rule, str) else self.raised is None and self.margins[rule] < 0
 
 
-def judge(subject: Subject, scenario: irsim.Scenario | None) -> Verdict:
+def judge(subject: Subject, run: Run, scenario: irsim.Scenario | None) -> Verdict:
     """The verdict on a scene; nothing is broken where there is none, or where it shows no target to start on."""
     if scenario is None:
-        return Verdict((UNTRIED,) * len(subject.rules))
-    return examine(subject, irsim.Rendering(scenario), scenario.seed)[0]
+        return _untried(subject)
+    return examine(subject, irsim.Rendering(scenario), scenario.seed, run)[0]
 
 
-def examine(subject: Subject, source: Source, seed: int) -> tuple[Verdict, tuple[Trace, ...]]:
+def examine(subject: Subject, source: Source, seed: int, run: Run = here) -> tuple[Verdict, tuple[Trace, ...]]:
     """The verdict on a source, `seed` being the tracker's, and each rule's trace; no traces where the tracker
-    raised or could not start."""
-    untried = Verdict((UNTRIED,) * len(subject.rules))
+    raised, was lost with its process or could not start."""
+    try:
+        return run(_examined, subject, source, seed)
+    except LostError as lost:
+        return Verdict(_untried(subject).margins, f"{tracker_name(subject.tracker)}: {lost}", lost.limit_s), ()
+
+
+def _examined(watch: Watch, subject: Subject, source: Source, seed: int) -> tuple[Verdict, tuple[Trace, ...]]:
+    untried = _untried(subject)
     try:
         targets = {rule.target for rule in subject.rules}
         starts = {target: find_start(source, source.truths(), target) for target in targets}
@@ -75,9 +92,28 @@ def examine(subject: Subject, source: Source, seed: int) -> tuple[Verdict, tuple
     for target, start in starts.items():
         player = Player(subject.tracker, start, seed, subject.label)
         try:
-            truths = replay(source, [player.see], subject.input, start.frame)
+            truths = replay(source, [_watched(player, watch)], subject.input, start.frame)
         except IrtrackError as error:
             return Verdict(untried.margins, str(error)), ()
         found[target] = Trace.of(player.track(source, subject.input), Reference.of(truths, start.target))
     of_rules = tuple(found[rule.target] for rule in subject.rules)
     return Verdict(tuple(margin(rule, trace) for rule, trace in zip(subject.rules, of_rules, strict=True))), of_rules
+
+
+def _untried(subject: Subject) -> Verdict:
+    return Verdict((UNTRIED,) * len(subject.rules))
+
+
+def _watched(player: Player, watch: Watch) -> Callable[[Frame], None]:
+    """What shows the player a frame, and tells the watch."""
+
+    def see(frame: Frame) -> None:
+        watch.begin(0, frame.index, math.inf)
+        try:
+            player.see(frame)
+        except IrtrackError:
+            watch.end()
+            raise
+        watch.end()  # not where it raised what ends the process: that was it
+
+    return see

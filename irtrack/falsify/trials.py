@@ -7,25 +7,33 @@ import json
 from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import irsim
 from irsim.files import replacing_text
 from irtrack.errors import InputError
+from irtrack.falsify.apart import NO_LIMIT_S, Run, here
 from irtrack.falsify.rules import margin
-from irtrack.falsify.trial import Subject, Verdict, judge
+from irtrack.falsify.trial import Subject, Verdict, examine, judge
 from irtrack.identity import code_hash, module_code_hash, tracker_config
+from irtrack.metrics import Trace
 from irtrack.workers import Map
 
 
 class Trials:
     """A subject's trials. A journal, one JSON line a trial, holds those of earlier calls, so that a search that was
-    stopped goes on where it was: it asks for the same scenes again. What other code judged is not among them."""
+    stopped goes on where it was: it asks for the same scenes again. What other code judged is not among them, nor what
+    died or hung within another time limit for a frame than `limit_s`."""
 
-    def __init__(self, subject: Subject, apply: Map, journal: Path) -> None:
-        self._judge = partial(judge, subject)
+    def __init__(
+        self, subject: Subject, apply: Map, journal: Path, runner: Run = here, limit_s: float | None = None
+    ) -> None:
+        self.runner = runner
+        self._subject = subject
+        self._judge = partial(judge, subject, runner)
         self._apply = apply
         self._journal = journal
-        self._subject = json.dumps(
+        self._digest = json.dumps(
             [
                 tracker_config(subject.tracker),
                 code_hash(subject.tracker),
@@ -35,7 +43,11 @@ class Trials:
             ],
             sort_keys=True,
         )
-        self._known = _read(journal)
+        self._known = {
+            key: verdict
+            for key, verdict in _read(journal).items()
+            if verdict.limit_s in (None, NO_LIMIT_S if limit_s is None else limit_s)
+        }
         self.run = 0
         """Trials that were not known before."""
 
@@ -50,14 +62,21 @@ class Trials:
                 self._note(next(waiting), next(outcomes))
             yield self._known[key]
 
+    def examine(self, scenario: irsim.Scenario) -> tuple[Verdict, tuple[Trace, ...]]:
+        """The verdict on a scene, and each rule's trace: run anew, and not noted."""
+        return examine(self._subject, irsim.Rendering(scenario), scenario.seed, self.runner)
+
     def _key(self, scenario: irsim.Scenario | None) -> str:
-        text = json.dumps([self._subject, None if scenario is None else scenario.hash])
+        text = json.dumps([self._digest, None if scenario is None else scenario.hash])
         return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
 
     def _note(self, key: str, verdict: Verdict) -> None:
         self._known[key] = verdict
         self.run += 1
-        line = json.dumps({"trial": key, "margins": verdict.margins, "raised": verdict.raised})
+        row: dict[str, Any] = {"trial": key, "margins": verdict.margins, "raised": verdict.raised}
+        if verdict.limit_s is not None:
+            row["limit_s"] = verdict.limit_s
+        line = json.dumps(row)
         try:
             with self._journal.open("a", encoding="utf-8") as file:
                 file.write(line + "\n")
@@ -81,7 +100,7 @@ def _read(journal: Path) -> dict[str, Verdict]:
     for number, line in enumerate(whole.splitlines(), start=1):
         try:
             row = json.loads(line)
-            known[row["trial"]] = Verdict(tuple(map(float, row["margins"])), row["raised"])
+            known[row["trial"]] = Verdict(tuple(map(float, row["margins"])), row["raised"], row.get("limit_s"))
         except (ValueError, TypeError, KeyError):
             raise InputError(f"{journal}:{number}: is no trial; allowed: a journal of irtrack falsify") from None
     return known

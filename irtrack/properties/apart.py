@@ -6,7 +6,6 @@ import math
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
-from multiprocessing.connection import Connection
 from pathlib import Path
 from time import monotonic
 from typing import Any
@@ -14,13 +13,12 @@ from typing import Any
 import numpy as np
 from hypothesis.configuration import set_hypothesis_home_dir
 
-from irsim.interrupts import ignore_interrupts
 from irsim.types import Box, Frame
-from irtrack.errors import InputError, told
+from irtrack.errors import InputError
 from irtrack.properties.examining import Outcome, Profile, examined
 from irtrack.properties.table import PROPERTIES, Property
 from irtrack.types import Estimate, Tracker, resumable
-from irtrack.workers import GoneError, Watched, begin_worker
+from irtrack.workers import GoneError, NotSentError, Watched
 
 _NOWHERE = Path(os.devnull) / "hypothesis"
 """Where Hypothesis may put nothing: it would leave a folder of the constants of the tracker's modules behind."""
@@ -30,56 +28,32 @@ class Apart:
     """A process that tries one property after the other; another one is started where it hangs or dies."""
 
     def __init__(self, tracker: Tracker, profile: Profile, limit_s: float) -> None:
-        self._given = tracker, profile, limit_s
         self._limit_s = limit_s
-        self._process: Watched | None = None
+        self._process = Watched(_begin, (0, math.inf), tracker, profile, limit_s)
 
     def examined(self, prop: Property) -> Outcome:
         """As `irtrack.properties.examining.examined`; InputError for a tracker that cannot be sent there."""
-        if self._process is None:
-            self._process = self._begun()
         try:
-            self._process.send(prop.name)
-            answer = self._process.answer()
+            outcome: Outcome = self._process.ask(prop.name)
+        except NotSentError as error:
+            raise InputError(f"the tracker cannot be sent to another process: {error}") from None
         except GoneError as gone:
-            self._process = None
             frame = gone.at[0]
             if gone.overdue:
                 return Outcome(prop, "broken", f"hangs: more than {self._limit_s:g} s for frame {frame:.0f}")
             return Outcome(prop, "broken", f"its process died at frame {frame:.0f} ({gone.how})")
-        if isinstance(answer, Exception):
-            raise answer
-        outcome: Outcome = answer
         return outcome
-
-    def _begun(self) -> Watched:
-        try:
-            return Watched(_serve, (0, math.inf), *self._given)
-        except Exception as error:  # pickle raises all sorts
-            raise InputError(f"the tracker cannot be sent to another process: {told(error)}") from None
 
     def close(self) -> None:
         """End the process, whatever it is at."""
-        if self._process is not None:
-            self._process.kill()
-            self._process = None
+        self._process.close()
 
 
-def _serve(pipe: Connection, at: Any, tracker: Tracker, profile: Profile, limit_s: float) -> None:
-    """The process's life: names of properties in, outcomes out."""
-    ignore_interrupts()  # of Ctrl-C the parent tells
-    begin_worker()
+def _begin(at: Any, tracker: Tracker, profile: Profile, limit_s: float) -> Callable[[str], Outcome]:
+    """What the process does with each name of a property."""
     set_hypothesis_home_dir(_NOWHERE)
-    while True:
-        try:
-            name = pipe.recv()
-        except EOFError:
-            return
-        try:
-            answer: Any = examined(PROPERTIES[name], Timed(tracker, at, limit_s), profile)
-        except Exception as error:
-            answer = error
-        pipe.send(answer)
+    timed = Timed(tracker, at, limit_s)
+    return lambda name: examined(PROPERTIES[name], timed, profile)
 
 
 @dataclass(frozen=True, eq=False)
