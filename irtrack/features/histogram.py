@@ -130,7 +130,7 @@ def likeness(
     for start in range(0, distinct.size, len(kernels)):
         some = distinct[start : start + len(kernels)]
         mass = _masses(windows[np.divmod(some, columns)], kernels[: some.size], quantiser.bins)
-        rho[some] = bhattacharyya(mass[:, :-1], reference)
+        rho[some] = bhattacharyya(mass, reference)
         if visible is not None:
             # With p = mass / visible: rho(p, q) visible = rho(mass, q) sqrt(visible).
             visible[some] = np.minimum(mass[:, :-1].sum(axis=1), 1.0)
@@ -168,7 +168,8 @@ def _cells(image: Image, quantiser: Quantiser, left: int, top: int, right: int, 
 def bhattacharyya(p: Floats, q: Floats) -> Floats:
     """rho = sum_u sqrt(p(u) q(u)) for p (..., bins) and q (bins,) (Cheng et al. 2006, eq. 8).
 
-    ValueError for other numbers of bins.
+    p may have more bins than q, such as one for what is outside the frame: they count for nothing, and cutting them
+    off first would cost a copy. ValueError where it has fewer.
     """
-    rho: Floats = np.sqrt(p) @ np.sqrt(q)
+    rho: Floats = np.sqrt(p)[..., : len(q)] @ np.sqrt(q)
     return np.minimum(rho, 1.0)
