@@ -43,7 +43,9 @@ def _in_few_words() -> Iterator[None]:
     except RuntimeError as error:
         if "bootstrapping" not in str(error):
             raise
-        sys.exit('worker processes import this script too: put what it calls under if __name__ == "__main__":')
+        hint = 'worker processes import this script too: put what it calls under if __name__ == "__main__":'
+        print(hint, file=sys.stderr, flush=True)  # a fork server drops what sys.exit is given
+        sys.exit(1)
 
 
 @contextmanager

@@ -210,7 +210,7 @@ def _context() -> Any:
     if sys.platform != "linux":
         return multiprocessing.get_context("spawn")
     context = multiprocessing.get_context("forkserver")
-    ours = [name for name in sys.modules if name.partition(".")[0] in ("irsim", "irtrack")]
+    ours = [name for name in list(sys.modules) if name.partition(".")[0] in ("irsim", "irtrack")]
     context.set_forkserver_preload([name for name in ours if not name.endswith("__main__")])
     return context
 
@@ -272,7 +272,7 @@ class Deaths:
                 raise IrtrackError(
                     f"a worker process died again and again while no tracker was at work ({how}); finished runs are "
                     "kept, run it again to go on"
-                )
+                ) from None
             return None
         if self._of[who] < MOST_DEATHS:
             return None
