@@ -7,13 +7,15 @@ TrackerError  a tracker did wrong while it ran (exit status 1)
 
 from __future__ import annotations
 
+import signal
 import traceback
+from contextlib import suppress
 from types import TracebackType
 
 from irsim.errors import InputError, printable
 from irsim.errors import IrsimError as IrtrackError
 
-__all__ = ["InputError", "IrtrackError", "TrackerError", "told"]
+__all__ = ["InputError", "IrtrackError", "TrackerError", "how_it_ended", "told"]
 
 _CALLERS = ("irtrack.replay", "irtrack.trackers.plain")
 """Modules that call a tracker."""
@@ -26,6 +28,15 @@ def told(error: BaseException) -> str:
     except Exception:  # somebody's own exception may fail at this, too
         said = ""
     return printable(f"{type(error).__name__}{said and f': {said}'}")
+
+
+def how_it_ended(code: int | None) -> str:
+    """A process's exit code in words: 'SIGKILL', 'exit status 1'."""
+    if code is None or code >= 0:
+        return f"exit status {code}"
+    with suppress(ValueError):
+        return signal.Signals(-code).name
+    return f"signal {-code}"
 
 
 class TrackerError(IrtrackError):

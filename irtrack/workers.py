@@ -5,13 +5,12 @@ from __future__ import annotations
 import multiprocessing
 import os
 import pickle
-import signal
 import sys
 import threading
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from multiprocessing.connection import Connection, wait
 from multiprocessing.reduction import ForkingPickler
 from time import monotonic
@@ -21,7 +20,7 @@ import cv2
 import numpy as np
 
 from irsim.interrupts import ignore_interrupts, interrupts_held
-from irtrack.errors import IrtrackError, told
+from irtrack.errors import IrtrackError, how_it_ended, told
 
 Item = TypeVar("Item")
 Outcome = TypeVar("Outcome")
@@ -79,15 +78,6 @@ def begin_worker() -> None:
     cv2.setNumThreads(1)
     np.random.seed()  # noqa: NPY002 - of trackers that draw from it, which all copies of the fork server share
     threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def how_it_ended(code: int | None) -> str:
-    """A process's exit code in words: 'SIGKILL', 'exit status 1'."""
-    if code is None or code >= 0:
-        return f"exit status {code}"
-    with suppress(ValueError):
-        return signal.Signals(-code).name
-    return f"signal {-code}"
 
 
 class GoneError(Exception):

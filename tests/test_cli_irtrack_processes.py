@@ -62,6 +62,8 @@ def test_a_crash_in_native_code_says_at_which_line_of_the_tracker(tmp_path: Path
     assert process.returncode == -signal.SIGSEGV
     assert "Fatal Python error: Segmentation fault" in err
     assert re.search(r'crash.py", line 9 in step', err)
+    if sys.platform == "linux":
+        assert "crash:Crasher: frame 1: the process died while the tracker was at work (SIGSEGV)\n" in err
 
 
 def start(folder: Path, *words: str) -> subprocess.Popen[str]:

@@ -18,6 +18,7 @@ from irtrack.cli.bench import bench, export
 from irtrack.cli.check import check
 from irtrack.cli.compare import compare
 from irtrack.cli.falsify import falsify
+from irtrack.cli.last_words import last_words
 from irtrack.cli.options import AsJson, FilledResults, InputName, command_line, input_name
 from irtrack.cli.output import print_json, print_run
 from irtrack.cli.regress import regress
@@ -108,42 +109,45 @@ def run(
     check_output(output, Path(source), csv, endings=(".mcap",))
     check_output(csv, Path(source), output, endings=(".csv",))
     looked_at, start = input_name(input), None
-    from irsim import Scenario, is_recording, open_source
-    from irtrack.bench.specs import read_spec
-    from irtrack.cli.options import split_settings, start_box
-    from irtrack.identity import source_file
-    from irtrack.metrics import Reference, score
-    from irtrack.replay import Player, replay
-    from irtrack.start import find_start
-    from irtrack.trackers import find, make
+    with last_words(tracker, f"repeat it: {command_line()}") as last:
+        from irsim import Scenario, is_recording, open_source
+        from irtrack.bench.specs import read_spec
+        from irtrack.cli.options import split_settings, start_box
+        from irtrack.identity import source_file
+        from irtrack.metrics import Reference, score
+        from irtrack.replay import Player, replay
+        from irtrack.start import find_start
+        from irtrack.trackers import find, make
 
-    if init is not None:
-        start = start_box(init)
-    keys = () if is_recording(Path(source)) else Scenario.model_fields
-    spec = read_spec(tracker)
-    found = find(spec.name)
-    for written in (csv, output):
-        check_output(written, source_file(found))
-    split = split_settings(settings or (), found, keys, spec.parameters)
-    made = make(spec.name, split.tracker)
-    opened = open_source(source, split.scenario)
-    if seed is not None:
-        opened = opened.with_seed(seed)
-    if tracker_seed is None:
-        tracker_seed = seed if seed is not None else opened.seed or 0
-    if sys.__stderr__ is not None and not faulthandler.is_enabled():
-        faulthandler.enable(sys.__stderr__)  # a crash in native code says at which line of the tracker
-    player = Player(made, find_start(opened, opened.truths(), target, start), tracker_seed, spec.label)
-    try:
-        with terminal.progress_bar(tracker) as progress:
-            truths = replay(opened, [player.see], looked_at, player.start.frame, progress=progress)
-    except TrackerError as error:
-        where = f"on {opened.name}, seed {tracker_seed}; repeat it: {_repeat(seed, opened, tracker_seed)}"
-        print("\n".join([f"irtrack: {error}", *error.calls().splitlines(), where]), file=sys.stderr)
-        raise typer.Exit(1) from None
+        if init is not None:
+            start = start_box(init)
+        keys = () if is_recording(Path(source)) else Scenario.model_fields
+        spec = read_spec(tracker)
+        found = find(spec.name)
+        for written in (csv, output):
+            check_output(written, source_file(found))
+        split = split_settings(settings or (), found, keys, spec.parameters)
+        made = make(spec.name, split.tracker)
+        opened = open_source(source, split.scenario)
+        if seed is not None:
+            opened = opened.with_seed(seed)
+        if tracker_seed is None:
+            tracker_seed = seed if seed is not None else opened.seed or 0
+        if sys.__stderr__ is not None and not faulthandler.is_enabled():
+            faulthandler.enable(sys.__stderr__)  # a crash in native code says at which line of the tracker
+        player = Player(made, find_start(opened, opened.truths(), target, start), tracker_seed, spec.label)
+        repeat = _repeat(seed, opened, tracker_seed)
+        where = f"on {opened.name}, seed {tracker_seed}; repeat it: {repeat}"
+        last.where(where)
+        see = last.watching(player.see)
+        try:
+            with terminal.progress_bar(tracker) as progress:
+                truths = replay(opened, [see], looked_at, player.start.frame, progress=progress)
+        except TrackerError as error:
+            print("\n".join([f"irtrack: {error}", *error.calls().splitlines(), where]), file=sys.stderr)
+            raise typer.Exit(1) from None
     track = player.track(opened, looked_at)
     result = score(track, Reference.of(truths, track.target))
-    repeat = _repeat(seed, opened, tracker_seed)
     if csv is not None:
         from irtrack.trackfile import track_to_csv
 
