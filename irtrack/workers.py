@@ -156,6 +156,7 @@ class _Process:
 
     def __init__(self, begun: bytes, board: Sequence[float]) -> None:
         context = _context()
+        self._empty, self._answered = tuple(board), False
         self._board = context.RawArray("d", board)
         with _starting, interrupts_held():
             self._pipe, theirs = context.Pipe()
@@ -176,15 +177,22 @@ class _Process:
                 self.kill()
                 raise self._gone(overdue=True, moved=at != tuple(self._board))
         try:
-            return self._pipe.recv()
+            answer = self._pipe.recv()
         except (EOFError, OSError):
             raise self._gone() from None
+        self._answered = True
+        return answer
 
     def _gone(self, overdue: bool = False, moved: bool = False) -> GoneError:
         self._process.join(END_S)
-        code = self._process.exitcode
+        code, at = self._process.exitcode, tuple(self._board)
         self.kill()
-        return GoneError(tuple(self._board), overdue, moved, how_it_ended(code))
+        if code and code > 0 and not self._answered and at == self._empty:  # not by chance: the next one would, too
+            raise IrtrackError(
+                f"a worker process ended as it began ({how_it_ended(code)}): what it imports ends it; a script that "
+                'asks for workers is imported too, and needs the guard if __name__ == "__main__":'
+            ) from None
+        return GoneError(at, overdue, moved, how_it_ended(code))
 
     def kill(self) -> None:
         self._process.kill()

@@ -264,6 +264,7 @@ def call(name: str, *words: str) -> None:
 
 def main() -> None:
     cv2.setNumThreads(1)
+    sweeps(report)  # first: in a process as small as one that `irtrack bench` starts
     rendering()
     full_chain(report)
     tracking()
@@ -272,7 +273,6 @@ def main() -> None:
     suppression()
     recording()
     metrics(report)
-    sweeps(report)
     start_up()
     check()
 

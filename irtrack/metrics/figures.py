@@ -145,4 +145,7 @@ def _mean(values: Floats) -> float:
 
 def _median(values: Floats) -> float:
     """The median; nan of nothing."""
-    return float(np.median(values)) if len(values) else np.nan
+    if len(values) == 0:
+        return np.nan
+    ordered = np.sort(values)  # np.median takes ten times as long for the few frames of a short track
+    return float((ordered[(len(values) - 1) // 2] + ordered[len(values) // 2]) / 2)

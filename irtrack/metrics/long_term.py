@@ -35,17 +35,18 @@ def long_term(overlap: Floats, confidence: Floats, present: np.ndarray) -> LongT
     confidence  (n,) of any scale; nan where the tracker points at nothing (it says "lost")
     present     (n,) bool: is something of the target to be seen?
     """
-    met = np.where(present, np.nan_to_num(overlap), 0.0)
-    said = np.flatnonzero(~np.isnan(confidence))
+    met = np.where(present & ~np.isnan(overlap), overlap, 0.0)
+    (said,) = np.nonzero(~np.isnan(confidence))
     if not present.any() or len(said) == 0:
         return LongTerm(*[np.nan] * 4) if not present.any() else LongTerm(np.nan, 0.0, 0.0, np.nan)
-    falling = said[np.argsort(-confidence[said], kind="stable")]
-    sums = np.cumsum(met[falling])
-    # Predictions of one confidence come in together: a threshold cannot part them.
-    last = np.append(np.diff(confidence[falling]) != 0, True)
+    falling = said[(-confidence[said]).argsort(kind="stable")]
+    thresholds = confidence[falling]
+    sums = met[falling].cumsum()
+    last = np.ones(len(falling), bool)
+    last[:-1] = thresholds[1:] != thresholds[:-1]  # predictions of one confidence come in together
     precision = (sums / np.arange(1, len(falling) + 1))[last]
     recall = (sums / present.sum())[last]
     total = precision + recall
     f = np.divide(2 * precision * recall, total, out=np.zeros_like(total), where=total > 0)
-    best = int(np.argmax(f))
-    return LongTerm(float(precision[best]), float(recall[best]), float(f[best]), float(confidence[falling][last][best]))
+    best = int(f.argmax())
+    return LongTerm(float(precision[best]), float(recall[best]), float(f[best]), float(thresholds[last][best]))

@@ -195,4 +195,4 @@ def score_trace(trace: Trace) -> Score:
 
 
 def _told(value: float | int | bool | None) -> Any:
-    return None if value is None or (isinstance(value, float) and not np.isfinite(value)) else value
+    return None if value is None or (isinstance(value, float) and not math.isfinite(value)) else value

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, fields, replace
-from functools import cached_property
+from functools import cache, cached_property
+from typing import Any
 
 import numpy as np
 
@@ -143,7 +144,7 @@ class Trace:
         The target is present where something of it is to be seen; the tracker points at something unless it
         says "lost". A tracker without scores has one threshold.
         """
-        confidence = np.where(self.statuses == "lost", np.nan, np.nan_to_num(self.scores))
+        confidence = np.where(self.statuses == "lost", np.nan, np.where(np.isnan(self.scores), 0.0, self.scores))
         present = self.truth.present & ~(self.visible == 0)
         return long_term(self.overlaps[1:], confidence[1:], present[1:])
 
@@ -154,7 +155,7 @@ class Trace:
         for field in fields(self):
             if field.name not in ("step_ms", "cpu_ms"):
                 array = getattr(self, field.name)
-                digest.update(f"{field.name} {array.dtype} {array.shape}\0".encode() + array.tobytes())
+                digest.update(f"{field.name} {_words(array.dtype)} {array.shape}\0".encode() + array.tobytes())
         return digest.hexdigest()
 
     def to_bytes(self) -> bytes:
@@ -165,3 +166,9 @@ class Trace:
     def from_bytes(cls, blob: bytes) -> Trace:
         """The inverse of `to_bytes`."""
         return cls(**unpack(blob))
+
+
+@cache
+def _words(dtype: np.dtype[Any]) -> str:
+    """A dtype's name, which numpy puts together anew each time: half of what a short track's digest would take."""
+    return str(dtype)

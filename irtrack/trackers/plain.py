@@ -6,7 +6,7 @@ import copy
 import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cache, partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -59,7 +59,7 @@ class Plain:
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> Following:
         tracker = self.again()
-        wanted = {"rng": rng} if "rng" in inspect.signature(tracker.start).parameters else {}
+        wanted = {"rng": rng} if _takes_rng(self.kind) else {}
         tracker.start(frame.image.copy(), box, **wanted)
         return Following(tracker, Estimate((box.cx, box.cy), (box.w, box.h)))
 
@@ -72,6 +72,12 @@ class Plain:
         if answer is None:
             estimate = replace(estimate, status="lost")
         return Following(state.tracker, estimate), estimate
+
+
+@cache
+def _takes_rng(kind: type) -> bool:
+    """Whether a class wants a generator at its start; asked once, as an answer takes .1 ms."""
+    return "rng" in inspect.signature(kind.start).parameters  # type: ignore[attr-defined]
 
 
 def _estimate(answer: Any) -> Estimate | None:
