@@ -1,7 +1,8 @@
 """Speeds of the shipped things, one `name: value unit` a line: `make bench`.
 
-Medians on one thread. Ratios are against a plain numpy and scipy program that does the same work in
-the same run, so that they mean something on any machine. docs/benchmarks.md holds goals and figures.
+Medians on one thread; of a tracker's step the least of several (`bench_steps`). Ratios are against a
+plain numpy and scipy program that does the same work in the same run, so that they mean something on
+any machine. docs/benchmarks.md holds goals and figures.
 """
 
 from __future__ import annotations
@@ -10,7 +11,6 @@ import os
 
 os.environ.update(dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"))
 
-import math
 import statistics
 import subprocess
 import sys
@@ -18,11 +18,12 @@ import tempfile
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
-from time import perf_counter, process_time
+from time import perf_counter
 
 import cv2
 import numpy as np
 from bench_full_chain import full_chain
+from bench_steps import Steps, circle, tracking_frames
 from bench_sweeps import metrics, sweeps
 from scipy import ndimage
 
@@ -31,7 +32,6 @@ import irtrack
 from irtrack import peers
 
 FRAMES = 60
-STEPS = 2000
 
 
 def report(name: str, value: float, unit: str) -> None:
@@ -116,24 +116,6 @@ def recording() -> None:
         report("read_640x512_any_frame", 1e3 * median_s(lambda k: recorded.frame(37 * k % FRAMES), FRAMES), "ms")
 
 
-def tracking_frames(columns: int, rows: int, w: int, h: int) -> list[irsim.Frame]:
-    """A bright target of w x h px that circles before noise."""
-    rng = np.random.default_rng(0)
-    y, x = np.mgrid[:rows, :columns]
-    frames = []
-    for k in range(100):
-        cx, cy = circle(k)
-        blob = 90 * np.exp(-(((x - cx) / (0.36 * w)) ** 2 + ((y - cy) / (0.36 * h)) ** 2))
-        image = np.clip(80 + blob + 6 * rng.standard_normal((rows, columns)), 0, 255).astype(np.uint8)
-        frames.append(irsim.Frame(image, k, k / 30, 8))
-    return frames
-
-
-def circle(k: int) -> tuple[float, float]:
-    angle = 2 * math.pi * k / 100
-    return 80 + 30 * math.cos(angle), 60 + 30 * math.sin(angle)
-
-
 def growth() -> None:
     """256 runs of 100 steps of the growth model in one array, N = 100."""
     from irtrack.growth import BOOTSTRAP, WSPF, Growth, run
@@ -142,75 +124,6 @@ def growth() -> None:
     for name, filter in (("bootstrap", BOOTSTRAP), ("wspf", WSPF)):
         seconds = median_s(lambda k, filter=filter: run(model, filter, k), 7, 1)  # type: ignore[misc]
         report(f"growth_{name}_100_particles", 1e6 * seconds / model.states.size, "us/run-step")
-
-
-def tracking() -> None:
-    large, small = tracking_frames(160, 120, 14, 10), tracking_frames(320, 240, 5, 5)
-    others = ("template", "kalman", "fusion_wspf", "svd_pf", "ekf", "optical_flow", "camshift_kalman", "mean_shift")
-    box = irsim.Box(*circle(0), 14, 10)
-    ours, naive = step_ms("grey_pf", {}, large, box), naive_grey_step_ms(large, box)
-    report("grey_pf_160x120_step", ours, "ms")
-    report("grey_pf_160x120_step_naive_numpy", naive, "ms")
-    report("grey_pf_160x120_step_speedup", naive / ours, "x")
-    for name in (*others, "background_restrained_pf"):
-        report(f"{name}_160x120_step", step_ms(name, {}, large, box), "ms")
-    report(
-        "grey_pf_10000_particles_160x120_step",
-        step_ms("grey_pf", {"particles": 10_000}, large, box),
-        "ms",
-    )
-    for name in ("cascade_pf", "product_pf", "mean_shift_pf"):
-        report(f"{name}_320x240_step", step_ms(name, {}, small, irsim.Box(*circle(0), 5, 5)), "ms")
-
-
-def naive_grey_step_ms(frames: list[irsim.Frame], box: irsim.Box) -> float:
-    """Median time of a plain program that does a step of `grey_pf`, a particle at a time."""
-    rng = np.random.default_rng(0)
-    half_w, half_h, count = int(box.w / 2), int(box.h / 2), 100
-    y, x = np.mgrid[-half_h:half_h, -half_w:half_w]
-    kernel = np.exp(-(x**2 + y**2) / (2 * (half_w**2 + half_h**2))).ravel()
-    kernel /= kernel.sum()
-
-    def histogram(image: np.ndarray, cx: float, cy: float) -> np.ndarray:
-        left, top = round(cx) - half_w, round(cy) - half_h
-        part = image[top : top + 2 * half_h, left : left + 2 * half_w]
-        return np.bincount(part.ravel().astype(int) * 32 // 256, kernel, 32)
-
-    reference = histogram(frames[0].image, box.cx, box.cy)
-    places = np.array([box.cx, box.cy]) + rng.standard_normal((count, 2))
-    before, weights, distances = places, np.full(count, 1 / count), np.zeros(count)
-    times = []
-    for k in range(1, FRAMES):
-        image = frames[k].image
-        begin = process_time()
-        chosen = rng.choice(count, count, p=weights)
-        noise = np.clip(10 * distances[chosen], 0.5, 6)[:, None] * rng.standard_normal((count, 2))
-        places, before = 2 * places[chosen] - before[chosen] + noise, places[chosen]
-        places = np.clip(places, [half_w, half_h], [image.shape[1] - half_w, image.shape[0] - half_h])
-        rho = np.array([np.sqrt(histogram(image, cx, cy) * reference).sum() for cx, cy in places])
-        distances = np.sqrt(np.maximum(1 - rho, 0))
-        weights = np.exp(-10 * distances**2)
-        weights /= weights.sum()
-        center = weights @ places
-        reference = 0.95 * reference + 0.05 * histogram(image, *center)
-        np.cov(places.T, aweights=weights)
-        times.append(process_time() - begin)
-    return 1e3 * statistics.median(times)
-
-
-def step_ms(name: str, parameters: dict[str, object], frames: list[irsim.Frame], box: irsim.Box) -> float:
-    """Median time of the processor in a step, which other programs on it do not lengthen."""
-    from irsim.rng import stream
-
-    tracker = irtrack.make(name, parameters)
-    state = tracker.init(frames[0], box, stream(0, name, "target", 0))
-    times = []
-    for k in range(1, STEPS):
-        frame, rng = frames[k % len(frames)], stream(0, name, "target", k)
-        begin = process_time()
-        state, _ = tracker.step(state, frame, rng)
-        times.append(process_time() - begin)
-    return 1e3 * statistics.median(times)
 
 
 def others() -> None:
@@ -264,17 +177,22 @@ def call(name: str, *words: str) -> None:
 
 def main() -> None:
     cv2.setNumThreads(1)
-    sweeps(report)  # first: in a process as small as one that `irtrack bench` starts
-    rendering()
-    full_chain(report)
-    tracking()
-    others()
-    growth()
-    suppression()
-    recording()
-    metrics(report)
-    start_up()
-    check()
+    steps = Steps()
+    for part in (
+        partial(sweeps, report),  # first: in a process as small as one that `irtrack bench` starts
+        rendering,
+        partial(full_chain, report),
+        others,
+        growth,
+        suppression,
+        recording,
+        partial(metrics, report),
+        start_up,
+        check,
+    ):
+        part()
+        steps.measure()
+    steps.tell(report)
 
 
 if __name__ == "__main__":
