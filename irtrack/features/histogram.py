@@ -15,7 +15,7 @@ import numpy as np
 
 from irsim.types import Floats, Image
 from irtrack.features.quantise import Bins, Quantiser
-from irtrack.features.window import Window
+from irtrack.features.window import Integers, Window
 
 _NOTHING = float(np.finfo(np.float64).tiny)
 """Divides an empty histogram, which stays zero."""
@@ -109,33 +109,42 @@ def likeness(
     edge do not win.
     """
     height, width = image.shape
-    x, y = window.corners(centers).T
-    left, top, right, bottom = int(x.min()), int(y.min()), int(x.max()), int(y.max())
+    corners = window.corners(centers).T
+    left, top, right, bottom = _bounds(corners)
     if left < -window.columns or top < -window.rows or right > width or bottom > height:
         # A window wholly outside sees nothing wherever it is: bring it to the frame's edge.
-        x, y = np.clip(x, -window.columns, width), np.clip(y, -window.rows, height)
-        left, top, right, bottom = int(x.min()), int(y.min()), int(x.max()), int(y.max())
+        corners = np.clip(corners, [[-window.columns], [-window.rows]], [[width], [height]])
+        left, top, right, bottom = _bounds(corners)
     cells = _cells(image, quantiser, left, top, right + window.columns, bottom + window.rows)
 
-    rows, columns = bottom - top + 1, right - left + 1
-    keys = (y - top) * columns + (x - left)
-    taken = np.zeros(rows * columns, bool)
+    # A window is known by where its first pixel lies in the region, row after row.
+    x, y = corners
+    keys = y * cells.shape[1]
+    keys += x
+    keys -= top * cells.shape[1] + left
+    taken = np.zeros((bottom - top) * cells.shape[1] + right - left + 1, bool)
     taken[keys] = True
     (distinct,) = taken.nonzero()
     inside = left >= 0 and top >= 0 and right + window.columns <= width and bottom + window.rows <= height
     rho, visible = np.empty(taken.size), None if inside else np.empty(taken.size)
-    # Every window of the region as a view: [row, column] of its corner, then its own pixels.
-    step = cells.strides
-    windows: Bins = np.ndarray((rows, columns, window.rows, window.columns), cells.dtype, cells, 0, (*step, *step))
+    down, on = cells.strides
+    windows: Bins = np.ndarray((taken.size, window.rows, window.columns), cells.dtype, cells, 0, (on, down, on))
     for start in range(0, distinct.size, len(kernels)):
         some = distinct[start : start + len(kernels)]
-        mass = _masses(windows[np.divmod(some, columns)], kernels[: some.size], quantiser.bins)
+        mass = _masses(windows[some], kernels[: some.size], quantiser.bins)
         rho[some] = bhattacharyya(mass, reference)
         if visible is not None:
             # With p = mass / visible: rho(p, q) visible = rho(mass, q) sqrt(visible).
             visible[some] = np.minimum(mass[:, :-1].sum(axis=1), 1.0)
             rho[some] *= np.sqrt(visible[some])
     return rho[keys], np.ones(len(keys)) if visible is None else visible[keys]
+
+
+def _bounds(corners: Integers) -> tuple[int, int, int, int]:
+    """(left, top, right, bottom), the least and the largest of corners (2, N)."""
+    left, top = np.minimum.reduce(corners, axis=1).tolist()
+    right, bottom = np.maximum.reduce(corners, axis=1).tolist()
+    return left, top, right, bottom
 
 
 def _masses(windows: Bins, weights: Floats, bins: int) -> Floats:
