@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 import math
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, TypeAlias
 
 from irsim.files import replacing_text
-from irtrack.bench import Suite, run_bench, value
+from irtrack.bench import Cell, Suite, run_bench, value
 from irtrack.bench.sweep import Progress
 from irtrack.errors import InputError
 from irtrack.metrics import FIGURES
@@ -50,8 +50,19 @@ def golden_file(suite: Path) -> Path:
     return suite.with_suffix(".golden.json")
 
 
-def measure(suite: Suite, jobs: int = 1, progress: Progress | None = None) -> Golden:
-    """Run the suite and take its figures; a failed run is lost and has no other."""
+def measure(
+    suite: Suite,
+    jobs: int = 1,
+    progress: Progress | None = None,
+    frame_limit_s: float | None = None,
+    seen: Callable[[Cell], None] | None = None,
+) -> Golden:
+    """Run the suite and take its figures; a failed run is lost and has no other.
+
+    frame_limit_s  runs trackers in worker processes: one that takes longer for a frame, or in a run longer than the
+                   suite allows if it does, is stopped, and one that dies has failed alone
+    seen           called with each run's cell
+    """
     with tempfile.TemporaryDirectory() as scratch:
         kept = run_bench(
             suite.sources,
@@ -61,8 +72,10 @@ def measure(suite: Suite, jobs: int = 1, progress: Progress | None = None) -> Go
             tracker_seeds=suite.tracker_seeds,
             jobs=jobs,
             time_limit_s=suite.time_limit_s,
+            frame_limit_s=frame_limit_s if suite.time_limit_s is None else None,
             input=suite.input,
             progress=progress,
+            seen=seen,
         )
         with kept:
             cells = kept.cells(run=kept.run)

@@ -152,12 +152,12 @@ def _files_hash(paths: set[Path]) -> str:
 
 
 def source_file(kind: type[object]) -> Path | None:
-    """The file that a class is written in; None of one typed into a prompt or a notebook."""
+    """The file that a class is written in; None of one typed into a prompt or a notebook, or read from a pipe."""
     try:
         file = inspect.getsourcefile(kind)
     except (TypeError, OSError):
         file = None
-    return None if file is None else Path(file)
+    return Path(file) if file is not None and Path(file).is_file() else None
 
 
 def _compiled(value: object, module: str, seen: dict[int, object]) -> Iterator[str]:

@@ -31,6 +31,9 @@ POLL_S = 0.05
 END_S = 10.0
 """How long a process whose pipe has ended may take to end itself: a core dump is written first."""
 
+SENDABLE = "a class at the top level of a module's file, which makes what cannot be pickled in init or start"
+"""What can be given to another process."""
+
 _starting = threading.Lock()
 
 
@@ -99,7 +102,10 @@ class GoneError(Exception):
 
 
 class NotSentError(Exception):
-    """Work cannot be sent to another process; what pickle says, in one line."""
+    """Work cannot be sent to another process; what pickle says, in one line, and what is allowed."""
+
+    def __init__(self, error: Exception) -> None:
+        super().__init__(f"{' '.join(str(error).split())}; allowed: {SENDABLE}")
 
 
 class Watched:
@@ -218,7 +224,7 @@ def _pickled(value: object) -> bytes:
     try:
         return bytes(ForkingPickler.dumps(value))
     except Exception as error:  # pickle raises all sorts
-        raise NotSentError(" ".join(str(error).split())) from None
+        raise NotSentError(error) from None
 
 
 def _serve(pipe: Connection, board: Any, begun: bytes) -> None:
@@ -239,7 +245,9 @@ def _serve(pipe: Connection, board: Any, begun: bytes) -> None:
                 run = begin(board, *given)
             work = pickle.loads(asked)
         except Exception as error:  # its module is not there, or raises while it is imported
-            answer = IrtrackError(f"a worker process cannot read what it is to run: {told(error)}")
+            what = f"a worker process cannot read what it is to run: {told(error)}"
+            unknown = isinstance(error, AttributeError | ImportError)  # such as what was typed into a notebook
+            answer = IrtrackError(f"{what}; allowed: {SENDABLE}" if unknown else what)
         else:
             try:
                 answer = run(work)

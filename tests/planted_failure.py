@@ -112,10 +112,11 @@ class Unrepeatable(Blind):
         return state, Estimate((0.001 * len(self.runs), 1.0), (5, 5))
 
 
+@dataclass(frozen=True)
 class Offset(Blind):
     """Beside the target by so many px, in every frame."""
 
-    px: ClassVar[float] = 2.0
+    px: float = 2.0
 
     def step(self, state: tuple[Box, int], frame: Frame, rng: np.random.Generator) -> tuple[object, Estimate]:
         box, start = state

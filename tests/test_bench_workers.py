@@ -8,10 +8,12 @@ import random
 import re
 import signal
 import subprocess
+import sys
 import threading
 import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import pytest
@@ -19,7 +21,7 @@ from bench_fakes import Breaker, Hanger, Killer, Logger, Raiser, Strip, Walker
 from bench_rows import rows
 
 from irtrack.bench import Entry, Results, run_bench
-from irtrack.bench.group import run_group
+from irtrack.bench.group import Limit, run_group
 from irtrack.bench.plan import Seeds, contestants, plans
 from irtrack.errors import InputError, IrtrackError
 
@@ -42,7 +44,7 @@ def test_a_tracker_that_hangs_is_stopped_and_its_companions_are_not(tmp_path: Pa
 def test_a_tracker_that_is_late_without_hanging_is_told_when_it_is_done() -> None:
     """No tracker does anything in a nanosecond, and nobody watches who could stop it."""
     (plan,) = plans([Strip()], contestants([FINE]), Seeds.of(1, 1), "display", None, None)
-    ((cell, trace),) = run_group(plan.group, limit_s=1e-9)
+    ((cell, trace),) = run_group(plan.group, Limit(1e-9, "run"))
     assert cell.failure == "strip, seed 0, frame 0: timed out: more than 1e-09 s in the tracker"
     assert trace is None
 
@@ -106,8 +108,38 @@ def test_what_cannot_be_sent_to_a_worker_is_one_line(tmp_path: Path) -> None:
     class Local(Walker):
         pass
 
-    with pytest.raises(InputError, match=r"strip: cannot be sent to a worker process: .*Local.*; allowed: --jobs 1"):
+    with pytest.raises(InputError, match=r"strip: cannot be sent to a worker process: .*Local.*; allowed: a class at"):
         run_bench([Strip()], [Entry("local", Local())], seeds=2, jobs=2, results=tmp_path / "r.db")
+
+
+class Typed(Walker):
+    """Of a module that no other process can import, as what is typed into a notebook is."""
+
+
+def test_what_a_worker_cannot_import_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    typed = ModuleType("typed_in")
+    typed.Typed = Typed  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "typed_in", typed)
+    monkeypatch.setattr(Typed, "__module__", "typed_in")
+    with pytest.raises(IrtrackError, match=r"cannot read what it is to run: .*'typed_in'; allowed: a class at the top"):
+        run_bench([Strip()], [Entry("typed", Typed())], jobs=2, results=tmp_path / "r.db")
+
+
+@pytest.mark.parametrize(
+    ("limits", "said"),
+    [
+        ({"time_limit_s": 1.0, "frame_limit_s": 1.0}, "allowed: one of them"),
+        ({"frame_limit_s": 0.0}, "time limit 0 s: allowed: above 0"),
+    ],
+    ids=["both", "zero"],
+)
+def test_a_time_limit_is_above_0_and_of_runs_or_of_frames(tmp_path: Path, limits: dict[str, Any], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        run_bench([Strip()], [FINE], results=tmp_path / "r.db", **limits)
+
+
+def test_what_a_run_has_taken_counts_against_the_limit_of_runs_alone() -> None:
+    assert (Limit(2.0, "run").left(1.5), Limit(2.0, "frame").left(1.5)) == (0.5, 2.0)
 
 
 def test_ten_kills_at_random_moments_end_in_the_same_rows(tmp_path: Path) -> None:

@@ -90,12 +90,12 @@ def test_a_run_that_is_lost_new_or_gone_is_told() -> None:
 
 PLANTED = """
 sources: [blind.yaml]
-trackers: [{label: offset, tracker: "planted_failure:Offset"}]
+trackers: [{label: offset, tracker: "planted_failure:Offset", parameters: {px: 2.0}}]
 seeds: 2
 """
 
 
-def test_a_tracker_that_is_a_tenth_worse_fails_until_it_is_blessed(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_tracker_that_is_a_tenth_worse_fails_until_it_is_blessed(cli: Cli) -> None:
     """It is 2 px off, then 2.2 px."""
     Path("blind.yaml").write_text(planted_failure.SCENE)
     Path("my-suite.yaml").write_text(PLANTED)
@@ -105,7 +105,7 @@ def test_a_tracker_that_is_a_tenth_worse_fails_until_it_is_blessed(cli: Cli, mon
     assert cli("my-suite.yaml", "--bless")[0] == 0
     status, out, _ = cli("my-suite.yaml")
     assert (status, out) == (0, "my-suite.yaml: ok: 2 runs, 0 changes\n")
-    monkeypatch.setattr(planted_failure.Offset, "px", 2.2)
+    Path("my-suite.yaml").write_text(PLANTED.replace("2.0", "2.2"))
     status, out, _ = cli("my-suite.yaml")
     assert status == 1
     row = out.splitlines()[1].split()
@@ -119,9 +119,40 @@ def test_a_tracker_that_is_a_tenth_worse_fails_until_it_is_blessed(cli: Cli, mon
     assert "worse" in out
     assert "blessed" in out
     assert cli("my-suite.yaml")[0] == 0
-    monkeypatch.setattr(planted_failure.Offset, "px", 1.0)
+    Path("my-suite.yaml").write_text(PLANTED.replace("2.0", "1.0"))
     status, out, _ = cli("my-suite.yaml")
     assert (status, "better" in out) == (0, True)
+
+
+FAILING = {
+    "Exiting": "the process died 2 times while the tracker was at work (exit status 7)",
+    "Crashing": "the process died 2 times while the tracker was at work (SIGSEGV)",
+    "Hanging": "hangs: more than 2 s in the tracker",
+    "Raising": "ValueError: planted",
+}
+
+
+def test_runs_that_die_hang_or_raise_are_a_line_each_and_the_others_are_measured(
+    cli: Cli, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """At frame 9 of a scene that begins in the blind place; before they did that, all were as the one beside them."""
+    monkeypatch.setattr("irtrack.cli.regress.FRAME_LIMIT_S", 2.0)
+    Path("blind.yaml").write_text(planted_failure.SCENE.replace("start: [4, 4]", "start: [34, 36]"))
+
+    def write_suite(**classes: str) -> None:
+        rows = [f"  - {{label: {name}, tracker: 'planted_failure:{kind}'}}\n" for name, kind in classes.items()]
+        Path("my-suite.yaml").write_text(f"sources: [blind.yaml]\nseeds: 1\ntrackers:\n{''.join(rows)}")
+
+    write_suite(beside="Offset", **dict.fromkeys(FAILING, "Offset"))
+    assert cli("my-suite.yaml", "--bless")[::2] == (0, "")
+    write_suite(beside="Offset", **{name: name for name in FAILING})
+    status, out, err = cli("my-suite.yaml")
+    assert status == 1
+    assert err.splitlines() == [
+        f"irtrack: {name} failed: blind, seed 0, frame 9: {why}" for name, why in sorted(FAILING.items())
+    ]
+    assert {line.split()[1] for line in out.splitlines()[1:-1]} == set(FAILING)
+    assert "my-suite.yaml: failed: 5 runs" in out
 
 
 @pytest.fixture(scope="module")

@@ -49,6 +49,13 @@ def test_the_hash_follows_what_is_typed(old: str, new: str) -> None:
     assert typed_hash(TYPED.replace(old, new)) != typed_hash(TYPED)
 
 
+def test_a_program_read_from_a_pipe_is_as_if_typed() -> None:
+    program = f"{TYPED}\nfrom irtrack.identity import code_hash\nprint(code_hash(Typed()))\n"
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    done = subprocess.run([sys.executable, "-"], input=program, env=env, capture_output=True, text=True, check=True)
+    assert len(done.stdout.strip()) == 32  # 16 bytes
+
+
 def test_the_hash_of_what_is_typed_does_not_depend_on_where() -> None:
     assert typed_hash(TYPED, 7) == typed_hash(TYPED)
     program = "import test_tracker_identity; print(test_tracker_identity.typed_hash(test_tracker_identity.TYPED))"

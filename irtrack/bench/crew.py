@@ -11,7 +11,7 @@ from functools import partial
 from queue import SimpleQueue
 from typing import Any
 
-from irtrack.bench.group import Group, Member, Outcome, run_group, timed_out
+from irtrack.bench.group import Group, Limit, Member, Outcome, run_group
 from irtrack.bench.reel import Reels
 from irtrack.errors import InputError, IrtrackError
 from irtrack.workers import Deaths, GoneError, NotSentError, Watched
@@ -20,13 +20,13 @@ from irtrack.workers import Deaths, GoneError, NotSentError, Watched
 class Crew(Executor):
     """`run_group` in worker processes, as many at a time as there are jobs.
 
-    A tracker that takes more than `limit_s` in all is stopped with its process, one whose processes
+    A tracker that takes more than its limit is stopped with its process, one whose processes
     die has failed; its companions are run again. With several jobs the calling script needs the guard
     ``if __name__ == "__main__"``.
     """
 
-    def __init__(self, jobs: int, limit_s: float | None) -> None:
-        self._wardens = [Warden(limit_s) for _ in range(jobs)]
+    def __init__(self, jobs: int, limit: Limit) -> None:
+        self._wardens = [Warden(limit) for _ in range(jobs)]
         self._free: SimpleQueue[Warden] = SimpleQueue()
         for warden in self._wardens:
             self._free.put(warden)
@@ -52,9 +52,9 @@ class Crew(Executor):
 
 
 @contextmanager
-def warden(limit_s: float | None) -> Iterator[Warden]:
+def warden(limit: Limit) -> Iterator[Warden]:
     """A warden, its process ended with the block."""
-    found = Warden(limit_s)
+    found = Warden(limit)
     try:
         yield found
     finally:
@@ -64,14 +64,14 @@ def warden(limit_s: float | None) -> Iterator[Warden]:
 class Warden:
     """One worker process at a time: another one is started where that one hangs or dies."""
 
-    def __init__(self, limit_s: float | None) -> None:
+    def __init__(self, limit: Limit) -> None:
         if multiprocessing.current_process().daemon:
             raise IrtrackError(
                 "a time limit takes workers that may start processes; allowed for dask: "
                 "DASK_DISTRIBUTED__WORKER__DAEMON=False dask worker ..."
             )
-        self.limit_s = limit_s
-        self._process = Watched(_begin, Board.EMPTY, limit_s)
+        self.limit = limit
+        self._process = Watched(_begin, Board.EMPTY, limit)
 
     def run(self, group: Group) -> list[Outcome]:
         """The outcomes of all members, in their order. What the source raises is passed on."""
@@ -81,16 +81,14 @@ class Warden:
             try:
                 found |= zip(left, self._process.ask(group.of(left)), strict=True)
             except NotSentError as error:
-                raise InputError(
-                    f"{group.name}: cannot be sent to a worker process: {error}; allowed: --jobs 1"
-                ) from None
+                raise InputError(f"{group.name}: cannot be sent to a worker process: {error}") from None
             except GoneError as gone:
                 if self._process.closed:
                     raise
                 number, frame, _ = gone.at
                 member = None if number < 0 else left[int(number)]
-                if member is not None and gone.hung and self.limit_s is not None:
-                    failure: str | None = timed_out(self.limit_s)
+                if member is not None and gone.hung:
+                    failure: str | None = self.limit.exceeded()
                 else:
                     failure = deaths.failure(member, gone.how)
                 if member is not None and failure is not None:
@@ -119,6 +117,6 @@ class Board:
         self._numbers[0] = -1
 
 
-def _begin(numbers: Any, limit_s: float | None) -> Callable[[Group], list[Outcome]]:
+def _begin(numbers: Any, limit: Limit) -> Callable[[Group], list[Outcome]]:
     """What a worker does with each group."""
-    return partial(run_group, limit_s=limit_s, watch=Board(numbers), reels=Reels())
+    return partial(run_group, limit=limit, watch=Board(numbers), reels=Reels())

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from time import monotonic
-from typing import Protocol
+from typing import Literal, Protocol
 
 from irsim.types import Box, Frame, Input, Source
 from irtrack.bench.cell import Cell, Key
@@ -70,6 +70,26 @@ class Group:
         return Cell(member.key, member.label, self.name, self.scene_hash, "ok", severity=self.severity)
 
 
+@dataclass(frozen=True)
+class Limit:
+    """What a tracker may take of wall time, rendering apart: in a whole run, or for each frame of it."""
+
+    seconds: float
+    of: Literal["run", "frame"]
+
+    def left(self, spent_s: float) -> float:
+        """How long the next frame may take where the run has taken so long, s."""
+        return self.seconds - spent_s * (self.of == "run")
+
+    def exceeded(self) -> str:
+        """What is said of a tracker that took longer."""
+        what = "timed out" if self.of == "run" else "hangs"
+        return f"{what}: more than {self.seconds:g} s in the tracker"
+
+
+NO_LIMIT = Limit(math.inf, "run")
+
+
 class Watch(Protocol):
     """Told when a tracker begins to work on a frame, and when it is done."""
 
@@ -91,13 +111,13 @@ class Unwatched:
 
 
 def run_group(
-    group: Group, limit_s: float | None = None, watch: Watch | None = None, reels: Reels | None = None
+    group: Group, limit: Limit = NO_LIMIT, watch: Watch | None = None, reels: Reels | None = None
 ) -> list[Outcome]:
     """Run all members of a group. A tracker that raises fails its own cell and no other.
 
-    limit_s   a tracker that takes more wall time than this in all, rendering apart, has timed out: that is
-              seen when it is done with a frame, so whoever must stop one that hangs gives a `watch`
-    reels     those of the groups before, where one process runs several
+    limit   that a tracker has taken longer is seen when it is done with a frame: whoever must stop one that hangs
+            gives a `watch`
+    reels   those of the groups before, where one process runs several
 
     What the source raises (a damaged recording) is passed on.
     """
@@ -108,7 +128,7 @@ def run_group(
     except IrtrackError as error:
         return [group.failed(member, str(error)) for member in group.members]
     attempts = [
-        _Attempt(Player(member.tracker, start, member.key.tracker_seed), number, limit_s, watch or Unwatched())
+        _Attempt(Player(member.tracker, start, member.key.tracker_seed), number, limit, watch or Unwatched())
         for number, member in enumerate(group.members)
     ]
     viewers = [attempt.see for attempt in attempts]
@@ -125,28 +145,23 @@ def run_group(
     ]
 
 
-def timed_out(limit_s: float) -> str:
-    """What is said of a tracker that took too long."""
-    return f"timed out: more than {limit_s:g} s in the tracker"
-
-
 class _Attempt:
     """A player whose tracker may fail: then it sees no more."""
 
-    def __init__(self, player: Player, number: int, limit_s: float | None, watch: Watch) -> None:
+    def __init__(self, player: Player, number: int, limit: Limit, watch: Watch) -> None:
         self.player = player
         self.failure: str | None = None
         self.at: int | None = None
         self._number = number
-        self._limit_s = math.inf if limit_s is None else limit_s
+        self._limit = limit
         self._spent_s = 0.0
         self._watch = watch
 
     def see(self, frame: Frame) -> None:
         if self.failure is not None:
             return
-        begin = monotonic()
-        self._watch.begin(self._number, frame.index, begin + self._limit_s - self._spent_s)
+        begin, left = monotonic(), self._limit.left(self._spent_s)
+        self._watch.begin(self._number, frame.index, begin + left)
         try:
             self.player.see(frame)
         except TrackerError as error:  # its own failure and nobody else's
@@ -154,6 +169,7 @@ class _Attempt:
         except IrtrackError as error:
             self.failure = str(error)
         self._watch.end()  # not where it raised what ends the process: that was it
-        self._spent_s += monotonic() - begin
-        if self.failure is None and self._spent_s > self._limit_s:
-            self.failure, self.at = timed_out(self._limit_s), frame.index
+        took = monotonic() - begin
+        self._spent_s += took
+        if self.failure is None and took > left:
+            self.failure, self.at = self._limit.exceeded(), frame.index

@@ -17,7 +17,7 @@ from irsim.types import Box, Input
 from irtrack.bench.asked import AnySource, Asked, SourceEntry
 from irtrack.bench.cell import Cell, Key, Run
 from irtrack.bench.crew import Crew, warden
-from irtrack.bench.group import Group, Member, Outcome, run_group
+from irtrack.bench.group import NO_LIMIT, Group, Limit, Member, Outcome, run_group
 from irtrack.bench.plan import Plan, Seeds, contestants, plans
 from irtrack.bench.reel import Reels
 from irtrack.bench.results import Results
@@ -40,6 +40,7 @@ def run_bench(
     jobs: int = 1,
     executor: Executor | None = None,
     time_limit_s: float | None = None,
+    frame_limit_s: float | None = None,
     input: Input = "display",
     target: str | None = None,
     init: tuple[Box, int] | None = None,
@@ -58,6 +59,7 @@ def run_bench(
               with a time limit, the calling script needs the guard ``if __name__ == "__main__"``
     executor  any executor in place of those processes, such as dask's; it is left open
     time_limit_s   a tracker that takes more wall time in one cell, rendering apart, is stopped: the cell failed
+    frame_limit_s  in place of it, the same for each frame
     target    id of the target to follow in every source; without it each source's own
     init      (box, frame) to start from, for sources without truth
     command   the command line that asked for this, for the report; None where Python code does
@@ -70,8 +72,7 @@ def run_bench(
     wanted = plans(sources, compared, Seeds.of(seeds, tracker_seeds), input, target, init)
     if jobs < 1:
         raise InputError(f"jobs {jobs}: allowed: 1 or more")
-    if time_limit_s is not None and not time_limit_s > 0:
-        raise InputError(f"time limit {time_limit_s:g} s: allowed: above 0")
+    limit = _limit(time_limit_s, frame_limit_s)
     kept = Results(results, create=True)
     try:
         with kept.transaction():
@@ -82,7 +83,7 @@ def run_bench(
         if progress is not None and total:
             progress(done, total)
         with kept.sweep():
-            for outcomes in _outcomes(groups, jobs, executor, time_limit_s):
+            for outcomes in _outcomes(groups, jobs, executor, limit):
                 with kept.transaction():
                     for cell, trace in outcomes:
                         kept.add(cell, trace)
@@ -96,6 +97,17 @@ def run_bench(
         kept.close()
         raise
     return kept
+
+
+def _limit(run_s: float | None, frame_s: float | None) -> Limit | None:
+    if run_s is not None and frame_s is not None:
+        raise InputError("a time limit for runs and one for frames: allowed: one of them")
+    seconds = frame_s if run_s is None else run_s
+    if seconds is None:
+        return None
+    if not seconds > 0:
+        raise InputError(f"time limit {seconds:g} s: allowed: above 0")
+    return Limit(seconds, "frame" if run_s is None else "run")
 
 
 def _missing(kept: Results, run: Run, plan: Plan, taken: set[Key]) -> Group:
@@ -114,15 +126,15 @@ def _missing(kept: Results, run: Run, plan: Plan, taken: set[Key]) -> Group:
 
 
 def _outcomes(
-    groups: list[Group], jobs: int, executor: Executor | None, limit_s: float | None
+    groups: list[Group], jobs: int, executor: Executor | None, limit: Limit | None
 ) -> Iterator[list[Outcome]]:
     """What each group gives, as they finish."""
     if executor is not None:
-        yield from _by(executor, run_alone if limit_s is None else partial(run_warded, limit_s=limit_s), groups)
-    elif limit_s is None and jobs == 1:
+        yield from _by(executor, run_alone if limit is None else partial(run_warded, limit=limit), groups)
+    elif limit is None and jobs == 1:
         yield from map(partial(run_alone, reels=Reels()), groups)
     elif groups:
-        with Crew(min(jobs, len(groups)), limit_s) as crew:
+        with Crew(min(jobs, len(groups)), limit or NO_LIMIT) as crew:
             try:
                 yield from _by(crew, run_group, groups)
             finally:
@@ -148,9 +160,9 @@ def run_alone(group: Group, reels: Reels | None = None) -> list[Outcome]:
         return run_group(group, reels=reels)
 
 
-def run_warded(group: Group, limit_s: float) -> list[Outcome]:
+def run_warded(group: Group, limit: Limit) -> list[Outcome]:
     """A group in a process of this one's own, which can be stopped."""
-    with warden(limit_s) as found:
+    with warden(limit) as found:
         return found.run(group)
 
 

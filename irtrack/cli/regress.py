@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -16,6 +17,7 @@ from irtrack.errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from irtrack.bench import Cell
     from irtrack.golden import Change
 
 
@@ -55,13 +57,22 @@ def _figures(suite: Path, bless: bool, jobs: int) -> dict[str, Any]:
         raise InputError(f"{suite}: allowed: a suite (*suite*.yaml) or a folder of kept failures")
     loaded, path = load_suite(suite), golden_file(suite)
     old = {} if bless and not path.exists() else read(path)
+    failed: list[str] = []
+
+    def tell(cell: Cell) -> None:
+        if cell.failure is not None:
+            where, *calls = cell.failure.strip().splitlines()
+            failed.append(" ".join([f"irtrack: {cell.label} failed: {where}", *calls[-1:]]))
+
     with terminal.progress_bar("regress") as progress:
-        new = measure(loaded, jobs, progress)
+        new = measure(loaded, jobs, progress, FRAME_LIMIT_S, tell)
+    if failed:
+        print("\n".join(sorted(failed)), file=sys.stderr)
     found = changes(old, new)
     if bless:
         write(new, path)
-    failed = any(each.verdict != "better" for each in found)
-    return {"place": str(suite), "checked": len(new), "failed": failed, "changes": found}
+    worse = any(each.verdict != "better" for each in found)
+    return {"place": str(suite), "checked": len(new), "failed": worse, "changes": found}
 
 
 def _failures(folder: Path, bless: bool, jobs: int) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from time import monotonic
 from typing import Any, Protocol, TypeVar
 
 from irtrack.bench.crew import Board
-from irtrack.bench.group import Group, Unwatched, Watch, run_group
+from irtrack.bench.group import Group, Limit, Unwatched, Watch, run_group
 from irtrack.errors import InputError, TrackerError
 from irtrack.workers import Deaths, GoneError, NotSentError, Watched
 
@@ -73,7 +73,7 @@ class Apart:
                         raise
                     at_work = gone.at[0] >= 0
                     if at_work and gone.hung:
-                        what: str | None = f"hangs: more than {limit_s:g} s in the tracker"
+                        what: str | None = Limit(limit_s, "frame").exceeded()
                     else:
                         what = deaths.failure("the tracker" if at_work else None, gone.how)
                     if what is not None:
