@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from io import TextIOWrapper
+from time import monotonic
 from typing import Annotated, Any, Protocol
 
 import typer
@@ -16,6 +17,10 @@ from irsim.errors import InputError, IrsimError
 
 INTERRUPTED = 130
 """Exit status after Ctrl-C, as shells have it: 128 and the signal's number."""
+
+
+DRAWN_EVERY_S = 0.1
+"""How often a bar is drawn at most: ten times a second, as rich itself does."""
 
 
 class StoppedError(Exception):
@@ -99,8 +104,11 @@ class Progress(Protocol):
 
 
 @contextmanager
-def progress_bar(label: str, total: int | None = None) -> Iterator[Progress | None]:
-    """A bar on standard error, with rate and time left; None where that is no terminal and nobody would see one."""
+def progress_bar(label: str, total: int | None = None, ticking: bool = True) -> Iterator[Progress | None]:
+    """A bar on standard error, with rate and time left; None where that is no terminal and nobody would see one.
+
+    ticking   it is drawn by a thread, ten times a second; else only when it moves: a debugger's prompt stays as it is
+    """
     if not sys.stderr.isatty():
         yield None
         return
@@ -115,11 +123,16 @@ def progress_bar(label: str, total: int | None = None) -> Iterator[Progress | No
         progress.TimeRemainingColumn(),
         progress.TextColumn("{task.fields[note]}"),
     )
-    with progress.Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    with progress.Progress(*columns, console=Console(stderr=True), transient=True, auto_refresh=ticking) as bar:
         task = bar.add_task(label, total=total, rate="", note="")
+        drawn = monotonic()
 
         def move(done: int, total: int | None = None, note: str = "") -> None:
+            nonlocal drawn
             speed = bar.tasks[0].speed
             bar.update(task, completed=done, total=total, rate="" if speed is None else f"{speed:.3g}/s", note=note)
+            if not ticking and monotonic() - drawn > DRAWN_EVERY_S:
+                bar.refresh()
+                drawn = monotonic()
 
         yield move

@@ -141,7 +141,7 @@ def run(
         last.where(where)
         see = last.watching(player.see)
         try:
-            with terminal.progress_bar(tracker) as progress:
+            with terminal.progress_bar(tracker, ticking=False) as progress:
                 truths = replay(opened, [see], looked_at, player.start.frame, progress=progress)
         except TrackerError as error:
             print("\n".join([f"irtrack: {error}", *error.calls().splitlines(), where]), file=sys.stderr)
