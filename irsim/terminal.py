@@ -41,6 +41,8 @@ def run(app: typer.Typer, name: str) -> None:
         status = app(prog_name=name, standalone_mode=False)
         if status == INTERRUPTED:  # typer's word for KeyboardInterrupt
             raise KeyboardInterrupt
+        if sys.stdout is not None:
+            sys.stdout.flush()  # here, where what goes wrong with it is told
         sys.exit(status)
     except (KeyboardInterrupt, typer.Abort, StoppedError) as stopped:
         print(f"{name}: {str(stopped) or 'stopped'}", file=sys.stderr)

@@ -5,14 +5,16 @@ from __future__ import annotations
 import ast
 import dataclasses
 import hashlib
+import importlib
 import importlib.util
 import inspect
 import math
 import re
 import sys
 from collections.abc import Iterator, Mapping
+from importlib.machinery import ModuleSpec
 from pathlib import Path
-from types import CodeType, FunctionType
+from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
 import numpy as np
@@ -121,23 +123,24 @@ def _plain(value: Any, place: str) -> Any:
 def code_hash(tracker: Tracker) -> str:
     """Hex digest of the source code that decides what the tracker does.
 
-    That is the file of its class and every irtrack module that this file imports, one through the
-    other; of a tracker that is not irtrack's, its own file counts and no other foreign one. A class
-    that has no file (typed into a prompt or a notebook) is told by its methods as they are compiled,
-    and by the functions and classes of the same prompt that they name.
+    That is the file of its class and every module that this file imports, one through the other, if it is irtrack's,
+    of the same package, or no installed one: what lies about in folders of its own changes from run to run, compiled
+    modules too. What is installed does not count, nor what code opens by itself (libraries by ctypes, weights). A class
+    that has no file (typed into a prompt or a notebook) is told by its methods as they are compiled, and by the
+    functions and classes that they name: of the same prompt, or in such files.
     """
     kind = _kind(tracker)
     file = source_file(kind)
     if file is None:
         digest = hashlib.blake2b(digest_size=16)
-        for part in sorted(_compiled(kind, kind.__module__, {})):
+        for part in sorted(set(_compiled(kind, kind.__module__, {}))):
             digest.update(part.encode() + b"\0")
         return digest.hexdigest()
     return _files_hash(_with_imports(file, kind.__module__))
 
 
 def module_code_hash(module: str) -> str:
-    """Hex digest of the source code of an irtrack module, and of every irtrack module that it imports."""
+    """Hex digest of the source code of an irtrack module, and of every one that it imports as in `code_hash`."""
     spec = importlib.util.find_spec(module)
     assert spec is not None
     assert spec.origin is not None
@@ -180,6 +183,17 @@ def _compiled(value: object, module: str, seen: dict[int, object]) -> Iterator[s
         yield f"{value.__qualname__}{value.__defaults__}{value.__kwdefaults__}{_instructions(value.__code__)}"
         for name in _names(value.__code__):
             yield from _named(name, value.__globals__.get(name), module, seen)
+    elif isinstance(value, type | FunctionType):
+        yield from _elsewhere(value.__module__)
+    elif isinstance(value, ModuleType):
+        yield from _elsewhere(value.__name__)
+
+
+def _elsewhere(module: str) -> Iterator[str]:
+    """What is imported into a prompt is told by its files."""
+    file = _counted_file(module, "")
+    if file is not None:
+        yield f"{module} {_files_hash(_with_imports(file, module))}"
 
 
 def _named(name: str, value: object, module: str, seen: dict[int, object]) -> Iterator[str]:
@@ -209,36 +223,60 @@ def _names(code: CodeType) -> Iterator[str]:
 
 
 def _with_imports(path: Path, module: str) -> set[Path]:
-    """The file and the files of all irtrack modules that it imports, directly or not."""
+    """The file and the files of all modules that count and that it imports, directly or not."""
     found = {path}
     waiting = [(path, module)]
     while waiting:
         path, module = waiting.pop()
         for name in _imported(path, module):
-            spec = importlib.util.find_spec(name)
-            if spec is not None and spec.origin is not None and Path(spec.origin) not in found:
-                found.add(Path(spec.origin))
-                waiting.append((Path(spec.origin), name))
+            file = _counted_file(name, module)
+            if file is not None and file not in found:
+                found.add(file)
+                waiting.append((file, name))
     return found
 
 
 def _imported(path: Path, module: str) -> Iterator[str]:
-    """Names of the irtrack modules that a file imports."""
+    """Names of what a file imports: modules, and names in modules that may be modules, too."""
+    if path.suffix != ".py":
+        return
+    package = module if path.name == "__init__.py" else module.rpartition(".")[0]
     for node in ast.walk(ast.parse(path.read_bytes())):
         if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names if _is_ours(alias.name))
-        elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module and _is_ours(node.module):
-            yield node.module
-            for alias in node.names:
-                below = f"{node.module}.{alias.name}"
-                if _is_package(node.module) and importlib.util.find_spec(below) is not None:
-                    yield below
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = ".".join(package.split(".")[: 1 - node.level or None]) if node.level else ""
+            origin = ".".join(part for part in (base, node.module) if part)
+            yield origin
+            yield from (f"{origin}.{alias.name}" for alias in node.names)
 
 
-def _is_ours(module: str) -> bool:
-    return module.split(".")[0] == "irtrack"
+def _counted_file(name: str, importer: str) -> Path | None:
+    """The file of a module whose code counts as that of a tracker in the module `importer`; None of another one."""
+    top = name.partition(".")[0]
+    if top in sys.stdlib_module_names or top == "irsim":
+        return None
+    package = _spec(top)
+    if package is None or (top not in ("irtrack", importer.partition(".")[0]) and _is_installed(package)):
+        return None  # and nothing below it is looked for: that would import it
+    spec = package if name == top else _spec(name)
+    if spec is None or spec.origin is None or not Path(spec.origin).is_file():
+        return None
+    return Path(spec.origin)
 
 
-def _is_package(module: str) -> bool:
-    spec = importlib.util.find_spec(module)
-    return spec is not None and spec.submodule_search_locations is not None
+def _spec(name: str) -> ModuleSpec | None:
+    """How a module would be imported, if it is one; the packages that it lies in are."""
+    parent = name.rpartition(".")[0]
+    try:
+        if parent and not hasattr(importlib.import_module(parent), "__path__"):
+            return None  # a name in a module
+        return importlib.util.find_spec(name)
+    except Exception:  # what a file names need not be there, and may raise anything
+        return None
+
+
+def _is_installed(package: ModuleSpec) -> bool:
+    """Does it lie where pip (site-packages) or Debian (dist-packages) put what they install?"""
+    places = [*(package.submodule_search_locations or ()), package.origin or ""]
+    return any(folder in Path(place).parts for place in places for folder in ("site-packages", "dist-packages"))

@@ -17,7 +17,7 @@ from types import ModuleType
 from typing import Any
 
 import pytest
-from bench_fakes import Breaker, Hanger, Killer, Logger, Raiser, Strip, Walker
+from bench_fakes import Breaker, Hanger, Killer, Logger, Raiser, Strip, Walker, steps
 from bench_rows import rows
 
 from irtrack.bench import Entry, Results, run_bench
@@ -102,6 +102,23 @@ def test_any_executor_gives_the_same_rows(tmp_path: Path, kind: Any, limit: floa
         assert executor.submit(abs, -1).result() == 1  # left open
     with run_bench([Strip()], entries, seeds=2, results=tmp_path / "whole.db") as results:
         assert rows(results) == found
+
+
+class Damaged(Strip):
+    """A source that breaks off."""
+
+    def frame(self, index: int, input: Any = "counts") -> Any:
+        raise InputError("damaged: frame 3")
+
+
+def test_after_an_error_an_executor_has_nothing_left_to_do(tmp_path: Path) -> None:
+    log = tmp_path / "log"
+    sources = [Damaged("damaged"), *(Strip(f"strip{number}") for number in range(20))]
+    with ThreadPoolExecutor(1) as executor:
+        with pytest.raises(InputError, match="damaged: frame 3"):
+            run_bench(sources, [Entry("log", Logger(log=str(log)))], results=tmp_path / "r.db", executor=executor)
+        assert executor.submit(abs, -1).result() == 1
+    assert all(count <= 2 for count in steps(log).values())  # what had begun; of twenty
 
 
 def test_what_cannot_be_sent_to_a_worker_is_one_line(tmp_path: Path) -> None:

@@ -43,6 +43,36 @@ def test_what_a_tracker_prints_is_no_part_of_the_document(made: Path, jobs: str)
         assert "seen 1" in err
 
 
+NATIVE = """
+import os
+
+class Printer:
+    def start(self, frame, box):
+        self.box = box
+
+    def step(self, frame):
+        os.write(1, b"from below\\n")
+        return self.box
+"""
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("run", "native:Printer", "sky", "frames=4"),
+        ("bench", "sky", "--trackers", "native:Printer", "--seeds", "1", "--results", "r.db"),
+        ("check", "native:Printer", "--only", "legal"),
+    ],
+    ids=lambda words: words[0],
+)
+def test_what_native_code_prints_is_no_part_of_the_document(tmp_path: Path, words: tuple[str, ...]) -> None:
+    (tmp_path / "native.py").write_text(NATIVE)
+    with start(tmp_path, *words, "--json") as process:
+        out, err = process.communicate(timeout=60)
+    assert json.loads(out)
+    assert "from below" in err
+
+
 CRASHING = """
 import ctypes
 

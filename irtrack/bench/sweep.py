@@ -8,6 +8,7 @@ from concurrent.futures import Executor, as_completed
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
+from weakref import WeakSet
 
 import cv2
 import numpy as np
@@ -142,16 +143,24 @@ def _outcomes(
 
 
 def _by(executor: Executor, task: Callable[[Group], list[Outcome]], groups: list[Group]) -> Iterator[list[Outcome]]:
-    # No name holds the futures: each is let go, with the tracks in it, when it has been yielded.
-    for future in as_completed([executor.submit(task, group) for group in groups]):
-        try:
-            found = future.result()
-        except IrtrackError:
-            raise
-        except Exception as error:
-            what = " ".join(f"{type(error).__name__}: {error}".split())
-            raise IrtrackError(f"a worker failed: {what}; finished cells are kept, run it again to go on") from error
-        yield found
+    futures = [executor.submit(task, group) for group in groups]
+    waiting, done = WeakSet(futures), as_completed(futures)
+    del futures  # each is let go, with the tracks in it, when it has been yielded
+    try:
+        for future in done:
+            try:
+                found = future.result()
+            except IrtrackError:
+                raise
+            except Exception as error:
+                what = " ".join(f"{type(error).__name__}: {error}".split())
+                raise IrtrackError(
+                    f"a worker failed: {what}; finished cells are kept, run it again to go on"
+                ) from error
+            yield found
+    finally:
+        for future in list(waiting):  # nobody listens: an executor of the caller's would go on with them
+            future.cancel()
 
 
 def run_alone(group: Group, reels: Reels | None = None) -> list[Outcome]:

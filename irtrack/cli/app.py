@@ -20,7 +20,7 @@ from irtrack.cli.compare import compare
 from irtrack.cli.falsify import falsify
 from irtrack.cli.last_words import last_words
 from irtrack.cli.options import AsJson, FilledResults, InputName, command_line, input_name
-from irtrack.cli.output import print_json, print_run
+from irtrack.cli.output import keep_output, print_json, print_run
 from irtrack.cli.regress import regress
 from irtrack.cli.sources import sources
 from irtrack.cli.stress import stress
@@ -41,6 +41,7 @@ app = typer.Typer(
 
 def main() -> None:
     """The command `irtrack`."""
+    keep_output()
     terminal.run(app, "irtrack")
 
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from irsim import terminal
-from irsim.files import make_folder
+from irsim.files import check_output, make_folder, replacing_text
 from irtrack.cli.options import FRAME_LIMIT_S, AsJson, FrameLimit, names
 from irtrack.cli.output import print_json, print_table
 from irtrack.errors import InputError
@@ -40,14 +40,16 @@ def check(
     """Try the properties that any tracker should have; print which hold, and the least example that breaks one."""
     effort, wanted = _profile(profile), names("--only", only)
     from irtrack.bench import parse_tracker_spec
+    from irtrack.properties import PROPERTIES
     from irtrack.properties import check as checked
 
     made = parse_tracker_spec(tracker).tracker
     if output is not None:
         make_folder(output)
+        for name in PROPERTIES:
+            check_output(output / f"{name}.yaml")
     with terminal.progress_bar(tracker) as progress:
         outcomes = checked(made, profile=effort, only=wanted, limit_s=time_limit, progress=progress)
-    written = _write(outcomes, output)
     repeat = _repeated(tracker, profile, time_limit)
     broken = [outcome for outcome in outcomes if outcome.verdict == "broken"]
     if as_json:
@@ -55,7 +57,8 @@ def check(
         print_json({"tracker": tracker, "profile": profile, "holds": not broken, "properties": rows})
     else:
         _print(outcomes, repeat)
-        for path in written:
+    for path in _write(outcomes, output):
+        if not as_json:
             print(f"wrote {path}")
     if broken:
         raise typer.Exit(1)
@@ -124,14 +127,13 @@ def _scene(text: str) -> str:
     return ", ".join([*told, f"NETD {scenario.camera.netd_mk:g} mK", f"seed {scenario.seed}"])
 
 
-def _write(outcomes: Sequence[Outcome], folder: Path | None) -> list[Path]:
-    """The scenes of the least examples, as files in a folder that is there."""
+def _write(outcomes: Sequence[Outcome], folder: Path | None) -> Iterator[Path]:
+    """The scenes of the least examples, as files in a folder that is there; each when it is written."""
     if folder is None:
-        return []
-    written = []
+        return
     for outcome in outcomes:
         if outcome.verdict == "broken" and outcome.scenario is not None:
             path = folder / f"{outcome.property.name}.yaml"
-            path.write_text(outcome.scenario)
-            written.append(path)
-    return written
+            with replacing_text(path) as file:
+                file.write(outcome.scenario)
+            yield path

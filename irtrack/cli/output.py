@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -13,6 +14,23 @@ if TYPE_CHECKING:
     from irtrack.types import Track
 
 NOTHING = "-"
+
+_STDOUT, _STDERR = 1, 2
+
+
+def keep_output() -> None:
+    """Standard output is the command's alone: what native code of a tracker writes there (printf, std::cout) goes to
+    standard error, from worker processes, too. What Python prints there, `irtrack.replay` redirects."""
+    try:
+        if sys.stdout.fileno() != _STDOUT:
+            return
+        sys.stdout.flush()
+        own = os.dup(_STDOUT)
+        os.dup2(_STDERR, _STDOUT)
+    except (AttributeError, OSError, ValueError):  # one of the two is closed
+        return
+    old = sys.stdout
+    sys.stdout = open(own, "w", encoding=old.encoding, errors=old.errors, buffering=1 if old.isatty() else -1)  # noqa: SIM115
 
 
 def print_json(value: Any) -> None:

@@ -13,7 +13,6 @@ import irsim
 from irsim.files import replacing_text
 from irtrack.errors import InputError
 from irtrack.falsify.apart import NO_LIMIT_S, Run, here
-from irtrack.falsify.rules import margin
 from irtrack.falsify.trial import Subject, Verdict, examine, judge
 from irtrack.identity import code_hash, module_code_hash, tracker_config
 from irtrack.metrics import Trace
@@ -39,7 +38,7 @@ class Trials:
                 code_hash(subject.tracker),
                 subject.input,
                 [[rule.kind, rule.model_dump()] for rule in subject.rules],
-                module_code_hash(margin.__module__),
+                module_code_hash(judge.__module__),
             ],
             sort_keys=True,
         )
