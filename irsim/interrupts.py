@@ -1,7 +1,9 @@
-"""How worker processes start: with Ctrl-C, which a terminal sends to them too, and in scripts without a guard."""
+"""How worker processes start, with Ctrl-C, which a terminal sends to them too, and in scripts without a guard; how they
+end with their parent."""
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import pickle
 import signal
@@ -10,6 +12,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from multiprocessing import resource_tracker
+from multiprocessing.connection import wait
 from typing import Any
 
 
@@ -70,7 +73,7 @@ def _put_off() -> Iterator[None]:
 
 
 def beginning(function: Callable[..., None], *arguments: Any) -> dict[str, Any]:
-    """Options of a ProcessPoolExecutor whose workers first call `function(*arguments)`.
+    """Options of a ProcessPoolExecutor whose workers first call `function(*arguments)`, and end with their parent.
 
     Ctrl-C ends such a worker at once and silently, also while it still imports what the function takes; its parent
     tells of it.
@@ -80,6 +83,7 @@ def beginning(function: Callable[..., None], *arguments: Any) -> dict[str, Any]:
 
 def _begin(pickled: bytes) -> None:
     _answer(lambda *_: os._exit(130))
+    end_with_parent()
     function, arguments = pickle.loads(pickled)
     function(*arguments)
 
@@ -93,3 +97,16 @@ def _answer(handler: Any) -> None:
     signal.signal(signal.SIGINT, handler)
     if sys.platform != "win32":
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+
+
+def end_with_parent() -> None:
+    """In a worker: it ends as soon as its parent has ended, by whatever; else one at work would go on, and one that
+    waits would wait for ever."""
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        wait([parent.sentinel])
+        os._exit(1)

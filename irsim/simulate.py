@@ -14,7 +14,7 @@ from itertools import chain
 
 from irsim.cards import source_card, source_line
 from irsim.display import Agc, Screen
-from irsim.errors import IrsimError
+from irsim.errors import InputError, IrsimError
 from irsim.interrupts import beginning, interrupts_held
 from irsim.loader import dumps
 from irsim.render import Renderer
@@ -166,8 +166,10 @@ class Chunk:
 def chunks(scenario: Scenario, wanted: Sequence[int], jobs: int) -> Iterator[Chunk]:
     """Chunks of the wanted frames, in order, by `jobs` worker processes; a few wait ahead at most.
 
-    IrsimError where a worker dies.
+    IrsimError where a worker dies; InputError for fewer jobs than one.
     """
+    if jobs < 1:
+        raise InputError(f"jobs {jobs}: allowed: 1 or more")
     context = multiprocessing.get_context("spawn")  # safe with threads, the same on every system
     pending: deque[Future[Chunk]] = deque()
     with ProcessPoolExecutor(jobs, mp_context=context, **beginning(_prepare, scenario)) as pool:

@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from multiprocessing.connection import Connection, wait
+from multiprocessing.connection import Connection
 from multiprocessing.reduction import ForkingPickler
 from time import monotonic
 from typing import Any, Protocol, TypeVar
@@ -19,7 +19,7 @@ from typing import Any, Protocol, TypeVar
 import cv2
 import numpy as np
 
-from irsim.interrupts import ignore_interrupts, interrupts_held
+from irsim.interrupts import end_with_parent, ignore_interrupts, interrupts_held
 from irtrack.errors import IrtrackError, how_it_ended, told
 
 Item = TypeVar("Item")
@@ -80,7 +80,7 @@ def begin_worker() -> None:
     """What every worker does first: one thread, and an end with its parent."""
     cv2.setNumThreads(1)
     np.random.seed()  # noqa: NPY002 - of trackers that draw from it, which all copies of the fork server share
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    end_with_parent()
 
 
 class GoneError(Exception):
@@ -283,11 +283,3 @@ class Deaths:
         if self._of[who] < MOST_DEATHS:
             return None
         return f"the process died {MOST_DEATHS} times while the tracker was at work ({how})"
-
-
-def _end_with_parent() -> None:
-    """A worker at work would go on after its parent was killed."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        wait([parent.sentinel])
-        os._exit(1)

@@ -1,4 +1,5 @@
-"""How workers start: Ctrl-C meanwhile, a signal to the whole group, as a terminal does; scripts without a guard."""
+"""How workers start: Ctrl-C meanwhile, a signal to the whole group, as a terminal does; scripts without a guard. How
+they end with a parent that is killed."""
 
 from __future__ import annotations
 
@@ -10,10 +11,13 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
+from processes import runs, wait_until
 
+import irsim
 from irsim.interrupts import interrupts_held
 from irtrack import Results
 
@@ -112,6 +116,34 @@ def test_ctrl_c_while_all_starts_is_one_line(
             assert results.cells() == []
 
 
+@pytest.mark.parametrize(("words", "count"), [(RENDER, 3), (BENCH, 4)], ids=["render", "bench"])
+def test_workers_end_with_a_parent_that_is_killed(tmp_path: Path, words: tuple[str, ...], count: int) -> None:
+    """It and two workers have numpy, and with irtrack the server that they are copies of; all else goes with them."""
+    (tmp_path / "scene.yaml").write_text(SCENE)
+    process = subprocess.Popen([sys.executable, "-m", *words], cwd=tmp_path, start_new_session=True)
+    try:
+        wait_until(lambda: sum(map(importing, group(process.pid))) == count)
+        process.kill()
+        process.wait()
+        wait_until(lambda: not group(process.pid))
+    finally:
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+
+
+def group(leader: int) -> list[int]:
+    """The processes that run in a group, whether its leader still does or not."""
+    pids = [int(path.name) for path in PROC.glob("[0-9]*")]
+    return [pid for pid in pids if group_of(pid) == leader and runs(pid)]
+
+
+def group_of(pid: int) -> int | None:
+    try:
+        return os.getpgid(pid)
+    except OSError:  # it has just ended
+        return None
+
+
 @pytest.mark.parametrize(
     "call",
     [
@@ -131,3 +163,9 @@ def test_a_script_without_the_guard_is_told_so_in_one_line(call: str, tmp_path: 
     assert set(own.splitlines()) == {hint}
     assert len(own.splitlines()) <= 2  # one of each worker that was started at once
     assert "a worker process died" in parents.splitlines()[-1] or "as it began" in parents.splitlines()[-1]
+
+
+@pytest.mark.parametrize("jobs", [0, -1])
+def test_fewer_workers_than_one_are_an_input_error(jobs: int) -> None:
+    with pytest.raises(irsim.InputError, match=f"jobs {jobs}: allowed: 1 or more"):
+        next(irsim.frames(irsim.load("sky"), jobs=jobs))
