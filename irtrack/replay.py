@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -53,8 +54,9 @@ class Player:
         """Show the tracker the next frame.
 
         What it prints goes to standard error: standard output is the caller's. TrackerError for what it
-        raises, also where it would end the program, and for what is no estimate; an irsim or irtrack
-        error, such as a shipped tracker's InputError for a frame of another size, is passed on.
+        raises, also where it would end the program (KeyboardInterrupt: in workers), and for what is no
+        estimate; an irsim or irtrack error, such as a shipped tracker's InputError for a frame of another
+        size, is passed on.
         """
         rng = stream(self.seed, self.name, self.start.target or "init", frame.index)
         place = f"{self.name}: frame {frame.index}"
@@ -70,7 +72,9 @@ class Player:
                 took_cpu, took = time.process_time() - begin_cpu, time.perf_counter() - begin
         except IrtrackError:
             raise
-        except (Exception, SystemExit) as error:
+        except (Exception, SystemExit, KeyboardInterrupt) as error:
+            if isinstance(error, KeyboardInterrupt) and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
+                raise  # Ctrl-C; where that is ignored, the tracker raised it
             raise TrackerError(f"{place}: {told(error)}") from error
         if not (isinstance(answer, tuple) and len(answer) == 2):
             raise TrackerError(f"{place}: step gave {_named(answer)}; allowed: (state, Estimate)")

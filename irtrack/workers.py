@@ -89,11 +89,12 @@ class GoneError(Exception):
     at        its board then
     overdue   it was ended, for it took too long;  moved  its board changed while it was: it may just have gone on
     how       how it ended, in words
+    went_on   its pipe was closed and yet it did not end: its board says nothing of who closed that
     """
 
-    def __init__(self, at: tuple[float, ...], overdue: bool, moved: bool, how: str) -> None:
+    def __init__(self, at: tuple[float, ...], overdue: bool, moved: bool, how: str, went_on: bool = False) -> None:
         super().__init__(how)
-        self.at, self.overdue, self.moved, self.how = at, overdue, moved, how
+        self.at, self.overdue, self.moved, self.how, self.went_on = at, overdue, moved, how, went_on
 
     @property
     def hung(self) -> bool:
@@ -112,8 +113,8 @@ class Watched:
     """A process that does what it is asked, and says on a board of numbers what it is at; the last of them is the
     `time.monotonic()` by which it must have gone on.
 
-    In it begin(board, *given) gives what is called with each piece of work; `board` holds the numbers given here to
-    begin with. It is started when there is work, and another one when there is more after it was lost.
+    In it begin(board, *given) gives what is called with each piece of work; `board` then holds the numbers given here.
+    It is started when there is work, and another one when there is more after it was lost.
     """
 
     def __init__(self, begin: Callable[..., Callable[[Any], Any]], board: Sequence[float], *given: object) -> None:
@@ -171,6 +172,7 @@ class _Process:
             theirs.close()
 
     def send(self, sent: bytes) -> None:
+        self._board[:] = self._empty
         try:
             self._pipe.send_bytes(sent)
         except OSError:
@@ -198,7 +200,8 @@ class _Process:
                 f"a worker process ended as it began ({how_it_ended(code)}): what it imports ends it; a script that "
                 'asks for workers is imported too, and needs the guard if __name__ == "__main__":'
             ) from None
-        return GoneError(at, overdue, moved, how_it_ended(code))
+        how = "it closed its pipe and went on" if code is None else how_it_ended(code)
+        return GoneError(at, overdue, moved, how, went_on=code is None)
 
     def kill(self) -> None:
         self._process.kill()
@@ -264,22 +267,28 @@ MOST_DEATHS = 2
 
 
 class Deaths:
-    """Who was at work when processes died over one piece of work."""
+    """On whom processes died over one piece of work; `name` is what messages call that."""
 
-    def __init__(self) -> None:
+    def __init__(self, name: str = "") -> None:
         self._of: Counter[object] = Counter()
+        self._name = name
 
-    def failure(self, who: object | None, how: str) -> str | None:
-        """What is said of whom they died on; None where it is to be tried again. IrtrackError where nobody (None) was
-        at work, more than twice."""
+    def failure(self, who: object | None, how: str, at_work: bool = True) -> str | None:
+        """What is said of whom they died on; None where it is to be tried again.
+
+        at_work   it was at work then; else it had been, and nobody beside it
+
+        IrtrackError where they died on nobody (None), more than twice.
+        """
         self._of[who] += 1
         if who is None:
             if self._of[who] > MOST_DEATHS:
                 raise IrtrackError(
-                    f"a worker process died again and again while no tracker was at work ({how}); finished runs are "
-                    "kept, run it again to go on"
+                    f"{self._name and f'{self._name}: '}a worker process died again and again while no tracker was at "
+                    f"work ({how}); finished runs are kept, run it again to go on"
                 ) from None
             return None
         if self._of[who] < MOST_DEATHS:
             return None
-        return f"the process died {MOST_DEATHS} times while the tracker was at work ({how})"
+        when = "while the tracker was at work" if at_work else "after the tracker had been at work"
+        return f"the process died {MOST_DEATHS} times {when} ({how})"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import threading
 import time
 from collections import Counter
 from collections.abc import Iterator
@@ -14,6 +15,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from irsim.types import Box, Frame, Input, Source, TargetTruth, Truth
+from irtrack.replay import BLOCK_FRAMES
 from irtrack.types import Estimate
 
 
@@ -47,6 +49,20 @@ class Strip(Source):
             center = (10.0 + index, 20.0)
             target = TargetTruth("a", center, Box(*center, 4.0, 3.0), visible=self.visible[index])
             yield Truth(index, index / self.rate_hz, (target,))
+
+
+class Mute(Strip):
+    """Its process dies while it gives frames."""
+
+    def frame(self, index: int, input: Any = "counts") -> Any:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+
+class LateMute(Mute):
+    """It dies when trackers have seen a block of frames."""
+
+    def frame(self, index: int, input: Any = "counts") -> Any:
+        return super().frame(index, input) if index == BLOCK_FRAMES else Strip.frame(self, index, input)
 
 
 @dataclass(frozen=True)
@@ -184,6 +200,27 @@ class SaysTwo(Says):
 
 class SaysText(Says):
     answer = "1234"
+
+
+@dataclass(frozen=True)
+class Closer(Walker):
+    """Closes all files of its process at frame `at`: that can give no answer any more."""
+
+    at: int = 5
+
+    def step(self, state: Box, frame: Frame, rng: np.random.Generator) -> tuple[Box, Estimate]:
+        if frame.index == self.at:
+            os.closerange(0, 100)
+        return super().step(state, frame, rng)
+
+
+@dataclass(frozen=True)
+class Threader(Walker):
+    """Starts a thread that goes on, and holds up the end of its process."""
+
+    def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> Box:
+        threading.Thread(target=time.sleep, args=(600,)).start()
+        return super().init(frame, box, rng)
 
 
 @dataclass(frozen=True)

@@ -17,13 +17,14 @@ from types import ModuleType
 from typing import Any
 
 import pytest
-from bench_fakes import Breaker, Hanger, Killer, Logger, Raiser, Strip, Walker, steps
+from bench_fakes import Breaker, Closer, Hanger, Killer, LateMute, Logger, Mute, Raiser, Strip, Threader, Walker, steps
 from bench_rows import rows
 
 from irtrack.bench import Entry, Results, run_bench
 from irtrack.bench.group import Limit, run_group
 from irtrack.bench.plan import Seeds, contestants, plans
 from irtrack.errors import InputError, IrtrackError
+from irtrack.replay import BLOCK_FRAMES
 
 FINE = Entry("fine", Walker(jitter=1.0))
 
@@ -61,12 +62,50 @@ def test_a_tracker_that_kills_its_process_fails_alone(tmp_path: Path) -> None:
     assert [cell.status for cell in cells if cell.label == "fine"] == ["ok"]
 
 
-def test_a_tracker_that_interrupts_its_worker_fails_alone(tmp_path: Path) -> None:
+def test_a_tracker_that_raises_what_ctrl_c_does_fails_as_any_that_raises(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """In workers, where Ctrl-C is ignored; in this process it stops."""
     entries = [FINE, Entry("raiser", Raiser(what="interrupt"))]
     with run_bench([Strip()], entries, jobs=2, results=tmp_path / "r.db") as results:
         fine, raiser = results.cells()
     assert fine.status == "ok"
-    assert (raiser.failure or "").startswith("strip, seed 0, frame 5: the process died 2 times while the tracker was")
+    assert (raiser.failure or "").startswith("strip, seed 0, frame 5:\nTraceback")
+    assert (raiser.failure or "").endswith("\nKeyboardInterrupt")
+    assert capfd.readouterr() == ("", "")
+    with pytest.raises(KeyboardInterrupt):
+        run_bench([Strip()], entries, results=tmp_path / "here.db")
+
+
+@pytest.mark.parametrize("beside", [Walker(), Threader()], ids=["ends", "goes on"])
+def test_a_tracker_that_leaves_its_process_unable_to_answer_fails_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, beside: Walker
+) -> None:
+    """Where one beside it holds up the process's end, too."""
+    monkeypatch.setattr("irtrack.workers.END_S", 0.5)
+    entries = [FINE, Entry("closer", Closer()), Entry("beside", beside)]
+    with run_bench([Strip()], entries, seeds=2, jobs=2, results=tmp_path / "r.db") as results:
+        cells = results.cells()
+    failures = {f"{cell.label} {cell.key.tracker_seed}": cell.failure for cell in cells if cell.failure}
+    assert failures == {
+        f"closer {seed}": f"strip, seed {seed}, frame 19: the process died 2 times after the tracker had been at work "
+        "(exit status 1)"
+        for seed in (0, 1)
+    }
+    assert sorted(cell.label for cell in cells) == ["beside", "beside", "closer", "closer", "fine", "fine"]
+
+
+def test_a_process_that_closes_its_pipe_and_goes_on_is_told_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("irtrack.workers.END_S", 0.5)
+
+    with run_bench([Strip()], [Entry("both", Stayer())], jobs=2, results=tmp_path / "r.db") as results:
+        (cell,) = results.cells()
+    said = "the process died 2 times after the tracker had been at work (it closed its pipe and went on)"
+    assert cell.failure == f"strip, seed 0, frame 19: {said}"
+
+
+class Stayer(Closer, Threader):
+    """Both of it."""
 
 
 def test_a_worker_killed_by_chance_loses_nothing(tmp_path: Path) -> None:
@@ -78,16 +117,16 @@ def test_a_worker_killed_by_chance_loses_nothing(tmp_path: Path) -> None:
         assert rows(results) == killed
 
 
-class Mute(Strip):
-    """Its process dies while it gives frames."""
-
-    def frame(self, index: int, input: Any = "counts") -> Any:
-        os.kill(os.getpid(), signal.SIGKILL)
-
-
 def test_a_source_that_kills_every_worker_ends_the_bench(tmp_path: Path) -> None:
     with pytest.raises(IrtrackError, match=r"died again and again while no tracker was at work \(SIGKILL\); finished"):
         run_bench([Mute()], [FINE], jobs=2, results=tmp_path / "r.db")
+
+
+@pytest.mark.parametrize("entries", [[FINE], [FINE, Entry("other", Walker())]], ids=["one", "two"])
+def test_a_source_that_kills_late_is_not_blamed_on_a_tracker(tmp_path: Path, entries: list[Entry]) -> None:
+    late = LateMute(visible=(1.0,) * (BLOCK_FRAMES + 1))
+    with pytest.raises(IrtrackError, match=r"^strip: a worker process died again and again while no tracker was at"):
+        run_bench([late], entries, jobs=2, results=tmp_path / "r.db")
 
 
 @pytest.mark.parametrize(

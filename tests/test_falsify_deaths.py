@@ -10,16 +10,17 @@ from pathlib import Path
 import numpy as np
 import planted_failure
 import pytest
-from bench_fakes import Killer
+from bench_fakes import Closer, Killer, LateMute, Strip, Walker
 
 import irsim
 from irtrack.cli import main
-from irtrack.errors import InputError
+from irtrack.errors import InputError, IrtrackError
 from irtrack.falsify import Failure, find_failure, kept_failures, revisit
 from irtrack.falsify.apart import Run, apart
 from irtrack.falsify.rules import rules_of
 from irtrack.falsify.trial import ENDS, RAISES, Subject, examine
 from irtrack.falsify.trials import Trials
+from irtrack.replay import BLOCK_FRAMES
 from irtrack.workers import in_order
 
 SCENE = "".join(
@@ -170,6 +171,22 @@ def test_a_worker_killed_by_chance_breaks_nothing(processes: Callable[[float], R
     verdict, _ = examine(subject(chance), irsim.Rendering(broken_scene()), 1, processes(LIMIT_S))
     assert (tmp_path / "killed").exists()
     assert verdict.raised is None
+
+
+def test_a_tracker_that_leaves_its_process_unable_to_answer_breaks_the_scene(
+    processes: Callable[[float], Run],
+) -> None:
+    verdict, _ = examine(subject(Closer()), Strip(), 1, processes(LIMIT_S))
+    assert verdict.broken == ENDS
+    assert verdict.raised == (
+        "bench_fakes:Closer: frame 19: the process died 2 times after the tracker had been at work (exit status 1)"
+    )
+
+
+def test_a_source_that_kills_late_is_not_blamed_on_a_tracker(processes: Callable[[float], Run]) -> None:
+    late = LateMute(visible=(1.0,) * (BLOCK_FRAMES + 1))
+    with pytest.raises(IrtrackError, match="died again and again while no tracker was at work"):
+        examine(subject(Walker()), late, 1, processes(LIMIT_S))
 
 
 def drawn(_: object) -> float:

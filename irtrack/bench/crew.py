@@ -21,7 +21,8 @@ class Crew(Executor):
     """`run_group` in worker processes, as many at a time as there are jobs.
 
     A tracker that takes more than its limit is stopped with its process, one whose processes
-    die has failed; its companions are run again. With several jobs the calling script needs the guard
+    die has failed; its companions are run again. Where a process dies and nobody was at work, they are run one at a
+    time: one of them may have left it unable to go on. With several jobs the calling script needs the guard
     ``if __name__ == "__main__"``.
     """
 
@@ -76,24 +77,41 @@ class Warden:
     def run(self, group: Group) -> list[Outcome]:
         """The outcomes of all members, in their order. What the source raises is passed on."""
         found: dict[Member, Outcome] = {}
-        deaths = Deaths()
+        deaths, together = Deaths(group.name), True
         while left := [member for member in group.members if member not in found]:
+            asked = left if together else left[:1]
             try:
-                found |= zip(left, self._process.ask(group.of(left)), strict=True)
+                found |= zip(asked, self._process.ask(group.of(asked)), strict=True)
             except NotSentError as error:
                 raise InputError(f"{group.name}: cannot be sent to a worker process: {error}") from None
             except GoneError as gone:
                 if self._process.closed:
                     raise
-                number, frame, _ = gone.at
-                member = None if number < 0 else left[int(number)]
-                if member is not None and gone.hung:
+                number, frame = Board.read(gone)
+                if number is None and len(asked) > 1:
+                    together = False
+                    continue
+                member = None if frame is None else asked[number or 0]
+                if number is not None and gone.hung:
                     failure: str | None = self.limit.exceeded()
                 else:
-                    failure = deaths.failure(member, gone.how)
+                    failure = deaths.failure(member, gone.how, number is not None)
                 if member is not None and failure is not None:
-                    found[member] = group.failed(member, failure, int(frame))
+                    if number is None:
+                        self._run_without_trackers(group)
+                    found[member] = group.failed(member, failure, frame)
         return [found[member] for member in group.members]
+
+    def _run_without_trackers(self, group: Group) -> None:
+        """IrtrackError where the source ends processes by itself."""
+        deaths, done = Deaths(group.name), False
+        while not done:
+            try:
+                done = self._process.ask(group.of(())) == []
+            except GoneError as gone:
+                if self._process.closed:
+                    raise
+                deaths.failure(None, gone.how)
 
     def close(self) -> None:
         """End the process, whatever it is at; a warden that is waiting for it raises."""
@@ -101,9 +119,10 @@ class Warden:
 
 
 class Board:
-    """What a worker is at, in memory that its parent sees: member (-1: none), frame, when it must be done."""
+    """What a worker is at, in memory that its parent sees: member (-1: none), the frame that one is at, or was last
+    (-1: none was), when it must be done."""
 
-    EMPTY = (-1.0, 0.0, math.inf)
+    EMPTY = (-1.0, -1.0, math.inf)
 
     def __init__(self, numbers: Any) -> None:
         self._numbers = numbers
@@ -115,6 +134,13 @@ class Board:
     def end(self) -> None:
         self._numbers[2] = math.inf
         self._numbers[0] = -1
+
+    @staticmethod
+    def read(gone: GoneError) -> tuple[int | None, int | None]:
+        """Who was at work when the process was lost, None where nobody was; at which frame somebody was last, None
+        where nobody had been."""
+        number, frame = map(int, gone.at[:2])
+        return None if number < 0 or gone.went_on else number, None if frame < 0 else frame
 
 
 def _begin(numbers: Any, limit: Limit) -> Callable[[Group], list[Outcome]]:

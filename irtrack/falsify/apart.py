@@ -36,13 +36,15 @@ def here(function: Callable[..., Outcome], *given: object) -> Outcome:
 class LostError(TrackerError):
     """A tracker's process died at a frame, or was ended there.
 
+    frame      where it was, or had been last
     what       came of it, without the frame
     limit_s    what the tracker might take for a frame, s
+    at_work    it was at work then; else it had been, and the source may have done it
     """
 
-    def __init__(self, frame: int, what: str, limit_s: float) -> None:
+    def __init__(self, frame: int, what: str, limit_s: float, at_work: bool) -> None:
         super().__init__(f"frame {frame}: {what}")
-        self.frame, self.what, self.limit_s = frame, what, limit_s
+        self.frame, self.what, self.limit_s, self.at_work = frame, what, limit_s, at_work
 
 
 class Apart:
@@ -71,13 +73,14 @@ class Apart:
                 except GoneError as gone:
                     if watched.closed:
                         raise
-                    at_work = gone.at[0] >= 0
+                    number, frame = Board.read(gone)
+                    at_work = number is not None
                     if at_work and gone.hung:
                         what: str | None = Limit(limit_s, "frame").exceeded()
                     else:
-                        what = deaths.failure("the tracker" if at_work else None, gone.how)
-                    if what is not None:
-                        raise LostError(int(gone.at[1]), what, limit_s) from None
+                        what = deaths.failure(None if frame is None else "the tracker", gone.how, at_work)
+                    if frame is not None and what is not None:
+                        raise LostError(frame, what, limit_s, at_work) from None
         finally:
             self._free.put(watched)
 
@@ -121,6 +124,8 @@ class Groups(Executor):
         try:
             future.set_result(self._run(_run_group, group))
         except LostError as lost:
+            if not lost.at_work:
+                self._run(_run_group, group.of(()))  # raises where the source ends processes by itself
             future.set_result([group.failed(member, lost.what, lost.frame)])
         return future
 

@@ -78,6 +78,8 @@ def examine(subject: Subject, source: Source, seed: int, run: Run = here) -> tup
     try:
         return run(_examined, subject, source, seed)
     except LostError as lost:
+        if not lost.at_work:
+            run(_drawn, source, subject.input)  # raises where the source ends processes by itself
         return Verdict(_untried(subject).margins, f"{tracker_name(subject.tracker)}: {lost}", lost.limit_s), ()
 
 
@@ -98,6 +100,11 @@ def _examined(watch: Watch, subject: Subject, source: Source, seed: int) -> tupl
         found[target] = Trace.of(player.track(source, subject.input), Reference.of(truths, start.target))
     of_rules = tuple(found[rule.target] for rule in subject.rules)
     return Verdict(tuple(margin(rule, trace) for rule, trace in zip(subject.rules, of_rules, strict=True))), of_rules
+
+
+def _drawn(_: Watch, source: Source, input: Input) -> None:
+    """The source's frames, shown to nobody."""
+    replay(source, [], input, 0)
 
 
 def _untried(subject: Subject) -> Verdict:

@@ -14,7 +14,7 @@ import numpy as np
 from hypothesis.configuration import set_hypothesis_home_dir
 
 from irsim.types import Box, Frame
-from irtrack.errors import InputError
+from irtrack.errors import InputError, told
 from irtrack.properties.examining import Outcome, Profile, examined
 from irtrack.properties.table import PROPERTIES, Property
 from irtrack.types import Estimate, Tracker, resumable
@@ -79,6 +79,8 @@ class Timed:
         self.at[:] = frame.index, monotonic() + self.limit_s
         try:
             return work()
+        except KeyboardInterrupt as error:  # Ctrl-C is ignored here: the tracker raised it
+            raise RuntimeError(told(error)) from error
         finally:
             self.at[1] = math.inf
 
