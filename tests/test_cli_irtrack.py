@@ -43,6 +43,18 @@ def test_run_prints_scores_and_a_command_that_repeats_them(call: Call) -> None:
     ][:-1]
 
 
+def test_run_tells_what_the_scene_expects(call: Call) -> None:
+    rules = "expect=[{kind: error_below, px: 0.001}, {kind: never_lost}, {kind: never_lost, target: jet}]"
+    answer = call("run", "template", "scene.yaml", rules)
+    assert answer.status == 0
+    told = [line.split(maxsplit=1) for line in answer.out.splitlines() if line.startswith(("held ", "broken "))]
+    assert [verdict for verdict, _ in told] == ["broken", "held", "held"]
+    assert told[0][1].startswith("a centre error of at most 0.001 px in every frame: ")
+    found = json.loads(call("run", "template", "scene.yaml", rules, "--json").out)["expected"]
+    assert [each["margin"] < 0 for each in found] == [True, False, False]
+    assert "held " not in call("run", "template", "scene.yaml").out  # it says nothing
+
+
 def test_run_as_json_is_one_document(call: Call) -> None:
     answer = call(
         "run", "grey_pf", "scene.yaml", "particles=30", "frames=8", "--target", "bird", "--json", "--seed", "5"

@@ -186,6 +186,16 @@ def test_a_tracker_that_does_not_repeat_itself_is_told(tmp_path: Path) -> None:
     assert "NOT the same again" in (tmp_path / "report.md").read_text()
 
 
+def test_a_rule_that_nothing_puts_to_the_test_is_told(cli: Cli) -> None:
+    words = ("blind.yaml", "targets.point.path.start.0=4", "--tracker", "planted_failure:Blind", "--budget", "2")
+    rules = "expect=[{kind: reacquired_within, frames: 3}, {kind: error_below, px: 900}]"
+    status, out, _ = cli(*words, rules)
+    assert status == 0
+    assert "no run puts reacquired_within (frames 3) to the test" in out
+    assert "no run puts error_below" not in out
+    assert json.loads(cli(*words, rules, "--json")[1])["untried"] == ["reacquired_within (frames 3)"]
+
+
 def test_where_nothing_breaks_the_nearest_is_told(cli: Cli) -> None:
     words = ("blind.yaml", "targets.point.path.start.0=4", "--tracker", "planted_failure:Blind", "--budget", "20")
     status, out, _ = cli(*words)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import faulthandler
 import sys
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -28,6 +29,7 @@ from irtrack.errors import TrackerError
 
 if TYPE_CHECKING:
     from irsim.types import Source
+    from irtrack.falsify.told import Told
 
 app = typer.Typer(
     help="Replay infrared recordings into trackers, measure where they break, and report it.",
@@ -111,11 +113,11 @@ def run(
     check_output(csv, Path(source), output, endings=(".csv",))
     looked_at, start = input_name(input), None
     with last_words(tracker, f"repeat it: {command_line()}") as last:
-        from irsim import Scenario, is_recording, open_source
+        from irsim import Rendering, Scenario, is_recording, open_source
         from irtrack.bench.specs import read_spec
         from irtrack.cli.options import split_settings, start_box
         from irtrack.identity import source_file
-        from irtrack.metrics import Reference, score
+        from irtrack.metrics import Reference, Trace, score_trace
         from irtrack.replay import Player, replay
         from irtrack.start import find_start
         from irtrack.trackers import find, make
@@ -148,7 +150,13 @@ def run(
             print("\n".join([f"irtrack: {error}", *error.calls().splitlines(), where]), file=sys.stderr)
             raise typer.Exit(1) from None
     track = player.track(opened, looked_at)
-    result = score(track, Reference.of(truths, track.target))
+    trace = Trace.of(track, Reference.of(truths, track.target))
+    result = score_trace(trace)
+    expected: list[Told] = []
+    if isinstance(opened, Rendering) and track.target is not None:
+        from irtrack.falsify.told import told
+
+        expected = told(opened.scenario, trace, track.target)
     if csv is not None:
         from irtrack.trackfile import track_to_csv
 
@@ -160,9 +168,12 @@ def run(
     if as_json:
         from irtrack.trackfile import track_as_dict
 
-        print_json({**track_as_dict(track), "score": result.as_dict(), "repeat": repeat})
+        rules = [asdict(each) for each in expected]
+        print_json({**track_as_dict(track), "score": result.as_dict(), "expected": rules, "repeat": repeat})
         return
     print_run(track, result, opened.has_truth)
+    for rule in expected:
+        print(f"{'broken' if rule.margin < 0 else 'held':12} {rule.asked}: {rule.reached}")
     for path in (csv, output):
         if path is not None:
             print(f"wrote {path}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -93,6 +94,8 @@ def falsify(
         print(f"{tried.label} breaks nothing in {found.runs} runs; the least margin is {found.margin:.3g}, at")
         for key, value in found.point.items():
             print(f"  {key}={value}")
+        for rule in found.untried:
+            print(f"no run puts {rule} to the test: nothing that it speaks of happens in these scenes")
     else:
         print(f"failure: {folder / 'report.md'}")
     if not isinstance(found, Nearest):
@@ -104,7 +107,7 @@ def _row(found: Failure | Nearest) -> dict[str, Any]:
     from irtrack.falsify import Nearest
 
     if isinstance(found, Nearest):
-        return {"failure": None, "margin": found.margin, "point": found.point, "runs": found.runs}
+        return {"failure": None, **asdict(found)}
     lucks = {"found": found.luck, "minimal": found.least_luck}
     return {
         "failure": {

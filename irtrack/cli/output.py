@@ -65,8 +65,11 @@ def print_run(track: Track, score: Score, has_truth: bool) -> None:
         print(f"it says of itself: {own}")
         print(f"time         {number(score.ms_median, '.3g')} ms a frame (median)")
         return
-    print(f"judged by    {_judged(track, score)}")
-    print(f"lost         {f'at frame {score.lost_at}' if score.lost else 'no'}")
+    after = len(track.indices) - 1
+    absent, hidden = after - score.frames, score.frames - score.counted_frames
+    print(f"scored       {score.frames} of {plural(after, 'frame')}{f'; absent in {absent}' if absent else ''}")
+    by = f", by {score.counted_frames} of these; more than half hidden in {hidden}" if hidden else ""
+    print(f"lost         {f'at frame {score.lost_at}' if score.lost else 'no'}{by}")
     print(f"|error| x    {number(score.all.abs_x)} ± {number(score.all.sd_x)} px")
     print(f"|error| y    {number(score.all.abs_y)} ± {number(score.all.sd_y)} px")
     print(f"rmse         {number(score.all.rmse)} px")
@@ -74,14 +77,6 @@ def print_run(track: Track, score: Score, has_truth: bool) -> None:
     print(f"norm. prec.  {number(score.precision_norm, '.3f')}")
     print(f"success AUC  {number(score.success_auc, '.3f')}")
     print(f"time         {number(score.ms_median, '.3g')} ms a frame (median)")
-
-
-def _judged(track: Track, score: Score) -> str:
-    """In how many frames the target counts, and why it does not in the others."""
-    after = len(track.indices) - 1
-    away, hidden = after - score.frames, score.frames - score.counted_frames
-    why = [f"{count} {what}" for count, what in ((hidden, "more than half hidden"), (away, "absent")) if count]
-    return f"{score.counted_frames} of {plural(after, 'frame')}{' (' * bool(why)}{', '.join(why)}{')' * bool(why)}"
 
 
 def _why_unscored(track: Track, has_truth: bool) -> str:

@@ -7,13 +7,15 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 import irsim
 from irsim.kinds import suggestion
 from irsim.rng import stream
 from irsim.types import Floats
 from irtrack.errors import InputError
 from irtrack.falsify.case import Case, droppable, moves, shrink
-from irtrack.falsify.rules import in_words, shortest
+from irtrack.falsify.rules import UNTRIED, in_words, shortest
 from irtrack.falsify.search import SEARCHES, Tried, search
 from irtrack.falsify.told import OF_ITSELF
 from irtrack.falsify.trial import Subject, Verdict
@@ -75,11 +77,15 @@ class Failure:
 
 @dataclass(frozen=True, slots=True)
 class Nearest:
-    """What came nearest to being broken, where nothing was: its margin, and where it was found in how many runs."""
+    """What came nearest to being broken, where nothing was: its margin, and where it was found in how many runs.
+
+    untried   rules, in words, that no run has put to the test: nothing that they speak of happened
+    """
 
     margin: float
     point: dict[str, Any]
     runs: int
+    untried: tuple[str, ...] = ()
 
 
 class Hunt:
@@ -129,7 +135,7 @@ class Hunt:
         if verdict.broken is not None:
             return 0, benign, verdict
         nearest = Nearest(verdict.margin, dict(benign.point), budget)
-        met: list[Verdict] = []
+        met = [verdict]
 
         def margins(batch: Floats) -> Iterator[float]:
             cases = [Case(self.space.at(shares.tolist())) for shares in batch]
@@ -146,7 +152,9 @@ class Hunt:
                 return tried.run, Case(point), met[-1]
             if tried.margin < nearest.margin:
                 nearest = Nearest(tried.margin, point, budget)
-        return nearest
+        least = np.min([each.margins for each in met], axis=0)
+        untried = [in_words(rule) for rule, found in zip(self.subject.rules, least, strict=True) if found == UNTRIED]
+        return replace(nearest, untried=tuple(untried))
 
     def _repeats(self, case: Case, verdict: Verdict) -> bool:
         """Do two more runs of the case give this verdict, and the same numbers in every frame?"""

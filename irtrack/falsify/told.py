@@ -3,15 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 import irsim
-from irtrack.falsify.rules import claims_while_gone, margin
+from irtrack.falsify.rules import claims_while_gone, margin, rules_of
 from irtrack.falsify.trial import ENDS, RAISES
 from irtrack.metrics import Trace
 from irtrack.metrics.loss import OFF_IN_A_ROW
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """What a rule asks of a track and what the track reached of it, in words; margin: below 0 where it is broken."""
+
+    asked: str
+    reached: str
+    margin: float
+
+
+def told(scenario: irsim.Scenario, trace: Trace, target: str) -> list[Told]:
+    """What the scenario expects of whoever tracks this target, beside a track of it; nothing where it says nothing."""
+    rules = rules_of(scenario) if scenario.expect else ()
+    return [
+        Told(asked(rule), reached(rule, trace), margin(rule, trace)) for rule in rules if rule.target in (None, target)
+    ]
 
 
 def asked(rule: irsim.Expectation) -> str:
