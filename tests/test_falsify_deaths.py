@@ -15,7 +15,7 @@ from bench_fakes import Closer, Killer, LateMute, Strip, Walker
 import irsim
 from irtrack.cli import main
 from irtrack.errors import InputError, IrtrackError
-from irtrack.falsify import Failure, find_failure, kept_failures, revisit
+from irtrack.falsify import Failure, Revisited, find_failure, kept_failures, revisit
 from irtrack.falsify.apart import Run, apart
 from irtrack.falsify.rules import rules_of
 from irtrack.falsify.trial import ENDS, RAISES, Subject, examine
@@ -235,7 +235,7 @@ def test_a_kept_death_is_tried_apart(known: tuple[Path, Failure], cli: Cli) -> N
     (kept,) = kept_failures("kept")
     assert kept.limit_s == LIMIT_S
     assert not kept.changes()
-    assert not revisit([kept], jobs=2)
+    assert revisit([kept], jobs=2) == Revisited()
 
 
 def test_a_death_that_is_mended_or_new_is_told_and_others_go_on(known: tuple[Path, Failure], cli: Cli) -> None:

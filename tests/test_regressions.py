@@ -229,24 +229,58 @@ def test_frames_that_are_rendered_otherwise_are_told(folder: Path, cli: Cli) -> 
         (["none-suite.yaml"], "none-suite.yaml: cannot read it: there is no such file"),
         (["sky"], "sky: allowed: a suite (*suite*.yaml) or a folder of kept failures"),
         (["empty"], "empty: holds no kept failure"),
-        (["bad"], "bad/x.json: is no note of a kept failure"),
-        (["bare"], "bare/x.yaml: is missing; x.json speaks of it"),
         (["odd-suite.yaml"], "odd-suite.golden.json: holds no golden figures"),
     ],
     ids=lambda value: value[0] if isinstance(value, list) else "",
 )
 def test_bad_input_is_one_line(cli: Cli, words: list[str], said: str) -> None:
-    for name in ("empty", "bad", "bare"):
-        Path(name).mkdir()
-    Path("bad/x.json").write_text("{}")
-    note = {"label": "a", "tracker": "kalman", "parameters": {}, "input": "display", "broken": True}
-    Path("bare/x.json").write_text(json.dumps(note))
+    Path("empty").mkdir()
     Path("blind.yaml").write_text(planted_failure.SCENE)
     Path("odd-suite.yaml").write_text(PLANTED)
     Path("odd-suite.golden.json").write_text("[1]")
     status, out, err = cli(*words)
     assert (status, out, err.count("\n")) == (2, "", 1)
     assert said in err
+
+
+def test_one_that_cannot_be_judged_is_a_line_with_its_file_and_the_others_are_judged(folder: Path, cli: Cli) -> None:
+    (whole,) = kept_failures(folder)
+    Path("kept").mkdir()
+
+    def put(name: str) -> tuple[Path, Path, Path]:
+        copies = [
+            shutil.copy(path, Path("kept", name + path.suffix)) for path in (whole.note, whole.path, whole.recording)
+        ]
+        note, scene, recording = map(Path, copies)
+        return note, scene, recording
+
+    put("fine")
+    assert cli("kept")[:2] == (0, "kept: ok: 1 failure, 0 changes\n")
+    renamed, cut, lost, bad, odd = map(put, ("renamed", "cut", "lost", "bad", "odd"))
+    renamed[0].write_text(renamed[0].read_text().replace("planted_failure:Raising", "planted_failure:Raised"))
+    cut[2].write_bytes(cut[2].read_bytes()[:-500])
+    lost[2].unlink()
+    bad[0].write_text("{}")
+    odd[1].write_text(odd[1].read_text().replace("background:", "backgrund:"))
+    status, out, err = cli("kept", "--jobs", "2")
+    assert (status, out) == (2, "kept: incomplete: 1 failure, 0 changes, 5 not judged\n")
+    lines = dict(line.removeprefix("irtrack: kept/").split(":", 1) for line in err.splitlines())
+    assert list(lines) == ["bad.json", "cut.mcap", "lost.mcap", "odd.yaml", "renamed.json"]
+    assert "is no note of a kept failure" in lines["bad.json"]
+    assert "is missing; lost.json speaks of it" in lines["lost.mcap"]
+    assert "Raised" in lines["renamed.json"]
+    assert cli("kept", "--bless")[0] == 2
+    (found,) = json.loads(cli("kept", "--json")[1])
+    assert (found["checked"], found["failed"], len(found["faults"])) == (1, False, 5)
+    kept = {str(each): each for each in kept_failures("kept")}
+    assert not kept.pop("fine").changes()
+    for each in kept.values():
+        with pytest.raises(InputError, match=rf"^kept/{each}\.(json|mcap|yaml)"):
+            each.changes()
+    put("mended")[0].write_text(whole.note.read_text().replace("planted_failure:Raising", "planted_failure:Offset"))
+    status, out, _ = cli("kept")
+    assert status == 2
+    assert out.endswith("kept: failed: 2 failures, 1 change, 5 not judged\n")
 
 
 def test_a_suite_without_golden_figures_is_an_input_error(tmp_path: Path) -> None:

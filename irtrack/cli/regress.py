@@ -34,7 +34,8 @@ def regress(
 ) -> None:
     """Measure suites beside their golden figures, and try failures that irtrack falsify has kept.
 
-    Exit status 1 where a figure is worse, runs are not the same ones, or a kept failure is not as it was.
+    Exit status 1 where a figure is worse, runs are not the same ones, or a kept failure is not as it was; 2 where one
+    could not be judged, with a line that says why.
     """
     found: list[dict[str, Any]] = []
     for word in places:
@@ -44,6 +45,8 @@ def regress(
             _print(found[-1], bless)
     if as_json:
         print_json([{**each, "changes": list(map(_values, each["changes"]))} for each in found])
+    if any(each["faults"] for each in found):
+        raise typer.Exit(2)
     if not bless and any(each["failed"] for each in found):
         raise typer.Exit(1)
 
@@ -72,7 +75,7 @@ def _figures(suite: Path, bless: bool, jobs: int) -> dict[str, Any]:
     if bless:
         write(new, path)
     worse = any(each.verdict != "better" for each in found)
-    return {"place": str(suite), "checked": len(new), "failed": worse, "changes": found}
+    return {"place": str(suite), "checked": len(new), "failed": worse, "changes": found, "faults": []}
 
 
 def _failures(folder: Path, bless: bool, jobs: int) -> dict[str, Any]:
@@ -83,7 +86,15 @@ def _failures(folder: Path, bless: bool, jobs: int) -> dict[str, Any]:
     if not kept:
         raise InputError(f"{folder}: holds no kept failure; allowed: a folder that irtrack falsify --keep has filled")
     found = revisit(kept, jobs, bless, FRAME_LIMIT_S)
-    return {"place": str(folder), "checked": len(kept), "failed": bool(found), "changes": found}
+    for line in (line for fault in found.faults for line in fault.splitlines()):
+        print(f"irtrack: {line}", file=sys.stderr)
+    return {
+        "place": str(folder),
+        "checked": len(kept) - len(found.faults),
+        "failed": bool(found.changes),
+        "changes": found.changes,
+        "faults": found.faults,
+    }
 
 
 def _print(found: dict[str, Any], bless: bool) -> None:
@@ -93,8 +104,10 @@ def _print(found: dict[str, Any], bless: bool) -> None:
         print("\n".join(lines))
     if rows := [_row(each) for each in changes if not isinstance(each, str)]:
         print_table(("source", "tracker", "seed", "figure", "golden", "now", ""), rows, left=2)
-    verdict = "blessed" if bless else ("failed" if found["failed"] else "ok")
-    print(f"{found['place']}: {verdict}: {plural(found['checked'], kind)}, {plural(len(changes), 'change')}")
+    verdict = "failed" if found["failed"] else ("incomplete" if found["faults"] else "ok")
+    not_judged = f", {len(found['faults'])} not judged" if found["faults"] else ""
+    counts = f"{plural(found['checked'], kind)}, {plural(len(changes), 'change')}{not_judged}"
+    print(f"{found['place']}: {'blessed' if bless else verdict}: {counts}")
 
 
 def _row(change: Change) -> tuple[str, ...]:

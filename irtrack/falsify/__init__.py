@@ -2,7 +2,18 @@
 
 from irtrack.falsify.find import find_failure
 from irtrack.falsify.hunt import Failure, Luck, Nearest
-from irtrack.falsify.kept import KEPT, Kept, kept_failures, revisit
+from irtrack.falsify.kept import KEPT, Kept, Revisited, kept_failures, revisit
 from irtrack.falsify.search import SEARCHES
 
-__all__ = ["KEPT", "SEARCHES", "Failure", "Kept", "Luck", "Nearest", "find_failure", "kept_failures", "revisit"]
+__all__ = [
+    "KEPT",
+    "SEARCHES",
+    "Failure",
+    "Kept",
+    "Luck",
+    "Nearest",
+    "Revisited",
+    "find_failure",
+    "kept_failures",
+    "revisit",
+]

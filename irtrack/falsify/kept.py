@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ import irsim
 from irsim.files import make_folder, replacing, replacing_text
 from irsim.types import Input
 from irtrack.bench.group import Watch
-from irtrack.errors import InputError
+from irtrack.errors import InputError, IrtrackError
 from irtrack.falsify.apart import NO_LIMIT_S, Run, apart, here, running
 from irtrack.falsify.files import MINIMAL, file_stem
 from irtrack.falsify.rules import in_words, rules_of
@@ -39,6 +40,8 @@ class Kept:
     broken               was what the scene expects broken when this was last noted?
     limit_s              of a tracker that died or hung there: it runs in a process of its own, and hangs where it takes
                          longer for a frame, s; None: in this one
+    fault                what is wrong with its note, or that its scene or frames are missing: it cannot be tried, and
+                         all but `path` says nothing; None: nothing
     """
 
     path: Path
@@ -48,6 +51,7 @@ class Kept:
     input: Input
     broken: bool
     limit_s: float | None = None
+    fault: str | None = None
 
     def __str__(self) -> str:
         return self.path.stem
@@ -71,10 +75,16 @@ class Kept:
         """What is otherwise than it was noted, a line each; none where all is as it was.
 
         runner   where it is tried (`irtrack.falsify.apart`); by `limit_s` unless said
+
+        InputError, with its file, where it cannot be judged.
         """
-        if runner is None:
+        with self._errors_with_file():
+            if runner is not None:
+                return self._changes(runner)
             with running(1, self.limit_s) as own:
-                return self.changes(own)
+                return self._changes(own)
+
+    def _changes(self, runner: Run) -> list[str]:
         found = []
         scene = irsim.load(self.path)
         if (frame := runner(_rendered_otherwise, scene, self.recording)) is not None:
@@ -89,10 +99,15 @@ class Kept:
         return found
 
     def bless(self, runner: Run | None = None) -> Kept:
-        """Note what is so now: record the frames that the scene renders, and whether they break the tracker."""
-        if runner is None:
+        """Note what is so now: record the frames that the scene renders, and whether they break the tracker. InputError
+        as of `changes`."""
+        with self._errors_with_file():
+            if runner is not None:
+                return self._bless(runner)
             with running(1, self.limit_s) as own:
-                return self.bless(own)
+                return self._bless(own)
+
+    def _bless(self, runner: Run) -> Kept:
         scene = irsim.load(self.path)
         if runner(_rendered_otherwise, scene, self.recording) is not None:
             irsim.record(irsim.Rendering(scene, self.path.stem), self.recording, compression="zstd")
@@ -101,9 +116,19 @@ class Kept:
         _note(now)
         return now
 
+    @contextmanager
+    def _errors_with_file(self) -> Iterator[None]:
+        if self.fault is not None:
+            raise InputError(self.fault)
+        try:
+            yield
+        except IrtrackError as error:
+            known = str(self.path.with_suffix("")) in str(error)
+            raise InputError(str(error) if known else f"{self.note}: {error}") from None
+
 
 def kept_failures(folder: str | Path = KEPT) -> list[Kept]:
-    """The failures kept in a folder, by name; InputError where a note is damaged or its scene or frames are missing."""
+    """The failures kept in a folder, by name; those that cannot be tried too, so that each is told (`Kept.fault`)."""
     return [_read(path) for path in sorted(Path(folder).glob("*.json"))]
 
 
@@ -116,9 +141,17 @@ def _rendered_otherwise(_: Watch, scene: irsim.Scenario, recording: Path) -> int
     return None if len(drawn) == len(kept) else min(len(drawn), len(kept))
 
 
-def revisit(kept: Sequence[Kept], jobs: int = 1, bless: bool = False, time_limit_s: float = NO_LIMIT_S) -> list[str]:
-    """What is otherwise than it was noted of all of them, a line each, by `jobs` worker processes; with `bless`,
-    what is so now is noted then.
+@dataclass(frozen=True, slots=True)
+class Revisited:
+    """What came of kept failures: `changes`, what is otherwise than it was noted, a line each; `faults`, why some could
+    not be judged, each with its file."""
+
+    changes: list[str] = field(default_factory=list)
+    faults: list[str] = field(default_factory=list)
+
+
+def revisit(kept: Sequence[Kept], jobs: int = 1, bless: bool = False, time_limit_s: float = NO_LIMIT_S) -> Revisited:
+    """Try all of them, by `jobs` worker processes; with `bless`, what is so now is noted then.
 
     time_limit_s   a tracker that takes longer for a frame hangs, where its failure has no limit of its own
     """
@@ -127,10 +160,19 @@ def revisit(kept: Sequence[Kept], jobs: int = 1, bless: bool = False, time_limit
         def runner(each: Kept) -> Run:
             return processes.within(time_limit_s if each.limit_s is None else each.limit_s)
 
-        found = [line for lines in apply(lambda each: each.changes(runner(each)), kept) for line in lines]
-        if bless:
-            list(apply(lambda each: each.bless(runner(each)), kept))
-    return found
+        def tried(each: Kept) -> Revisited:
+            try:
+                changes = each.changes(runner(each))
+                if bless:
+                    each.bless(runner(each))
+                return Revisited(changes)
+            except InputError as error:
+                return Revisited(faults=[str(error)])
+
+        found = list(apply(tried, kept))
+    return Revisited(
+        [line for each in found for line in each.changes], [line for each in found for line in each.faults]
+    )
 
 
 def keep(found: Path, subject: Subject, name: str, folder: Path = KEPT, limit_s: float | None = None) -> Kept:
@@ -153,18 +195,22 @@ def keep(found: Path, subject: Subject, name: str, folder: Path = KEPT, limit_s:
 
 
 def _note(kept: Kept) -> None:
-    values = {key: value for key, value in asdict(kept).items() if key != "path"}
+    values = {key: value for key, value in asdict(kept).items() if key not in ("path", "fault")}
     with replacing_text(kept.note) as file:
         file.write(json.dumps(values, indent=1) + "\n")
 
 
 def _read(note: Path) -> Kept:
+    path = note.with_suffix(".yaml")
     try:
-        values = json.loads(note.read_text(encoding="utf-8"))
-        kept = Kept(note.with_suffix(".yaml"), **values)
+        kept = Kept(path, **json.loads(note.read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError) as error:
-        raise InputError(f"{note}: is no note of a kept failure: {error}") from None
+        return _unreadable(path, f"{note}: is no note of a kept failure: {error}")
     for needed in (kept.path, kept.recording):
         if not needed.is_file():
-            raise InputError(f"{needed}: is missing; {note.name} speaks of it")
+            return _unreadable(path, f"{needed}: is missing; {note.name} speaks of it")
     return kept
+
+
+def _unreadable(path: Path, fault: str) -> Kept:
+    return Kept(path, path.stem, "", {}, "display", broken=True, fault=fault)
