@@ -17,6 +17,7 @@ _PUBLIC = {
     "InputError": "irtrack.errors",
     "IrtrackError": "irtrack.errors",
     "TrackerError": "irtrack.errors",
+    "WorkerError": "irtrack.errors",
     "make": "irtrack.trackers",
     "run": "irtrack.replay",
     "run_anchors": "irtrack.anchors",

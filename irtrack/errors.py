@@ -3,6 +3,7 @@
 IrtrackError  anything raised on purpose; ``str(error)`` is ready to be shown to a user
 InputError    what the user gave is wrong: a tracker's name, a parameter, a box, a recording (exit status 2)
 TrackerError  a tracker did wrong while it ran (exit status 1)
+WorkerError   worker processes died or failed, and no tracker did it; what was finished by then counts
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from types import TracebackType
 from irsim.errors import InputError, printable
 from irsim.errors import IrsimError as IrtrackError
 
-__all__ = ["InputError", "IrtrackError", "TrackerError", "how_it_ended", "told"]
+__all__ = ["InputError", "IrtrackError", "TrackerError", "WorkerError", "how_it_ended", "told"]
 
 _CALLERS = ("irtrack.replay", "irtrack.trackers.plain")
 """Modules that call a tracker."""
@@ -37,6 +38,10 @@ def how_it_ended(code: int | None) -> str:
     with suppress(ValueError):
         return signal.Signals(-code).name
     return f"signal {-code}"
+
+
+class WorkerError(IrtrackError):
+    """Worker processes died or failed, and no tracker did it. Whoever keeps what was finished by then says so."""
 
 
 class TrackerError(IrtrackError):

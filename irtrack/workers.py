@@ -20,7 +20,7 @@ import cv2
 import numpy as np
 
 from irsim.interrupts import end_with_parent, ignore_interrupts, interrupts_held
-from irtrack.errors import IrtrackError, how_it_ended, told
+from irtrack.errors import IrtrackError, WorkerError, how_it_ended, told
 
 Item = TypeVar("Item")
 Outcome = TypeVar("Outcome")
@@ -155,7 +155,7 @@ class Watched:
     def _end(self) -> None:
         process, self._process = self._process, None
         if process is not None:
-            process.kill()
+            process.close()
 
 
 class _Process:
@@ -163,7 +163,7 @@ class _Process:
 
     def __init__(self, begun: bytes, board: Sequence[float]) -> None:
         context = _context()
-        self._empty, self._answered = tuple(board), False
+        self._empty, self._answered, self._closed = tuple(board), False, False
         self._board = context.RawArray("d", board)
         with _starting, interrupts_held():
             self._pipe, theirs = context.Pipe()
@@ -195,6 +195,8 @@ class _Process:
         self._process.join(END_S)
         code, at = self._process.exitcode, tuple(self._board)
         self.kill()
+        if self._closed:  # by another thread: of two that read at once how it ended, one reads nonsense
+            return GoneError(at, overdue=False, moved=False, how="closed")
         if code and code > 0 and not self._answered and at == self._empty:  # not by chance: the next one would, too
             raise IrtrackError(
                 f"a worker process ended as it began ({how_it_ended(code)}): what it imports ends it; a script that "
@@ -202,6 +204,11 @@ class _Process:
             ) from None
         how = "it closed its pipe and went on" if code is None else how_it_ended(code)
         return GoneError(at, overdue, moved, how, went_on=code is None)
+
+    def close(self) -> None:
+        """End it, whatever it is at; who waits for it learns that it was closed."""
+        self._closed = True
+        self.kill()
 
     def kill(self) -> None:
         self._process.kill()
@@ -256,10 +263,18 @@ def _serve(pipe: Connection, board: Any, begun: bytes) -> None:
                 answer = run(work)
             except Exception as error:
                 answer = error
-        try:
-            pipe.send(answer)
-        except (pickle.PicklingError, TypeError, AttributeError) as error:
-            pipe.send(IrtrackError(told(answer if isinstance(answer, Exception) else error)))
+        pipe.send_bytes(_answered(answer))
+
+
+def _answered(answer: object) -> bytes:
+    """What a pipe sends back; of what cannot be read there, or not be sent, what it says."""
+    try:
+        sent = bytes(ForkingPickler.dumps(answer))
+        if isinstance(answer, Exception):
+            pickle.loads(sent)  # fails where its class takes other arguments than Exception was given
+    except Exception as error:  # pickle raises all sorts
+        sent = bytes(ForkingPickler.dumps(IrtrackError(told(answer if isinstance(answer, Exception) else error))))
+    return sent
 
 
 MOST_DEATHS = 2
@@ -278,14 +293,14 @@ class Deaths:
 
         at_work   it was at work then; else it had been, and nobody beside it
 
-        IrtrackError where they died on nobody (None), more than twice.
+        WorkerError where they died on nobody (None), more than twice.
         """
         self._of[who] += 1
         if who is None:
             if self._of[who] > MOST_DEATHS:
-                raise IrtrackError(
+                raise WorkerError(
                     f"{self._name and f'{self._name}: '}a worker process died again and again while no tracker was at "
-                    f"work ({how}); finished runs are kept, run it again to go on"
+                    f"work ({how})"
                 ) from None
             return None
         if self._of[who] < MOST_DEATHS:

@@ -23,7 +23,7 @@ from bench_rows import rows
 from irtrack.bench import Entry, Results, run_bench
 from irtrack.bench.group import Limit, run_group
 from irtrack.bench.plan import Seeds, contestants, plans
-from irtrack.errors import InputError, IrtrackError
+from irtrack.errors import InputError, IrtrackError, WorkerError
 from irtrack.replay import BLOCK_FRAMES
 
 FINE = Entry("fine", Walker(jitter=1.0))
@@ -118,7 +118,7 @@ def test_a_worker_killed_by_chance_loses_nothing(tmp_path: Path) -> None:
 
 
 def test_a_source_that_kills_every_worker_ends_the_bench(tmp_path: Path) -> None:
-    with pytest.raises(IrtrackError, match=r"died again and again while no tracker was at work \(SIGKILL\); finished"):
+    with pytest.raises(WorkerError, match=r"died again and again while no tracker was at work \(SIGKILL\)$"):
         run_bench([Mute()], [FINE], jobs=2, results=tmp_path / "r.db")
 
 
@@ -246,4 +246,5 @@ def test_a_bench_that_is_stopped_leaves_no_process(tmp_path: Path) -> None:
     left = [word for line in children.stdout.splitlines() if "forkserver" in line for word in line.split()[:1]]
     copies = subprocess.run(["ps", "-o", "pid=", "--ppid", ",".join(left)], capture_output=True, text=True)
     assert "spawn_main" not in children.stdout
-    assert not copies.stdout.strip()
+    assert left or sys.platform != "linux"  # there the workers are copies of a server
+    assert (copies.stdout.strip(), copies.stderr) == ("", "")

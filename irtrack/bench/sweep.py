@@ -23,7 +23,7 @@ from irtrack.bench.plan import Plan, Seeds, contestants, plans
 from irtrack.bench.reel import Reels
 from irtrack.bench.results import Results
 from irtrack.bench.specs import Entry
-from irtrack.errors import InputError, IrtrackError
+from irtrack.errors import InputError, IrtrackError, WorkerError
 from irtrack.types import GivenTracker
 from irtrack.workers import one_thread
 
@@ -67,7 +67,8 @@ def run_bench(
     progress  called with (cells done, cells to do);  seen  called with each cell that is done
 
     Returns the results file, open; its `run` is this one. A tracker's exception makes a failed cell; bad input is an
-    InputError before anything is run.
+    InputError before anything is run. WorkerError where workers died or failed and no tracker did it: what
+    was finished is kept, and the same call goes on.
     """
     compared = contestants(trackers)
     wanted = plans(sources, compared, Seeds.of(seeds, tracker_seeds), input, target, init)
@@ -154,9 +155,7 @@ def _by(executor: Executor, task: Callable[[Group], list[Outcome]], groups: list
                 raise
             except Exception as error:
                 what = " ".join(f"{type(error).__name__}: {error}".split())
-                raise IrtrackError(
-                    f"a worker failed: {what}; finished cells are kept, run it again to go on"
-                ) from error
+                raise WorkerError(f"a worker failed: {what}") from error
             yield found
     finally:
         for future in list(waiting):  # nobody listens: an executor of the caller's would go on with them

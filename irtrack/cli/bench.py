@@ -27,6 +27,7 @@ from irtrack.cli.options import (
     input_name,
 )
 from irtrack.cli.output import plural, print_json, print_summary
+from irtrack.errors import IrtrackError, WorkerError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -142,11 +143,15 @@ def sweep(
                 seen=tally.see,
             )
     except KeyboardInterrupt:
-        raise terminal.StoppedError(
-            f"stopped; {plural(tally.done, 'run')} of this call kept in {results}, the same command goes on"
-        ) from None
+        raise terminal.StoppedError(f"stopped; {_kept(tally, results)}") from None
+    except WorkerError as error:
+        raise IrtrackError(f"{error}; {_kept(tally, results)}") from None
     with kept:
         return kept.cells(run=kept.run)
+
+
+def _kept(tally: Tally, results: Path) -> str:
+    return f"{plural(tally.done, 'run')} of this call kept in {results}, the same command goes on"
 
 
 def end_by_failures(cells: Sequence[Cell]) -> None:

@@ -1,0 +1,75 @@
+"""Worker processes whatever they are for: what is told of those that fail, and by whom."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+from bench_fakes import Mute, Strip, Walker
+
+from irtrack import golden
+from irtrack.bench import Entry, run_bench
+from irtrack.bench.asked import asked
+from irtrack.bench.suite import Suite
+from irtrack.cli.bench import sweep
+from irtrack.errors import IrtrackError, WorkerError
+from irtrack.workers import GoneError, Watched
+
+FINE = Entry("fine", Walker(jitter=1.0))
+
+
+def test_what_is_kept_of_a_bench_whose_workers_die_is_told_by_who_keeps_it(tmp_path: Path) -> None:
+    """A bench in a results file; golden figures have none."""
+    suite = Suite("", [*asked(Mute())], [FINE], seeds=1, tracker_seeds=1, input="display", time_limit_s=None)
+    with pytest.raises(IrtrackError, match=r"\(SIGKILL\); 0 runs of this call kept in .*r\.db, the same command goes"):
+        sweep(suite, tmp_path / "r.db", jobs=2)
+    with pytest.raises(WorkerError, match=r"\(SIGKILL\)$"):
+        golden.measure(suite, jobs=2)
+
+
+class ChoosyError(Exception):
+    """Takes two arguments, which Exception is not given: it cannot be read from a pickle."""
+
+    def __init__(self, frame: int, what: str) -> None:
+        super().__init__(f"frame {frame}: {what}")
+
+
+class StubbornError(Exception):
+    def __reduce__(self) -> Any:
+        raise RuntimeError("never pickled")
+
+
+@dataclass(frozen=True, eq=False)
+class Raises(Strip):
+    """A source that raises."""
+
+    what: str = ""
+
+    def frame(self, index: int, input: Any = "counts") -> Any:
+        raise ChoosyError(index, "torn") if self.what == "choosy" else StubbornError("torn")
+
+
+@pytest.mark.parametrize(
+    ("what", "said"), [("choosy", "ChoosyError: frame 0: torn"), ("stubborn", "StubbornError: torn")]
+)
+def test_what_a_source_raises_in_a_worker_is_told_whatever_its_class(tmp_path: Path, what: str, said: str) -> None:
+    with pytest.raises(IrtrackError, match=f"^{said}$"):
+        run_bench([Raises(what=what)], [FINE], jobs=2, results=tmp_path / "r.db")
+
+
+def asleep(board: Any) -> Any:
+    """The work of a process: to sleep so many seconds."""
+    return time.sleep
+
+
+def test_whoever_waits_for_a_process_that_another_thread_closes_learns_just_that() -> None:
+    watched = Watched(asleep, (math.inf,))
+    threading.Timer(0.2, watched.close).start()
+    with pytest.raises(GoneError) as gone:
+        watched.ask(600.0)
+    assert gone.value.how == "closed"
