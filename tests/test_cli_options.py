@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
-import pytest
+from pathlib import Path
 
+import pytest
+import typer
+
+from irsim.cli import app as irsim_app
 from irsim.types import Box
 from irtrack import InputError
+from irtrack.cli import app as irtrack_app
 from irtrack.cli.options import parameters, split_settings, start_box
 from irtrack.trackers import find
 
@@ -36,3 +41,23 @@ def test_a_foreign_tracker_may_take_any_setting_and_its_own_come_first() -> None
     split = split_settings(["frames=5", "depth=2", "camera.bits=8"], Any, ["frames"])
     assert split.tracker == {"frames": 5, "depth": 2}
     assert split.scenario == ("camera.bits=8",)
+
+
+@pytest.mark.parametrize("name", ["irsim", "irtrack"])
+def test_the_page_of_commands_names_every_command_and_its_options(name: str) -> None:
+    app = {"irsim": irsim_app, "irtrack": irtrack_app}[name]
+    rows = (Path(__file__).parent.parent / "docs" / "commands.md").read_text().splitlines()
+    missing = []
+    for command, found in typer.main.get_command(app).commands.items():  # type: ignore[attr-defined]
+        row = next((row for row in rows if row.startswith((f"| `{name} {command} ", f"| `{name} {command}`"))), None)
+        if row is None:
+            missing.append(command)
+            continue
+        options = [max(each.opts, key=len) for each in found.params if each.param_type_name == "option"]
+        missing += [f"{command} {option}" for option in options if option != "--help" and not _named(option, row)]
+    assert missing == []
+
+
+def _named(option: str, row: str) -> bool:
+    short = {"--output": "-o"}
+    return option in row or short.get(option, option) in row
