@@ -151,7 +151,14 @@ class Rendering:
 
 
 def frames(scenario: Scenario, start: int = 0, stop: int | None = None, jobs: int = 1) -> Iterator[tuple[Frame, Truth]]:
-    """(Frame, Truth) of a scenario's frames start .. stop-1, in order: counts and what is true of them."""
+    """(Frame, Truth) of a scenario's frames start .. stop-1, in order: counts and what is true of them.
+
+    InputError for what is no scenario; a recording gives its own `frames()` and `truths()`.
+    """
+    given: object = scenario  # of untyped programs
+    if not isinstance(given, Scenario):
+        what = type(given).__name__
+        raise InputError(f"frames of a {what}; allowed: a Scenario (irsim.load); a Source has frames() and truths()")
     return Rendering(scenario).pairs(start, stop, jobs)
 
 

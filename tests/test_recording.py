@@ -50,6 +50,11 @@ def test_a_frame_alone_is_the_frame_in_sequence(recorded: Path) -> None:
             recording.frame(index)
 
 
+def test_irsim_frames_of_a_recording_says_what_to_call(recorded: Path) -> None:
+    with pytest.raises(InputError, match=r"frames of a Recording; allowed: a Scenario .* a Source has frames\(\)"):
+        irsim.frames(open_recording(recorded))
+
+
 def test_display_is_the_agc_of_the_counts(tmp_path: Path, recorded: Path) -> None:
     recording = open_recording(recorded)
     linear = AGCS.parse({"kind": "linear"})
