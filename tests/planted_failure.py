@@ -121,3 +121,12 @@ class Offset(Blind):
     def step(self, state: tuple[Box, int], frame: Frame, rng: np.random.Generator) -> tuple[object, Estimate]:
         box, start = state
         return state, Estimate((box.cx + 0.1 * (frame.index - start), box.cy + self.px), (box.w, box.h))
+
+
+class Slow(Offset):
+    """Takes a while for frame 9."""
+
+    def step(self, state: tuple[Box, int], frame: Frame, rng: np.random.Generator) -> tuple[object, Estimate]:
+        if frame.index == 9:
+            time.sleep(4)
+        return super().step(state, frame, rng)

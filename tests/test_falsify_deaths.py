@@ -14,6 +14,7 @@ from bench_fakes import Closer, Killer, LateMute, Strip, Walker
 
 import irsim
 from irtrack.cli import main
+from irtrack.cli.options import FRAME_LIMIT_S
 from irtrack.errors import InputError, IrtrackError
 from irtrack.falsify import Failure, Revisited, find_failure, kept_failures, revisit
 from irtrack.falsify.apart import Run, apart
@@ -233,7 +234,7 @@ def test_a_kept_death_is_tried_apart(known: tuple[Path, Failure], cli: Cli) -> N
     """In a test too, where nobody says so: its note does."""
     shutil.copytree(known[0].parent / "kept", "kept")
     (kept,) = kept_failures("kept")
-    assert kept.limit_s == LIMIT_S
+    assert (kept.how, kept.limit_s) == (ENDS, LIMIT_S)
     assert not kept.changes()
     assert revisit([kept], jobs=2) == Revisited()
 
@@ -253,9 +254,9 @@ def test_a_death_that_is_mended_or_new_is_told_and_others_go_on(known: tuple[Pat
     assert "kept/mended.yaml: mended breaks never_lost no more" in out
     assert out.endswith("kept: failed: 3 failures, 2 changes\n")
     assert cli("regress", "kept", "--bless")[0] == 0
-    assert {each.label: each.limit_s is None for each in kept_failures("kept")} == {
-        "dying": False,
-        "mended": True,
-        "other": True,
+    assert {each.label: (each.how, each.limit_s) for each in kept_failures("kept")} == {
+        "dying": (ENDS, FRAME_LIMIT_S),
+        "mended": (None, FRAME_LIMIT_S),
+        "other": (RAISES, FRAME_LIMIT_S),
     }
     assert cli("regress", "kept")[0] == 0

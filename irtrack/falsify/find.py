@@ -84,5 +84,6 @@ def find_failure(
                 write_failure(folder, hunt, hunt.failure, name, command)
         if keep_in is not None and isinstance(found, Failure):
             (verdict,) = trials.verdicts([hunt.scene(found.least)])
-            say(f"kept: {keep(folder, subject, name, keep_in, verdict.limit_s).path}")
+            limit_s = verdict.limit_s if time_limit_s is None else time_limit_s
+            say(f"kept: {keep(folder, subject, name, verdict.how, keep_in, limit_s).path}")
         return found

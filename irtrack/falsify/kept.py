@@ -19,6 +19,7 @@ from irtrack.errors import InputError, IrtrackError
 from irtrack.falsify.apart import NO_LIMIT_S, Run, apart, here, running
 from irtrack.falsify.files import MINIMAL, file_stem
 from irtrack.falsify.rules import in_words, rules_of
+from irtrack.falsify.told import NOTED
 from irtrack.falsify.trial import Subject, Verdict, examine
 from irtrack.identity import changed_parameters, tracker_config
 from irtrack.workers import in_order
@@ -38,8 +39,9 @@ class Kept:
     label                who broke there;  tracker, parameters  made of these
     input                what the tracker looks at
     broken               was what the scene expects broken when this was last noted?
-    limit_s              of a tracker that died or hung there: it runs in a process of its own, and hangs where it takes
-                         longer for a frame, s; None: in this one
+    how                  it was broken then: `RULE`, `RAISES` or `ENDS`; None: not, or an older note does not say
+    limit_s              what it might take for a frame then, s: it runs in a process of its own, and hangs where it
+                         takes longer; None: there was no limit, and it runs in this one
     fault                what is wrong with its note, or that its scene or frames are missing: it cannot be tried, and
                          all but `path` says nothing; None: nothing
     """
@@ -50,6 +52,7 @@ class Kept:
     parameters: Mapping[str, Any]
     input: Input
     broken: bool
+    how: str | None = None
     limit_s: float | None = None
     fault: str | None = None
 
@@ -93,26 +96,32 @@ class Kept:
         rules = ", ".join(map(in_words, rules_of(scene)))
         if verdict.broken is None and self.broken:
             found.append(f"{self.path}: {self.label} breaks {rules} no more, margin {verdict.margin:.3g}")
+        why = verdict.raised or f"margin {verdict.margin:.3g}"
         if verdict.broken is not None and not self.broken:
-            why = verdict.raised or f"margin {verdict.margin:.3g}"
             found.append(f"{self.path}: {self.label} breaks {rules} again, {why}")
+        elif verdict.how is not None and self.how not in (verdict.how, None):
+            was, now = NOTED[self.how][0].format(rules=rules), NOTED[verdict.how][1].format(rules=rules)
+            found.append(f"{self.path}: {self.label} {was}, now it {now}: {why}")
         return found
 
-    def bless(self, runner: Run | None = None) -> Kept:
-        """Note what is so now: record the frames that the scene renders, and whether they break the tracker. InputError
-        as of `changes`."""
+    def bless(self, runner: Run | None = None, limit_s: float | None = None) -> Kept:
+        """Note what is so now: record the frames that the scene renders, and whether and how they break the tracker.
+        InputError as of `changes`.
+
+        runner, limit_s   where it is tried, and its limit for a frame, s; by `limit_s` of the note unless said
+        """
         with self._errors_with_file():
             if runner is not None:
-                return self._bless(runner)
+                return self._bless(runner, limit_s)
             with running(1, self.limit_s) as own:
-                return self._bless(own)
+                return self._bless(own, self.limit_s)
 
-    def _bless(self, runner: Run) -> Kept:
+    def _bless(self, runner: Run, limit_s: float | None) -> Kept:
         scene = irsim.load(self.path)
         if runner(_rendered_otherwise, scene, self.recording) is not None:
             irsim.record(irsim.Rendering(scene, self.path.stem), self.recording, compression="zstd")
         verdict = self.verdict(scene, runner)
-        now = replace(self, broken=verdict.broken is not None, limit_s=verdict.limit_s)
+        now = replace(self, broken=verdict.broken is not None, how=verdict.how, limit_s=limit_s)
         _note(now)
         return now
 
@@ -157,14 +166,12 @@ def revisit(kept: Sequence[Kept], jobs: int = 1, bless: bool = False, time_limit
     """
     with in_order(jobs) as apply, apart(jobs) as processes:
 
-        def runner(each: Kept) -> Run:
-            return processes.within(time_limit_s if each.limit_s is None else each.limit_s)
-
         def tried(each: Kept) -> Revisited:
+            limit_s = time_limit_s if each.limit_s is None else each.limit_s
             try:
-                changes = each.changes(runner(each))
+                changes = each.changes(processes.within(limit_s))
                 if bless:
-                    each.bless(runner(each))
+                    each.bless(processes.within(limit_s), limit_s)
                 return Revisited(changes)
             except InputError as error:
                 return Revisited(faults=[str(error)])
@@ -175,8 +182,11 @@ def revisit(kept: Sequence[Kept], jobs: int = 1, bless: bool = False, time_limit
     )
 
 
-def keep(found: Path, subject: Subject, name: str, folder: Path = KEPT, limit_s: float | None = None) -> Kept:
-    """Keep the failure whose minimal.yaml and minimal.mcap are in `found`; once, however often it is found."""
+def keep(
+    found: Path, subject: Subject, name: str, how: str | None, folder: Path = KEPT, limit_s: float | None = None
+) -> Kept:
+    """Keep the failure whose minimal.yaml and minimal.mcap are in `found`; once, however often it is found. `how` and
+    `limit_s` as of `Kept`."""
     make_folder(folder)
     scene = irsim.load(found / f"{MINIMAL}.yaml")
     config = tracker_config(subject.tracker)
@@ -186,7 +196,7 @@ def keep(found: Path, subject: Subject, name: str, folder: Path = KEPT, limit_s:
     while path.exists() and irsim.load(path) != scene:
         path, number = folder / f"{stem}-{number}.yaml", number + 1
     # Not the defaults: what is tried later is the tracker as it will be.
-    kept = Kept(path, subject.label, config["tracker"], changed_parameters(config), subject.input, True, limit_s)
+    kept = Kept(path, subject.label, config["tracker"], changed_parameters(config), subject.input, True, how, limit_s)
     for copy in (kept.path, kept.recording):
         with replacing(copy) as file:
             file.write((found / MINIMAL).with_suffix(copy.suffix).read_bytes())
@@ -204,6 +214,8 @@ def _read(note: Path) -> Kept:
     path = note.with_suffix(".yaml")
     try:
         kept = Kept(path, **json.loads(note.read_text(encoding="utf-8")))
+        if kept.how not in (None, *NOTED):
+            raise ValueError(f"how '{kept.how}': allowed: {', '.join(NOTED)}")
     except (OSError, ValueError, TypeError) as error:
         return _unreadable(path, f"{note}: is no note of a kept failure: {error}")
     for needed in (kept.path, kept.recording):

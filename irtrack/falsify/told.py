@@ -10,7 +10,7 @@ import numpy as np
 
 import irsim
 from irtrack.falsify.rules import claims_while_gone, margin, rules_of
-from irtrack.falsify.trial import ENDS, RAISES
+from irtrack.falsify.trial import ENDS, RAISES, RULE
 from irtrack.metrics import Trace
 from irtrack.metrics.loss import OFF_IN_A_ROW
 
@@ -49,6 +49,14 @@ OF_ITSELF = {
     ENDS: ("its process dies, or it hangs", "to answer, in time"),
 }
 """Of rules that need not be asked for: how they are broken, and what they ask."""
+
+
+NOTED = {
+    RULE: ("broke {rules}", "breaks {rules}"),
+    RAISES: ("raised", "raises"),
+    ENDS: ("ended its process, or hung", "ends its process, or hangs"),
+}
+"""Of all the ways to break something: what a tracker did, and does."""
 
 
 def _frames(count: int) -> str:

@@ -18,6 +18,9 @@ from irtrack.replay import Player, replay
 from irtrack.start import find_start
 from irtrack.types import Tracker
 
+RULE = "rule"
+"""How a rule of the scenario is broken: by the track."""
+
 RAISES = "raises"
 """The rule that a tracker raises nothing; it need not be asked for."""
 
@@ -59,6 +62,11 @@ class Verdict:
         if self.raised is not None:
             return RAISES if self.limit_s is None else ENDS
         return self.margins.index(self.margin) if self.margin < 0 else None
+
+    @property
+    def how(self) -> str | None:
+        """How something is broken: `RULE`, `RAISES` or `ENDS`; None where nothing is."""
+        return RULE if isinstance(self.broken, int) else self.broken
 
     def breaks(self, rule: int | str) -> bool:
         """Is that rule broken, whatever the others are?"""
