@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import json
-import resource
 import shutil
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +15,7 @@ import irsim
 from irtrack.cli import main
 from irtrack.errors import InputError
 from irtrack.falsify import Failure, Nearest, find_failure
-from irtrack.falsify.hunt import Hunt
+from irtrack.falsify.hunt import UNSURE, Hunt
 from irtrack.falsify.rules import rules_of
 from irtrack.falsify.trial import Subject, examine
 from irtrack.falsify.trials import Trials
@@ -158,6 +156,13 @@ def test_ctrl_c_loses_nothing_that_was_found(
     assert irsim.load("out/minimal.yaml").frames == 11
 
 
+def test_ctrl_c_before_the_first_trial_is_done_says_so(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Trials, "verdicts", stop)
+    status, _, err = cli("blind.yaml", "--tracker", "planted_failure:Blind", "-o", "out")
+    assert (status, err) == (130, "irtrack: stopped before the first trial was done: nothing is known yet\n")
+    assert not list(Path("out").iterdir())
+
+
 def stop(*_: object) -> None:
     raise KeyboardInterrupt
 
@@ -196,12 +201,22 @@ def test_a_rule_that_nothing_puts_to_the_test_is_told(cli: Cli) -> None:
     assert json.loads(cli(*words, rules, "--json")[1])["untried"] == ["reacquired_within (frames 3)"]
 
 
+def test_a_tracker_that_breaks_nothing_and_does_not_repeat_itself_is_warned_of(tmp_path: Path) -> None:
+    said: list[str] = []
+    easy = planted_failure.SCENE + "expect: [{kind: error_below, px: 1000}]\n"
+    for tracker in ("Unrepeatable", "Offset"):
+        assert isinstance(hunt(tmp_path / tracker, tracker=tracker, text=easy, budget=1, say=said.append), Nearest)
+    assert said == [UNSURE]
+
+
 def test_where_nothing_breaks_the_nearest_is_told(cli: Cli) -> None:
     words = ("blind.yaml", "targets.point.path.start.0=4", "--tracker", "planted_failure:Blind", "--budget", "20")
     status, out, _ = cli(*words)
     assert status == 0
     assert "breaks nothing in 20 runs; the least margin is 0." in out
     assert "targets.point.path.start.1=" in out
+    assert max(len(line.partition("=")[2].lstrip("0.").replace(".", "")) for line in out.splitlines()) <= 6
+    assert "breaks nothing in 1 run;" in cli(*words[:-1], "1")[1]
     found = json.loads(cli(*words, "--json")[1])
     assert found["failure"] is None
     assert found["runs"] == 20
@@ -223,7 +238,7 @@ def test_where_nothing_breaks_the_nearest_is_told(cli: Cli) -> None:
         (["blind.yaml", "--tracker", "kalman", "--budget", "0"], "--budget"),
         (["blind.yaml", "--tracker", "kalman", "--fresh", "4"], "fresh 4: allowed: 5 or more"),
         (["blind.yaml", "--tracker", "kalman", "--input", "bits"], "--input bits: allowed: display or counts"),
-        (["sky", "--tracker", "kalman"], "sky: vary: nothing varies that could be searched"),
+        (["sky", "--tracker", "kalman"], "sky.yaml: vary: nothing varies that could be searched"),
         (["none.yaml", "--tracker", "kalman"], "none.yaml: cannot read it: there is no such file"),
         (["blind.yaml", "camera.netd=3", "--tracker", "kalman"], "unknown key 'netd'"),
         (["blind.yaml", "--tracker", "kalman", "-o", "blind.yaml"], "blind.yaml: no folder can be made there"),
@@ -276,30 +291,3 @@ def test_what_other_code_has_judged_is_tried_again(tmp_path: Path, monkeypatch: 
 def edit(path: Path) -> bytes:
     """One more comment in the rules, which the tracker does not import."""
     return b"# edited" if path.parts[-2:] == ("falsify", "rules.py") else b""
-
-
-@contextmanager
-def disk_full() -> Iterator[None]:
-    """No file may grow beyond 50 bytes, as if there were no room for more."""
-    limit = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (50, limit[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limit)
-
-
-def test_a_full_disk_leaves_the_journal_that_was_there(tmp_path: Path) -> None:
-    """Where its last line was cut off, and its mending takes more room than there is."""
-    journal = tmp_path / "trials.jsonl"
-    row = json.dumps({"trial": "0", "margins": [1.0], "raised": None})
-    journal.write_text(f"{row}\n{row}\n{row[:-9]}")
-    before = journal.read_bytes()
-    with disk_full(), pytest.raises(InputError, match=r"trials\.jsonl: cannot be written: File too large"):
-        hunt(tmp_path)
-    assert journal.read_bytes() == before
-
-
-def test_a_full_disk_is_told_in_one_line(tmp_path: Path) -> None:
-    with disk_full(), pytest.raises(InputError, match=r"trials\.jsonl: cannot be written: File too large"):
-        hunt(tmp_path)

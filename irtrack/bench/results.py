@@ -76,6 +76,7 @@ class Results:
             raise InputError(f"{path}: no such file; allowed: a results file written by irtrack bench")
         if is_new and not self.path.parent.is_dir():
             raise InputError(f"{path}: the folder {self.path.parent} does not exist")
+        is_made = not self.path.exists()
         with self._clear_errors():
             self._db = sqlite3.connect(self.path, isolation_level=None)
             try:
@@ -86,6 +87,8 @@ class Results:
                         self._refuse_foreign()
             except BaseException:
                 self._db.close()
+                if is_made and self.path.stat().st_size == 0:  # a full disk
+                    self.path.unlink()
                 raise
 
     def _refuse_foreign(self) -> None:

@@ -11,7 +11,7 @@ import typer
 
 from irsim import terminal
 from irtrack.cli.options import FRAME_LIMIT_S, AsJson, FrameLimit, InputName, Jobs, command_line, input_name
-from irtrack.cli.output import print_json
+from irtrack.cli.output import plural, print_json
 from irtrack.errors import InputError
 
 if TYPE_CHECKING:
@@ -38,7 +38,9 @@ def falsify(
     ] = None,
     fresh: Annotated[
         int,
-        typer.Option(metavar="N", help="Fresh seeds that tell structure from luck; fewer are sooner, and tell less."),
+        typer.Option(
+            metavar="N", help="Fresh seeds, 5 or more, that tell structure from luck; fewer are sooner, and tell less."
+        ),
     ] = 20,
     time_limit: FrameLimit = FRAME_LIMIT_S,
     input: InputName = "display",
@@ -57,7 +59,7 @@ def falsify(
     from irsim import find, is_recording, load
     from irtrack.bench import parse_tracker_spec
     from irtrack.falsify import KEPT, Nearest, find_failure
-    from irtrack.falsify.files import file_stem
+    from irtrack.falsify.files import JOURNAL, file_stem, short
 
     if is_recording(Path(scenario)):
         raise InputError(f"{scenario}: is a recording, where nothing varies; allowed: a scenario with vary")
@@ -85,15 +87,17 @@ def falsify(
                 progress=progress,
             )
     except KeyboardInterrupt:
-        raise terminal.StoppedError(
-            f"stopped; what is known is in {folder}, and the same command goes on from there"
-        ) from None
+        known = f"what is known is in {folder}, and the same command goes on from there"
+        nothing = "stopped before the first trial was done: nothing is known yet"
+        raise terminal.StoppedError(f"stopped; {known}" if (folder / JOURNAL).exists() else nothing) from None
     if as_json:
         print_json({"scenario": name, "tracker": tried.label, "folder": str(folder), **_row(found)})
     elif isinstance(found, Nearest):
-        print(f"{tried.label} breaks nothing in {found.runs} runs; the least margin is {found.margin:.3g}, at")
+        print(
+            f"{tried.label} breaks nothing in {plural(found.runs, 'run')}; the least margin is {found.margin:.3g}, at"
+        )
         for key, value in found.point.items():
-            print(f"  {key}={value}")
+            print(f"  {key}={short(value)}")
         for rule in found.untried:
             print(f"no run puts {rule} to the test: nothing that it speaks of happens in these scenes")
     else:

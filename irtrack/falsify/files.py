@@ -56,15 +56,23 @@ def smallest(hunt: Hunt, failure: Failure) -> irsim.Scenario:
 
 
 def write_failure(folder: Path, hunt: Hunt, failure: Failure, name: str, command: str | None) -> None:
-    """Write minimal.yaml, minimal.mcap, replay.html and report.md; `name` is the scenario's."""
+    """Write minimal.yaml, minimal.mcap, replay.html and report.md, or none of them; `name` is the scenario's."""
+    try:
+        _write_failure(folder, hunt, failure, name, command)
+    except BaseException:
+        clear(folder)
+        raise
+
+
+def _write_failure(folder: Path, hunt: Hunt, failure: Failure, name: str, command: str | None) -> None:
     scene = smallest(hunt, failure)
     path = folder / f"{MINIMAL}.yaml"
+    drawn = irsim.Rendering(scene, MINIMAL)
+    irsim.record(drawn, folder / f"{MINIMAL}.mcap", compression="zstd")
     head = [f"{hunt.subject.label}: {hunt.broken(failure.rule)} here, as found in {name}"]
     head += [f"all of it again: {command}"] if command else []
     with replacing_text(path) as file:
         file.write("".join(f"# {line}\n" for line in head) + irsim.dumps(scene, short=True))
-    drawn = irsim.Rendering(scene, MINIMAL)
-    irsim.record(drawn, folder / f"{MINIMAL}.mcap", compression="zstd")
     with tempfile.TemporaryDirectory() as scratch:
         entry = Entry(hunt.subject.label, hunt.subject.tracker)
         results = Path(scratch) / "minimal.db"
@@ -112,7 +120,7 @@ def finding_of(
             ("Switched off", ", ".join(least.without) or "nothing"),
         ),
         knobs=tuple(
-            (knob.key, _short(knob.benign), _short(failure.found.point[knob.key]), _short(least.point[knob.key]))
+            (knob.key, short(knob.benign), short(failure.found.point[knob.key]), short(least.point[knob.key]))
             for knob in hunt.space.knobs
         ),
         commands=commands,
@@ -145,5 +153,6 @@ def _given(rule: irsim.Expectation) -> dict[str, object]:
     return {key: value for key, value in rule.model_dump().items() if value is not None}
 
 
-def _short(value: object) -> str:
+def short(value: object) -> str:
+    """A value as people read it: to six digits."""
     return f"{value:.6g}" if isinstance(value, float) else json.dumps(value)

@@ -65,7 +65,7 @@ def find_failure(
         loaded, name = scenario, name or "scenario"
     else:
         loaded, name, file = irsim.load(scenario), name or Path(scenario).stem, irsim.find(scenario)
-    check(loaded, name, search, budget, jobs, fresh)
+    check(loaded, name if file is None else str(file), search, budget, jobs, fresh)
     if time_limit_s is not None and not time_limit_s > 0:
         raise InputError(f"time limit {time_limit_s:g} s: allowed: above 0")
     tried = entry(tracker)

@@ -29,6 +29,9 @@ FRESH_OF_EACH = 5
 """Those of them that each simpler case of a structural failure is tried on: it must not become one of luck. Fewer
 fresh seeds than these tell nothing."""
 
+UNSURE = "warning: the benign point comes out otherwise when it is run again: the tracker does not repeat itself"
+"""Said before the search; of what breaks, `Failure.repeats` tells."""
+
 STRUCTURAL = 0.8
 """A failure that at least this share of fresh seeds has is of the scene's structure, not of its luck. With 20 seeds
 16 are then needed, which a failure of half of the seeds has once in 170 times (binomial)."""
@@ -134,6 +137,9 @@ class Hunt:
         verdict = next(self.trials.verdicts([benign.scenario(self.space)]))
         if verdict.broken is not None:
             return 0, benign, verdict
+        scene = benign.scenario(self.space)
+        if scene is not None and self.trials.examine(scene)[0] != verdict:
+            self.say(UNSURE)
         nearest = Nearest(verdict.margin, dict(benign.point), budget)
         met = [verdict]
 

@@ -197,10 +197,16 @@ def keep(
         path, number = folder / f"{stem}-{number}.yaml", number + 1
     # Not the defaults: what is tried later is the tracker as it will be.
     kept = Kept(path, subject.label, config["tracker"], changed_parameters(config), subject.input, True, how, limit_s)
-    for copy in (kept.path, kept.recording):
-        with replacing(copy) as file:
-            file.write((found / MINIMAL).with_suffix(copy.suffix).read_bytes())
-    _note(kept)
+    new = [each for each in (kept.path, kept.recording, kept.note) if not each.exists()]
+    try:
+        for copy in (kept.recording, kept.path):
+            with replacing(copy) as file:
+                file.write((found / MINIMAL).with_suffix(copy.suffix).read_bytes())
+        _note(kept)
+    except BaseException:
+        for each in new:
+            each.unlink(missing_ok=True)
+        raise
     return kept
 
 
