@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
+import signal
 import time
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -118,3 +121,38 @@ class Dies(Sound):
         if frame.index == 4:
             os._exit(3)
         return estimate
+
+
+@dataclass(frozen=True)
+class Killed(Sound):
+    """Its process is killed in frame 4, once: then the file `once` is there."""
+
+    once: str
+
+    def says(self, state: State, frame: Frame, estimate: Estimate) -> Estimate:
+        if frame.index == 4:
+            kill_once(self.once)
+        return estimate
+
+
+@dataclass(frozen=True)
+class KilledBefore(Sound):
+    """A process that it is sent to is killed before it is asked anything; where `once` names a file, as of `Killed`."""
+
+    once: str = ""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _arrived, (self.once,)
+
+
+def _arrived(once: str) -> KilledBefore:
+    if multiprocessing.parent_process() is not None:
+        kill_once(once)
+    return KilledBefore(once)
+
+
+def kill_once(once: str) -> None:
+    if not (once and Path(once).exists()):
+        if once:
+            Path(once).touch()
+        os.kill(os.getpid(), signal.SIGKILL)

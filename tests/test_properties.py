@@ -9,11 +9,11 @@ from typing import Any
 
 import pytest
 from planted import PLANTED
-from sound_tracker import Constant, Dies, Hangs, Raises, Sound
+from sound_tracker import Constant, Dies, Hangs, Killed, KilledBefore, Raises, Sound
 
 import irsim
 from irtrack.cli import main
-from irtrack.errors import InputError
+from irtrack.errors import InputError, WorkerError
 from irtrack.properties import EXCEPTIONS, PROPERTIES, check, check_tracker
 from irtrack.trackers import TRACKERS
 
@@ -86,11 +86,28 @@ def test_what_a_tracker_raises_breaks_the_property() -> None:
     assert (outcome.verdict, outcome.why) == ("broken", "raises ZeroDivisionError: division by zero")
 
 
+DIED = "frame 4: the process died 2 times while the tracker was at work (exit status 3)"
+
+
 def test_a_tracker_that_hangs_or_dies_breaks_the_property_at_hand() -> None:
     hung = check(Hangs(), only=["gentle", "rests"], limit_s=1.0)
     assert [(each.verdict, each.why) for each in hung] == [("broken", "hangs: more than 1 s for frame 4")] * 2
     (dead,) = check(Dies(), only=["gentle"], limit_s=60.0)
-    assert (dead.verdict, dead.why) == ("broken", "its process died at frame 4 (exit status 3)")
+    assert (dead.verdict, dead.why) == ("broken", DIED)
+
+
+def test_a_process_killed_by_chance_breaks_nothing(tmp_path: Path) -> None:
+    """At a tracker's work, and before any."""
+    at_work, before = tmp_path / "at work", tmp_path / "before"
+    assert [each.verdict for each in check(Killed(str(at_work)), only=["legal"], limit_s=60.0)] == ["holds"]
+    assert [each.verdict for each in check(KilledBefore(str(before)), only=["legal"], limit_s=60.0)] == ["holds"]
+    assert at_work.exists()
+    assert before.exists()
+
+
+def test_processes_that_die_before_any_frame_are_not_blamed_on_one() -> None:
+    with pytest.raises(WorkerError, match=r"^legal: a worker process died again and again while no tracker"):
+        check(KilledBefore(), only=["legal"], limit_s=60.0)
 
 
 def test_a_process_of_its_own_changes_no_verdict() -> None:

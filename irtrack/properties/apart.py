@@ -18,7 +18,10 @@ from irtrack.errors import InputError, told
 from irtrack.properties.examining import Outcome, Profile, examined
 from irtrack.properties.table import PROPERTIES, Property
 from irtrack.types import Estimate, Tracker, resumable
-from irtrack.workers import GoneError, NotSentError, Watched
+from irtrack.workers import Deaths, GoneError, NotSentError, Watched
+
+_EMPTY = (False, -1, math.inf)
+"""The board where no tracker has been at work: is one, at which frame, until which time.monotonic()."""
 
 _NOWHERE = Path(os.devnull) / "hypothesis"
 """Where Hypothesis may put nothing: it would leave a folder of the constants of the tracker's modules behind."""
@@ -29,20 +32,34 @@ class Apart:
 
     def __init__(self, tracker: Tracker, profile: Profile, limit_s: float) -> None:
         self._limit_s = limit_s
-        self._process = Watched(_begin, (0, math.inf), tracker, profile, limit_s)
+        self._process = Watched(_begin, _EMPTY, tracker, profile, limit_s)
 
     def examined(self, prop: Property) -> Outcome:
-        """As `irtrack.properties.examining.examined`; InputError for a tracker that cannot be sent there."""
-        try:
-            outcome: Outcome = self._process.ask(prop.name)
-        except NotSentError as error:
-            raise InputError(f"the tracker cannot be sent to another process: {error}") from None
-        except GoneError as gone:
-            frame = gone.at[0]
-            if gone.overdue:
-                return Outcome(prop, "broken", f"hangs: more than {self._limit_s:g} s for frame {frame:.0f}")
-            return Outcome(prop, "broken", f"its process died at frame {frame:.0f} ({gone.how})")
-        return outcome
+        """As `irtrack.properties.examining.examined`; InputError for a tracker that cannot be sent there. WorkerError
+        where processes die again and again before it is at work."""
+        deaths = Deaths(prop.name)
+        while True:
+            try:
+                outcome: Outcome = self._process.ask(prop.name)
+            except NotSentError as error:
+                raise InputError(f"the tracker cannot be sent to another process: {error}") from None
+            except GoneError as gone:
+                if self._process.closed:
+                    raise
+                why = self._blamed(gone, deaths)
+                if why is not None:
+                    return Outcome(prop, "broken", why)
+            else:
+                return outcome
+
+    def _blamed(self, gone: GoneError, deaths: Deaths) -> str | None:
+        """What is said of the tracker; None where the property is to be tried again."""
+        busy, frame, _ = gone.at
+        at_work = bool(busy) and not gone.went_on
+        if at_work and gone.hung:
+            return f"hangs: more than {self._limit_s:g} s for frame {frame:.0f}"
+        what = deaths.failure(None if frame < 0 else "the tracker", gone.how, at_work)
+        return None if what is None else f"frame {frame:.0f}: {what}"
 
     def close(self) -> None:
         """End the process, whatever it is at."""
@@ -53,12 +70,17 @@ def _begin(at: Any, tracker: Tracker, profile: Profile, limit_s: float) -> Calla
     """What the process does with each name of a property."""
     set_hypothesis_home_dir(_NOWHERE)
     timed = Timed(tracker, at, limit_s)
-    return lambda name: examined(PROPERTIES[name], timed, profile)
+
+    def work(name: str) -> Outcome:
+        at[:] = _EMPTY
+        return examined(PROPERTIES[name], timed, profile)
+
+    return work
 
 
 @dataclass(frozen=True, eq=False)
 class Timed:
-    """A tracker that writes down at which frame it is, and until when it may be: [frame, time.monotonic()]."""
+    """A tracker that writes down whether it is at work, at which frame it is or was last, and until when it may be."""
 
     tracker: Tracker
     at: Any
@@ -76,13 +98,14 @@ class Timed:
         return answer
 
     def _timed(self, frame: Frame, work: Callable[[], Any]) -> Any:
-        self.at[:] = frame.index, monotonic() + self.limit_s
+        self.at[:] = True, frame.index, monotonic() + self.limit_s
         try:
             return work()
         except KeyboardInterrupt as error:  # Ctrl-C is ignored here: the tracker raised it
             raise RuntimeError(told(error)) from error
         finally:
-            self.at[1] = math.inf
+            self.at[2] = math.inf
+            self.at[0] = False
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _itself, (self.tracker,)
