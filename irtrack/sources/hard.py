@@ -46,16 +46,16 @@ class Duel:
 
 
 def duels(outcomes: Mapping[str, Outcome], development: Mapping[str, Outcome]) -> list[Duel]:
-    """On each scene, the one of ours with the fewest frames off on development seeds against each peer.
+    """The one of ours with the fewest frames off on all the scenes, on development seeds, against each peer on each.
 
     A failed run counts as off throughout.
     """
-    found = []
-    for experiment in HARD:
-        name = experiment.scene.name
-        best = fewest_off(OURS, [development[name]])
-        if best is None:
-            continue
+    names = [experiment.scene.name for experiment in HARD]
+    best = fewest_off(OURS, [development[name] for name in names])
+    found: list[Duel] = []
+    if best is None:
+        return found
+    for name in names:
         for peer in THEIRS:
             ours, theirs = (outcomes[name].off_shares(label) for label in (best, peer))
             common = sorted(ours.keys() & theirs.keys())
