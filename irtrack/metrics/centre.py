@@ -6,6 +6,8 @@ accuracy of its frame is right at any threshold.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from irsim.types import Floats
@@ -37,12 +39,13 @@ def mean_abs(offsets: Floats) -> tuple[float, float]:
     if len(offsets) == 0:
         return np.nan, np.nan
     size = np.abs(offsets)
-    return float(size.mean()), float(size.std())
+    mean = float(size.sum() / len(size))
+    return mean, rmse(size - mean)
 
 
 def rmse(errors: Floats) -> float:
     """Root mean square; nan of nothing."""
-    return float(np.sqrt(np.mean(np.square(errors)))) if len(errors) else np.nan
+    return math.sqrt(np.square(errors).sum() / len(errors)) if len(errors) else np.nan
 
 
 def precision_curve(
@@ -57,9 +60,9 @@ def precision_curve(
     if len(errors) == 0:
         return np.full(len(thresholds), np.nan)
     errors = np.asarray(errors) if within_accuracy is None else np.where(within_accuracy, 0.0, errors)
-    return np.asarray((errors[:, None] <= np.asarray(thresholds)).mean(axis=0))
+    return np.asarray((errors[:, None] <= thresholds).sum(axis=0) / len(errors))
 
 
 def area(curve: Floats) -> float:
     """Area under a curve of evenly spaced thresholds, as the benchmarks take it: its mean."""
-    return float(np.mean(curve))
+    return float(curve.sum() / len(curve))

@@ -140,7 +140,7 @@ def cpu_ms_median(trace: Trace) -> float:
 def _mean(values: Floats) -> float:
     """The mean of what is known; nan of nothing."""
     known = values[~np.isnan(values)]
-    return float(known.mean()) if len(known) else np.nan
+    return float(known.sum() / len(known)) if len(known) else np.nan
 
 
 def _median(values: Floats) -> float:

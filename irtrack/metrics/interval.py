@@ -12,7 +12,7 @@ from irsim.types import Floats
 
 def share(hits: np.ndarray) -> float:
     """Share 0..1 of truth values (n,) that are true; nan of nothing."""
-    return float(np.mean(hits)) if len(hits) else np.nan
+    return np.count_nonzero(hits) / len(hits) if len(hits) else np.nan
 
 
 def wilson(count: int, total: int, level: float = 0.95) -> tuple[float, float]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from irsim.types import Floats
+from irtrack.metrics.interval import share
 from irtrack.types import LEAST_PX
 
 SUCCESS = np.arange(21) / 20
@@ -41,7 +42,7 @@ def success_curve(overlap: Floats, thresholds: Floats = SUCCESS) -> Floats:
     """
     if len(overlap) == 0:
         return np.full(len(thresholds), np.nan)
-    return np.asarray((np.asarray(overlap)[:, None] > np.asarray(thresholds)).mean(axis=0))
+    return np.asarray((np.asarray(overlap)[:, None] > thresholds).sum(axis=0) / len(overlap))
 
 
 def success_rate(overlap: Floats, threshold: float) -> float:
@@ -50,4 +51,4 @@ def success_rate(overlap: Floats, threshold: float) -> float:
     Huang, Zhao, Huang, GOT-10k, IEEE TPAMI 43 (2021), section 3.4: SR at 0.5 and 0.75. Its AO, the
     average overlap, is the mean of the overlaps.
     """
-    return float((np.asarray(overlap) > threshold).mean()) if len(overlap) else np.nan
+    return share(np.asarray(overlap) > threshold)

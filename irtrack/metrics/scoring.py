@@ -64,7 +64,7 @@ class CentreFigures:
         errors = np.hypot(offsets[:, 0], offsets[:, 1])
         (abs_x, sd_x), (abs_y, sd_y) = mean_abs(offsets[:, 0]), mean_abs(offsets[:, 1])
         squares = rmse(errors), rmse(offsets[:, 0]), rmse(offsets[:, 1])
-        return cls(float(errors.mean()), abs_x, abs_y, sd_x, sd_y, *squares)
+        return cls(float(errors.sum() / len(errors)), abs_x, abs_y, sd_x, sd_y, *squares)
 
 
 @dataclass(frozen=True, slots=True)

@@ -76,7 +76,7 @@ class Trace:
 
     def first(self, n: int) -> Trace:
         """Its first n frames: what the trace would be, had the source ended there."""
-        return replace(self, **{field.name: getattr(self, field.name)[:n] for field in fields(self)})
+        return replace(self, **{name: getattr(self, name)[:n] for name in _ARRAYS})
 
     def same_as(self, other: Trace) -> bool:
         """Is every number of the two the same, bit for bit, times aside?"""
@@ -152,20 +152,23 @@ class Trace:
     def digest(self) -> str:
         """Hex digest of the track and its truth, times aside: two runs that have it in common did the same."""
         digest = hashlib.blake2b(digest_size=16)
-        for field in fields(self):
-            if field.name not in ("step_ms", "cpu_ms"):
-                array = getattr(self, field.name)
-                digest.update(f"{field.name} {_words(array.dtype)} {array.shape}\0".encode() + array.tobytes())
+        for name in _ARRAYS:
+            if name not in ("step_ms", "cpu_ms"):
+                array = getattr(self, name)
+                digest.update(f"{name} {_words(array.dtype)} {array.shape}\0".encode() + array.tobytes())
         return digest.hexdigest()
 
     def to_bytes(self) -> bytes:
         """All its arrays, packed."""
-        return pack({field.name: getattr(self, field.name) for field in fields(self)})
+        return pack({name: getattr(self, name) for name in _ARRAYS})
 
     @classmethod
     def from_bytes(cls, blob: bytes) -> Trace:
         """The inverse of `to_bytes`."""
         return cls(**unpack(blob))
+
+
+_ARRAYS = tuple(field.name for field in fields(Trace))
 
 
 @cache
