@@ -1,4 +1,4 @@
-"""Worker processes: how they begin, are watched and end with their parent, and results in the order of the work."""
+"""Worker processes: how they begin, are watched and end with their parent."""
 
 from __future__ import annotations
 
@@ -9,21 +9,17 @@ import sys
 import threading
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from multiprocessing.connection import Connection
 from multiprocessing.reduction import ForkingPickler
 from time import monotonic
-from typing import Any, Protocol, TypeVar
+from typing import Any
 
 import cv2
 import numpy as np
 
 from irsim.interrupts import end_with_parent, ignore_interrupts, interrupts_held
 from irtrack.errors import IrtrackError, WorkerError, how_it_ended, told
-
-Item = TypeVar("Item")
-Outcome = TypeVar("Outcome")
 
 POLL_S = 0.05
 """How often a watched process is looked at: so much later than its limit it may be ended."""
@@ -35,34 +31,6 @@ SENDABLE = "a class at the top level of a module's file, which makes what cannot
 """What can be given to another process."""
 
 _starting = threading.Lock()
-
-
-class Map(Protocol):
-    """Applies a function to items and gives the outcomes in their order, each as soon as it and those before are
-    there; whoever stops listening spares what has not begun."""
-
-    def __call__(self, function: Callable[[Item], Outcome], items: Sequence[Item]) -> Iterator[Outcome]: ...
-
-
-@contextmanager
-def in_order(jobs: int) -> Iterator[Map]:
-    """A `Map` over so many threads, each of which is to wait for a `Watched`; one job is done by this thread."""
-    if jobs == 1:
-        with one_thread():
-            yield lambda function, items: map(function, items)
-        return
-    with ThreadPoolExecutor(jobs) as pool:
-
-        def spread(function: Callable[[Item], Outcome], items: Sequence[Item]) -> Iterator[Outcome]:
-            futures = [pool.submit(function, item) for item in items]
-            try:
-                for future in futures:
-                    yield future.result()
-            finally:
-                for future in futures:
-                    future.cancel()
-
-        yield spread
 
 
 @contextmanager

@@ -16,11 +16,11 @@ from irtrack.cli import main
 from irtrack.errors import InputError
 from irtrack.falsify import Failure, Nearest, find_failure
 from irtrack.falsify.hunt import UNSURE, Hunt
+from irtrack.falsify.order import in_order
 from irtrack.falsify.rules import rules_of
 from irtrack.falsify.trial import Subject, examine
 from irtrack.falsify.trials import Trials
 from irtrack.metrics import wilson
-from irtrack.workers import in_order
 
 Cli = Callable[..., tuple[int, str, str]]
 

@@ -18,11 +18,11 @@ from irtrack.cli.options import FRAME_LIMIT_S
 from irtrack.errors import InputError, IrtrackError
 from irtrack.falsify import Failure, Revisited, find_failure, kept_failures, revisit
 from irtrack.falsify.apart import Run, apart
+from irtrack.falsify.order import in_order
 from irtrack.falsify.rules import rules_of
 from irtrack.falsify.trial import ENDS, RAISES, Subject, examine
 from irtrack.falsify.trials import Trials
 from irtrack.replay import BLOCK_FRAMES
-from irtrack.workers import in_order
 
 SCENE = "".join(
     line

@@ -22,13 +22,13 @@ from irtrack.falsify import Failure, Luck
 from irtrack.falsify.case import Case
 from irtrack.falsify.files import FOUND, JOURNAL, write_failure
 from irtrack.falsify.hunt import Hunt
+from irtrack.falsify.order import in_order
 from irtrack.falsify.rules import MARGINS, rules_of
 from irtrack.falsify.told import ASKED, REACHED, asked, reached
 from irtrack.falsify.trial import RAISES, Subject
 from irtrack.falsify.trials import Trials
 from irtrack.metrics import Trace
 from irtrack.types import Tracker
-from irtrack.workers import in_order
 
 # -- a rule in words, and what was reached of it, by hand; the target is 5 px across, off begins above 5 px
 

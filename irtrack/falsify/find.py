@@ -14,11 +14,11 @@ from irtrack.falsify.apart import running
 from irtrack.falsify.files import JOURNAL, check_outputs, clear, write_failure
 from irtrack.falsify.hunt import FRESH, Failure, Hunt, Nearest, Progress, Say, check
 from irtrack.falsify.kept import keep
+from irtrack.falsify.order import in_order
 from irtrack.falsify.rules import rules_of
 from irtrack.falsify.trial import Subject
 from irtrack.falsify.trials import Trials
 from irtrack.types import Tracker
-from irtrack.workers import in_order
 
 
 def find_failure(

@@ -18,11 +18,11 @@ from irtrack.bench.group import Watch
 from irtrack.errors import InputError, IrtrackError
 from irtrack.falsify.apart import NO_LIMIT_S, Run, apart, here, running
 from irtrack.falsify.files import MINIMAL, file_stem
+from irtrack.falsify.order import in_order
 from irtrack.falsify.rules import in_words, rules_of
 from irtrack.falsify.told import NOTED
 from irtrack.falsify.trial import Subject, Verdict, examine
 from irtrack.identity import changed_parameters, tracker_config
-from irtrack.workers import in_order
 
 KEPT = Path("scenarios") / "regressions"
 """Where failures are kept unless another folder is named."""
