@@ -10,7 +10,7 @@ import threading
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from multiprocessing.connection import Connection
+from multiprocessing.connection import Connection, wait
 from multiprocessing.reduction import ForkingPickler
 from time import monotonic
 from typing import Any
@@ -30,7 +30,9 @@ END_S = 10.0
 SENDABLE = "a class at the top level of a module's file, which makes what cannot be pickled in init or start"
 """What can be given to another process."""
 
-_starting = threading.Lock()
+_reaping = threading.Lock()
+"""Whoever starts a process asks all others whether they have ended (multiprocessing), and how is told only once: of two
+threads that ask at the same time one would read nonsense."""
 
 
 @contextmanager
@@ -133,7 +135,7 @@ class _Process:
         context = _context()
         self._empty, self._answered, self._closed = tuple(board), False, False
         self._board = context.RawArray("d", board)
-        with _starting, interrupts_held():
+        with _reaping, interrupts_held():
             self._pipe, theirs = context.Pipe()
             self._process = context.Process(target=_serve, args=(theirs, self._board, begun), daemon=True)
             self._process.start()
@@ -160,10 +162,9 @@ class _Process:
         return answer
 
     def _gone(self, overdue: bool = False, moved: bool = False) -> GoneError:
-        self._process.join(END_S)
-        code, at = self._process.exitcode, tuple(self._board)
+        code, at = self._exit_code(END_S), tuple(self._board)
         self.kill()
-        if self._closed:  # by another thread: of two that read at once how it ended, one reads nonsense
+        if self._closed:  # by another thread
             return GoneError(at, overdue=False, moved=False, how="closed")
         if code and code > 0 and not self._answered and at == self._empty:  # not by chance: the next one would, too
             raise IrtrackError(
@@ -179,8 +180,17 @@ class _Process:
         self.kill()
 
     def kill(self) -> None:
-        self._process.kill()
-        self._process.join()
+        with _reaping:
+            self._process.kill()
+        self._exit_code()
+
+    def _exit_code(self, within_s: float | None = None) -> int | None:
+        """Of a process that ends, below 0 by a signal; None where it goes on for so long."""
+        wait([self._process.sentinel], within_s)
+        with _reaping:
+            self._process.join(0)
+            code: int | None = self._process.exitcode
+            return code
 
 
 def _context() -> Any:

@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import math
+import os
+import sys
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from dataclasses import dataclass
+from multiprocessing import forkserver
 from pathlib import Path
 from typing import Any
 
@@ -73,3 +78,39 @@ def test_whoever_waits_for_a_process_that_another_thread_closes_learns_just_that
     with pytest.raises(GoneError) as gone:
         watched.ask(600.0)
     assert gone.value.how == "closed"
+
+
+def ends(board: Any) -> Any:
+    """The work of a process: to end."""
+
+    def work(status: int) -> None:
+        board[0] = 1.0
+        os._exit(status)
+
+    return work
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="of the fork server")
+def test_how_a_process_ends_is_told_though_others_start_meanwhile(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Python reads it once, and whoever starts a process reads it of all that have ended: here while it is read."""
+    read, main = forkserver.read_signed, threading.get_ident()
+
+    def slowly(file: int) -> Any:
+        time.sleep(0.2 if threading.get_ident() == main else 0.0)
+        return read(file)
+
+    monkeypatch.setattr(forkserver, "read_signed", slowly)
+    done = threading.Event()
+
+    def start_others() -> None:
+        while not done.is_set():
+            with closing(Watched(asleep, (math.inf,))) as other:
+                other.ask(0.0)
+
+    with ThreadPoolExecutor(1) as beside:
+        starting = beside.submit(start_others)
+        with pytest.raises(GoneError) as gone:
+            Watched(ends, (0.0, math.inf)).ask(7)
+        done.set()
+        starting.result()
+    assert gone.value.how == "exit status 7"
