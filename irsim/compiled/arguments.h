@@ -1,0 +1,41 @@
+/* Arrays given to a compiled function: read by the buffer protocol, so that numpy's headers are not needed. */
+#ifndef IRSIM_ARGUMENTS_H
+#define IRSIM_ARGUMENTS_H
+
+#define PY_SSIZE_T_CLEAN
+#include <Python.h>
+#include <string.h>
+
+#define MOST_ARRAYS 16
+
+/* The arrays of one call; all are given back by `release`. */
+typedef struct {
+    Py_buffer of[MOST_ARRAYS];
+    int count;
+} Arrays;
+
+static inline void release(Arrays *arrays)
+{
+    while (arrays->count > 0)
+        PyBuffer_Release(&arrays->of[--arrays->count]);
+}
+
+/* The data of a C-contiguous array with elements of `format` ("d", "f", "l", "H", "?": numpy's letters), NULL with an
+ * exception where it is none; `length` takes the number of its elements. */
+static inline void *array(Arrays *arrays, PyObject *given, const char *format, int writable, Py_ssize_t *length)
+{
+    Py_buffer *view = &arrays->of[arrays->count];
+    int flags = PyBUF_C_CONTIGUOUS | PyBUF_FORMAT | (writable ? PyBUF_WRITABLE : 0);
+    if (PyObject_GetBuffer(given, view, flags) < 0)
+        return NULL;
+    arrays->count++;
+    if (view->format == NULL || strcmp(view->format, format) != 0) {
+        PyErr_Format(PyExc_TypeError, "an array of %s is wanted, not of %s", format, view->format);
+        return NULL;
+    }
+    if (length)
+        *length = view->len / view->itemsize;
+    return view->buf;
+}
+
+#endif

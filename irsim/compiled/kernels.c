@@ -1,0 +1,23 @@
+/* The module irsim.compiled._kernels: inner loops, each in a file of its own. What they take is said in _kernels.pyi;
+ * lengths that must agree are the caller's to keep, as each is called from one place in irsim only. */
+#include "arguments.h"
+#include "normals.h"
+
+static PyMethodDef methods[] = {
+    {"table_normals", (PyCFunction)(void (*)(void))table_normals, METH_FASTCALL, NULL},
+    {NULL, NULL, 0, NULL},
+};
+
+static PyModuleDef_Slot slots[] = {{0, NULL}};
+
+static PyModuleDef module = {
+    .m_base = PyModuleDef_HEAD_INIT,
+    .m_name = "irsim.compiled._kernels",
+    .m_methods = methods,
+    .m_slots = slots,
+};
+
+PyMODINIT_FUNC PyInit__kernels(void)
+{
+    return PyModuleDef_Init(&module);
+}
