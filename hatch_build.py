@@ -26,6 +26,7 @@ def build() -> list[str]:
             sorted(str(each.relative_to(ROOT)) for each in (ROOT / package / "compiled").glob("*.c")),
             depends=sorted(str(each.relative_to(ROOT)) for each in (ROOT / package / "compiled").glob("*.h")),
             define_macros=[("Py_LIMITED_API", OLDEST)],
+            include_dirs=[str(ROOT)],
             # Sums and products are rounded one by one, so that results are those of the plain loops.
             extra_compile_args=["-O3", "-ffp-contract=off", "-fno-math-errno"],
             py_limited_api=True,
@@ -38,7 +39,8 @@ def build() -> list[str]:
     command.inplace = True
     command.ensure_finalized()
     command.run()
-    return [str(each.relative_to(ROOT)) for package in PACKAGES for each in (ROOT / package / "compiled").glob("*.abi3.*")]
+    built = [each for package in PACKAGES for each in (ROOT / package / "compiled").glob("*.abi3.*")]
+    return [str(each.relative_to(ROOT)) for each in built]
 
 
 class CustomBuildHook(BuildHookInterface[Any]):

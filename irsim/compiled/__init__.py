@@ -12,7 +12,7 @@ COMPILED = False
 
 if not os.environ.get("IRSIM_PLAIN"):
     try:
-        from irsim.compiled import _kernels as kernels
+        from irsim.compiled import _kernels as kernels  # noqa: F401
 
         COMPILED = True
     except ImportError:  # there was no compiler
