@@ -9,10 +9,12 @@ from __future__ import annotations
 import hashlib
 import math
 import operator
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
 
+from irsim.compiled import COMPILED, kernels
 from irsim.types import Floats
 
 Address = str | int
@@ -41,21 +43,45 @@ def normals(
     are refined by a further 64-bit word, which reaches 10 sigma. `out`: a C-contiguous float32
     array of that shape to be filled and returned.
     """
+    if COMPILED:
+        values = np.empty(shape, np.float32) if out is None else out
+        places, tails = outer(kernels.normals(*begun(seed, *address), values))
+        values.reshape(-1)[places] = tails
+        return values
+    return _normals_plain(shape, bits(seed, *address), out)
+
+
+def _normals_plain(
+    shape: tuple[int, ...], source: np.random.SFC64, out: npt.NDArray[np.float32] | None
+) -> npt.NDArray[np.float32]:
     from irsim.lookup import lookup
     from irsim.normal import REFINED, cell_means
 
-    source = bits(seed, *address)
     count = math.prod(shape)
     words = source.random_raw(-(-count // 4)).view(np.uint16)[:count].reshape(shape)
     values = lookup(cell_means(), words, out)
     words += np.uint16(REFINED)  # both ends at once: the sum wraps
-    outer = np.flatnonzero(words < 2 * REFINED)
-    if outer.size:
-        values.reshape(-1)[outer] = _outer(words.reshape(-1)[outer], source.random_raw(outer.size))
+    refined = np.flatnonzero(words < 2 * REFINED)
+    if refined.size:
+        values.reshape(-1)[refined] = _tails(words.reshape(-1)[refined], source.random_raw(refined.size))
     return values
 
 
-def _outer(words: npt.NDArray[np.uint16], further: npt.NDArray[np.uint64]) -> Floats:
+def begun(seed: int, *address: Address) -> tuple[bytes, npt.NDArray[np.float32], int]:
+    """What the compiled loops draw the normals of an address from."""
+    from irsim.normal import REFINED, cell_means
+
+    return cast(Any, bits(seed, *address).state)["state"]["state"].tobytes(), cell_means(), REFINED
+
+
+def outer(found: bytes) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.float32]]:
+    """Of what a compiled loop returns that draws: the places, flat, of the normals that it took for 0, as they are
+    of the table's outer cells, and those normals."""
+    places, words, further = np.frombuffer(found, np.uint64).reshape(-1, 3).T
+    return places.astype(np.intp), _tails(words.astype(np.uint16), further).astype(np.float32)
+
+
+def _tails(words: npt.NDArray[np.uint16], further: npt.NDArray[np.uint64]) -> Floats:
     """Normals of the outer cells: words 0 .. REFINED-1 from the upper end on, then those of the lower end;
     `further` places each within its cell."""
     from irsim.normal import CELLS, REFINED, deep_quantile

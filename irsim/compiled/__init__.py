@@ -7,13 +7,15 @@ used.
 from __future__ import annotations
 
 import os
+from contextlib import suppress
+from typing import TYPE_CHECKING
 
-COMPILED = False
+if TYPE_CHECKING:
+    from irsim.compiled import _kernels as kernels
+else:
+    kernels = None
+    if not os.environ.get("IRSIM_PLAIN"):
+        with suppress(ImportError):  # there was no compiler
+            from irsim.compiled import _kernels as kernels
 
-if not os.environ.get("IRSIM_PLAIN"):
-    try:
-        from irsim.compiled import _kernels as kernels  # noqa: F401
-
-        COMPILED = True
-    except ImportError:  # there was no compiler
-        pass
+COMPILED: bool = kernels is not None

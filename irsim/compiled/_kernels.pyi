@@ -3,13 +3,11 @@
 import numpy as np
 import numpy.typing as npt
 
-def table_normals(
-    words: npt.NDArray[np.uint16],
-    table: npt.NDArray[np.float32],
-    refined: int,
-    out: npt.NDArray[np.float32],
-    outer: npt.NDArray[np.int64],
-    /,
-) -> int:
-    """out[i] = table[words[i]]; `outer` takes the places of words in the `refined` cells of either end, whose number
-    is returned."""
+Float32 = npt.NDArray[np.float32]
+
+def normals(state: bytes, table: Float32, refined: int, out: Float32, /) -> bytes:
+    """Fill `out` with unit normals from the table by the 16-bit words of an SFC64 generator in a state.
+
+    Those of the `refined` cells at either end are 0. Of them the bytes tell, 64 bits each: place, word +
+    refined (mod 2^16), and a further word of the generator.
+    """

@@ -1,10 +1,10 @@
 /* The module irsim.compiled._kernels: inner loops, each in a file of its own. What they take is said in _kernels.pyi;
  * lengths that must agree are the caller's to keep, as each is called from one place in irsim only. */
 #include "arguments.h"
-#include "normals.h"
+#include "drawing.h"
 
 static PyMethodDef methods[] = {
-    {"table_normals", (PyCFunction)(void (*)(void))table_normals, METH_FASTCALL, NULL},
+    {"normals", (PyCFunction)(void (*)(void))normals, METH_FASTCALL, NULL},
     {NULL, NULL, 0, NULL},
 };
 
