@@ -2,9 +2,11 @@
  * lengths that must agree are the caller's to keep, as each is called from one place in irsim only. */
 #include "arguments.h"
 #include "drawing.h"
+#include "sprite.h"
 
 static PyMethodDef methods[] = {
     {"normals", (PyCFunction)(void (*)(void))normals, METH_FASTCALL, NULL},
+    {"sprite_light", (PyCFunction)(void (*)(void))sprite_light, METH_FASTCALL, NULL},
     {NULL, NULL, 0, NULL},
 };
 

@@ -11,6 +11,7 @@ from itertools import accumulate
 import numpy as np
 import numpy.typing as npt
 
+from irsim.compiled import COMPILED, kernels
 from irsim.optics import PointSpread
 from irsim.product import product
 from irsim.shapes.polygon import centroids, changes
@@ -18,6 +19,8 @@ from irsim.shapes.visible import visible_edges
 from irsim.sprite import Sprite
 from irsim.stage import Stage
 from irsim.types import Box, Floats
+
+Ints = npt.NDArray[np.int64]
 
 FINE = 2
 """Cells of the fine grid to a pixel, on each axis: alpha is within 0.0012 of the exact convolution at a
@@ -40,7 +43,7 @@ class Outline:
     window   what of it is drawn (`box` itself, or a part)
     """
 
-    edges: tuple[Floats, Floats, npt.NDArray[np.int64]]
+    edges: tuple[Floats, Floats, Ints]
     glow: Floats
     box: Box
     window: Box
@@ -54,6 +57,8 @@ def sprites(outlines: Sequence[Outline]) -> list[Sprite]:
     Each cell's light is spread as its exact area and first moments say, so that pixels follow a shift
     of a hundredth of a pixel.
     """
+    if COMPILED:
+        return [_sprite(outline) for outline in outlines]
     if not outlines:
         return []
     layers = tuple(len(outline.glow) for outline in outlines)
@@ -81,6 +86,59 @@ def sprites(outlines: Sequence[Outline]) -> list[Sprite]:
 def sprite(outline: Outline) -> Sprite:
     """Draw one thing."""
     return sprites([outline])[0]
+
+
+def _sprite(outline: Outline) -> Sprite:
+    """What `sprites` does, compiled."""
+    grid, psf = Grid.over(outline.window), outline.psf
+    fine, margin = grid.fine, psf.reach_px
+    light = np.empty((3, grid.rows + 2 * margin, grid.columns + 2 * margin))
+    area, signal, x, y, signal_x, signal_y = kernels.sprite_light(
+        *outline.edges,
+        outline.glow,
+        grid.left - 0.5,
+        grid.top - 0.5,
+        fine,
+        margin,
+        _weights(psf, fine),
+        *_bands(psf, grid.rows, fine),
+        *_bands(psf, grid.columns, fine),
+        light,
+    )
+    return Sprite(
+        x0=grid.left - margin,
+        y0=grid.top - margin,
+        cover=light[0],
+        alpha=light[1],
+        emission=light[2],
+        center=(x, y),
+        signal_center=(signal_x, signal_y) if signal > 0 else (x, y),
+        box=outline.box,
+        range_m=outline.range_m,
+        area=area,
+    )
+
+
+@lru_cache(maxsize=32)
+def _weights(psf: PointSpread, fine: int) -> Floats:
+    """(terms,) of a spread, for one cell. Read only."""
+    weights = np.array([weight / fine**2 for weight, _, _ in psf.spreading(1, fine)])
+    weights.flags.writeable = False
+    return weights
+
+
+@lru_cache(maxsize=128)
+def _bands(psf: PointSpread, pixels: int, fine: int) -> tuple[Ints, Floats]:
+    """What of a spread's matrices is not 0, along one axis: the first pixel (cells,) that each cell gives light to,
+    and what it gives to it and those after it (terms, 2, cells, width), evenly lit and by its moment. Read only."""
+    terms = np.array([matrices for _, *matrices in psf.spreading(pixels, fine)]).swapaxes(2, 3)
+    lit = (terms != 0).any(axis=(0, 1))
+    first, beyond = lit.argmax(axis=1), lit.shape[1] - lit[:, ::-1].argmax(axis=1)
+    width = int((beyond - first).max())
+    first = np.minimum(first, lit.shape[1] - width)
+    shares = np.take_along_axis(terms, (first[:, None] + np.arange(width))[None, None], axis=3)
+    first.flags.writeable = shares.flags.writeable = False
+    return first, shares
 
 
 @dataclass(frozen=True)

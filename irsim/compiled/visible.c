@@ -1,0 +1,195 @@
+/* See irsim/shapes/visible.py, whose `visible_edges` does the same in the same order, so that pieces are the same to
+ * the last bit; here one edge after the other, with nothing kept but what covers it. */
+#include "visible.h"
+
+/* As there: edges of each layer lie this much further in than those of the one in front. */
+static const double INSET_PX = 1e-9;
+
+/* An edge with its inset. Its line is across * x + down * y = level, greater inside its polygon. */
+typedef struct {
+    Point start, stop, along;
+    double across, down, level;
+    Extent box;
+} Edge;
+
+/* Where an edge runs through a polygon: from entry to leave, 0..1 along it. */
+typedef struct {
+    int64_t polygon;
+    double entry, leave;
+} Through;
+
+typedef struct {
+    double place, order;
+} Cut;
+
+typedef struct {
+    const Edge *edges;
+    const int64_t *first; /* (layers + 1) first edge of each polygon */
+    const Extent *boxes;  /* (layers) */
+    const double *glow;
+    Py_ssize_t layers;
+    Through *through; /* (layers) room */
+    Cut *cuts;        /* (2 layers) room */
+} Picture;
+
+static Edge inset(Point start, Point stop, int64_t depth)
+{
+    Edge edge = {.along = {stop.x - start.x, stop.y - start.y}};
+    edge.across = -edge.along.y;
+    edge.down = edge.along.x;
+    double length = hypot(edge.across, edge.down);
+    double by = INSET_PX * (double)depth / (length > 1e-300 ? length : 1e-300);
+    edge.start = (Point){start.x + edge.across * by, start.y + edge.down * by};
+    edge.stop = (Point){edge.start.x + edge.along.x, edge.start.y + edge.along.y};
+    Point drawn = {edge.stop.x - edge.start.x, edge.stop.y - edge.start.y};
+    edge.across = -drawn.y;
+    edge.down = drawn.x;
+    edge.level = edge.across * edge.start.x + edge.down * edge.start.y;
+    edge.box = with_point(with_point(NOTHING, edge.start), edge.stop);
+    return edge;
+}
+
+/* Does an edge run through the polygon of edges line .. end - 1? */
+static int runs_through(const Edge *edge, const Edge *line, const Edge *end, double *entry, double *leave)
+{
+    double from = 0.0, to = 1.0;
+    for (; line < end; line++) {
+        double at_start = edge->start.x * line->across + edge->start.y * line->down - line->level;
+        double at_stop = edge->stop.x * line->across + edge->stop.y * line->down - line->level;
+        if (at_start < 0) {
+            if (at_stop < 0)
+                return 0;
+            from = greater(from, at_start / (at_start - at_stop));
+        } else if (at_stop < 0) {
+            to = lesser(to, at_start / (at_start - at_stop));
+        }
+    }
+    *entry = from;
+    *leave = to;
+    return from < to;
+}
+
+static Py_ssize_t all_through(const Picture *picture, const Edge *edge, int64_t own)
+{
+    Py_ssize_t found = 0;
+    for (Py_ssize_t other = 0; other < picture->layers; other++) {
+        if (other == own || !meet(&picture->boxes[own], &picture->boxes[other]) ||
+            !meet(&edge->box, &picture->boxes[other]))
+            continue;
+        Through *place = &picture->through[found];
+        place->polygon = other;
+        found += runs_through(edge, picture->edges + picture->first[other], picture->edges + picture->first[other + 1],
+                              &place->entry, &place->leave);
+    }
+    return found;
+}
+
+/* Where the edge of that number is cut, in the order that its plain twin sorts them in. */
+static void sort_cuts(Cut *cuts, const Through *through, Py_ssize_t count, Py_ssize_t number)
+{
+    for (Py_ssize_t i = 0; i < 2 * count; i++) {
+        double place = i < count ? through[i].entry : through[i - count].leave;
+        Cut cut = {place, (double)(2 * number) + place};
+        Py_ssize_t at = i;
+        for (; at > 0 && cuts[at - 1].order > cut.order; at--)
+            cuts[at] = cuts[at - 1];
+        cuts[at] = cut;
+    }
+}
+
+static int64_t nearest(const Through *through, Py_ssize_t count, double middle, int64_t nothing)
+{
+    for (Py_ssize_t i = 0; i < count; i++)
+        if (through[i].entry < middle && middle < through[i].leave)
+            return through[i].polygon; /* they rise */
+    return nothing;
+}
+
+static int keep(Pieces *pieces, const Edge *edge, int64_t layer, double begin, double end, double opacity, double glow)
+{
+    if (pieces->count == pieces->room) {
+        Py_ssize_t room = 2 * pieces->room + 256;
+        Piece *grown = PyMem_Realloc(pieces->of, (size_t)room * sizeof(Piece));
+        if (grown == NULL) {
+            PyErr_NoMemory();
+            return -1;
+        }
+        pieces->of = grown;
+        pieces->room = room;
+    }
+    Point start = {edge->start.x + edge->along.x * begin, edge->start.y + edge->along.y * begin};
+    Point stop = {edge->start.x + edge->along.x * end, edge->start.y + edge->along.y * end};
+    pieces->of[pieces->count++] = (Piece){start, stop, opacity, glow, layer};
+    return 0;
+}
+
+static int keep_visible(const Picture *picture, Py_ssize_t number, int64_t own, Pieces *pieces)
+{
+    const Edge *edge = &picture->edges[number];
+    Py_ssize_t count = all_through(picture, edge, own);
+    sort_cuts(picture->cuts, picture->through, count, number);
+    int open = 0; /* is there a piece that may go on? */
+    double from = 0.0, to = 0.0, opacity = 0.0, gain = 0.0;
+    for (Py_ssize_t i = 0; i <= 2 * count; i++) {
+        double begin = i ? picture->cuts[i - 1].place : 0.0, end = i < 2 * count ? picture->cuts[i].place : 1.0;
+        int64_t behind = nearest(picture->through, count, (begin + end) / 2, picture->layers);
+        int bare = behind == picture->layers;
+        double gains = picture->glow[own] - (bare ? 0.0 : picture->glow[behind]);
+        if (behind <= own || !(bare || gains != 0))
+            continue;
+        if (open && begin == to && (double)bare == opacity && gains == gain) {
+            to = end;
+            continue;
+        }
+        if (open && keep(pieces, edge, own, from, to, opacity, gain) < 0)
+            return -1;
+        open = 1;
+        from = begin;
+        to = end;
+        opacity = bare;
+        gain = gains;
+    }
+    return open ? keep(pieces, edge, own, from, to, opacity, gain) : 0;
+}
+
+/* The first edge of each polygon; -1 with an exception where layers do not rise, or not from 0 to below `layers`. */
+static int find_first(const int64_t *layer, Py_ssize_t count, Py_ssize_t layers, int64_t *first)
+{
+    Py_ssize_t next = 0;
+    for (Py_ssize_t i = 0; i < count; i++) {
+        if (layer[i] < (i ? layer[i - 1] : 0) || layer[i] >= layers) {
+            PyErr_SetString(PyExc_ValueError, "layers of edges must rise from 0 to below the number of layers");
+            return -1;
+        }
+        while (next <= layer[i])
+            first[next++] = i;
+    }
+    while (next <= layers)
+        first[next++] = count;
+    return 0;
+}
+
+int visible_pieces(const Point *start, const Point *stop, const int64_t *layer, Py_ssize_t count, const double *glow,
+                   Py_ssize_t layers, Pieces *pieces)
+{
+    Scratch held = {.count = 0};
+    Edge *edges = scratch(&held, count, sizeof(Edge));
+    int64_t *first = edges ? scratch(&held, layers + 1, sizeof(int64_t)) : NULL;
+    Extent *boxes = first ? scratch(&held, layers, sizeof(Extent)) : NULL;
+    Through *through = boxes ? scratch(&held, layers, sizeof(Through)) : NULL;
+    Cut *cuts = through ? scratch(&held, 2 * layers, sizeof(Cut)) : NULL;
+    int failed = cuts == NULL || find_first(layer, count, layers, first) < 0;
+    if (!failed) {
+        for (Py_ssize_t i = 0; i < layers; i++)
+            boxes[i] = NOTHING;
+        for (Py_ssize_t i = 0; i < count; i++) {
+            edges[i] = inset(start[i], stop[i], layer[i]);
+            boxes[layer[i]] = with_point(with_point(boxes[layer[i]], edges[i].start), edges[i].stop);
+        }
+        Picture picture = {edges, first, boxes, glow, layers, through, cuts};
+        for (Py_ssize_t i = 0; i < count && !failed; i++)
+            failed = keep_visible(&picture, i, layer[i], pieces) < 0;
+    }
+    discard(&held);
+    return failed ? -1 : 0;
+}

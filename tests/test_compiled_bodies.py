@@ -1,0 +1,171 @@
+"""The compiled drawing of bodies does what its plain twin does."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+from test_shapes import AWAY, BODIES, shape, stage
+
+from irsim.compiled import COMPILED
+from irsim.motion.attitude import euler
+from irsim.optics import GaussianSpread, LensSpread, PointSpread
+from irsim.shapes import View, draw_all, silhouette
+from irsim.shapes.polygon import outline
+from irsim.shapes.silhouette import Outline, sprites
+from irsim.sprite import Sprite
+from irsim.types import Box, Floats
+
+if COMPILED:
+    from irsim.compiled import kernels
+
+pytestmark = pytest.mark.skipif(not COMPILED, reason="nothing is compiled")
+
+PLAIN = pytest.MonkeyPatch()
+
+
+def plainly(draw: Sequence[Outline]) -> list[Sprite]:
+    with PLAIN.context() as patch:
+        patch.setattr(silhouette, "COMPILED", False)
+        return sprites(draw)
+
+
+def same(one: Sprite | None, other: Sprite | None) -> None:
+    """The same but for sums in another order."""
+    if one is None or other is None:
+        assert one is other
+        return
+    assert (one.x0, one.y0, one.range_m) == (other.x0, other.y0, other.range_m)
+    assert one.area == pytest.approx(other.area, rel=1e-11, abs=1e-11)
+    for name in ("cover", "alpha", "emission"):
+        ours, theirs = getattr(one, name), getattr(other, name)
+        assert ours.shape == theirs.shape
+        np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-11 * max(np.abs(theirs).max(), 1.0))
+    for side in ("left", "right", "top", "bottom"):
+        assert getattr(one.box, side) == pytest.approx(getattr(other.box, side), rel=1e-12, abs=1e-11)
+    if one.area > 1e-3:
+        assert one.center == pytest.approx(other.center, abs=1e-9)
+        if one.emission.sum() > 1e-3:
+            assert one.signal_center == pytest.approx(other.signal_center, abs=1e-9)
+
+
+SPREADS = (GaussianSpread(0.0), GaussianSpread(0.6), GaussianSpread(2.5), LensSpread(((0.9, 1.0),), 0.5, 0.3))
+
+
+def polygon(middle: tuple[float, float], radius: float, turn: float, corners: int) -> Floats:
+    angles = turn + 2 * np.pi * np.arange(corners) / corners
+    return np.asarray(np.array(middle) + radius * np.stack([np.cos(angles), np.sin(angles)], axis=1))
+
+
+def drawn_as(polygons: Sequence[Floats], glow: Sequence[float], window: Box, psf: PointSpread) -> Outline:
+    edges = [outline(points) for points in polygons]
+    start, stop = (np.concatenate(ends) for ends in zip(*edges, strict=True))
+    layer = np.repeat(np.arange(len(polygons)), [len(points) for points in polygons])
+    low, high = start.min(axis=0), start.max(axis=0)
+    box = Box.from_edges(*low.tolist(), *high.tolist())
+    return Outline((start, stop, layer), np.array(glow), box, window, psf, 1000.0)
+
+
+WHOLE = st.integers(-2, 8).map(float)
+PLACE = WHOLE | st.floats(-3, 9)
+ONE = st.tuples(
+    st.tuples(PLACE, PLACE),
+    st.sampled_from([1.0, 2.0, 1e-9, 0.0]) | st.floats(0.01, 6),
+    st.sampled_from([0.0, math.pi / 4]) | st.floats(-4, 4),
+    st.integers(3, 9),
+)
+SQUARE = ((4.0, 4.0), math.sqrt(8), math.pi / 4, 4)
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    st.lists(ONE, min_size=1, max_size=6),
+    st.lists(st.sampled_from([0.0, 1.0, 5.0]), min_size=6, max_size=6),
+    st.tuples(st.floats(-3, 5), st.floats(-3, 5), st.floats(0.1, 9), st.floats(0.1, 20)),
+    st.sampled_from(SPREADS),
+)
+@example([SQUARE, SQUARE], [1.0, 5.0] * 3, (0.0, 0.0, 8.0, 8.0), SPREADS[1])  # all their edges coincide
+@example([SQUARE, SQUARE], [1.0] * 6, (0.0, 0.0, 8.0, 8.0), SPREADS[1])
+@example([SQUARE, ((8.0, 4.0), math.sqrt(8), math.pi / 4, 4)], [5.0, 1.0] * 3, (0.0, 0.0, 9.0, 8.0), SPREADS[1])
+@example([SQUARE, ((4.0, 4.0), 0.0, 0.0, 5)], [5.0, 1.0] * 3, (0.0, 0.0, 9.0, 8.0), SPREADS[0])
+@example([SQUARE], [1.0] * 6, (40.0, -50.0, 3.0, 3.0), SPREADS[1])  # nothing of it is in the window
+def test_polygons_that_hide_each_other(
+    given: list[tuple[tuple[float, float], float, float, int]],
+    glow: list[float],
+    window: tuple[float, float, float, float],
+    psf: PointSpread,
+) -> None:
+    left, top, wide, high = window
+    one = drawn_as([polygon(*each) for each in given], glow[: len(given)], Box.from_pixels(left, top, wide, high), psf)
+    with np.errstate(invalid="ignore"):
+        (expected,) = plainly([one])
+    same(sprites([one])[0], expected)
+
+
+@pytest.mark.parametrize("side", [3.0, 12.0, 60.0, 140.0])
+def test_every_fineness(side: float) -> None:
+    points = [polygon((30.3, 20.7), side / 2, 0.3, 7), polygon((33.0, 22.0), side / 2, 1.0, 5)]
+    one = drawn_as(points, [2.0, 3.0], Box(30.3, 20.7, side, side), GaussianSpread(0.6))
+    same(sprites([one])[0], plainly([one])[0])
+
+
+@pytest.mark.parametrize("kind", BODIES)
+@pytest.mark.parametrize("psf_px", [0.0, 0.6, 2.0])
+def test_bodies(kind: str, psf_px: float) -> None:
+    where, rng = stage(psf_px), np.random.default_rng(4)
+    things = []
+    for _ in range(12):
+        place = where.geometry.place(rng.uniform(-20, 180, 2), rng.choice([30.0, 300.0, 2000.0]))
+        turn = AWAY @ euler(rng.uniform(-180, 180, 3))
+        things.append((shape(kind), View(place, turn, where, float(rng.uniform(0, 3)))))
+    with PLAIN.context() as patch:
+        patch.setattr(silhouette, "COMPILED", False)
+        expected = draw_all(things)
+    assert any(each is not None for each in expected)
+    for ours, theirs in zip(draw_all(things), expected, strict=True):
+        same(ours, theirs)
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, 1e300])
+def test_what_is_no_number_neither_crashes_nor_hangs(bad: float) -> None:
+    one = drawn_as([polygon((4, 4), 3, 0.2, 5)] * 3, [1.0, bad, 2.0], Box(4, 4, 6, 6), GaussianSpread(0.6))
+    start, stop, layer = one.edges
+    for end in (start, stop):
+        end[2, 1] = end[7, 0] = end[12] = bad
+    drawn = sprites([replace(one, edges=(start, stop, layer))])
+    assert len(drawn) == 1
+
+
+def test_wrong_arrays_are_refused() -> None:
+    start, stop = outline(polygon((4, 4), 3, 0.2, 5))
+    layer, ones, first = np.zeros(5, dtype=np.int64), np.ones(1), np.zeros(4, dtype=np.int64)
+    shares = np.ones((1, 2, 4, 1))
+    right = [start, stop, layer, ones, 0.0, 0.0, 1, 0, ones, first, shares, first, shares, np.empty((3, 4, 4))]
+    draw: Callable[..., tuple[float, ...]] = kernels.sprite_light
+    assert draw(*right)[0] > 0
+    wrong = {
+        0: start[:4],
+        1: np.ones((5, 3)),
+        2: np.array([0, 0, 0, 0, 1]),
+        3: np.zeros(0),
+        6: 0,
+        7: -1,
+        8: np.ones(2),
+        9: np.full(4, 4),
+        10: np.ones((1, 2, 3, 1)),
+        11: np.full(4, -1),
+        12: np.ones(7),
+        13: np.empty((3, 4, 5)),
+    }
+    for place, value in wrong.items():
+        with pytest.raises(ValueError, match=r"sprite_light|layers"):
+            draw(*right[:place], value, *right[place + 1 :])
+    with pytest.raises(TypeError):
+        draw(*right[:-1])
+    with pytest.raises(TypeError):
+        draw(start.astype(np.float32), *right[1:])
