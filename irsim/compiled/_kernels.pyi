@@ -14,6 +14,42 @@ def normals(state: bytes, table: Float32, refined: int, out: Float32, /) -> byte
     refined (mod 2^16), and a further word of the generator.
     """
 
+# What follows draws so, too, and uses each normal at once: those that are 0 have added nothing yet.
+
+def add_normals(state: bytes, table: Float32, refined: int, signal: Float32, scale: float, /) -> bytes:
+    """signal += scale normal."""
+
+def add_lines_and_normals(
+    state: bytes,
+    table: Float32,
+    refined: int,
+    signal: Float32,
+    down: Float32,
+    across: Float32,
+    lines: float,
+    pixels: float,
+    /,
+) -> bytes:
+    """signal += lines (down + across) + pixels normal: (rows, cols), of (rows,) and (cols,)."""
+
+def add_shot(
+    state: bytes, table: Float32, refined: int, signal: Float32, read_variance: float, well: float, /
+) -> bytes:
+    """signal += normal sqrt(signal + read_variance), without the signal where it is `well` or more."""
+
+def bridge(
+    state: bytes,
+    table: Float32,
+    refined: int,
+    before: Float32,
+    after: Float32,
+    weight: float,
+    spread: float,
+    out: Float32,
+    /,
+) -> bytes:
+    """out = weight (before + after) + spread normal."""
+
 def sprite_light(
     start: Float64,
     stop: Float64,

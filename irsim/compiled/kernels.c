@@ -2,11 +2,16 @@
  * lengths that must agree are the caller's to keep, as each is called from one place in irsim only. */
 #include "arguments.h"
 #include "drawing.h"
+#include "grain.h"
 #include "sprite.h"
 
 static PyMethodDef methods[] = {
     {"normals", (PyCFunction)(void (*)(void))normals, METH_FASTCALL, NULL},
     {"sprite_light", (PyCFunction)(void (*)(void))sprite_light, METH_FASTCALL, NULL},
+    {"add_normals", (PyCFunction)(void (*)(void))add_normals, METH_FASTCALL, NULL},
+    {"add_lines_and_normals", (PyCFunction)(void (*)(void))add_lines_and_normals, METH_FASTCALL, NULL},
+    {"add_shot", (PyCFunction)(void (*)(void))add_shot, METH_FASTCALL, NULL},
+    {"bridge", (PyCFunction)(void (*)(void))bridge, METH_FASTCALL, NULL},
     {NULL, NULL, 0, NULL},
 };
 

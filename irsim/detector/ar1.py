@@ -11,11 +11,13 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from irsim.compiled import COMPILED, kernels
 from irsim.detector.base import Additive, Moment, Ratio, read_only
 from irsim.detector.bridge import Bridge
+from irsim.detector.grain import add_outer
 from irsim.detector.response import Response
 from irsim.detector.scratch import scratch
-from irsim.rng import normals
+from irsim.rng import begun, normals
 from irsim.types import Floats
 
 Over = Literal["pixel", "row", "column", "frame"]
@@ -97,6 +99,14 @@ class Process(Bridge[Floats]):
     def between(self, before: Floats, after: Floats, index: int, distance: int) -> Floats:
         weight = 0.5 / math.cosh(self.decay * distance)
         spread = math.sqrt(math.tanh(self.decay * distance))
+        if COMPILED:
+            state = np.empty(self.shape, np.float32)
+            add_outer(
+                state,
+                spread,
+                kernels.bridge(*begun(self.seed, *self.address, index), before, after, weight, spread, state),
+            )
+            return read_only(state)
         mean = cv2.addWeighted(before, weight, after, weight, 0)
         drawn = normals(self.shape, self.seed, *self.address, index, out=scratch(self.shape, "bridge"))
         return read_only(np.asarray(cv2.scaleAdd(drawn, spread, mean, dst=mean)))

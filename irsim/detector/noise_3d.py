@@ -6,12 +6,12 @@ from functools import lru_cache
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
+from irsim.compiled import COMPILED, kernels
 from irsim.detector.base import Additive, Moment, Ratio, read_only
+from irsim.detector.grain import add_normals, add_outer
 from irsim.detector.response import Response
-from irsim.detector.scratch import scratch
-from irsim.rng import normals
+from irsim.rng import begun, normals
 from irsim.types import Floats
 
 
@@ -44,17 +44,26 @@ class Noise3d(Additive):
         pattern = pattern + (down[:, None] + across)
         if not self.tvh:
             return pattern
-        return pattern + np.float32(self.tvh) * self._pixels(moment, None)
+        drawn = normals(moment.shape, moment.seed, "noise", self.name, "tvh", moment.index)
+        return pattern + np.float32(self.tvh) * drawn
 
     def add(self, signal: Floats, response: Response, moment: Moment) -> None:
-        if self.t or self.tv or self.th:
+        address = moment.seed, "noise", self.name, "tvh", moment.index
+        pixels = self.tvh * response.noise
+        lines = bool(self.t or self.tv or self.th)
+        if COMPILED and lines and self.tvh:
+            found = kernels.add_lines_and_normals(
+                *begun(*address), signal, *self._lines(moment), response.noise, pixels
+            )
+            add_outer(signal, pixels, found)
+            return
+        if lines:
             # A product of two numbers a row by two a column adds all of them in one pass.
             down, across = self._lines(moment)
             left = np.column_stack([down, np.ones_like(down)])
             cv2.gemm(left, np.stack([np.ones_like(across), across]), response.noise, signal, 1.0, dst=signal)
         if self.tvh:
-            drawn = self._pixels(moment, scratch(moment.shape, "drawn"))
-            cv2.scaleAdd(drawn, self.tvh * response.noise, signal, dst=signal)
+            add_normals(signal, pixels, *address)
 
     def steady(self, moment: Moment) -> Floats | None:
         if not (self.v or self.h or self.vh):
@@ -71,9 +80,6 @@ class Noise3d(Additive):
         if not sigma:
             return np.zeros(length, np.float32)
         return normals((length,), moment.seed, "noise", self.name, term, moment.index) * np.float32(sigma)
-
-    def _pixels(self, moment: Moment, out: npt.NDArray[np.float32] | None) -> Floats:
-        return normals(moment.shape, moment.seed, "noise", self.name, "tvh", moment.index, out=out)
 
     def spread(self, moment: Moment, fixed: bool) -> float:
         changing = self.t**2 + self.tv**2 + self.th**2 + self.tvh**2

@@ -5,10 +5,11 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from irsim.compiled import COMPILED, kernels
 from irsim.detector.base import Moment, Noise
 from irsim.detector.response import Response
 from irsim.detector.scratch import scratch
-from irsim.rng import bits, normals
+from irsim.rng import begun, bits, normals, outer
 from irsim.types import Floats
 
 EXACT_E = 200.0
@@ -27,12 +28,16 @@ class Shot(Noise):
         return True
 
     def add(self, signal: Floats, response: Response, moment: Moment) -> None:
-        buffer = scratch(moment.shape, "drawn")
-        drawn = normals(moment.shape, moment.seed, "noise", self.name, moment.index, out=buffer)
-        least, most = signal.min(), signal.max()
+        address = moment.seed, "noise", self.name, moment.index
+        least = signal.min()
+        if COMPILED and least >= EXACT_E:
+            found = kernels.add_shot(*begun(*address), signal, response.read**2, response.well)
+            _add_outer(signal, found, response)
+            return
+        drawn = normals(moment.shape, *address, out=scratch(moment.shape, "drawn"))
         low = signal < EXACT_E if least < EXACT_E else None
         sigma = np.add(signal, np.float32(response.read**2), out=scratch(moment.shape, "sigma"))
-        if most >= response.well:
+        if signal.max() >= response.well:
             sigma.reshape(-1)[np.flatnonzero(signal >= response.well)] = response.read**2
         if low is not None:
             sigma[low] = response.read**2
@@ -44,6 +49,16 @@ class Shot(Noise):
 
     def variance(self, signal: Floats, response: Response, moment: Moment, fixed: bool) -> Floats | float:
         return np.maximum(signal, 0).astype(np.float64) + response.read**2
+
+
+def _add_outer(signal: Floats, found: bytes, response: Response) -> None:
+    """Add the noise that the compiled loop left out, as it says by `found`; in place."""
+    places, tails = outer(found)
+    if places.size:
+        held = signal.reshape(-1)[places]
+        variance = np.where(held >= response.well, 0, held) + np.float32(response.read**2)
+        cv2.accumulateProduct(np.sqrt(variance), tails, held)
+        signal.reshape(-1)[places] = held
 
 
 def poisson(means: Floats, uniform: Floats) -> Floats:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
-import numpy.typing as npt
 
 from irsim.detector.base import Additive, Moment, Ratio
+from irsim.detector.grain import add_normals
 from irsim.detector.response import Response
-from irsim.detector.scratch import scratch
 from irsim.rng import normals
 from irsim.types import Floats
 
@@ -20,14 +18,10 @@ class White(Additive):
     """Sigma in units of the camera's NETD."""
 
     def pattern(self, moment: Moment) -> Floats:
-        return self._draw(moment, None) * np.float32(self.ratio)
+        return normals(moment.shape, moment.seed, "noise", self.name, moment.index) * np.float32(self.ratio)
 
     def add(self, signal: Floats, response: Response, moment: Moment) -> None:
-        drawn = self._draw(moment, scratch(moment.shape, "drawn"))
-        cv2.scaleAdd(drawn, self.ratio * response.noise, signal, dst=signal)
-
-    def _draw(self, moment: Moment, out: npt.NDArray[np.float32] | None) -> Floats:
-        return normals(moment.shape, moment.seed, "noise", self.name, moment.index, out=out)
+        add_normals(signal, self.ratio * response.noise, moment.seed, "noise", self.name, moment.index)
 
     def spread(self, moment: Moment, fixed: bool) -> float:
         return self.ratio**2

@@ -1,0 +1,195 @@
+/* Noise of a frame's pixels: normals that are used where they are drawn. Rounded as the passes of OpenCV that they
+ * stand for. */
+#include "drawing.h"
+#include "fused.h"
+#include "grain.h"
+
+/* A loop as the two that `plus` asks for, NAME_fused and NAME_twice; CHOSEN is the one for this processor. */
+#define BOTH(name)                                                                                                     \
+    FUSING static void name##_fused(const float *drawn, Py_ssize_t from, Py_ssize_t count, void *with)                 \
+    {                                                                                                                  \
+        name(drawn, from, count, with, 1);                                                                             \
+    }                                                                                                                  \
+    static void name##_twice(const float *drawn, Py_ssize_t from, Py_ssize_t count, void *with)                        \
+    {                                                                                                                  \
+        name(drawn, from, count, with, 0);                                                                             \
+    }
+#define CHOSEN(name) (fuses() ? name##_fused : name##_twice)
+
+typedef struct {
+    float *signal;
+    float scale;
+} Scaled;
+
+INLINED void scaled(const float *drawn, Py_ssize_t from, Py_ssize_t count, void *with, int fused)
+{
+    const Scaled *to = with;
+    float *restrict signal = to->signal + from;
+    const float scale = to->scale;
+    for (Py_ssize_t i = 0; i < count; i++)
+        signal[i] = plus(signal[i], drawn[i], scale, fused);
+}
+BOTH(scaled)
+
+typedef struct {
+    float *signal;
+    const float *down, *across;
+    Py_ssize_t columns;
+    float lines, pixels;
+} Lined;
+
+INLINED void lined(const float *drawn, Py_ssize_t from, Py_ssize_t count, void *with, int fused)
+{
+    const Lined *to = with;
+    const float lines = to->lines, pixels = to->pixels;
+    Py_ssize_t row = from / to->columns, column = from % to->columns;
+    for (float *restrict signal = to->signal + from; count > 0; row++, column = 0) {
+        const Py_ssize_t run = count < to->columns - column ? count : to->columns - column;
+        const float down = to->down[row], *restrict across = to->across + column;
+        for (Py_ssize_t i = 0; i < run; i++)
+            signal[i] = plus(plus(signal[i], down + across[i], lines, fused), drawn[i], pixels, fused);
+        signal += run;
+        drawn += run;
+        count -= run;
+    }
+}
+BOTH(lined)
+
+typedef struct {
+    float *signal;
+    float read_variance, well;
+} Shot;
+
+INLINED void shot(const float *drawn, Py_ssize_t from, Py_ssize_t count, void *with, int fused)
+{
+    const Shot *to = with;
+    float *restrict signal = to->signal + from;
+    const float read_variance = to->read_variance, well = to->well;
+    for (Py_ssize_t i = 0; i < count; i++) {
+        float held = signal[i], variance = held >= well ? read_variance : held + read_variance;
+        signal[i] = plus(held, sqrtf(variance), drawn[i], fused);
+    }
+}
+BOTH(shot)
+
+typedef struct {
+    const float *before, *after;
+    float *out;
+    float weight, spread;
+} Bridge;
+
+INLINED void bridged(const float *drawn, Py_ssize_t from, Py_ssize_t count, void *with, int fused)
+{
+    const Bridge *to = with;
+    const float *before = to->before + from, *after = to->after + from;
+    float *restrict out = to->out + from;
+    const float weight = to->weight, spread = to->spread;
+    for (Py_ssize_t i = 0; i < count; i++)
+        out[i] = plus(plus(after[i] * weight, before[i], weight, fused), drawn[i], spread, fused);
+}
+BOTH(bridged)
+
+/* The numbers among the arguments from `first` on: 0, or -1 with an exception. */
+static int numbers(PyObject *const *given, int first, int count, float *out)
+{
+    for (int i = 0; i < count; i++) {
+        out[i] = (float)PyFloat_AsDouble(given[first + i]);
+        if (PyErr_Occurred())
+            return -1;
+    }
+    return 0;
+}
+
+static int so_many(const char *name, Py_ssize_t given, Py_ssize_t wanted)
+{
+    if (given == wanted)
+        return 1;
+    PyErr_Format(PyExc_TypeError, "%s takes %zd arguments, not %zd", name, wanted, given);
+    return 0;
+}
+
+/* add_normals(state, table, refined, signal, scale) */
+PyObject *add_normals(PyObject *self, PyObject *const *given, Py_ssize_t count)
+{
+    (void)self;
+    Arrays arrays = {.count = 0};
+    Drawing drawn;
+    Scaled to;
+    Py_ssize_t length;
+    PyObject *outer = NULL;
+    if (so_many("add_normals", count, 5) && drawing(&arrays, given, &drawn) == 0 &&
+        (to.signal = array(&arrays, given[3], "f", 1, &length)) != NULL && numbers(given, 4, 1, &to.scale) == 0)
+        outer = draw(&drawn, length, CHOSEN(scaled), &to);
+    release(&arrays);
+    return outer;
+}
+
+/* add_lines_and_normals(state, table, refined, signal, down, across, lines, pixels) */
+PyObject *add_lines_and_normals(PyObject *self, PyObject *const *given, Py_ssize_t count)
+{
+    (void)self;
+    Arrays arrays = {.count = 0};
+    Drawing drawn;
+    Lined to;
+    Py_ssize_t length, rows;
+    float scales[2];
+    PyObject *outer = NULL;
+    if (so_many("add_lines_and_normals", count, 8) && drawing(&arrays, given, &drawn) == 0 &&
+        (to.signal = array(&arrays, given[3], "f", 1, &length)) != NULL &&
+        (to.down = array(&arrays, given[4], "f", 0, &rows)) != NULL &&
+        (to.across = array(&arrays, given[5], "f", 0, &to.columns)) != NULL && numbers(given, 6, 2, scales) == 0) {
+        to.lines = scales[0];
+        to.pixels = scales[1];
+        if (rows * to.columns == length)
+            outer = draw(&drawn, length, CHOSEN(lined), &to);
+        else
+            PyErr_SetString(PyExc_ValueError, "a number for each row and column of the signal is wanted");
+    }
+    release(&arrays);
+    return outer;
+}
+
+/* add_shot(state, table, refined, signal, read_variance, well) */
+PyObject *add_shot(PyObject *self, PyObject *const *given, Py_ssize_t count)
+{
+    (void)self;
+    Arrays arrays = {.count = 0};
+    Drawing drawn;
+    Shot to;
+    Py_ssize_t length;
+    float limits[2];
+    PyObject *outer = NULL;
+    if (so_many("add_shot", count, 6) && drawing(&arrays, given, &drawn) == 0 &&
+        (to.signal = array(&arrays, given[3], "f", 1, &length)) != NULL && numbers(given, 4, 2, limits) == 0) {
+        to.read_variance = limits[0];
+        to.well = limits[1];
+        outer = draw(&drawn, length, CHOSEN(shot), &to);
+    }
+    release(&arrays);
+    return outer;
+}
+
+/* bridge(state, table, refined, before, after, weight, spread, out) */
+PyObject *bridge(PyObject *self, PyObject *const *given, Py_ssize_t count)
+{
+    (void)self;
+    Arrays arrays = {.count = 0};
+    Drawing drawn;
+    Bridge to;
+    Py_ssize_t length, before, after;
+    float scales[2];
+    PyObject *outer = NULL;
+    if (so_many("bridge", count, 8) && drawing(&arrays, given, &drawn) == 0 &&
+        (to.before = array(&arrays, given[3], "f", 0, &before)) != NULL &&
+        (to.after = array(&arrays, given[4], "f", 0, &after)) != NULL &&
+        (to.out = array(&arrays, given[7], "f", 1, &length)) != NULL && numbers(given, 5, 2, scales) == 0) {
+        to.weight = scales[0];
+        to.spread = scales[1];
+        if (before == length && after == length)
+            outer = draw(&drawn, length, CHOSEN(bridged), &to);
+        else
+            PyErr_SetString(PyExc_ValueError, "states of one length are wanted");
+    }
+    release(&arrays);
+    return outer;
+}
