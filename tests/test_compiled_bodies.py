@@ -15,9 +15,13 @@ from test_shapes import AWAY, BODIES, shape, stage
 from irsim.compiled import COMPILED
 from irsim.motion.attitude import euler
 from irsim.optics import GaussianSpread, LensSpread, PointSpread
-from irsim.shapes import View, draw_all, silhouette
+from irsim.shapes import View, draw_all, rims, silhouette
+from irsim.shapes.joints import Rigid, hinge
+from irsim.shapes.mesh import mesh
 from irsim.shapes.polygon import outline
+from irsim.shapes.rims import Joints, Rims
 from irsim.shapes.silhouette import Outline, sprites
+from irsim.shapes.solids import Solid
 from irsim.sprite import Sprite
 from irsim.types import Box, Floats
 
@@ -125,10 +129,56 @@ def test_bodies(kind: str, psf_px: float) -> None:
         things.append((shape(kind), View(place, turn, where, float(rng.uniform(0, 3)))))
     with PLAIN.context() as patch:
         patch.setattr(silhouette, "COMPILED", False)
+        patch.setattr(rims, "COMPILED", False)
         expected = draw_all(things)
     assert any(each is not None for each in expected)
     for ours, theirs in zip(draw_all(things), expected, strict=True):
         same(ours, theirs)
+
+
+def solids(count: int, seed: int) -> tuple[Solid, ...]:
+    """Hulls of a few points each, which run through each other, touch, or lie apart."""
+    rng = np.random.default_rng(seed)
+    found = []
+    for _ in range(count):
+        size = rng.choice([0.3, 1.0])
+        points = rng.integers(0, 3, 3) + size * rng.uniform(0, 1, (rng.integers(4, 9), 3))
+        if rng.random() < 0.5:  # a cube that shares planes with others
+            points = rng.integers(0, 3, 3) + np.indices((2, 2, 2)).reshape(3, 8).T
+        found.append(Solid(tuple(tuple(point) for point in points.tolist())))
+    return tuple(found)
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    st.integers(1, 12),
+    st.integers(0, 2**32 - 1),
+    st.lists(st.integers(-1, 1), min_size=12, max_size=12),
+    st.floats(-4, 4),
+    st.sampled_from([-20.0, 2.0, 8.0, 1000.0]),
+)
+@example(3, 0, [-1] * 12, 0.0, -20.0)
+def test_outlines_of_any_parts(count: int, seed: int, of_part: list[int], angle: float, range_m: float) -> None:
+    rng, where = np.random.default_rng(seed), stage()
+    form = mesh(solids(count, seed), 1.5)
+    joints = Joints(("one", "other"), np.array(of_part[:count]))
+    motions = {"one": hinge((0.5, 1.0, 0.2), (0.0, 0.0, 1.0), angle), "other": Rigid(np.eye(3), rng.uniform(-1, 1, 3))}
+    view = View(np.array([0.0, 0.0, range_m]), AWAY @ euler(rng.uniform(-180, 180, 3)), where)
+    ours = rims.rims(form, joints, motions, 1.5, view)
+    with PLAIN.context() as patch:
+        patch.setattr(rims, "COMPILED", False)
+        theirs = rims.rims(form, joints, motions, 1.5, view)
+    assert (ours is None) == (theirs is None)
+    if ours is None or theirs is None:
+        return
+    same_rims(ours, theirs)
+
+
+def same_rims(ours: Rims, theirs: Rims) -> None:
+    np.testing.assert_array_equal(ours.rank, theirs.rank)
+    np.testing.assert_array_equal(ours.edges[2], theirs.edges[2])
+    for end in (0, 1):
+        np.testing.assert_allclose(ours.edges[end], theirs.edges[end], rtol=1e-11, atol=1e-9)
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, 1e300])
@@ -139,6 +189,54 @@ def test_what_is_no_number_neither_crashes_nor_hangs(bad: float) -> None:
         end[2, 1] = end[7, 0] = end[12] = bad
     drawn = sprites([replace(one, edges=(start, stop, layer))])
     assert len(drawn) == 1
+
+
+def test_an_outline_of_what_is_no_number_neither_crashes_nor_hangs() -> None:
+    form, still = mesh(solids(9, 5), 1.0), Joints((), np.full(9, -1))
+    for bad in (math.nan, math.inf):
+        for place in ([0.0, 0.0, bad], [bad, 0.0, 9.0]):
+            view = View(np.array(place), AWAY, stage())
+            found = rims.rims(form, still, {}, 1.0, view)
+            assert found is None or sorted(found.rank) == list(range(9))
+
+
+def test_wrong_tables_of_a_body_are_refused() -> None:
+    form = mesh(solids(2, 3), 1.0)
+    parts = form.parts
+    tables = [parts.firsts, parts.corner, parts.edges]
+    planes = [form.vertices, form.normals, form.offsets, form.crossing, form.thin]
+    seen = [1.0, np.eye(3), np.array([0.0, 0.0, 20.0]), 80.0, 60.0, 1e-3]
+    count = len(parts.tail)
+    room = [np.empty((2, count, 2)), np.empty(count, dtype=np.int64), np.empty(2, dtype=np.int64)]
+    right = [*tables, *planes, np.array([-1, 0]), np.eye(3)[None], np.zeros((1, 3)), *seen, *room]
+    draw: Callable[..., tuple[float, ...] | None] = kernels.outline
+    found = draw(*right)
+    assert found is not None
+    assert 0 < found[0] <= count
+    far = parts.edges.copy()
+    far[2, 3] = len(form.normals)
+    wrong = {
+        0: parts.firsts[:, ::-1].copy(),
+        1: parts.corner + len(form.vertices),
+        2: far,
+        3: form.vertices[:-1],
+        4: form.normals[:-1],
+        6: form.crossing[:1],
+        8: np.array([-1, 1]),
+        9: np.zeros((0, 3, 3)),
+        12: np.zeros(8),
+        13: np.zeros(4),
+        17: np.empty((2, count - 1, 2)),
+        18: np.empty(count + 1, dtype=np.int64),
+        19: np.empty(1, dtype=np.int64),
+    }
+    for place, value in wrong.items():
+        with pytest.raises(ValueError, match="outline: its arrays do not agree"):
+            draw(*right[:place], value, *right[place + 1 :])
+    with pytest.raises(TypeError):
+        draw(*right[:-1])
+    with pytest.raises(TypeError):
+        draw(*right[:7], "much", *right[8:])
 
 
 def test_wrong_arrays_are_refused() -> None:

@@ -50,6 +50,32 @@ def bridge(
 ) -> bytes:
     """out = weight (before + after) + spread normal."""
 
+def outline(
+    firsts: Int64,
+    corner: Int64,
+    edges: Int64,
+    vertices: Float64,
+    normals: Float64,
+    offsets: Float64,
+    crossing: Float64,
+    thin: float,
+    joint: Int64,
+    turns: Float64,
+    shifts: Float64,
+    scale: float,
+    attitude: Float64,
+    position: Float64,
+    x: float,
+    y: float,
+    ifov: float,
+    ends: Float64,
+    layer: Int64,
+    rank: Int64,
+    /,
+) -> tuple[int, float, float, float, float] | None:
+    """The outlines of a body's parts, see `Mesh` and `Rims`: `ends` (2, edges, 2) takes starts and stops of edges,
+    `layer` each one's, `rank` each part's. Number of edges, and left, top, right and bottom of the body."""
+
 def sprite_light(
     start: Float64,
     stop: Float64,

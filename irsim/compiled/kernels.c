@@ -3,10 +3,12 @@
 #include "arguments.h"
 #include "drawing.h"
 #include "grain.h"
+#include "outline.h"
 #include "sprite.h"
 
 static PyMethodDef methods[] = {
     {"normals", (PyCFunction)(void (*)(void))normals, METH_FASTCALL, NULL},
+    {"outline", (PyCFunction)(void (*)(void))outline, METH_FASTCALL, NULL},
     {"sprite_light", (PyCFunction)(void (*)(void))sprite_light, METH_FASTCALL, NULL},
     {"add_normals", (PyCFunction)(void (*)(void))add_normals, METH_FASTCALL, NULL},
     {"add_lines_and_normals", (PyCFunction)(void (*)(void))add_lines_and_normals, METH_FASTCALL, NULL},

@@ -12,10 +12,10 @@ import numpy as np
 from irsim.kinds import Fraction, Kelvin, Length
 from irsim.radiometry import Band, radiance
 from irsim.shapes.base import Shape, View
-from irsim.shapes.corners import corners
 from irsim.shapes.joints import Rigid
 from irsim.shapes.mesh import Mesh, mesh
-from irsim.shapes.silhouette import Outline, sprite, sprites
+from irsim.shapes.rims import Joints, rims
+from irsim.shapes.silhouette import Outline, drawn_part, sprite, sprites
 from irsim.shapes.solids import Solid
 from irsim.sprite import Sprite
 from irsim.types import Floats
@@ -51,33 +51,21 @@ class Body(Shape):
 
     def outlined(self, view: View) -> Outline | None:
         """The outlines of its parts as `draw` draws them; None where it is behind the camera."""
-        stage, form = view.stage, self._posed(view.time)
-        parts = form.parts
-        placed = corners(form.vertices, view)
-        if placed is None:
+        stage, joints = view.stage, _joints(type(self))
+        motions = self.joints(view.time) if joints.names else {}
+        found = rims(_mesh(type(self), self.length_m), joints, motions, self.length_m, view)
+        if found is None:
             return None
-        pixels = placed.pixels
-        faces_eye = form.normals @ placed.eye > form.offsets
-        left = faces_eye[parts.left]
-        rim = left != faces_eye[parts.right]
-        # By layers, the nearest first: their edges must stand together.
-        rank = form.hiding_order(placed.eye, pixels)
-        edge = np.flatnonzero(rim)
-        layer = rank[parts.part[edge]]
-        by_layer = np.argsort(layer, kind="stable")
-        order, layer = edge[by_layer], layer[by_layer]
-        # A face seen from outside runs clockwise in x right, y down where its edges are read backwards.
-        start = pixels[np.where(left, parts.head, parts.tail)[order]]
-        stop = pixels[np.where(left, parts.tail, parts.head)[order]]
-        glow = np.empty(len(rank))
-        glow[rank] = _glow(self, stage.band, stage.surroundings) * self.brightness(view)
+        glow = np.empty(len(found.rank))
+        glow[found.rank] = _glow(self, stage.band, stage.surroundings) * self.brightness(view)
         range_m = math.hypot(*view.position.tolist())
-        return Outline((start, stop, layer), glow, placed.box, placed.window, stage.psf, range_m)
+        return Outline(found.edges, glow, found.box, drawn_part(found.box, stage), stage.psf, range_m)
 
-    def _posed(self, time: float) -> Mesh:
-        joints = self.joints(time)
-        motions = {part: joints[solid.joint] for part, solid in enumerate(self.solids) if solid.joint}
-        return _mesh(type(self), self.length_m).posed(motions, self.length_m)
+
+@lru_cache(maxsize=64)
+def _joints(body: type[Body]) -> Joints:
+    names = tuple(sorted({solid.joint for solid in body.solids if solid.joint}))
+    return Joints(names, np.array([names.index(solid.joint) if solid.joint else -1 for solid in body.solids]))
 
 
 @lru_cache(maxsize=64)

@@ -46,6 +46,18 @@ class Parts:
         return np.flatnonzero(np.diff(self.vertex_part, prepend=-1))
 
     @cached_property
+    def firsts(self) -> Ints:
+        """(2, parts + 1) first vertex and first face of each part, and how many there are of all."""
+        return np.stack(
+            [np.append(np.flatnonzero(np.diff(of, prepend=-1)), len(of)) for of in (self.vertex_part, self.face_part)]
+        )
+
+    @cached_property
+    def edges(self) -> Ints:
+        """(E, 5) tail, head, left, right and part of each edge."""
+        return np.column_stack([self.tail, self.head, self.left, self.right, self.part])
+
+    @cached_property
     def all(self) -> Some:
         """All of them."""
         return self.some(tuple(range(self.count)))
@@ -131,9 +143,14 @@ class Mesh:
     crossing: Floats
 
     @cached_property
+    def thin(self) -> float:
+        """What reaches no farther behind a face lies wholly before it, but for rounding."""
+        return float(1e-9 * self.crossing.max())
+
+    @cached_property
     def outside(self) -> npt.NDArray[np.float32]:
         """(parts, F) 1 where a part lies wholly before a face."""
-        return cast(npt.NDArray[np.float32], (self.crossing <= 1e-9 * self.crossing.max()).astype(np.float32))
+        return cast(npt.NDArray[np.float32], (self.crossing <= self.thin).astype(np.float32))
 
     @cached_property
     def parting(self) -> npt.NDArray[np.float32]:

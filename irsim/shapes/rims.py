@@ -1,0 +1,100 @@
+"""The outlines of a body's parts as they are seen, in layers by what hides what."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from irsim.compiled import COMPILED, kernels
+from irsim.shapes.base import View
+from irsim.shapes.corners import corners
+from irsim.shapes.joints import Rigid
+from irsim.shapes.mesh import Ints, Mesh
+from irsim.types import Box, Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Rims:
+    """The outlines of n convex parts.
+
+    edges  start (m, 2), stop (m, 2) px and layer (m,), rising: see `visible_edges`
+    rank   (n,) the layer of each part
+    box    around them, px
+    """
+
+    edges: tuple[Floats, Floats, Ints]
+    rank: Ints
+    box: Box
+
+
+@dataclass(frozen=True, eq=False)
+class Joints:
+    """What moves: the names of its joints, and of each part the place of its joint among them, -1 where it stays."""
+
+    names: tuple[str, ...]
+    of_part: Ints
+
+
+def rims(form: Mesh, joints: Joints, motions: Mapping[str, Rigid], scale: float, view: View) -> Rims | None:
+    """Of a body at rest, its joints moved in units of `scale`; None where any of it lies behind the camera."""
+    if COMPILED:
+        return _compiled(form, joints, motions, scale, view)
+    moved = {part: motions[joints.names[joint]] for part, joint in enumerate(joints.of_part.tolist()) if joint >= 0}
+    form = form.posed(moved, scale)
+    parts = form.parts
+    placed = corners(form.vertices, view)
+    if placed is None:
+        return None
+    pixels = placed.pixels
+    faces_eye = form.normals @ placed.eye > form.offsets
+    left = faces_eye[parts.left]
+    rim = left != faces_eye[parts.right]
+    # By layers, the nearest first: their edges must stand together.
+    rank = form.hiding_order(placed.eye, pixels)
+    edge = np.flatnonzero(rim)
+    layer = rank[parts.part[edge]]
+    by_layer = np.argsort(layer, kind="stable")
+    order, layer = edge[by_layer], layer[by_layer]
+    # A face seen from outside runs clockwise in x right, y down where its edges are read backwards.
+    start = pixels[np.where(left, parts.head, parts.tail)[order]]
+    stop = pixels[np.where(left, parts.tail, parts.head)[order]]
+    return Rims((start, stop, layer), rank, placed.box)
+
+
+def _compiled(form: Mesh, joints: Joints, motions: Mapping[str, Rigid], scale: float, view: View) -> Rims | None:
+    parts, geometry = form.parts, view.stage.geometry
+    x, y = geometry.principal.tolist()
+    moving = [motions[name] for name in joints.names]
+    ends = np.empty((2, len(parts.tail), 2))
+    layer, rank = np.empty(len(parts.tail), dtype=np.int64), np.empty(parts.count, dtype=np.int64)
+    found = kernels.outline(
+        parts.firsts,
+        parts.corner,
+        parts.edges,
+        form.vertices,
+        form.normals,
+        form.offsets,
+        form.crossing,
+        form.thin,
+        joints.of_part,
+        np.array([each.turn for each in moving]) if moving else _STILL,
+        np.array([each.shift for each in moving]) if moving else _STILL,
+        scale,
+        np.ascontiguousarray(view.attitude, dtype=np.float64),
+        np.ascontiguousarray(view.position, dtype=np.float64),
+        x,
+        y,
+        geometry.ifov_rad,
+        ends,
+        layer,
+        rank,
+    )
+    if found is None:
+        return None
+    count, *edges = found
+    return Rims((ends[0, :count], ends[1, :count], layer[:count]), rank, Box.from_edges(*edges))
+
+
+_STILL = np.empty(0)
