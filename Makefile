@@ -57,7 +57,7 @@ peers:
 
 install: $(INSTALLED)
 
-$(INSTALLED): pyproject.toml
+$(INSTALLED): pyproject.toml hatch_build.py $(wildcard irsim/compiled/*.[ch] irtrack/compiled/*.[ch])
 	@test -n "$(PYTHON)" || { echo "irtrack needs Python 3.11 or newer and found none: make PYTHON=/path/to/python" >&2; exit 1; }
 	@"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info < (3, 11) and f"irtrack needs Python 3.11 or newer; $(PYTHON) is {sys.version.split()[0]}: make PYTHON=/path/to/python")'
 	@"$(PYTHON)" -c 'import ensurepip, venv' 2>/dev/null || { echo "$(PYTHON) cannot make environments (on Debian and Ubuntu: apt install python3-venv)" >&2; exit 1; }
@@ -68,5 +68,6 @@ $(INSTALLED): pyproject.toml
 
 clean:
 	rm -rf build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis report.html
+	rm -f irsim/compiled/_kernels*.so irtrack/compiled/_kernels*.so $(INSTALLED)
 	rm -f recordings/*.mcap recordings/*.db recordings/*.db-* *.mcap *.db
 	find irsim irtrack tests -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,11 +1,13 @@
-"""Compiles the inner loops where a C compiler is at hand; without one the package is plain Python and slower.
+"""Compiles the inner loops where a C compiler is at hand; without one the package is plain Python, and slower.
 
-`python hatch_build.py` does so in a checkout.
+hatchling calls it for wheels and editable installs (`make install`); `python hatch_build.py` compiles in a checkout.
 """
 
 from __future__ import annotations
 
+import contextlib
 import sysconfig
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -13,38 +15,42 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 from setuptools import Distribution, Extension
 
 ROOT = Path(__file__).parent
-PACKAGES = ("irsim", "irtrack")
+FOLDERS = [Path(package, "compiled") for package in ("irsim", "irtrack")]
 OLDEST = "0x030b0000"
 """Python 3.11: one binary serves it and all later ones (PEP 384)."""
 
 
 def build() -> list[str]:
-    """Compile in place; the files that came of it, from the root."""
-    extensions = [
-        Extension(
-            f"{package}.compiled._kernels",
-            sorted(str(each.relative_to(ROOT)) for each in (ROOT / package / "compiled").glob("*.c")),
-            depends=sorted(str(each.relative_to(ROOT)) for each in (ROOT / package / "compiled").glob("*.h")),
-            define_macros=[("Py_LIMITED_API", OLDEST)],
-            include_dirs=[str(ROOT)],
-            # Sums and products are rounded one by one, so that results are those of the plain loops.
-            extra_compile_args=["-O3", "-ffp-contract=off", "-fno-math-errno"],
-            py_limited_api=True,
-            optional=True,
-        )
-        for package in PACKAGES
-        if (ROOT / package / "compiled").is_dir()
-    ]
-    command = Distribution({"ext_modules": extensions}).get_command_obj("build_ext")
-    command.inplace = True
-    command.ensure_finalized()
-    command.run()
-    built = [each for package in PACKAGES for each in (ROOT / package / "compiled").glob("*.abi3.*")]
-    return [str(each.relative_to(ROOT)) for each in built]
+    """Compile in place; the files that came of it, from the root. None where there is no compiler."""
+    with contextlib.chdir(ROOT), tempfile.TemporaryDirectory() as objects:
+        for old in _binaries():
+            old.unlink()  # it would be taken for what is built now
+        command = Distribution({"ext_modules": list(map(_extension, FOLDERS))}).get_command_obj("build_ext")
+        command.inplace, command.build_temp = True, objects
+        command.ensure_finalized()
+        command.run()
+        return list(map(str, _binaries()))
+
+
+def _extension(folder: Path) -> Extension:
+    return Extension(
+        ".".join([*folder.parts, "_kernels"]),
+        sorted(map(str, folder.glob("*.c"))),
+        define_macros=[("Py_LIMITED_API", OLDEST)],
+        include_dirs=["."],
+        # Sums and products are rounded one by one, so that results are those of the plain loops.
+        extra_compile_args=["-O3", "-ffp-contract=off", "-fno-math-errno"],
+        py_limited_api=True,
+        optional=True,
+    )
+
+
+def _binaries() -> list[Path]:
+    return [each for folder in FOLDERS for ending in ("so", "pyd") for each in folder.glob(f"_kernels*.{ending}")]
 
 
 class CustomBuildHook(BuildHookInterface[Any]):
-    """Called by hatchling for wheels and editable installs."""
+    """Called by hatchling."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         """Compile, and make the wheel one of this platform where that went well."""
@@ -55,4 +61,4 @@ class CustomBuildHook(BuildHookInterface[Any]):
 
 
 if __name__ == "__main__":
-    print(*build(), sep="\n")
+    print("compiled: " + (", ".join(build()) or "nothing; the plain loops will run"))
