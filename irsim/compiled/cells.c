@@ -42,12 +42,12 @@ static double next_cut(Crossings *across, Crossings *down)
 /* A part of an edge that lies within one cell, by its middle and its extent. */
 static int touch(Point middle, double wide, double high, const Piece *piece, const Grid *grid, Touches *touches)
 {
-    double column = floor(middle.x), row = floor(middle.y), x = middle.x;
-    if (!(row >= 0 && row < (double)grid->rows && column < (double)grid->columns))
+    if (!(middle.y >= 0 && middle.y < (double)grid->rows && middle.x < (double)grid->columns))
         return 0;
     /* Left of the grid an edge still bounds all the cells to its right, like an edge on the border. */
-    if (column < 0)
-        column = wide = x = 0.0;
+    if (middle.x < 0)
+        wide = middle.x = 0.0;
+    int64_t column = (int64_t)middle.x, row = (int64_t)middle.y;
     if (touches->count == touches->room) {
         Py_ssize_t room = 2 * touches->room + 1024;
         Touch *grown = PyMem_Realloc(touches->of, (size_t)room * sizeof(Touch));
@@ -58,16 +58,14 @@ static int touch(Point middle, double wide, double high, const Piece *piece, con
         touches->of = grown;
         touches->room = room;
     }
-    x -= column;
-    double y = middle.y - (row + 0.5);
+    double x = middle.x - (double)column, y = middle.y - ((double)row + 0.5);
     /* Of the cell: what is right of the piece. Of its neighbour: what the cell lacks to a whole one. */
     double area = -high * (1 - x);
     double y_moment = area * y + high * wide * high / 12;
-    int64_t place = (int64_t)column;
     touches->of[touches->count] = (Touch){
-        .row = (int64_t)row,
-        .column = place,
-        .next = touches->last[place],
+        .row = row,
+        .column = column,
+        .next = touches->last[column],
         .area = area,
         .area_beyond = -high - area,
         .y = y_moment,
@@ -76,7 +74,7 @@ static int touch(Point middle, double wide, double high, const Piece *piece, con
         .opacity = piece->opacity,
         .glow = piece->glow,
     };
-    touches->last[place] = touches->count++;
+    touches->last[column] = touches->count++;
     return 0;
 }
 

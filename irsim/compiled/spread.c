@@ -1,8 +1,8 @@
 /* See irsim/shapes/silhouette.py, whose `spread` does the same with whole matrices, most of which are zero.
  *
- * The grid is gone through column by column: its touches are spread down over pixel rows, what they change is summed
- * up from the left, and the sum is spread across. Pictures in work are held by columns, so that all inner loops run
- * down a column. */
+ * The grid is gone through column by column: what changes in its cells is spread down over pixel rows and summed up
+ * from the left, and the sum is spread across. The picture in work is held by columns, so that all inner loops run down
+ * a column. */
 #include "spread.h"
 
 #include <string.h>
@@ -13,76 +13,107 @@
 #define WIDE
 #endif
 
-/* Down one column: the running sums of what changes, and the x moments, each of opacity and glow. */
+/* Of a cell, or of a pixel on the way: what changes from the left in opacity and glow, and their x moments. */
+typedef struct {
+    double opacity, glow, opacity_x, glow_x;
+} Change;
+
+/* What changes in a cell of the column at hand; its y moments only spread down. */
+typedef struct {
+    Change even;
+    double opacity_y, glow_y;
+    int touched;
+} Cell;
+
+/* Down a column of pixels, those of each kind side by side. */
 typedef struct {
     double *opacity, *glow, *opacity_x, *glow_x;
 } Column;
 
-static void add_changes(double weight, double area, double moment, const double *even, const double *slope,
-                        Py_ssize_t width, double *sums)
+static inline void gather(const Touches *touches, int64_t column, Cell *cells)
 {
-    area *= weight;
-    moment *= weight;
-    for (Py_ssize_t i = 0; i < width; i++)
-        sums[i] += area * even[i] + moment * slope[i];
-}
-
-static void add_moments(double moment, const double *even, Py_ssize_t width, double *sums)
-{
-    for (Py_ssize_t i = 0; i < width; i++)
-        sums[i] += moment * even[i];
-}
-
-static void add_touches(const Touches *touches, int64_t number, int beyond, const Bands *rows, Py_ssize_t term,
-                        const Column *sums)
-{
-    Py_ssize_t width = rows->width, plane = rows->cells * width;
-    for (; number >= 0; number = touches->of[number].next) {
-        const Touch *touch = &touches->of[number];
-        const double *even = rows->shares + 2 * term * plane + touch->row * width, *slope = even + plane;
-        int64_t first = rows->first[touch->row];
-        double area = beyond ? touch->area_beyond : touch->area, moment = beyond ? touch->y_beyond : touch->y;
-        add_changes(touch->glow, area, moment, even, slope, width, sums->glow + first);
-        if (!beyond)
-            add_moments(touch->glow * touch->x, even, width, sums->glow_x + first);
-        if (touch->opacity == 0)
-            continue;
-        add_changes(touch->opacity, area, moment, even, slope, width, sums->opacity + first);
-        if (!beyond)
-            add_moments(touch->opacity * touch->x, even, width, sums->opacity_x + first);
+    for (int64_t i = touches->last[column]; i >= 0; i = touches->of[i].next) {
+        const Touch *touch = &touches->of[i];
+        Cell *cell = &cells[touch->row];
+        cell->touched = 1;
+        cell->even.opacity += touch->opacity * touch->area;
+        cell->even.glow += touch->glow * touch->area;
+        cell->even.opacity_x += touch->opacity * touch->x;
+        cell->even.glow_x += touch->glow * touch->x;
+        cell->opacity_y += touch->opacity * touch->y;
+        cell->glow_y += touch->glow * touch->y;
+    }
+    for (int64_t i = column ? touches->last[column - 1] : -1; i >= 0; i = touches->of[i].next) {
+        const Touch *touch = &touches->of[i];
+        Cell *cell = &cells[touch->row];
+        cell->touched = 1;
+        cell->even.opacity += touch->opacity * touch->area_beyond;
+        cell->even.glow += touch->glow * touch->area_beyond;
+        cell->opacity_y += touch->opacity * touch->y_beyond;
+        cell->glow_y += touch->glow * touch->y_beyond;
     }
 }
 
-/* Each of `width` pixel columns of a picture held by columns gains its shares of a column's light. */
-WIDE static void spread_across(const double *sums, const double *moments, const double *even, const double *slope,
-                               double weight, Py_ssize_t width, Py_ssize_t pixels, double *picture)
+/* Each of `width` pixels gains its shares of a cell's light. */
+static inline void spread_down(const Cell *cell, const double *even, const double *slope, Py_ssize_t width,
+                               Change *restrict sums)
+{
+    for (Py_ssize_t i = 0; i < width; i++) {
+        sums[i].opacity += cell->even.opacity * even[i] + cell->opacity_y * slope[i];
+        sums[i].glow += cell->even.glow * even[i] + cell->glow_y * slope[i];
+        sums[i].opacity_x += cell->even.opacity_x * even[i];
+        sums[i].glow_x += cell->even.glow_x * even[i];
+    }
+}
+
+/* Each of `width` pixel columns gains its shares of what changes down a column and its moments. */
+static inline void spread_across(const double *changes, const double *moments, Py_ssize_t count, const double *even,
+                                 const double *slope, double weight, Py_ssize_t width, Py_ssize_t pixels,
+                                 double *restrict picture)
 {
     for (Py_ssize_t i = 0; i < width; i++) {
         double share = weight * even[i], rise = weight * slope[i];
         double *column = picture + i * pixels;
-        for (Py_ssize_t k = 0; k < pixels; k++)
-            column[k] += share * sums[k] + rise * moments[k];
+        for (Py_ssize_t k = 0; k < count; k++)
+            column[k] += share * changes[k] + rise * moments[k];
     }
 }
 
-static void spread_term(const Touches *touches, const Bands *rows, const Bands *columns, double weight, Py_ssize_t term,
-                        double *work, double *alpha, double *emission)
+/* alpha, emission: pictures held by columns. */
+WIDE static void spread_term(const Touches *touches, const Bands *rows, const Bands *columns, double weight,
+                             Py_ssize_t term, Cell *cells, Change *sums, const Column *planes, double *alpha,
+                             double *emission)
 {
-    Py_ssize_t pixels = rows->pixels, width = columns->width, plane = columns->cells * width;
-    Column sums = {work, work + pixels, work + 2 * pixels, work + 3 * pixels};
-    memset(work, 0, 4 * (size_t)pixels * sizeof(double));
-    for (int64_t column = 0, begun = 0; column < columns->cells; column++) {
-        begun |= touches->last[column] >= 0;
-        if (!begun)
-            continue;
-        memset(sums.opacity_x, 0, 2 * (size_t)pixels * sizeof(double));
-        add_touches(touches, touches->last[column], 0, rows, term, &sums);
-        if (column)
-            add_touches(touches, touches->last[column - 1], 1, rows, term, &sums);
-        const double *even = columns->shares + 2 * term * plane + column * width, *slope = even + plane;
-        Py_ssize_t place = columns->first[column] * pixels;
-        spread_across(sums.opacity, sums.opacity_x, even, slope, weight, width, pixels, alpha + place);
-        spread_across(sums.glow, sums.glow_x, even, slope, weight, width, pixels, emission + place);
+    Py_ssize_t down = rows->width, across = columns->width, low = rows->pixels, high = 0;
+    const double *down_even = rows->shares + 2 * term * rows->cells * down;
+    const double *down_slope = down_even + rows->cells * down;
+    const double *across_even = columns->shares + 2 * term * columns->cells * across;
+    const double *across_slope = across_even + columns->cells * across;
+    memset(sums, 0, (size_t)rows->pixels * sizeof(Change));
+    for (Py_ssize_t column = 0; column < columns->cells; column++) {
+        gather(touches, column, cells);
+        for (Py_ssize_t row = 0; row < rows->cells; row++) {
+            if (!cells[row].touched)
+                continue;
+            Py_ssize_t first = rows->first[row];
+            low = first < low ? first : low;
+            high = first + down > high ? first + down : high;
+            spread_down(&cells[row], down_even + row * down, down_slope + row * down, down, sums + first);
+            cells[row] = (Cell){.touched = 0};
+        }
+        Py_ssize_t place = columns->first[column] * rows->pixels + low, count = high > low ? high - low : 0;
+        for (Py_ssize_t k = 0; k < count; k++) {
+            Change *each = &sums[low + k];
+            planes->opacity[k] = each->opacity;
+            planes->glow[k] = each->glow;
+            planes->opacity_x[k] = each->opacity_x;
+            planes->glow_x[k] = each->glow_x;
+            each->opacity_x = each->glow_x = 0.0;
+        }
+        const double *even = across_even + column * across, *slope = across_slope + column * across;
+        spread_across(planes->opacity, planes->opacity_x, count, even, slope, weight, across, rows->pixels,
+                      alpha + place);
+        spread_across(planes->glow, planes->glow_x, count, even, slope, weight, across, rows->pixels, emission + place);
     }
 }
 
@@ -90,6 +121,7 @@ static void spread_term(const Touches *touches, const Bands *rows, const Bands *
 static void add_cover(const Touches *touches, int64_t cells, int64_t fine, int64_t rows, double *sums, double *cover,
                       Py_ssize_t stride)
 {
+    double part = 1.0 / (double)(fine * fine);
     memset(sums, 0, (size_t)rows * sizeof(double));
     for (int64_t column = 0; column < cells; column++) {
         for (int64_t i = touches->last[column]; i >= 0; i = touches->of[i].next)
@@ -97,7 +129,7 @@ static void add_cover(const Touches *touches, int64_t cells, int64_t fine, int64
         for (int64_t i = column ? touches->last[column - 1] : -1; i >= 0; i = touches->of[i].next)
             sums[touches->of[i].row / fine] += touches->of[i].opacity * touches->of[i].area_beyond;
         for (int64_t row = 0; row < rows; row++)
-            cover[row * stride + column / fine] += sums[row] / (double)(fine * fine);
+            cover[row * stride + column / fine] += sums[row] * part;
     }
 }
 
@@ -106,11 +138,14 @@ int spread_touches(const Touches *touches, const Bands *rows, const Bands *colum
 {
     Py_ssize_t high = rows->pixels, wide = columns->pixels, size = high * wide;
     Scratch held = {.count = 0};
-    double *work = scratch(&held, 4 * high, sizeof(double));
+    Cell *cells = scratch(&held, rows->cells, sizeof(Cell));
+    Change *sums = cells ? scratch(&held, high, sizeof(Change)) : NULL;
+    double *work = sums ? scratch(&held, 4 * high, sizeof(double)) : NULL;
     double *pictures = work ? scratch(&held, 2 * size, sizeof(double)) : NULL;
     if (pictures) {
+        Column planes = {work, work + high, work + 2 * high, work + 3 * high};
         for (Py_ssize_t term = 0; term < terms; term++)
-            spread_term(touches, rows, columns, weights[term], term, work, pictures, pictures + size);
+            spread_term(touches, rows, columns, weights[term], term, cells, sums, &planes, pictures, pictures + size);
         memset(light, 0, (size_t)size * sizeof(double));
         add_cover(touches, columns->cells, fine, rows->cells / fine, work, light + margin * wide + margin, wide);
         for (Py_ssize_t which = 0; which < 2; which++)

@@ -28,6 +28,8 @@ typedef struct {
     const Extent *boxes;  /* (layers) */
     const double *glow;
     Py_ssize_t layers;
+    int64_t *near;        /* (layers) room: the polygons whose boxes meet that of the one at hand, rising */
+    Py_ssize_t count_near;
     Through *through; /* (layers) room */
     Cut *cuts;        /* (2 layers) room */
 } Picture;
@@ -69,12 +71,20 @@ static int runs_through(const Edge *edge, const Edge *line, const Edge *end, dou
     return from < to;
 }
 
-static Py_ssize_t all_through(const Picture *picture, const Edge *edge, int64_t own)
+static void find_near(Picture *picture, int64_t own)
+{
+    picture->count_near = 0;
+    for (Py_ssize_t other = 0; other < picture->layers; other++)
+        if (other != own && meet(&picture->boxes[own], &picture->boxes[other]))
+            picture->near[picture->count_near++] = other;
+}
+
+static Py_ssize_t all_through(const Picture *picture, const Edge *edge)
 {
     Py_ssize_t found = 0;
-    for (Py_ssize_t other = 0; other < picture->layers; other++) {
-        if (other == own || !meet(&picture->boxes[own], &picture->boxes[other]) ||
-            !meet(&edge->box, &picture->boxes[other]))
+    for (Py_ssize_t i = 0; i < picture->count_near; i++) {
+        int64_t other = picture->near[i];
+        if (!meet(&edge->box, &picture->boxes[other]))
             continue;
         Through *place = &picture->through[found];
         place->polygon = other;
@@ -126,7 +136,7 @@ static int keep(Pieces *pieces, const Edge *edge, int64_t layer, double begin, d
 static int keep_visible(const Picture *picture, Py_ssize_t number, int64_t own, Pieces *pieces)
 {
     const Edge *edge = &picture->edges[number];
-    Py_ssize_t count = all_through(picture, edge, own);
+    Py_ssize_t count = all_through(picture, edge);
     sort_cuts(picture->cuts, picture->through, count, number);
     int open = 0; /* is there a piece that may go on? */
     double from = 0.0, to = 0.0, opacity = 0.0, gain = 0.0;
@@ -176,7 +186,8 @@ int visible_pieces(const Point *start, const Point *stop, const int64_t *layer, 
     Edge *edges = scratch(&held, count, sizeof(Edge));
     int64_t *first = edges ? scratch(&held, layers + 1, sizeof(int64_t)) : NULL;
     Extent *boxes = first ? scratch(&held, layers, sizeof(Extent)) : NULL;
-    Through *through = boxes ? scratch(&held, layers, sizeof(Through)) : NULL;
+    int64_t *near = boxes ? scratch(&held, layers, sizeof(int64_t)) : NULL;
+    Through *through = near ? scratch(&held, layers, sizeof(Through)) : NULL;
     Cut *cuts = through ? scratch(&held, 2 * layers, sizeof(Cut)) : NULL;
     int failed = cuts == NULL || find_first(layer, count, layers, first) < 0;
     if (!failed) {
@@ -186,9 +197,12 @@ int visible_pieces(const Point *start, const Point *stop, const int64_t *layer, 
             edges[i] = inset(start[i], stop[i], layer[i]);
             boxes[layer[i]] = with_point(with_point(boxes[layer[i]], edges[i].start), edges[i].stop);
         }
-        Picture picture = {edges, first, boxes, glow, layers, through, cuts};
-        for (Py_ssize_t i = 0; i < count && !failed; i++)
+        Picture picture = {edges, first, boxes, glow, layers, near, 0, through, cuts};
+        for (Py_ssize_t i = 0; i < count && !failed; i++) {
+            if (i == first[layer[i]])
+                find_near(&picture, layer[i]);
             failed = keep_visible(&picture, i, layer[i], pieces) < 0;
+        }
     }
     discard(&held);
     return failed ? -1 : 0;
