@@ -20,6 +20,14 @@ static inline void release(Arrays *arrays)
         PyBuffer_Release(&arrays->of[--arrays->count]);
 }
 
+/* int64 is a long or a long long, whichever numpy takes first. */
+static inline int is_of(const Py_buffer *view, const char *format)
+{
+    if (strcmp(format, "l") == 0 && view->itemsize == 8)
+        return strcmp(view->format, "l") == 0 || strcmp(view->format, "q") == 0;
+    return strcmp(view->format, format) == 0;
+}
+
 /* The data of a C-contiguous array with elements of `format` ("d", "f", "l", "H", "?": numpy's letters), NULL with an
  * exception where it is none; `length` takes the number of its elements. */
 static inline void *array(Arrays *arrays, PyObject *given, const char *format, int writable, Py_ssize_t *length)
@@ -29,7 +37,7 @@ static inline void *array(Arrays *arrays, PyObject *given, const char *format, i
     if (PyObject_GetBuffer(given, view, flags) < 0)
         return NULL;
     arrays->count++;
-    if (view->format == NULL || strcmp(view->format, format) != 0) {
+    if (view->format == NULL || !is_of(view, format)) {
         PyErr_Format(PyExc_TypeError, "an array of %s is wanted, not of %s", format, view->format);
         return NULL;
     }
