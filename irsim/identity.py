@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
 
+from irsim.compiled import COMPILED
 from irsim.kinds import Kind, Part
 
 NOT_PIXELS = {
@@ -61,10 +62,10 @@ def scene_code(scene: Part) -> str:
 
 @lru_cache
 def rendering_code() -> str:
-    """Hex digest of irsim's own code, but for the rooms that no pixel depends on."""
+    """Hex digest of irsim's own code, but for the rooms that no pixel depends on; and of whether loops are compiled."""
     here = Path(__file__).parent
-    digest = hashlib.blake2b(digest_size=16)
-    for path in sorted(here.rglob("*.py")):
+    digest = hashlib.blake2b(bytes([COMPILED]), digest_size=16)
+    for path in sorted(path for ending in ("py", "c", "h") for path in here.rglob(f"*.{ending}")):
         place = path.relative_to(here)
         if place.with_suffix("").parts[0] not in NOT_PIXELS:
             digest.update(place.as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
