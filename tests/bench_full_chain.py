@@ -6,8 +6,11 @@ programs on the machine do not count.
 
 from __future__ import annotations
 
+import os
 import resource
 import statistics
+import subprocess
+import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -17,10 +20,13 @@ import numpy as np
 from scipy import ndimage
 
 import irsim
+import irsim.compiled
 from irsim.render import Renderer
 
 SCENARIO = Path(__file__).with_name("full_chain.yaml")
-FRAMES = 60
+FRAMES = 64
+BLOCK = 8
+"""Frames for which backgrounds are painted at once."""
 LONG = 3000
 """Frames over which memory is watched."""
 
@@ -79,14 +85,15 @@ class NaiveChain:
         return counts.astype(np.uint16)
 
 
-def cpu_s(step: Callable[[int], object], count: int = FRAMES, warm_up: int = 5) -> float:
-    """Median CPU time of step(k), s; the first calls do not count."""
+def cpu_s(step: Callable[[int], object], count: int = FRAMES, warm_up: int = 8) -> float:
+    """CPU time of step(k), s: the median over runs of BLOCK frames, of which some draw what all of them use."""
     times = []
     for k in range(count + warm_up):
         begin = process_time()
         step(k)
         times.append(process_time() - begin)
-    return statistics.median(times[warm_up:])
+    blocks = [times[k : k + BLOCK] for k in range(warm_up, count + warm_up, BLOCK)]
+    return statistics.median(map(statistics.mean, blocks))
 
 
 def full_chain(report: Report) -> None:
@@ -100,6 +107,8 @@ def full_chain(report: Report) -> None:
     report("full_chain_640x512", 1 / whole, "frames/s of one core")
     report("full_chain_640x512_naive_numpy", 1 / naive, "frames/s of one core")
     report("full_chain_640x512_speedup", naive / whole, "x")
+    if irsim.compiled.COMPILED:
+        report("full_chain_640x512_compiled_speedup", plain_s() / whole, "x the same without compiled loops")
     for name, seconds in stages(renderer):
         report(f"full_chain_640x512_share_of_{name}", 100 * seconds / whole, "%")
     small = Renderer(irsim.load(str(SCENARIO), ["camera.size=[320,240]"]))
@@ -107,6 +116,14 @@ def full_chain(report: Report) -> None:
     recorded(report)
     by_two(report)
     memory(report)
+
+
+def plain_s() -> float:
+    """CPU time of a frame in a process whose loops are the plain ones."""
+    done = subprocess.run(
+        [sys.executable, __file__], env={**os.environ, "IRSIM_PLAIN": "1"}, capture_output=True, text=True, check=True
+    )
+    return float(done.stdout)
 
 
 def stages(renderer: Renderer) -> Iterator[tuple[str, float]]:
@@ -151,3 +168,7 @@ def memory(report: Report) -> None:
         if k in (LONG // 3, LONG - 1):
             peaks.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
     report(f"full_chain_160x120_growth_over_{LONG}_frames", (peaks[1] - peaks[0]) / 1024, "MB")
+
+
+if __name__ == "__main__":
+    print(cpu_s(Renderer(irsim.load(str(SCENARIO))).frame))
