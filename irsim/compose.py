@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from irsim.backgrounds import Gaze, Layer
+from irsim.compiled import COMPILED, kernels
 from irsim.contrast import fulfilled, scr
 from irsim.radiometry import Band, temperature
 from irsim.sprite import Sprite
@@ -114,17 +115,31 @@ def _draw(light: Floats, piece: Piece, seen: list[Seen], band: Band, noise: floa
         met = overlap((behind.x0, behind.y0), behind.cover.shape, corner, sprite.cover.shape)
         if met is not None:
             target.hide(piece.name, met[0], 1 - sprite.cover[met[1]])
-    met = overlap(corner, sprite.cover.shape, (0, 0), light.shape)
-    contrast = None if met is None or not piece.tracked else _contrast(sprite, light, *met, band)
-    if met is not None:
-        inner, outer = met
-        light[outer] += sprite.emission[inner] - sprite.alpha[inner] * light[outer]
+    left, alpha, own, replaced = _laid(light, sprite)
     if piece.tracked:
-        left = np.zeros_like(sprite.cover)
-        if met is not None:
-            left[met[0]] = sprite.cover[met[0]]
+        contrast = _contrast(own / alpha, replaced / alpha, band) if alpha > 0 else None
         ratio = scr(light, sprite.box, noise)
         seen.append(Seen(piece, left, contrast, ratio if math.isfinite(ratio) else None))
+
+
+def _laid(light: Floats, sprite: Sprite) -> tuple[Floats, float, float, float]:
+    """Lay a sprite over the light. Its cover within the picture, and sums there: of its alpha, of its own light,
+    and of the light that it replaces."""
+    if COMPILED and light.dtype == np.float32 and light.flags.c_contiguous:
+        left = np.empty(sprite.cover.shape)
+        alpha, emission, cover = map(np.ascontiguousarray, (sprite.alpha, sprite.emission, sprite.cover))
+        columns, wide = light.shape[1], alpha.shape[1]
+        return left, *kernels.lay(light, columns, alpha, emission, wide, sprite.x0, sprite.y0, cover, left)
+    left = np.zeros_like(sprite.cover)
+    met = overlap((sprite.x0, sprite.y0), sprite.cover.shape, (0, 0), light.shape)
+    if met is None:
+        return left, 0.0, 0.0, 0.0
+    inner, outer = met
+    alpha, emission = sprite.alpha[inner], sprite.emission[inner]
+    sums = float(alpha.sum()), float(emission.sum()), float(np.vdot(alpha, light[outer]))
+    light[outer] += emission - alpha * light[outer]
+    left[inner] = sprite.cover[inner]
+    return left, *sums
 
 
 def _faded(sprite: Sprite, light: Floats) -> Sprite:
@@ -142,14 +157,10 @@ def _faded(sprite: Sprite, light: Floats) -> Sprite:
     return replace(sprite, emission=emission, signal_center=(own_x + part * (x - own_x), own_y + part * (y - own_y)))
 
 
-def _contrast(sprite: Sprite, light: Floats, inner: Slices, outer: Slices, band: Band) -> float | None:
-    """Apparent temperature of the sprite's mean light less that of the light that it replaces, K."""
-    alpha = sprite.alpha[inner]
-    weight = alpha.sum()
-    if weight <= 0:
-        return None
-    own, behind = temperature(band, np.array([sprite.emission[inner].sum(), np.vdot(alpha, light[outer])]) / weight)
-    return float(own - behind)
+def _contrast(own: float, behind: float, band: Band) -> float:
+    """Apparent temperature of a sprite's mean light less that of the light that it replaces, K."""
+    kelvin, replaced = temperature(band, np.array([own, behind]))
+    return float(kelvin - replaced)
 
 
 def _veil(light: Floats, layer: Layer, gaze: Gaze, seen: list[Seen]) -> None:

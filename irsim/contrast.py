@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from irsim.compiled import COMPILED, kernels
 from irsim.radiometry import Band, radiance, slope, temperature
 from irsim.sprite import Sprite
 from irsim.types import Box, Floats
@@ -36,6 +37,8 @@ def scr(picture: Floats, box: Box, noise: float = 0.0) -> float:
     noise  standard deviation of noise that the picture does not hold yet, in its unit; nan where
            the box or its ring lie outside the picture, inf where the ring is quite even
     """
+    if COMPILED and picture.dtype == np.float32 and picture.flags.c_contiguous:
+        return kernels.scr(picture, picture.shape[1], box.cx, box.cy, box.w, box.h, RING_PX, GUARD_PX, noise)
     rows, columns = (
         _line(count, middle, max(side, 1.0) / 2)
         for count, middle, side in zip(picture.shape, (box.cy, box.cx), (box.h, box.w), strict=True)

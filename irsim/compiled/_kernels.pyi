@@ -50,6 +50,35 @@ def bridge(
 ) -> bytes:
     """out = weight (before + after) + spread normal."""
 
+def lay(
+    light: Float32,
+    columns: int,
+    alpha: Float64,
+    emission: Float64,
+    wide: int,
+    x: int,
+    y: int,
+    cover: Float64,
+    left: Float64,
+    /,
+) -> tuple[float, float, float]:
+    """light <- light (1 - alpha) + emission, in a patch of `wide` columns whose top left is (x, y); left <- cover, 0
+    outside the picture. Sums of alpha, emission, and alpha * light as it was, within the picture."""
+
+def scr(
+    picture: Float32,
+    columns: int,
+    cx: float,
+    cy: float,
+    w: float,
+    h: float,
+    ring: float,
+    guard: float,
+    noise: float,
+    /,
+) -> float:
+    """The signal-to-clutter ratio of what fills a box, see `irsim.contrast`."""
+
 def outline(
     firsts: Int64,
     corner: Int64,

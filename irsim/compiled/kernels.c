@@ -1,13 +1,17 @@
 /* The module irsim.compiled._kernels: inner loops, each in a file of its own. What they take is said in _kernels.pyi;
  * lengths that must agree are the caller's to keep, as each is called from one place in irsim only. */
 #include "arguments.h"
+#include "clutter.h"
 #include "drawing.h"
 #include "grain.h"
+#include "laying.h"
 #include "outline.h"
 #include "sprite.h"
 
 static PyMethodDef methods[] = {
     {"normals", (PyCFunction)(void (*)(void))normals, METH_FASTCALL, NULL},
+    {"lay", (PyCFunction)(void (*)(void))lay, METH_FASTCALL, NULL},
+    {"scr", (PyCFunction)(void (*)(void))scr, METH_FASTCALL, NULL},
     {"outline", (PyCFunction)(void (*)(void))outline, METH_FASTCALL, NULL},
     {"sprite_light", (PyCFunction)(void (*)(void))sprite_light, METH_FASTCALL, NULL},
     {"add_normals", (PyCFunction)(void (*)(void))add_normals, METH_FASTCALL, NULL},

@@ -1,0 +1,8 @@
+#ifndef IRSIM_CLUTTER_H
+#define IRSIM_CLUTTER_H
+
+#include "arguments.h"
+
+PyObject *scr(PyObject *self, PyObject *const *given, Py_ssize_t count);
+
+#endif

@@ -1,0 +1,115 @@
+"""Sprites are laid and their clutter is measured by compiled code as by its plain twin."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from irsim import compose, contrast
+from irsim.compiled import COMPILED
+from irsim.sprite import Sprite
+from irsim.types import Box
+
+if COMPILED:
+    from irsim.compiled import kernels
+
+pytestmark = pytest.mark.skipif(not COMPILED, reason="nothing is compiled")
+
+PLAIN = pytest.MonkeyPatch()
+WIDE, HIGH = 70, 60
+SIZE = st.integers(1, 12)
+PLACE = st.integers(-15, 75)
+
+
+def picture(seed: int) -> np.ndarray[tuple[int, ...], np.dtype[np.float32]]:
+    return np.random.default_rng(seed).uniform(1, 2, (HIGH, WIDE)).astype(np.float32)
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.integers(0, 2**32 - 1), SIZE, SIZE, PLACE, PLACE)
+@example(1, 4, 5, 0, 0)
+@example(1, 4, 5, WIDE - 4, HIGH - 5)
+@example(1, 4, 5, WIDE, 3)
+@example(1, 4, 5, 3, HIGH)
+@example(1, 4, 5, -4, 3)
+@example(1, 4, 5, 3, -5)
+@example(1, 12, 12, 66, -6)
+def test_a_sprite_is_laid_alike(seed: int, wide: int, high: int, x: int, y: int) -> None:
+    rng = np.random.default_rng(seed)
+    cover, alpha, emission = rng.uniform(0, 1, (3, high, wide))
+    box = Box.from_pixels(x, y, wide, high)
+    sprite = Sprite(x, y, cover, alpha, emission, (x, y), (x, y), box, 1000.0, float(cover.sum()))
+    ours, theirs = picture(seed), picture(seed)
+    left, *sums = compose._laid(ours, sprite)
+    with PLAIN.context() as patch:
+        patch.setattr(compose, "COMPILED", False)
+        expected, *expected_sums = compose._laid(theirs, sprite)
+    np.testing.assert_array_equal(ours, theirs)
+    np.testing.assert_array_equal(left, expected)
+    assert sums == pytest.approx(expected_sums, rel=1e-12)
+
+
+@settings(max_examples=300, deadline=None)
+@given(
+    st.integers(0, 2**32 - 1),
+    st.floats(-60, 130),
+    st.floats(-60, 130),
+    st.sampled_from([0.0, 1.0, 7.0]) | st.floats(0, 150),
+    st.sampled_from([0.0, 1.0, 7.0]) | st.floats(0, 150),
+    st.sampled_from([0.0, 0.1]),
+    st.booleans(),
+)
+@example(1, 35.0, 30.0, 4.0, 4.0, 0.0, False)
+@example(1, 35.0, 30.0, 500.0, 500.0, 0.0, False)  # neither ring nor guard is left
+@example(1, 35.0, 30.0, 70.0, 4.0, 0.0, False)
+@example(1, 35.0, 30.0, 4.0, 4.0, 0.0, True)  # an even ring
+@example(1, -20.4, 30.0, 4.0, 4.0, 0.0, False)  # only its ring is in the picture
+@example(1, -100.0, 30.0, 4.0, 4.0, 0.0, False)
+def test_the_ratio_is_the_same(seed: int, cx: float, cy: float, w: float, h: float, noise: float, even: bool) -> None:
+    light = np.full((HIGH, WIDE), 2.0, dtype=np.float32) if even else picture(seed)
+    ours = contrast.scr(light, Box(cx, cy, w, h), noise)
+    with PLAIN.context() as patch:
+        patch.setattr(contrast, "COMPILED", False)
+        theirs = contrast.scr(light, Box(cx, cy, w, h), noise)
+    if math.isinf(theirs):  # of nothing but rounding, whose sign is anyone's
+        assert math.isinf(ours)
+        return
+    assert ours == pytest.approx(theirs, rel=1e-9, abs=1e-12, nan_ok=True)
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 1e300])
+def test_what_is_no_number_does_not_crash(bad: float) -> None:
+    for box in (Box(bad, 3.0, 4.0, 4.0), Box(3.0, 3.0, bad, 4.0), Box(bad, bad, bad, bad)):
+        assert isinstance(contrast.scr(picture(0), box), float)
+
+
+def test_a_picture_of_no_numbers_has_no_ratio() -> None:
+    for bad in (math.nan, math.inf):
+        dark = np.full((HIGH, WIDE), bad, dtype=np.float32)
+        assert not math.isfinite(contrast.scr(dark, Box(30.0, 30.0, 4.0, 4.0)))
+
+
+def test_wrong_arrays_are_refused() -> None:
+    light, patch = picture(0), np.ones((3, 4))
+    lay: Callable[..., tuple[float, ...]] = kernels.lay
+    scr: Callable[..., float] = kernels.scr
+    right = [light, WIDE, patch, patch, 4, 0, 0, patch, np.empty((3, 4))]
+    assert lay(*right)[0] == 12
+    wrong = {1: 0, 2: np.ones((3, 3)), 3: np.ones(11), 4: 5, 5: 2**62, 6: -(2**62), 7: np.ones(0), 8: np.ones(13)}
+    for place, value in wrong.items():
+        with pytest.raises(ValueError, match="lay: its arrays do not agree"):
+            lay(*right[:place], value, *right[place + 1 :])
+    for columns, ring in ((0, 20.0), (WIDE + 1, 20.0), (WIDE, 3.0)):
+        with pytest.raises(ValueError, match="whole rows"):
+            scr(light, columns, 1.0, 1.0, 1.0, 1.0, ring, 4.0, 0.0)
+    for call in (lay, scr):
+        with pytest.raises(TypeError):
+            call(light)
+    light.flags.writeable = False
+    with pytest.raises((TypeError, ValueError, BufferError)):
+        lay(*right)
