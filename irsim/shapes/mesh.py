@@ -263,16 +263,16 @@ def _faces(points: Floats) -> list[tuple[Floats, list[int]]]:
     outward = np.concatenate(
         [normals[(heights <= tolerance).all(axis=1)], -normals[(heights >= -tolerance).all(axis=1)]]
     )
-    faces = {}  # by their corners: a face of many corners is found from each three of them
-    for normal in outward:
-        height = points @ normal
-        faces[tuple(np.flatnonzero(height > height.max() - tolerance).tolist())] = normal
-    return [(normal, _ring(points, normal, corners)) for corners, normal in faces.items()]
+    heights = outward @ points.T
+    on = heights > heights.max(axis=1, keepdims=True) - tolerance
+    faces = {corners.tobytes(): which for which, corners in enumerate(on)}  # of many corners: found from each three
+    return [(outward[which], _ring(points, outward[which], np.flatnonzero(on[which]))) for which in faces.values()]
 
 
-def _ring(points: Floats, normal: Floats, corners: tuple[int, ...]) -> list[int]:
+def _ring(points: Floats, normal: Floats, corners: Ints) -> list[int]:
     """A face's corners in order, counter-clockwise about its normal."""
-    across = points[list(corners)] - points[list(corners)].mean(axis=0)
-    first = across[0] / np.linalg.norm(across[0])
-    angles = np.arctan2(across @ np.cross(normal, first), across @ first)
-    return [corners[place] for place in np.argsort(angles)]
+    across = points[corners] - points[corners].mean(axis=0)
+    x, y, z = normal.tolist()
+    turn = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])  # its product with a vector is normal x that
+    angles = np.arctan2(across @ (turn @ across[0]), across @ across[0])
+    return corners[np.argsort(angles)].tolist()
