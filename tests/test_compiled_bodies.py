@@ -136,14 +136,14 @@ def test_bodies(kind: str, psf_px: float) -> None:
         same(ours, theirs)
 
 
-def solids(count: int, seed: int) -> tuple[Solid, ...]:
-    """Hulls of a few points each, which run through each other, touch, or lie apart."""
+def solids(count: int, seed: int, cubes: bool = True) -> tuple[Solid, ...]:
+    """Hulls of a few points each, which run through each other or lie apart; cubes among them touch and coincide."""
     rng = np.random.default_rng(seed)
     found = []
     for _ in range(count):
         size = rng.choice([0.3, 1.0])
         points = rng.integers(0, 3, 3) + size * rng.uniform(0, 1, (rng.integers(4, 9), 3))
-        if rng.random() < 0.5:  # a cube that shares planes with others
+        if cubes and rng.random() < 0.5:
             points = rng.integers(0, 3, 3) + np.indices((2, 2, 2)).reshape(3, 8).T
         found.append(Solid(tuple(tuple(point) for point in points.tolist())))
     return tuple(found)
@@ -153,15 +153,16 @@ def solids(count: int, seed: int) -> tuple[Solid, ...]:
 @given(
     st.integers(1, 12),
     st.integers(0, 2**32 - 1),
-    st.lists(st.integers(-1, 1), min_size=12, max_size=12),
+    st.just([-1] * 12) | st.lists(st.integers(-1, 1), min_size=12, max_size=12),
     st.floats(-4, 4),
     st.sampled_from([-20.0, 2.0, 8.0, 1000.0]),
 )
 @example(3, 0, [-1] * 12, 0.0, -20.0)
 def test_outlines_of_any_parts(count: int, seed: int, of_part: list[int], angle: float, range_m: float) -> None:
     rng, where = np.random.default_rng(seed), stage()
-    form = mesh(solids(count, seed), 1.5)
     joints = Joints(("one", "other"), np.array(of_part[:count]))
+    still = bool((joints.of_part < 0).all())  # else rounding says which of two equal crossings is the lesser
+    form = mesh(solids(count, seed, cubes=still), 1.5)
     motions = {"one": hinge((0.5, 1.0, 0.2), (0.0, 0.0, 1.0), angle), "other": Rigid(np.eye(3), rng.uniform(-1, 1, 3))}
     view = View(np.array([0.0, 0.0, range_m]), AWAY @ euler(rng.uniform(-180, 180, 3)), where)
     ours = rims.rims(form, joints, motions, 1.5, view)

@@ -28,7 +28,7 @@ static double crosses(const Form *form, Py_ssize_t part, int64_t face, int moved
 static Relation relation(const Form *form, Py_ssize_t part, Py_ssize_t other, const char *to_eye)
 {
     Relation found = {.least = INFINITY, .wall = form->first_face[other]};
-    int moved = form->joint[part] >= 0 || form->joint[other] >= 0;
+    int moved = form->joint[part] != form->joint[other];
     for (int64_t face = form->first_face[other]; face < form->first_face[other + 1]; face++) {
         double crossing = crosses(form, part, face, moved);
         if (crossing <= form->thin) {

@@ -22,8 +22,8 @@ typedef struct {
     const int64_t *first_vertex, *first_face; /* (parts + 1) */
     const Place *vertices, *normals;
     const double *offsets;
-    const double *crossing; /* (parts, faces) how far each part reaches behind each face, where neither is moved */
-    const int64_t *joint;   /* (parts) below 0 where it is not moved */
+    const double *crossing; /* (parts, faces) how far each part reaches behind each face, as they are at rest */
+    const int64_t *joint;   /* (parts) what it moves with: those of one joint lie to each other as at rest */
     double thin;            /* a part that reaches no farther behind a face lies wholly before it */
 } Form;
 
