@@ -275,4 +275,5 @@ def _ring(points: Floats, normal: Floats, corners: Ints) -> list[int]:
     x, y, z = normal.tolist()
     turn = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])  # its product with a vector is normal x that
     angles = np.arctan2(across @ (turn @ across[0]), across @ across[0])
-    return corners[np.argsort(angles)].tolist()
+    ring: list[int] = corners[np.argsort(angles)].tolist()
+    return ring
