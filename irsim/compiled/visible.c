@@ -64,11 +64,15 @@ static int runs_through(const Edge *edge, const Edge *line, const Edge *end, dou
             from = greater(from, at_start / (at_start - at_stop));
         } else if (at_stop < 0) {
             to = lesser(to, at_start / (at_start - at_stop));
+        } else {
+            continue;
         }
+        if (!(from < to))
+            return 0;
     }
     *entry = from;
     *leave = to;
-    return from < to;
+    return 1;
 }
 
 static void find_near(Picture *picture, int64_t own)

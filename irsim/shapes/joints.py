@@ -39,13 +39,11 @@ def hinge(pivot: Point3, axis: Point3, angle: float) -> Rigid:
     Right-handed: about y (right) a positive angle lifts what is ahead of the pivot, about z (down)
     it turns it to the right.
     """
-    (x, y, z), sine, cosine = axis, math.sin(angle), math.cos(angle)
+    (x, y, z), (px, py, pz), sine, cosine = axis, pivot, math.sin(angle), math.cos(angle)
     rest = 1 - cosine
-    turn = np.array(
-        [
-            [cosine + rest * x * x, rest * x * y - sine * z, rest * x * z + sine * y],
-            [rest * x * y + sine * z, cosine + rest * y * y, rest * y * z - sine * x],
-            [rest * x * z - sine * y, rest * y * z + sine * x, cosine + rest * z * z],
-        ]
-    )
-    return Rigid(turn, pivot - turn @ pivot)
+    a, b, c = cosine + rest * x * x, rest * x * y - sine * z, rest * x * z + sine * y
+    d, e, f = rest * x * y + sine * z, cosine + rest * y * y, rest * y * z - sine * x
+    g, h, i = rest * x * z - sine * y, rest * y * z + sine * x, cosine + rest * z * z
+    # A body has several of them in each frame: these few sums are quicker without arrays.
+    shift = px - (a * px + b * py + c * pz), py - (d * px + e * py + f * pz), pz - (g * px + h * py + i * pz)
+    return Rigid(np.array([[a, b, c], [d, e, f], [g, h, i]]), np.array(shift))
