@@ -10,10 +10,11 @@ import os
 
 COMPILED = False
 
-if not os.environ.get("IRSIM_PLAIN"):
-    try:
-        from irtrack.compiled import _kernels as kernels  # noqa: F401
+try:
+    if os.environ.get("IRSIM_PLAIN"):
+        raise ImportError("the plain ones are wanted")
+    from irtrack.compiled import _kernels as kernels
 
-        COMPILED = True
-    except ImportError:  # there was no compiler
-        pass
+    COMPILED = True
+except ImportError:  # or there was no compiler
+    kernels = None  # type: ignore[assignment]

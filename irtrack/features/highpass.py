@@ -102,6 +102,38 @@ class HighPass:
         levels = cv2.addWeighted(pixels, self.gain, predicted, -self.gain, 128.0, dtype=cv2.CV_8U)  # one pass, not five
         return levels.astype(np.uint8, copy=False)
 
+    def view(self, image: Image) -> HighPassed | npt.NDArray[np.uint8]:
+        """The same for who looks at a part of it only; the whole where predictions lie on a grid."""
+        return HighPassed(image, self) if self.grid == 1 else self(image)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HighPassed:
+    """A frame's high-passed picture, worked out where it is looked at.
+
+    Sums in 32 bits depend on where a part ends: one pixel in a million is a grey level off the whole picture's.
+    """
+
+    image: Image
+    by: HighPass
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(rows, columns)"""
+        return self.image.shape[0], self.image.shape[1]
+
+    def __getitem__(self, part: tuple[slice, slice]) -> npt.NDArray[np.uint8]:
+        """(rows, columns) of a part, whose slices have both ends, within the frame."""
+        rows, columns = part
+        reach = self.by.kernel.shape[0] // 2
+        top, left = max(rows.start - reach, 0), max(columns.start - reach, 0)
+        size = max(rows.stop - rows.start, 0), max(columns.stop - columns.start, 0)
+        if 0 in size:
+            return np.empty(size, np.uint8)
+        around = self.image[top : rows.stop + reach, left : columns.stop + reach]
+        picture = self.by(around)[rows.start - top : rows.stop - top, columns.start - left : columns.stop - left]
+        return np.ascontiguousarray(picture)
+
 
 def _nearest(value: float) -> int:
     """The nearest whole number; what lies midway but for rounding goes up, the same on any machine."""

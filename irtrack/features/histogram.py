@@ -14,11 +14,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from irsim.types import Floats, Image
+from irtrack.compiled import COMPILED
+from irtrack.compiled import kernels as compiled
+from irtrack.features.highpass import HighPassed
 from irtrack.features.quantise import Bins, Quantiser
 from irtrack.features.window import Integers, Window
 
 _NOTHING = float(np.finfo(np.float64).tiny)
 """Divides an empty histogram, which stays zero."""
+Picture = Image | HighPassed
 _PIXELS_AT_ONCE = 16384
 """Pixels of windows counted together: arrays of 128 kB stay in the cache and cost no page faults."""
 
@@ -50,16 +54,29 @@ class Surround:
         both[middle] = kernel
         return cls(Window(shape[1], shape[0], window.phase), first, both, quantiser)
 
-    def histograms(self, image: Image, center: tuple[float, float]) -> tuple[Floats, Floats]:
+    def histograms(self, image: Picture, center: tuple[float, float]) -> tuple[Floats, Floats]:
         """(2, bins) histograms of the target's window and of the ring, each summing to one, and their
         visible shares (2,). Wholly outside: zeros and 0."""
         left, top = self.outer.corner(center)
+        mass = (self._masses if COMPILED else self._masses_plain)(image, left, top)[:, :-1]
+        visible = mass.sum(axis=1)
+        return mass / np.maximum(visible, _NOTHING)[:, None], visible
+
+    def _masses(self, image: Picture, left: int, top: int) -> Floats:
+        """(2, bins + 1) the kernel's mass in each bin; the last ones hold what lies outside the frame."""
+        pixels, x, y = _part(image, left, top, left + self.outer.columns, top + self.outer.rows)
+        mass = np.empty((2, self.quantiser.bins + 1))
+        levels = self.quantiser
+        compiled.surround_masses(
+            pixels, levels.table(pixels.itemsize), left - x, top - y, levels.bins, self.first, self.kernel, mass
+        )
+        return mass
+
+    def _masses_plain(self, image: Picture, left: int, top: int) -> Floats:
         cells = _cells(image, self.quantiser, left, top, left + self.outer.columns, top + self.outer.rows)
         cells += self.first
         held = self.quantiser.bins + 1
-        mass = np.bincount(cells.ravel(), self.kernel.ravel(), 2 * held).reshape(2, held)[:, :-1]
-        visible = mass.sum(axis=1)
-        return mass / np.maximum(visible, _NOTHING)[:, None], visible
+        return np.bincount(cells.ravel(), self.kernel.ravel(), 2 * held).reshape(2, held)
 
 
 def gaussian_kernel(window: Window, h: float) -> Floats:
@@ -101,13 +118,44 @@ def repeated(kernel: Floats) -> Floats:
 
 
 def likeness(
-    image: Image, centers: Floats, window: Window, kernels: Floats, quantiser: Quantiser, reference: Floats
+    image: Picture, centers: Floats, window: Window, kernels: Floats, quantiser: Quantiser, reference: Floats
 ) -> tuple[Floats, Floats]:
     """rho (N,) of windows at `centers` (N, 2) px to a reference (bins,), and visible shares (N,).
 
     kernels: the window's kernel, `repeated`. rho is multiplied by the visible share, so that slivers at the frame's
     edge do not win.
     """
+    return (_likeness if COMPILED else _likeness_plain)(image, centers, window, kernels, quantiser, reference)
+
+
+def _likeness(
+    image: Picture, centers: Floats, window: Window, kernels: Floats, quantiser: Quantiser, reference: Floats
+) -> tuple[Floats, Floats]:
+    height, width = image.shape
+    corners, keys = np.empty((len(centers), 2), np.intp), np.empty(len(centers), np.intp)
+    distinct, left, top, right, bottom = compiled.distinct_windows(
+        np.ascontiguousarray(centers, np.float64), *window.reach, window.columns, window.rows, width, height,
+        corners, keys,
+    )  # fmt: skip
+    right, bottom = right + window.columns, bottom + window.rows
+    pixels, x, y = _part(image, left, top, right, bottom)
+    corners = corners[:distinct]
+    if x or y:
+        corners -= (x, y)
+    inside = left >= 0 and top >= 0 and right <= width and bottom <= height
+    rho, visible = np.empty(distinct), None if inside else np.empty(distinct)
+    kernel, table = kernels[0].reshape(window.rows, window.columns), quantiser.table(pixels.itemsize)
+    for start in range(0, distinct, len(kernels)):
+        some = slice(start, min(start + len(kernels), distinct))
+        mass = np.empty((some.stop - start, quantiser.bins + 1))
+        compiled.window_masses(pixels, table, corners[some], kernel, mass)
+        _judged(mass, reference, some, rho, visible)
+    return rho.take(keys), np.ones(len(keys)) if visible is None else visible.take(keys)
+
+
+def _likeness_plain(
+    image: Picture, centers: Floats, window: Window, kernels: Floats, quantiser: Quantiser, reference: Floats
+) -> tuple[Floats, Floats]:
     height, width = image.shape
     corners = window.corners(centers).T
     left, top, right, bottom = _bounds(corners)
@@ -132,12 +180,26 @@ def likeness(
     for start in range(0, distinct.size, len(kernels)):
         some = distinct[start : start + len(kernels)]
         mass = _masses(windows[some], kernels[: some.size], quantiser.bins)
-        rho[some] = bhattacharyya(mass, reference)
-        if visible is not None:
-            # With p = mass / visible: rho(p, q) visible = rho(mass, q) sqrt(visible).
-            visible[some] = np.minimum(mass[:, :-1].sum(axis=1), 1.0)
-            rho[some] *= np.sqrt(visible[some])
+        _judged(mass, reference, some, rho, visible)
     return rho[keys], np.ones(len(keys)) if visible is None else visible[keys]
+
+
+def _judged(mass: Floats, reference: Floats, some: slice | Bins, rho: Floats, visible: Floats | None) -> None:
+    """Writes rho and the visible shares of some windows with their mass in each bin."""
+    rho[some] = bhattacharyya(mass, reference)
+    if visible is not None:
+        # With p = mass / visible: rho(p, q) visible = rho(mass, q) sqrt(visible).
+        visible[some] = np.minimum(mass[:, :-1].sum(axis=1), 1.0)
+        rho[some] *= np.sqrt(visible[some])
+
+
+def _part(image: Picture, left: int, top: int, right: int, bottom: int) -> tuple[Image, int, int]:
+    """Pixels of the frame among which a region's are, and the place (x, y) of the first of them."""
+    if isinstance(image, HighPassed):
+        height, width = image.shape
+        x, y = min(max(left, 0), width), min(max(top, 0), height)
+        return image[y : max(min(bottom, height), y), x : max(min(right, width), x)], x, y
+    return np.ascontiguousarray(image), 0, 0
 
 
 def _bounds(corners: Integers) -> tuple[int, int, int, int]:
@@ -160,7 +222,7 @@ def _masses(windows: Bins, weights: Floats, bins: int) -> Floats:
     return mass.reshape(count, bins + 1)
 
 
-def _cells(image: Image, quantiser: Quantiser, left: int, top: int, right: int, bottom: int) -> Bins:
+def _cells(image: Picture, quantiser: Quantiser, left: int, top: int, right: int, bottom: int) -> Bins:
     """The bins of a region that may reach over the frame's edge; one bin more for what is outside."""
     height, width = image.shape
     if left >= 0 and top >= 0 and right <= width and bottom <= height:

@@ -36,6 +36,10 @@ class Quantiser:
         # A third of the time of working it out: windows are small, and there are many.
         return _table(self.low, self.high, self.bins, image.itemsize).take(image)
 
+    def table(self, itemsize: int) -> npt.NDArray[np.uint16]:
+        """The bin of each level of an unsigned integer of so many bytes."""
+        return _short_table(self.low, self.high, self.bins, itemsize)
+
 
 @lru_cache(maxsize=16)
 def _table(low: float, high: float, bins: int, itemsize: int) -> Bins:
@@ -43,6 +47,11 @@ def _table(low: float, high: float, bins: int, itemsize: int) -> Bins:
     cells = (np.arange(256**itemsize) - low) * (bins / (high - low))
     table: Bins = np.clip(cells, 0, bins - 1).astype(np.intp)
     return table
+
+
+@lru_cache(maxsize=16)
+def _short_table(low: float, high: float, bins: int, itemsize: int) -> npt.NDArray[np.uint16]:
+    return _table(low, high, bins, itemsize).astype(np.uint16)
 
 
 def full_range(bits: int, bins: int) -> Quantiser:

@@ -53,18 +53,18 @@ class Window:
         return part
 
     @property
-    def _reach(self) -> tuple[float, float]:
+    def reach(self) -> tuple[float, float]:
         """What floor() of a centre less this gives the nearest corner: half a pixel short of it."""
         return self.phase[0] + (self.columns - 1) / 2 - 0.5, self.phase[1] + (self.rows - 1) / 2 - 0.5
 
     def corners(self, centers: Floats) -> Integers:
         """(..., 2) column and row of the top-left pixel for target centres (..., 2) px, each contiguous."""
-        whole: Integers = np.floor(centers - np.array(self._reach)).astype(np.intp, order="F")
+        whole: Integers = np.floor(centers - np.array(self.reach)).astype(np.intp, order="F")
         return whole
 
     def corner(self, center: tuple[float, float]) -> tuple[int, int]:
         """The same for one centre."""
-        x, y = self._reach
+        x, y = self.reach
         return floor(center[0] - x), floor(center[1] - y)
 
     def center(self, corner: tuple[float, float]) -> tuple[float, float]:

@@ -17,6 +17,7 @@ from irsim.kinds import Fraction
 from irsim.types import Box, Floats, Frame, Image
 from irtrack.features.highpass import HighPass, full_kernel, ring_kernel
 from irtrack.features.histogram import (
+    Picture,
     Surround,
     bhattacharyya,
     epanechnikov_kernel,
@@ -66,6 +67,11 @@ class Appearance:
         self.footage.check(frame)
         return frame.image if self.high_pass is None else self.high_pass(frame.image)
 
+    def view(self, frame: Frame) -> Picture:
+        """The same for who looks at a part of it only."""
+        self.footage.check(frame)
+        return frame.image if self.high_pass is None else self.high_pass.view(frame.image)
+
     def half_sizes(self, scale: float) -> Bandwidth:
         """The bandwidth of a climbing window, px: the half sizes times a scale."""
         return bandwidth(Box(0, 0, *self.size), scale)
@@ -74,11 +80,11 @@ class Appearance:
         """(bins,) of the window at a centre; zeros where it lies wholly outside."""
         return histogram(picture, center, self.window, self.kernel, self.quantiser)[0]
 
-    def likeness(self, picture: Image, centers: Floats, reference: Floats) -> tuple[Floats, Floats]:
+    def likeness(self, picture: Picture, centers: Floats, reference: Floats) -> tuple[Floats, Floats]:
         """rho (N,) of the windows at centres (N, 2) px, and their visible shares (N,)."""
         return likeness(picture, centers, self.window, self.kernels, self.quantiser, reference)
 
-    def judge(self, picture: Image, center: tuple[float, float], reference: Floats) -> Judged:
+    def judge(self, picture: Picture, center: tuple[float, float], reference: Floats) -> Judged:
         """What is at a centre; what the frame's edge cuts off counts against it, as in `likeness`."""
         histograms, visible = self.surround.histograms(picture, center)
         score, floor = bhattacharyya(histograms, reference).tolist()

@@ -118,7 +118,7 @@ class GreyPF(GreyPart):
     def step(self, state: GreyPFState, frame: Frame, rng: np.random.Generator) -> tuple[GreyPFState, Estimate]:
         """Resample, move, weigh, estimate, update the reference."""
         appearance = state.appearance
-        picture = appearance.picture(frame)
+        picture = appearance.view(frame)
         positions, previous = self._moved(state, rng)
         rho, visible = appearance.likeness(picture, positions, state.reference)
         weights, in_view = weigh(rho, visible, self.lam / 2)

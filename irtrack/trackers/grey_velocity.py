@@ -78,7 +78,7 @@ class GreyVelocityPart(WalkPart):
     ) -> tuple[GreyVelocityState, Estimate]:
         """Algorithm 2: draw, spread, weigh by the cues, estimate, update the reference."""
         appearance = state.appearance
-        picture = appearance.picture(frame)
+        picture = appearance.view(frame)
         ahead, velocity = line(state.trajectory)
         start = state.positions.take(RESAMPLERS[self.resampling](state.weights, rng, self._drawn()), axis=0)
         positions = random_walk(start + velocity if self.carried else start, self.radius, self.propagation, rng)

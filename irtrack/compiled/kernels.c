@@ -1,0 +1,26 @@
+/* The module irtrack.compiled._kernels: inner loops, each family in a file of its own. What they take is said in
+ * _kernels.pyi. */
+#include "windows.h"
+
+#define FUNCTION(name) {#name, (PyCFunction)(void (*)(void))name, METH_FASTCALL, NULL}
+
+static PyMethodDef methods[] = {
+    FUNCTION(distinct_windows),
+    FUNCTION(window_masses),
+    FUNCTION(surround_masses),
+    {NULL, NULL, 0, NULL},
+};
+
+static PyModuleDef_Slot slots[] = {{0, NULL}};
+
+static PyModuleDef module = {
+    .m_base = PyModuleDef_HEAD_INIT,
+    .m_name = "irtrack.compiled._kernels",
+    .m_methods = methods,
+    .m_slots = slots,
+};
+
+PyMODINIT_FUNC PyInit__kernels(void)
+{
+    return PyModuleDef_Init(&module);
+}
