@@ -1,16 +1,15 @@
-"""Inner loops in C, where a compiler was at hand. Arrays are C-contiguous and of the types given."""
+"""Inner loops in C, where a compiler was at hand. Arrays are C-contiguous and of the types given; Floats, of float64."""
 
 import numpy as np
 import numpy.typing as npt
 
-from irsim.types import Image
+from irsim.types import Floats, Image
 
-Doubles = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.intp]
 Table = npt.NDArray[np.uint16]
 
 def distinct_windows(
-    centers: Doubles,
+    centers: Floats,
     reach_x: float,
     reach_y: float,
     columns: int,
@@ -27,20 +26,75 @@ def distinct_windows(
     outside the image are brought to its edge.
     """
 
-def window_masses(image: Image, table: Table, corners: Indices, kernel: Doubles, mass: Doubles, /) -> None:
+def window_masses(image: Image, table: Table, corners: Indices, kernel: Floats, mass: Floats, /) -> None:
     """Writes the mass (N, bins + 1) of a kernel (rows, columns) in each bin of windows with their corners (N, 2), bins
     by the table; the last bin holds what lies outside the image."""
 
-def surround_masses(
+def surround_histograms(
     image: Image,
     table: Table,
     left: int,
     top: int,
-    outside: int,
     first: Indices,
-    kernel: Doubles,
-    mass: Doubles,
+    kernel: Floats,
+    histograms: Floats,
+    visible: Floats,
     /,
 ) -> None:
-    """Writes the mass of a kernel (rows, columns) in each bin of one window, the bins of each pixel counted from
-    `first` (rows, columns); bin `outside` of them holds what lies outside the image."""
+    """Counts a window and the ring around it, their corner at (left, top): the bins of each pixel begin at `first`
+    (rows, columns), 0 or bins + 1.
+
+    Writes the histograms (2, bins), each summing to one, and their visible shares (2,); zeros of what is wholly
+    outside the image.
+    """
+
+def bhattacharyya(p: Floats, q: Floats, rho: Floats, /) -> None:
+    """Writes rho (N,) of histograms p (N, bins or more) to one, q (bins,)."""
+
+def below_largest(rho: Floats, factor: float, out: Floats, /) -> None:
+    """out = factor (rho - max rho)"""
+
+def normalise(weights: Floats, visible: Floats, /) -> bool:
+    """Weights (N,) of what is not visible become 0, and all sum to one; of nothing, all are equal, and False."""
+
+def sorted_uniforms(exponentials: Floats, /) -> None:
+    """Running sums over their total, in place."""
+
+def pick(weights: Floats, points: Floats, picked: Indices, /) -> None:
+    """For ascending points in [0, 1): the smallest index whose cumulative weight exceeds the point's share of all."""
+
+def ar2_drawn(
+    positions: Floats,
+    previous: Floats,
+    chosen: Indices,
+    damping: float,
+    deviation: Floats,
+    normals: Floats,
+    moved: Floats,
+    origins: Floats,
+    /,
+) -> None:
+    """Where particles `chosen` (n,) of (N, 2) move by damping times their last displacement and noise, and were."""
+
+def velocity_likeness(trajectory: Floats, places: Floats, root: bool, out: Floats, /) -> None:
+    """Likeness (N,) of the velocity that each of the places (N, 2) would give the trajectory (k, 2) to the one it has;
+    `root`: the speed is the eigenvalue's root."""
+
+def line(places: Floats, ahead: Floats, velocity: Floats, /) -> None:
+    """The straight line through places (k, 2): where it is one frame on, and its velocity, (2,)."""
+
+def mean_shift(
+    image: Image,
+    table: Table,
+    h_x: float,
+    h_y: float,
+    reference: Floats,
+    iterations: int,
+    eps: float,
+    centers: Floats,
+    mass: Floats,
+    visible: Floats,
+    /,
+) -> None:
+    """Moves windows at centers (N, 2) until a step is shorter than eps px, or by so many iterations; writes the mass
+    (N, bins) in each bin where they rest, over the whole window's, and its visible share (N,)."""

@@ -1,5 +1,9 @@
 /* The module irtrack.compiled._kernels: inner loops, each family in a file of its own. What they take is said in
  * _kernels.pyi. */
+#include "likeness.h"
+#include "mean_shift.h"
+#include "particles.h"
+#include "velocity.h"
 #include "windows.h"
 
 #define FUNCTION(name) {#name, (PyCFunction)(void (*)(void))name, METH_FASTCALL, NULL}
@@ -7,7 +11,16 @@
 static PyMethodDef methods[] = {
     FUNCTION(distinct_windows),
     FUNCTION(window_masses),
-    FUNCTION(surround_masses),
+    FUNCTION(surround_histograms),
+    FUNCTION(bhattacharyya),
+    FUNCTION(below_largest),
+    FUNCTION(normalise),
+    FUNCTION(sorted_uniforms),
+    FUNCTION(pick),
+    FUNCTION(ar2_drawn),
+    FUNCTION(velocity_likeness),
+    FUNCTION(line),
+    FUNCTION(mean_shift),
     {NULL, NULL, 0, NULL},
 };
 

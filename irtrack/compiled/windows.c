@@ -1,7 +1,10 @@
 /* Kernel-weighted histograms of many windows of one size; see irtrack/features/histogram.py. */
 #include "windows.h"
 
+#include <float.h>
 #include <math.h>
+
+#include "sums.h"
 
 typedef struct {
     Py_ssize_t left, top, right, bottom;
@@ -206,51 +209,65 @@ done:
     return result;
 }
 
-/* surround_masses(image, table, left, top, outside, first, kernel, mass)
+/* surround_histograms(image, table, left, top, first, kernel, histograms, visible)
  *
- * Writes the kernel's mass in each bin of one window with its corner at (left, top), the bins of each pixel beginning
- * at `first` (rows, columns); bin `outside` of them holds what lies outside the picture. */
-PyObject *surround_masses(PyObject *self, PyObject *const *given, Py_ssize_t count)
+ * Counts a window and the ring around it, their corner at (left, top): the bins of each pixel begin at `first`
+ * (rows, columns), 0 or bins + 1. Writes the histograms (2, bins), each summing to one, and their visible shares (2,);
+ * zeros of what is wholly outside the image. */
+PyObject *surround_histograms(PyObject *self, PyObject *const *given, Py_ssize_t count)
 {
     (void)self;
     Arrays arrays = {.count = 0};
     if (count != 8) {
-        PyErr_SetString(PyExc_TypeError, "surround_masses takes 8 arguments");
+        PyErr_SetString(PyExc_TypeError, "surround_histograms takes 8 arguments");
         return NULL;
     }
     PyObject *result = NULL;
+    double *mass = NULL;
     Picture seen;
-    Py_ssize_t size, weighed, room;
+    Py_ssize_t size, weighed, room, two;
     if (!picture(&arrays, given[0], given[1], &seen))
         goto done;
     Py_ssize_t left = PyLong_AsSsize_t(given[2]), top = PyLong_AsSsize_t(given[3]);
-    Py_ssize_t outside = PyLong_AsSsize_t(given[4]);
     if (PyErr_Occurred())
         goto done;
-    const Py_ssize_t *first = array(&arrays, given[5], INTP, 0, &size);
-    const double *kernel = first ? array(&arrays, given[6], "d", 0, &weighed) : NULL;
-    double *mass = kernel ? array(&arrays, given[7], "d", 1, &room) : NULL;
-    if (mass == NULL)
+    const Py_ssize_t *first = array(&arrays, given[4], INTP, 0, &size);
+    const double *kernel = first ? array(&arrays, given[5], "d", 0, &weighed) : NULL;
+    double *histograms = kernel ? array(&arrays, given[6], "d", 1, &room) : NULL;
+    double *visible = histograms ? array(&arrays, given[7], "d", 1, &two) : NULL;
+    if (visible == NULL)
         goto done;
-    if (size < 1 || weighed != size || arrays.of[2].ndim != 2) {
-        wrong("surround_masses: sizes do not agree");
+    if (size < 1 || weighed != size || room < 2 || room % 2 != 0 || two != 2 || arrays.of[2].ndim != 2) {
+        wrong("surround_histograms: sizes do not agree");
         goto done;
     }
-    Py_ssize_t columns = arrays.of[2].shape[1];
-    memset(mass, 0, (size_t)room * sizeof *mass);
+    Py_ssize_t bins = room / 2, columns = arrays.of[2].shape[1];
+    mass = PyMem_Calloc((size_t)room + 2, sizeof *mass);
+    if (mass == NULL) {
+        PyErr_NoMemory();
+        goto done;
+    }
     for (Py_ssize_t i = 0; i < size; i++) {
         /* Not added up, which could overflow: `left` is any number. */
         Py_ssize_t row = i / columns, column = i % columns;
         int inside = top >= -row && top < seen.rows - row && left >= -column && left < seen.columns - column;
-        Py_ssize_t bin = first[i] + (inside ? bin_at(&seen, top + row, left + column) : outside);
-        if (bin < 0 || bin >= room) {
-            wrong("surround_masses: a bin beyond all");
+        Py_ssize_t bin = inside ? bin_at(&seen, top + row, left + column) : bins;
+        if (bin > bins || (first[i] != 0 && first[i] != bins + 1)) {
+            wrong("surround_histograms: a bin beyond all");
             goto done;
         }
-        mass[bin] += kernel[i];
+        mass[first[i] + bin] += kernel[i];
+    }
+    for (int part = 0; part < 2; part++) {
+        const double *own = mass + part * (bins + 1);
+        visible[part] = pairwise_sum(own, bins);
+        double whole = visible[part] > DBL_MIN ? visible[part] : DBL_MIN; /* an empty one stays zero */
+        for (Py_ssize_t u = 0; u < bins; u++)
+            histograms[part * bins + u] = own[u] / whole;
     }
     result = Py_NewRef(Py_None);
 done:
+    PyMem_Free(mass);
     release(&arrays);
     return result;
 }

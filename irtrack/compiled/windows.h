@@ -5,6 +5,6 @@
 
 PyObject *distinct_windows(PyObject *self, PyObject *const *given, Py_ssize_t count);
 PyObject *window_masses(PyObject *self, PyObject *const *given, Py_ssize_t count);
-PyObject *surround_masses(PyObject *self, PyObject *const *given, Py_ssize_t count);
+PyObject *surround_histograms(PyObject *self, PyObject *const *given, Py_ssize_t count);
 
 #endif

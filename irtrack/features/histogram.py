@@ -17,7 +17,7 @@ from irsim.types import Floats, Image
 from irtrack.compiled import COMPILED
 from irtrack.compiled import kernels as compiled
 from irtrack.features.highpass import HighPassed
-from irtrack.features.quantise import Bins, Quantiser
+from irtrack.features.quantise import Bins, Quantiser, contiguous
 from irtrack.features.window import Integers, Window
 
 _NOTHING = float(np.finfo(np.float64).tiny)
@@ -58,25 +58,22 @@ class Surround:
         """(2, bins) histograms of the target's window and of the ring, each summing to one, and their
         visible shares (2,). Wholly outside: zeros and 0."""
         left, top = self.outer.corner(center)
-        mass = (self._masses if COMPILED else self._masses_plain)(image, left, top)[:, :-1]
-        visible = mass.sum(axis=1)
-        return mass / np.maximum(visible, _NOTHING)[:, None], visible
+        return (self._counted if COMPILED else self._counted_plain)(image, left, top)
 
-    def _masses(self, image: Picture, left: int, top: int) -> Floats:
-        """(2, bins + 1) the kernel's mass in each bin; the last ones hold what lies outside the frame."""
+    def _counted(self, image: Picture, left: int, top: int) -> tuple[Floats, Floats]:
         pixels, x, y = _part(image, left, top, left + self.outer.columns, top + self.outer.rows)
-        mass = np.empty((2, self.quantiser.bins + 1))
-        levels = self.quantiser
-        compiled.surround_masses(
-            pixels, levels.table(pixels.itemsize), left - x, top - y, levels.bins, self.first, self.kernel, mass
-        )
-        return mass
+        histograms, visible = np.empty((2, self.quantiser.bins)), np.empty(2)
+        table = self.quantiser.table(pixels.itemsize)
+        compiled.surround_histograms(pixels, table, left - x, top - y, self.first, self.kernel, histograms, visible)
+        return histograms, visible
 
-    def _masses_plain(self, image: Picture, left: int, top: int) -> Floats:
+    def _counted_plain(self, image: Picture, left: int, top: int) -> tuple[Floats, Floats]:
         cells = _cells(image, self.quantiser, left, top, left + self.outer.columns, top + self.outer.rows)
         cells += self.first
         held = self.quantiser.bins + 1
-        return np.bincount(cells.ravel(), self.kernel.ravel(), 2 * held).reshape(2, held)
+        mass = np.bincount(cells.ravel(), self.kernel.ravel(), 2 * held).reshape(2, held)[:, :-1]
+        visible = mass.sum(axis=1)
+        return mass / np.maximum(visible, _NOTHING)[:, None], visible
 
 
 def gaussian_kernel(window: Window, h: float) -> Floats:
@@ -133,10 +130,10 @@ def _likeness(
 ) -> tuple[Floats, Floats]:
     height, width = image.shape
     corners, keys = np.empty((len(centers), 2), np.intp), np.empty(len(centers), np.intp)
+    centers = np.ascontiguousarray(centers, np.float64)
     distinct, left, top, right, bottom = compiled.distinct_windows(
-        np.ascontiguousarray(centers, np.float64), *window.reach, window.columns, window.rows, width, height,
-        corners, keys,
-    )  # fmt: skip
+        centers, *window.reach, window.columns, window.rows, width, height, corners, keys
+    )
     right, bottom = right + window.columns, bottom + window.rows
     pixels, x, y = _part(image, left, top, right, bottom)
     corners = corners[:distinct]
@@ -199,7 +196,7 @@ def _part(image: Picture, left: int, top: int, right: int, bottom: int) -> tuple
         height, width = image.shape
         x, y = min(max(left, 0), width), min(max(top, 0), height)
         return image[y : max(min(bottom, height), y), x : max(min(right, width), x)], x, y
-    return np.ascontiguousarray(image), 0, 0
+    return contiguous(image), 0, 0
 
 
 def _bounds(corners: Integers) -> tuple[int, int, int, int]:
@@ -242,5 +239,13 @@ def bhattacharyya(p: Floats, q: Floats) -> Floats:
     p may have more bins than q, such as one for what is outside the frame: they count for nothing, and cutting them
     off first would cost a copy. ValueError where it has fewer.
     """
+    if COMPILED:
+        rho: Floats = np.empty(p.shape[:-1])
+        compiled.bhattacharyya(np.ascontiguousarray(p, np.float64), np.ascontiguousarray(q, np.float64), rho)
+        return rho
+    return _bhattacharyya_plain(p, q)
+
+
+def _bhattacharyya_plain(p: Floats, q: Floats) -> Floats:
     rho: Floats = np.sqrt(p)[..., : len(q)] @ np.sqrt(q)
     return np.minimum(rho, 1.0)

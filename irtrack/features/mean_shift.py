@@ -22,8 +22,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from irsim.types import Box, Floats, Image
+from irtrack.compiled import COMPILED
+from irtrack.compiled import kernels as compiled
 from irtrack.features.histogram import bhattacharyya
-from irtrack.features.quantise import Bins, Quantiser
+from irtrack.features.quantise import Bins, Quantiser, contiguous
 
 Bandwidth = tuple[float, float]
 """h of both axes (x, y), px: half the sizes of the window's ellipse."""
@@ -104,18 +106,34 @@ def mean_shift(
     A window stops after `iterations` steps (20: Comaniciu, Meer 2002, section 6), and stays where
     it is while it sees no grey level of the reference (bins,).
     """
+    centers = np.array(centers, dtype=np.float64)
+    climb = _climbed if COMPILED else _climbed_plain
+    mass, visible = climb(image, centers, h, quantiser, reference, iterations, eps)
+    rho = bhattacharyya(mass / np.where(visible > 0, visible, 1.0)[:, None], reference)
+    return Shifted(centers, rho, visible)
+
+
+def _climbed(
+    image: Image, centers: Floats, h: Bandwidth, quantiser: Quantiser, reference: Floats, iterations: int, eps: float
+) -> tuple[Floats, Floats]:
+    mass, visible = np.empty((len(centers), quantiser.bins)), np.empty(len(centers))
+    pixels, table = contiguous(image), quantiser.table(image.itemsize)
+    reference = np.ascontiguousarray(reference, np.float64)
+    compiled.mean_shift(pixels, table, *h, reference, iterations, eps, centers, mass, visible)
+    return mass, visible
+
+
+def _climbed_plain(
+    image: Image, centers: Floats, h: Bandwidth, quantiser: Quantiser, reference: Floats, iterations: int, eps: float
+) -> tuple[Floats, Floats]:
+    """Moves the centres (N, 2); the mass (N, bins) in each bin where they rest, its visible shares (N,)."""
     together = max(int(_PIXELS_AT_ONCE / (4 * (h[0] + 2) * (h[1] + 2))), 1)
     if len(centers) > together:
         parts = [
-            mean_shift(image, centers[i : i + together], h, quantiser, reference, iterations, eps)
+            _climbed_plain(image, centers[i : i + together], h, quantiser, reference, iterations, eps)
             for i in range(0, len(centers), together)
         ]
-        return Shifted(
-            np.concatenate([part.centers for part in parts]),
-            np.concatenate([part.rho for part in parts]),
-            np.concatenate([part.visible for part in parts]),
-        )
-    centers = np.array(centers, dtype=np.float64)
+        return np.concatenate([mass for mass, _ in parts]), np.concatenate([visible for _, visible in parts])
     moving = np.arange(len(centers))
     for _ in range(iterations):
         view = _view(image, centers[moving], h, quantiser)
@@ -127,9 +145,7 @@ def mean_shift(
         moving = moving[np.hypot(step[:, 0], step[:, 1]) >= eps]
         if moving.size == 0:
             break
-    mass, visible = _view(image, centers, h, quantiser).masses(quantiser.bins)
-    rho = bhattacharyya(mass / np.where(visible > 0, visible, 1.0)[:, None], reference)
-    return Shifted(centers, rho, visible)
+    return _view(image, centers, h, quantiser).masses(quantiser.bins)
 
 
 def back_projection(image: Image, quantiser: Quantiser, reference: Floats) -> Floats:

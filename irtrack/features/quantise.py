@@ -54,6 +54,12 @@ def _short_table(low: float, high: float, bins: int, itemsize: int) -> npt.NDArr
     return _table(low, high, bins, itemsize).astype(np.uint16)
 
 
+def contiguous(image: Image) -> Image:
+    """The same pixels in one piece, row after row."""
+    whole: Image = np.ascontiguousarray(image)  # type: ignore[assignment]
+    return whole
+
+
 def full_range(bits: int, bins: int) -> Quantiser:
     """The whole range of `bits`: on 8 bits b(I) = floor(I / (256 / B)), as the sources work."""
     return Quantiser(0.0, float(2**bits), bins)

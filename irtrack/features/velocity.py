@@ -10,6 +10,8 @@ from typing import Literal
 import numpy as np
 
 from irsim.types import Floats
+from irtrack.compiled import COMPILED
+from irtrack.compiled import kernels as compiled
 
 Speed = Literal["lambda", "sqrt_lambda"]
 
@@ -52,11 +54,36 @@ def similarity(velocities: Floats, model: Floats) -> Floats:
     return alike
 
 
+def velocity_likeness(trajectory: Floats, places: Floats, speed: Speed) -> Floats:
+    """(N,) likeness of the velocity that each of the places (N, 2) px would give a trajectory (k, 2) in the next
+    frame, to the one that it has."""
+    if COMPILED:
+        alike = np.empty(len(places))
+        compiled.velocity_likeness(trajectory, np.ascontiguousarray(places), speed == "sqrt_lambda", alike)
+        return alike
+    return _velocity_likeness_plain(trajectory, places, speed)
+
+
+def _velocity_likeness_plain(trajectory: Floats, places: Floats, speed: Speed) -> Floats:
+    tracks = np.empty((len(places) + 1, len(trajectory), 2))
+    tracks[:-1, :-1], tracks[:-1, -1], tracks[-1] = trajectory[1:], places, trajectory
+    velocities = pca_velocity(tracks, speed)
+    return similarity(velocities[:-1], velocities[-1])
+
+
 def line(places: Floats) -> tuple[Floats, Floats]:
     """The straight line through k places (k, 2): where it is one frame on, px, and its velocity, px/frame.
 
     By least squares, v = 12 / (k (k^2 - 1)) sum_i (i - mean i) x_i; of one place: that place, at rest.
     """
+    if COMPILED:
+        ahead, velocity = np.empty(2), np.empty(2)
+        compiled.line(np.ascontiguousarray(places, np.float64), ahead, velocity)
+        return ahead, velocity
+    return _line_plain(places)
+
+
+def _line_plain(places: Floats) -> tuple[Floats, Floats]:
     k = len(places)
     if k == 1:
         return places[0], np.zeros(2)

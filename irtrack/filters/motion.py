@@ -6,8 +6,11 @@ from math import pi
 from typing import Literal
 
 import numpy as np
+import numpy.typing as npt
 
 from irsim.types import Floats
+from irtrack.compiled import COMPILED
+from irtrack.compiled import kernels as compiled
 
 Propagation = Literal["gaussian", "disc"]
 """How particles spread within a radius: normal, of a third of it; or even over the disc."""
@@ -40,6 +43,36 @@ def ar2(positions: Floats, previous: Floats, damping: float, noise: Floats) -> F
     noise of deviation R the spread after n frames is R sqrt(n (n+1) (2n+1) / 6).
     """
     return positions + damping * (positions - previous) + noise
+
+
+def ar2_drawn(
+    positions: Floats,
+    previous: Floats,
+    chosen: npt.NDArray[np.intp],
+    damping: float,
+    deviation: Floats,
+    rng: np.random.Generator,
+) -> tuple[Floats, Floats]:
+    """`ar2` of the particles `chosen` (n,) among positions and previous ones (N, 2) px, their noise normal of a
+    deviation (n,) px: where they are (n, 2), and where they come from."""
+    normals = rng.standard_normal((len(chosen), 2))
+    if not COMPILED:
+        return _ar2_drawn_plain(positions, previous, chosen, damping, deviation, normals)
+    moved, origins = np.empty_like(normals), np.empty_like(normals)
+    compiled.ar2_drawn(positions, previous, chosen, damping, deviation, normals, moved, origins)
+    return moved, origins
+
+
+def _ar2_drawn_plain(
+    positions: Floats,
+    previous: Floats,
+    chosen: npt.NDArray[np.intp],
+    damping: float,
+    deviation: Floats,
+    normals: Floats,
+) -> tuple[Floats, Floats]:
+    origins = positions.take(chosen, axis=0)
+    return ar2(origins, previous.take(chosen, axis=0), damping, deviation[:, None] * normals), origins
 
 
 def constant_velocity(acceleration: float) -> tuple[Floats, Floats]:

@@ -13,6 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from irsim.types import Floats
+from irtrack.compiled import COMPILED
+from irtrack.compiled import kernels as compiled
 
 Indices = npt.NDArray[np.intp]
 Resampling = Literal["multinomial", "systematic", "stratified", "residual"]
@@ -23,17 +25,29 @@ class Resampler(Protocol):
 
 
 def _pick(weights: Floats, points: Floats) -> Indices:
-    """For points in [0, 1): the smallest j whose cumulative weight exceeds the point.
+    """For ascending points in [0, 1): the smallest j whose cumulative weight exceeds the point.
 
     The last cumulative weight is left out of the search: rounding may leave it just below one.
     """
+    if COMPILED:
+        picked: Indices = np.empty(len(points), np.intp)
+        compiled.pick(np.ascontiguousarray(weights), points, picked)
+        return picked
+    return _pick_plain(weights, points)
+
+
+def _pick_plain(weights: Floats, points: Floats) -> Indices:
     cumulative = weights.cumsum()
     picked: Indices = cumulative[:-1].searchsorted(points * cumulative[-1], side="right")
     return picked
 
 
 def _sorted_uniforms(n: int, rng: np.random.Generator) -> Floats:
-    sums = rng.standard_exponential(n + 1).cumsum()
+    exponentials = rng.standard_exponential(n + 1)
+    if COMPILED:
+        compiled.sorted_uniforms(exponentials)
+        return exponentials[:-1]
+    sums = exponentials.cumsum()
     uniforms: Floats = sums[:-1] / sums[-1]
     return uniforms
 

@@ -15,6 +15,8 @@ from pydantic import Field
 
 from irsim.kinds import Fraction
 from irsim.types import Box, Floats, Frame, Image
+from irtrack.compiled import COMPILED
+from irtrack.compiled import kernels as compiled
 from irtrack.features.highpass import HighPass, full_kernel, ring_kernel
 from irtrack.features.histogram import (
     Picture,
@@ -212,6 +214,15 @@ def weigh(rho: Floats, visible: Floats, sharpness: float) -> tuple[Floats, bool]
     large sharpness from underflow. A window wholly outside the frame weighs nothing; all outside:
     equal weights.
     """
+    if COMPILED:
+        weights = np.empty_like(rho)
+        compiled.below_largest(rho, sharpness, weights)
+        np.exp(weights, out=weights)
+        return weights, compiled.normalise(weights, visible)
+    return _weigh_plain(rho, visible, sharpness)
+
+
+def _weigh_plain(rho: Floats, visible: Floats, sharpness: float) -> tuple[Floats, bool]:
     weights = np.exp(sharpness * (rho - rho.max())) * (visible > 0)
     total = weights.sum()
     if total == 0:

@@ -13,7 +13,7 @@ from irsim.kinds import Fraction
 from irsim.types import Box, Floats, Frame
 from irtrack.filters import particles as cloud
 from irtrack.filters.adaptive import kld_count, neff_count
-from irtrack.filters.motion import ar2
+from irtrack.filters.motion import ar2_drawn
 from irtrack.filters.resampling import RESAMPLERS, Resampling
 from irtrack.trackers.base import Deviation, Ratio, Sight, Spread
 from irtrack.trackers.grey import Appearance, GreyPart, Judged, Seen, blend, weigh
@@ -154,10 +154,8 @@ class GreyPF(GreyPart):
         chosen = RESAMPLERS[self.resampling](state.weights, rng, count)
         if self.adapt == "kld":
             chosen = rng.permutation(chosen)  # so that the first n are a fair sample, too
-        previous = state.positions.take(chosen, axis=0)
         deviation = self.deviation(state.distances.take(chosen), state.appearance.size)
-        noise = deviation[:, None] * rng.standard_normal(previous.shape)
-        positions = ar2(previous, state.previous.take(chosen, axis=0), self.damping, noise)
+        positions, previous = ar2_drawn(state.positions, state.previous, chosen, self.damping, deviation, rng)
         if self.adapt == "kld":
             count = kld_count(positions, self.n_min, self.kld_cell, self.kld_epsilon, self.kld_z)
         return positions[:count], previous[:count]

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field
 
 from irsim.types import Box, Floats, Frame
-from irtrack.features.velocity import line, pca_velocity, similarity
+from irtrack.features.velocity import line, velocity_likeness
 from irtrack.filters import particles as cloud
 from irtrack.filters.motion import random_walk
 from irtrack.filters.resampling import RESAMPLERS
@@ -117,14 +117,7 @@ class GreyVelocityPart(WalkPart):
         if self.velocity == "least_squares":
             return self._near(ahead, state.sight)
         speed, trajectory = self.velocity, state.trajectory
-
-        def by_velocity(places: Floats) -> Floats:
-            tracks = np.empty((len(places) + 1, self.k, 2))
-            tracks[:-1, :-1], tracks[:-1, -1], tracks[-1] = trajectory[1:], places, trajectory
-            velocities = pca_velocity(tracks, speed)
-            return (similarity(velocities[:-1], velocities[-1]) - 1) / (2 * self.sigma_velocity**2)
-
-        return by_velocity
+        return lambda places: (velocity_likeness(trajectory, places, speed) - 1) / (2 * self.sigma_velocity**2)
 
     def _near(self, ahead: Floats, sight: Sight) -> Cue:
         """Places about where the line leads, the less closely the longer the target was not seen."""

@@ -1,0 +1,10 @@
+#ifndef IRTRACK_LIKENESS_H
+#define IRTRACK_LIKENESS_H
+
+#include "arrays.h"
+
+PyObject *bhattacharyya(PyObject *self, PyObject *const *given, Py_ssize_t count);
+PyObject *below_largest(PyObject *self, PyObject *const *given, Py_ssize_t count);
+PyObject *normalise(PyObject *self, PyObject *const *given, Py_ssize_t count);
+
+#endif
