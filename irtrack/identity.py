@@ -30,6 +30,10 @@ _PLACES = {"__module__", "__qualname__", "__doc__", "__firstlineno__", "__static
 """What a class has that says where it is written, or nothing of what it does."""
 
 
+_LOOPS = "irtrack.compiled"
+"""Inner loops in C. What they compute is what their plain twins do, so what a compiler made of them does not count."""
+
+
 def tracker_name(tracker: Tracker) -> str:
     """Its name in irtrack's table, or module:Class."""
     from irtrack.trackers import NAMED
@@ -125,9 +129,10 @@ def code_hash(tracker: Tracker) -> str:
 
     That is the file of its class and every module that this file imports, one through the other, if it is irtrack's,
     of the same package, or no installed one: what lies about in folders of its own changes from run to run, compiled
-    modules too. What is installed does not count, nor what code opens by itself (libraries by ctypes, weights). A class
-    that has no file (typed into a prompt or a notebook) is told by its methods as they are compiled, and by the
-    functions and classes that they name: of the same prompt, or in such files.
+    modules too. Of irtrack's own inner loops in C the source counts, compiled or not. What is installed does not
+    count, nor what code opens by itself (libraries by ctypes, weights). A class that has no file (typed into a prompt
+    or a notebook) is told by its methods as they are compiled, and by the functions and classes that they name: of the
+    same prompt, or in such files.
     """
     kind = _kind(tracker)
     file = source_file(kind)
@@ -233,6 +238,8 @@ def _with_imports(path: Path, module: str) -> set[Path]:
             if file is not None and file not in found:
                 found.add(file)
                 waiting.append((file, name))
+                if name == _LOOPS:
+                    found.update(file.parent.glob("*.[ch]"))
     return found
 
 
@@ -259,6 +266,8 @@ def _counted_file(name: str, importer: str) -> Path | None:
     package = _spec(top)
     if package is None or (top not in ("irtrack", importer.partition(".")[0]) and _is_installed(package)):
         return None  # and nothing below it is looked for: that would import it
+    if name.startswith(f"{_LOOPS}."):
+        return None  # its source counts, whether it is compiled here or not
     spec = package if name == top else _spec(name)
     if spec is None or spec.origin is None or not Path(spec.origin).is_file():
         return None

@@ -68,6 +68,21 @@ def test_what_is_installed_does_not_count_and_is_not_imported(write: Write) -> N
     assert "code_installed" not in sys.modules
 
 
+def test_inner_loops_count_by_their_source_whether_compiled_or_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    read: list[Path] = []
+    whole = Path.read_bytes
+
+    def seen(path: Path) -> bytes:
+        read.append(path)
+        return whole(path)
+
+    monkeypatch.setattr(Path, "read_bytes", seen)
+    code_hash(make("grey_pf"))
+    loops = {path.name for path in read if path.parent.name == "compiled"}
+    assert {"__init__.py", "windows.c", "windows.h"} <= loops
+    assert {Path(name).suffix for name in loops} == {".py", ".c", ".h"}
+
+
 def test_what_is_not_there_or_cannot_be_imported_is_no_error(write: Write) -> None:
     write("code_broken/__init__.py", "raise RuntimeError('not today')")
     write(

@@ -7,14 +7,15 @@ used.
 from __future__ import annotations
 
 import os
+from contextlib import suppress
+from typing import TYPE_CHECKING
 
-COMPILED = False
-
-try:
-    if os.environ.get("IRSIM_PLAIN"):
-        raise ImportError("the plain ones are wanted")
+if TYPE_CHECKING:
     from irtrack.compiled import _kernels as kernels
+else:
+    kernels = None
+    if not os.environ.get("IRSIM_PLAIN"):
+        with suppress(ImportError):  # there was no compiler
+            from irtrack.compiled import _kernels as kernels
 
-    COMPILED = True
-except ImportError:  # or there was no compiler
-    kernels = None  # type: ignore[assignment]
+COMPILED: bool = kernels is not None

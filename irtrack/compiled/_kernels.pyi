@@ -1,4 +1,4 @@
-"""Inner loops in C, where a compiler was at hand. Arrays are C-contiguous and of the types given; Floats, of float64."""
+"""Inner loops in C, where a compiler was at hand. Arrays are C-contiguous and of the types given; Floats of float64."""
 
 import numpy as np
 import numpy.typing as npt

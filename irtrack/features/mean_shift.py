@@ -22,8 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from irsim.types import Box, Floats, Image
-from irtrack.compiled import COMPILED
-from irtrack.compiled import kernels as compiled
+from irtrack.compiled import COMPILED, kernels
 from irtrack.features.histogram import bhattacharyya
 from irtrack.features.quantise import Bins, Quantiser, contiguous
 
@@ -119,7 +118,7 @@ def _climbed(
     mass, visible = np.empty((len(centers), quantiser.bins)), np.empty(len(centers))
     pixels, table = contiguous(image), quantiser.table(image.itemsize)
     reference = np.ascontiguousarray(reference, np.float64)
-    compiled.mean_shift(pixels, table, *h, reference, iterations, eps, centers, mass, visible)
+    kernels.mean_shift(pixels, table, *h, reference, iterations, eps, centers, mass, visible)
     return mass, visible
 
 

@@ -10,8 +10,7 @@ from typing import Literal
 import numpy as np
 
 from irsim.types import Floats
-from irtrack.compiled import COMPILED
-from irtrack.compiled import kernels as compiled
+from irtrack.compiled import COMPILED, kernels
 
 Speed = Literal["lambda", "sqrt_lambda"]
 
@@ -59,7 +58,7 @@ def velocity_likeness(trajectory: Floats, places: Floats, speed: Speed) -> Float
     frame, to the one that it has."""
     if COMPILED:
         alike = np.empty(len(places))
-        compiled.velocity_likeness(trajectory, np.ascontiguousarray(places), speed == "sqrt_lambda", alike)
+        kernels.velocity_likeness(trajectory, np.ascontiguousarray(places), speed == "sqrt_lambda", alike)
         return alike
     return _velocity_likeness_plain(trajectory, places, speed)
 
@@ -78,7 +77,7 @@ def line(places: Floats) -> tuple[Floats, Floats]:
     """
     if COMPILED:
         ahead, velocity = np.empty(2), np.empty(2)
-        compiled.line(np.ascontiguousarray(places, np.float64), ahead, velocity)
+        kernels.line(np.ascontiguousarray(places, np.float64), ahead, velocity)
         return ahead, velocity
     return _line_plain(places)
 

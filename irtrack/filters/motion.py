@@ -9,8 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from irsim.types import Floats
-from irtrack.compiled import COMPILED
-from irtrack.compiled import kernels as compiled
+from irtrack.compiled import COMPILED, kernels
 
 Propagation = Literal["gaussian", "disc"]
 """How particles spread within a radius: normal, of a third of it; or even over the disc."""
@@ -59,7 +58,7 @@ def ar2_drawn(
     if not COMPILED:
         return _ar2_drawn_plain(positions, previous, chosen, damping, deviation, normals)
     moved, origins = np.empty_like(normals), np.empty_like(normals)
-    compiled.ar2_drawn(positions, previous, chosen, damping, deviation, normals, moved, origins)
+    kernels.ar2_drawn(positions, previous, chosen, damping, deviation, normals, moved, origins)
     return moved, origins
 
 

@@ -13,8 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from irsim.types import Floats
-from irtrack.compiled import COMPILED
-from irtrack.compiled import kernels as compiled
+from irtrack.compiled import COMPILED, kernels
 
 Indices = npt.NDArray[np.intp]
 Resampling = Literal["multinomial", "systematic", "stratified", "residual"]
@@ -31,7 +30,7 @@ def _pick(weights: Floats, points: Floats) -> Indices:
     """
     if COMPILED:
         picked: Indices = np.empty(len(points), np.intp)
-        compiled.pick(np.ascontiguousarray(weights), points, picked)
+        kernels.pick(np.ascontiguousarray(weights), points, picked)
         return picked
     return _pick_plain(weights, points)
 
@@ -45,7 +44,7 @@ def _pick_plain(weights: Floats, points: Floats) -> Indices:
 def _sorted_uniforms(n: int, rng: np.random.Generator) -> Floats:
     exponentials = rng.standard_exponential(n + 1)
     if COMPILED:
-        compiled.sorted_uniforms(exponentials)
+        kernels.sorted_uniforms(exponentials)
         return exponentials[:-1]
     sums = exponentials.cumsum()
     uniforms: Floats = sums[:-1] / sums[-1]

@@ -15,8 +15,7 @@ from pydantic import Field
 
 from irsim.kinds import Fraction
 from irsim.types import Box, Floats, Frame, Image
-from irtrack.compiled import COMPILED
-from irtrack.compiled import kernels as compiled
+from irtrack.compiled import COMPILED, kernels
 from irtrack.features.highpass import HighPass, full_kernel, ring_kernel
 from irtrack.features.histogram import (
     Picture,
@@ -216,9 +215,9 @@ def weigh(rho: Floats, visible: Floats, sharpness: float) -> tuple[Floats, bool]
     """
     if COMPILED:
         weights = np.empty_like(rho)
-        compiled.below_largest(rho, sharpness, weights)
+        kernels.below_largest(rho, sharpness, weights)
         np.exp(weights, out=weights)
-        return weights, compiled.normalise(weights, visible)
+        return weights, kernels.normalise(weights, visible)
     return _weigh_plain(rho, visible, sharpness)
 
 
