@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import compress
@@ -170,16 +171,16 @@ class Renderer:
     def _target_truth(self, number: int, index: int, seen: Seen, boxes: dict[str, Box]) -> TargetTruth:
         target, sprite = self.courses[number].target, seen.piece.sprite
         others = (box for name, box in boxes.items() if name != target.id)
-        velocity = self.velocities[number][index]
-        yaw, pitch, roll = self.angles_deg[number][index]
+        vx, vy = self.velocities[number][index].tolist()
+        yaw, pitch, roll = self.angles_deg[number][index].tolist()
         return TargetTruth(
             id=target.id,
             center=sprite.center,
             box=sprite.box,
             cls=target.cls or target.shape.stands_for,
             signal_center=sprite.signal_center,
-            velocity=(float(velocity[0]), float(velocity[1])) if np.isfinite(velocity).all() else None,
-            attitude=(float(yaw), float(pitch), float(roll)),
+            velocity=(vx, vy) if math.isfinite(vx) and math.isfinite(vy) else None,
+            attitude=(yaw, pitch, roll),
             range_m=sprite.range_m,
             visible=seen.visible,
             occluders=tuple(seen.occluders),

@@ -90,8 +90,8 @@ class Box:
 
     def iou(self, other: Box) -> float:
         """Intersection over union, 0..1."""
-        w = min(self.right, other.right) - max(self.left, other.left)
-        h = min(self.bottom, other.bottom) - max(self.top, other.top)
+        w = min(self.cx + self.w / 2, other.cx + other.w / 2) - max(self.cx - self.w / 2, other.cx - other.w / 2)
+        h = min(self.cy + self.h / 2, other.cy + other.h / 2) - max(self.cy - self.h / 2, other.cy - other.h / 2)
         if w <= 0 or h <= 0:
             return 0.0
         return w * h / (self.w * self.h + other.w * other.h - w * h)

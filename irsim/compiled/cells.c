@@ -50,7 +50,7 @@ static int touch(Point middle, double wide, double high, const Piece *piece, con
     int64_t column = (int64_t)middle.x, row = (int64_t)middle.y;
     if (touches->count == touches->room) {
         Py_ssize_t room = 2 * touches->room + 1024;
-        Touch *grown = PyMem_Realloc(touches->of, (size_t)room * sizeof(Touch));
+        Touch *grown = room > INT32_MAX ? NULL : PyMem_Realloc(touches->of, (size_t)room * sizeof(Touch));
         if (grown == NULL) {
             PyErr_NoMemory();
             return -1;
@@ -63,8 +63,7 @@ static int touch(Point middle, double wide, double high, const Piece *piece, con
     double area = -high * (1 - x);
     double y_moment = area * y + high * wide * high / 12;
     touches->of[touches->count] = (Touch){
-        .row = row,
-        .column = column,
+        .row = (int32_t)row,
         .next = touches->last[column],
         .area = area,
         .area_beyond = -high - area,
@@ -74,7 +73,7 @@ static int touch(Point middle, double wide, double high, const Piece *piece, con
         .opacity = piece->opacity,
         .glow = piece->glow,
     };
-    touches->last[column] = touches->count++;
+    touches->last[column] = (int32_t)touches->count++;
     return 0;
 }
 

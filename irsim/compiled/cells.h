@@ -16,7 +16,7 @@ typedef struct {
 /* A cell that a piece runs through: what its area and y moment, and those of its right neighbour, change by from the
  * cell before, and its own x moment; for one unit of what the piece's weights say. */
 typedef struct {
-    int64_t row, column, next; /* next: the number of another touch in its column, -1 where there is none */
+    int32_t row, next; /* next: the number of another touch in its column, -1 where there is none */
     double area, area_beyond, y, y_beyond, x;
     double opacity, glow;
 } Touch;
@@ -24,7 +24,7 @@ typedef struct {
 typedef struct {
     Touch *of;
     Py_ssize_t count, room;
-    int64_t *last; /* (columns) the last touch in each column, -1 where there is none */
+    int32_t *last; /* (columns) the last touch in each column, -1 where there is none */
 } Touches;
 
 /* -1 with an exception where memory runs out. The caller frees touches->of in either case. */

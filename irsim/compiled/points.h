@@ -33,7 +33,7 @@ static inline Extent with_point(Extent held, Point point)
 
 static inline int meet(const Extent *a, const Extent *b)
 {
-    return a->low.x <= b->high.x && b->low.x <= a->high.x && a->low.y <= b->high.y && b->low.y <= a->high.y;
+    return (a->low.x <= b->high.x) & (b->low.x <= a->high.x) & (a->low.y <= b->high.y) & (b->low.y <= a->high.y);
 }
 
 #endif

@@ -37,14 +37,14 @@ static inline void add(Change *sum, double weight, double even, double y, double
 
 static inline void gather(const Touches *touches, int64_t column, Cell *cells)
 {
-    for (int64_t i = touches->last[column]; i >= 0; i = touches->of[i].next) {
+    for (int32_t i = touches->last[column]; i >= 0; i = touches->of[i].next) {
         const Touch *touch = &touches->of[i];
         Cell *cell = &cells[touch->row];
         add(&cell->opacity, touch->opacity, touch->area, touch->y, touch->x);
         add(&cell->glow, touch->glow, touch->area, touch->y, touch->x);
         cell->touched = 1;
     }
-    for (int64_t i = column ? touches->last[column - 1] : -1; i >= 0; i = touches->of[i].next) {
+    for (int32_t i = column ? touches->last[column - 1] : -1; i >= 0; i = touches->of[i].next) {
         const Touch *touch = &touches->of[i];
         Cell *cell = &cells[touch->row];
         add(&cell->opacity, touch->opacity, touch->area_beyond, touch->y_beyond, 0.0);
@@ -111,19 +111,25 @@ WIDE static void spread_term(const Touches *touches, const Bands *rows, const Ba
     }
 }
 
-/* Shares of pixels that are covered, before any blur: (pixel rows, pixel columns), all 0 before. */
-static void add_cover(const Touches *touches, int64_t cells, int64_t fine, int64_t rows, double *sums, double *cover,
+/* Shares of pixels that are covered, before any blur: (pixel rows, pixel columns), all 0 before; work: (2, rows). */
+static void add_cover(const Touches *touches, int64_t cells, int64_t fine, int64_t rows, double *work, double *cover,
                       Py_ssize_t stride)
 {
-    double part = 1.0 / (double)(fine * fine);
-    memset(sums, 0, (size_t)rows * sizeof(double));
+    double *sums = work, *pixels = work + rows, part = 1.0 / (double)(fine * fine);
+    memset(work, 0, 2 * (size_t)rows * sizeof(double));
     for (int64_t column = 0; column < cells; column++) {
-        for (int64_t i = touches->last[column]; i >= 0; i = touches->of[i].next)
+        for (int32_t i = touches->last[column]; i >= 0; i = touches->of[i].next)
             sums[touches->of[i].row / fine] += touches->of[i].opacity * touches->of[i].area;
-        for (int64_t i = column ? touches->last[column - 1] : -1; i >= 0; i = touches->of[i].next)
+        for (int32_t i = column ? touches->last[column - 1] : -1; i >= 0; i = touches->of[i].next)
             sums[touches->of[i].row / fine] += touches->of[i].opacity * touches->of[i].area_beyond;
         for (int64_t row = 0; row < rows; row++)
-            cover[row * stride + column / fine] += sums[row] * part;
+            pixels[row] += sums[row];
+        if ((column + 1) % fine)
+            continue;
+        for (int64_t row = 0; row < rows; row++) {
+            cover[row * stride + column / fine] = pixels[row] * part;
+            pixels[row] = 0.0;
+        }
     }
 }
 

@@ -37,7 +37,7 @@ static int draw(const Pieces *pieces, const Grid *grid, const Bands *rows, const
                 Py_ssize_t terms, int64_t fine, int64_t margin, double *light)
 {
     Scratch held = {.count = 0};
-    Touches touches = {.last = scratch(&held, grid->columns, sizeof(int64_t))};
+    Touches touches = {.last = scratch(&held, grid->columns, sizeof(int32_t))};
     int failed = touches.last == NULL;
     for (int64_t i = 0; i < grid->columns && !failed; i++)
         touches.last[i] = -1;
@@ -95,7 +95,7 @@ PyObject *sprite_light(PyObject *self, PyObject *const *given, Py_ssize_t count)
     if (PyErr_Occurred())
         goto done;
     int fits = starts == 2 * edges && stops == 2 * edges && terms > 0 && fine > 0 && fine < 1024 && margin >= 0 &&
-               rows.cells > 0 && columns.cells > 0;
+               rows.cells > 0 && columns.cells > 0 && rows.cells < INT32_MAX;
     if (fits) {
         rows.width = downs / (2 * terms * rows.cells);
         columns.width = acrosses / (2 * terms * columns.cells);
