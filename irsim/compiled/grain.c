@@ -66,8 +66,8 @@ INLINED void shot(const float *drawn, Py_ssize_t from, Py_ssize_t count, void *w
     float *restrict signal = to->signal + from;
     const float read_variance = to->read_variance, well = to->well;
     for (Py_ssize_t i = 0; i < count; i++) {
-        float held = signal[i], variance = held >= well ? read_variance : held + read_variance;
-        signal[i] = plus(held, sqrtf(variance), drawn[i], fused);
+        float held = signal[i], shaken = held >= well ? 0.0f : held;
+        signal[i] = plus(held, sqrtf(shaken + read_variance), drawn[i], fused);
     }
 }
 BOTH(shot)
