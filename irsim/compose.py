@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from irsim.backgrounds import Gaze, Layer
+from irsim.backgrounds import Drifting, Gaze, Layer, Slices, veiled
 from irsim.compiled import COMPILED, kernels
 from irsim.contrast import fulfilled, scr
 from irsim.radiometry import Band, temperature
@@ -17,8 +17,6 @@ from irsim.types import Floats
 
 HIDES = 0.01
 """Truth names as an occluder what hides at least this share of a target."""
-
-Slices = tuple[slice, slice]
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,13 +162,19 @@ def _contrast(own: float, behind: float, band: Band) -> float:
 
 
 def _veil(light: Floats, layer: Layer, gaze: Gaze, seen: list[Seen]) -> None:
-    passed, emission = layer.light(gaze)
-    if passed is None:
-        raise ValueError(f"layer {layer.name}: only the farthest layer may be opaque")
-    for target in seen:
-        sprite = target.piece.sprite
-        met = overlap((sprite.x0, sprite.y0), sprite.cover.shape, (0, 0), light.shape)
-        if met is not None:
-            target.hide(layer.name, met[0], passed[met[1]])
-    light *= passed
-    light += emission
+    covers = ((target, target.piece.sprite) for target in seen)
+    behind = [
+        (target, *met)
+        for target, sprite in covers
+        if (met := overlap((sprite.x0, sprite.y0), sprite.cover.shape, (0, 0), light.shape)) is not None
+    ]
+    patches = [outer for _, _, outer in behind]
+    if isinstance(layer, Drifting):
+        passed = layer.veil(light, gaze, patches)
+    else:
+        through, emission = layer.light(gaze)
+        if through is None:
+            raise ValueError(f"layer {layer.name}: only the farthest layer may be opaque")
+        passed = veiled(light, through, emission, patches)
+    for (target, inner, _), part in zip(behind, passed, strict=True):
+        target.hide(layer.name, inner, part)

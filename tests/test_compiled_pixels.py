@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import example, given
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from irsim import rng
+from irsim.backgrounds import Gaze, veiled
+from irsim.backgrounds.chart import Chart
+from irsim.backgrounds.drifting import Drifting, _first
 from irsim.compiled import COMPILED, kernels
 from irsim.detector import ar1, grain, noise_3d, shot
 from irsim.detector.ar1 import Ar1
@@ -16,7 +19,9 @@ from irsim.detector.noise_3d import Noise3d
 from irsim.detector.response import Electrons, Setting
 from irsim.detector.shot import Shot
 from irsim.detector.white import White
+from irsim.geometry import Geometry
 from irsim.normal import cell_means
+from irsim.types import Floats
 
 pytestmark = pytest.mark.skipif(not COMPILED, reason="there is no compiler here")
 
@@ -58,7 +63,7 @@ NOISES = [
 @example(rows=512, columns=640, index=77, noise=NOISES[2])
 @example(rows=512, columns=640, index=77, noise=NOISES[4])
 def test_noise_added_where_it_is_drawn_is_that_of_passes(rows: int, columns: int, index: int, noise: Noise) -> None:
-    """To an ulp for each of two passes: OpenCV may have been built to round another way on this processor."""
+    """To an ulp of what is added up: OpenCV rounds small matrix products in another way."""
     response = Electrons().response(Setting("mwir", 14, 20.0, (250.0, 350.0)))
     light = np.random.default_rng(index).uniform(1e3, 1.1 * response.well, (rows, columns)).astype(np.float32)
     found = []
@@ -69,4 +74,47 @@ def test_noise_added_where_it_is_drawn_is_that_of_passes(rows: int, columns: int
                 patch.setattr(module, "COMPILED", compiled)
             found.append(np.minimum(light, np.float32(response.well)))
             noise.add(found[-1], response, Moment(index, (rows, columns), 50.0, 1))
-    np.testing.assert_array_max_ulp(found[0], found[1], maxulp=2)
+    np.testing.assert_allclose(found[0], found[1], rtol=3e-7, atol=2e-3)
+
+
+def drifting(side: int, seed: int) -> Drifting:
+    def paint(place: float) -> tuple[Floats, Floats]:
+        drawn = rng.stream(seed, round(place * 1000)).random((2, side, side)).astype(np.float32)
+        return drawn[0], drawn[1]
+
+    return Drifting("cloud", 1000.0, paint, 5.0, (3.3, -0.7))
+
+
+@settings(max_examples=30)
+@given(
+    size=st.tuples(st.integers(2, 90), st.integers(2, 90)),
+    seed=st.integers(0, 5),
+    times=st.lists(st.floats(0, 1e4), min_size=1, max_size=4),
+)
+@example(size=(640, 512), seed=1, times=[0.0, 3.77, 3.79])
+def test_a_veil_is_laid_as_by_passes(size: tuple[int, int], seed: int, times: list[float]) -> None:
+    side = 1024 if max(size) > 128 else 128
+    layer, plain = drifting(side, seed), drifting(side, seed)
+    geometry = Geometry(size, 1e-4, 0.3)
+    for time in times:
+        gaze = Gaze(time, Chart.at(geometry, geometry.world_rotation(np.array([time * 1e-6, 0.0, 0.0]))))
+        found, wanted = (np.full(size[::-1], 2.5, np.float32) for _ in range(2))
+        patch = slice(size[1] // 3, size[1]), slice(size[0] // 2, size[0] - 1)
+        passed, (transmittance, emission) = layer.veil(found, gaze, [patch]), plain.light(gaze)
+        veiled(wanted, transmittance, emission, [])
+        first = _first(gaze.chart, 3.3 * time, -0.7 * time)
+        assert first is not None
+        # OpenCV takes an ulp below a whole px for the next one.
+        atol = 1e-4 if max(place % 1 for place in first) > 0.999 else 1e-6
+        np.testing.assert_allclose(passed[0], transmittance[patch], rtol=0, atol=atol)
+        np.testing.assert_allclose(found, wanted, rtol=0, atol=4 * atol)
+
+
+def test_a_veil_of_another_size_is_refused() -> None:
+    state, light = np.ones((5, 6), np.float32), np.ones((4, 5), np.float32)
+    kernels.veil(0.5, 0.25, 0.0, light, state, state, state, state)
+    assert (light == 2).all()
+    with pytest.raises(ValueError, match="larger"):
+        kernels.veil(0.5, 0.25, 0.0, light, state, state, state, state[:4])
+    with pytest.raises(TypeError, match="float32"):
+        kernels.moved(0.5, 0.25, 0.0, light, state, state.astype(float))

@@ -1,6 +1,7 @@
 """Backgrounds: sky with clouds, ground. They live in angle, so a turning camera moves them rightly."""
 
-from irsim.backgrounds.base import Background, Gaze, Layer
+from irsim.backgrounds.base import Background, Gaze, Layer, Slices, veiled
+from irsim.backgrounds.drifting import Drifting
 from irsim.backgrounds.ground import Ground
 from irsim.backgrounds.landscape import Landscape
 from irsim.backgrounds.recorded import Footage, Recorded
@@ -12,4 +13,18 @@ BACKGROUNDS = Family(
     "background", Background, {"sky": Sky, "ground": Ground, "landscape": Landscape, "sea": Sea, "recording": Recorded}
 )
 
-__all__ = ["BACKGROUNDS", "Background", "Footage", "Gaze", "Ground", "Landscape", "Layer", "Recorded", "Sea", "Sky"]
+__all__ = [
+    "BACKGROUNDS",
+    "Background",
+    "Drifting",
+    "Footage",
+    "Gaze",
+    "Ground",
+    "Landscape",
+    "Layer",
+    "Recorded",
+    "Sea",
+    "Sky",
+    "Slices",
+    "veiled",
+]

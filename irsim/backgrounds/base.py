@@ -14,6 +14,9 @@ from irsim.kinds import Kind
 from irsim.stage import Stage
 from irsim.types import Floats
 
+Slices = tuple[slice, slice]
+"""A patch of a picture: its rows and columns."""
+
 
 @dataclass(frozen=True, eq=False)
 class Gaze:
@@ -46,6 +49,13 @@ class Layer(Protocol):
         The caller must not write to them: a layer may keep them for the next frame.
         """
         ...
+
+
+def veiled(light: Floats, passed: Floats, emission: Floats, behind: Sequence[Slices]) -> list[Floats]:
+    """light <- light * passed + emission, in place; `passed` of patches (rows, columns)."""
+    light *= passed
+    light += emission
+    return [passed[patch] for patch in behind]
 
 
 @dataclass(frozen=True, eq=False)

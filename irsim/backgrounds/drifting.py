@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 
 import cv2
 import numpy as np
 
-from irsim.backgrounds.base import Gaze
+from irsim.backgrounds.base import Gaze, Slices, veiled
 from irsim.backgrounds.chart import NODES, PLACES, Chart
 from irsim.backgrounds.fields import STEPS
 from irsim.backgrounds.texture import repeated_px
+from irsim.compiled import COMPILED, kernels
 from irsim.types import Floats
 
 NARROW = 0.02
@@ -52,6 +54,10 @@ class Padded:
         return self._near[top : top + height, left : left + width]
 
 
+State = tuple[Padded, Padded]
+"""A layer's transmittance and emission at a moment."""
+
+
 class Drifting:
     """What is seen of a layer that evolves with the period `period_s` and drifts by (right, down) px/s."""
 
@@ -61,25 +67,71 @@ class Drifting:
         self._paint = paint
         self._period_s = period_s
         self._drift = drift_px_s
-        self._states: dict[int, tuple[Padded, Padded]] = {}
+        self._states: dict[int, State] = {}
 
     def light(self, gaze: Gaze) -> tuple[Floats, Floats]:
         """(transmittance, emission) of a frame, each (rows, cols) float32."""
-        steps = gaze.time / self._period_s * STEPS
-        first = int(np.floor(steps))
-        share = steps - first
-        self._states = {k: self._state(k, gaze.chart.geometry.size) for k in (first, first + 1)}
+        early, late, share = self._around(gaze.time, gaze.chart.geometry.size)
         look = _look(gaze.chart, self._drift[0] * gaze.time, self._drift[1] * gaze.time)
-        early, late = self._states[first], self._states[first + 1]
         transmittance, emission = (look(before, after, share) for before, after in zip(early, late, strict=True))
         return transmittance, emission
 
-    def _state(self, number: int, frame: tuple[int, int]) -> tuple[Padded, Padded]:
+    def veil(self, light: Floats, gaze: Gaze, behind: Sequence[Slices]) -> list[Floats]:
+        """light <- light * transmittance + emission, in place; the transmittance of patches, (rows, columns) each."""
+        first = _first(gaze.chart, self._drift[0] * gaze.time, self._drift[1] * gaze.time) if COMPILED else None
+        if first is None or light.dtype != np.float32:
+            return veiled(light, *self.light(gaze), behind)
+        early, late, share = self._around(gaze.time, gaze.chart.geometry.size)
+        (width, column, right), (height, row, down) = (
+            (length + 1, int(place), _beyond(length, place))
+            for length, place in zip(light.shape[::-1], np.mod(first, early[0].side).tolist(), strict=True)
+        )
+        passed, emitted = (
+            [texture.window(column, row, width, height) for texture in field] for field in zip(early, late, strict=True)
+        )
+        kernels.veil(share, right, down, light, *passed, *emitted)
+        patches = []
+        for down_to, across_to in behind:
+            patch = np.empty((down_to.stop - down_to.start, across_to.stop - across_to.start), np.float32)
+            here = slice(down_to.start, down_to.stop + 1), slice(across_to.start, across_to.stop + 1)
+            kernels.moved(share, right, down, patch, *(state[here] for state in passed))
+            patches.append(patch)
+        return patches
+
+    def _around(self, time: float, frame: tuple[int, int]) -> tuple[State, State, float]:
+        """The states before and after a time, and the share of the one after."""
+        steps = time / self._period_s * STEPS
+        first = int(np.floor(steps))
+        self._states = {k: self._state(k, frame) for k in (first, first + 1)}
+        return self._states[first], self._states[first + 1], steps - first
+
+    def _state(self, number: int, frame: tuple[int, int]) -> State:
         if number in self._states:
             return self._states[number]
         transmittance, emission = self._paint(number / STEPS)
         margin = repeated_px(frame)
         return Padded(transmittance, margin), Padded(emission, margin)
+
+
+def _is_narrow(chart: Chart) -> bool:
+    return (math.hypot(*chart.geometry.size) / 2 * chart.geometry.ifov_rad) ** 2 <= NARROW
+
+
+def _first(chart: Chart, right: float, down: float) -> tuple[float, float] | None:
+    """The place (u, v) of the frame's first pixel in a layer that has drifted by (right, down) px; None where it is
+    not moved as a whole."""
+    if not _is_narrow(chart):
+        return None
+    width, height = chart.geometry.size
+    u, v, forward, side = _middle(chart)
+    if math.hypot(forward - 1, side) * math.hypot(width, height) / 2 > STRAIGHT:
+        return None
+    return u - right - (width - 1) / 2, v - down - (height - 1) / 2
+
+
+def _beyond(length: int, place: float) -> float:
+    """How far a place lies beyond a whole px, as getRectSubPix rounds it for a picture of that length."""
+    return float(np.float32((length - 1) / 2 + place - int(place)) - np.float32((length - 1) / 2))
 
 
 Look = Callable[[Padded, Padded, float], Floats]
@@ -88,17 +140,17 @@ Look = Callable[[Padded, Padded, float], Floats]
 def _look(chart: Chart, right: float, down: float) -> Look:
     """How to see two padded periodic textures, mixed (share of the second), that have drifted by (right, down) px."""
     width, height = chart.geometry.size
-    corner = np.hypot(width, height) / 2
-    if (corner * chart.geometry.ifov_rad) ** 2 > NARROW:
+    first = _first(chart, right, down)
+    if first is None and not _is_narrow(chart):
         return _pixelwise(chart.spread(chart.u - right), chart.spread(chart.v - down))
-    u, v, forward, side = _middle(chart)
-    u, v = u - right, v - down
-    if np.hypot(forward - 1, side) * corner > STRAIGHT:
+    if first is None:
+        u, v, forward, side = _middle(chart)
         x, y = np.meshgrid(np.arange(width) - (width - 1) / 2, np.arange(height) - (height - 1) / 2)
-        return _pixelwise(u + forward * x - side * y, v + side * x + forward * y)
+        return _pixelwise(u - right + forward * x - side * y, v - down + side * x + forward * y)
+    across, along = first
 
     def move(before: Padded, after: Padded, share: float) -> Floats:
-        left, top = (u - (width - 1) / 2) % before.side, (v - (height - 1) / 2) % before.side
+        left, top = across % before.side, along % before.side
         column, row = int(left), int(top)
         early, late = (texture.window(column, row, width + 1, height + 1) for texture in (before, after))
         mixed = cv2.addWeighted(early, 1 - share, late, share, 0)

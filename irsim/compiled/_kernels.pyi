@@ -14,6 +14,23 @@ def normals(state: bytes, table: Float32, refined: int, out: Float32, /) -> byte
     refined (mod 2^16), and a further word of the generator.
     """
 
+def moved(share: float, right: float, down: float, out: Float32, early: Float32, late: Float32, /) -> None:
+    """out = a field mixed of two states, `share` of the late one, (rows + 1, columns + 1), and read at (right, down) px
+    within 0..1 from its first pixel on. Rows may lie apart."""
+
+def veil(
+    share: float,
+    right: float,
+    down: float,
+    light: Float32,
+    early_passed: Float32,
+    late_passed: Float32,
+    early_emitted: Float32,
+    late_emitted: Float32,
+    /,
+) -> None:
+    """light = light passed + emitted, of such fields."""
+
 # What follows draws so, too, and uses each normal at once: those that are 0 have added nothing yet.
 
 def add_normals(state: bytes, table: Float32, refined: int, signal: Float32, scale: float, /) -> bytes:

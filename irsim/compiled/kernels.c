@@ -7,6 +7,7 @@
 #include "laying.h"
 #include "outline.h"
 #include "sprite.h"
+#include "veil.h"
 
 static PyMethodDef methods[] = {
     {"normals", (PyCFunction)(void (*)(void))normals, METH_FASTCALL, NULL},
@@ -17,6 +18,8 @@ static PyMethodDef methods[] = {
     {"add_normals", (PyCFunction)(void (*)(void))add_normals, METH_FASTCALL, NULL},
     {"add_lines_and_normals", (PyCFunction)(void (*)(void))add_lines_and_normals, METH_FASTCALL, NULL},
     {"add_shot", (PyCFunction)(void (*)(void))add_shot, METH_FASTCALL, NULL},
+    {"moved", (PyCFunction)(void (*)(void))moved, METH_FASTCALL, NULL},
+    {"veil", (PyCFunction)(void (*)(void))veil, METH_FASTCALL, NULL},
     {"bridge", (PyCFunction)(void (*)(void))bridge, METH_FASTCALL, NULL},
     {NULL, NULL, 0, NULL},
 };
