@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
@@ -12,7 +14,7 @@ from irsim.backgrounds import Gaze, veiled
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.drifting import Drifting, _first
 from irsim.compiled import COMPILED, kernels
-from irsim.detector import ar1, grain, noise_3d, shot
+from irsim.detector import ar1, grain, noise_3d, response, shot
 from irsim.detector.ar1 import Ar1
 from irsim.detector.base import Moment, Noise
 from irsim.detector.noise_3d import Noise3d
@@ -46,6 +48,7 @@ def test_a_wrong_state_or_table_is_refused() -> None:
     assert not out.any()
 
 
+RESPONSE = Electrons().response(Setting("mwir", 14, 20.0, (250.0, 350.0)))
 NOISES = [
     White(ratio=2.5),
     Shot(),
@@ -64,16 +67,15 @@ NOISES = [
 @example(rows=512, columns=640, index=77, noise=NOISES[4])
 def test_noise_added_where_it_is_drawn_is_that_of_passes(rows: int, columns: int, index: int, noise: Noise) -> None:
     """To an ulp of what is added up: OpenCV rounds small matrix products in another way."""
-    response = Electrons().response(Setting("mwir", 14, 20.0, (250.0, 350.0)))
-    light = np.random.default_rng(index).uniform(1e3, 1.1 * response.well, (rows, columns)).astype(np.float32)
+    light = np.random.default_rng(index).uniform(1e3, 1.1 * RESPONSE.well, (rows, columns)).astype(np.float32)
     found = []
     for compiled in (True, False):
         ar1._process.cache_clear()
         with pytest.MonkeyPatch.context() as patch:
             for module in (rng, ar1, grain, noise_3d, shot):
                 patch.setattr(module, "COMPILED", compiled)
-            found.append(np.minimum(light, np.float32(response.well)))
-            noise.add(found[-1], response, Moment(index, (rows, columns), 50.0, 1))
+            found.append(np.minimum(light, np.float32(RESPONSE.well)))
+            noise.add(found[-1], RESPONSE, Moment(index, (rows, columns), 50.0, 1))
     np.testing.assert_allclose(found[0], found[1], rtol=3e-7, atol=2e-3)
 
 
@@ -118,3 +120,31 @@ def test_a_veil_of_another_size_is_refused() -> None:
         kernels.veil(0.5, 0.25, 0.0, light, state, state, state, state[:4])
     with pytest.raises(TypeError, match="float32"):
         kernels.moved(0.5, 0.25, 0.0, light, state, state.astype(float))
+
+
+@given(
+    values=st.lists(st.floats(-1e9, 1e9, width=32) | st.sampled_from([0.0, 214.0, 642.0]), min_size=1, max_size=99),
+    gain=st.sampled_from([428.0, 0.5, 1.0]),
+    bits=st.sampled_from([8, 14, 16]),
+    offset=st.sampled_from([0.0, 100.0]),
+)
+def test_counts_are_those_of_passes(values: list[float], gain: float, bits: int, offset: float) -> None:
+    detector = replace(RESPONSE, gain=gain, full=2**bits - 1, offset=offset)
+    signal = np.array([values], np.float32)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(response, "COMPILED", False)
+        wanted = detector.counts(signal.copy())
+    np.testing.assert_array_equal(detector.counts(signal.copy()), wanted, strict=True)
+
+
+def test_nothing_told_is_count_0() -> None:
+    assert RESPONSE.counts(np.full((2, 20), np.nan, np.float32)).max() == 0
+
+
+@given(st.lists(st.floats(-0.125, 1e6, width=32), min_size=1, max_size=99))
+def test_the_signal_is_that_of_passes(values: list[float]) -> None:
+    light = np.array([values], np.float32)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(response, "COMPILED", False)
+        wanted = RESPONSE.signal(light)
+    np.testing.assert_allclose(RESPONSE.signal(light), wanted, rtol=2.4e-7)

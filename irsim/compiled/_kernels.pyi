@@ -14,6 +14,12 @@ def normals(state: bytes, table: Float32, refined: int, out: Float32, /) -> byte
     refined (mod 2^16), and a further word of the generator.
     """
 
+def signal_of(light: Float32, out: Float32, linear: float, root: float, zero: float, /) -> None:
+    """out = linear light + root sqrt(light) + zero, light below 0 taken for 0."""
+
+def counts_of(signal: Float32, out: npt.NDArray[np.uint16], scale: float, offset: float, full: int, /) -> None:
+    """out = scale signal + offset, rounded to the nearest (halves to even), clipped to 0 .. full."""
+
 def moved(share: float, right: float, down: float, out: Float32, early: Float32, late: Float32, /) -> None:
     """out = a field mixed of two states, `share` of the late one, (rows + 1, columns + 1), and read at (right, down) px
     within 0..1 from its first pixel on. Rows may lie apart."""

@@ -6,6 +6,7 @@
 #include "grain.h"
 #include "laying.h"
 #include "outline.h"
+#include "response.h"
 #include "sprite.h"
 #include "veil.h"
 
@@ -18,6 +19,8 @@ static PyMethodDef methods[] = {
     {"add_normals", (PyCFunction)(void (*)(void))add_normals, METH_FASTCALL, NULL},
     {"add_lines_and_normals", (PyCFunction)(void (*)(void))add_lines_and_normals, METH_FASTCALL, NULL},
     {"add_shot", (PyCFunction)(void (*)(void))add_shot, METH_FASTCALL, NULL},
+    {"signal_of", (PyCFunction)(void (*)(void))signal_of, METH_FASTCALL, NULL},
+    {"counts_of", (PyCFunction)(void (*)(void))counts_of, METH_FASTCALL, NULL},
     {"moved", (PyCFunction)(void (*)(void))moved, METH_FASTCALL, NULL},
     {"veil", (PyCFunction)(void (*)(void))veil, METH_FASTCALL, NULL},
     {"bridge", (PyCFunction)(void (*)(void))bridge, METH_FASTCALL, NULL},

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
+from irsim.compiled import COMPILED, kernels
 from irsim.detector.photons import photon_radiance, photon_slope
 from irsim.kinds import Family, Kind, NotNegative, Positive
 from irsim.radiometry import Band, radiance, slope
@@ -63,7 +64,9 @@ class Response:
     def signal(self, light: Floats, out: Floats | None = None) -> Floats:
         """The noiseless signal of in-band radiance (rows, cols) float32, W/m2/sr; into `out` where it is given."""
         signal = np.empty_like(light) if out is None else out
-        if self.root:
+        if COMPILED and self.root and light.dtype == np.float32 and light.flags.c_contiguous:
+            kernels.signal_of(light, signal, self.linear, self.root, self.zero)
+        elif self.root:
             if light.min() < 0:  # by rounding alone
                 light = np.maximum(light, np.float32(0))
             cv2.sqrt(light, dst=signal)
@@ -77,8 +80,13 @@ class Response:
 
         Rounded to the nearest (halves to even) and clipped to the depth: they saturate and never wrap around.
         """
-        if cv2.norm(signal, cv2.NORM_INF) > MOST_COUNTS * self.gain:  # would wrap in the conversion
-            np.clip(signal, np.float32(0), np.float32(MOST_COUNTS * self.gain), out=signal)
+        if COMPILED and signal.dtype == np.float32 and signal.flags.c_contiguous:
+            made = np.empty(signal.shape, np.uint16)
+            kernels.counts_of(signal, made, 1 / self.gain, self.offset, self.full)
+            return made
+        most = np.float32(MOST_COUNTS * self.gain)
+        if cv2.norm(signal, cv2.NORM_INF) > most:  # would wrap in the conversion
+            np.clip(signal, -most, most, out=signal)
         counts = cv2.addWeighted(signal, 1 / self.gain, signal, 0, self.offset, dtype=cv2.CV_16U)
         if self.full < MOST_COUNTS:
             cv2.threshold(counts, self.full, 0, cv2.THRESH_TRUNC, dst=counts)

@@ -1,0 +1,9 @@
+#ifndef IRSIM_RESPONSE_H
+#define IRSIM_RESPONSE_H
+
+#include "arguments.h"
+
+PyObject *signal_of(PyObject *self, PyObject *const *given, Py_ssize_t count);
+PyObject *counts_of(PyObject *self, PyObject *const *given, Py_ssize_t count);
+
+#endif
