@@ -12,12 +12,14 @@ from collections.abc import Callable
 from functools import partial
 from time import process_time
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 
 import irsim
 import irtrack
 from irsim.rng import stream
+from irtrack.features.highpass import HighPass
 
 STEPS = 200
 """In a round."""
@@ -62,6 +64,7 @@ class Steps:
             self._cases[f"{name}_160x120_step"] = partial(step_ms, name, {}, large, box)
         for name in ("cascade_pf", "product_pf", "mean_shift_pf"):
             self._cases[f"{name}_320x240_step"] = partial(step_ms, name, {}, small, spot)
+        self._cases["cascade_pf_320x240_step_whole_high_pass"] = partial(whole_high_pass_ms, "cascade_pf", small, spot)
         self._least_ms = dict.fromkeys(self._cases, math.inf)
 
     def measure(self) -> None:
@@ -87,6 +90,12 @@ def step_ms(name: str, parameters: dict[str, Any], frames: list[irsim.Frame], bo
         state, _ = tracker.step(state, frame, rng)
         times.append(process_time() - begin)
     return 1e3 * statistics.median(times)
+
+
+def whole_high_pass_ms(name: str, frames: list[irsim.Frame], box: irsim.Box) -> float:
+    """The same, the whole frame high-passed, not what is looked at only."""
+    with patch.object(HighPass, "view", HighPass.__call__):
+        return step_ms(name, {}, frames, box)
 
 
 def naive_grey_step_ms(frames: list[irsim.Frame], box: irsim.Box) -> float:
