@@ -91,7 +91,9 @@ DIED = "frame 4: the process died 2 times while the tracker was at work (exit st
 
 def test_a_tracker_that_hangs_or_dies_breaks_the_property_at_hand() -> None:
     hung = check(Hangs(), only=["gentle", "rests"], limit_s=1.0)
-    assert [(each.verdict, each.why) for each in hung] == [("broken", "hangs: more than 1 s for frame 4")] * 2
+    assert [(each.verdict, each.why) for each in hung] == [
+        ("broken", "frame 4: hangs: more than 1 s in the tracker")
+    ] * 2
     (dead,) = check(Dies(), only=["gentle"], limit_s=60.0)
     assert (dead.verdict, dead.why) == ("broken", DIED)
 

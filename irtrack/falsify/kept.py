@@ -14,7 +14,6 @@ import numpy as np
 import irsim
 from irsim.files import make_folder, replacing, replacing_text
 from irsim.types import Input
-from irtrack.bench.group import Watch
 from irtrack.errors import InputError, IrtrackError
 from irtrack.falsify.apart import NO_LIMIT_S, Run, apart, here, running
 from irtrack.falsify.files import MINIMAL, file_stem
@@ -23,6 +22,7 @@ from irtrack.falsify.rules import in_words, rules_of
 from irtrack.falsify.told import NOTED
 from irtrack.falsify.trial import Subject, Verdict, examine
 from irtrack.identity import changed_parameters, tracker_config
+from irtrack.workers import Watch
 
 KEPT = Path("scenarios") / "regressions"
 """Where failures are kept unless another folder is named."""
