@@ -60,7 +60,7 @@ def found_of(tracker: str, folder: Path, **options: object) -> Failure:
         folder,
         name="blind",
         fresh=5,
-        **{"time_limit_s": LIMIT_S, **options},  # type: ignore[arg-type]
+        **{"frame_limit_s": LIMIT_S, **options},  # type: ignore[arg-type]
     )
     assert isinstance(found, Failure)
     return found
@@ -128,7 +128,7 @@ def test_a_hunt_that_was_stopped_goes_on(known: tuple[Path, Failure], tmp_path: 
 
 @pytest.mark.slow
 def test_a_scene_on_which_a_tracker_hangs_is_found_and_made_small(tmp_path: Path) -> None:
-    assert is_least(found_of("Hanging", tmp_path, time_limit_s=3.0, jobs=2))
+    assert is_least(found_of("Hanging", tmp_path, frame_limit_s=3.0, jobs=2))
     assert "frame 9: hangs: more than 3 s in the tracker" in (tmp_path / "report.md").read_text()
 
 
@@ -215,7 +215,7 @@ def test_a_tracker_that_cannot_be_sent_runs_here_alone(tmp_path: Path) -> None:
     class Local(planted_failure.Blind):
         pass
 
-    for options in ({"jobs": 2}, {"time_limit_s": LIMIT_S}):
+    for options in ({"jobs": 2}, {"frame_limit_s": LIMIT_S}):
         with pytest.raises(InputError, match=r"the tracker cannot be sent to a worker process: .*Local"):
             find_failure(irsim.loads(SCENE), Local(), tmp_path, budget=2, **options)
     found = find_failure(irsim.loads(SCENE), Local(), tmp_path, fresh=5)
@@ -224,7 +224,7 @@ def test_a_tracker_that_cannot_be_sent_runs_here_alone(tmp_path: Path) -> None:
 
 def test_a_time_limit_is_above_0(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="time limit 0 s: allowed: above 0"):
-        find_failure(irsim.loads(SCENE), "kalman", tmp_path, time_limit_s=0)
+        find_failure(irsim.loads(SCENE), "kalman", tmp_path, frame_limit_s=0)
 
 
 # -- what is kept

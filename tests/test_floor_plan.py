@@ -185,7 +185,7 @@ def test_every_library_is_declared() -> None:
 ADDRESSED = {"Generator", "BitGenerator", "SFC64", "SeedSequence"}
 """Names of numpy.random that hold no global state and draw nothing unseeded."""
 
-RESEEDED = ("workers.py", "seed")
+RESEEDED = ("beginning.py", "seed")
 """Other people's trackers may draw from the global state, which workers, copies of one process, must not share."""
 
 

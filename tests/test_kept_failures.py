@@ -58,7 +58,7 @@ def test_a_kept_failure_that_fails_otherwise_is_told(
     found = {"how": noted, "limit_s": limit_s, "tracker": f"planted_failure:{tracker}", "parameters": TRACKERS[tracker]}
     values = {**json.loads(note.read_text()), **found}
     note.write_text(json.dumps({key: value for key, value in values.items() if value is not None}))
-    revisited = revisit(kept_failures(note.parent), time_limit_s=2.0)
+    revisited = revisit(kept_failures(note.parent), frame_limit_s=2.0)
     assert revisited.faults == []
     assert len(revisited.changes) == (said is not None)
     assert [line for line in revisited.changes if f".yaml: planted_failure:Raising {said}" not in line] == []
@@ -68,7 +68,7 @@ def test_a_kept_failure_notes_how_it_failed_and_its_limit(folder: Path, tmp_path
     """None where nothing was limited; by `irtrack regress --bless` all is."""
     (kept,) = kept_failures(note_of(folder, tmp_path / "kept").parent)
     assert (kept.how, kept.limit_s) == (RAISES, None)
-    revisit([kept], bless=True, time_limit_s=7.0)
+    revisit([kept], bless=True, frame_limit_s=7.0)
     (kept,) = kept_failures(tmp_path / "kept")
     assert (kept.how, kept.limit_s) == (RAISES, 7.0)
     assert not kept.changes()

@@ -90,30 +90,32 @@ DIED = "frame 4: the process died 2 times while the tracker was at work (exit st
 
 
 def test_a_tracker_that_hangs_or_dies_breaks_the_property_at_hand() -> None:
-    hung = check(Hangs(), only=["gentle", "rests"], limit_s=1.0)
-    assert [(each.verdict, each.why) for each in hung] == [("broken", "hangs: more than 1 s for frame 4")] * 2
-    (dead,) = check(Dies(), only=["gentle"], limit_s=60.0)
+    hung = check(Hangs(), only=["gentle", "rests"], frame_limit_s=1.0)
+    assert [(each.verdict, each.why) for each in hung] == [
+        ("broken", "frame 4: hangs: more than 1 s in the tracker")
+    ] * 2
+    (dead,) = check(Dies(), only=["gentle"], frame_limit_s=60.0)
     assert (dead.verdict, dead.why) == ("broken", DIED)
 
 
 def test_a_process_killed_by_chance_breaks_nothing(tmp_path: Path) -> None:
     """At a tracker's work, and before any."""
     at_work, before = tmp_path / "at work", tmp_path / "before"
-    assert [each.verdict for each in check(Killed(str(at_work)), only=["legal"], limit_s=60.0)] == ["holds"]
-    assert [each.verdict for each in check(KilledBefore(str(before)), only=["legal"], limit_s=60.0)] == ["holds"]
+    assert [each.verdict for each in check(Killed(str(at_work)), only=["legal"], frame_limit_s=60.0)] == ["holds"]
+    assert [each.verdict for each in check(KilledBefore(str(before)), only=["legal"], frame_limit_s=60.0)] == ["holds"]
     assert at_work.exists()
     assert before.exists()
 
 
 def test_processes_that_die_before_any_frame_are_not_blamed_on_one() -> None:
     with pytest.raises(WorkerError, match=r"^legal: a worker process died again and again while no tracker"):
-        check(KilledBefore(), only=["legal"], limit_s=60.0)
+        check(KilledBefore(), only=["legal"], frame_limit_s=60.0)
 
 
 def test_a_process_of_its_own_changes_no_verdict() -> None:
     names = ["elsewhere", "resumes", "flip"]
-    assert [outcome.verdict for outcome in check(Sound(), only=names, limit_s=60.0)] == ["holds"] * 3
-    here, there = (check(PLANTED["flip"](), only=["flip"], limit_s=limit) for limit in (None, 60.0))
+    assert [outcome.verdict for outcome in check(Sound(), only=names, frame_limit_s=60.0)] == ["holds"] * 3
+    here, there = (check(PLANTED["flip"](), only=["flip"], frame_limit_s=limit) for limit in (None, 60.0))
     assert here == there
     assert here[0].verdict == "broken"
 
@@ -121,7 +123,7 @@ def test_a_process_of_its_own_changes_no_verdict() -> None:
         pass
 
     with pytest.raises(InputError, match="cannot be sent to another process: "):
-        check(Local(), only=["gentle"], limit_s=60.0)
+        check(Local(), only=["gentle"], frame_limit_s=60.0)
 
 
 def test_what_needs_a_broken_property_is_not_judged() -> None:

@@ -73,7 +73,7 @@ def asleep(board: Any) -> Any:
 
 
 def test_whoever_waits_for_a_process_that_another_thread_closes_learns_just_that() -> None:
-    watched = Watched(asleep, (math.inf,))
+    watched = Watched(asleep)
     threading.Timer(0.2, watched.close).start()
     with pytest.raises(GoneError) as gone:
         watched.ask(600.0)
@@ -84,7 +84,7 @@ def ends(board: Any) -> Any:
     """The work of a process: to end."""
 
     def work(status: int) -> None:
-        board[0] = 1.0
+        board.begin(0, 0, math.inf)
         os._exit(status)
 
     return work
@@ -104,13 +104,13 @@ def test_how_a_process_ends_is_told_though_others_start_meanwhile(monkeypatch: p
 
     def start_others() -> None:
         while not done.is_set():
-            with closing(Watched(asleep, (math.inf,))) as other:
+            with closing(Watched(asleep)) as other:
                 other.ask(0.0)
 
     with ThreadPoolExecutor(1) as beside:
         starting = beside.submit(start_others)
         with pytest.raises(GoneError) as gone:
-            Watched(ends, (0.0, math.inf)).ask(7)
+            Watched(ends).ask(7)
         done.set()
         starting.result()
     assert gone.value.how == "exit status 7"

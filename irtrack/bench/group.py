@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from time import monotonic
-from typing import Literal, Protocol
 
 from irsim.types import Box, Frame, Input, Source
 from irtrack.bench.cell import Cell, Key
@@ -17,6 +15,7 @@ from irtrack.metrics import Reference, Trace, score_trace
 from irtrack.replay import Player, replay, show
 from irtrack.start import find_start
 from irtrack.types import Tracker
+from irtrack.workers import NO_LIMIT, Limit, Unwatched, Watch
 
 Outcome = tuple[Cell, Trace | None]
 """A finished cell, and its track beside the truth; None where it failed."""
@@ -68,46 +67,6 @@ class Group:
 
     def _cell(self, member: Member) -> Cell:
         return Cell(member.key, member.label, self.name, self.scene_hash, "ok", severity=self.severity)
-
-
-@dataclass(frozen=True)
-class Limit:
-    """What a tracker may take of wall time, rendering apart: in a whole run, or for each frame of it."""
-
-    seconds: float
-    of: Literal["run", "frame"]
-
-    def left(self, spent_s: float) -> float:
-        """How long the next frame may take where the run has taken so long, s."""
-        return self.seconds - spent_s * (self.of == "run")
-
-    def exceeded(self) -> str:
-        """What is said of a tracker that took longer."""
-        what = "timed out" if self.of == "run" else "hangs"
-        return f"{what}: more than {self.seconds:g} s in the tracker"
-
-
-NO_LIMIT = Limit(math.inf, "run")
-
-
-class Watch(Protocol):
-    """Told when a tracker begins to work on a frame, and when it is done."""
-
-    def begin(self, member: int, frame: int, deadline: float) -> None:
-        """Member number `member` is at `frame`; by time.monotonic() == `deadline` it must be done."""
-        ...
-
-    def end(self) -> None: ...
-
-
-class Unwatched:
-    """Nobody watches."""
-
-    def begin(self, member: int, frame: int, deadline: float) -> None:
-        pass
-
-    def end(self) -> None:
-        pass
 
 
 def run_group(

@@ -18,14 +18,14 @@ from irsim.types import Box, Input
 from irtrack.bench.asked import AnySource, Asked, SourceEntry
 from irtrack.bench.cell import Cell, Key, Run
 from irtrack.bench.crew import Crew, warden
-from irtrack.bench.group import NO_LIMIT, Group, Limit, Member, Outcome, run_group
+from irtrack.bench.group import Group, Member, Outcome, run_group
 from irtrack.bench.plan import Plan, Seeds, contestants, plans
 from irtrack.bench.reel import Reels
 from irtrack.bench.results import Results
 from irtrack.bench.specs import Entry
 from irtrack.errors import InputError, IrtrackError, WorkerError
 from irtrack.types import GivenTracker
-from irtrack.workers import one_thread
+from irtrack.workers import NO_LIMIT, Limit, one_thread
 
 Progress = Callable[[int, int], None]
 """Called with (cells done, cells to do) as the bench goes on."""

@@ -49,7 +49,7 @@ def check(
         for name in PROPERTIES:
             check_output(output / f"{name}.yaml")
     with terminal.progress_bar(tracker) as progress:
-        outcomes = checked(made, profile=effort, only=wanted, limit_s=time_limit, progress=progress)
+        outcomes = checked(made, profile=effort, only=wanted, frame_limit_s=time_limit, progress=progress)
     repeat = _repeated(tracker, profile, time_limit)
     broken = [outcome for outcome in outcomes if outcome.verdict == "broken"]
     if as_json:

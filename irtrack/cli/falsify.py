@@ -77,7 +77,7 @@ def falsify(
                 jobs=jobs,
                 seed=seed,
                 fresh=fresh,
-                time_limit_s=time_limit,
+                frame_limit_s=time_limit,
                 input=input_name(input),
                 name=name,
                 file=find(scenario),

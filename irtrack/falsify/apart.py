@@ -6,14 +6,12 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
 from contextlib import contextmanager
 from functools import partial
-from queue import SimpleQueue
 from time import monotonic
 from typing import Any, Protocol, TypeVar
 
-from irtrack.bench.crew import Board
-from irtrack.bench.group import Group, Limit, Unwatched, Watch, run_group
+from irtrack.bench.group import Group, run_group
 from irtrack.errors import InputError, TrackerError
-from irtrack.workers import Deaths, GoneError, NotSentError, Watched
+from irtrack.workers import Blame, Board, Deaths, GoneError, Limit, NotSentError, Pool, Unwatched, Watch, Watched
 
 Outcome = TypeVar("Outcome")
 
@@ -36,25 +34,20 @@ def here(function: Callable[..., Outcome], *given: object) -> Outcome:
 class LostError(TrackerError):
     """A tracker's process died at a frame, or was ended there.
 
-    frame      where it was, or had been last
-    what       came of it, without the frame
+    blame      where, and what came of it
     limit_s    what the tracker might take for a frame, s
-    at_work    it was at work then; else it had been, and the source may have done it
     """
 
-    def __init__(self, frame: int, what: str, limit_s: float, at_work: bool) -> None:
-        super().__init__(f"frame {frame}: {what}")
-        self.frame, self.what, self.limit_s, self.at_work = frame, what, limit_s, at_work
+    def __init__(self, blame: Blame, limit_s: float) -> None:
+        super().__init__(f"frame {blame.frame}: {blame.what}")
+        self.blame, self.limit_s = blame, limit_s
 
 
 class Apart:
     """Processes as many as there are jobs; another one is started where one hangs or dies."""
 
     def __init__(self, jobs: int) -> None:
-        self._all = [Watched(_begin, Board.EMPTY) for _ in range(jobs)]
-        self._free: SimpleQueue[Watched] = SimpleQueue()
-        for watched in self._all:
-            self._free.put(watched)
+        self._processes = Pool(jobs, partial(Watched, _begin))
 
     def within(self, limit_s: float) -> Run:
         """A `Run` there, where a tracker that takes longer for a frame, s, hangs; from as many threads as there are
@@ -62,32 +55,24 @@ class Apart:
         return partial(self._run, limit_s)
 
     def _run(self, limit_s: float, function: Callable[..., Outcome], *given: object) -> Outcome:
-        watched, deaths = self._free.get(), Deaths()
-        try:
+        deaths = Deaths()
+        with self._processes.one() as process:
             while True:
                 try:
-                    outcome: Outcome = watched.ask((limit_s, function, given))
+                    outcome: Outcome = process.ask((limit_s, function, given))
                     return outcome
                 except NotSentError as error:
                     raise InputError(f"the tracker cannot be sent to a worker process: {error}") from None
                 except GoneError as gone:
-                    if watched.closed:
+                    if process.closed:
                         raise
-                    number, frame = Board.read(gone)
-                    at_work = number is not None
-                    if at_work and gone.hung:
-                        what: str | None = Limit(limit_s, "frame").exceeded()
-                    else:
-                        what = deaths.failure(None if frame is None else "the tracker", gone.how, at_work)
-                    if frame is not None and what is not None:
-                        raise LostError(frame, what, limit_s, at_work) from None
-        finally:
-            self._free.put(watched)
+                    blame = deaths.blame(gone, Limit(limit_s, "frame").exceeded())
+                    if blame is not None:
+                        raise LostError(blame, limit_s) from None
 
     def close(self) -> None:
         """End the processes, whatever they are at."""
-        for watched in self._all:
-            watched.close()
+        self._processes.close()
 
 
 @contextmanager
@@ -124,9 +109,9 @@ class Groups(Executor):
         try:
             future.set_result(self._run(_run_group, group))
         except LostError as lost:
-            if not lost.at_work:
+            if not lost.blame.at_work:
                 self._run(_run_group, group.of(()))  # raises where the source ends processes by itself
-            future.set_result([group.failed(member, lost.what, lost.frame)])
+            future.set_result([group.failed(member, lost.blame.what, lost.blame.frame)])
         return future
 
 
@@ -134,22 +119,24 @@ def _run_group(watch: Watch, group: Group) -> Any:
     return run_group(group, watch=watch)
 
 
-class FrameLimit(Board):
-    """A board for a tracker that may take so long for each frame, s."""
+class FrameLimit:
+    """A watch of a tracker that may take so long for each frame, s."""
 
-    def __init__(self, numbers: Any, limit_s: float) -> None:
-        super().__init__(numbers)
-        self._limit_s = limit_s
+    def __init__(self, board: Board, limit_s: float) -> None:
+        self._board, self._limit_s = board, limit_s
 
     def begin(self, member: int, frame: int, deadline: float) -> None:
-        super().begin(member, frame, min(deadline, monotonic() + self._limit_s))
+        self._board.begin(member, frame, min(deadline, monotonic() + self._limit_s))
+
+    def end(self) -> None:
+        self._board.end()
 
 
-def _begin(numbers: Any) -> Callable[[tuple[float, Callable[..., Any], tuple[object, ...]]], Any]:
+def _begin(board: Board) -> Callable[[tuple[float, Callable[..., Any], tuple[object, ...]]], Any]:
     """What a process does with its work."""
 
     def work(asked: tuple[float, Callable[..., Any], tuple[object, ...]]) -> Any:
         limit_s, function, given = asked
-        return function(FrameLimit(numbers, limit_s), *given)
+        return function(FrameLimit(board, limit_s), *given)
 
     return work

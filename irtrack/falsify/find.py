@@ -31,7 +31,7 @@ def find_failure(
     jobs: int = 1,
     seed: int | None = None,
     fresh: int = FRESH,
-    time_limit_s: float | None = None,
+    frame_limit_s: float | None = None,
     input: Input = "display",
     name: str | None = None,
     file: Path | None = None,
@@ -46,11 +46,11 @@ def find_failure(
     folder    is made where it is not there. It gets a journal of all trials, by which the same call goes on where it
               was stopped, and of a failure minimal.yaml, minimal.mcap, replay.html and report.md
     search    'cma', 'sobol' or 'random', of at most `budget` runs after the benign point
-    jobs      worker processes; what is found is the same for any number. With more than one, or with a time limit, the
+    jobs      worker processes; what is found is the same for any number. With more than one, or with a limit, the
               calling script needs the guard ``if __name__ == "__main__"``
     seed      of the search; the scenes and the tracker have the scenario's own seed
     fresh     seeds that tell whether a failure is of the scene's structure or its luck; fewer are sooner, and tell less
-    time_limit_s   where given, the tracker runs in worker processes with one job too: one that takes longer for a
+    frame_limit_s   where given, the tracker runs in worker processes with one job too: one that takes longer for a
               frame, or whose process dies, is broken there as one that raises is
     name, command   of the scenario and the command line, for the report
     file      that the scenario was read from, where a loaded one is given: it must not be replaced
@@ -66,16 +66,16 @@ def find_failure(
     else:
         loaded, name, file = irsim.load(scenario), name or Path(scenario).stem, irsim.find(scenario)
     check(loaded, name if file is None else str(file), search, budget, jobs, fresh)
-    if time_limit_s is not None and not time_limit_s > 0:
-        raise InputError(f"time limit {time_limit_s:g} s: allowed: above 0")
+    if frame_limit_s is not None and not frame_limit_s > 0:
+        raise InputError(f"time limit {frame_limit_s:g} s: allowed: above 0")
     tried = entry(tracker)
     subject = Subject(tried.label, tried.tracker, input, rules_of(loaded))
     folder = Path(folder)
     make_folder(folder)
     check_outputs(folder, file)
     clear(folder)
-    with in_order(jobs) as apply, running(jobs, time_limit_s) as runner:
-        trials = Trials(subject, apply, folder / JOURNAL, runner, time_limit_s)
+    with in_order(jobs) as apply, running(jobs, frame_limit_s) as runner:
+        trials = Trials(subject, apply, folder / JOURNAL, runner, frame_limit_s)
         hunt = Hunt(loaded, subject, trials, say, fresh)
         try:
             found = hunt.run(search, budget, loaded.seed if seed is None else seed, progress)
@@ -84,6 +84,6 @@ def find_failure(
                 write_failure(folder, hunt, hunt.failure, name, command)
         if keep_in is not None and isinstance(found, Failure):
             (verdict,) = trials.verdicts([hunt.scene(found.least)])
-            limit_s = verdict.limit_s if time_limit_s is None else time_limit_s
+            limit_s = verdict.limit_s if frame_limit_s is None else frame_limit_s
             say(f"kept: {keep(folder, subject, name, verdict.how, keep_in, limit_s).path}")
         return found

@@ -14,7 +14,6 @@ import numpy as np
 import irsim
 from irsim.files import make_folder, replacing, replacing_text
 from irsim.types import Input
-from irtrack.bench.group import Watch
 from irtrack.errors import InputError, IrtrackError
 from irtrack.falsify.apart import NO_LIMIT_S, Run, apart, here, running
 from irtrack.falsify.files import MINIMAL, file_stem
@@ -23,6 +22,7 @@ from irtrack.falsify.rules import in_words, rules_of
 from irtrack.falsify.told import NOTED
 from irtrack.falsify.trial import Subject, Verdict, examine
 from irtrack.identity import changed_parameters, tracker_config
+from irtrack.workers import Watch
 
 KEPT = Path("scenarios") / "regressions"
 """Where failures are kept unless another folder is named."""
@@ -159,15 +159,15 @@ class Revisited:
     faults: list[str] = field(default_factory=list)
 
 
-def revisit(kept: Sequence[Kept], jobs: int = 1, bless: bool = False, time_limit_s: float = NO_LIMIT_S) -> Revisited:
+def revisit(kept: Sequence[Kept], jobs: int = 1, bless: bool = False, frame_limit_s: float = NO_LIMIT_S) -> Revisited:
     """Try all of them, by `jobs` worker processes; with `bless`, what is so now is noted then.
 
-    time_limit_s   a tracker that takes longer for a frame hangs, where its failure has no limit of its own
+    frame_limit_s   a tracker that takes longer for a frame hangs, where its failure has no limit of its own
     """
     with in_order(jobs) as apply, apart(jobs) as processes:
 
         def tried(each: Kept) -> Revisited:
-            limit_s = time_limit_s if each.limit_s is None else each.limit_s
+            limit_s = frame_limit_s if each.limit_s is None else each.limit_s
             try:
                 changes = each.changes(processes.within(limit_s))
                 if bless:

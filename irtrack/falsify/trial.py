@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import irsim
 from irsim.types import Frame, Input, Source
-from irtrack.bench.group import Watch
 from irtrack.errors import InputError, IrtrackError
 from irtrack.falsify.apart import LostError, Run, here
 from irtrack.falsify.rules import UNTRIED, margin
@@ -17,6 +16,7 @@ from irtrack.metrics import Reference, Trace
 from irtrack.replay import Player, replay
 from irtrack.start import find_start
 from irtrack.types import Tracker
+from irtrack.workers import Watch
 
 RULE = "rule"
 """How a rule of the scenario is broken: by the track."""
@@ -86,7 +86,7 @@ def examine(subject: Subject, source: Source, seed: int, run: Run = here) -> tup
     try:
         return run(_examined, subject, source, seed)
     except LostError as lost:
-        if not lost.at_work:
+        if not lost.blame.at_work:
             run(_drawn, source, subject.input)  # raises where the source ends processes by itself
         return Verdict(_untried(subject).margins, f"{tracker_name(subject.tracker)}: {lost}", lost.limit_s), ()
 

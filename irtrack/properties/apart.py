@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,10 +17,7 @@ from irtrack.errors import InputError, told
 from irtrack.properties.examining import Outcome, Profile, examined
 from irtrack.properties.table import PROPERTIES, Property
 from irtrack.types import Estimate, Tracker, resumable
-from irtrack.workers import Deaths, GoneError, NotSentError, Watched
-
-_EMPTY = (False, -1, math.inf)
-"""The board where no tracker has been at work: is one, at which frame, until which time.monotonic()."""
+from irtrack.workers import Board, Deaths, GoneError, Limit, NotSentError, Watched
 
 _NOWHERE = Path(os.devnull) / "hypothesis"
 """Where Hypothesis may put nothing: it would leave a folder of the constants of the tracker's modules behind."""
@@ -32,7 +28,7 @@ class Apart:
 
     def __init__(self, tracker: Tracker, profile: Profile, limit_s: float) -> None:
         self._limit_s = limit_s
-        self._process = Watched(_begin, _EMPTY, tracker, profile, limit_s)
+        self._process = Watched(_begin, tracker, profile, limit_s)
 
     def examined(self, prop: Property) -> Outcome:
         """As `irtrack.properties.examining.examined`; InputError for a tracker that cannot be sent there. WorkerError
@@ -46,36 +42,22 @@ class Apart:
             except GoneError as gone:
                 if self._process.closed:
                     raise
-                why = self._blamed(gone, deaths)
-                if why is not None:
-                    return Outcome(prop, "broken", why)
+                blame = deaths.blame(gone, Limit(self._limit_s, "frame").exceeded())
+                if blame is not None:
+                    return Outcome(prop, "broken", f"frame {blame.frame}: {blame.what}")
             else:
                 return outcome
-
-    def _blamed(self, gone: GoneError, deaths: Deaths) -> str | None:
-        """What is said of the tracker; None where the property is to be tried again."""
-        busy, frame, _ = gone.at
-        at_work = bool(busy) and not gone.went_on
-        if at_work and gone.hung:
-            return f"hangs: more than {self._limit_s:g} s for frame {frame:.0f}"
-        what = deaths.failure(None if frame < 0 else "the tracker", gone.how, at_work)
-        return None if what is None else f"frame {frame:.0f}: {what}"
 
     def close(self) -> None:
         """End the process, whatever it is at."""
         self._process.close()
 
 
-def _begin(at: Any, tracker: Tracker, profile: Profile, limit_s: float) -> Callable[[str], Outcome]:
+def _begin(board: Board, tracker: Tracker, profile: Profile, limit_s: float) -> Callable[[str], Outcome]:
     """What the process does with each name of a property."""
     set_hypothesis_home_dir(_NOWHERE)
-    timed = Timed(tracker, at, limit_s)
-
-    def work(name: str) -> Outcome:
-        at[:] = _EMPTY
-        return examined(PROPERTIES[name], timed, profile)
-
-    return work
+    timed = Timed(tracker, board, limit_s)
+    return lambda name: examined(PROPERTIES[name], timed, profile)
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +65,7 @@ class Timed:
     """A tracker that writes down whether it is at work, at which frame it is or was last, and until when it may be."""
 
     tracker: Tracker
-    at: Any
+    board: Board
     limit_s: float
 
     @property
@@ -98,14 +80,13 @@ class Timed:
         return answer
 
     def _timed(self, frame: Frame, work: Callable[[], Any]) -> Any:
-        self.at[:] = True, frame.index, monotonic() + self.limit_s
+        self.board.begin(0, frame.index, monotonic() + self.limit_s)
         try:
             return work()
         except KeyboardInterrupt as error:  # Ctrl-C is ignored here: the tracker raised it
             raise RuntimeError(told(error)) from error
         finally:
-            self.at[2] = math.inf
-            self.at[0] = False
+            self.board.end()
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _itself, (self.tracker,)

@@ -20,18 +20,18 @@ def check(
     *,
     profile: Profile = "ci",
     only: Iterable[str] | None = None,
-    limit_s: float | None = None,
+    frame_limit_s: float | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> list[Outcome]:
     """An outcome for each property, or for those of `only`, in the order of `PROPERTIES`.
 
     What those of `only` need is tried too, and has an outcome where it is broken: nothing is judged without it.
 
-    tracker    as `irtrack.run` takes it
-    profile    how much is tried: ci in seconds, nightly in minutes
-    limit_s    where given, the tracker works in a process of its own: one that takes longer for a frame, s, or that
-               dies, breaks the property at hand and no more
-    progress   called with (properties done, properties to do)
+    tracker        as `irtrack.run` takes it
+    profile        how much is tried: ci in seconds, nightly in minutes
+    frame_limit_s  where given, the tracker works in a process of its own: one that takes longer for a frame, s, or
+                   that dies, breaks the property at hand and no more
+    progress       called with (properties done, properties to do)
 
     What is drawn is the same at each call. InputError for an unknown name of a tracker or property.
     """
@@ -43,7 +43,7 @@ def check(
     names = [name for name in PROPERTIES if name in needed]
     excuses = EXCEPTIONS.get(tracker_name(chosen), {})
     outcomes: dict[str, Outcome] = {}
-    with _examiner(chosen, profile, limit_s) as examine:
+    with _examiner(chosen, profile, frame_limit_s) as examine:
         for done, name in enumerate(names, 1):
             prop = PROPERTIES[name]
             lacking = [need for need in prop.needs if outcomes[need].verdict == "broken"]

@@ -1,4 +1,4 @@
-"""Worker processes: how they begin, are watched and end with their parent."""
+"""Processes that do what they are asked, and are watched the while."""
 
 from __future__ import annotations
 
@@ -7,19 +7,17 @@ import os
 import pickle
 import sys
 import threading
-from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable
 from multiprocessing.connection import Connection, wait
 from multiprocessing.reduction import ForkingPickler
 from time import monotonic
 from typing import Any
 
-import cv2
-import numpy as np
-
-from irsim.interrupts import end_with_parent, ignore_interrupts, interrupts_held
-from irtrack.errors import IrtrackError, WorkerError, how_it_ended, told
+from irsim.interrupts import ignore_interrupts, interrupts_held
+from irtrack.errors import IrtrackError, how_it_ended, told
+from irtrack.workers.beginning import begin_worker
+from irtrack.workers.board import Board
+from irtrack.workers.gone import SENDABLE, GoneError, NotSentError
 
 POLL_S = 0.05
 """How often a watched process is looked at: so much later than its limit it may be ended."""
@@ -27,69 +25,20 @@ POLL_S = 0.05
 END_S = 10.0
 """How long a process whose pipe has ended may take to end itself: a core dump is written first."""
 
-SENDABLE = "a class at the top level of a module's file, which makes what cannot be pickled in init or start"
-"""What can be given to another process."""
-
 _reaping = threading.Lock()
 """Whoever starts a process asks all others whether they have ended (multiprocessing), and how is told only once: of two
 threads that ask at the same time one would read nonsense."""
 
 
-@contextmanager
-def one_thread() -> Iterator[None]:
-    """OpenCV uses one thread within: times are of one thread."""
-    threads = cv2.getNumThreads()
-    cv2.setNumThreads(1)
-    try:
-        yield
-    finally:
-        cv2.setNumThreads(threads)
-
-
-def begin_worker() -> None:
-    """What every worker does first: one thread, and an end with its parent."""
-    cv2.setNumThreads(1)
-    np.random.seed()  # noqa: NPY002 - of trackers that draw from it, which all copies of the fork server share
-    end_with_parent()
-
-
-class GoneError(Exception):
-    """A watched process is gone.
-
-    at        its board then
-    overdue   it was ended, for it took too long;  moved  its board changed while it was: it may just have gone on
-    how       how it ended, in words
-    went_on   its pipe was closed and yet it did not end: its board says nothing of who closed that
-    """
-
-    def __init__(self, at: tuple[float, ...], overdue: bool, moved: bool, how: str, went_on: bool = False) -> None:
-        super().__init__(how)
-        self.at, self.overdue, self.moved, self.how, self.went_on = at, overdue, moved, how, went_on
-
-    @property
-    def hung(self) -> bool:
-        """Was it ended at what it was at for too long?"""
-        return self.overdue and not self.moved
-
-
-class NotSentError(Exception):
-    """Work cannot be sent to another process; what pickle says, in one line, and what is allowed."""
-
-    def __init__(self, error: Exception) -> None:
-        super().__init__(f"{' '.join(str(error).split())}; allowed: {SENDABLE}")
-
-
 class Watched:
-    """A process that does what it is asked, and says on a board of numbers what it is at; the last of them is the
-    `time.monotonic()` by which it must have gone on.
+    """A process that does what it is asked, and says on a board what it is at.
 
-    In it begin(board, *given) gives what is called with each piece of work; `board` then holds the numbers given here.
-    It is started when there is work, and another one when there is more after it was lost.
+    In it begin(board, *given) gives what is called with each piece of work; the board is empty then. It is started
+    when there is work, and another one when there is more after it was lost.
     """
 
-    def __init__(self, begin: Callable[..., Callable[[Any], Any]], board: Sequence[float], *given: object) -> None:
+    def __init__(self, begin: Callable[..., Callable[[Any], Any]], *given: object) -> None:
         self._given = begin, given
-        self._board = tuple(board)
         self._process: _Process | None = None
         self.closed = False
 
@@ -112,9 +61,9 @@ class Watched:
         if self._process is None:
             begun = _pickled((dict(os.environ), self._given))
             if not self.closed:
-                self._process = _Process(begun, self._board)
+                self._process = _Process(begun)
             if self._process is None or self.closed:  # meanwhile
-                raise GoneError(self._board, overdue=False, moved=False, how="closed")
+                raise GoneError(Board.EMPTY, overdue=False, moved=False, how="closed")
         return self._process
 
     def close(self) -> None:
@@ -131,10 +80,10 @@ class Watched:
 class _Process:
     """One process of a `Watched`."""
 
-    def __init__(self, begun: bytes, board: Sequence[float]) -> None:
+    def __init__(self, begun: bytes) -> None:
         context = _context()
-        self._empty, self._answered, self._closed = tuple(board), False, False
-        self._board = context.RawArray("d", board)
+        self._answered, self._closed = False, False
+        self._board = context.RawArray("d", Board.EMPTY)
         with _reaping, interrupts_held():
             self._pipe, theirs = context.Pipe()
             self._process = context.Process(target=_serve, args=(theirs, self._board, begun), daemon=True)
@@ -142,7 +91,7 @@ class _Process:
             theirs.close()
 
     def send(self, sent: bytes) -> None:
-        self._board[:] = self._empty
+        self._board[:] = Board.EMPTY
         try:
             self._pipe.send_bytes(sent)
         except OSError:
@@ -166,7 +115,7 @@ class _Process:
         self.kill()
         if self._closed:  # by another thread
             return GoneError(at, overdue=False, moved=False, how="closed")
-        if code and code > 0 and not self._answered and at == self._empty:  # not by chance: the next one would, too
+        if code and code > 0 and not self._answered and at == Board.EMPTY:  # not by chance: the next one would, too
             raise IrtrackError(
                 f"a worker process ended as it began ({how_it_ended(code)}): what it imports ends it; a script that "
                 'asks for workers is imported too, and needs the guard if __name__ == "__main__":'
@@ -230,7 +179,7 @@ def _serve(pipe: Connection, board: Any, begun: bytes) -> None:
             if run is None:
                 environment, (begin, given) = pickle.loads(begun)
                 os.environ.update(environment)  # what has changed since the fork server began
-                run = begin(board, *given)
+                run = begin(Board(board), *given)
             work = pickle.loads(asked)
         except Exception as error:  # its module is not there, or raises while it is imported
             what = f"a worker process cannot read what it is to run: {told(error)}"
@@ -253,35 +202,3 @@ def _answered(answer: object) -> bytes:
     except Exception as error:  # pickle raises all sorts
         sent = bytes(ForkingPickler.dumps(IrtrackError(told(answer if isinstance(answer, Exception) else error))))
     return sent
-
-
-MOST_DEATHS = 2
-"""A worker may be killed by chance once (memory, an operator); a tracker on which two died has killed them."""
-
-
-class Deaths:
-    """On whom processes died over one piece of work; `name` is what messages call that."""
-
-    def __init__(self, name: str = "") -> None:
-        self._of: Counter[object] = Counter()
-        self._name = name
-
-    def failure(self, who: object | None, how: str, at_work: bool = True) -> str | None:
-        """What is said of whom they died on; None where it is to be tried again.
-
-        at_work   it was at work then; else it had been, and nobody beside it
-
-        WorkerError where they died on nobody (None), more than twice.
-        """
-        self._of[who] += 1
-        if who is None:
-            if self._of[who] > MOST_DEATHS:
-                raise WorkerError(
-                    f"{self._name and f'{self._name}: '}a worker process died again and again while no tracker was at "
-                    f"work ({how})"
-                ) from None
-            return None
-        if self._of[who] < MOST_DEATHS:
-            return None
-        when = "while the tracker was at work" if at_work else "after the tracker had been at work"
-        return f"the process died {MOST_DEATHS} times {when} ({how})"
