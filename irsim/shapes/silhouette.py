@@ -127,12 +127,16 @@ def _weights(psf: PointSpread, fine: int) -> Floats:
     return weights
 
 
+_DARK = 1e-25
+"""No more of a cell's light than this is rounding: a faded cosine's where it should be 0."""
+
+
 @lru_cache(maxsize=128)
 def _bands(psf: PointSpread, pixels: int, fine: int) -> tuple[Ints, Floats]:
-    """What of a spread's matrices is not 0, along one axis: the first pixel (cells,) that each cell gives light to,
+    """What of a spread's matrices is not dark, along one axis: the first pixel (cells,) that each cell gives light to,
     and what it gives to it and those after it (terms, 2, cells, width), evenly lit and by its moment. Read only."""
     terms = np.array([matrices for _, *matrices in psf.spreading(pixels, fine)]).swapaxes(2, 3)
-    lit = (terms != 0).any(axis=(0, 1))
+    lit = (np.abs(terms) > _DARK).any(axis=(0, 1))
     first, beyond = lit.argmax(axis=1), lit.shape[1] - lit[:, ::-1].argmax(axis=1)
     width = int((beyond - first).max())
     first = np.minimum(first, lit.shape[1] - width)
