@@ -14,11 +14,13 @@ from irsim.backgrounds import Gaze, veiled
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.drifting import Drifting, _first
 from irsim.compiled import COMPILED, kernels
-from irsim.detector import ar1, grain, noise_3d, response, shot
+from irsim.detector import ar1, drift, grain, noise_3d, response, shot
 from irsim.detector.ar1 import Ar1
 from irsim.detector.base import Moment, Noise
+from irsim.detector.drift import Drift
 from irsim.detector.noise_3d import Noise3d
 from irsim.detector.response import Electrons, Setting
+from irsim.detector.sensor import Sensor
 from irsim.detector.shot import Shot
 from irsim.detector.white import White
 from irsim.geometry import Geometry
@@ -148,3 +150,19 @@ def test_the_signal_is_that_of_passes(values: list[float]) -> None:
         patch.setattr(response, "COMPILED", False)
         wanted = RESPONSE.signal(light)
     np.testing.assert_allclose(RESPONSE.signal(light), wanted, rtol=2.4e-7)
+
+
+@given(st.lists(st.floats(0, 1e7, width=32), min_size=1, max_size=99), st.floats(1e5, 1e7))
+def test_a_well_and_gains_act_as_by_passes(values: list[float], well: float) -> None:
+    signal = np.array([values], np.float32)
+    held, sensor = signal.copy(), Sensor(replace(RESPONSE, well=well), (), 50.0, 1)
+    sensor._saturate(held)
+    np.testing.assert_array_equal(held, np.minimum(signal, np.float32(well)))
+    noise, moment = Drift(gain=0.1, time_constant_s=5.0), Moment(100, signal.shape, 50.0, 1)
+    found, wanted = signal.copy(), signal.copy()
+    noise.respond(found, RESPONSE, moment)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(drift, "COMPILED", False)
+        noise.respond(wanted, RESPONSE, moment)
+    assert (found != signal).any() or not signal.any()
+    np.testing.assert_allclose(found, wanted, rtol=1.2e-7)

@@ -17,6 +17,12 @@ def normals(state: bytes, table: Float32, refined: int, out: Float32, /) -> byte
 def signal_of(light: Float32, out: Float32, linear: float, root: float, zero: float, /) -> None:
     """out = linear light + root sqrt(light) + zero, light below 0 taken for 0."""
 
+def add_share(signal: Float32, share: Float32, /) -> None:
+    """signal += signal share."""
+
+def hold(signal: Float32, well: float, /) -> None:
+    """signal = the lesser of it and `well`."""
+
 def counts_of(signal: Float32, out: npt.NDArray[np.uint16], scale: float, offset: float, full: int, /) -> None:
     """out = scale signal + offset, rounded to the nearest (halves to even), clipped to 0 .. full."""
 

@@ -1,5 +1,5 @@
-/* A detector's light to signal, and its signal to counts, in one pass each; see irsim/detector/response.py. Rounded as
- * by OpenCV's addWeighted. */
+/* What a detector does of a frame but noise, in one pass each; see irsim/detector/response.py, drift.py and sensor.py.
+ * Rounded as by OpenCV. */
 #include <stdint.h>
 
 #include "fused.h"
@@ -68,6 +68,62 @@ static int passed_on(Arrays *arrays, PyObject *const *given, Py_ssize_t count, c
             return -1;
     }
     return 0;
+}
+
+INLINED void enlarge(float *restrict signal, const float *restrict share, Py_ssize_t length, int fused)
+{
+    for (Py_ssize_t i = 0; i < length; i++)
+        signal[i] = plus(signal[i], signal[i], share[i], fused);
+}
+
+FUSING static void enlarge_fused(float *signal, const float *share, Py_ssize_t length)
+{
+    enlarge(signal, share, length, 1);
+}
+
+static void enlarge_twice(float *signal, const float *share, Py_ssize_t length)
+{
+    enlarge(signal, share, length, 0);
+}
+
+/* add_share(signal, share) */
+PyObject *add_share(PyObject *self, PyObject *const *given, Py_ssize_t count)
+{
+    (void)self;
+    Arrays arrays = {.count = 0};
+    Py_ssize_t length, shares;
+    if (count != 2)
+        return PyErr_Format(PyExc_TypeError, "add_share takes 2 arguments, not %zd", count);
+    float *signal = array(&arrays, given[0], "f", 1, &length);
+    const float *share = signal ? array(&arrays, given[1], "f", 0, &shares) : NULL;
+    int done = share != NULL && shares == length;
+    if (done)
+        (fuses() ? enlarge_fused : enlarge_twice)(signal, share, length);
+    else if (share != NULL)
+        PyErr_SetString(PyExc_ValueError, "a share for each pixel is wanted");
+    release(&arrays);
+    if (!done)
+        return NULL;
+    Py_RETURN_NONE;
+}
+
+/* hold(signal, well) */
+PyObject *hold(PyObject *self, PyObject *const *given, Py_ssize_t count)
+{
+    (void)self;
+    Arrays arrays = {.count = 0};
+    Py_ssize_t length;
+    if (count != 2)
+        return PyErr_Format(PyExc_TypeError, "hold takes 2 arguments, not %zd", count);
+    const float well = (float)PyFloat_AsDouble(given[1]);
+    float *signal = PyErr_Occurred() ? NULL : array(&arrays, given[0], "f", 1, &length);
+    if (signal != NULL)
+        for (Py_ssize_t i = 0; i < length; i++)
+            signal[i] = signal[i] > well ? well : signal[i];
+    release(&arrays);
+    if (signal == NULL)
+        return NULL;
+    Py_RETURN_NONE;
 }
 
 /* signal_of(light, out, linear, root, zero) */

@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from pydantic import Field
 
+from irsim.compiled import COMPILED, kernels
 from irsim.detector.ar1 import Over, Process, over
 from irsim.detector.base import Moment, Noise, Ratio, read_only
 from irsim.detector.response import Response
@@ -51,7 +52,9 @@ class Drift(Noise):
     def respond(self, signal: Floats, response: Response, moment: Moment) -> None:
         if self.gain:
             gain = self._now(moment, (("gain", "pixel", self.gain),))
-            if not response.zero:
+            if not response.zero and COMPILED:
+                kernels.add_share(signal, gain)
+            elif not response.zero:
                 cv2.accumulateProduct(signal, gain, signal)
             else:  # what dark pixels give has no gain
                 light = np.subtract(signal, np.float32(response.zero), out=scratch(moment.shape, "light"))

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from irsim.compiled import COMPILED, kernels
 from irsim.detector.base import Moment, Noise
 from irsim.detector.bloom import Bloom
 from irsim.detector.correction import Correction
@@ -99,5 +100,9 @@ class Sensor:
     def _saturate(self, signal: Floats) -> None:
         if self.bloom is not None:
             self.bloom.spill(signal, self.response.top)
-        if signal.max() > self.response.well:
+        if signal.max() <= self.response.well:
+            return
+        if COMPILED and signal.dtype == np.float32 and signal.flags.c_contiguous:
+            kernels.hold(signal, self.response.well)
+        else:
             np.minimum(signal, np.float32(self.response.well), out=signal)
