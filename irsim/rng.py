@@ -9,7 +9,6 @@ from __future__ import annotations
 import hashlib
 import math
 import operator
-from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -22,10 +21,13 @@ Address = str | int
 
 def bits(seed: int, *address: Address) -> np.random.SFC64:
     """The bit generator of an address. Its raw words are stable across numpy versions."""
+    return np.random.SFC64(np.frombuffer(_digest(seed, *address), np.uint32))
+
+
+def _digest(seed: int, *address: Address) -> bytes:
     # A numpy integer is the same address as the int it equals.
     parts = (f"str:{part}" if isinstance(part, str) else f"int:{operator.index(part)}" for part in address)
-    digest = hashlib.blake2b("\x1f".join([str(operator.index(seed)), *parts]).encode(), digest_size=32).digest()
-    return np.random.SFC64(np.frombuffer(digest, np.uint32))
+    return hashlib.blake2b("\x1f".join([str(operator.index(seed)), *parts]).encode(), digest_size=32).digest()
 
 
 def stream(seed: int, *address: Address) -> np.random.Generator:
@@ -71,7 +73,7 @@ def begun(seed: int, *address: Address) -> tuple[bytes, npt.NDArray[np.float32],
     """What the compiled loops draw the normals of an address from."""
     from irsim.normal import REFINED, cell_means
 
-    return cast(Any, bits(seed, *address).state)["state"]["state"].tobytes(), cell_means(), REFINED
+    return _digest(seed, *address), cell_means(), REFINED
 
 
 def outer(found: bytes) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.float32]]:

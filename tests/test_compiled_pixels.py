@@ -37,16 +37,16 @@ def test_normals_are_those_of_the_plain_loop(length: int, seed: int) -> None:
     np.testing.assert_array_equal(rng.normals((length,), seed, "a", 3), plain, strict=True)
 
 
-def test_a_wrong_state_or_table_is_refused() -> None:
-    state, table, refined = rng.begun(1, "a")
+def test_a_wrong_seed_or_table_is_refused() -> None:
+    seed, table, refined = rng.begun(1, "a")
     out = np.zeros(8, np.float32)
-    for wrong in ((state[1:], table, refined), (state, table[1:], refined), (state, table, -1), (state, table, 40_000)):
+    for wrong in ((seed[1:], table, refined), (seed, table[1:], refined), (seed, table, -1), (seed, table, 40_000)):
         with pytest.raises(ValueError, match="wanted"):
             kernels.normals(*wrong, out)
     with pytest.raises(TypeError):
-        kernels.normals(state, table, refined, out.astype(float))
+        kernels.normals(seed, table, refined, out.astype(float))
     with pytest.raises(ValueError, match="read-only"):
-        kernels.normals(state, table, refined, cell_means())
+        kernels.normals(seed, table, refined, cell_means())
     assert not out.any()
 
 

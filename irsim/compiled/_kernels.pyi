@@ -7,8 +7,8 @@ Float32 = npt.NDArray[np.float32]
 Float64 = npt.NDArray[np.floating]
 Int64 = npt.NDArray[np.int64]
 
-def normals(state: bytes, table: Float32, refined: int, out: Float32, /) -> bytes:
-    """Fill `out` with unit normals from the table by the 16-bit words of an SFC64 generator in a state.
+def normals(seed: bytes, table: Float32, refined: int, out: Float32, /) -> bytes:
+    """Fill `out` with unit normals from the table by the 16-bit words of an SFC64 generator of a seed of 32 bytes.
 
     Those of the `refined` cells at either end are 0. Of them the bytes tell, 64 bits each: place, word +
     refined (mod 2^16), and a further word of the generator.
@@ -45,11 +45,11 @@ def veil(
 
 # What follows draws so, too, and uses each normal at once: those that are 0 have added nothing yet.
 
-def add_normals(state: bytes, table: Float32, refined: int, signal: Float32, scale: float, /) -> bytes:
+def add_normals(seed: bytes, table: Float32, refined: int, signal: Float32, scale: float, /) -> bytes:
     """signal += scale normal."""
 
 def add_lines_and_normals(
-    state: bytes,
+    seed: bytes,
     table: Float32,
     refined: int,
     signal: Float32,
@@ -61,13 +61,11 @@ def add_lines_and_normals(
 ) -> bytes:
     """signal += lines (down + across) + pixels normal: (rows, cols), of (rows,) and (cols,)."""
 
-def add_shot(
-    state: bytes, table: Float32, refined: int, signal: Float32, read_variance: float, well: float, /
-) -> bytes:
+def add_shot(seed: bytes, table: Float32, refined: int, signal: Float32, read_variance: float, well: float, /) -> bytes:
     """signal += normal sqrt(signal + read_variance), without the signal where it is `well` or more."""
 
 def bridge(
-    state: bytes,
+    seed: bytes,
     table: Float32,
     refined: int,
     before: Float32,

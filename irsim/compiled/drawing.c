@@ -1,4 +1,5 @@
 #include "drawing.h"
+#include "seeding.h"
 
 #define CELLS 65536
 #define BLOCK 1024 /* normals at a time, a multiple of 4: they stay in the first-level cache */
@@ -35,16 +36,18 @@ static RARE int note(Outer *outer, Py_ssize_t place, uint16_t word)
 int drawing(Arrays *arrays, PyObject *const *given, Drawing *drawn)
 {
     Py_ssize_t bytes = 0, cells = 0;
-    const char *state = array(arrays, given[0], "B", 0, &bytes);
-    drawn->table = state ? array(arrays, given[1], "f", 0, &cells) : NULL;
+    const char *seed = array(arrays, given[0], "B", 0, &bytes);
+    uint32_t entropy[ENTROPY_WORDS];
+    drawn->table = seed ? array(arrays, given[1], "f", 0, &cells) : NULL;
     long refined = drawn->table ? PyLong_AsLong(given[2]) : -1;
     if (PyErr_Occurred())
         return -1;
-    if (bytes != sizeof drawn->source || cells != CELLS || refined < 0 || refined > CELLS / 2 - 1) {
-        PyErr_SetString(PyExc_ValueError, "a state of 32 bytes, a table of 65536 and its outer cells are wanted");
+    if (bytes != sizeof entropy || cells != CELLS || refined < 0 || refined > CELLS / 2 - 1) {
+        PyErr_SetString(PyExc_ValueError, "a seed of 32 bytes, a table of 65536 and its outer cells are wanted");
         return -1;
     }
-    memcpy(&drawn->source, state, sizeof drawn->source);
+    memcpy(entropy, seed, sizeof entropy);
+    drawn->source = seeded(entropy);
     drawn->refined = (uint16_t)refined;
     return 0;
 }
@@ -89,7 +92,7 @@ static void store(const float *drawn, Py_ssize_t from, Py_ssize_t count, void *w
     memcpy((float *)with + from, drawn, (size_t)count * sizeof *drawn);
 }
 
-/* normals(state, table, refined, out) */
+/* normals(seed, table, refined, out) */
 PyObject *normals(PyObject *self, PyObject *const *given, Py_ssize_t count)
 {
     (void)self;

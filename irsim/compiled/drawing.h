@@ -5,7 +5,7 @@
 #include "arguments.h"
 #include "sfc64.h"
 
-/* What every function that draws takes first: (state, table, refined). */
+/* What every function that draws takes first: (seed, table, refined). */
 typedef struct {
     Sfc64 source;
     const float *table;

@@ -108,7 +108,7 @@ static int so_many(const char *name, Py_ssize_t given, Py_ssize_t wanted)
     return 0;
 }
 
-/* add_normals(state, table, refined, signal, scale) */
+/* add_normals(seed, table, refined, signal, scale) */
 PyObject *add_normals(PyObject *self, PyObject *const *given, Py_ssize_t count)
 {
     (void)self;
@@ -124,7 +124,7 @@ PyObject *add_normals(PyObject *self, PyObject *const *given, Py_ssize_t count)
     return outer;
 }
 
-/* add_lines_and_normals(state, table, refined, signal, down, across, lines, pixels) */
+/* add_lines_and_normals(seed, table, refined, signal, down, across, lines, pixels) */
 PyObject *add_lines_and_normals(PyObject *self, PyObject *const *given, Py_ssize_t count)
 {
     (void)self;
@@ -149,7 +149,7 @@ PyObject *add_lines_and_normals(PyObject *self, PyObject *const *given, Py_ssize
     return outer;
 }
 
-/* add_shot(state, table, refined, signal, read_variance, well) */
+/* add_shot(seed, table, refined, signal, read_variance, well) */
 PyObject *add_shot(PyObject *self, PyObject *const *given, Py_ssize_t count)
 {
     (void)self;
@@ -169,7 +169,7 @@ PyObject *add_shot(PyObject *self, PyObject *const *given, Py_ssize_t count)
     return outer;
 }
 
-/* bridge(state, table, refined, before, after, weight, spread, out) */
+/* bridge(seed, table, refined, before, after, weight, spread, out) */
 PyObject *bridge(PyObject *self, PyObject *const *given, Py_ssize_t count)
 {
     (void)self;
