@@ -6,6 +6,7 @@ hatchling calls it for wheels and editable installs (`make install`); `python ha
 from __future__ import annotations
 
 import contextlib
+import os
 import sysconfig
 import tempfile
 from pathlib import Path
@@ -40,6 +41,7 @@ def _extension(folder: Path) -> Extension:
         include_dirs=["."],
         # Sums and products are rounded one by one, so that results are those of the plain loops.
         extra_compile_args=["-O3", "-ffp-contract=off", "-fno-math-errno"],
+        libraries=[] if os.name == "nt" else ["m"],
         py_limited_api=True,
         optional=True,
     )

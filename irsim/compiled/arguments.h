@@ -32,6 +32,10 @@ static inline int is_of(const Py_buffer *view, const char *format)
  * exception where it is none; `length` takes the number of its elements. */
 static inline void *array(Arrays *arrays, PyObject *given, const char *format, int writable, Py_ssize_t *length)
 {
+    if (arrays->count == MOST_ARRAYS) {
+        PyErr_Format(PyExc_TypeError, "more than %d arrays", MOST_ARRAYS);
+        return NULL;
+    }
     Py_buffer *view = &arrays->of[arrays->count];
     int flags = PyBUF_C_CONTIGUOUS | PyBUF_FORMAT | (writable ? PyBUF_WRITABLE : 0);
     if (PyObject_GetBuffer(given, view, flags) < 0)
