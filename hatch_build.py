@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import runpy
 import sysconfig
 import tempfile
 from pathlib import Path
@@ -17,6 +18,8 @@ from setuptools import Distribution, Extension
 
 ROOT = Path(__file__).parent
 FOLDERS = [Path(package, "compiled") for package in ("irsim", "irtrack")]
+SHARED = FOLDERS[0]
+"""Its headers serve the others, too."""
 OLDEST = "0x030b0000"
 """Python 3.11: one binary serves it and all later ones (PEP 384)."""
 
@@ -37,7 +40,7 @@ def _extension(folder: Path) -> Extension:
     return Extension(
         ".".join([*folder.parts, "_kernels"]),
         sorted(map(str, folder.glob("*.c"))),
-        define_macros=[("Py_LIMITED_API", OLDEST)],
+        define_macros=[("Py_LIMITED_API", OLDEST), ("SOURCE", f'"{_digest(folder)}"')],
         include_dirs=["."],
         # Sums and products are rounded one by one, so that results are those of the plain loops.
         extra_compile_args=["-O3", "-ffp-contract=off", "-fno-math-errno"],
@@ -45,6 +48,12 @@ def _extension(folder: Path) -> Extension:
         py_limited_api=True,
         optional=True,
     )
+
+
+def _digest(folder: Path) -> str:
+    """Of what is compiled, as it is told when it is loaded; irsim itself needs more than there is here."""
+    own = runpy.run_path(str(SHARED / "loading.py"))
+    return str(own["source_digest"](*{folder: None, SHARED: None}))
 
 
 def _binaries() -> list[Path]:

@@ -16,6 +16,7 @@ import pytest
 import irsim
 import irsim.compiled
 import irtrack.compiled
+from irsim.compiled.loading import load
 
 ROOT = Path(__file__).parent.parent
 SCENES = ["sky", "swarm", "entrant", str(ROOT / "tests" / "full_chain.yaml")]
@@ -53,6 +54,12 @@ def test_without_a_compiler_the_plain_loops_run(tmp_path: Path) -> None:
     )
     assert done.stdout == "compiled: nothing; the plain loops will run\n"
     assert not list(tmp_path.rglob("_kernels*.so"))
+
+
+@pytest.mark.skipif(not irsim.compiled.COMPILED, reason="nothing is compiled")
+def test_what_was_compiled_of_other_source_is_told_and_not_used(tmp_path: Path) -> None:
+    with pytest.warns(UserWarning, match="irsim.compiled was compiled of other source .*make install"):
+        assert load("irsim.compiled", tmp_path) is None
 
 
 @pytest.mark.skipif(not irsim.compiled.COMPILED, reason="nothing is compiled")

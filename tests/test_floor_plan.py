@@ -27,7 +27,10 @@ import irtrack
 ROOT = Path(__file__).parent.parent
 PLAN = (ROOT / "docs" / "architecture.md").read_text()
 PACKAGES = ("irsim", "irtrack")
-SHARED = ("types", "rng", "kinds", "errors", "lazy", "files", "cards", "interrupts", "terminal", "strategies")
+SHARED = (
+    *("compiled", "types", "rng", "kinds", "errors", "lazy", "files", "cards", "interrupts", "terminal"),
+    "strategies",
+)
 SHARED_ROOMS = {f"irsim.{room}" for room in SHARED}
 LONG = 300
 

@@ -6,16 +6,14 @@ used.
 
 from __future__ import annotations
 
-import os
-from contextlib import suppress
+from pathlib import Path
 from typing import TYPE_CHECKING
+
+from irsim.compiled import loading
 
 if TYPE_CHECKING:
     from irtrack.compiled import _kernels as kernels
 else:
-    kernels = None
-    if not os.environ.get("IRSIM_PLAIN"):
-        with suppress(ImportError):  # there was no compiler
-            from irtrack.compiled import _kernels as kernels
+    kernels = loading.load(__name__, Path(__file__).parent, Path(loading.__file__).parent)
 
 COMPILED: bool = kernels is not None

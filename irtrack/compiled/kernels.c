@@ -24,7 +24,13 @@ static PyMethodDef methods[] = {
     {NULL, NULL, 0, NULL},
 };
 
-static PyModuleDef_Slot slots[] = {{0, NULL}};
+/* Which source it was made of, for whoever loads it: see irsim/compiled/loading.py. */
+static int tell_source(PyObject *kernels)
+{
+    return PyModule_AddStringConstant(kernels, "SOURCE", SOURCE);
+}
+
+static PyModuleDef_Slot slots[] = {{Py_mod_exec, (void *)tell_source}, {0, NULL}};
 
 static PyModuleDef module = {
     .m_base = PyModuleDef_HEAD_INIT,
