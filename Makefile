@@ -68,6 +68,6 @@ $(INSTALLED): pyproject.toml hatch_build.py $(wildcard irsim/compiled/*.[ch] irt
 
 clean:
 	rm -rf build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis report.html
-	rm -f irsim/compiled/_kernels*.so irtrack/compiled/_kernels*.so $(INSTALLED)
+	rm -f */compiled/_kernels*.so */compiled/_kernels*.pyd $(INSTALLED)
 	rm -f recordings/*.mcap recordings/*.db recordings/*.db-* *.mcap *.db
 	find irsim irtrack tests -name __pycache__ -type d -prune -exec rm -rf {} +

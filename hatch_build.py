@@ -30,7 +30,7 @@ def build() -> list[str]:
         for old in _binaries():
             old.unlink()  # it would be taken for what is built now
         command = Distribution({"ext_modules": list(map(_extension, FOLDERS))}).get_command_obj("build_ext")
-        command.inplace, command.build_temp = True, objects
+        command.inplace, command.force, command.build_temp, command.build_lib = True, True, objects, objects
         command.ensure_finalized()
         command.run()
         return list(map(str, _binaries()))

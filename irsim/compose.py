@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from irsim.backgrounds import Drifting, Gaze, Layer, Slices, veiled
+from irsim.backgrounds import Gaze, Layer, Slices, Veil, veiled
 from irsim.compiled import COMPILED, kernels
 from irsim.contrast import fulfilled, scr
 from irsim.radiometry import Band, temperature
@@ -123,11 +123,12 @@ def _draw(light: Floats, piece: Piece, seen: list[Seen], band: Band, noise: floa
 def _laid(light: Floats, sprite: Sprite) -> tuple[Floats, float, float, float]:
     """Lay a sprite over the light. Its cover within the picture, and sums there: of its alpha, of its own light,
     and of the light that it replaces."""
-    if COMPILED and light.dtype == np.float32 and light.flags.c_contiguous:
+    if COMPILED and light.dtype == np.float32 and light.flags.c_contiguous and sprite.cover.size:
         left = np.empty(sprite.cover.shape)
-        alpha, emission, cover = map(np.ascontiguousarray, (sprite.alpha, sprite.emission, sprite.cover))
-        columns, wide = light.shape[1], alpha.shape[1]
-        return left, *kernels.lay(light, columns, alpha, emission, wide, sprite.x0, sprite.y0, cover, left)
+        fields = sprite.alpha, sprite.emission, sprite.cover
+        own, lit, cover = (np.ascontiguousarray(field, np.float64) for field in fields)
+        columns, wide = light.shape[1], own.shape[1]
+        return left, *kernels.lay(light, columns, own, lit, wide, int(sprite.x0), int(sprite.y0), cover, left)
     left = np.zeros_like(sprite.cover)
     met = overlap((sprite.x0, sprite.y0), sprite.cover.shape, (0, 0), light.shape)
     if met is None:
@@ -169,7 +170,7 @@ def _veil(light: Floats, layer: Layer, gaze: Gaze, seen: list[Seen]) -> None:
         if (met := overlap((sprite.x0, sprite.y0), sprite.cover.shape, (0, 0), light.shape)) is not None
     ]
     patches = [outer for _, _, outer in behind]
-    if isinstance(layer, Drifting):
+    if isinstance(layer, Veil):
         passed = layer.veil(light, gaze, patches)
     else:
         through, emission = layer.light(gaze)

@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+import irsim.compiled
 from irsim.kinds import Part
 from irtrack.errors import InputError, IrtrackError
 from irtrack.types import Tracker
@@ -240,6 +241,7 @@ def _with_imports(path: Path, module: str) -> set[Path]:
                 waiting.append((file, name))
                 if name == _LOOPS:
                     found.update(file.parent.glob("*.[ch]"))
+                    found.update(Path(irsim.compiled.__file__).parent.glob("*.h"))
     return found
 
 

@@ -17,6 +17,11 @@ import irsim
 import irsim.compiled
 import irtrack.compiled
 from irsim.compiled.loading import load
+from irtrack.features.histogram import bhattacharyya
+from irtrack.features.mean_shift import mean_shift
+from irtrack.features.quantise import full_range
+from irtrack.features.velocity import velocity_likeness
+from irtrack.trackers.grey import weigh
 
 ROOT = Path(__file__).parent.parent
 SCENES = ["sky", "swarm", "entrant", str(ROOT / "tests" / "full_chain.yaml")]
@@ -54,6 +59,25 @@ def test_without_a_compiler_the_plain_loops_run(tmp_path: Path) -> None:
     )
     assert done.stdout == "compiled: nothing; the plain loops will run\n"
     assert not list(tmp_path.rglob("_kernels*.so"))
+
+
+def test_what_the_plain_loops_take_the_compiled_ones_take() -> None:
+    """Arrays of columns, whole numbers and other floats, as somebody's own shape or tracker may give them."""
+    level = np.zeros((40, 40), np.uint8)
+    level[20:24, 10:14] = 200
+    quantiser, h = full_range(8, 16), (4.0, 4.0)
+    reference = np.full(16, 1 / 16)
+    columns = np.array([[10.0, 12.0], [20.0, 22.0]]).T
+    found = mean_shift(level, columns, h, quantiser, reference, np.int64(3))  # type: ignore[arg-type]
+    assert (found.centers == mean_shift(level, columns.copy(), h, quantiser, reference, 3).centers).all()
+    places = np.arange(8.0).reshape(2, 4).T
+    assert velocity_likeness(places, columns, "lambda") == pytest.approx(
+        velocity_likeness(places.copy(), columns.copy(), "lambda")
+    )
+    assert np.isscalar(bhattacharyya(reference, reference))
+    weights, seen = weigh(np.array([0.5, 1.0], np.float32), np.array([1.0, 1.0], np.float32), 2.0)
+    assert seen
+    assert weights == pytest.approx([np.exp(-1) / (1 + np.exp(-1)), 1 / (1 + np.exp(-1))])
 
 
 @pytest.mark.skipif(not irsim.compiled.COMPILED, reason="nothing is compiled")

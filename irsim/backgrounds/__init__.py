@@ -1,7 +1,6 @@
 """Backgrounds: sky with clouds, ground. They live in angle, so a turning camera moves them rightly."""
 
-from irsim.backgrounds.base import Background, Gaze, Layer, Slices, veiled
-from irsim.backgrounds.drifting import Drifting
+from irsim.backgrounds.base import Background, Gaze, Layer, Slices, Veil, veiled
 from irsim.backgrounds.ground import Ground
 from irsim.backgrounds.landscape import Landscape
 from irsim.backgrounds.recorded import Footage, Recorded
@@ -16,7 +15,6 @@ BACKGROUNDS = Family(
 __all__ = [
     "BACKGROUNDS",
     "Background",
-    "Drifting",
     "Footage",
     "Gaze",
     "Ground",
@@ -26,5 +24,6 @@ __all__ = [
     "Sea",
     "Sky",
     "Slices",
+    "Veil",
     "veiled",
 ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Protocol
+from typing import ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -48,6 +48,15 @@ class Layer(Protocol):
 
         The caller must not write to them: a layer may keep them for the next frame.
         """
+        ...
+
+
+@runtime_checkable
+class Veil(Layer, Protocol):
+    """A layer that fills the picture by itself, which is quicker than to give what it takes."""
+
+    def veil(self, light: Floats, gaze: Gaze, behind: Sequence[Slices]) -> list[Floats]:
+        """light <- light * transmittance + emission, in place; the transmittance of patches, (rows, columns) each."""
         ...
 
 

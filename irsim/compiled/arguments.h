@@ -20,11 +20,12 @@ static inline void release(Arrays *arrays)
         PyBuffer_Release(&arrays->of[--arrays->count]);
 }
 
-/* int64 is a long or a long long, whichever numpy takes first. */
 static inline int is_of(const Py_buffer *view, const char *format)
 {
-    if (strcmp(format, "l") == 0 && view->itemsize == 8)
-        return strcmp(view->format, "l") == 0 || strcmp(view->format, "q") == 0;
+    if (view->format == NULL)
+        return 0;
+    if (strcmp(format, "l") == 0) /* int64 is a long or a long long, whichever numpy takes first */
+        return view->itemsize == 8 && (strcmp(view->format, "l") == 0 || strcmp(view->format, "q") == 0);
     return strcmp(view->format, format) == 0;
 }
 
@@ -41,8 +42,9 @@ static inline void *array(Arrays *arrays, PyObject *given, const char *format, i
     if (PyObject_GetBuffer(given, view, flags) < 0)
         return NULL;
     arrays->count++;
-    if (view->format == NULL || !is_of(view, format)) {
-        PyErr_Format(PyExc_TypeError, "an array of %s is wanted, not of %s", format, view->format);
+    if (!is_of(view, format)) {
+        PyErr_Format(PyExc_TypeError, "an array of %s is wanted, not of %s", format,
+                     view->format ? view->format : "bytes");
         return NULL;
     }
     if (length)

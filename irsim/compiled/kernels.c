@@ -1,5 +1,5 @@
 /* The module irsim.compiled._kernels: inner loops, each in a file of its own. What they take is said in _kernels.pyi;
- * lengths that must agree are the caller's to keep, as each is called from one place in irsim only. */
+ * lengths that must agree are checked before anything is read. */
 #include "arguments.h"
 #include "clutter.h"
 #include "drawing.h"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 import warnings
 from hashlib import blake2b
 from importlib import import_module
@@ -21,13 +22,20 @@ def source_digest(*folders: Path) -> str:
 def load(package: str, *folders: Path) -> ModuleType | None:
     """The compiled module of a package, made of the C in folders; None where there was no compiler, and where
     IRSIM_PLAIN is set. One that was made of other source is warned of and not used."""
-    if os.environ.get("IRSIM_PLAIN"):
+    if os.environ.get("IRSIM_PLAIN") or sys.maxsize < 2**63 - 1:  # sizes are of 64 bits
         return None
     try:
         kernels = import_module(f"{package}._kernels")
-    except ImportError:  # there was no compiler
+    except ModuleNotFoundError:  # there was no compiler
+        return None
+    except ImportError as error:
+        _warn(f"{package} cannot be loaded here ({error})")
         return None
     if source_digest(*folders) != kernels.SOURCE:
-        warnings.warn(f"{package} was compiled of other source than there is now: `make install` anew", stacklevel=3)
+        _warn(f"{package} was compiled of other source than there is now")
         return None
     return kernels
+
+
+def _warn(why: str) -> None:
+    warnings.warn(f"{why}: slower loops run; install anew (`make install`)", stacklevel=4)

@@ -7,11 +7,7 @@
 
 #include <string.h>
 
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
-#define WIDE __attribute__((target_clones("avx2", "default")))
-#else
-#define WIDE
-#endif
+#include "wide.h"
 
 /* What changes in a cell from the one on its left, its y moment, and its x moment. */
 typedef struct {

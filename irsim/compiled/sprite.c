@@ -57,7 +57,7 @@ static int bands_fit(const Bands *bands, Py_ssize_t length, Py_ssize_t terms, in
         bands->pixels != bands->cells / fine + 2 * margin)
         return 0;
     for (Py_ssize_t i = 0; i < bands->cells; i++)
-        if (bands->first[i] < 0 || bands->first[i] + bands->width > bands->pixels)
+        if (bands->first[i] < 0 || bands->first[i] > bands->pixels - bands->width)
             return 0;
     return 1;
 }

@@ -65,7 +65,7 @@ class Body(Shape):
 @lru_cache(maxsize=64)
 def _joints(body: type[Body]) -> Joints:
     names = tuple(sorted({solid.joint for solid in body.solids if solid.joint}))
-    return Joints(names, np.array([names.index(solid.joint) if solid.joint else -1 for solid in body.solids]))
+    return Joints(names, np.array([names.index(solid.joint) if solid.joint else -1 for solid in body.solids], np.int64))
 
 
 @lru_cache(maxsize=64)

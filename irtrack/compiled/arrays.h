@@ -6,8 +6,8 @@
 
 #include "irsim/compiled/arguments.h"
 
-/* numpy's letter for intp. */
-#define INTP (sizeof(long) == sizeof(Py_ssize_t) ? "l" : "q")
+/* numpy's letter for intp, which is an int64 wherever this runs. */
+#define INTP "l"
 
 /* Grey levels of one or two bytes, row after row; `table` gives the bin of each level. */
 typedef struct {

@@ -3,13 +3,8 @@
 
 #include <math.h>
 
+#include "irsim/compiled/wide.h"
 #include "sums.h"
-
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
-#define WIDE __attribute__((target_clones("avx2", "default")))
-#else
-#define WIDE
-#endif
 
 /* rho[i] = sum_u sqrt(p[i, u]) root[u], at most 1; four sums share the bins. */
 WIDE static void coefficients(const double *p, Py_ssize_t held, const double *root, Py_ssize_t bins, double *rho,

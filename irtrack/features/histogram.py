@@ -242,7 +242,7 @@ def bhattacharyya(p: Floats, q: Floats) -> Floats:
     if COMPILED:
         rho: Floats = np.empty(p.shape[:-1])
         compiled.bhattacharyya(np.ascontiguousarray(p, np.float64), np.ascontiguousarray(q, np.float64), rho)
-        return rho
+        return rho if rho.ndim else rho[()]
     return _bhattacharyya_plain(p, q)
 
 

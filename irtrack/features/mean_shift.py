@@ -105,7 +105,7 @@ def mean_shift(
     A window stops after `iterations` steps (20: Comaniciu, Meer 2002, section 6), and stays where
     it is while it sees no grey level of the reference (bins,).
     """
-    centers = np.array(centers, dtype=np.float64)
+    centers = np.array(centers, dtype=np.float64, order="C")
     climb = _climbed if COMPILED else _climbed_plain
     mass, visible = climb(image, centers, h, quantiser, reference, iterations, eps)
     rho = bhattacharyya(mass / np.where(visible > 0, visible, 1.0)[:, None], reference)
@@ -118,7 +118,7 @@ def _climbed(
     mass, visible = np.empty((len(centers), quantiser.bins)), np.empty(len(centers))
     pixels, table = contiguous(image), quantiser.table(image.itemsize)
     reference = np.ascontiguousarray(reference, np.float64)
-    kernels.mean_shift(pixels, table, *h, reference, iterations, eps, centers, mass, visible)
+    kernels.mean_shift(pixels, table, *h, reference, int(iterations), eps, centers, mass, visible)
     return mass, visible
 
 

@@ -58,7 +58,8 @@ def velocity_likeness(trajectory: Floats, places: Floats, speed: Speed) -> Float
     frame, to the one that it has."""
     if COMPILED:
         alike = np.empty(len(places))
-        kernels.velocity_likeness(trajectory, np.ascontiguousarray(places), speed == "sqrt_lambda", alike)
+        trajectory, places = (np.ascontiguousarray(each, np.float64) for each in (trajectory, places))
+        kernels.velocity_likeness(trajectory, places, speed == "sqrt_lambda", alike)
         return alike
     return _velocity_likeness_plain(trajectory, places, speed)
 

@@ -214,6 +214,7 @@ def weigh(rho: Floats, visible: Floats, sharpness: float) -> tuple[Floats, bool]
     equal weights.
     """
     if COMPILED:
+        rho, visible = np.ascontiguousarray(rho, np.float64), np.ascontiguousarray(visible, np.float64)
         weights = np.empty_like(rho)
         kernels.below_largest(rho, sharpness, weights)
         np.exp(weights, out=weights)
