@@ -16,7 +16,7 @@ from tracker_scenes import blob, follow
 import irtrack
 from irsim.types import Box, Image
 from irtrack.compiled import COMPILED, kernels
-from irtrack.features import histogram, mean_shift, velocity
+from irtrack.features import cues, histogram, mean_shift, velocity
 from irtrack.features.quantise import Quantiser
 from irtrack.features.window import Window
 from irtrack.filters import motion, resampling
@@ -96,6 +96,36 @@ def test_windows_at_no_place_are_off_the_frame() -> None:
     kernel = histogram.repeated(np.full((3, 3), 1 / 9))
     rho, visible = histogram.likeness(image, centers, window, kernel, Quantiser(0, 256, 2), np.array([1.0, 0.0]))
     assert rho.tolist() == visible.tolist() == [0, 0, 0, 0, pytest.approx(1)]
+
+
+@given(pictures(), windows(), quantisers(), st.integers(1, 9), st.sampled_from([20, 400]), st.integers(1, 30), seeds)
+def test_cues(
+    image: Image, window: Window, levels: Quantiser, edge_bins: int, places: int, count: int, seed: int
+) -> None:
+    """Windows of all sizes on, across and off the frame's edge, and rings around them, to the last bit."""
+    rng = np.random.default_rng(seed)
+    field, pattern = cues.Field(image, levels, edge_bins), cues.Pattern.of(window, places)
+    centers = rng.uniform(-20, 50, (count, 6))[:, :2] if seed % 3 else rng.uniform(12, 18, (count, 2))
+    scales = rng.uniform(0.5, 2, (count, 2))
+    box, margin = (*centers[0].tolist(), *rng.uniform(1, 20, 2).tolist()), int(rng.integers(0, 12))
+
+    def counted() -> list[object]:
+        cue, visible = field.windows(pattern, centers, scales)
+        ring = field.ring(box, margin)
+        return [each.tolist() for each in (cue.grey, cue.gradient, visible, ring.grey, ring.gradient)]
+
+    ours = counted()
+    with plain():
+        assert ours == counted()
+
+
+def test_cues_at_no_place_are_none() -> None:
+    field = cues.Field(np.zeros((9, 9), np.uint8), Quantiser(0, 256, 2), 8)
+    centers = np.array([[np.nan, 4], [np.inf, 4], [-np.inf, np.nan], [1e300, -1e300], [4, 4]])
+    cue, visible = field.windows(cues.Pattern.of(Window(3, 3, (0.0, 0.0)), 400), centers, np.ones((5, 2)))
+    assert cue.grey[:, 0].tolist() == [0, 0, 0, 0, 1]
+    assert visible.tolist() == [0, 0, 0, 0, pytest.approx(1)]
+    assert not cue.gradient.any()
 
 
 @given(st.lists(st.floats(0, 1), min_size=1, max_size=300), st.floats(0, 2000), seeds)
@@ -209,7 +239,16 @@ def test_wrong_calls_are_errors() -> None:
     image, table = np.zeros((5, 5), np.uint8), np.zeros(256, np.uint16)
     two, three = np.zeros(2), np.zeros(3)
     places, corners = np.zeros(2, np.intp), np.zeros((2, 2), np.intp)
+    single, box = np.zeros(4, np.float32), np.zeros((1, 2))
+    sights = image, table, two, two, box, box
     wrong: list[Callable[[], object]] = [
+        lambda: kernels.window_gradients(*sights[:5], three, single, single),
+        lambda: kernels.window_gradients(*sights[:2], two[:0], *sights[3:], single, single),
+        lambda: kernels.window_gradients(*sights, single, single[:3]),
+        lambda: kernels.window_cues(*sights, three, corners > 0, single, single, two, two, two[:1]),
+        lambda: kernels.window_cues(*sights, box, corners > 0, single, single, two, two, two[:1]),
+        lambda: kernels.window_cues(*sights, corners * 1.0, corners > 0, single[:3], single[:3], two, two, two[:1]),
+        lambda: kernels.window_cues(*sights, corners * 1.0, corners > 0, single, single, two, two, two),
         lambda: kernels.distinct_windows(two, 0, 0, 3, 3, 5, 5, corners, places),
         lambda: kernels.distinct_windows(np.zeros((2, 2)), 0, 0, 0, 3, 5, 5, corners, places),
         lambda: kernels.distinct_windows(np.zeros((2, 2)), 0, 0, 3, 3, 1 << 40, 5, corners, places),

@@ -61,7 +61,7 @@ def test_windows_of_all_sizes_by_hand() -> None:
     image[9:11, 8:12] = 200
     window = Window.of(Box(9.5, 9.5, 4, 2))
     pattern = Pattern.of(window, 400)
-    field = Field.of(image, (0, 0, 20, 20), LEVELS, 8)
+    field = Field(image, LEVELS, 8)
     cue, visible = field.windows(pattern, np.array([[9.5, 9.5], [11.5, 9.5], [30.0, 9.5]]), np.ones((3, 2)))
     # Kernel: 1 - (x / 2)^2 - y^2 with x = .5, 1.5 and y = .5: .6875, .1875, on both sides alike.
     assert pattern.kernel[0] == pytest.approx([0.1875 / 3.5, 0.6875 / 3.5, 0.6875 / 3.5, 0.1875 / 3.5])
@@ -82,7 +82,7 @@ def test_the_map_is_the_likeness_of_each_window() -> None:
     image = np.random.default_rng(1).integers(0, 255, (24, 30), np.uint8)
     window = Window.of(Box(10.2, 8.7, 6, 5))
     pattern = Pattern.of(window, 400)
-    field = Field.of(image, (0, 0, 30, 24), LEVELS, 8)
+    field = Field(image, LEVELS, 8)
     model, _ = field.windows(pattern, np.array([[10.2, 8.7]]), np.ones((1, 2)))
     model = Cue(model.grey[0], model.gradient[0])
     grey, gradient = likeness_map(field, window, pattern, model)

@@ -7,6 +7,7 @@ from irsim.types import Floats, Image
 
 Indices = npt.NDArray[np.intp]
 Table = npt.NDArray[np.uint16]
+Singles = npt.NDArray[np.float32]
 
 def distinct_windows(
     centers: Floats,
@@ -47,6 +48,39 @@ def surround_histograms(
     Writes the histograms (2, bins), each summing to one, and their visible shares (2,); zeros of what is wholly
     outside the image.
     """
+
+def window_gradients(
+    image: Image,
+    table: Table,
+    x: Floats,
+    y: Floats,
+    centers: Floats,
+    scales: Floats,
+    gx: Singles,
+    gy: Singles,
+    /,
+) -> int:
+    """Sobel gradients at the places x (C,), y (R,) about centers (N, 2), times scales (N, 2), of windows that have one
+    in the image: how many there are, theirs coming first in gx and gy (N, R, C), zeros at places outside."""
+
+def window_cues(
+    image: Image,
+    table: Table,
+    x: Floats,
+    y: Floats,
+    centers: Floats,
+    scales: Floats,
+    kernel: Floats,
+    edges: npt.NDArray[np.bool_],
+    strength: Singles,
+    angle: Singles,
+    grey: Floats,
+    gradient: Floats,
+    visible: Floats,
+    /,
+) -> None:
+    """Counts the same windows: writes histograms (N, bins) of grey levels by the kernel (R, C), of angles by strength
+    (n, R, C) where edges (R, C) are, each summing to one, and the kernel's visible shares (N,), 1 if all is visible."""
 
 def bhattacharyya(p: Floats, q: Floats, rho: Floats, /) -> None:
     """Writes rho (N,) of histograms p (N, bins or more) to one, q (bins,)."""

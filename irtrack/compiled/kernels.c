@@ -1,5 +1,6 @@
 /* The module irtrack.compiled._kernels: inner loops, each family in a file of its own. What they take is said in
  * _kernels.pyi. */
+#include "cues.h"
 #include "likeness.h"
 #include "mean_shift.h"
 #include "particles.h"
@@ -12,6 +13,8 @@ static PyMethodDef methods[] = {
     FUNCTION(distinct_windows),
     FUNCTION(window_masses),
     FUNCTION(surround_histograms),
+    FUNCTION(window_gradients),
+    FUNCTION(window_cues),
     FUNCTION(bhattacharyya),
     FUNCTION(below_largest),
     FUNCTION(normalise),

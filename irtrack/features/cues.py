@@ -15,27 +15,33 @@ import numpy as np
 import numpy.typing as npt
 
 from irsim.types import Floats, Image
-from irtrack.features.gradients import Gradient, orientations, sobel
-from irtrack.features.quantise import Bins, Quantiser
+from irtrack.compiled import COMPILED, kernels
+from irtrack.features.gradients import Gradient, orientations, polar, sobel
+from irtrack.features.quantise import Bins, Quantiser, contiguous
 from irtrack.features.window import Window
 
+Mask = npt.NDArray[np.bool_]
 _NOTHING = float(np.finfo(np.float64).tiny)
 """Divides an empty histogram, which stays zero."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pattern:
-    """Places about a target's centre, at its first size: x (C,), y (R,) px; kernel (R, C), summing to one."""
+    """Places about a target's centre, at its first size: x (C,), y (R,) px, ascending.
+
+    kernel (R, C): what grey levels count there; edges (R, C): whether gradients do.
+    """
 
     x: Floats
     y: Floats
     kernel: Floats
+    edges: Mask
 
     @classmethod
     def of(cls, window: Window, most: int) -> Pattern:
         """The window's pixels, or where they are more than about `most`, an even grid of places among them.
 
-        The kernel is g(r) = 1 - r^2 within the ellipse of the window, 0 outside (Li, Li 2014, eq. 4
+        The kernel sums to one. It is g(r) = 1 - r^2 within the ellipse of the window, 0 outside (Li, Li 2014, eq. 4
         is unreadable; it is said to favour places near the centre; this is Epanechnikov's).
         """
         thin = max(1.0, (window.rows * window.columns / most) ** 0.5)
@@ -44,7 +50,8 @@ class Pattern:
         kernel = 1 - (2 * x / window.columns) ** 2 - (2 * y[:, None] / window.rows) ** 2
         kernel = np.maximum(kernel, 0)
         total = kernel.sum()
-        return cls(x, y, kernel / total if total > 0 else np.full(kernel.shape, 1 / kernel.size))
+        kernel = kernel / total if total > 0 else np.full(kernel.shape, 1 / kernel.size)
+        return cls(x, y, kernel, np.ones(kernel.shape, bool))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,6 +60,10 @@ class Cue:
 
     grey: Floats
     gradient: Floats
+
+    def of(self, window: int) -> Cue:
+        """Those of one of many windows."""
+        return Cue(self.grey[window], self.gradient[window])
 
     def like(self, other: Cue) -> tuple[Floats, Floats]:
         """Bhattacharyya coefficients of both cues to those of one other (eq. 8)."""
@@ -68,84 +79,80 @@ class Cue:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Field:
-    """A part of a frame with its corner at (left, top), and what its cues are counted by.
+    """A frame, and what its cues are counted by."""
 
-    image, gx, gy  (rows, columns) counts and their Sobel gradients
-    inside         (left, top, right, bottom) of the frame, seen from that corner
-    """
-
-    left: int
-    top: int
     image: Image
-    gx: Gradient
-    gy: Gradient
-    inside: tuple[int, int, int, int]
     quantiser: Quantiser
     edge_bins: int
-
-    @classmethod
-    def of(cls, image: Image, part: tuple[int, int, int, int], quantiser: Quantiser, edge_bins: int) -> Field:
-        """Of the part (left, top, right, bottom), cut to the frame; at least a pixel is kept."""
-        height, width = image.shape
-        left, top = min(max(part[0], 0), width - 1), min(max(part[1], 0), height - 1)
-        right, bottom = max(min(part[2], width), left + 1), max(min(part[3], height), top + 1)
-        gx, gy = sobel(image, left, top, right, bottom)
-        inside = (-left, -top, width - left, height - top)
-        counts: Image = np.ascontiguousarray(image[top:bottom, left:right])  # type: ignore[assignment]
-        return cls(left, top, counts, gx, gy, inside, quantiser, edge_bins)
-
-    @classmethod
-    def whole(cls, image: Image, quantiser: Quantiser, edge_bins: int) -> Field:
-        """Of the whole frame."""
-        return cls.of(image, (0, 0, image.shape[1], image.shape[0]), quantiser, edge_bins)
 
     def windows(self, pattern: Pattern, centers: Floats, scales: Floats) -> tuple[Cue, Floats]:
         """Cues of windows at `centers` (N, 2) px of `scales` (N, 2) times the first size, and visible shares (N,).
 
         Grey levels count by the kernel (eq. 3), orientations by their magnitude alone: a kernel that
-        fades towards the rim would leave out the very edges. Windows must lie in this part or
-        outside the frame; what is outside belongs to no bin.
+        fades towards the rim would leave out the very edges. What is outside the frame belongs to no bin.
         """
-        x = np.floor(centers[:, :1] + scales[:, :1] * pattern.x + (0.5 - self.left)).astype(np.intp)
-        y = np.floor(centers[:, 1:] + scales[:, 1:] * pattern.y + (0.5 - self.top)).astype(np.intp)
-        left, top, right, bottom = self.inside
-        if x.min() >= left and y.min() >= top and x.max() < right and y.max() < bottom:
-            return self._cues(x, y, np.broadcast_to(pattern.kernel, (len(x), *pattern.kernel.shape))), np.ones(len(x))
-        cue = Cue(np.zeros((len(x), self.quantiser.bins)), np.zeros((len(x), self.edge_bins)))
-        visible = np.zeros(len(x))
-        # Stray particles lie far outside, and may be most of them: they cost nothing.
-        (met,) = ((x[:, -1] >= left) & (x[:, 0] < right) & (y[:, -1] >= top) & (y[:, 0] < bottom)).nonzero()
-        if met.size > 0:
-            x, y = x[met], y[met]
-            seen = ((y >= top) & (y < bottom))[:, :, None] & ((x >= left) & (x < right))[:, None, :]
-            kernel = pattern.kernel * seen
-            rows, columns = self.image.shape
-            some = self._cues(np.clip(x, 0, columns - 1), np.clip(y, 0, rows - 1), kernel, seen)
-            cue.grey[met], cue.gradient[met], visible[met] = some.grey, some.gradient, kernel.sum(axis=(1, 2))
+        return (self._windows if COMPILED else self._windows_plain)(pattern, centers, scales)
+
+    def _windows(self, pattern: Pattern, centers: Floats, scales: Floats) -> tuple[Cue, Floats]:
+        count = len(centers)
+        image, table = contiguous(self.image), self.quantiser.table(self.image.itemsize)
+        centers, scales = np.ascontiguousarray(centers, np.float64), np.ascontiguousarray(scales, np.float64)
+        sights = image, table, pattern.x, pattern.y, centers, scales
+        gx, gy = np.empty((2, count, pattern.kernel.size), np.float32)
+        met = kernels.window_gradients(*sights, gx, gy)
+        strength, angle = polar(gx[:met], gy[:met])
+        cue, visible = self._empty(count), np.empty(count)
+        kernels.window_cues(*sights, pattern.kernel, pattern.edges, strength, angle, cue.grey, cue.gradient, visible)
         return cue, visible
 
-    def _cues(self, x: Bins, y: Bins, kernel: Floats, seen: npt.NDArray[np.bool_] | None = None) -> Cue:
-        """Of windows (N, R, C) with their places x (N, C), y (N, R), all in this part; `seen`: which count."""
-        index = (y * self.image.shape[1])[:, :, None] + x[:, None, :]
-        edge, strength = orientations(self.gx.take(index), self.gy.take(index), self.edge_bins)
-        grey = _counted(self.quantiser(self.image.take(index)), kernel, self.quantiser.bins)
-        return Cue(grey, _counted(edge, strength if seen is None else strength * seen, self.edge_bins))
+    def _windows_plain(self, pattern: Pattern, centers: Floats, scales: Floats) -> tuple[Cue, Floats]:
+        x = np.floor(centers[:, :1] + scales[:, :1] * pattern.x + 0.5).astype(np.intp)
+        y = np.floor(centers[:, 1:] + scales[:, 1:] * pattern.y + 0.5).astype(np.intp)
+        rows, columns = self.image.shape
+        across, down = (x >= 0) & (x < columns), (y >= 0) & (y < rows)
+        if across.all() and down.all():
+            kernel = np.broadcast_to(pattern.kernel, (len(x), *pattern.kernel.shape))
+            return self._cues(x, y, kernel, pattern.edges), np.ones(len(x))
+        cue, visible = self._empty(len(x)), np.zeros(len(x))
+        # Stray particles lie far outside, and may be most of them: they cost nothing.
+        (met,) = (across.any(axis=1) & down.any(axis=1)).nonzero()
+        if met.size == 0:
+            return cue, visible
+        seen = down[met][:, :, None] & across[met][:, None, :]
+        kernel = pattern.kernel * seen
+        x, y = np.clip(x[met], 0, columns - 1), np.clip(y[met], 0, rows - 1)
+        some = self._cues(x, y, kernel, pattern.edges & seen)
+        cue.grey[met], cue.gradient[met] = some.grey, some.gradient
+        visible[met] = kernel.sum(axis=(1, 2))
+        return cue, visible
+
+    def _empty(self, count: int) -> Cue:
+        return Cue(np.zeros((count, self.quantiser.bins)), np.zeros((count, self.edge_bins)))
+
+    def _cues(self, x: Bins, y: Bins, kernel: Floats, edges: Mask) -> Cue:
+        """Of windows (N, R, C) with their places x (N, C), y (N, R), all in the frame."""
+        left, top, right, bottom = x.min(), y.min(), x.max() + 1, y.max() + 1
+        at = ((y - top) * (right - left))[:, :, None] + (x - left)[:, None, :]
+        gx, gy = sobel(self.image, left, top, right, bottom)
+        edge, strength = orientations(gx.take(at), gy.take(at), self.edge_bins)
+        grey = self.quantiser(self.image[top:bottom, left:right].take(at))
+        return Cue(_counted(grey, kernel, self.quantiser.bins), _counted(edge, strength * edges, self.edge_bins))
 
     def ring(self, box: tuple[float, float, float, float], margin: int) -> Cue:
         """Cues of what lies within `margin` px around a box (cx, cy, w, h); each pixel counts alike."""
         cx, cy, w, h = box
-        left, top = floor(cx - w / 2 + 0.5) - self.left, floor(cy - h / 2 + 0.5) - self.top
+        left, top = floor(cx - w / 2 + 0.5), floor(cy - h / 2 + 0.5)
         right, bottom = left + max(1, round(w)), top + max(1, round(h))
+        rows, columns = self.image.shape
         first_x, first_y = max(left - margin, 0), max(top - margin, 0)
-        part = _span(first_y, bottom + margin), _span(first_x, right + margin)
-        image = self.image[part][None]
-        weights = np.ones(image.shape, np.float32)
-        weights[:, _span(top - first_y, bottom - first_y), _span(left - first_x, right - first_x)] = 0
-        if image.size == 0:
-            return Cue(np.zeros(self.quantiser.bins), np.zeros(self.edge_bins))
-        edge, strength = orientations(self.gx[part], self.gy[part], self.edge_bins)
-        grey = _counted(self.quantiser(image), weights, self.quantiser.bins)
-        return Cue(grey[0], _counted(edge[None], strength * weights[0], self.edge_bins)[0])
+        x = np.arange(first_x, min(right + margin, columns), dtype=np.float64)
+        y = np.arange(first_y, min(bottom + margin, rows), dtype=np.float64)
+        if 0 in (x.size, y.size):
+            return self._empty(1).of(0)
+        weights = np.ones((y.size, x.size))
+        weights[_span(top - first_y, bottom - first_y), _span(left - first_x, right - first_x)] = 0
+        cue, _ = self.windows(Pattern(x, y, weights, weights > 0), np.zeros((1, 2)), np.ones((1, 2)))
+        return cue.of(0)
 
 
 def likeness_map(field: Field, window: Window, pattern: Pattern, model: Cue) -> tuple[Floats, Floats]:
@@ -169,7 +176,7 @@ def likeness_map(field: Field, window: Window, pattern: Pattern, model: Cue) -> 
         return np.minimum(rho, 1.0, out=rho)
 
     kernel: Floats = cv2.resize(pattern.kernel, (window.columns, window.rows), interpolation=cv2.INTER_LINEAR)  # type: ignore[assignment]
-    edge, strength = orientations(field.gx, field.gy, field.edge_bins)
+    edge, strength = orientations(*sobel(field.image, 0, 0, *field.image.shape[::-1]), field.edge_bins)
     return (
         like(field.quantiser(field.image), 1.0, kernel, model.grey),
         like(edge, strength, np.full_like(kernel, 1 / kernel.size), model.gradient),

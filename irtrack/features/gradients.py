@@ -30,6 +30,16 @@ def sobel(image: Image, left: int, top: int, right: int, bottom: int) -> tuple[G
     return np.ascontiguousarray(gx[part]), np.ascontiguousarray(gy[part])
 
 
+def polar(gx: Gradient, gy: Gradient) -> tuple[Gradient, Gradient]:
+    """Magnitudes G and directions theta, 0 to 2 pi from +x towards +y, both of the shape of gx and gy."""
+    if gx.size == 0:
+        return gx, gy
+    magnitude: Gradient
+    angle: Gradient
+    magnitude, angle = cv2.cartToPolar(gx.reshape(len(gx), -1), gy.reshape(len(gy), -1))  # type: ignore[assignment]
+    return magnitude.reshape(gx.shape), angle.reshape(gx.shape)
+
+
 def orientations(gx: Gradient, gy: Gradient, bins: int) -> tuple[Bins, Gradient]:
     """Bins 0 .. bins-1 of theta and magnitudes G, both of the shape of gx and gy.
 
@@ -37,12 +47,9 @@ def orientations(gx: Gradient, gy: Gradient, bins: int) -> tuple[Bins, Gradient]
     lie in the middle of a bin and not between two. Directions are told over the whole circle, so
     that the two sides of a target differ.
     """
-    shape = gx.shape
-    magnitude: Gradient
-    angle: Gradient
-    magnitude, angle = cv2.cartToPolar(gx.reshape(len(gx), -1), gy.reshape(len(gy), -1))  # type: ignore[assignment]
+    magnitude, angle = polar(gx, gy)
     angle *= bins / (2 * np.pi)
     angle += 0.5
     cells = angle.astype(np.intp)
     cells[cells >= bins] = 0  # the last half bin before the full circle belongs to the first
-    return cells.reshape(shape), magnitude.reshape(shape)
+    return cells, magnitude

@@ -54,19 +54,15 @@ class Look:
     floor: float
 
 
-def field_of(state: FusionState, image: Image, particles: Floats) -> Field:
-    """The part of a frame that particles (N, 6) and the ring around any of them need."""
-    window = state.start.window
-    half = particles[:, 4:] * ((window.columns / 2 + 1, window.rows / 2 + 1)) + RING_PX
-    (left, top), (right, bottom) = (particles[:, :2] - half).min(axis=0), (particles[:, :2] + half).max(axis=0)
-    part = (int(left), int(top), int(right) + 1, int(bottom) + 1)
-    return Field.of(image, part, state.start.quantiser, len(state.model.gradient))
+def field_of(state: FusionState, image: Image) -> Field:
+    """A frame, as its cues are counted."""
+    return Field(image, state.start.quantiser, len(state.model.gradient))
 
 
 def look_at(state: FusionState, field: Field, at: Floats) -> Look:
     """How the place, speed and size `at` (6,) look beside the model."""
     cues, visible = field.windows(state.start.pattern, at[None, :2], at[None, 4:])
-    cue = Cue(cues.grey[0], cues.gradient[0])
+    cue = cues.of(0)
     width, height = state.start.size
     ring = field.ring((at[0], at[1], at[4] * width, at[5] * height), RING_PX)
     rho = np.array(cue.like(state.model)) * visible[0]
@@ -79,7 +75,7 @@ def shifted(state: FusionState, image: Image, at: Floats, widening: float) -> Lo
     h = bandwidth(Box(at[0], at[1], at[4] * width, at[5] * height), widening)
     rest = mean_shift(image, at[None, :2], h, state.start.quantiser, state.model.grey)
     there = np.concatenate([rest.centers[0], at[2:]])
-    return look_at(state, field_of(state, image, there[None]), there)
+    return look_at(state, field_of(state, image), there)
 
 
 def best_of_frame(state: FusionState, image: Image, speed: Floats) -> Look | None:
@@ -88,7 +84,7 @@ def best_of_frame(state: FusionState, image: Image, speed: Floats) -> Look | Non
     None where no window fits into the frame.
     """
     start = state.start
-    field = Field.whole(image, start.quantiser, len(state.model.gradient))
+    field = field_of(state, image)
     fused = np.tensordot(state.confidence, likeness_map(field, start.window, start.pattern, state.model), 1)
     if fused.size == 0:
         return None

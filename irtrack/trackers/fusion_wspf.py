@@ -108,10 +108,10 @@ class FusionWSPF(TrackerPart):
         window, size = Window.of(box), (box.w, box.h)
         levels = quantiser(frame, part.cut(frame.image, corner), self.grey_bins, self.bins_range)
         pattern = Pattern.of(window, MOST_PLACES)
-        field = Field.whole(frame.image, levels, self.gradient_bins)
+        field = Field(frame.image, levels, self.gradient_bins)
         at = np.array([box.cx, box.cy, 0.0, 0.0, 1.0, 1.0])
         cues, _ = field.windows(pattern, at[None, :2], at[None, 4:])
-        model = Cue(cues.grey[0], cues.gradient[0])
+        model = cues.of(0)
         confidence = self._confidence(model, field.ring((box.cx, box.cy, *size), RING_PX))
         rival = 0.0
         if self.redetect:
@@ -131,7 +131,7 @@ class FusionWSPF(TrackerPart):
         start, image = state.start, frame.image
         start.footage.check(frame)
         particles = self._moved(state.particles, rng)
-        field = field_of(state, image, particles)
+        field = field_of(state, image)
         cues, visible = field.windows(start.pattern, particles[:, :2], particles[:, 4:])
         rho = state.confidence @ cues.like(state.model) * visible
         weights, in_view = weigh(state.weights, rho, visible, self.sigma)
