@@ -9,7 +9,7 @@ import pickle
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from multiprocessing import resource_tracker
 from multiprocessing.connection import wait
@@ -72,20 +72,21 @@ def _put_off() -> Iterator[None]:
             signal.raise_signal(signal.SIGINT)
 
 
-def beginning(function: Callable[..., None], *arguments: Any) -> dict[str, Any]:
-    """Options of a ProcessPoolExecutor whose workers first call `function(*arguments)`, and end with their parent.
+def beginning(function: Callable[..., None], *arguments: Any, inherited: Sequence[Any] = ()) -> dict[str, Any]:
+    """Options of a ProcessPoolExecutor whose workers first call `function(*inherited, *arguments)`, and end with their
+    parent. `inherited`: what is handed to a process only while it is started, such as memory that is shared.
 
     Ctrl-C ends such a worker at once and silently, also while it still imports what the function takes; its parent
     tells of it.
     """
-    return {"initializer": _begin, "initargs": (pickle.dumps((function, arguments)),)}
+    return {"initializer": _begin, "initargs": (pickle.dumps((function, arguments)), *inherited)}
 
 
-def _begin(pickled: bytes) -> None:
+def _begin(pickled: bytes, *inherited: Any) -> None:
     _answer(lambda *_: os._exit(130))
     end_with_parent()
     function, arguments = pickle.loads(pickled)
-    function(*arguments)
+    function(*inherited, *arguments)
 
 
 def ignore_interrupts() -> None:

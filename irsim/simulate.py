@@ -2,27 +2,18 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import os
-from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
-from itertools import chain
 
 from irsim.cards import source_card, source_line
+from irsim.crew import rendered
 from irsim.display import Agc, Screen
-from irsim.errors import InputError, IrsimError
-from irsim.interrupts import beginning, interrupts_held
+from irsim.errors import InputError
 from irsim.loader import dumps
 from irsim.render import Renderer
 from irsim.scenario import Scenario
 from irsim.types import CameraFacts, Frame, Input, Truth
-
-CHUNK = 16
-"""Frames that a worker renders at a time; neighbours share the memory of noise with memory."""
 
 
 class Rendering:
@@ -128,7 +119,7 @@ class Rendering:
         if jobs == 1:
             pairs: Iterable[tuple[Frame, Truth]] = map(self._renderer.frame, taken)
         else:
-            pairs = chain.from_iterable(chunk.pairs for chunk in chunks(self.scenario, taken, jobs))
+            pairs = ((each.frame, each.truth) for each in rendered(self.scenario, taken, jobs))
         screen = self._new_screen()
         for index, (frame, truth) in zip(wanted, pairs, strict=True):
             arrived = replace(frame, index=index)
@@ -160,52 +151,3 @@ def frames(scenario: Scenario, start: int = 0, stop: int | None = None, jobs: in
         what = type(given).__name__
         raise InputError(f"frames of a {what}; allowed: a Scenario (irsim.load); a Source has frames() and truths()")
     return Rendering(scenario).pairs(start, stop, jobs)
-
-
-@dataclass(frozen=True, eq=False)
-class Chunk:
-    """Frames that one worker rendered, and its process id."""
-
-    pid: int
-    pairs: list[tuple[Frame, Truth]]
-
-
-def chunks(scenario: Scenario, wanted: Sequence[int], jobs: int) -> Iterator[Chunk]:
-    """Chunks of the wanted frames, in order, by `jobs` worker processes; a few wait ahead at most.
-
-    IrsimError where a worker dies; InputError for fewer jobs than one.
-    """
-    if jobs < 1:
-        raise InputError(f"jobs {jobs}: allowed: 1 or more")
-    context = multiprocessing.get_context("spawn")  # safe with threads, the same on every system
-    pending: deque[Future[Chunk]] = deque()
-    with ProcessPoolExecutor(jobs, mp_context=context, **beginning(_prepare, scenario)) as pool:
-        try:
-            for begin in range(0, len(wanted), CHUNK):
-                with interrupts_held():
-                    pending.append(pool.submit(_render, wanted[begin : begin + CHUNK]))
-                if len(pending) > 2 * jobs:
-                    yield pending.popleft().result()
-            while pending:
-                yield pending.popleft().result()
-        except BrokenProcessPool:
-            raise IrsimError(
-                "a worker process died while it rendered; allowed: the same again, or fewer jobs"
-            ) from None
-        finally:
-            pool.shutdown(cancel_futures=True)
-
-
-_worker: Renderer
-
-
-def _prepare(scenario: Scenario) -> None:
-    global _worker  # a pool's initializer has no other way to leave something to its tasks
-    import cv2
-
-    cv2.setNumThreads(1)
-    _worker = Renderer(scenario)
-
-
-def _render(wanted: Sequence[int]) -> Chunk:
-    return Chunk(os.getpid(), [_worker.frame(index) for index in wanted])

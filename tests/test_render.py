@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import signal
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -14,10 +12,11 @@ from mesh_files import GIVEN
 
 import irsim
 from irsim.compose import overlap
+from irsim.crew import rendered
 from irsim.render import Renderer
 from irsim.scenario import Scenario
 from irsim.shapes import SHAPES
-from irsim.simulate import Rendering, chunks
+from irsim.simulate import Rendering
 from irsim.types import Floats
 
 DARK = 20.0
@@ -99,21 +98,13 @@ def test_two_processes_give_the_same_frames(tmp_path: Path) -> None:
     scenario = scene(frames=40, **NOISY)
     meeting = scene(frames=40, **{**NOISY, "camera": {**NOISY["camera"], "noise": noises}})
     alone = list(irsim.frames(scenario))
-    found = list(chunks(meeting, range(40), 2))
-    assert {chunk.pid for chunk in found} == {int(file.name) for file in tmp_path.iterdir()}
-    assert len({chunk.pid for chunk in found}) == 2
-    pairs = [pair for chunk in found for pair in chunk.pairs]
-    assert [truth for _, truth in pairs] == [truth for _, truth in alone]
-    for (frame, _), (expected, _) in zip(pairs, alone, strict=True):
-        assert frame.index == expected.index
-        assert np.array_equal(frame.image, expected.image)
-
-
-def test_a_worker_that_is_killed_is_one_line() -> None:
-    found = chunks(scene(frames=4000), range(4000), 2)
-    os.kill(next(found).pid, signal.SIGKILL)
-    with pytest.raises(irsim.IrsimError, match=r"a worker process died while it rendered"):
-        list(found)
+    found = list(rendered(meeting, range(40), 2))
+    assert {each.pid for each in found} == {int(file.name) for file in tmp_path.iterdir()}
+    assert len({each.pid for each in found}) == 2
+    assert [each.truth for each in found] == [truth for _, truth in alone]
+    for each, (expected, _) in zip(found, alone, strict=True):
+        assert each.frame.index == expected.index
+        assert np.array_equal(each.frame.image, expected.image)
 
 
 def test_truth_alone_is_the_truth_of_the_frames() -> None:

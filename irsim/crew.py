@@ -1,0 +1,104 @@
+"""Frames of a scenario in order, rendered by several processes."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+from collections import deque
+from collections.abc import Generator, Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+
+from irsim.errors import InputError, IrsimError
+from irsim.interrupts import beginning, interrupts_held
+from irsim.parcels import Parcel, Shared, pack, shared, unpack
+from irsim.render import Renderer
+from irsim.scenario import Scenario
+from irsim.types import Frame, Truth
+
+CHUNK = 16
+"""Frames that a worker renders at a time; neighbours share the memory of noise with memory."""
+
+SHORT = 8
+"""The same of large frames, or for many workers. Fewer would be no whole block of frames that share a key frame
+(`irsim.backgrounds.painting.BLOCK`)."""
+
+MOST_WAITING = 64 << 20
+"""Bytes of the frames that wait, above which chunks are short."""
+
+COUNT_BYTES = 2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rendered:
+    """A frame and its truth, and the id of the process that rendered them."""
+
+    pid: int
+    frame: Frame
+    truth: Truth
+
+
+def rendered(scenario: Scenario, wanted: Sequence[int], jobs: int) -> Generator[Rendered, None, None]:
+    """The wanted frames, in order, by `jobs` worker processes; a few chunks wait ahead at most.
+
+    IrsimError where a worker dies; InputError for fewer jobs than one.
+    """
+    if jobs < 1:
+        raise InputError(f"jobs {jobs}: allowed: 1 or more")
+    columns, rows = scenario.camera.size
+    picture = columns * rows * COUNT_BYTES
+    at_once = jobs + 2  # chunks: one with each worker, one that is next, one that is taken from
+    length = CHUNK if at_once * CHUNK * picture <= MOST_WAITING else SHORT
+    places = at_once * length
+    context = multiprocessing.get_context("spawn")  # safe with threads, the same on every system
+    pending: deque[tuple[int, Future[tuple[int, list[Parcel]]]]] = deque()
+
+    def first() -> Iterator[Rendered]:
+        """What the chunk that is asked for the longest holds; each frame is copied when it is wanted."""
+        begin, chunk = pending.popleft()
+        pid, parcels = chunk.result()
+        for number, parcel in enumerate(parcels, begin):
+            frame, truth = unpack(parcel, memory.part(number % places, picture))
+            yield Rendered(pid, frame, truth)
+
+    with (
+        shared(places * picture) as memory,
+        ProcessPoolExecutor(
+            jobs, mp_context=context, **beginning(_prepare, scenario, picture, inherited=[memory])
+        ) as pool,
+    ):
+        try:
+            for begin in range(0, len(wanted), length):
+                with interrupts_held():
+                    chunk = pool.submit(_render, wanted[begin : begin + length], begin % places)
+                    pending.append((begin, chunk))
+                if len(pending) == at_once:
+                    yield from first()
+            while pending:
+                yield from first()
+        except BrokenProcessPool:
+            raise IrsimError(
+                "a worker process died while it rendered; allowed: the same again, or fewer jobs"
+            ) from None
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+_worker: tuple[Renderer, Shared, int]
+
+
+def _prepare(memory: Shared, scenario: Scenario, picture: int) -> None:
+    global _worker  # a pool's initializer has no other way to leave something to its tasks
+    import cv2
+
+    cv2.setNumThreads(1)
+    _worker = Renderer(scenario), memory, picture
+
+
+def _render(wanted: Sequence[int], place: int) -> tuple[int, list[Parcel]]:
+    """This process's id, and the wanted frames, whose counts lie in memory from a place on."""
+    renderer, memory, picture = _worker
+    return os.getpid(), [
+        pack(renderer.frame(index), memory.part(number, picture)) for number, index in enumerate(wanted, place)
+    ]

@@ -1,0 +1,145 @@
+"""What workers hand over through memory that they share, and by the pipe where there is none."""
+
+from __future__ import annotations
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+from processes import runs
+
+import irsim
+from irsim import crew
+from irsim.crew import rendered
+from irsim.parcels import pack, shared, unpack
+
+PROC = Path("/proc/self")
+ON_LINUX = pytest.mark.skipif(sys.platform != "linux", reason="takes Linux's /proc")
+
+SCENE = ["frames=150", "camera.size=[48, 32]"]
+"""More frames than have places at once."""
+
+
+@pytest.mark.parametrize("size", [0, 1, 96, 100, 191, 192, 1000])
+def test_a_parcel_holds_its_value_however_much_room_there_is(size: int) -> None:
+    value = {"first": np.arange(48, dtype=np.uint16).reshape(6, 8), "second": np.arange(48, dtype=np.uint16)}
+    room = memoryview(bytearray(size))
+    parcel = pack(value, room)
+    assert [isinstance(array, int) for array in parcel.arrays] == [size >= 96, size >= 192]
+    found = unpack(parcel, room)
+    room[:] = b"\xff" * size  # as the next one does
+    for name, array in value.items():
+        assert np.array_equal(found[name], array)
+        assert found[name].shape == array.shape
+        found[name][:] = 0  # whoever gets a frame may write to it
+
+
+def images(jobs: int) -> list[np.ndarray]:
+    return [frame.image for frame, _ in irsim.frames(irsim.load("sky", SCENE), jobs=jobs)]
+
+
+@pytest.fixture(scope="module")
+def expected() -> list[np.ndarray]:
+    return images(1)
+
+
+@pytest.mark.parametrize("most", [crew.MOST_WAITING, 0], ids=["long-chunks", "short-chunks"])
+def test_places_that_are_used_again_change_no_frame_that_was_handed_out(
+    most: int, expected: list[np.ndarray], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(crew, "MOST_WAITING", most)
+    assert np.array_equal(images(2), expected)
+
+
+@contextmanager
+def no_file_of(size: int) -> Iterator[None]:
+    """No file of this process, in memory or not, may be so large."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+@ON_LINUX
+def test_without_shared_memory_frames_come_by_the_pipe(expected: list[np.ndarray]) -> None:
+    with no_file_of(size=1000):
+        with shared(1000) as enough, shared(1001) as none:
+            assert [len(memory.part(0, 1000)) for memory in (enough, none)] == [1000, 0]
+        assert np.array_equal(images(2), expected)
+
+
+def held() -> list[str]:
+    """The shared memory that this process has open or mapped."""
+    maps = [line.split(maxsplit=5)[-1] for line in (PROC / "maps").read_text().splitlines()]
+    opened = [os.readlink(path) for path in (PROC / "fd").iterdir() if path.is_symlink()]
+    return [name for name in (*maps, *opened) if name.startswith("/memfd:irsim")]
+
+
+def broken(pid: int) -> None:
+    raise ZeroDivisionError("in the program")
+
+
+def killed(pid: int) -> None:
+    os.kill(pid, signal.SIGKILL)
+
+
+@ON_LINUX
+@pytest.mark.parametrize(
+    ("meanwhile", "error", "said"),
+    [
+        (killed, irsim.IrsimError, "^a worker process died while it rendered; allowed: "),
+        (broken, ZeroDivisionError, "in the program"),
+    ],
+    ids=["worker-killed", "raised"],
+)
+def test_nothing_is_left_of_frames_that_nobody_takes(
+    meanwhile: Callable[[int], None], error: type[Exception], said: str
+) -> None:
+    workers = set()
+
+    def take() -> None:
+        with closing(rendered(scene(), range(4000), 2)) as frames:
+            for count, each in enumerate(frames):
+                workers.add(each.pid)
+                if count == 40:
+                    assert held()
+                    meanwhile(each.pid)
+
+    with pytest.raises(error, match=said):
+        take()
+    assert workers
+    assert not any(map(runs, workers))
+    assert not held()
+
+
+def scene() -> irsim.Scenario:
+    return irsim.load("sky", ["frames=4000", "camera.size=[48, 32]"])
+
+
+SCRIPT = """
+import irsim, os, signal
+if __name__ == "__main__":
+    for index, pair in enumerate(irsim.frames(irsim.load("sky", ["frames=4000", "camera.size=[48, 32]"]), jobs=2)):
+        if index == 40:
+            {end}
+"""
+
+
+@ON_LINUX
+@pytest.mark.parametrize("end", ["break", "raise SystemExit", "os._exit(0)", "os.kill(os.getpid(), signal.SIGKILL)"])
+def test_nobody_hears_of_memory_that_a_program_leaves_behind(end: str, tmp_path: Path) -> None:
+    """multiprocessing's own memory is told of on stderr, and taken away, when a program is killed."""
+    script = tmp_path / "script.py"
+    script.write_text(SCRIPT.format(end=end))
+    done = subprocess.run([sys.executable, "-W", "error", script], capture_output=True, text=True, check=False)
+    assert done.returncode == (-9 if "SIGKILL" in end else 0)
+    assert done.stderr == ""
