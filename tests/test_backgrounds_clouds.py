@@ -11,7 +11,8 @@ from pydantic import ValidationError
 from irsim.backgrounds import Gaze
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.drifting import Padded
-from irsim.backgrounds.fields import STEPS, Evolving, shaped, spectral, weights, wrapped_blur
+from irsim.backgrounds.fields import STEPS, Evolving, shaped, spectral, weights
+from irsim.backgrounds.periodic import wrapped_blur
 from irsim.backgrounds.sky import Clouds
 from irsim.geometry import Geometry
 from irsim.radiometry import radiance

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import cv2
 import numpy as np
@@ -32,25 +32,33 @@ Paint = Callable[[float], tuple[Floats, Floats]]
 
 
 class Padded:
-    """A square, periodic texture, repeated past its edges by `margin` px so that a frame needs no wrap.
+    """A square, periodic texture, as if repeated past its edges by `margin` px so that a frame needs no wrap.
 
     What was last seen of it is kept apart: a picture whose rows lie side by side is read in half the time.
     """
 
     def __init__(self, texture: Floats, margin: int) -> None:
         self.side = texture.shape[0]
-        repeated = cv2.copyMakeBorder(texture, 0, margin, 0, margin, cv2.BORDER_WRAP)
-        self.whole: Floats = np.asarray(repeated, np.float32)
-        self._near, self._corner = self.whole[:0, :0], (0, 0)
+        self._texture, self._margin = texture, margin
+        self._near, self._corner = texture[:0, :0], (0, 0)
+
+    @cached_property
+    def whole(self) -> Floats:
+        """With what repeats of it."""
+        return np.asarray(cv2.copyMakeBorder(self._texture, 0, self._margin, 0, self._margin, cv2.BORDER_WRAP))
 
     def window(self, column: int, row: int, width: int, height: int) -> Floats:
         """(height, width) of it from a column and a row on."""
         left, top = column - self._corner[0], row - self._corner[1]
         rows, columns = self._near.shape
         if not (0 <= left <= columns - width and 0 <= top <= rows - height):
-            left, top = min(column, AROUND), min(row, AROUND)
+            left, top = AROUND, AROUND
             self._corner = column - left, row - top
-            self._near = self.whole[row - top : row + height + AROUND, column - left : column + width + AROUND].copy()
+            across, down = (
+                np.arange(begin, begin + length + 2 * AROUND)
+                for begin, length in zip(self._corner, (width, height), strict=True)
+            )
+            self._near = self._texture.take(down, axis=0, mode="wrap").take(across, axis=1, mode="wrap")
         return self._near[top : top + height, left : left + width]
 
 

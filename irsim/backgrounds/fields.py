@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 from itertools import pairwise
 from statistics import NormalDist
@@ -98,17 +99,6 @@ def _ranks(histogram: tuple[float, ...]) -> tuple[Floats, Floats]:
     return marks, (values - values.mean()) / values.std()
 
 
-def wrapped_blur(texture: Floats, sigma_px: float) -> Floats:
-    """A periodic texture (side, side), float32, after a Gaussian blur."""
-    texture = np.asarray(texture, dtype=np.float32)
-    if sigma_px == 0:
-        return texture
-    reach = min(int(np.ceil(5 * sigma_px)), texture.shape[0])
-    wide = cv2.copyMakeBorder(texture, reach, reach, reach, reach, cv2.BORDER_WRAP)
-    soft = cv2.GaussianBlur(wide, (2 * reach + 1, 2 * reach + 1), sigma_px)
-    return np.ascontiguousarray(soft[reach:-reach, reach:-reach])
-
-
 def weights(place: float) -> list[tuple[int, float]]:
     """Numbers of the independent fields that make up an evolving one at time `place` (in periods), and their shares.
 
@@ -136,19 +126,31 @@ class Evolving:
         frequencies = np.fft.fftfreq(side)
         fx, fy = frequencies[None, :], frequencies[:, None]
         self._amplitude = _amplitude(fx, fy, beta, betas, correlation_px, stretch).astype(np.float32)[..., None]
-        self._fields: dict[int, Floats] = {}
+        self._fields: dict[int, tuple[Floats, Floats]] = {}
 
-    def _pair(self, number: int) -> Floats:
-        """(side, side, 2) float32: independent fields, the real and imaginary parts of one transform."""
+    def _pair(self, number: int) -> tuple[Floats, Floats]:
+        """Independent fields, (side, side) float32 each: the real and the imaginary part of one transform."""
         if number not in self._fields:
             white = normals((self.side, self.side, 2), self.seed, self.name, "evolving", number)
-            self._fields[number] = np.asarray(cv2.dft(white * self._amplitude, flags=cv2.DFT_INVERSE))
+            real, imaginary = cv2.split(cv2.dft(white * self._amplitude, flags=cv2.DFT_INVERSE))
+            self._fields[number] = np.asarray(real), np.asarray(imaginary)
         return self._fields[number]
 
     def at(self, place: float) -> tuple[Floats, Floats]:
         """Both fields, (side, side) float32 each, at a time in periods."""
         shares = weights(place)
-        mix = sum(self._pair(j) * np.float32(share) for j, share in shares)
+        pairs = [(self._pair(j), share) for j, share in shares]
         self._fields = {j: self._fields[j] for j, _ in shares}
-        first, second = (np.ascontiguousarray(np.asarray(mix)[..., i]) for i in range(2))
-        return first / first.std(), second / second.std()
+        first, second = (_mixed([(pair[i], share) for pair, share in pairs]) for i in range(2))
+        return first, second
+
+
+def _mixed(parts: Sequence[tuple[Floats, float]]) -> Floats:
+    """The sum of fields, each times its share, float32, of variance 1 anew."""
+    (first, share), *others = parts
+    total = first * np.float32(share)
+    for each, part in others:
+        cv2.scaleAdd(each, part, total, dst=total)
+    _, deviation = cv2.meanStdDev(total)
+    total *= np.float32(1 / deviation.item())
+    return total

@@ -16,12 +16,13 @@ from irsim.atmosphere import Atmosphere
 from irsim.backgrounds.base import FARTHEST, Background, Gaze, Layer
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.drifting import Drifting
-from irsim.backgrounds.fields import Betas, Evolving, Histogram, shaped, spectral, wrapped_blur
+from irsim.backgrounds.fields import Betas, Evolving, Histogram, shaped, spectral
 from irsim.backgrounds.painting import Painting
+from irsim.backgrounds.periodic import coarseness, enlarged, shrunk, wrapped_blur
 from irsim.backgrounds.texture import Tile, tile_side
 from irsim.climate import ClimateName
 from irsim.kinds import Kelvin, KelvinSpread, Name, NotNegative, Number, Pair, Part, Positive, Range, Several
-from irsim.radiometry import Band, radiance
+from irsim.radiometry import Band, radiance, radiances
 from irsim.stage import Stage
 from irsim.types import Floats
 
@@ -157,10 +158,9 @@ class Clouds(Part):
         thickness = shaped(thickness, self.histogram)
         above = np.maximum(thickness - self._edge, 0)
         transmittance = np.exp(-self.depth * above)
-        kelvin = np.maximum(self.temperature_k + self.texture_k * warmth, 1.0)
-        light = radiance(stage.band, kelvin)
+        light = radiances(stage.band, np.maximum(self.temperature_k + self.texture_k * warmth, 1.0))
         if self.sunlit_k:
-            light = light + self._sunlight(thickness, above, stage)
+            light += self._sunlight(thickness, above, stage)
         cover = 1 - transmittance
         return transmittance, stage.through(cover * light, cover, self.range_m, stage.geometry.elevation_rad)
 
@@ -178,14 +178,17 @@ class Clouds(Part):
         than twice the rms slope is as bright as can be.
         """
         sigma = max(self.correlation_mrad * 1e-3 / stage.geometry.ifov_rad / 40, 1.0)
-        smooth = wrapped_blur(thickness, sigma)
+        coarse = coarseness(sigma)
+        smooth = wrapped_blur(shrunk(thickness, coarse), sigma / coarse)
         angle = np.radians(self.sun_deg)
-        across = (np.roll(smooth, -1, axis=1) - np.roll(smooth, 1, axis=1)) / 2
-        down = (np.roll(smooth, -1, axis=0) - np.roll(smooth, 1, axis=0)) / 2
-        falling = np.cos(angle) * down - np.sin(angle) * across  # the sun is at (sin, -cos), y down
-        facing = np.clip(falling / (2 * falling.std() + 1e-12), 0, 1)
+        across = np.roll(smooth, -1, axis=1) - np.roll(smooth, 1, axis=1)
+        down = np.roll(smooth, -1, axis=0) - np.roll(smooth, 1, axis=0)
+        falling = float(np.cos(angle)) * down - float(np.sin(angle)) * across  # the sun is at (sin, -cos), y down
+        facing = np.clip(falling / (2 * falling.std() + np.float32(1e-12)), 0, 1)
         glow = radiance(stage.band, self.temperature_k + self.sunlit_k) - radiance(stage.band, self.temperature_k)
-        return np.asarray(glow * facing * np.exp(-above))
+        lit = enlarged(facing * np.float32(glow), coarse)
+        lit *= np.exp(-above)
+        return lit
 
 
 @dataclass(frozen=True, eq=False)
