@@ -47,8 +47,7 @@ def normals(
     """
     if COMPILED:
         values = np.empty(shape, np.float32) if out is None else out
-        places, tails = outer(kernels.normals(*begun(seed, *address), values))
-        values.reshape(-1)[places] = tails
+        kernels.normals(*begun(seed, *address), values)
         return values
     return _normals_plain(shape, bits(seed, *address), out)
 
@@ -69,18 +68,11 @@ def _normals_plain(
     return values
 
 
-def begun(seed: int, *address: Address) -> tuple[bytes, npt.NDArray[np.float32], int]:
+def begun(seed: int, *address: Address) -> tuple[bytes, npt.NDArray[np.float32], Floats, int]:
     """What the compiled loops draw the normals of an address from."""
-    from irsim.normal import REFINED, cell_means
+    from irsim.normal import REFINED, cell_means, deep_table
 
-    return _digest(seed, *address), cell_means(), REFINED
-
-
-def outer(found: bytes) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.float32]]:
-    """Of what a compiled loop returns that draws: the places, flat, of the normals that it took for 0, as they are
-    of the table's outer cells, and those normals."""
-    places, words, further = np.frombuffer(found, np.uint64).reshape(-1, 3).T
-    return places.astype(np.intp), _tails(words.astype(np.uint16), further).astype(np.float32)
+    return _digest(seed, *address), cell_means(), deep_table(), REFINED
 
 
 def _tails(words: npt.NDArray[np.uint16], further: npt.NDArray[np.uint64]) -> Floats:

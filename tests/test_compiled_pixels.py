@@ -38,15 +38,21 @@ def test_normals_are_those_of_the_plain_loop(length: int, seed: int) -> None:
 
 
 def test_a_wrong_seed_or_table_is_refused() -> None:
-    seed, table, refined = rng.begun(1, "a")
+    seed, table, deep, refined = rng.begun(1, "a")
     out = np.zeros(8, np.float32)
-    for wrong in ((seed[1:], table, refined), (seed, table[1:], refined), (seed, table, -1), (seed, table, 40_000)):
+    for wrong in (
+        (seed[1:], table, deep, refined),
+        (seed, table[1:], deep, refined),
+        (seed, table, deep[1:], refined),
+        (seed, table, deep, -1),
+        (seed, table, deep, refined + 1),
+    ):
         with pytest.raises(ValueError, match="wanted"):
             kernels.normals(*wrong, out)
     with pytest.raises(TypeError):
-        kernels.normals(seed, table, refined, out.astype(float))
+        kernels.normals(seed, table, deep, refined, out.astype(float))
     with pytest.raises(ValueError, match="read-only"):
-        kernels.normals(seed, table, refined, cell_means())
+        kernels.normals(seed, table, deep, refined, cell_means())
     assert not out.any()
 
 

@@ -7,12 +7,9 @@ Float32 = npt.NDArray[np.float32]
 Float64 = npt.NDArray[np.floating]
 Int64 = npt.NDArray[np.int64]
 
-def normals(seed: bytes, table: Float32, refined: int, out: Float32, /) -> bytes:
-    """Fill `out` with unit normals from the table by the 16-bit words of an SFC64 generator of a seed of 32 bytes.
-
-    Those of the `refined` cells at either end are 0. Of them the bytes tell, 64 bits each: place, word +
-    refined (mod 2^16), and a further word of the generator.
-    """
+def normals(seed: bytes, table: Float32, deep: Float64, refined: int, out: Float32, /) -> None:
+    """Fill `out` with unit normals from the table by the 16-bit words of an SFC64 generator of a seed of 32 bytes;
+    those of the `refined` cells at either end are from `deep`, see `irsim.normal.deep_quantile`."""
 
 def signal_of(light: Float32, out: Float32, linear: float, root: float, zero: float, /) -> None:
     """out = linear light + root sqrt(light) + zero, light below 0 taken for 0."""
@@ -43,14 +40,15 @@ def veil(
 ) -> None:
     """light = light passed + emitted, of such fields."""
 
-# What follows draws so, too, and uses each normal at once: those that are 0 have added nothing yet.
+# What follows draws so, too, and uses each normal at once.
 
-def add_normals(seed: bytes, table: Float32, refined: int, signal: Float32, scale: float, /) -> bytes:
+def add_normals(seed: bytes, table: Float32, deep: Float64, refined: int, signal: Float32, scale: float, /) -> None:
     """signal += scale normal."""
 
 def add_lines_and_normals(
     seed: bytes,
     table: Float32,
+    deep: Float64,
     refined: int,
     signal: Float32,
     down: Float32,
@@ -58,15 +56,18 @@ def add_lines_and_normals(
     lines: float,
     pixels: float,
     /,
-) -> bytes:
+) -> None:
     """signal += lines (down + across) + pixels normal: (rows, cols), of (rows,) and (cols,)."""
 
-def add_shot(seed: bytes, table: Float32, refined: int, signal: Float32, read_variance: float, well: float, /) -> bytes:
+def add_shot(
+    seed: bytes, table: Float32, deep: Float64, refined: int, signal: Float32, read_variance: float, well: float, /
+) -> None:
     """signal += normal sqrt(signal + read_variance), without the signal where it is `well` or more."""
 
 def bridge(
     seed: bytes,
     table: Float32,
+    deep: Float64,
     refined: int,
     before: Float32,
     after: Float32,
@@ -74,7 +75,7 @@ def bridge(
     spread: float,
     out: Float32,
     /,
-) -> bytes:
+) -> None:
     """out = weight (before + after) + spread normal."""
 
 def lay(

@@ -3,7 +3,16 @@
 
 #define CELLS 65536
 #define BLOCK 1024 /* normals at a time, a multiple of 4: they stay in the first-level cache */
-#define WORDS 3    /* of an outer cell's record */
+
+/* The table of the tails begins with the quantile of 2^-82 and has 2^8 steps to a doubling; see irsim/normal.py. */
+#define DEEPEST ((uint64_t)(1023 - 82))
+#define DEPTHS 8
+#define DEEP_LENGTH ((82 - 12) * (1 << DEPTHS) + 2)
+
+typedef struct {
+    Py_ssize_t place;
+    uint16_t word;
+} Record;
 
 #if defined(__GNUC__)
 #define RARE __attribute__((noinline, cold))
@@ -12,7 +21,7 @@
 #endif
 
 typedef struct {
-    uint64_t *records;
+    Record *records;
     Py_ssize_t count, room;
 } Outer;
 
@@ -21,29 +30,44 @@ static RARE int note(Outer *outer, Py_ssize_t place, uint16_t word)
 {
     if (outer->count == outer->room) {
         Py_ssize_t room = 2 * outer->room + 64;
-        uint64_t *records = PyMem_Realloc(outer->records, (size_t)room * WORDS * sizeof *records);
+        Record *records = PyMem_Realloc(outer->records, (size_t)room * sizeof *records);
         if (records == NULL)
             return -1;
         outer->records = records;
         outer->room = room;
     }
-    outer->records[WORDS * outer->count] = (uint64_t)place;
-    outer->records[WORDS * outer->count + 1] = word;
-    outer->count++;
+    outer->records[outer->count++] = (Record){place, word};
     return 0;
+}
+
+/* The normal of a word in an outer cell, counted from the upper end on and then from the lower; `further` places it
+ * within its cell. */
+static float tail(const double *deep, uint16_t refined, uint16_t word, uint64_t further)
+{
+    const int upper = word < refined;
+    const double from_end = upper ? refined - 1 - word : word - refined;
+    const double p = (from_end + ((double)further + 0.5) * 0x1p-64) / CELLS;
+    uint64_t bits;
+    memcpy(&bits, &p, sizeof bits);
+    const uint64_t place = (bits >> (52 - DEPTHS)) - (DEEPEST << DEPTHS);
+    const double share = (double)(bits & ((UINT64_C(1) << (52 - DEPTHS)) - 1)) * (1.0 / (UINT64_C(1) << (52 - DEPTHS)));
+    const double value = deep[place] + share * (deep[place + 1] - deep[place]);
+    return (float)(upper ? -value : value);
 }
 
 int drawing(Arrays *arrays, PyObject *const *given, Drawing *drawn)
 {
-    Py_ssize_t bytes = 0, cells = 0;
+    Py_ssize_t bytes = 0, cells = 0, depths = 0;
     const char *seed = array(arrays, given[0], "B", 0, &bytes);
     uint32_t entropy[ENTROPY_WORDS];
     drawn->table = seed ? array(arrays, given[1], "f", 0, &cells) : NULL;
-    long refined = drawn->table ? PyLong_AsLong(given[2]) : -1;
+    drawn->deep = drawn->table ? array(arrays, given[2], "d", 0, &depths) : NULL;
+    long refined = drawn->deep ? PyLong_AsLong(given[3]) : -1;
     if (PyErr_Occurred())
         return -1;
-    if (bytes != sizeof entropy || cells != CELLS || refined < 0 || refined > CELLS / 2 - 1) {
-        PyErr_SetString(PyExc_ValueError, "a seed of 32 bytes, a table of 65536 and its outer cells are wanted");
+    if (bytes != sizeof entropy || cells != CELLS || depths != DEEP_LENGTH || refined < 0 || refined > CELLS >> 12) {
+        PyErr_SetString(PyExc_ValueError, "a seed of 32 bytes, a table of 65536, one of tails and the cells that it "
+                                          "stands for are wanted");
         return -1;
     }
     memcpy(entropy, seed, sizeof entropy);
@@ -52,7 +76,7 @@ int drawing(Arrays *arrays, PyObject *const *given, Drawing *drawn)
     return 0;
 }
 
-PyObject *draw(Drawing *drawn, Py_ssize_t length, Use use, void *with)
+PyObject *draw(Drawing *drawn, Py_ssize_t length, Use use, Use mend, void *with)
 {
     float block[BLOCK];
     Outer outer = {NULL, 0, 0};
@@ -75,13 +99,14 @@ PyObject *draw(Drawing *drawn, Py_ssize_t length, Use use, void *with)
         }
         use(block, from, count, with);
     }
-    while (outer.count > 0 && outer.records[WORDS * (outer.count - 1)] >= (uint64_t)length)
+    while (outer.count > 0 && outer.records[outer.count - 1].place >= length)
         outer.count--; /* the last word has parts that no one asked for */
-    for (Py_ssize_t i = 0; i < outer.count; i++)
-        outer.records[WORDS * i + 2] = next_word(&source);
-    PyObject *found = PyBytes_FromStringAndSize((const char *)outer.records, outer.count * WORDS * 8);
+    for (Py_ssize_t i = 0; i < outer.count; i++) {
+        const float value = tail(drawn->deep, refined, outer.records[i].word, next_word(&source));
+        mend(&value, outer.records[i].place, 1, with);
+    }
     PyMem_Free(outer.records);
-    return found;
+    Py_RETURN_NONE;
 failed:
     PyMem_Free(outer.records);
     return PyErr_NoMemory();
@@ -92,23 +117,23 @@ static void store(const float *drawn, Py_ssize_t from, Py_ssize_t count, void *w
     memcpy((float *)with + from, drawn, (size_t)count * sizeof *drawn);
 }
 
-/* normals(seed, table, refined, out) */
+/* normals(seed, table, deep, refined, out) */
 PyObject *normals(PyObject *self, PyObject *const *given, Py_ssize_t count)
 {
     (void)self;
     Arrays arrays = {.count = 0};
     Drawing drawn;
     Py_ssize_t length;
-    PyObject *outer = NULL;
+    PyObject *done = NULL;
     if (count != DRAWING_ARGUMENTS + 1) {
-        PyErr_SetString(PyExc_TypeError, "normals takes 4 arguments");
+        PyErr_SetString(PyExc_TypeError, "normals takes 5 arguments");
         return NULL;
     }
     if (drawing(&arrays, given, &drawn) == 0) {
         float *out = array(&arrays, given[DRAWING_ARGUMENTS], "f", 1, &length);
         if (out != NULL)
-            outer = draw(&drawn, length, store, out);
+            done = draw(&drawn, length, store, store, out);
     }
     release(&arrays);
-    return outer;
+    return done;
 }

@@ -5,14 +5,15 @@
 #include "arguments.h"
 #include "sfc64.h"
 
-/* What every function that draws takes first: (seed, table, refined). */
+/* What every function that draws takes first: (seed, table, deep, refined). */
 typedef struct {
     Sfc64 source;
     const float *table;
+    const double *deep;
     uint16_t refined;
 } Drawing;
 
-#define DRAWING_ARGUMENTS 3
+#define DRAWING_ARGUMENTS 4
 
 /* Uses `count` normals, those of the elements `from` on; `with` is what draw() was given. */
 typedef void (*Use)(const float *drawn, Py_ssize_t from, Py_ssize_t count, void *with);
@@ -20,9 +21,9 @@ typedef void (*Use)(const float *drawn, Py_ssize_t from, Py_ssize_t count, void 
 /* Reads the arguments that every function begins with: 0, or -1 with an exception. */
 int drawing(Arrays *arrays, PyObject *const *given, Drawing *drawn);
 
-/* Draws `length` normals. Those of words in the table's `refined` cells at either end are 0; they are returned for the
- * caller to make up for: as bytes of (place, word + refined, further word), 64 bits each. */
-PyObject *draw(Drawing *drawn, Py_ssize_t length, Use use, void *with);
+/* Draws `length` normals: None, or NULL with an exception. Those of words in the table's `refined` cells at either end
+ * are taken for 0 by `use`, and made up for when all others are drawn, one by one, by `mend`. */
+PyObject *draw(Drawing *drawn, Py_ssize_t length, Use use, Use mend, void *with);
 
 PyObject *normals(PyObject *self, PyObject *const *given, Py_ssize_t count);
 

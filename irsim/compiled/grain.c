@@ -55,6 +55,15 @@ INLINED void lined(const float *drawn, Py_ssize_t from, Py_ssize_t count, void *
 }
 BOTH(lined)
 
+/* The same of normals whose lines are added already. */
+INLINED void lone(const float *drawn, Py_ssize_t from, Py_ssize_t count, void *with, int fused)
+{
+    const Lined *to = with;
+    for (Py_ssize_t i = 0; i < count; i++)
+        to->signal[from + i] = plus(to->signal[from + i], drawn[i], to->pixels, fused);
+}
+BOTH(lone)
+
 typedef struct {
     float *signal;
     float read_variance, well;
@@ -108,7 +117,7 @@ static int so_many(const char *name, Py_ssize_t given, Py_ssize_t wanted)
     return 0;
 }
 
-/* add_normals(seed, table, refined, signal, scale) */
+/* add_normals(seed, table, deep, refined, signal, scale) */
 PyObject *add_normals(PyObject *self, PyObject *const *given, Py_ssize_t count)
 {
     (void)self;
@@ -116,15 +125,15 @@ PyObject *add_normals(PyObject *self, PyObject *const *given, Py_ssize_t count)
     Drawing drawn;
     Scaled to;
     Py_ssize_t length;
-    PyObject *outer = NULL;
-    if (so_many("add_normals", count, 5) && drawing(&arrays, given, &drawn) == 0 &&
-        (to.signal = array(&arrays, given[3], "f", 1, &length)) != NULL && numbers(given, 4, 1, &to.scale) == 0)
-        outer = draw(&drawn, length, CHOSEN(scaled), &to);
+    PyObject *done = NULL;
+    if (so_many("add_normals", count, 6) && drawing(&arrays, given, &drawn) == 0 &&
+        (to.signal = array(&arrays, given[4], "f", 1, &length)) != NULL && numbers(given, 5, 1, &to.scale) == 0)
+        done = draw(&drawn, length, CHOSEN(scaled), CHOSEN(scaled), &to);
     release(&arrays);
-    return outer;
+    return done;
 }
 
-/* add_lines_and_normals(seed, table, refined, signal, down, across, lines, pixels) */
+/* add_lines_and_normals(seed, table, deep, refined, signal, down, across, lines, pixels) */
 PyObject *add_lines_and_normals(PyObject *self, PyObject *const *given, Py_ssize_t count)
 {
     (void)self;
@@ -133,23 +142,23 @@ PyObject *add_lines_and_normals(PyObject *self, PyObject *const *given, Py_ssize
     Lined to;
     Py_ssize_t length, rows;
     float scales[2];
-    PyObject *outer = NULL;
-    if (so_many("add_lines_and_normals", count, 8) && drawing(&arrays, given, &drawn) == 0 &&
-        (to.signal = array(&arrays, given[3], "f", 1, &length)) != NULL &&
-        (to.down = array(&arrays, given[4], "f", 0, &rows)) != NULL &&
-        (to.across = array(&arrays, given[5], "f", 0, &to.columns)) != NULL && numbers(given, 6, 2, scales) == 0) {
+    PyObject *done = NULL;
+    if (so_many("add_lines_and_normals", count, 9) && drawing(&arrays, given, &drawn) == 0 &&
+        (to.signal = array(&arrays, given[4], "f", 1, &length)) != NULL &&
+        (to.down = array(&arrays, given[5], "f", 0, &rows)) != NULL &&
+        (to.across = array(&arrays, given[6], "f", 0, &to.columns)) != NULL && numbers(given, 7, 2, scales) == 0) {
         to.lines = scales[0];
         to.pixels = scales[1];
         if (rows * to.columns == length)
-            outer = draw(&drawn, length, CHOSEN(lined), &to);
+            done = draw(&drawn, length, CHOSEN(lined), CHOSEN(lone), &to);
         else
             PyErr_SetString(PyExc_ValueError, "a number for each row and column of the signal is wanted");
     }
     release(&arrays);
-    return outer;
+    return done;
 }
 
-/* add_shot(seed, table, refined, signal, read_variance, well) */
+/* add_shot(seed, table, deep, refined, signal, read_variance, well) */
 PyObject *add_shot(PyObject *self, PyObject *const *given, Py_ssize_t count)
 {
     (void)self;
@@ -158,18 +167,18 @@ PyObject *add_shot(PyObject *self, PyObject *const *given, Py_ssize_t count)
     Shot to;
     Py_ssize_t length;
     float limits[2];
-    PyObject *outer = NULL;
-    if (so_many("add_shot", count, 6) && drawing(&arrays, given, &drawn) == 0 &&
-        (to.signal = array(&arrays, given[3], "f", 1, &length)) != NULL && numbers(given, 4, 2, limits) == 0) {
+    PyObject *done = NULL;
+    if (so_many("add_shot", count, 7) && drawing(&arrays, given, &drawn) == 0 &&
+        (to.signal = array(&arrays, given[4], "f", 1, &length)) != NULL && numbers(given, 5, 2, limits) == 0) {
         to.read_variance = limits[0];
         to.well = limits[1];
-        outer = draw(&drawn, length, CHOSEN(shot), &to);
+        done = draw(&drawn, length, CHOSEN(shot), CHOSEN(shot), &to);
     }
     release(&arrays);
-    return outer;
+    return done;
 }
 
-/* bridge(seed, table, refined, before, after, weight, spread, out) */
+/* bridge(seed, table, deep, refined, before, after, weight, spread, out) */
 PyObject *bridge(PyObject *self, PyObject *const *given, Py_ssize_t count)
 {
     (void)self;
@@ -178,18 +187,18 @@ PyObject *bridge(PyObject *self, PyObject *const *given, Py_ssize_t count)
     Bridge to;
     Py_ssize_t length, before, after;
     float scales[2];
-    PyObject *outer = NULL;
-    if (so_many("bridge", count, 8) && drawing(&arrays, given, &drawn) == 0 &&
-        (to.before = array(&arrays, given[3], "f", 0, &before)) != NULL &&
-        (to.after = array(&arrays, given[4], "f", 0, &after)) != NULL &&
-        (to.out = array(&arrays, given[7], "f", 1, &length)) != NULL && numbers(given, 5, 2, scales) == 0) {
+    PyObject *done = NULL;
+    if (so_many("bridge", count, 9) && drawing(&arrays, given, &drawn) == 0 &&
+        (to.before = array(&arrays, given[4], "f", 0, &before)) != NULL &&
+        (to.after = array(&arrays, given[5], "f", 0, &after)) != NULL &&
+        (to.out = array(&arrays, given[8], "f", 1, &length)) != NULL && numbers(given, 6, 2, scales) == 0) {
         to.weight = scales[0];
         to.spread = scales[1];
         if (before == length && after == length)
-            outer = draw(&drawn, length, CHOSEN(bridged), &to);
+            done = draw(&drawn, length, CHOSEN(bridged), CHOSEN(bridged), &to);
         else
             PyErr_SetString(PyExc_ValueError, "states of one length are wanted");
     }
     release(&arrays);
-    return outer;
+    return done;
 }

@@ -14,7 +14,6 @@ from pydantic_core import PydanticCustomError
 from irsim.compiled import COMPILED, kernels
 from irsim.detector.base import Additive, Moment, Ratio, read_only
 from irsim.detector.bridge import Bridge
-from irsim.detector.grain import add_outer
 from irsim.detector.response import Response
 from irsim.detector.scratch import scratch
 from irsim.rng import begun, normals
@@ -101,11 +100,7 @@ class Process(Bridge[Floats]):
         spread = math.sqrt(math.tanh(self.decay * distance))
         if COMPILED:
             state = np.empty(self.shape, np.float32)
-            add_outer(
-                state,
-                spread,
-                kernels.bridge(*begun(self.seed, *self.address, index), before, after, weight, spread, state),
-            )
+            kernels.bridge(*begun(self.seed, *self.address, index), before, after, weight, spread, state)
             return read_only(state)
         mean = cv2.addWeighted(before, weight, after, weight, 0)
         drawn = normals(self.shape, self.seed, *self.address, index, out=scratch(self.shape, "bridge"))

@@ -9,7 +9,7 @@ import numpy as np
 
 from irsim.compiled import COMPILED, kernels
 from irsim.detector.base import Additive, Moment, Ratio, read_only
-from irsim.detector.grain import add_normals, add_outer
+from irsim.detector.grain import add_normals
 from irsim.detector.response import Response
 from irsim.rng import begun, normals
 from irsim.types import Floats
@@ -52,10 +52,7 @@ class Noise3d(Additive):
         pixels = self.tvh * response.noise
         lines = bool(self.t or self.tv or self.th)
         if COMPILED and lines and self.tvh:
-            found = kernels.add_lines_and_normals(
-                *begun(*address), signal, *self._lines(moment), response.noise, pixels
-            )
-            add_outer(signal, pixels, found)
+            kernels.add_lines_and_normals(*begun(*address), signal, *self._lines(moment), response.noise, pixels)
             return
         if lines:
             # A product of two numbers a row by two a column adds all of them in one pass.

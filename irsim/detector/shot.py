@@ -9,7 +9,7 @@ from irsim.compiled import COMPILED, kernels
 from irsim.detector.base import Moment, Noise
 from irsim.detector.response import Response
 from irsim.detector.scratch import scratch
-from irsim.rng import begun, bits, normals, outer
+from irsim.rng import begun, bits, normals
 from irsim.types import Floats
 
 EXACT_E = 200.0
@@ -31,8 +31,7 @@ class Shot(Noise):
         address = moment.seed, "noise", self.name, moment.index
         least = signal.min()
         if COMPILED and least >= EXACT_E:
-            found = kernels.add_shot(*begun(*address), signal, response.read**2, response.well)
-            _add_outer(signal, found, response)
+            kernels.add_shot(*begun(*address), signal, response.read**2, response.well)
             return
         drawn = normals(moment.shape, *address, out=scratch(moment.shape, "drawn"))
         low = signal < EXACT_E if least < EXACT_E else None
@@ -49,16 +48,6 @@ class Shot(Noise):
 
     def variance(self, signal: Floats, response: Response, moment: Moment, fixed: bool) -> Floats | float:
         return np.maximum(signal, 0).astype(np.float64) + response.read**2
-
-
-def _add_outer(signal: Floats, found: bytes, response: Response) -> None:
-    """Add the noise that the compiled loop left out, as it says by `found`; in place."""
-    places, tails = outer(found)
-    if places.size:
-        held = signal.reshape(-1)[places]
-        variance = np.where(held >= response.well, 0, held) + np.float32(response.read**2)
-        cv2.accumulateProduct(np.sqrt(variance), tails, held)
-        signal.reshape(-1)[places] = held
 
 
 def poisson(means: Floats, uniform: Floats) -> Floats:
