@@ -136,12 +136,13 @@ def deep_quantile(p: Floats) -> Floats:
     place = (bits >> _SHIFT) - (int(np.float64(_DEEPEST).view(np.int64)) >> _SHIFT)
     share = (bits & ((1 << _SHIFT) - 1)) * 2.0**-_SHIFT
     table = deep_table()
-    return table[place] + share * (table[place + 1] - table[place])
+    return np.asarray(table[place] + share * (table[place + 1] - table[place]))
 
 
 @lru_cache
 def deep_table() -> Floats:
-    """The quantiles of p = _DEEPEST (1 + j / DEPTHS) 2^i, read-only, float64; the last one twice, for p rounded up to it."""
+    """The quantiles of p = _DEEPEST (1 + j / DEPTHS) 2^i, read-only, float64; the last one twice, for p rounded up to
+    it."""
     halvings = round(math.log2(REFINED / CELLS / _DEEPEST))
     within = 1 + np.arange(DEPTHS) / DEPTHS
     p = (_DEEPEST * 2.0 ** np.arange(halvings)[:, None] * within).ravel()

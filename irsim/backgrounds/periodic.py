@@ -7,9 +7,9 @@ import numpy as np
 
 from irsim.types import Floats
 
-FINE = 2.5
-"""Sigma, px, of a blur after which a picture is still told well by its pixels: what a cubic through them misses is
-under a thousandth (its spectrum at half their rate is exp(-(pi FINE)^2 / 2), 4e-14)."""
+FINE = 5.0
+"""Sigma, px, of a blur after which a picture is still told well by its pixels: OpenCV's cubic through them misses a
+hundredth of it."""
 
 
 def wrapped_blur(texture: Floats, sigma_px: float) -> Floats:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import cv2
-import numpy as np
 
 from irsim.compiled import COMPILED, kernels
 from irsim.detector.scratch import scratch
