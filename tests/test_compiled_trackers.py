@@ -16,7 +16,7 @@ from tracker_scenes import blob, follow
 import irtrack
 from irsim.types import Box, Image
 from irtrack.compiled import COMPILED, kernels
-from irtrack.features import cues, histogram, mean_shift, velocity
+from irtrack.features import cues, highpass, histogram, mean_shift, velocity
 from irtrack.features.quantise import Quantiser
 from irtrack.features.window import Window
 from irtrack.filters import motion, resampling
@@ -126,6 +126,19 @@ def test_cues_at_no_place_are_none() -> None:
     assert cue.grey[:, 0].tolist() == [0, 0, 0, 0, 1]
     assert visible.tolist() == [0, 0, 0, 0, pytest.approx(1)]
     assert not cue.gradient.any()
+
+
+@given(pictures(), st.integers(1, 40), st.integers(3, 16), st.booleans(), st.sampled_from([0.5, 2.7, 55.0, 1e6]), seeds)
+def test_high_passed_pictures(image: Image, L: int, m: int, full: bool, gain: float, seed: int) -> None:
+    """Wholes and parts, with neighbourhoods beyond the frame and of more samples than there is a loop for."""
+    kernel = highpass.full_kernel(L) if full else highpass.ring_kernel(L, m)
+    high_pass = highpass.HighPass(kernel, 1, gain)
+    whole = high_pass(image)
+    first, end = np.sort(np.random.default_rng(seed).integers(0, np.array(image.shape) + 1, (2, 2)), axis=0)
+    part = slice(first[0], end[0]), slice(first[1], end[1])
+    assert high_pass.view(image)[part].tolist() == whole[part].tolist()
+    with plain():
+        assert high_pass(image).tolist() == whole.tolist()
 
 
 @given(st.lists(st.floats(0, 1), min_size=1, max_size=300), st.floats(0, 2000), seeds)
@@ -241,7 +254,14 @@ def test_wrong_calls_are_errors() -> None:
     places, corners = np.zeros(2, np.intp), np.zeros((2, 2), np.intp)
     single, box = np.zeros(4, np.float32), np.zeros((1, 2))
     sights = image, table, two, two, box, box
+    ring, nothing, part = highpass.ring_kernel(1, 4), np.zeros((3, 3), np.float32), image.copy()
     wrong: list[Callable[[], object]] = [
+        lambda: kernels.high_pass(image, ring, 1.0, 1, 0, part),
+        lambda: kernels.high_pass(image, ring, 1.0, 0, -1, part),
+        lambda: kernels.high_pass(image, ring[:2], 1.0, 0, 0, part),
+        lambda: kernels.high_pass(image, nothing, 1.0, 0, 0, part),
+        lambda: kernels.high_pass(image, -ring, 1.0, 0, 0, part),
+        lambda: kernels.high_pass(image, nothing + np.float32(0.5), 1.0, 0, 0, part),
         lambda: kernels.window_gradients(*sights[:5], three, single, single),
         lambda: kernels.window_gradients(*sights[:2], two[:0], *sights[3:], single, single),
         lambda: kernels.window_gradients(*sights, single, single[:3]),
@@ -270,7 +290,7 @@ def test_wrong_calls_are_errors() -> None:
         lambda: kernels.mean_shift(image, table, 2.0, 2.0, two, 9, 0.1, two, two, two),
     ]  # fmt: skip
     for call in wrong:
-        with pytest.raises(ValueError, match=r"do not agree|out of range|beyond|away|bin for each|mismatch"):
+        with pytest.raises(ValueError, match=r"do not agree|out of range|without|beyond|away|bin for each|mismatch"):
             call()
     with pytest.raises(IndexError):
         kernels.ar2_drawn(two, two, places + 1, 1.0, two, np.zeros(4), np.zeros(4), np.zeros(4))

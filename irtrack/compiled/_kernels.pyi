@@ -82,6 +82,12 @@ def window_cues(
     """Counts the same windows: writes histograms (N, bins) of grey levels by the kernel (R, C), of angles by strength
     (n, R, C) where edges (R, C) are, each summing to one, and the kernel's visible shares (N,), 1 if all is visible."""
 
+def high_pass(
+    image: Image, kernel: Singles, gain: float, left: int, top: int, picture: npt.NDArray[np.uint8], /
+) -> bool:
+    """Writes the high-passed picture (rows, columns) of a part of an image with its corner at (left, top), by a kernel
+    (2L+1, 2L+1) that says how often each pixel counts. False, with nothing written, where it has too many samples."""
+
 def bhattacharyya(p: Floats, q: Floats, rho: Floats, /) -> None:
     """Writes rho (N,) of histograms p (N, bins or more) to one, q (bins,)."""
 

@@ -25,9 +25,8 @@ static inline int wrong(const char *what)
     return 0;
 }
 
-/* Takes the arguments `image` (rows, columns) of uint8 or uint16 and `table` of uint16; 0 with an exception where
- * they are none, or the table lacks a level. */
-static inline int picture(Arrays *arrays, PyObject *image, PyObject *table, Picture *taken)
+/* Takes the argument `image` (rows, columns) of uint8 or uint16; 0 with an exception where it is none. */
+static inline int levels(Arrays *arrays, PyObject *image, Picture *taken)
 {
     Py_buffer *view = &arrays->of[arrays->count];
     if (PyObject_GetBuffer(image, view, PyBUF_C_CONTIGUOUS | PyBUF_FORMAT) < 0)
@@ -35,22 +34,33 @@ static inline int picture(Arrays *arrays, PyObject *image, PyObject *table, Pict
     arrays->count++;
     if (view->ndim != 2 || view->format == NULL || (strcmp(view->format, "B") != 0 && strcmp(view->format, "H") != 0))
         return wrong("a picture of uint8 or uint16 is wanted");
-    Py_ssize_t levels;
     taken->levels = view->buf;
     taken->rows = view->shape[0];
     taken->columns = view->shape[1];
     taken->bytes = view->itemsize;
-    taken->table = array(arrays, table, "H", 0, &levels);
+    return 1;
+}
+
+static inline uint16_t level_at(const Picture *picture, Py_ssize_t at)
+{
+    return picture->bytes == 1 ? ((const uint8_t *)picture->levels)[at] : ((const uint16_t *)picture->levels)[at];
+}
+
+/* The same, and `table` of uint16; 0 with an exception where it lacks a level, too. */
+static inline int picture(Arrays *arrays, PyObject *image, PyObject *table, Picture *taken)
+{
+    Py_ssize_t bins;
+    if (!levels(arrays, image, taken))
+        return 0;
+    taken->table = array(arrays, table, "H", 0, &bins);
     if (taken->table == NULL)
         return 0;
-    return levels >= (Py_ssize_t)1 << (8 * taken->bytes) || wrong("a bin for each level is wanted");
+    return bins >= (Py_ssize_t)1 << (8 * taken->bytes) || wrong("a bin for each level is wanted");
 }
 
 static inline uint16_t bin_at(const Picture *picture, Py_ssize_t row, Py_ssize_t column)
 {
-    Py_ssize_t at = row * picture->columns + column;
-    return picture->table[picture->bytes == 1 ? ((const uint8_t *)picture->levels)[at]
-                                              : ((const uint16_t *)picture->levels)[at]];
+    return picture->table[level_at(picture, row * picture->columns + column)];
 }
 
 #endif

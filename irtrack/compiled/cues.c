@@ -67,11 +67,6 @@ static int32_t *make_places(const Sights *seen)
     return PyMem_Malloc((size_t)(seen->columns + seen->rows) * sizeof(int32_t));
 }
 
-static int32_t level_at(const Picture *picture, Py_ssize_t at)
-{
-    return picture->bytes == 1 ? ((const uint8_t *)picture->levels)[at] : ((const uint16_t *)picture->levels)[at];
-}
-
 /* Across the rows above, at and below `row`, from one pixel before column `first` to one after `last`: sums by
  * 1, 2, 1 and differences, the vertical halves of Sobel's operators. Beyond the edge its last pixels go on. */
 static void halves(const Picture *picture, Py_ssize_t row, Py_ssize_t first, Py_ssize_t last, int32_t *sums,

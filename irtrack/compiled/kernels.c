@@ -1,6 +1,7 @@
 /* The module irtrack.compiled._kernels: inner loops, each family in a file of its own. What they take is said in
  * _kernels.pyi. */
 #include "cues.h"
+#include "highpass.h"
 #include "likeness.h"
 #include "mean_shift.h"
 #include "particles.h"
@@ -15,6 +16,7 @@ static PyMethodDef methods[] = {
     FUNCTION(surround_histograms),
     FUNCTION(window_gradients),
     FUNCTION(window_cues),
+    FUNCTION(high_pass),
     FUNCTION(bhattacharyya),
     FUNCTION(below_largest),
     FUNCTION(normalise),

@@ -21,8 +21,14 @@ import numpy as np
 import numpy.typing as npt
 
 from irsim.types import Image
+from irtrack.compiled import COMPILED, kernels
+from irtrack.features.quantise import contiguous
 
-Kernel = npt.NDArray[np.float32]
+Singles = npt.NDArray[np.float32]
+Kernel = Singles
+"""(2L+1, 2L+1): how many samples each pixel of a neighbourhood is. Whole numbers, so that their sums over whole counts
+are exact below 2^24, in any order."""
+Picture = npt.NDArray[np.uint8]
 
 REACH = 8.0
 """Standard deviations of the residual on each side of the middle grey. Chosen here, the source maps
@@ -33,7 +39,7 @@ ROUNDING = 1 / sqrt(12)
 
 
 def ring_kernel(L: int, m: int, inner: int = 0) -> Kernel:
-    """(2L+1, 2L+1) weights of the ring neighbourhood of eq. 1, summing to one.
+    """(2L+1, 2L+1) samples of the ring neighbourhood of eq. 1.
 
     inner is the least radius: 0 as in the source; beyond the target's half size, the target does
     not enter the prediction of its own background.
@@ -42,32 +48,34 @@ def ring_kernel(L: int, m: int, inner: int = 0) -> Kernel:
     for r in range(inner, L + 1):
         for angle in [2 * pi * j / m for j in range(m)] if r > 0 else [0.0]:
             kernel[L + _nearest(r * sin(angle)), L + _nearest(r * cos(angle))] += 1
-    kernel /= kernel.sum()
     return kernel
 
 
 def full_kernel(L: int) -> Kernel:
-    """(n, n) equal weights, n = 2L + 1: all pixels of the neighbourhood (Peng, Zhou 1999)."""
-    n = 2 * L + 1
-    return np.full((n, n), 1 / n**2, np.float32)
+    """(2L+1, 2L+1), each 1: all pixels of the neighbourhood (Peng, Zhou 1999)."""
+    return np.ones((2 * L + 1, 2 * L + 1), np.float32)
 
 
-def background(pixels: Kernel, kernel: Kernel, grid: int) -> Kernel:
+def background(pixels: Singles, kernel: Kernel, grid: int) -> Singles:
     """The predicted background of float32 pixels (rows, columns), counts.
 
     Of each grid x grid block the middle pixel is predicted (the upper left one of the middle four);
     the others, and what is left over on the right and below, take the nearest prediction.
     """
-    predicted = cv2.filter2D(pixels, cv2.CV_32F, kernel, borderType=cv2.BORDER_REFLECT_101)
+    return _sums(pixels, kernel / kernel.sum(), grid)
+
+
+def _sums(pixels: Singles, weights: Singles, grid: int) -> Singles:
+    sums = cv2.filter2D(pixels, cv2.CV_32F, weights, borderType=cv2.BORDER_REFLECT_101)
     if grid > 1:
-        predicted = _nearest_blocks(predicted, grid)
-    return predicted.astype(np.float32, copy=False)
+        sums = _nearest_blocks(sums, grid)
+    return sums.astype(np.float32, copy=False)
 
 
-def _nearest_blocks(predicted: Any, grid: int) -> Any:
-    rows, columns = predicted.shape
+def _nearest_blocks(sums: Any, grid: int) -> Any:
+    rows, columns = sums.shape
     first = min((grid - 1) // 2, rows - 1), min((grid - 1) // 2, columns - 1)
-    coarse = np.ascontiguousarray(predicted[first[0] :: grid, first[1] :: grid])
+    coarse = np.ascontiguousarray(sums[first[0] :: grid, first[1] :: grid])
     blocks = cv2.resize(coarse, None, fx=grid, fy=grid, interpolation=cv2.INTER_NEAREST)
     below, right = max(rows - blocks.shape[0], 0), max(columns - blocks.shape[1], 0)
     return cv2.copyMakeBorder(blocks, 0, below, 0, right, cv2.BORDER_REPLICATE)[:rows, :columns]
@@ -95,25 +103,36 @@ class HighPass:
         deviation = 1.4826 * float(np.median(np.abs(pixels - background(pixels, kernel, grid))))
         return cls(kernel, grid, 128 / (REACH * max(deviation, ROUNDING)))
 
-    def __call__(self, image: Image) -> npt.NDArray[np.uint8]:
+    def __call__(self, image: Image) -> Picture:
         """The high-passed picture (rows, columns) of a frame."""
-        pixels = image.astype(np.float32)
-        predicted = background(pixels, self.kernel, self.grid)
-        levels = cv2.addWeighted(pixels, self.gain, predicted, -self.gain, 128.0, dtype=cv2.CV_8U)  # one pass, not five
-        return levels.astype(np.uint8, copy=False)
+        picture = np.empty(image.shape, np.uint8)
+        return picture if self.write(image, (0, 0), picture) else self._plain(image)
 
-    def view(self, image: Image) -> HighPassed | npt.NDArray[np.uint8]:
+    def view(self, image: Image) -> HighPassed | Picture:
         """The same for who looks at a part of it only; the whole where predictions lie on a grid."""
         return HighPassed(image, self) if self.grid == 1 else self(image)
+
+    def write(self, image: Image, corner: tuple[int, int], picture: Picture) -> bool:
+        """Writes the part of the picture with its corner at (left, top), where there is a compiled loop for it."""
+        return (
+            COMPILED
+            and self.grid == 1
+            and kernels.high_pass(contiguous(image), self.kernel, self.gain, *corner, picture)
+        )
+
+    def _plain(self, image: Image) -> Picture:
+        samples = float(self.kernel.sum())
+        pixels = image.astype(np.float32)
+        levels = samples * pixels - _sums(pixels, self.kernel, self.grid)
+        levels *= np.float32(self.gain / samples)
+        levels += 128
+        np.rint(levels, out=levels)
+        return np.clip(levels, 0, 255, out=levels).astype(np.uint8)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HighPassed:
-    """A frame's high-passed picture, worked out where it is looked at.
-
-    Sums in 32 bits are rounded by where a part ends, so that a pixel on the brink may be a grey level off the whole
-    picture's; of ten million pixels of noise none was.
-    """
+    """A frame's high-passed picture, worked out where it is looked at."""
 
     image: Image
     by: HighPass
@@ -123,17 +142,17 @@ class HighPassed:
         """(rows, columns)"""
         return self.image.shape[0], self.image.shape[1]
 
-    def __getitem__(self, part: tuple[slice, slice]) -> npt.NDArray[np.uint8]:
+    def __getitem__(self, part: tuple[slice, slice]) -> Picture:
         """(rows, columns) of a part, whose slices have both ends, within the frame."""
         rows, columns = part
+        picture = np.empty((max(rows.stop - rows.start, 0), max(columns.stop - columns.start, 0)), np.uint8)
+        if picture.size == 0 or self.by.write(self.image, (columns.start, rows.start), picture):
+            return picture
         reach = self.by.kernel.shape[0] // 2
         top, left = max(rows.start - reach, 0), max(columns.start - reach, 0)
-        size = max(rows.stop - rows.start, 0), max(columns.stop - columns.start, 0)
-        if 0 in size:
-            return np.empty(size, np.uint8)
-        around = self.image[top : rows.stop + reach, left : columns.stop + reach]
-        picture = self.by(around)[rows.start - top : rows.stop - top, columns.start - left : columns.stop - left]
-        return np.ascontiguousarray(picture)
+        around = self.by(self.image[top : rows.stop + reach, left : columns.stop + reach])
+        picture[:] = around[rows.start - top : rows.stop - top, columns.start - left : columns.stop - left]
+        return picture
 
 
 def _nearest(value: float) -> int:
