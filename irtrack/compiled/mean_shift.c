@@ -7,11 +7,15 @@
 
 #define LARGEST_BANDWIDTH 1e6
 
+#define OUTSIDE (-1)
+
 /* What a window needs while it climbs: of its pixels, row after row, the bin, the slope g of the kernel and terms of
- * sums; of its bins, the mass, and one bin more for what is outside the frame. */
+ * sums; of its bins, the mass, and one bin more for what is outside the frame; of its columns and its rows, how far
+ * from the centre they are, px, that in bandwidths squared, and which they are in the frame, or OUTSIDE. */
 typedef struct {
     uint16_t *cells;
-    double *slope, *terms, *mass, *ratio;
+    double *slope, *terms, *mass, *ratio, *offset[2], *square[2];
+    Py_ssize_t *place[2];
 } Room;
 
 typedef struct {
@@ -25,29 +29,35 @@ static Py_ssize_t across(const Climb *climb, int axis)
     return 2 * climb->reach[axis] + 1;
 }
 
-/* A pixel's distance from the centre on an axis, px; the first one's at index 0. */
-static double offset(const Climb *climb, const double center[2], int axis, Py_ssize_t index)
+static void lay(const Climb *climb, const double center[2], Room room)
 {
-    return floor(center[axis] + 0.5) + (double)(index - climb->reach[axis]) - center[axis];
+    const Py_ssize_t edge[2] = {climb->picture.columns, climb->picture.rows};
+    for (int axis = 0; axis < 2; axis++) {
+        double middle = floor(center[axis] + 0.5);
+        for (Py_ssize_t i = 0; i < across(climb, axis); i++) {
+            double pixel = middle + (double)(i - climb->reach[axis]), off = pixel - center[axis];
+            double bandwidths = off / climb->h[axis];
+            room.offset[axis][i] = off;
+            room.square[axis][i] = bandwidths * bandwidths;
+            room.place[axis][i] = pixel >= 0 && pixel < (double)edge[axis] ? (Py_ssize_t)pixel : OUTSIDE;
+        }
+    }
 }
 
 /* Fills cells, slopes, and the mass in each bin as a share of the whole kernel's. */
 static void look(const Climb *climb, const double center[2], Room room)
 {
+    lay(climb, center, room);
     memset(room.mass, 0, (size_t)(climb->bins + 1) * sizeof *room.mass);
     for (Py_ssize_t row = 0; row < across(climb, 1); row++) {
-        double off_y = offset(climb, center, 1, row), y = off_y / climb->h[1];
-        double pixel_y = floor(center[1] + 0.5) + (double)(row - climb->reach[1]);
-        int on_row = pixel_y >= 0 && pixel_y < (double)climb->picture.rows;
         for (Py_ssize_t column = 0; column < across(climb, 0); column++) {
-            double off_x = offset(climb, center, 0, column), x = off_x / climb->h[0];
-            double pixel_x = floor(center[0] + 0.5) + (double)(column - climb->reach[0]);
             uint16_t bin = (uint16_t)climb->bins;
-            if (on_row && pixel_x >= 0 && pixel_x < (double)climb->picture.columns) {
-                uint16_t seen = bin_at(&climb->picture, (Py_ssize_t)pixel_y, (Py_ssize_t)pixel_x);
+            if (room.place[1][row] != OUTSIDE && room.place[0][column] != OUTSIDE) {
+                uint16_t seen = bin_at(&climb->picture, room.place[1][row], room.place[0][column]);
                 bin = seen < bin ? seen : bin;
             }
-            double r2 = x * x + y * y, profile = 1 - r2, slope = (1 - sqrt(r2)) * climb->ramp + 0.5;
+            double r2 = room.square[0][column] + room.square[1][row];
+            double profile = 1 - r2, slope = (1 - sqrt(r2)) * climb->ramp + 0.5;
             room.mass[bin] += profile < 0 ? 0 : profile;
             *room.slope++ = slope < 0 ? 0 : slope > 1 ? 1 : slope;
             *room.cells++ = bin;
@@ -72,24 +82,34 @@ static void step_from(const Climb *climb, const double center[2], const double *
     if (total == 0)
         total = INFINITY;
     for (int axis = 0; axis < 2; axis++) {
-        for (Py_ssize_t i = 0; i < pixels; i++)
-            room.terms[i] = room.slope[i] * offset(climb, center, axis, axis == 0 ? i % wide : i / wide);
+        for (Py_ssize_t row = 0; row < across(climb, 1); row++)
+            for (Py_ssize_t column = 0; column < wide; column++) {
+                Py_ssize_t i = row * wide + column;
+                room.terms[i] = room.slope[i] * room.offset[axis][axis == 0 ? column : row];
+            }
         step[axis] = pairwise_sum(room.terms, pixels) / total;
     }
 }
 
 static int make_room(const Climb *climb, Room *room)
 {
-    size_t pixels = (size_t)(across(climb, 0) * across(climb, 1)), bins = (size_t)climb->bins + 1;
+    size_t columns = (size_t)across(climb, 0), rows = (size_t)across(climb, 1), bins = (size_t)climb->bins + 1;
+    size_t pixels = columns * rows, sides = columns + rows;
     room->cells = PyMem_Malloc(pixels * sizeof *room->cells);
-    room->slope = PyMem_Malloc(2 * (pixels + bins) * sizeof *room->slope);
-    if (room->cells == NULL || room->slope == NULL) {
+    room->slope = PyMem_Malloc(2 * (pixels + bins + sides) * sizeof *room->slope);
+    room->place[0] = PyMem_Malloc(sides * sizeof *room->place[0]);
+    if (room->cells == NULL || room->slope == NULL || room->place[0] == NULL) {
         PyErr_NoMemory();
         return 0;
     }
     room->terms = room->slope + pixels;
     room->mass = room->terms + pixels;
     room->ratio = room->mass + bins;
+    room->offset[0] = room->ratio + bins;
+    room->offset[1] = room->offset[0] + columns;
+    room->square[0] = room->offset[1] + rows;
+    room->square[1] = room->square[0] + columns;
+    room->place[1] = room->place[0] + columns;
     return 1;
 }
 
@@ -107,7 +127,7 @@ PyObject *mean_shift(PyObject *self, PyObject *const *given, Py_ssize_t count)
     }
     PyObject *result = NULL;
     Climb climb;
-    Room room = {NULL, NULL, NULL, NULL, NULL};
+    Room room = {.cells = NULL};
     Py_ssize_t numbers, space, windows;
     if (!picture(&arrays, given[0], given[1], &climb.picture))
         goto done;
@@ -153,6 +173,7 @@ PyObject *mean_shift(PyObject *self, PyObject *const *given, Py_ssize_t count)
 done:
     PyMem_Free(room.cells);
     PyMem_Free(room.slope);
+    PyMem_Free(room.place[0]);
     release(&arrays);
     return result;
 }
