@@ -55,7 +55,7 @@ def test_a_dask_worker_killed_loses_nothing(tmp_path: Path) -> None:
     entries = [Entry("slow", Logger(jitter=1.0, log=str(log)))]
 
     def kill() -> None:
-        while not log.exists():
+        while not (log.exists() and "\n" in log.read_text()):  # a whole line
             time.sleep(0.01)
         os.kill(int(log.read_text().split()[0]), signal.SIGKILL)
 

@@ -281,10 +281,7 @@ def test_contrast_is_the_difference_of_temperatures() -> None:
 
 def test_overlap_of_patches() -> None:
     assert overlap((0, 0), (2, 2), (2, 0), (2, 2)) is None
-    assert overlap((1, 2), (4, 6), (3, 0), (3, 10)) == (
-        (slice(0, 1), slice(2, 6)),
-        (slice(2, 3), slice(0, 4)),
-    )
+    assert overlap((1, 2), (4, 6), (3, 0), (3, 10)) == ((slice(0, 1), slice(2, 6)), (slice(2, 3), slice(0, 4)))
 
 
 def test_a_frame_past_the_end_is_an_index_error() -> None:
