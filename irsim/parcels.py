@@ -67,19 +67,22 @@ def _reserved(size: int) -> int:
     """The descriptor of a nameless file of `size` bytes. OSError where there is none."""
     if sys.platform == "win32":
         raise OSError("no descriptors that processes inherit")
-    if sys.platform == "linux":
-        descriptor = os.memfd_create("irsim")  # not in /dev/shm, which is small in containers
-    else:
-        with tempfile.TemporaryFile() as file:
-            descriptor = os.dup(file.fileno())
+    descriptor = _nameless()
     try:
         os.truncate(descriptor, size)
-        if sys.platform == "linux":  # all of it, now: whoever writes where no memory is left is killed
+        if hasattr(os, "posix_fallocate"):  # all of it, now: whoever writes where nothing is left is killed
             os.posix_fallocate(descriptor, 0, size)
     except OSError:
         os.close(descriptor)
         raise
     return descriptor
+
+
+def _nameless() -> int:
+    if hasattr(os, "memfd_create"):
+        return os.memfd_create("irsim")  # not in /dev/shm, which is small in containers
+    with tempfile.TemporaryFile() as file:
+        return os.dup(file.fileno())
 
 
 @dataclass(frozen=True)

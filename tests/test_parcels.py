@@ -77,6 +77,15 @@ def test_without_shared_memory_frames_come_by_the_pipe(expected: list[np.ndarray
         assert np.array_equal(images(2), expected)
 
 
+def test_where_memory_is_no_file_a_temporary_one_is_shared(
+    expected: list[np.ndarray], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delattr(os, "memfd_create", raising=False)
+    with shared(1000) as memory:
+        assert len(memory.part(0, 1000)) == 1000
+    assert np.array_equal(images(2), expected)
+
+
 def held() -> list[str]:
     """The shared memory that this process has open or mapped."""
     maps = [line.split(maxsplit=5)[-1] for line in (PROC / "maps").read_text().splitlines()]
