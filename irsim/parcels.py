@@ -11,7 +11,7 @@ import pickle
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager, suppress
+from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing import reduction
 from typing import Any
@@ -51,16 +51,14 @@ def _inherited(inherited: Any, size: int) -> Shared:
 @contextmanager
 def shared(size: int) -> Iterator[Shared]:
     """Memory of `size` bytes for processes that are started within the block; of none where there is none to be had."""
-    try:
-        descriptor = _reserved(size)
-    except OSError:
-        yield Shared()
-        return
-    try:
-        with closing(Shared(descriptor, size)) as memory:
-            yield memory
-    finally:
-        os.close(descriptor)
+    with ExitStack() as ends:
+        try:
+            descriptor = _reserved(size)
+            ends.callback(os.close, descriptor)
+            memory = ends.enter_context(closing(Shared(descriptor, size)))
+        except OSError:
+            memory = Shared()
+        yield memory
 
 
 def _reserved(size: int) -> int:
