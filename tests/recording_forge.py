@@ -21,7 +21,7 @@ SOURCE = Noise(count=1)
 
 
 def honest_image() -> bytes:
-    return b"".join(encode_image(SOURCE.frame(0).image, to_ns(0.0)))
+    return encode_image(SOURCE.frame(0).image, to_ns(0.0))
 
 
 def honest_truth() -> bytes:
@@ -44,9 +44,9 @@ def forge(
         if scenario is not None:
             writer.attachment(SCENARIO, "application/yaml", scenario)
         channel = writer.topic(TRUTH, TRUTH_SCHEMA)
-        writer.chunk([Message(channel, 0, to_ns(0.0), (honest_truth() if truth is None else truth,))])
+        writer.chunk([Message(channel, 0, to_ns(0.0), honest_truth() if truth is None else truth)])
         channel = writer.topic(IMAGE, RawImage.DESCRIPTOR)
-        writer.chunk([Message(channel, 0, to_ns(0.0), (honest_image() if image is None else image,))])
+        writer.chunk([Message(channel, 0, to_ns(0.0), honest_image() if image is None else image)])
         writer.metadata("irsim_contents", resealed(Contents(frames=1).seal(), contents))
         writer.finish()
     return path

@@ -181,7 +181,7 @@ def test_track_states_without_a_box(tmp_path: Path) -> None:
             "irsim_track", TrackHeader(tracker="x", source="s", source_hash="h", rate_hz=1.0, states=1).seal()
         )
         channel = writer.topic("/tracks/x/states", TRACK_STATE)
-        writer.chunk([Message(channel, 0, 0, (TrackStateMessage(index=0).SerializeToString(),))])
+        writer.chunk([Message(channel, 0, 0, TrackStateMessage(index=0).SerializeToString())])
         writer.finish()
     with pytest.raises(InputError, match=r"t\.mcap: damaged: state 0 cannot be read$"):
         read_tracks(path)

@@ -11,37 +11,21 @@ from irsim.types import Image
 OPTICAL_FRAME = "camera"
 """The frame of reference that images and calibration share."""
 
-_DATA = bytes([RawImage.DESCRIPTOR.fields_by_name["data"].number << 3 | 2])
-"""What stands before a field's length: its number, and that it has one (protobuf.dev, Encoding)."""
-
 _DTYPES = {"mono16": "<u2", "mono8": "u1"}
 
 
-def encode_image(image: Image, log_time: int) -> tuple[bytes, ...]:
-    """The bytes of a foxglove.RawImage, in parts: mono16 (little-endian) or mono8, as the image's type is.
-
-    protobuf would copy the counts twice more.
-    """
+def encode_image(image: Image, log_time: int) -> bytes:
+    """The bytes of a foxglove.RawImage: mono16 (little-endian) or mono8, as the image's type is."""
     encoding = "mono16" if image.dtype == np.uint16 else "mono8"
-    before = RawImage(
+    return RawImage(
         timestamp=stamp(log_time),
+        frame_id=OPTICAL_FRAME,
         width=image.shape[1],
         height=image.shape[0],
         encoding=encoding,
         step=image.shape[1] * image.itemsize,
-    )
-    counts = image.astype(_DTYPES[encoding], copy=False).tobytes()
-    after = RawImage(frame_id=OPTICAL_FRAME)
-    return before.SerializeToString(), _DATA + _varint(len(counts)), counts, after.SerializeToString()
-
-
-def _varint(number: int) -> bytes:
-    """A whole number from 0 on in groups of seven bits, lowest first (protobuf.dev, Encoding)."""
-    groups = bytearray()
-    while number > 0x7F:
-        groups.append(number & 0x7F | 0x80)
-        number >>= 7
-    return bytes(groups) + bytes([number])
+        data=image.astype(_DTYPES[encoding], copy=False).tobytes(),
+    ).SerializeToString()
 
 
 def decode_image(data: memoryview, size: tuple[int, int]) -> Image:

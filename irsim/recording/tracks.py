@@ -88,8 +88,8 @@ def write_tracks(path: str | Path, header: TrackHeader, states: Iterable[TrackSt
                 log_time = to_ns(state.time)
                 annotations = ImageAnnotations()
                 draw(annotations, state.box, f"{header.tracker} {state.status}", TRACK, log_time)
-                chunk.append(Message(boxes_channel, state.index, log_time, (annotations.SerializeToString(),)))
-                chunk.append(Message(track_channel, state.index, log_time, (_encode(state),)))
+                chunk.append(Message(boxes_channel, state.index, log_time, annotations.SerializeToString()))
+                chunk.append(Message(track_channel, state.index, log_time, _encode(state)))
             writer.chunk(chunk)
         writer.finish()
     return path

@@ -78,7 +78,7 @@ class RecordingWriter:
             self._note_targets(truth)
             self._put(self._small, TRUTH, log_time, encode_truth(truth))
             self._put(self._small, TRUTH_BOXES, log_time, annotate_truth(truth, log_time))
-        self._put(self._images, IMAGE, log_time, *encode_image(image, log_time))
+        self._put(self._images, IMAGE, log_time, encode_image(image, log_time))
         picture = self._screen.picture(image, self._count)
         self._put(self._previews, PREVIEW, log_time, _preview(picture, log_time))
         self._count += 1
@@ -124,8 +124,8 @@ class RecordingWriter:
             )
             self._targets[target.id] = entry.model_copy(update={"frames": entry.frames + 1})
 
-    def _put(self, lane: list[Message], topic: str, log_time: int, *parts: bytes) -> None:
-        lane.append(Message(self._channels[topic], self._count, log_time, parts))
+    def _put(self, lane: list[Message], topic: str, log_time: int, data: bytes) -> None:
+        lane.append(Message(self._channels[topic], self._count, log_time, data))
 
     def _flush_frames(self) -> None:
         # Truth first: whoever has a whole image chunk has its truth too.
