@@ -15,13 +15,17 @@ from multiprocessing import resource_tracker
 from multiprocessing.connection import wait
 from typing import Any
 
+from irsim.errors import InputError
+
 
 @contextmanager
 def interrupts_held() -> Iterator[None]:
     """Processes started within hold Ctrl-C back until they have begun: by `beginning`, or with `ignore_interrupts`.
 
     Else they would die of it with a traceback while they import. It reaches this process at the end of the block.
+    InputError where no process can be started.
     """
+    _expect_main()
     if sys.platform == "win32":
         with _in_few_words():
             yield
@@ -33,6 +37,15 @@ def interrupts_held() -> Iterator[None]:
             yield
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _expect_main() -> None:
+    """Worker processes read the program that asks for them anew: what came by a pipe is gone."""
+    main = sys.modules["__main__"]
+    path = getattr(main, "__file__", None)
+    if getattr(main, "__spec__", None) is None and path is not None and not os.path.exists(path):
+        what = f"worker processes cannot read the program that asks for them, {path}"
+        raise InputError(f"{what}; allowed: one job, or a program in a file")
 
 
 @contextmanager

@@ -144,7 +144,7 @@ def group_of(pid: int) -> int | None:
         return None
 
 
-@pytest.mark.parametrize(
+CALLS = pytest.mark.parametrize(
     "call",
     [
         "list(irsim.frames(irsim.load('sky', ['frames=40', 'camera.size=[48, 32]']), jobs=2))",
@@ -152,6 +152,21 @@ def group_of(pid: int) -> int | None:
     ],
     ids=["frames", "bench"],
 )
+
+
+@CALLS
+def test_a_program_from_a_pipe_is_told_that_workers_cannot_read_it(call: str, tmp_path: Path) -> None:
+    program = f"import irsim, irtrack\nif __name__ == '__main__':\n    {call}\n"
+    done = subprocess.run(
+        [sys.executable], input=program, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=60
+    )
+    assert done.returncode == 1
+    last = "irsim.errors.InputError: worker processes cannot read the program that asks for them, <stdin>; allowed: "
+    assert done.stderr.splitlines()[-1] == f"{last}one job, or a program in a file"
+    assert done.stderr.count("Traceback") == 1
+
+
+@CALLS
 def test_a_script_without_the_guard_is_told_so_in_one_line(call: str, tmp_path: Path) -> None:
     """Each worker imports the script, and asks for workers as it does."""
     script = tmp_path / "script.py"
