@@ -17,15 +17,15 @@ from irsim.render import Renderer
 from irsim.scenario import Scenario
 from irsim.types import Frame, Truth
 
-CHUNK = 16
-"""Frames that a worker renders at a time; neighbours share the memory of noise with memory."""
-
-SHORT = 8
-"""The same of large frames, or for many workers. Fewer would be no whole block of frames that share a key frame
-(`irsim.backgrounds.painting.BLOCK`)."""
+LENGTHS = (16, 8, 4, 2, 1)
+"""Frames that a worker may render at a time; neighbours share the memory of noise with memory, and blocks of eight a
+key frame (`irsim.backgrounds.painting.BLOCK`)."""
 
 MOST_WAITING = 64 << 20
-"""Bytes of the frames that wait, above which chunks are short."""
+"""Bytes of the frames that wait, as long as a worker can render one at a time."""
+
+BESIDE = 2
+"""Chunks that wait beside those that workers have: one that is next, and one that is taken from."""
 
 COUNT_BYTES = 2
 
@@ -39,6 +39,11 @@ class Rendered:
     truth: Truth
 
 
+def chunk_length(jobs: int, picture: int) -> int:
+    """Frames that each of so many workers renders at a time, of pictures of so many bytes."""
+    return next((each for each in LENGTHS if (jobs + BESIDE) * each * picture <= MOST_WAITING), LENGTHS[-1])
+
+
 def rendered(scenario: Scenario, wanted: Sequence[int], jobs: int) -> Generator[Rendered, None, None]:
     """The wanted frames, in order, by `jobs` worker processes; a few chunks wait ahead at most.
 
@@ -48,8 +53,9 @@ def rendered(scenario: Scenario, wanted: Sequence[int], jobs: int) -> Generator[
         raise InputError(f"jobs {jobs}: allowed: 1 or more")
     columns, rows = scenario.camera.size
     picture = columns * rows * COUNT_BYTES
-    at_once = jobs + 2  # chunks: one with each worker, one that is next, one that is taken from
-    length = CHUNK if at_once * CHUNK * picture <= MOST_WAITING else SHORT
+    jobs = min(jobs, max(len(wanted), 1))
+    length = chunk_length(jobs, picture)
+    at_once = jobs + BESIDE
     places = at_once * length
     context = multiprocessing.get_context("spawn")  # safe with threads, the same on every system
     pending: deque[tuple[int, Future[tuple[int, list[Parcel]]]]] = deque()
@@ -63,7 +69,7 @@ def rendered(scenario: Scenario, wanted: Sequence[int], jobs: int) -> Generator[
             yield Rendered(pid, frame, truth)
 
     with (
-        shared(places * picture) as memory,
+        shared(min(places * picture, MOST_WAITING)) as memory,
         ProcessPoolExecutor(
             jobs, mp_context=context, **beginning(_prepare, scenario, picture, inherited=[memory])
         ) as pool,

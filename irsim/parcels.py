@@ -63,8 +63,8 @@ def shared(size: int) -> Iterator[Shared]:
 
 def _reserved(size: int) -> int:
     """The descriptor of a nameless file of `size` bytes. OSError where there is none."""
-    if sys.platform == "win32":
-        raise OSError("no descriptors that processes inherit")
+    if sys.platform == "win32" or size == 0:
+        raise OSError("no descriptors that processes inherit, or nothing to hold")
     descriptor = _nameless()
     try:
         os.truncate(descriptor, size)

@@ -58,6 +58,26 @@ def test_places_that_are_used_again_change_no_frame_that_was_handed_out(
     assert np.array_equal(images(2), expected)
 
 
+@pytest.mark.parametrize(
+    ("jobs", "size", "length"),
+    [(2, (640, 512), 16), (2, (1280, 1024), 4), (8, (640, 512), 8), (2, (4096, 4096), 1), (10_000, (640, 512), 1)],
+)
+def test_what_waits_is_bounded(jobs: int, size: tuple[int, int], length: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """However many workers and however large the frames: memory that is shared is taken from the machine at once."""
+    asked = []
+
+    def spy(size: int) -> None:
+        asked.append(size)
+        raise InterruptedError
+
+    monkeypatch.setattr(crew, "shared", spy)
+    assert crew.chunk_length(jobs, 2 * size[0] * size[1]) == length
+    scene = irsim.load("sky", ["frames=100000", f"camera.size=[{size[0]}, {size[1]}]"])
+    with pytest.raises(InterruptedError):
+        next(rendered(scene, range(100_000), jobs))
+    assert 0 < asked[0] <= crew.MOST_WAITING
+
+
 @contextmanager
 def no_file_of(size: int) -> Iterator[None]:
     """No file of this process, in memory or not, may be so large."""
