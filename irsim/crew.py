@@ -39,9 +39,9 @@ class Rendered:
     truth: Truth
 
 
-def chunk_length(jobs: int, picture: int) -> int:
+def chunk_length(jobs: int, size: int) -> int:
     """Frames that each of so many workers renders at a time, of pictures of so many bytes."""
-    return next((each for each in LENGTHS if (jobs + BESIDE) * each * picture <= MOST_WAITING), LENGTHS[-1])
+    return next((each for each in LENGTHS if (jobs + BESIDE) * each * size <= MOST_WAITING), LENGTHS[-1])
 
 
 def rendered(scenario: Scenario, wanted: Sequence[int], jobs: int) -> Generator[Rendered, None, None]:
@@ -52,28 +52,27 @@ def rendered(scenario: Scenario, wanted: Sequence[int], jobs: int) -> Generator[
     if jobs < 1:
         raise InputError(f"jobs {jobs}: allowed: 1 or more")
     columns, rows = scenario.camera.size
-    picture = columns * rows * COUNT_BYTES
+    size = columns * rows * COUNT_BYTES
     jobs = min(jobs, max(len(wanted), 1))
-    length = chunk_length(jobs, picture)
-    at_once = jobs + BESIDE
-    places = at_once * length
+    length, at_once = chunk_length(jobs, size), jobs + BESIDE
+    places = min(at_once * length, len(wanted))
     context = multiprocessing.get_context("spawn")  # safe with threads, the same on every system
     pending: deque[tuple[int, Future[tuple[int, list[Parcel]]]]] = deque()
-
-    def first() -> Iterator[Rendered]:
-        """What the chunk that is asked for the longest holds; each frame is copied when it is wanted."""
-        begin, chunk = pending.popleft()
-        pid, parcels = chunk.result()
-        for number, parcel in enumerate(parcels, begin):
-            frame, truth = unpack(parcel, memory.part(number % places, picture))
-            yield Rendered(pid, frame, truth)
-
     with (
-        shared(min(places * picture, MOST_WAITING)) as memory,
+        shared(min(places * size, MOST_WAITING)) as memory,
         ProcessPoolExecutor(
-            jobs, mp_context=context, **beginning(_prepare, scenario, picture, inherited=[memory])
+            jobs, mp_context=context, **beginning(_prepare, scenario, size, inherited=[memory])
         ) as pool,
     ):
+
+        def first() -> Iterator[Rendered]:
+            """What the chunk that is asked for the longest holds; each frame is copied when it is wanted."""
+            begin, chunk = pending.popleft()
+            pid, parcels = chunk.result()
+            for number, parcel in enumerate(parcels, begin):
+                frame, truth = unpack(parcel, memory.part(number % places, size))
+                yield Rendered(pid, frame, truth)
+
         try:
             for begin in range(0, len(wanted), length):
                 with interrupts_held():
@@ -94,17 +93,17 @@ def rendered(scenario: Scenario, wanted: Sequence[int], jobs: int) -> Generator[
 _worker: tuple[Renderer, Shared, int]
 
 
-def _prepare(memory: Shared, scenario: Scenario, picture: int) -> None:
+def _prepare(memory: Shared, scenario: Scenario, size: int) -> None:
     global _worker  # a pool's initializer has no other way to leave something to its tasks
     import cv2
 
     cv2.setNumThreads(1)
-    _worker = Renderer(scenario), memory, picture
+    _worker = Renderer(scenario), memory, size
 
 
 def _render(wanted: Sequence[int], place: int) -> tuple[int, list[Parcel]]:
     """This process's id, and the wanted frames, whose counts lie in memory from a place on."""
-    renderer, memory, picture = _worker
+    renderer, memory, size = _worker
     return os.getpid(), [
-        pack(renderer.frame(index), memory.part(number, picture)) for number, index in enumerate(wanted, place)
+        pack(renderer.frame(index), memory.part(number, size)) for number, index in enumerate(wanted, place)
     ]

@@ -32,7 +32,7 @@ class Shared:
 
     def part(self, number: int, size: int) -> memoryview:
         """One of its parts of `size` bytes; an empty one where it has no bytes."""
-        return memoryview(self._map or b"")[number * size : (number + 1) * size]
+        return memoryview(self._map or bytearray())[number * size : (number + 1) * size]
 
     def close(self) -> None:
         """It is given back, as soon as nobody looks at a part of it."""

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tracker_loops import pictures, plain, quantisers, seeds, windows
 from tracker_scenes import blob, follow
 
 import irtrack
 from irsim.types import Box, Image
 from irtrack.compiled import COMPILED, kernels
-from irtrack.features import cues, highpass, histogram, mean_shift, velocity
+from irtrack.features import highpass, histogram, mean_shift, velocity
 from irtrack.features.quantise import Quantiser
 from irtrack.features.window import Window
 from irtrack.filters import motion, resampling
@@ -26,42 +25,6 @@ from irtrack.types import Estimate
 pytestmark = pytest.mark.skipif(not COMPILED, reason="no compiler was at hand")
 
 ROUNDING = 1e-12
-
-
-@contextmanager
-def plain() -> Iterator[None]:
-    """The plain twins are used everywhere."""
-    modules = [
-        module for name, module in sys.modules.items() if name.startswith("irtrack.") and "COMPILED" in vars(module)
-    ]
-    with pytest.MonkeyPatch.context() as patch:
-        for module in modules:
-            patch.setattr(module, "COMPILED", False)
-        yield
-
-
-@st.composite
-def pictures(draw: st.DrawFn) -> Image:
-    """Small ones of either depth, noise or a single level."""
-    shape = draw(st.tuples(st.integers(1, 30), st.integers(1, 30)))
-    rng = np.random.default_rng(draw(st.integers(0, 99)))
-    levels = draw(st.sampled_from([1, 200]))
-    image = rng.integers(0, levels, shape)
-    return image.astype(np.uint8) if draw(st.booleans()) else (300 * image).astype(np.uint16)
-
-
-@st.composite
-def windows(draw: st.DrawFn) -> Window:
-    return Window.of(Box(draw(st.floats(0, 9)), draw(st.floats(0, 9)), draw(st.floats(1, 12)), draw(st.floats(1, 12))))
-
-
-@st.composite
-def quantisers(draw: st.DrawFn) -> Quantiser:
-    low = draw(st.floats(-10, 150))
-    return Quantiser(low, low + draw(st.sampled_from([3.0, 90.0, 40000.0])), draw(st.integers(2, 40)))
-
-
-seeds = st.integers(0, 10**6)
 
 
 @given(pictures(), windows(), quantisers(), st.integers(1, 60), seeds)
@@ -96,49 +59,6 @@ def test_windows_at_no_place_are_off_the_frame() -> None:
     kernel = histogram.repeated(np.full((3, 3), 1 / 9))
     rho, visible = histogram.likeness(image, centers, window, kernel, Quantiser(0, 256, 2), np.array([1.0, 0.0]))
     assert rho.tolist() == visible.tolist() == [0, 0, 0, 0, pytest.approx(1)]
-
-
-@given(pictures(), windows(), quantisers(), st.integers(1, 9), st.sampled_from([20, 400]), st.integers(1, 30), seeds)
-def test_cues(
-    image: Image, window: Window, levels: Quantiser, edge_bins: int, places: int, count: int, seed: int
-) -> None:
-    """Windows of all sizes on, across and off the frame's edge, and rings around them, to the last bit."""
-    rng = np.random.default_rng(seed)
-    field, pattern = cues.Field(image, levels, edge_bins), cues.Pattern.of(window, places)
-    centers = rng.uniform(-20, 50, (count, 6))[:, :2] if seed % 3 else rng.uniform(12, 18, (count, 2))
-    scales = rng.uniform(0.5, 2, (count, 2))
-    box, margin = (*centers[0].tolist(), *rng.uniform(1, 20, 2).tolist()), int(rng.integers(0, 12))
-
-    def counted() -> list[object]:
-        cue, visible = field.windows(pattern, centers, scales)
-        ring = field.ring(box, margin)
-        return [each.tolist() for each in (cue.grey, cue.gradient, visible, ring.grey, ring.gradient)]
-
-    ours = counted()
-    with plain():
-        assert ours == counted()
-
-
-def test_cues_at_no_place_are_none() -> None:
-    field = cues.Field(np.zeros((9, 9), np.uint8), Quantiser(0, 256, 2), 8)
-    centers = np.array([[np.nan, 4], [np.inf, 4], [-np.inf, np.nan], [1e300, -1e300], [4, 4]])
-    cue, visible = field.windows(cues.Pattern.of(Window(3, 3, (0.0, 0.0)), 400), centers, np.ones((5, 2)))
-    assert cue.grey[:, 0].tolist() == [0, 0, 0, 0, 1]
-    assert visible.tolist() == [0, 0, 0, 0, pytest.approx(1)]
-    assert not cue.gradient.any()
-
-
-@given(pictures(), st.integers(1, 40), st.integers(3, 16), st.booleans(), st.sampled_from([0.5, 2.7, 55.0, 1e6]), seeds)
-def test_high_passed_pictures(image: Image, L: int, m: int, full: bool, gain: float, seed: int) -> None:
-    """Wholes and parts, with neighbourhoods beyond the frame and of more samples than there is a loop for."""
-    kernel = highpass.full_kernel(L) if full else highpass.ring_kernel(L, m)
-    high_pass = highpass.HighPass(kernel, 1, gain)
-    whole = high_pass(image)
-    first, end = np.sort(np.random.default_rng(seed).integers(0, np.array(image.shape) + 1, (2, 2)), axis=0)
-    part = slice(first[0], end[0]), slice(first[1], end[1])
-    assert high_pass.view(image)[part].tolist() == whole[part].tolist()
-    with plain():
-        assert high_pass(image).tolist() == whole.tolist()
 
 
 @given(st.lists(st.floats(0, 1), min_size=1, max_size=300), st.floats(0, 2000), seeds)

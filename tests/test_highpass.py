@@ -85,3 +85,15 @@ def test_a_part_is_that_of_the_whole_picture(L: int, grid: int) -> None:
     assert view.shape == (24, 31)
     for part in (np.s_[0:24, 0:31], np.s_[0:1, 0:1], np.s_[23:24, 30:31], np.s_[9:14, 3:29], np.s_[0:0, 3:9]):
         assert view[part].tolist() == whole[part].tolist()
+
+
+@pytest.mark.parametrize(("L", "most"), [(3, 65535), (8, 65535), (12, 16383), (30, 65535)])
+def test_sums_are_exact_however_many_there_are(L: int, most: int) -> None:
+    """Counts near the greatest there are, and a gain that shows single ones."""
+    image: Image = np.random.default_rng(5).integers(most - 1, most + 1, (70, 80)).astype(np.uint16)
+    high_pass = HighPass(full_kernel(L), 1, (2 * L + 1) ** 2)
+    padded = np.pad(image.astype(np.int64), L, mode="reflect")
+    sums = np.lib.stride_tricks.sliding_window_view(padded, (2 * L + 1, 2 * L + 1)).sum(axis=(2, 3))
+    levels = 128 + (2 * L + 1) ** 2 * image.astype(np.int64) - sums
+    assert high_pass.passes(image).tolist() == np.clip(levels, 0, 255).tolist()
+    assert high_pass.view(image)[20:41, 7:50].tolist() == np.clip(levels, 0, 255)[20:41, 7:50].tolist()

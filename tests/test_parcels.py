@@ -18,7 +18,7 @@ from processes import runs
 import irsim
 from irsim import crew
 from irsim.crew import rendered
-from irsim.parcels import pack, shared, unpack
+from irsim.parcels import Shared, pack, shared, unpack
 
 PROC = Path("/proc/self")
 ON_LINUX = pytest.mark.skipif(sys.platform != "linux", reason="takes Linux's /proc")
@@ -39,6 +39,13 @@ def test_a_parcel_holds_its_value_however_much_room_there_is(size: int) -> None:
         assert np.array_equal(found[name], array)
         assert found[name].shape == array.shape
         found[name][:] = 0  # whoever gets a frame may write to it
+
+
+def test_without_room_all_of_a_value_is_in_its_parcel() -> None:
+    value = [np.zeros(0), np.arange(3)]
+    room = Shared().part(0, 100)
+    for found, array in zip(unpack(pack(value, room), room), value, strict=True):
+        np.testing.assert_array_equal(found, array, strict=True)
 
 
 def images(jobs: int) -> list[np.ndarray]:

@@ -62,6 +62,7 @@ def test_deep_quantiles_are_the_inverse_normal_within_the_table() -> None:
     p = np.exp(np.random.default_rng(0).uniform(-82 * np.log(2), np.log(REFINED / CELLS), 10_000))
     p[:3] = 2.0**-82, np.nextafter(REFINED / CELLS, 0), REFINED / CELLS
     np.testing.assert_allclose(deep_quantile(p), special.ndtri(p), atol=6e-7, rtol=0)
+    assert deep_quantile(p[0]).shape == ()
 
 
 def test_quantile_is_the_inverse_normal() -> None:

@@ -1,4 +1,4 @@
-"""What is done with periodic pictures as wholes: blurred, made smaller and larger, repeated past their edges."""
+"""What is done with periodic pictures as wholes: blurred, made smaller and larger."""
 
 from __future__ import annotations
 
@@ -23,9 +23,13 @@ def wrapped_blur(texture: Floats, sigma_px: float) -> Floats:
     return np.ascontiguousarray(soft[reach:-reach, reach:-reach])
 
 
-def coarseness(sigma_px: float) -> int:
-    """How many times smaller a picture may be made that is blurred so much anyway: a power of two."""
-    return 1 << max(int(np.log2(sigma_px / FINE)), 0)
+LEAST = 16
+"""Side, px, below which no picture is made smaller."""
+
+
+def coarseness(sigma_px: float, side: int) -> int:
+    """How many times smaller a picture of that side may be made that is blurred so much anyway: a power of two."""
+    return 1 << max(int(np.log2(min(sigma_px / FINE, side / LEAST))), 0)
 
 
 def shrunk(texture: Floats, coarse: int) -> Floats:

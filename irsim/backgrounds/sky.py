@@ -178,16 +178,17 @@ class Clouds(Part):
         than twice the rms slope is as bright as can be.
         """
         sigma = max(self.correlation_mrad * 1e-3 / stage.geometry.ifov_rad / 40, 1.0)
-        coarse = coarseness(sigma)
+        coarse = coarseness(sigma, len(thickness))
         smooth = wrapped_blur(shrunk(thickness, coarse), sigma / coarse)
         angle = np.radians(self.sun_deg)
         across = np.roll(smooth, -1, axis=1) - np.roll(smooth, 1, axis=1)
         down = np.roll(smooth, -1, axis=0) - np.roll(smooth, 1, axis=0)
         falling = float(np.cos(angle)) * down - float(np.sin(angle)) * across  # the sun is at (sin, -cos), y down
-        facing = np.clip(falling / (2 * falling.std() + np.float32(1e-12)), 0, 1)
-        glow = radiance(stage.band, self.temperature_k + self.sunlit_k) - radiance(stage.band, self.temperature_k)
-        lit = enlarged(facing * np.float32(glow), coarse)
+        lit = enlarged(falling / (2 * falling.std() + np.float32(1e-12)), coarse)
+        np.clip(lit, 0, 1, out=lit)
         lit *= np.exp(-above)
+        glow = radiance(stage.band, self.temperature_k + self.sunlit_k) - radiance(stage.band, self.temperature_k)
+        lit *= np.float32(glow)
         return lit
 
 

@@ -4,10 +4,11 @@
 #define CELLS 65536
 #define BLOCK 1024 /* normals at a time, a multiple of 4: they stay in the first-level cache */
 
-/* The table of the tails begins with the quantile of 2^-82 and has 2^8 steps to a doubling; see irsim/normal.py. */
+/* The table of the tails goes from the quantile of 2^-82 to that of 2^-12, by 2^DEPTH_BITS steps to a doubling; see
+ * irsim/normal.py. */
 #define DEEPEST ((uint64_t)(1023 - 82))
-#define DEPTHS 8
-#define DEEP_LENGTH ((82 - 12) * (1 << DEPTHS) + 2)
+#define DEPTH_BITS 8
+#define DEEP_LENGTH ((82 - 12) * (1 << DEPTH_BITS) + 2)
 
 typedef struct {
     Py_ssize_t place;
@@ -49,8 +50,9 @@ static float tail(const double *deep, uint16_t refined, uint16_t word, uint64_t 
     const double p = (from_end + ((double)further + 0.5) * 0x1p-64) / CELLS;
     uint64_t bits;
     memcpy(&bits, &p, sizeof bits);
-    const uint64_t place = (bits >> (52 - DEPTHS)) - (DEEPEST << DEPTHS);
-    const double share = (double)(bits & ((UINT64_C(1) << (52 - DEPTHS)) - 1)) * (1.0 / (UINT64_C(1) << (52 - DEPTHS)));
+    const uint64_t place = (bits >> (52 - DEPTH_BITS)) - (DEEPEST << DEPTH_BITS);
+    const uint64_t step = UINT64_C(1) << (52 - DEPTH_BITS);
+    const double share = (double)(bits & (step - 1)) * (1.0 / (double)step);
     const double value = deep[place] + share * (deep[place + 1] - deep[place]);
     return (float)(upper ? -value : value);
 }

@@ -16,6 +16,9 @@ typedef struct {
     const uint16_t *table;
 } Picture;
 
+/* Stands for the place of what is not in a picture. */
+#define OUTSIDE (-1)
+
 /* Of a picture's or a window's side: products of two do not overflow. */
 #define MOST_PIXELS ((Py_ssize_t)1 << 24)
 

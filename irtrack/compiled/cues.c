@@ -6,8 +6,6 @@
 
 #include "sums.h"
 
-#define OUTSIDE (-1)
-
 /* Of all windows together: sizes in bytes do not overflow. */
 #define MOST_PLACES ((Py_ssize_t)1 << 48)
 

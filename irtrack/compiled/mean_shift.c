@@ -7,7 +7,6 @@
 
 #define LARGEST_BANDWIDTH 1e6
 
-#define OUTSIDE (-1)
 
 /* What a window needs while it climbs: of its pixels, row after row, the bin, the slope g of the kernel and terms of
  * sums; of its bins, the mass, and one bin more for what is outside the frame; of its columns and its rows, how far

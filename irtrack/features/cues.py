@@ -27,7 +27,7 @@ _NOTHING = float(np.finfo(np.float64).tiny)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pattern:
-    """Places about a target's centre, at its first size: x (C,), y (R,) px, ascending.
+    """Places about a target's centre, at its first size: x (C,), y (R,) px.
 
     kernel (R, C): what grey levels count there; edges (R, C): whether gradients do.
     """
@@ -106,22 +106,20 @@ class Field:
         return cue, visible
 
     def _windows_plain(self, pattern: Pattern, centers: Floats, scales: Floats) -> tuple[Cue, Floats]:
-        x = np.floor(centers[:, :1] + scales[:, :1] * pattern.x + 0.5).astype(np.intp)
-        y = np.floor(centers[:, 1:] + scales[:, 1:] * pattern.y + 0.5).astype(np.intp)
         rows, columns = self.image.shape
-        across, down = (x >= 0) & (x < columns), (y >= 0) & (y < rows)
-        if across.all() and down.all():
-            kernel = np.broadcast_to(pattern.kernel, (len(x), *pattern.kernel.shape))
-            return self._cues(x, y, kernel, pattern.edges), np.ones(len(x))
+        x, across = _pixels(centers[:, :1] + scales[:, :1] * pattern.x, columns)
+        y, down = _pixels(centers[:, 1:] + scales[:, 1:] * pattern.y, rows)
         cue, visible = self._empty(len(x)), np.zeros(len(x))
         # Stray particles lie far outside, and may be most of them: they cost nothing.
         (met,) = (across.any(axis=1) & down.any(axis=1)).nonzero()
         if met.size == 0:
             return cue, visible
+        if across.all() and down.all():
+            kernel = np.broadcast_to(pattern.kernel, (len(x), *pattern.kernel.shape))
+            return self._cues(x, y, kernel, pattern.edges), np.ones(len(x))
         seen = down[met][:, :, None] & across[met][:, None, :]
         kernel = pattern.kernel * seen
-        x, y = np.clip(x[met], 0, columns - 1), np.clip(y[met], 0, rows - 1)
-        some = self._cues(x, y, kernel, pattern.edges & seen)
+        some = self._cues(x[met], y[met], kernel, pattern.edges & seen)
         cue.grey[met], cue.gradient[met] = some.grey, some.gradient
         visible[met] = kernel.sum(axis=(1, 2))
         return cue, visible
@@ -153,6 +151,13 @@ class Field:
         weights[_span(top - first_y, bottom - first_y), _span(left - first_x, right - first_x)] = 0
         cue, _ = self.windows(Pattern(x, y, weights, weights > 0), np.zeros((1, 2)), np.ones((1, 2)))
         return cue.of(0)
+
+
+def _pixels(places: Floats, edge: int) -> tuple[Bins, Mask]:
+    """The pixels of places on one axis, and which lie within its edge; of those that do not the first pixel."""
+    at = np.floor(places + 0.5)
+    within = (at >= 0) & (at < edge)
+    return np.where(within, at, 0).astype(np.intp), within
 
 
 def likeness_map(field: Field, window: Window, pattern: Pattern, model: Cue) -> tuple[Floats, Floats]:

@@ -26,8 +26,9 @@ from irtrack.features.quantise import contiguous
 
 Singles = npt.NDArray[np.float32]
 Kernel = Singles
-"""(2L+1, 2L+1): how many samples each pixel of a neighbourhood is. Whole numbers, so that their sums over whole counts
-are exact below 2^24, in any order."""
+"""(2L+1, 2L+1): how many samples each pixel of a neighbourhood is. Whole numbers, as are their sums over counts: a part
+of a picture is the same by itself as in the whole."""
+
 Picture = npt.NDArray[np.uint8]
 
 REACH = 8.0
@@ -36,6 +37,10 @@ to 0 ... 255 and does not say how: a target of SCR 8 is then just white."""
 
 ROUNDING = 1 / sqrt(12)
 """Counts. The deviation that rounding to whole counts alone gives; no frame's noise counts as less."""
+
+DIRECT = 7
+"""Side of the largest kernel that OpenCV sums up sample by sample on any machine: from an area of 50 on it may take
+Fourier's transform (filter2D's documentation says from about 11x11 on)."""
 
 
 def ring_kernel(L: int, m: int, inner: int = 0) -> Kernel:
@@ -62,14 +67,12 @@ def background(pixels: Singles, kernel: Kernel, grid: int) -> Singles:
     Of each grid x grid block the middle pixel is predicted (the upper left one of the middle four);
     the others, and what is left over on the right and below, take the nearest prediction.
     """
-    return _sums(pixels, kernel / kernel.sum(), grid)
+    predicted = cv2.filter2D(pixels, cv2.CV_32F, kernel / kernel.sum(), borderType=cv2.BORDER_REFLECT_101)
+    return _on_grid(predicted, grid).astype(np.float32, copy=False)
 
 
-def _sums(pixels: Singles, weights: Singles, grid: int) -> Singles:
-    sums = cv2.filter2D(pixels, cv2.CV_32F, weights, borderType=cv2.BORDER_REFLECT_101)
-    if grid > 1:
-        sums = _nearest_blocks(sums, grid)
-    return sums.astype(np.float32, copy=False)
+def _on_grid(values: Any, grid: int) -> Any:
+    return _nearest_blocks(values, grid) if grid > 1 else values
 
 
 def _nearest_blocks(sums: Any, grid: int) -> Any:
@@ -106,7 +109,7 @@ class HighPass:
     def __call__(self, image: Image) -> Picture:
         """The high-passed picture (rows, columns) of a frame."""
         picture = np.empty(image.shape, np.uint8)
-        return picture if self.write(image, (0, 0), picture) else self._plain(image)
+        return picture if self.write(image, (0, 0), picture) else self.passes(image)
 
     def view(self, image: Image) -> HighPassed | Picture:
         """The same for who looks at a part of it only; the whole where predictions lie on a grid."""
@@ -120,10 +123,14 @@ class HighPass:
             and kernels.high_pass(contiguous(image), self.kernel, self.gain, *corner, picture)
         )
 
-    def _plain(self, image: Image) -> Picture:
+    def passes(self, image: Image) -> Picture:
+        """The picture by passes over all of it."""
         samples = float(self.kernel.sum())
-        pixels = image.astype(np.float32)
-        levels = samples * pixels - _sums(pixels, self.kernel, self.grid)
+        # Singles hold whole numbers below 2^24, and OpenCV sums up many samples by Fourier's transform.
+        exact = len(self.kernel) <= DIRECT and samples * np.iinfo(image.dtype).max < 2**24
+        pixels = image.astype(np.float32 if exact else np.float64)
+        sums = cv2.filter2D(pixels, -1, self.kernel, borderType=cv2.BORDER_REFLECT_101)
+        levels = (samples * pixels - _on_grid(np.rint(sums), self.grid)).astype(np.float32, copy=False)
         levels *= np.float32(self.gain / samples)
         levels += 128
         np.rint(levels, out=levels)
@@ -150,7 +157,7 @@ class HighPassed:
             return picture
         reach = self.by.kernel.shape[0] // 2
         top, left = max(rows.start - reach, 0), max(columns.start - reach, 0)
-        around = self.by(self.image[top : rows.stop + reach, left : columns.stop + reach])
+        around = self.by.passes(self.image[top : rows.stop + reach, left : columns.stop + reach])
         picture[:] = around[rows.start - top : rows.stop - top, columns.start - left : columns.stop - left]
         return picture
 
