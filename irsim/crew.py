@@ -58,6 +58,7 @@ def rendered(scenario: Scenario, wanted: Sequence[int], jobs: int) -> Generator[
     places = min(at_once * length, len(wanted))
     context = multiprocessing.get_context("spawn")  # safe with threads, the same on every system
     pending: deque[tuple[int, Future[tuple[int, list[Parcel]]]]] = deque()
+    told = "before its first frames; allowed: what it asks for above, or fewer jobs"
     with (
         shared(min(places * size, MOST_WAITING)) as memory,
         ProcessPoolExecutor(
@@ -67,8 +68,10 @@ def rendered(scenario: Scenario, wanted: Sequence[int], jobs: int) -> Generator[
 
         def first() -> Iterator[Rendered]:
             """What the chunk that is asked for the longest holds; each frame is copied when it is wanted."""
+            nonlocal told
             begin, chunk = pending.popleft()
             pid, parcels = chunk.result()
+            told = "while it rendered; allowed: the same again, or fewer jobs"
             for number, parcel in enumerate(parcels, begin):
                 frame, truth = unpack(parcel, memory.part(number % places, size))
                 yield Rendered(pid, frame, truth)
@@ -83,9 +86,7 @@ def rendered(scenario: Scenario, wanted: Sequence[int], jobs: int) -> Generator[
             while pending:
                 yield from first()
         except BrokenProcessPool:
-            raise IrsimError(
-                "a worker process died while it rendered; allowed: the same again, or fewer jobs"
-            ) from None
+            raise IrsimError(f"a worker process died {told}") from None
         finally:
             pool.shutdown(cancel_futures=True)
 

@@ -157,6 +157,8 @@ def _changed(document: Document, overrides: Iterable[str]) -> Document:
             f"{document.values[()]}: has the keys of a suite, not of a scenario; allowed: irtrack bench SUITE, "
             "with --check to check it only; a suite's file name holds 'suite'"
         )
+    if isinstance(overrides, str):
+        raise InputError(f"overrides {overrides!r}: allowed: a list of them, [{overrides!r}]")
     wrong: list[str] = []
     given: list[KeyPath] = []
     for text in overrides:

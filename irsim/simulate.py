@@ -13,6 +13,7 @@ from irsim.errors import InputError
 from irsim.loader import dumps
 from irsim.render import Renderer
 from irsim.scenario import Scenario
+from irsim.span import span
 from irsim.types import CameraFacts, Frame, Input, Truth
 
 
@@ -104,17 +105,17 @@ class Rendering:
             yield frame
 
     def truths(self, start: int = 0, stop: int | None = None) -> Iterator[Truth]:
-        for index in self._range(start, stop):
+        for index in span(start, stop, len(self)):
             yield replace(self._renderer.scene(self.arrivals[index])[1], index=index)
 
     def pairs(
         self, start: int = 0, stop: int | None = None, jobs: int = 1, input: Input = "counts"
     ) -> Iterator[tuple[Frame, Truth]]:
-        """(frame, truth) of frames start .. stop-1 in order, rendered by `jobs` processes.
+        """(frame, truth) of frames start .. stop-1 in order, rendered by `jobs` processes. InputError as of `frames`.
 
         With jobs > 1 the calling script needs the guard ``if __name__ == "__main__"``.
         """
-        wanted = self._range(start, stop)
+        wanted = span(start, stop, len(self))
         taken = self.arrivals[wanted.start : wanted.stop]
         if jobs == 1:
             pairs: Iterable[tuple[Frame, Truth]] = map(self._renderer.frame, taken)
@@ -124,9 +125,6 @@ class Rendering:
         for index, (frame, truth) in zip(wanted, pairs, strict=True):
             arrived = replace(frame, index=index)
             yield (arrived if input == "counts" else screen.show(arrived)), replace(truth, index=index)
-
-    def _range(self, start: int, stop: int | None) -> range:
-        return range(start, len(self) if stop is None else min(stop, len(self)))
 
     @cached_property
     def _screen(self) -> Screen:
@@ -144,7 +142,8 @@ class Rendering:
 def frames(scenario: Scenario, start: int = 0, stop: int | None = None, jobs: int = 1) -> Iterator[tuple[Frame, Truth]]:
     """(Frame, Truth) of a scenario's frames start .. stop-1, in order: counts and what is true of them.
 
-    InputError for what is no scenario; a recording gives its own `frames()` and `truths()`.
+    InputError for what is no scenario (a recording gives its own `frames()` and `truths()`), for a start or a stop
+    below 0, and for fewer jobs than one.
     """
     given: object = scenario  # of untyped programs
     if not isinstance(given, Scenario):

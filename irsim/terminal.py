@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import os
+import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,8 +16,11 @@ import typer
 
 from irsim.errors import InputError, IrsimError
 
-INTERRUPTED = 130
-"""Exit status after Ctrl-C, as shells have it: 128 and the signal's number."""
+SIGNALLED = 128
+"""Exit status after a signal, as shells have it: this and the signal's number."""
+
+INTERRUPTED = SIGNALLED + signal.SIGINT
+"""After Ctrl-C."""
 
 
 DRAWN_EVERY_S = 0.1
@@ -37,6 +41,7 @@ def run(app: typer.Typer, name: str) -> None:
     sys.path.append(os.getcwd())
     if isinstance(sys.stdout, TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # a terminal may know fewer letters than are printed
+    came = _ending_as_by_interrupt()
     try:
         status = app(prog_name=name, standalone_mode=False)
         if status == INTERRUPTED:  # typer's word for KeyboardInterrupt
@@ -46,7 +51,7 @@ def run(app: typer.Typer, name: str) -> None:
         sys.exit(status)
     except (KeyboardInterrupt, typer.Abort, StoppedError) as stopped:
         print(f"{name}: {str(stopped) or 'stopped'}", file=sys.stderr)
-        sys.exit(INTERRUPTED)
+        sys.exit(SIGNALLED + came[0] if came else INTERRUPTED)
     except UsageError as error:
         if "\n" in error.message:  # the help, where a command was given nothing
             error.show()
@@ -67,6 +72,23 @@ def run(app: typer.Typer, name: str) -> None:
         # What no room could foresee, such as a full disk under a redirected output.
         print(f"{name}: {error}", file=sys.stderr)
         sys.exit(2)
+
+
+def _ending_as_by_interrupt() -> list[int]:
+    """Who ends a program without a keyboard (SIGTERM: batch systems; SIGHUP: a terminal that goes) leaves as little
+    behind as Ctrl-C does. The signals that came."""
+    came: list[int] = []
+
+    def end(number: int, _: object) -> None:
+        came.append(number)
+        signal.signal(number, signal.SIG_DFL)  # a second one waits for nothing
+        raise KeyboardInterrupt
+
+    for name in ("SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)  # Windows has no SIGHUP
+        if number is not None and signal.getsignal(number) is signal.SIG_DFL:  # nohup ignores one
+            signal.signal(number, end)
+    return came
 
 
 def _say_version(context: typer.Context, asked: bool) -> None:

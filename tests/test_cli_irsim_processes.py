@@ -9,6 +9,7 @@ import sys
 import time
 from pathlib import Path
 
+import pytest
 from command_line import IRSIM, SMALL_SCENE, Run
 
 
@@ -36,9 +37,11 @@ def test_a_reader_that_leaves_is_no_error_to_tell(folder: Path) -> None:
     assert process.wait(60) == 1
 
 
-def test_interrupted_it_leaves_nothing_behind(folder: Path) -> None:
+@pytest.mark.parametrize("jobs", ["1", "2"])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_interrupted_it_leaves_nothing_behind(number: signal.Signals, jobs: str, folder: Path) -> None:
     process = subprocess.Popen(
-        [*IRSIM, "render", "scene.yaml", "-o", "long.mcap", "--frames", "1000000"],
+        [*IRSIM, "render", "scene.yaml", "-o", "long.mcap", "--frames", "1000000", "--jobs", jobs],
         cwd=folder,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -48,10 +51,10 @@ def test_interrupted_it_leaves_nothing_behind(folder: Path) -> None:
         assert process.poll() is None
         assert time.monotonic() < begun + 60, "waited in vain"
         time.sleep(0.02)
-    process.send_signal(signal.SIGINT)
+    process.send_signal(number)
     _, errors = process.communicate(timeout=60)
-    assert process.returncode == 130
-    assert b"Traceback" not in errors
+    assert process.returncode == 128 + number
+    assert errors == b"irsim: stopped\n"
     assert not list(folder.glob("*long.mcap*"))
 
 

@@ -192,6 +192,17 @@ def test_a_field_lies_in_its_intervals_at_the_stated_rate() -> None:
     held([line.column for line in told], 0.15)
 
 
+def test_what_ends_at_a_bound_may_be_anything() -> None:
+    """Twenty times as wide as high: the search goes to e^2."""
+    texture = 10.0 * spectral(1024, 3, (2.2, 3.5), 60, 20.0, 3, "f")[:200, :240]
+    noisy = texture + np.random.default_rng(3).normal(0, 0.5, texture.shape)
+    found = fit_field(periodogram(noisy), (200, 240), 0.0).texture
+    assert found is not None
+    assert found.stretch.value == pytest.approx(np.exp(2), rel=0.02)
+    assert (found.stretch.low, found.stretch.high) == pytest.approx((np.exp(-2), np.exp(2)))
+    assert found.beta_x.low > 0.6  # no other is
+
+
 def test_noise_alone_is_no_texture() -> None:
     for seed in range(5):
         spectrum = fit_field(periodogram(np.random.default_rng(seed).normal(0, 2, (100, 120))), (100, 120), 0.6)

@@ -85,7 +85,7 @@ def fit_field(periodogram: Floats, shape: tuple[int, int], psf_px: float) -> Spe
     """Texture and white floor of a picture (rows, columns) from its `periodogram`, blurred by a Gaussian of `psf_px`.
 
     Intervals are those of the Fisher information, for a Gaussian field; a real scene is none, and differs
-    from place to place by more.
+    from place to place by more. What ends at a bound of the search has all of it as its interval.
     """
     at = _Frequencies.of(shape, psf_px)
     power = periodogram[at.used]
@@ -103,6 +103,12 @@ def fit_field(periodogram: Floats, shape: tuple[int, int], psf_px: float) -> Spe
         return Spectrum(None, Measured(flat, flat - error, flat + error), np.full(periodogram.shape, flat))
     covariance = _covariance(theta, bounds, at, floor)
 
+    def parameter(number: int, back: Callable[[float], float] = float) -> Measured:
+        low, high = bounds[number]
+        if low + _NEAR < theta[number] < high - _NEAR:
+            return told(lambda t: t[number], back)
+        return Measured(*(float(back(x)) for x in (theta[number], low, high)))  # all that was searched
+
     def told(value: Callable[[Floats], float], back: Callable[[float], float] = float) -> Measured:
         steps = np.array([(value(theta + step) - value(theta - step)) / 2e-3 for step in 1e-3 * np.eye(len(theta))])
         reach = _NORMAL * float(np.sqrt(max(steps @ covariance @ steps, 0.0)))
@@ -111,10 +117,10 @@ def fit_field(periodogram: Floats, shape: tuple[int, int], psf_px: float) -> Spe
 
     texture = Field(
         spread=told(lambda t: _log_variance(t) / 2, np.exp),
-        beta_x=told(lambda t: t[1]),
-        beta_y=told(lambda t: t[2]),
-        correlation_px=told(lambda t: t[3], np.exp),
-        stretch=told(lambda t: t[4], np.exp),
+        beta_x=parameter(1),
+        beta_y=parameter(2),
+        correlation_px=parameter(3, np.exp),
+        stretch=parameter(4, np.exp),
     )
     return Spectrum(texture, told(lambda t: t[5] + np.log(floor), np.exp), _density(theta, at, floor))
 

@@ -59,7 +59,8 @@ class Crosses(Companion):
     """A straight line in the picture that meets another target's way at a given frame and angle."""
 
     at_frame: NotNegative
-    """Frame at which they are nearest to each other in the picture."""
+    """Frame at which their places are nearest to each other in the picture; the middle of a body's outline may lie
+    beside its place."""
     angle_deg: Annotated[float, Field(ge=-180, le=180)] = 90.0
     """Its direction less the other's, degrees, positive clockwise; a target that stands counts as going right."""
     miss_px: Number = 0.0

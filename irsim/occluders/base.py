@@ -94,7 +94,11 @@ class Occluder(NamedKind):
                 "two_places", "its place follows from whom it hides; allowed: {needed}, or 'hides'",
                 {"needed": needed, "at": (given[0],)},
             )  # fmt: skip
-        if self.frames is None or self.frames[1] < self.frames[0]:
+        if self.frames is not None and self.frames[1] < self.frames[0]:
+            raise PydanticCustomError(
+                "intent", "its last frame is before its first; allowed: [first, last] frame", {"at": ("frames",)}
+            )
+        if self.frames is None:
             raise PydanticCustomError(
                 "intent", "it says whom it hides, but not when; allowed: [first, last] frame", {"at": ("frames",)}
             )

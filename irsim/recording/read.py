@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import operator
 import shlex
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -19,6 +20,7 @@ from irsim.recording.image import decode_image
 from irsim.recording.layout import IMAGE, SCENARIO, TRUTH
 from irsim.recording.schema import decode_truth
 from irsim.recording.times import from_ns
+from irsim.span import span
 from irsim.types import CameraFacts, Frame, Input, Source, Truth
 
 _HASH_BLOCK = 1 << 20
@@ -104,13 +106,13 @@ class Recording(Source):
         return self.contents.frames
 
     def frame(self, index: int, input: Input = "counts") -> Frame:
-        """Frame `index`. IndexError past the end, DamageError where its bytes are not what was written."""
-        if not 0 <= index < len(self):
+        """Frame `index`. IndexError where there is none, DamageError where its bytes are not what was written."""
+        if not 0 <= operator.index(index) < len(self):
             raise IndexError(f"{self.path}: there is no frame {index}; allowed: 0 to {len(self) - 1}")
         return next(self.frames(input, index, index + 1))
 
     def frames(self, input: Input = "counts", start: int = 0, stop: int | None = None) -> Iterator[Frame]:
-        """Frames start .. stop-1 in order, as detector counts or as the 8-bit picture."""
+        """Frames start .. stop-1 in order, as detector counts or as the 8-bit picture. InputError below 0."""
         screen = Screen(self.agc, self.bits, lambda index: self.frame(index).image)
         for index, packet in self._packets(IMAGE, start, stop):
             with self.container.decoded(f"frame {index} cannot be read"):
@@ -148,8 +150,8 @@ class Recording(Source):
         return between / 1e9 + 1 / self.rate_hz
 
     def _packets(self, topic: str, start: int, stop: int | None) -> Iterator[tuple[int, Packet]]:
-        stop = len(self) if stop is None else min(stop, len(self))
-        if start >= stop:
+        wanted = span(start, stop, len(self))
+        if not wanted:
             return
         lane = self._lane(topic)
         with self.container.open() as file:
@@ -162,7 +164,7 @@ class Recording(Source):
                         self._damaged(index)
                     yield index, packet
                     index += 1
-                    if index == stop:
+                    if index == wanted.stop:
                         return
         self._damaged(index)
 
@@ -186,7 +188,11 @@ def open_recording(path: str | Path) -> Recording:
     container = open_container(path, remedy=f"irsim import {shlex.quote(str(path))} -o NEW.mcap keeps what is whole")
     metadata = container.metadata
     if "irsim" not in metadata:
-        what = "holds a track, not frames" if "irsim_track" in metadata else "has no metadata record 'irsim'"
+        what = (
+            "holds a track, not frames (a viewer shows it beside its recording)"
+            if "irsim_track" in metadata
+            else "has no metadata record 'irsim'"
+        )
         raise InputError(f"{path}: is MCAP but not a recording of irsim: it {what}")
     try:
         return Recording(

@@ -88,7 +88,8 @@ class Backdrop:
         rows, columns = hole
         unknown = np.zeros(picture.shape, bool)
         unknown[hole] = True
-        noise = max((1.4826 * float(np.median(np.abs(np.diff(picture, axis=1))))) ** 2 / 2, ROUNDING)
+        steps = np.abs(np.diff(picture, axis=1))
+        noise = max((1.4826 * float(np.median(steps))) ** 2 / 2, ROUNDING) if steps.size else ROUNDING
         margin = max(rows.stop - rows.start, columns.stop - columns.start)
         around = (
             slice(max(rows.start - margin, 0), rows.stop + margin),

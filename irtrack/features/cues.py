@@ -111,7 +111,7 @@ class Field:
         y, down = _pixels(centers[:, 1:] + scales[:, 1:] * pattern.y, rows)
         cue, visible = self._empty(len(x)), np.zeros(len(x))
         # Stray particles lie far outside, and may be most of them: they cost nothing.
-        (met,) = (across.any(axis=1) & down.any(axis=1)).nonzero()
+        met = np.flatnonzero(across.any(axis=1) & down.any(axis=1))
         if met.size == 0:
             return cue, visible
         if across.all() and down.all():

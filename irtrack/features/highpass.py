@@ -20,7 +20,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from irsim.types import Image
+from irsim.types import Floats, Image
 from irtrack.compiled import COMPILED, kernels
 from irtrack.features.quantise import contiguous
 
@@ -68,7 +68,8 @@ def background(pixels: Singles, kernel: Kernel, grid: int) -> Singles:
     the others, and what is left over on the right and below, take the nearest prediction.
     """
     predicted = cv2.filter2D(pixels, cv2.CV_32F, kernel / kernel.sum(), borderType=cv2.BORDER_REFLECT_101)
-    return _on_grid(predicted, grid).astype(np.float32, copy=False)
+    nearest: Singles = _on_grid(predicted, grid).astype(np.float32, copy=False)
+    return nearest
 
 
 def _on_grid(values: Any, grid: int) -> Any:
@@ -128,13 +129,14 @@ class HighPass:
         samples = float(self.kernel.sum())
         # Singles hold whole numbers below 2^24, and OpenCV sums up many samples by Fourier's transform.
         exact = len(self.kernel) <= DIRECT and samples * np.iinfo(image.dtype).max < 2**24
-        pixels = image.astype(np.float32 if exact else np.float64)
+        pixels: Floats = image.astype(np.float32 if exact else np.float64)
         sums = cv2.filter2D(pixels, -1, self.kernel, borderType=cv2.BORDER_REFLECT_101)
-        levels = (samples * pixels - _on_grid(np.rint(sums), self.grid)).astype(np.float32, copy=False)
+        levels: Singles = (samples * pixels - _on_grid(np.rint(sums), self.grid)).astype(np.float32, copy=False)
         levels *= np.float32(self.gain / samples)
         levels += 128
         np.rint(levels, out=levels)
-        return np.clip(levels, 0, 255, out=levels).astype(np.uint8)
+        np.clip(levels, 0, 255, out=levels)
+        return levels.astype(np.uint8)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,0 +1,53 @@
+"""Which frames are asked for, of scenarios and of recordings."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import irsim
+from irsim.span import span
+
+
+@pytest.mark.parametrize(
+    ("start", "stop", "expected"),
+    [
+        (0, None, range(5)),
+        (2, 4, range(2, 4)),
+        (np.int64(2), np.int64(4), range(2, 4)),
+        (3, 99, range(3, 5)),
+        (7, None, range(7, 5)),
+    ],
+)
+def test_frames_past_the_end_are_none(start: int, stop: int | None, expected: range) -> None:
+    assert span(start, stop, 5) == expected
+
+
+@pytest.fixture(params=["scenario", "recording"])
+def source(request: pytest.FixtureRequest, tmp_path: Path) -> irsim.Source:
+    scene = irsim.Rendering(irsim.load("sky", ["frames=4", "camera.size=[48, 32]"]))
+    if request.param == "scenario":
+        return scene
+    irsim.record(scene, tmp_path / "sky.mcap")
+    return irsim.open_recording(tmp_path / "sky.mcap")
+
+
+@pytest.mark.parametrize("asked", [{"start": -1}, {"stop": -1}])
+def test_a_frame_below_none_is_an_input_error(source: irsim.Source, asked: dict[str, int]) -> None:
+    for items in (source.frames(**asked), source.truths(**asked)):
+        with pytest.raises(irsim.InputError, match=r"^(start|stop) -1: allowed: 0 or more$"):
+            list(items)
+
+
+def test_half_a_frame_is_no_frame(source: irsim.Source) -> None:
+    with pytest.raises(TypeError):
+        list(source.frames(start=0.5))
+    with pytest.raises((TypeError, IndexError)):
+        source.frame(1.5)
+
+
+def test_overrides_are_a_list() -> None:
+    with pytest.raises(irsim.InputError, match=r"overrides 'frames=3': allowed: a list of them, \['frames=3'\]"):
+        irsim.load("sky", "frames=3")
