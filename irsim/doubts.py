@@ -9,6 +9,7 @@ import numpy as np
 
 from irsim.backgrounds import Sky
 from irsim.backgrounds.sky import FIT_K
+from irsim.detector.response import Stated
 from irsim.errors import Notice
 from irsim.motion import Mount
 from irsim.radiometry import radiance, temperature
@@ -29,6 +30,7 @@ def doubts(scenario: Scenario) -> Iterator[Notice]:
         yield Notice(("atmosphere", *at), what)
     yield from _long_paths(scenario)
     yield from _unlike_skies(scenario)
+    yield from _off_scale(scenario)
     yield from _cold_clouds(scenario)
     yield from _beads(scenario)
     yield from _never_seen(scenario)
@@ -61,6 +63,19 @@ def _unlike_skies(scenario: Scenario) -> Iterator[Notice]:
             ("background", "preset"),
             f"the sky is {given} behind an atmosphere of {air}: far things will not fade into it",
         )
+
+
+def _off_scale(scenario: Scenario) -> Iterator[Notice]:
+    """A clear sky of which no pixel lies within what the counts can tell."""
+    background, stage, camera = scenario.background, scenario.stage, scenario.camera
+    if not isinstance(background, Sky) or not isinstance(camera.detector, Stated):
+        return
+    axis, half = stage.geometry.elevation_rad, math.atan(stage.geometry.ifov_rad * stage.geometry.size[1] / 2)
+    seen = temperature(stage.band, background.clear(stage).radiance(np.array([axis - half, axis + half])))
+    least, greatest, (low, high) = float(seen.min()), float(seen.max()), camera.range_k
+    if least >= high or greatest <= low:
+        beyond = "above: its pixels are full" if least >= high else "below: its pixels are at count 0"
+        yield Notice(("camera", "range_k"), f"all of the clear sky, {least:.0f} to {greatest:.0f} K, lies {beyond}")
 
 
 def _cold_clouds(scenario: Scenario) -> Iterator[Notice]:

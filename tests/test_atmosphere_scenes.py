@@ -111,6 +111,20 @@ def test_a_sky_unlike_the_air_before_it_is_told() -> None:
     assert list(doubts(scene(background={"kind": "sky", "preset": "us_standard"}))) == []
 
 
+def test_a_sky_that_no_count_can_tell_is_told() -> None:
+    """The picture reaches from 8.6 to 11.4 degrees: the sky is 245 + 45 exp(-sin / 0.3), 268.3 to 272.3 K."""
+    sky = {"kind": "sky", "horizon_k": 290, "zenith_k": 245}
+
+    def told(range_k: tuple[float, float], **detector: Any) -> list[str]:
+        camera = {"size": (64, 48), "ifov_mrad": 1.0, "elevation_deg": 10, "range_k": range_k, **detector}
+        return [notice.what for notice in doubts(scene(camera=camera, atmosphere={}, background=sky))]
+
+    assert told((220, 268)) == ["all of the clear sky, 268 to 272 K, lies above: its pixels are full"]
+    assert told((273, 300)) == ["all of the clear sky, 268 to 272 K, lies below: its pixels are at count 0"]
+    assert told((220, 269)) == told((272, 300)) == []
+    assert told((220, 268), detector={"kind": "electrons"}) == []
+
+
 def test_a_cloud_colder_than_the_sky_behind_it_is_told() -> None:
     """The picture reaches down to 10 degrees: there the sky is 245 + 45 exp(-sin 10 / 0.3) = 270.2 K."""
     camera = {"size": (64, 48), "ifov_mrad": 1.0, "elevation_deg": 10 + np.degrees(np.arctan(0.024))}
