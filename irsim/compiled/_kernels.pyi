@@ -152,3 +152,6 @@ def sprite_light(
 ) -> tuple[float, float, float, float, float, float]:
     """Convex polygons that hide each other, drawn on cells from (left, top) px on: `light` takes (3, rows, columns)
     of cover, alpha and emission. Area, signal, x and y of the area's centroid, and of the signal's."""
+
+def histogram(counts: npt.NDArray[np.uint16], pixels: Int64, /) -> None:
+    """pixels[k] = how many counts are k; those beyond are left out."""

@@ -4,6 +4,7 @@
 #include "clutter.h"
 #include "drawing.h"
 #include "grain.h"
+#include "histogram.h"
 #include "laying.h"
 #include "outline.h"
 #include "response.h"
@@ -25,6 +26,7 @@ static PyMethodDef methods[] = {
     {"hold", (PyCFunction)(void (*)(void))hold, METH_FASTCALL, NULL},
     {"moved", (PyCFunction)(void (*)(void))moved, METH_FASTCALL, NULL},
     {"veil", (PyCFunction)(void (*)(void))veil, METH_FASTCALL, NULL},
+    {"histogram", (PyCFunction)(void (*)(void))histogram, METH_FASTCALL, NULL},
     {"bridge", (PyCFunction)(void (*)(void))bridge, METH_FASTCALL, NULL},
     {NULL, NULL, 0, NULL},
 };

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-import cv2
 import numpy as np
+import numpy.typing as npt
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from irsim.compiled import COMPILED, kernels
 from irsim.display.base import MID_GREY, Adaptive, Agc, Look, Picture, shown
-from irsim.types import Floats, Image
+from irsim.types import Image
 
 Tail = Annotated[float, Field(ge=0, lt=0.5)]
 Count = Annotated[int, Field(ge=0, le=65_535)]
@@ -65,11 +66,14 @@ class Plain(Agc):
         return top.astype(np.uint8)
 
 
-def histogram(counts: Image, bits: int) -> Floats:
-    """(2^bits,) number of pixels of each count, float64."""
+def histogram(counts: Image, bits: int) -> npt.NDArray[np.int64]:
+    """(2^bits,) number of pixels of each count; counts beyond are left out."""
     levels = 2**bits
-    found: Floats = cv2.calcHist([counts], [0], None, [levels], [0, levels]).ravel().astype(np.float64)
-    return found
+    if COMPILED and counts.dtype == np.uint16:
+        pixels = np.empty(levels, np.int64)
+        kernels.histogram(np.ascontiguousarray(counts, np.uint16), pixels)
+        return pixels
+    return np.bincount(counts.ravel(), minlength=levels)[:levels].astype(np.int64, copy=False)
 
 
 def stretched(low: float, high: float) -> Picture:
