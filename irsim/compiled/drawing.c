@@ -1,4 +1,5 @@
 #include "drawing.h"
+#include "fused.h"
 #include "seeding.h"
 
 #define CELLS 65536
@@ -17,9 +18,13 @@ typedef struct {
 
 #if defined(__GNUC__)
 #define RARE __attribute__((noinline, cold))
+#define FETCH(place) __builtin_prefetch(place)
 #else
 #define RARE
+#define FETCH(place) (void)(place)
 #endif
+
+#define LINE 16 /* float numbers in a line of the cache */
 
 typedef struct {
     Record *records;
@@ -78,7 +83,17 @@ int drawing(Arrays *arrays, PyObject *const *given, Drawing *drawn)
     return 0;
 }
 
-PyObject *draw(Drawing *drawn, Py_ssize_t length, Use use, Use mend, void *with)
+/* What of the arrays is used with the normal at `place`, where there is one. */
+INLINED void fetch(const float *const *streams, Py_ssize_t place, Py_ssize_t length)
+{
+    if (place < length)
+        for (int i = 0; i < STREAMS; i++)
+            FETCH(streams[i] + place);
+}
+
+/* Both ways to draw: compiled apart, as the loop of one has no time for a question. */
+INLINED PyObject *draw_for(Drawing *drawn, Py_ssize_t length, Use use, Use mend, void *with,
+                           const float *const *streams)
 {
     float block[BLOCK];
     Outer outer = {NULL, 0, 0};
@@ -89,6 +104,8 @@ PyObject *draw(Drawing *drawn, Py_ssize_t length, Use use, Use mend, void *with)
         Py_ssize_t count = length - from < BLOCK ? length - from : BLOCK;
         for (Py_ssize_t i = 0; i < count; i += 4) {
             uint64_t word = next_word(&source);
+            if (streams != NULL && i % LINE == 0)
+                fetch(streams, from + BLOCK + i, length);
             for (int part = 0; part < 4; part++) {
                 uint16_t cell = (uint16_t)(word >> 16 * part), from_end = (uint16_t)(cell + refined); /* wraps */
                 block[i + part] = table[cell];
@@ -112,6 +129,17 @@ PyObject *draw(Drawing *drawn, Py_ssize_t length, Use use, Use mend, void *with)
 failed:
     PyMem_Free(outer.records);
     return PyErr_NoMemory();
+}
+
+PyObject *draw(Drawing *drawn, Py_ssize_t length, Use use, Use mend, void *with)
+{
+    return draw_for(drawn, length, use, mend, with, NULL);
+}
+
+PyObject *draw_ahead(Drawing *drawn, Py_ssize_t length, Use use, Use mend, void *with,
+                     const float *const streams[STREAMS])
+{
+    return draw_for(drawn, length, use, mend, with, streams);
 }
 
 static void store(const float *drawn, Py_ssize_t from, Py_ssize_t count, void *with)

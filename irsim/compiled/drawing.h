@@ -25,6 +25,13 @@ int drawing(Arrays *arrays, PyObject *const *given, Drawing *drawn);
  * are taken for 0 by `use`, and made up for when all others are drawn, one by one, by `mend`. */
 PyObject *draw(Drawing *drawn, Py_ssize_t length, Use use, Use mend, void *with);
 
+#define STREAMS 3
+
+/* The same where `use` reads and writes several arrays that no cache holds, each with a number for each normal: they
+ * are fetched a block ahead while normals are drawn, or every block would wait for them anew. */
+PyObject *draw_ahead(Drawing *drawn, Py_ssize_t length, Use use, Use mend, void *with,
+                     const float *const streams[STREAMS]);
+
 PyObject *normals(PyObject *self, PyObject *const *given, Py_ssize_t count);
 
 #endif

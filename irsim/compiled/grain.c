@@ -195,7 +195,8 @@ PyObject *bridge(PyObject *self, PyObject *const *given, Py_ssize_t count)
         to.weight = scales[0];
         to.spread = scales[1];
         if (before == length && after == length)
-            done = draw(&drawn, length, CHOSEN(bridged), CHOSEN(bridged), &to);
+            done = draw_ahead(&drawn, length, CHOSEN(bridged), CHOSEN(bridged), &to,
+                              (const float *const[STREAMS]){to.before, to.after, to.out});
         else
             PyErr_SetString(PyExc_ValueError, "states of one length are wanted");
     }
