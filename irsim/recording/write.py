@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -59,6 +60,7 @@ class RecordingWriter:
         self._previews: list[Message] = []
         self._small: list[Message] = []
         self._targets: dict[str, TargetEntry] = {}
+        self._frames_of: Counter[str] = Counter()
         self._count = 0
         self._screen = Screen(header.agc, header.bits, _not_shown)
 
@@ -91,7 +93,9 @@ class RecordingWriter:
         """Write what is left, the table of contents and the index."""
         self._flush_frames()
         self._flush(self._previews)
-        contents = Contents(frames=self._count, targets=tuple(self._targets.values()), notes=notes)
+        frames_of = self._frames_of
+        targets = tuple(each.model_copy(update={"frames": frames_of[id]}) for id, each in self._targets.items())
+        contents = Contents(frames=self._count, targets=targets, notes=notes)
         self._chunks.metadata("irsim_contents", contents.seal())
         self._chunks.finish()
 
@@ -119,10 +123,9 @@ class RecordingWriter:
 
     def _note_targets(self, truth: Truth) -> None:
         for target in truth.targets:
-            entry = self._targets.get(target.id) or TargetEntry(
-                id=target.id, cls=target.cls, first=truth.index, frames=0
-            )
-            self._targets[target.id] = entry.model_copy(update={"frames": entry.frames + 1})
+            if target.id not in self._targets:
+                self._targets[target.id] = TargetEntry(id=target.id, cls=target.cls, first=truth.index, frames=0)
+            self._frames_of[target.id] += 1
 
     def _put(self, lane: list[Message], topic: str, log_time: int, data: bytes) -> None:
         lane.append(Message(self._channels[topic], self._count, log_time, data))
