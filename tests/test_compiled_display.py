@@ -8,7 +8,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from irsim.compiled import COMPILED, kernels
-from irsim.display import stretch
+from irsim.display import base, stretch
 
 pytestmark = pytest.mark.skipif(not COMPILED, reason="there is no compiler here")
 
@@ -31,6 +31,26 @@ def test_a_histogram_is_that_of_numpy(rows: int, columns: int, bits: int, deepes
             patch.setattr(stretch, "COMPILED", False)
             wanted = stretch.histogram(each, bits)
         np.testing.assert_array_equal(stretch.histogram(each, bits), wanted, strict=True)
+
+
+@given(rows=st.integers(0, 40), columns=st.integers(0, 40), seed=st.integers(0, 99))
+@example(rows=512, columns=640, seed=1)
+def test_a_picture_is_shown_as_by_numpy(rows: int, columns: int, seed: int) -> None:
+    drawn = np.random.default_rng(seed)
+    counts, greys = drawn.integers(0, 2**16, (rows, columns), np.uint16), drawn.integers(0, 256, 2**16, np.uint8)
+    for each in (counts, counts[:, ::2], counts.astype(np.uint8)):
+        np.testing.assert_array_equal(base.shown(greys, each), greys[each], strict=True)
+
+
+def test_a_table_or_a_picture_of_another_size_is_refused() -> None:
+    greys, counts, picture = np.zeros(2**16, np.uint8), np.zeros((2, 3), np.uint16), np.ones((2, 3), np.uint8)
+    kernels.shown(greys, counts, picture)
+    assert not picture.any()
+    for wrong in ((greys[1:], counts, picture), (greys, counts[1:], picture), (greys, counts, picture[1:])):
+        with pytest.raises(ValueError, match="65536 greys"):
+            kernels.shown(*wrong)
+    with pytest.raises(TypeError, match="array of H"):
+        kernels.shown(greys, picture, picture)  # type: ignore[arg-type]
 
 
 def test_a_histogram_of_what_has_not_16_bits_is_refused() -> None:

@@ -26,6 +26,7 @@ from irsim.recording import (
     open_recording,
     record,
 )
+from irsim.recording.image import encode_image
 from irsim.recording.times import EPOCH_NS
 from irsim.types import CameraFacts
 
@@ -101,6 +102,18 @@ def test_images_are_foxglove_raw_images(tmp_path: Path, bits: int, encoding: str
     preview = CompressedImage.FromString(next(m.data for _, c, m in messages if c.topic == "/ir/preview"))
     assert preview.format == "jpeg"
     assert preview.data.startswith(b"\xff\xd8\xff")  # JPEG's start of image
+
+
+@pytest.mark.parametrize("dtype", ["u1", "<u2"])
+@pytest.mark.parametrize("size", [(1, 1), (1, 127), (1, 128), (97, 131)])
+def test_an_image_is_written_as_protobuf_does(size: tuple[int, int], dtype: str) -> None:
+    drawn = np.random.default_rng(1).integers(0, 200, size).astype(dtype)
+    for counts in (drawn, drawn[:, ::-1]):
+        written = encode_image(counts, 12_345_678_901)
+        image = RawImage.FromString(written)
+        assert image.data == counts.tobytes()
+        assert (image.frame_id, image.timestamp.seconds, image.timestamp.nanos) == ("camera", 12, 345_678_901)
+        assert image.SerializeToString() == written
 
 
 def test_annotations_count_from_the_pixels_corner(recorded: Path) -> None:

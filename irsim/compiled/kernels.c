@@ -2,9 +2,9 @@
  * lengths that must agree are checked before anything is read. */
 #include "arguments.h"
 #include "clutter.h"
+#include "display.h"
 #include "drawing.h"
 #include "grain.h"
-#include "histogram.h"
 #include "laying.h"
 #include "outline.h"
 #include "response.h"
@@ -27,6 +27,7 @@ static PyMethodDef methods[] = {
     {"moved", (PyCFunction)(void (*)(void))moved, METH_FASTCALL, NULL},
     {"veil", (PyCFunction)(void (*)(void))veil, METH_FASTCALL, NULL},
     {"histogram", (PyCFunction)(void (*)(void))histogram, METH_FASTCALL, NULL},
+    {"shown", (PyCFunction)(void (*)(void))shown, METH_FASTCALL, NULL},
     {"bridge", (PyCFunction)(void (*)(void))bridge, METH_FASTCALL, NULL},
     {NULL, NULL, 0, NULL},
 };
