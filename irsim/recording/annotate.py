@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from foxglove_schemas_protobuf.CircleAnnotation_pb2 import CircleAnnotation
-from foxglove_schemas_protobuf.Color_pb2 import Color
 from foxglove_schemas_protobuf.ImageAnnotations_pb2 import ImageAnnotations
-from foxglove_schemas_protobuf.Point2_pb2 import Point2
 from foxglove_schemas_protobuf.PointsAnnotation_pb2 import PointsAnnotation
-from foxglove_schemas_protobuf.TextAnnotation_pb2 import TextAnnotation
 from google.protobuf.timestamp_pb2 import Timestamp
 
 from irsim.types import Box, Truth
@@ -23,11 +19,13 @@ _CIRCLE_PX = 3 * POINT_LIKE_PX
 _TEXT_PX = 10.0
 _LINE_PX = 1.0
 
+Rgba = dict[str, float]
+
 # Colours of Okabe & Ito (2008), told apart by colour-blind eyes too.
-SEEN = Color(r=0.0, g=0.62, b=0.45, a=1.0)
-HIDDEN = Color(r=0.90, g=0.62, b=0.0, a=1.0)
-TRACK = Color(r=0.34, g=0.71, b=0.91, a=1.0)
-_CLEAR = Color(r=0.0, g=0.0, b=0.0, a=0.0)
+SEEN: Rgba = {"r": 0.0, "g": 0.62, "b": 0.45, "a": 1.0}
+HIDDEN: Rgba = {"r": 0.90, "g": 0.62, "b": 0.0, "a": 1.0}
+TRACK: Rgba = {"r": 0.34, "g": 0.71, "b": 0.91, "a": 1.0}
+_CLEAR: Rgba = {"r": 0.0, "g": 0.0, "b": 0.0, "a": 0.0}
 
 
 def stamp(log_time: int) -> Timestamp:
@@ -35,47 +33,40 @@ def stamp(log_time: int) -> Timestamp:
     return Timestamp(seconds=log_time // 10**9, nanos=log_time % 10**9)
 
 
-def _point(x: float, y: float) -> Point2:
-    return Point2(x=x + CORNER_PX, y=y + CORNER_PX)
+def _point(x: float, y: float) -> dict[str, float]:
+    return {"x": x + CORNER_PX, "y": y + CORNER_PX}
 
 
-def draw(annotations: ImageAnnotations, box: Box, label: str, color: Color, log_time: int) -> None:
+def draw(annotations: ImageAnnotations, box: Box, label: str, color: Rgba, log_time: int) -> None:
     """Add a box, or a circle around a point-like target, and its label."""
-    time = stamp(log_time)
+    time = {"seconds": log_time // 10**9, "nanos": log_time % 10**9}
+    left, top, right, bottom = box.left, box.top, box.right, box.bottom
     if max(box.w, box.h) < POINT_LIKE_PX:
-        annotations.circles.append(
-            CircleAnnotation(
-                timestamp=time,
-                position=_point(box.cx, box.cy),
-                diameter=_CIRCLE_PX,
-                thickness=_LINE_PX,
-                fill_color=_CLEAR,
-                outline_color=color,
-            )
-        )
-        above = box.cy - _CIRCLE_PX / 2
-    else:
-        corners = ((box.left, box.top), (box.right, box.top), (box.right, box.bottom), (box.left, box.bottom))
-        annotations.points.append(
-            PointsAnnotation(
-                timestamp=time,
-                type=PointsAnnotation.LINE_LOOP,
-                points=[_point(x, y) for x, y in corners],
-                outline_color=color,
-                fill_color=_CLEAR,
-                thickness=_LINE_PX,
-            )
-        )
-        above = box.top
-    annotations.texts.append(
-        TextAnnotation(
+        annotations.circles.add(
             timestamp=time,
-            position=_point(box.left, above - 1),
-            text=label,
-            font_size=_TEXT_PX,
-            text_color=color,
-            background_color=_CLEAR,
+            position=_point(box.cx, box.cy),
+            diameter=_CIRCLE_PX,
+            thickness=_LINE_PX,
+            fill_color=_CLEAR,
+            outline_color=color,
         )
+        top = box.cy - _CIRCLE_PX / 2
+    else:
+        annotations.points.add(
+            timestamp=time,
+            type=PointsAnnotation.LINE_LOOP,
+            points=[_point(left, top), _point(right, top), _point(right, bottom), _point(left, bottom)],
+            outline_color=color,
+            fill_color=_CLEAR,
+            thickness=_LINE_PX,
+        )
+    annotations.texts.add(
+        timestamp=time,
+        position=_point(left, top - 1),
+        text=label,
+        font_size=_TEXT_PX,
+        text_color=color,
+        background_color=_CLEAR,
     )
 
 
