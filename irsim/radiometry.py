@@ -8,7 +8,6 @@ from typing import Literal
 
 import numpy as np
 
-from irsim.lookup import lookup
 from irsim.types import Floats
 
 BandName = Literal["mwir", "lwir"]
@@ -33,10 +32,6 @@ _C2 = 6.62607015e-34 * 299_792_458.0 / 1.380649e-23
 
 TABLE_K = (10.0, 6000.0)
 """Temperatures that the table covers, K; others are taken for the nearer end (at 10 K nothing shines)."""
-
-
-ENTRIES = 2**16
-"""Of a table that is read by whole pictures: 16-bit words are looked up fastest."""
 
 
 def limits(band: Band) -> tuple[float, float]:
@@ -86,19 +81,6 @@ def radiance(band: Band, temperature_k: float | Floats) -> Floats:
     """In-band radiance of a black body, W/m2/sr, of its temperature, K (any shape, > 0)."""
     inverse_t, log_l = _table(band)
     return np.exp(np.interp(-1 / np.asarray(temperature_k), inverse_t, log_l))
-
-
-def radiances(band: Band, temperature_k: Floats) -> Floats:
-    """The same of a picture (rows, cols) float32, K: float32, ten times as fast.
-
-    By a table between its least and its greatest temperature, between which a temperature is rounded to 65,535 steps.
-    """
-    least, greatest = float(temperature_k.min()), float(temperature_k.max())
-    table = radiance(band, np.linspace(least, greatest, ENTRIES)).astype(np.float32)
-    # Where all is of one temperature any scale will do.
-    scale = (ENTRIES - 1) / (greatest - least) if greatest > least else 0.0
-    places = (temperature_k - np.float32(least)) * np.float32(scale)
-    return lookup(table, np.rint(places, out=places).astype(np.uint16))
 
 
 def temperature(band: Band, radiance: float | Floats) -> Floats:

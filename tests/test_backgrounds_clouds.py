@@ -10,13 +10,15 @@ from pydantic import ValidationError
 
 from irsim.backgrounds import Gaze
 from irsim.backgrounds.chart import Chart
-from irsim.backgrounds.drifting import Padded
-from irsim.backgrounds.fields import STEPS, Evolving, shaped, spectral, weights
-from irsim.backgrounds.periodic import wrapped_blur
+from irsim.backgrounds.evolving import STEPS, Evolving, weights
+from irsim.backgrounds.fields import shaped, spectral
+from irsim.backgrounds.periodic import shrunk, wrapped_blur
 from irsim.backgrounds.sky import Clouds
+from irsim.backgrounds.tiles import TILE, Tiled
 from irsim.geometry import Geometry
 from irsim.radiometry import radiance
 from irsim.stage import Stage
+from irsim.types import Floats
 
 
 def stage(size: tuple[int, int] = (160, 120), ifov_mrad: float = 0.5) -> Stage:
@@ -66,14 +68,27 @@ def test_weights_of_an_evolving_field_keep_the_variance_and_have_no_kink() -> No
         assert before.get(j, 0.0) == pytest.approx(after.get(j, 0.0), abs=1e-6)
 
 
+def whole(fields: Evolving, place: float) -> tuple[Floats, Floats]:
+    return fields.at(place).over(slice(0, fields.side), slice(0, fields.side))
+
+
+def test_an_evolving_field_has_a_variance_of_one_at_any_time() -> None:
+    """The fields that make it up are few features wide: what they have in common by chance is no little."""
+    fields = Evolving(256, 3.3, None, 200.0, 1.0, 1, "t", coarse=4)
+    for place in (0.0, 0.4, 3.7, 0.9):
+        found = whole(fields, place)
+        assert [field.std() for field in found] == pytest.approx([1, 1], abs=1e-5)
+        assert fields.at(place).small == pytest.approx(shrunk(found[0], 4), abs=1e-5)
+
+
 def test_an_evolving_field_forgets_as_it_says() -> None:
     """Correlation over many independent tiles: 2/3 after a period, 0 after four, 0.9936 after a step."""
     found: dict[float, list[float]] = {1 / STEPS: [], 1.0: [], 4.0: []}
     for seed in range(40):
         fields = Evolving(64, 2.0, None, 4.0, 1.0, seed, "t")
-        start = fields.at(0.25)
+        start = whole(fields, 0.25)
         for lag, values in found.items():
-            values += [float(np.mean(a * b)) for a, b in zip(start, fields.at(0.25 + lag), strict=True)]
+            values += [float(np.mean(a * b)) for a, b in zip(start, whole(fields, 0.25 + lag), strict=True)]
     # The closed form at this phase: sum of h(x) h(x + lag) / 1.5 over the bumps h = cos^2(pi x / 4), |x| < 2.
     for lag, values in found.items():
         places = 0.25 - np.arange(-8, 8)
@@ -84,8 +99,8 @@ def test_an_evolving_field_forgets_as_it_says() -> None:
 def test_an_evolving_field_does_not_depend_on_what_was_asked_before() -> None:
     fields, fresh = (Evolving(64, 3.0, (2.7, 3.6), 20.0, 2.0, 3, "t") for _ in range(2))
     for place in (7.0, 0.0, 2.5, 2.6):
-        last = fields.at(place)
-    assert all(map(np.array_equal, last, fresh.at(2.6)))
+        last = whole(fields, place)
+    assert all(map(np.array_equal, last, whole(fresh, 2.6)))
     assert not np.array_equal(*last)
 
 
@@ -140,8 +155,8 @@ def test_an_evolving_layer_turns_and_rolls_with_the_camera(ifov_mrad: float) -> 
 
 def test_the_spread_of_an_evolving_layer_is_constant() -> None:
     scene = stage(ifov_mrad=0.1)
-    paint = CHANGING.evolving(scene)._paint
-    shares = [float(np.mean(paint(place)[0] < 0.99)) for place in np.linspace(0, 6, 7)]
+    painting, whole = CHANGING.evolving(scene)._painting, slice(0, 1024)
+    shares = [float(np.mean(painting(place)(whole, whole)[0] < 0.99)) for place in np.linspace(0, 6, 7)]
     assert np.std(shares) < 0.05
     assert np.mean(shares) == pytest.approx(0.4, abs=0.06)
 
@@ -163,10 +178,28 @@ def test_edges_that_face_the_sun_are_brighter() -> None:
 
 
 def test_what_is_seen_of_a_texture_does_not_depend_on_what_was_seen_before() -> None:
-    """Frames that wander, jump, and look past its edges, each against the texture tiled by numpy."""
-    texture = np.random.default_rng(1).random((64, 64)).astype(np.float32)
-    padded, tiled = Padded(texture, 110), np.tile(texture, (3, 3))
-    steps = np.random.default_rng(2).integers(-9, 10, (300, 2)).cumsum(axis=0)
-    for column, row in [(0, 0), (63, 63), *(steps % 64).tolist()]:
-        seen = padded.window(column, row, 41, 31)
-        np.testing.assert_array_equal(seen, tiled[row : row + 31, column : column + 41])
+    """Frames that wander, jump, and look past its edges, each against the textures tiled by numpy."""
+    side = 2 * TILE
+    textures = np.random.default_rng(1).random((2, side, side)).astype(np.float32)
+
+    def paint(rows: slice, columns: slice) -> tuple[Floats, Floats]:
+        return textures[0, rows, columns], textures[1, rows, columns]
+
+    seen_of, tiled = Tiled(side, paint), np.tile(textures, (1, 3, 3))
+    steps = np.random.default_rng(2).integers(-36, 37, (300, 2)).cumsum(axis=0)
+    for column, row in [(0, 0), (side - 1, side - 1), *(steps % side).tolist()]:
+        for seen, texture in zip(seen_of.window(column, row, 161, 121), tiled, strict=True):
+            np.testing.assert_array_equal(seen, texture[row : row + 121, column : column + 161])
+
+
+def test_only_what_is_looked_at_is_painted_and_once() -> None:
+    painted = []
+
+    def paint(rows: slice, columns: slice) -> tuple[Floats, Floats]:
+        painted.append((rows.start // TILE, columns.start // TILE))
+        return np.zeros((TILE, TILE), np.float32), np.ones((TILE, TILE), np.float32)
+
+    tiles = Tiled(8 * TILE, paint)
+    for column in range(0, 60, 20):
+        tiles.window(TILE + column, 0, 2 * TILE, TILE)
+    assert sorted(painted) == [(row, column) for row in (0, 1, 7) for column in (0, 1, 2, 3)]

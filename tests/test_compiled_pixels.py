@@ -13,6 +13,7 @@ from irsim import rng
 from irsim.backgrounds import Gaze, veiled
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.drifting import Drifting, _first
+from irsim.backgrounds.tiles import PaintTile
 from irsim.compiled import COMPILED, kernels
 from irsim.detector import ar1, drift, grain, noise_3d, response, shot
 from irsim.detector.ar1 import Ar1
@@ -25,7 +26,6 @@ from irsim.detector.shot import Shot
 from irsim.detector.white import White
 from irsim.geometry import Geometry
 from irsim.normal import cell_means
-from irsim.types import Floats
 
 pytestmark = pytest.mark.skipif(not COMPILED, reason="there is no compiler here")
 
@@ -88,11 +88,11 @@ def test_noise_added_where_it_is_drawn_is_that_of_passes(rows: int, columns: int
 
 
 def drifting(side: int, seed: int) -> Drifting:
-    def paint(place: float) -> tuple[Floats, Floats]:
+    def painting(place: float) -> PaintTile:
         drawn = rng.stream(seed, round(place * 1000)).random((2, side, side)).astype(np.float32)
-        return drawn[0], drawn[1]
+        return lambda rows, columns: (drawn[0, rows, columns], drawn[1, rows, columns])
 
-    return Drifting("cloud", 1000.0, paint, 5.0, (3.3, -0.7))
+    return Drifting("cloud", 1000.0, side, painting, 5.0, (3.3, -0.7))
 
 
 @settings(max_examples=30)

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from functools import cached_property, lru_cache
+from collections.abc import Callable, Iterator, Sequence
+from functools import lru_cache
 
 import cv2
 import numpy as np
 
 from irsim.backgrounds.base import Gaze, Slices, veiled
 from irsim.backgrounds.chart import NODES, PLACES, Chart
-from irsim.backgrounds.fields import STEPS
+from irsim.backgrounds.evolving import STEPS
 from irsim.backgrounds.texture import repeated_px
+from irsim.backgrounds.tiles import PaintTile, Tiled
 from irsim.compiled import COMPILED, kernels
 from irsim.types import Floats
 
@@ -24,79 +25,46 @@ by pixel, at ten times the cost."""
 STRAIGHT = 0.02
 """Largest displacement of a corner by roll or zoom, px, that is not looked up."""
 
-AROUND = 16
-"""How much more than a frame sees is cut out of a texture, to each side, px: the next frames see much the same."""
-
-Paint = Callable[[float], tuple[Floats, Floats]]
-"""Time in periods -> a layer's transmittance and emission, square and periodic, float32."""
-
-
-class Padded:
-    """A square, periodic texture, as if repeated past its edges by `margin` px so that a frame needs no wrap.
-
-    What was last seen of it is kept apart: a picture whose rows lie side by side is read in half the time.
-    """
-
-    def __init__(self, texture: Floats, margin: int) -> None:
-        self.side = texture.shape[0]
-        self._texture, self._margin = texture, margin
-        self._near, self._corner = texture[:0, :0], (0, 0)
-
-    @cached_property
-    def whole(self) -> Floats:
-        """With what repeats of it."""
-        return np.asarray(cv2.copyMakeBorder(self._texture, 0, self._margin, 0, self._margin, cv2.BORDER_WRAP))
-
-    def window(self, column: int, row: int, width: int, height: int) -> Floats:
-        """(height, width) of it from a column and a row on."""
-        left, top = column - self._corner[0], row - self._corner[1]
-        rows, columns = self._near.shape
-        if not (0 <= left <= columns - width and 0 <= top <= rows - height):
-            left, top = AROUND, AROUND
-            self._corner = column - left, row - top
-            across, down = (
-                np.arange(begin, begin + length + 2 * AROUND)
-                for begin, length in zip(self._corner, (width, height), strict=True)
-            )
-            self._near = self._texture.take(down, axis=0, mode="wrap").take(across, axis=1, mode="wrap")
-        return self._near[top : top + height, left : left + width]
-
-
-State = tuple[Padded, Padded]
-"""A layer's transmittance and emission at a moment."""
+Painting = Callable[[float], PaintTile]
+"""Time in periods -> how a layer is painted at that time."""
 
 
 class Drifting:
     """What is seen of a layer that evolves with the period `period_s` and drifts by (right, down) px/s."""
 
-    def __init__(self, name: str, range_m: float, paint: Paint, period_s: float, drift_px_s: tuple[float, float]):
+    def __init__(
+        self,
+        name: str,
+        range_m: float,
+        side: int,
+        painting: Painting,
+        period_s: float,
+        drift_px_s: tuple[float, float],
+    ) -> None:
         self.name = name
         self.range_m = range_m
-        self._paint = paint
+        self._side = side
+        self._painting = painting
         self._period_s = period_s
         self._drift = drift_px_s
-        self._states: dict[int, State] = {}
+        self._states: dict[int, Tiled] = {}
 
     def light(self, gaze: Gaze) -> tuple[Floats, Floats]:
         """(transmittance, emission) of a frame, each (rows, cols) float32."""
-        early, late, share = self._around(gaze.time, gaze.chart.geometry.size)
         look = _look(gaze.chart, self._drift[0] * gaze.time, self._drift[1] * gaze.time)
-        transmittance, emission = (look(before, after, share) for before, after in zip(early, late, strict=True))
-        return transmittance, emission
+        return look(*self._around(gaze.time))
 
     def veil(self, light: Floats, gaze: Gaze, behind: Sequence[Slices]) -> list[Floats]:
         """light <- light * transmittance + emission, in place; the transmittance of patches, (rows, columns) each."""
         first = _first(gaze.chart, self._drift[0] * gaze.time, self._drift[1] * gaze.time) if COMPILED else None
         if first is None or light.dtype != np.float32:
             return veiled(light, *self.light(gaze), behind)
-        early, late, share = self._around(gaze.time, gaze.chart.geometry.size)
+        early, late, share = self._around(gaze.time)
         (width, column, right), (height, row, down) = (
             (length + 1, int(place), _beyond(length, place))
-            for length, place in zip(light.shape[::-1], np.mod(first, early[0].side).tolist(), strict=True)
+            for length, place in zip(light.shape[::-1], np.mod(first, self._side).tolist(), strict=True)
         )
-        passed, emitted = (
-            [texture.window(column, row, width, height) for texture in field] for field in zip(early, late, strict=True)
-        )
+        passed, emitted = zip(*(state.window(column, row, width, height) for state in (early, late)), strict=True)
         kernels.veil(share, right, down, light, *passed, *emitted)
         patches = []
         for down_to, across_to in behind:
@@ -106,19 +74,15 @@ class Drifting:
             patches.append(patch)
         return patches
 
-    def _around(self, time: float, frame: tuple[int, int]) -> tuple[State, State, float]:
+    def _around(self, time: float) -> tuple[Tiled, Tiled, float]:
         """The states before and after a time, and the share of the one after."""
         steps = time / self._period_s * STEPS
         first = int(np.floor(steps))
-        self._states = {k: self._state(k, frame) for k in (first, first + 1)}
+        self._states = {k: self._states.get(k) or self._state(k) for k in (first, first + 1)}
         return self._states[first], self._states[first + 1], steps - first
 
-    def _state(self, number: int, frame: tuple[int, int]) -> State:
-        if number in self._states:
-            return self._states[number]
-        transmittance, emission = self._paint(number / STEPS)
-        margin = repeated_px(frame)
-        return Padded(transmittance, margin), Padded(emission, margin)
+    def _state(self, number: int) -> Tiled:
+        return Tiled(self._side, self._painting(number / STEPS))
 
 
 def _is_narrow(chart: Chart) -> bool:
@@ -142,40 +106,50 @@ def _beyond(length: int, place: float) -> float:
     return float(np.float32((length - 1) / 2 + place - int(place)) - np.float32((length - 1) / 2))
 
 
-Look = Callable[[Padded, Padded, float], Floats]
+Look = Callable[[Tiled, Tiled, float], tuple[Floats, Floats]]
 
 
 def _look(chart: Chart, right: float, down: float) -> Look:
-    """How to see two padded periodic textures, mixed (share of the second), that have drifted by (right, down) px."""
+    """How to see two states, mixed (share of the second), that have drifted by (right, down) px."""
     width, height = chart.geometry.size
     first = _first(chart, right, down)
     if first is None and not _is_narrow(chart):
-        return _pixelwise(chart.spread(chart.u - right), chart.spread(chart.v - down))
+        return _pixelwise(chart.spread(chart.u - right), chart.spread(chart.v - down), chart)
     if first is None:
         u, v, forward, side = _middle(chart)
         x, y = np.meshgrid(np.arange(width) - (width - 1) / 2, np.arange(height) - (height - 1) / 2)
-        return _pixelwise(u - right + forward * x - side * y, v - down + side * x + forward * y)
+        return _pixelwise(u - right + forward * x - side * y, v - down + side * x + forward * y, chart)
     across, along = first
 
-    def move(before: Padded, after: Padded, share: float) -> Floats:
+    def move(before: Tiled, after: Tiled, share: float) -> tuple[Floats, Floats]:
         left, top = across % before.side, along % before.side
         column, row = int(left), int(top)
-        early, late = (texture.window(column, row, width + 1, height + 1) for texture in (before, after))
-        mixed = cv2.addWeighted(early, 1 - share, late, share, 0)
         middle = ((width - 1) / 2 + left - column, (height - 1) / 2 + top - row)
-        return np.asarray(cv2.getRectSubPix(mixed, (width, height), middle))
+        early, late = (state.window(column, row, width + 1, height + 1) for state in (before, after))
+        passed, emitted = (cv2.getRectSubPix(field, (width, height), middle) for field in _mixed(early, late, share))
+        return np.asarray(passed), np.asarray(emitted)
 
     return move
 
 
-def _pixelwise(columns: Floats, rows: Floats) -> Look:
-    def look(before: Padded, after: Padded, share: float) -> Floats:
+def _pixelwise(columns: Floats, rows: Floats, chart: Chart) -> Look:
+    margin = repeated_px(chart.geometry.size)
+
+    def look(before: Tiled, after: Tiled, share: float) -> tuple[Floats, Floats]:
         period = before.side
         x, y = ((at - np.floor(at.min() / period) * period).astype(np.float32) for at in (columns, rows))
-        mixed = cv2.addWeighted(before.whole, 1 - share, after.whole, share, 0)
-        return np.asarray(cv2.remap(mixed, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP))
+        early, late = (state.window(0, 0, period + margin, period + margin) for state in (before, after))
+        passed, emitted = (
+            cv2.remap(field, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP) for field in _mixed(early, late, share)
+        )
+        return np.asarray(passed), np.asarray(emitted)
 
     return look
+
+
+def _mixed(before: tuple[Floats, Floats], after: tuple[Floats, Floats], share: float) -> Iterator[Floats]:
+    for early, late in zip(before, after, strict=True):
+        yield np.asarray(cv2.addWeighted(early, 1 - share, late, share, 0))
 
 
 @lru_cache(maxsize=4)

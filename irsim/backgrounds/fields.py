@@ -1,14 +1,12 @@
-"""Random fields: an anisotropic spectrum, a histogram, and a smooth change in time."""
+"""Random fields: an anisotropic spectrum and a histogram."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import lru_cache
 from itertools import pairwise
 from statistics import NormalDist
 from typing import Annotated
 
-import cv2
 import numpy as np
 from pydantic import AfterValidator, Field
 from pydantic_core import PydanticCustomError
@@ -34,12 +32,8 @@ def _rises(values: tuple[float, ...]) -> tuple[float, ...]:
 Histogram = Annotated[tuple[Number, ...], Field(strict=False), AfterValidator(_rises)]
 """Values of a texture at evenly spaced shares of its pixels, least to greatest; empty: Gaussian."""
 
-STEPS = 8
-"""States that are worked out in one `period` of an evolving field; frames between two are their
-linear mix, whose standard deviation is smaller by 0.16 % at most (correlation 0.9936 over a step)."""
 
-
-def _amplitude(
+def amplitudes(
     fx: Floats, fy: Floats, beta: float, betas: Betas | None, correlation_px: float, stretch: float
 ) -> Floats:
     """Amplitude filter at frequencies fx, fy (cycles a px); no constant part.
@@ -65,7 +59,7 @@ def spectral(
         return power_law(side, beta, correlation_px, stretch, seed, *address)
     frequencies = np.fft.rfftfreq(side)[None, :], np.fft.fftfreq(side)[:, None]
     white = np.fft.rfft2(normals((side, side), seed, *address))
-    field = np.fft.irfft2(white * _amplitude(*frequencies, beta, betas, correlation_px, stretch), s=(side, side))
+    field = np.fft.irfft2(white * amplitudes(*frequencies, beta, betas, correlation_px, stretch), s=(side, side))
     return np.asarray(field / field.std(), dtype=np.float32)
 
 
@@ -97,60 +91,3 @@ def _ranks(histogram: tuple[float, ...]) -> tuple[Floats, Floats]:
     marks = np.array([NormalDist().inv_cdf(share) for share in shares])
     values = np.interp(shares, np.linspace(0, 1, len(histogram)), histogram)
     return marks, (values - values.mean()) / values.std()
-
-
-def weights(place: float) -> list[tuple[int, float]]:
-    """Numbers of the independent fields that make up an evolving one at time `place` (in periods), and their shares.
-
-    A raised cosine over four of them, cos^2(pi/4 (place - j)) / sqrt(3/2): the squares add up to one
-    at any time (cos^4 at steps of pi/4 sums to 3/2), so the variance is constant, and there is no
-    kink where a field comes or goes.
-    """
-    first = int(np.floor(place)) - 1
-    shares = ((j, np.cos(np.pi / 4 * (place - j)) ** 2 / np.sqrt(1.5)) for j in range(first, first + 4))
-    return [(j, float(share)) for j, share in shares]
-
-
-class Evolving:
-    """Two independent periodic Gaussian fields of one spectrum, mean 0 and variance 1, that change in time.
-
-    Only what it keeps for speed ever changes: a time asked for gives the same fields whatever was
-    asked for before. `period`: a field one period later has a correlation of 2/3, four periods
-    later none.
-    """
-
-    def __init__(
-        self, side: int, beta: float, betas: Betas | None, correlation_px: float, stretch: float, seed: int, name: str
-    ) -> None:
-        self.side, self.seed, self.name = side, seed, name
-        frequencies = np.fft.fftfreq(side)
-        fx, fy = frequencies[None, :], frequencies[:, None]
-        self._amplitude = _amplitude(fx, fy, beta, betas, correlation_px, stretch).astype(np.float32)[..., None]
-        self._fields: dict[int, tuple[Floats, Floats]] = {}
-
-    def _pair(self, number: int) -> tuple[Floats, Floats]:
-        """Independent fields, (side, side) float32 each: the real and the imaginary part of one transform."""
-        if number not in self._fields:
-            white = normals((self.side, self.side, 2), self.seed, self.name, "evolving", number)
-            real, imaginary = cv2.split(cv2.dft(white * self._amplitude, flags=cv2.DFT_INVERSE))
-            self._fields[number] = np.asarray(real), np.asarray(imaginary)
-        return self._fields[number]
-
-    def at(self, place: float) -> tuple[Floats, Floats]:
-        """Both fields, (side, side) float32 each, at a time in periods."""
-        shares = weights(place)
-        pairs = [(self._pair(j), share) for j, share in shares]
-        self._fields = {j: self._fields[j] for j, _ in shares}
-        first, second = (_mixed([(pair[i], share) for pair, share in pairs]) for i in range(2))
-        return first, second
-
-
-def _mixed(parts: Sequence[tuple[Floats, float]]) -> Floats:
-    """The sum of fields, each times its share, float32, of variance 1 anew."""
-    (first, share), *others = parts
-    total = first * np.float32(share)
-    for each, part in others:
-        cv2.scaleAdd(each, part, total, dst=total)
-    _, deviation = cv2.meanStdDev(total)
-    total *= np.float32(1 / deviation.item())
-    return total

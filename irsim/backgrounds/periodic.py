@@ -12,15 +12,34 @@ FINE = 5.0
 hundredth of it."""
 
 
+def reach_px(sigma_px: float, side: int) -> int:
+    """How far about each pixel of (side, side) a Gaussian blur looks, px."""
+    return min(int(np.ceil(5 * sigma_px)), side)
+
+
 def wrapped_blur(texture: Floats, sigma_px: float) -> Floats:
     """A periodic texture (side, side), float32, after a Gaussian blur."""
     texture = np.asarray(texture, dtype=np.float32)
-    if sigma_px == 0:
-        return texture
-    reach = min(int(np.ceil(5 * sigma_px)), texture.shape[0])
-    wide = cv2.copyMakeBorder(texture, reach, reach, reach, reach, cv2.BORDER_WRAP)
+    reach = reach_px(sigma_px, texture.shape[0])
+    wide = np.asarray(cv2.copyMakeBorder(texture, reach, reach, reach, reach, cv2.BORDER_WRAP), dtype=np.float32)
+    return inner_blur(wide, sigma_px, reach)
+
+
+def inner_blur(wide: Floats, sigma_px: float, reach: int) -> Floats:
+    """What a Gaussian blur leaves of a picture, float32, without a margin as wide as it reaches."""
+    if reach == 0:
+        return wide
     soft = cv2.GaussianBlur(wide, (2 * reach + 1, 2 * reach + 1), sigma_px)
-    return np.ascontiguousarray(soft[reach:-reach, reach:-reach])
+    return np.asarray(soft[reach:-reach, reach:-reach])
+
+
+def window(texture: Floats, rows: slice, columns: slice) -> Floats:
+    """A part of a periodic texture (side, side) or (side, side, channels); it may reach past its edges."""
+    height, width = texture.shape[:2]
+    if rows.start >= 0 and rows.stop <= height and columns.start >= 0 and columns.stop <= width:
+        return texture[rows, columns]
+    down, across = (np.arange(part.start, part.stop) for part in (rows, columns))
+    return texture.take(down, axis=0, mode="wrap").take(across, axis=1, mode="wrap")
 
 
 LEAST = 16
@@ -38,12 +57,16 @@ def shrunk(texture: Floats, coarse: int) -> Floats:
     return np.asarray(cv2.resize(texture, (side, side), interpolation=cv2.INTER_AREA))
 
 
-def enlarged(texture: Floats, coarse: int) -> Floats:
-    """(side coarse, side coarse) float32 of a periodic (side, side): a cubic between its pixels."""
+CUBIC = 2
+"""How far about each pixel a cubic between them looks, px."""
+
+
+def enlarged(texture: Floats, coarse: int, rows: slice, columns: slice) -> Floats:
+    """A part of (side coarse, side coarse) float32 made of a periodic (side, side): a cubic between its pixels. The
+    part may reach past the edges."""
     if coarse == 1:
-        return texture
-    reach = 2  # of a cubic
-    wide = cv2.copyMakeBorder(texture, reach, reach, reach, reach, cv2.BORDER_WRAP)
-    large = cv2.resize(wide, None, fx=coarse, fy=coarse, interpolation=cv2.INTER_CUBIC)
-    cut = slice(reach * coarse, -reach * coarse)
-    return np.ascontiguousarray(large[cut, cut])
+        return window(texture, rows, columns)
+    down, across = (slice(part.start // coarse - CUBIC, -(-part.stop // coarse) + CUBIC) for part in (rows, columns))
+    large = cv2.resize(window(texture, down, across), None, fx=coarse, fy=coarse, interpolation=cv2.INTER_CUBIC)
+    top, left = rows.start - down.start * coarse, columns.start - across.start * coarse
+    return np.asarray(large[top : top + rows.stop - rows.start, left : left + columns.stop - columns.start])

@@ -15,14 +15,17 @@ from pydantic import Field
 from irsim.atmosphere import Atmosphere
 from irsim.backgrounds.base import FARTHEST, Background, Gaze, Layer
 from irsim.backgrounds.chart import Chart
+from irsim.backgrounds.cloud import Look, Relief
 from irsim.backgrounds.drifting import Drifting
-from irsim.backgrounds.fields import Betas, Evolving, Histogram, shaped, spectral
+from irsim.backgrounds.evolving import Evolving
+from irsim.backgrounds.fields import Betas, Histogram, shaped, spectral
 from irsim.backgrounds.painting import Painting
-from irsim.backgrounds.periodic import coarseness, enlarged, shrunk, wrapped_blur
+from irsim.backgrounds.periodic import coarseness, inner_blur, reach_px, shrunk
 from irsim.backgrounds.texture import Tile, tile_side
+from irsim.backgrounds.tiles import PaintTile
 from irsim.climate import ClimateName
 from irsim.kinds import Kelvin, KelvinSpread, Name, NotNegative, Number, Pair, Part, Positive, Range, Several
-from irsim.radiometry import Band, radiance, radiances
+from irsim.radiometry import Band, radiance
 from irsim.stage import Stage
 from irsim.types import Floats
 
@@ -127,42 +130,56 @@ class Clouds(Part):
         """The textures of transmittance and emission of a cloud that only drifts, ready to be sampled."""
         geometry = stage.geometry
         side = tile_side(geometry.size)
-        correlation_px = self.correlation_mrad * 1e-3 / geometry.ifov_rad
         thickness, warmth = (
-            spectral(side, self.beta, self.betas, correlation_px, self.stretch, stage.seed, self.id, what)
+            spectral(side, self.beta, self.betas, self._correlation_px(stage), self.stretch, stage.seed, self.id, what)
             for what in ("thickness", "warmth")
         )
-        transmittance, emission = self.paint(thickness, warmth, stage)
-        tiles = tuple(Tile.of(field, geometry.size, stage.psf_px) for field in (transmittance, emission))
+        painted = self.paint(thickness, warmth, stage)
+        tiles = tuple(Tile.of(field, geometry.size, stage.psf_px) for field in painted)
         return CloudLayer(self.id, self.range_m, Painting(tiles, self._drift_px_s(geometry.ifov_rad)))
+
+    def paint(self, thickness: Floats, warmth: Floats, stage: Stage) -> tuple[Floats, Floats]:
+        """Transmittance and emission, before optics, of two (side, side) periodic fields of mean 0 and variance 1."""
+        whole, coarse = slice(0, thickness.shape[0]), self._coarse(stage)
+        relief = self._relief(shrunk(thickness, coarse), stage)
+        lit = None if relief is None else relief.lit(whole, whole)
+        return self._look(stage).paint(shaped(thickness, self.histogram), warmth, lit)
 
     def evolving(self, stage: Stage) -> Drifting:
         """The same of a cloud that changes with `evolve_s`, which must not be 0."""
         side = tile_side(stage.geometry.size)
-        correlation_px = self.correlation_mrad * 1e-3 / stage.geometry.ifov_rad
-        fields = Evolving(side, self.beta, self.betas, correlation_px, self.stretch, stage.seed, self.id)
+        reach = reach_px(stage.psf_px, side)
+        spectrum = self.beta, self.betas, self._correlation_px(stage), self.stretch
+        fields = Evolving(side, *spectrum, stage.seed, self.id, self._coarse(stage))
+        look = self._look(stage)
 
-        def paint(place: float) -> tuple[Floats, Floats]:
-            transmittance, emission = self.paint(*fields.at(place), stage)
-            return wrapped_blur(transmittance, stage.psf_px), wrapped_blur(emission, stage.psf_px)
+        def painting(place: float) -> PaintTile:
+            mixture = fields.at(place)
+            relief = self._relief(mixture.small, stage)
 
-        return Drifting(self.id, self.range_m, paint, self.evolve_s, self._drift_px_s(stage.geometry.ifov_rad))
+            def paint(*tile: slice) -> tuple[Floats, Floats]:
+                rows, columns = (slice(part.start - reach, part.stop + reach) for part in tile)
+                lit = None if relief is None else relief.lit(rows, columns)
+                thickness, warmth = mixture.over(rows, columns)
+                passed, emitted = look.paint(shaped(thickness, self.histogram), warmth, lit)
+                return inner_blur(passed, stage.psf_px, reach), inner_blur(emitted, stage.psf_px, reach)
+
+            return paint
+
+        drift = self._drift_px_s(stage.geometry.ifov_rad)
+        return Drifting(self.id, self.range_m, side, painting, self.evolve_s, drift)
 
     def _drift_px_s(self, ifov_rad: float) -> tuple[float, float]:
         right, down = self.wind_mrad_s
         px_per_mrad = 1e-3 / ifov_rad
         return right * px_per_mrad, down * px_per_mrad
 
-    def paint(self, thickness: Floats, warmth: Floats, stage: Stage) -> tuple[Floats, Floats]:
-        """Transmittance and emission, before optics, of two (side, side) periodic fields of mean 0 and variance 1."""
-        thickness = shaped(thickness, self.histogram)
-        above = np.maximum(thickness - self._edge, 0)
-        transmittance = np.exp(-self.depth * above)
-        light = radiances(stage.band, np.maximum(self.temperature_k + self.texture_k * warmth, 1.0))
-        if self.sunlit_k:
-            light += self._sunlight(thickness, above, stage)
-        cover = 1 - transmittance
-        return transmittance, stage.through(cover * light, cover, self.range_m, stage.geometry.elevation_rad)
+    def _correlation_px(self, stage: Stage) -> float:
+        return self.correlation_mrad * 1e-3 / stage.geometry.ifov_rad
+
+    def _look(self, stage: Stage) -> Look:
+        kelvin = self.temperature_k, self.texture_k, self.sunlit_k
+        return Look.of(self._edge, self.depth, kelvin, self.range_m, stage)
 
     @property
     def _edge(self) -> float:
@@ -171,25 +188,19 @@ class Clouds(Part):
             return float(shaped(np.array([NormalDist().inv_cdf(1 - self.coverage)]), self.histogram)[0])
         return NormalDist().inv_cdf(1 - self.coverage)
 
-    def _sunlight(self, thickness: Floats, above: Floats, stage: Stage) -> Floats:
-        """What the sun adds, W/m2/sr: most where the cloud is thin and falls off towards the sun.
+    def _relief(self, small: Floats, stage: Stage) -> Relief | None:
+        """Of a thickness that was made smaller by `_coarse`; None where the sun does not matter."""
+        if not self.sunlit_k:
+            return None
+        return Relief.of(shaped(small, self.histogram), self._coarse(stage), self._smoothed_px(stage), self.sun_deg)
 
-        The cosine of a Lambertian surface whose height is the thickness, lit from the side; steeper
-        than twice the rms slope is as bright as can be.
-        """
-        sigma = max(self.correlation_mrad * 1e-3 / stage.geometry.ifov_rad / 40, 1.0)
-        coarse = coarseness(sigma, len(thickness))
-        smooth = wrapped_blur(shrunk(thickness, coarse), sigma / coarse)
-        angle = np.radians(self.sun_deg)
-        across = np.roll(smooth, -1, axis=1) - np.roll(smooth, 1, axis=1)
-        down = np.roll(smooth, -1, axis=0) - np.roll(smooth, 1, axis=0)
-        falling = float(np.cos(angle)) * down - float(np.sin(angle)) * across  # the sun is at (sin, -cos), y down
-        lit = enlarged(falling / (2 * falling.std() + np.float32(1e-12)), coarse)
-        np.clip(lit, 0, 1, out=lit)
-        lit *= np.exp(-above)
-        glow = radiance(stage.band, self.temperature_k + self.sunlit_k) - radiance(stage.band, self.temperature_k)
-        lit *= np.float32(glow)
-        return lit
+    def _smoothed_px(self, stage: Stage) -> float:
+        """What is smaller is not lit by itself."""
+        return max(self._correlation_px(stage) / 40, 1.0)
+
+    def _coarse(self, stage: Stage) -> int:
+        """How many times smaller the cloud's relief may be worked out."""
+        return coarseness(self._smoothed_px(stage), tile_side(stage.geometry.size))
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,86 @@
+"""How a cloud looks, pixel by pixel: thickness, warmth and the sun's light become transmittance and emission."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from irsim.backgrounds.periodic import enlarged, wrapped_blur
+from irsim.lookup import lookup
+from irsim.radiometry import radiance
+from irsim.stage import Stage
+from irsim.types import Floats
+
+EXTREME = 6.0
+"""Standard deviations of warmth that the table of light covers; what is beyond, once in 1e9, is as at its end."""
+
+ENTRIES = 2**16
+"""Of that table: 16-bit words are looked up fastest. A step is 0.18 mK for each K of standard deviation."""
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """What a cloud's pixels are made by."""
+
+    edge: float
+    """Thickness above which there is cloud."""
+    depth: float
+    """Optical depth for each unit of thickness above it."""
+    glow: Floats
+    """(ENTRIES,) float32: in-band radiance, W/m2/sr, of warmth from -EXTREME to EXTREME, as it arrives at the
+    camera."""
+    sunlit: float
+    """What full sunlight adds to it where the cloud is thin, W/m2/sr."""
+
+    @classmethod
+    def of(cls, edge: float, depth: float, kelvin: tuple[float, float, float], range_m: float, stage: Stage) -> Look:
+        """kelvin: the cloud's temperature, its standard deviation, and what the sun adds."""
+        mean, spread, sunlit = kelvin
+        warm = np.maximum(mean + spread * np.linspace(-EXTREME, EXTREME, ENTRIES), 1.0)
+        dark, lit = radiance(stage.band, np.array([mean, mean + sunlit]))
+        glow, both = (
+            stage.through(light, np.ones_like(light), range_m, stage.geometry.elevation_rad)
+            for light in (radiance(stage.band, warm), np.array([dark, lit]))
+        )
+        return cls(edge, depth, glow.astype(np.float32), float(both[1] - both[0]))
+
+    def paint(self, thickness: Floats, warmth: Floats, lit: Floats | None) -> tuple[Floats, Floats]:
+        """Transmittance and emission, before optics, (rows, cols) float32 each.
+
+        thickness, warmth: parts of fields of mean 0 and variance 1; lit: the share of the sun's light, 0..1, None
+        where there is none."""
+        above = np.maximum(thickness - np.float32(self.edge), 0)
+        transmittance = np.exp(np.float32(-self.depth) * above)
+        places = (warmth + np.float32(EXTREME)) * np.float32((ENTRIES - 1) / (2 * EXTREME))
+        np.clip(np.rint(places, out=places), 0, ENTRIES - 1, out=places)
+        light = lookup(self.glow, places.astype(np.uint16))
+        if lit is not None:
+            light += np.float32(self.sunlit) * lit * np.exp(-above)
+        light *= 1 - transmittance
+        return transmittance, light
+
+
+@dataclass(frozen=True, eq=False)
+class Relief:
+    """The sun's light on a cloud whose thickness is its height: the cosine of a Lambertian surface lit from the side;
+    steeper than twice the rms slope is as bright as can be."""
+
+    falling: Floats
+    """(side / coarse, side / coarse) float32: how steeply it falls off towards the sun."""
+    coarse: int
+
+    @classmethod
+    def of(cls, small: Floats, coarse: int, sigma_px: float, sun_deg: float) -> Relief:
+        """Of a periodic thickness that was made `coarse` times smaller. What is smaller than sigma_px, of the large
+        picture, casts no light; sun_deg: clockwise from up."""
+        smooth = wrapped_blur(small, sigma_px / coarse)
+        angle = np.radians(sun_deg)
+        across = np.roll(smooth, -1, axis=1) - np.roll(smooth, 1, axis=1)
+        down = np.roll(smooth, -1, axis=0) - np.roll(smooth, 1, axis=0)
+        falling = float(np.cos(angle)) * down - float(np.sin(angle)) * across  # the sun is at (sin, -cos), y down
+        return cls(falling / (2 * falling.std() + np.float32(1e-12)), coarse)
+
+    def lit(self, rows: slice, columns: slice) -> Floats:
+        """The share of the sun's light, 0..1, on a part of the large picture, float32; it may reach past the edges."""
+        return np.clip(enlarged(self.falling, self.coarse, rows, columns), 0, 1)
