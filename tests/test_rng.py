@@ -136,6 +136,7 @@ def test_opencv_and_numpy_look_up_alike(kind: type, monkeypatch: pytest.MonkeyPa
     table: npt.NDArray[Any] = (np.arange(65_536) % 251).astype(kind)
     found = []
     for cv2_takes_16_bits in {lookup._CV2_TAKES_16_BITS, False}:
+        monkeypatch.setattr(lookup, "COMPILED", False)
         monkeypatch.setattr(lookup, "_CV2_TAKES_16_BITS", cv2_takes_16_bits)
         found.append(lookup.lookup(table, words))
     for values in found:

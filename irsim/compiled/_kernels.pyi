@@ -1,12 +1,14 @@
 """Inner loops in C, where a compiler was at hand. Arrays are C-contiguous and of the types given."""
 
+from typing import TypeVar
+
 import numpy as np
 import numpy.typing as npt
 
 Float32 = npt.NDArray[np.float32]
 Float64 = npt.NDArray[np.floating]
 Int64 = npt.NDArray[np.int64]
-Bytes = npt.NDArray[np.uint8]
+Entries = TypeVar("Entries", npt.NDArray[np.uint8], npt.NDArray[np.float32])
 
 def normals(seed: bytes, table: Float32, deep: Float64, refined: int, out: Float32, /) -> None:
     """Fill `out` with unit normals from the table by the 16-bit words of an SFC64 generator of a seed of 32 bytes;
@@ -157,5 +159,5 @@ def sprite_light(
 def histogram(counts: npt.NDArray[np.uint16], pixels: Int64, /) -> None:
     """pixels[k] = how many counts are k; those beyond are left out."""
 
-def shown(greys: Bytes, counts: npt.NDArray[np.uint16], picture: Bytes, /) -> None:
-    """picture = greys[counts], of 65536 greys."""
+def lookup(table: Entries, words: npt.NDArray[np.uint16], out: Entries, /) -> None:
+    """out = table[words], of 65536 entries."""

@@ -2,10 +2,11 @@
  * lengths that must agree are checked before anything is read. */
 #include "arguments.h"
 #include "clutter.h"
-#include "display.h"
 #include "drawing.h"
 #include "grain.h"
+#include "histogram.h"
 #include "laying.h"
+#include "lookup.h"
 #include "outline.h"
 #include "response.h"
 #include "sprite.h"
@@ -27,7 +28,7 @@ static PyMethodDef methods[] = {
     {"moved", (PyCFunction)(void (*)(void))moved, METH_FASTCALL, NULL},
     {"veil", (PyCFunction)(void (*)(void))veil, METH_FASTCALL, NULL},
     {"histogram", (PyCFunction)(void (*)(void))histogram, METH_FASTCALL, NULL},
-    {"shown", (PyCFunction)(void (*)(void))shown, METH_FASTCALL, NULL},
+    {"lookup", (PyCFunction)(void (*)(void))lookup, METH_FASTCALL, NULL},
     {"bridge", (PyCFunction)(void (*)(void))bridge, METH_FASTCALL, NULL},
     {NULL, NULL, 0, NULL},
 };

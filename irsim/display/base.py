@@ -12,7 +12,6 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
-from irsim.compiled import COMPILED, kernels
 from irsim.kinds import Kind
 from irsim.lookup import lookup
 from irsim.types import Floats, Image
@@ -81,12 +80,7 @@ class Adaptive(Agc):
 
 def shown(greys: Picture, counts: Image) -> Picture:
     """The picture of counts by a table (65536,) of greys."""
-    words = np.ascontiguousarray(counts, np.uint16)
-    if not COMPILED:
-        return lookup(greys, words)
-    picture = np.empty(words.shape, np.uint8)
-    kernels.shown(greys, words, picture)  # one thread: those of OpenCV wait busily for the next picture
-    return picture
+    return lookup(greys, counts.astype(np.uint16, copy=False))
 
 
 def faded(looks: Sequence[Look], time_constant: float) -> Look:

@@ -1,14 +1,18 @@
-"""Compiled loops of the display give what the plain ones give."""
+"""Compiled loops over counts give what the plain ones give."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+import numpy.typing as npt
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
 from irsim.compiled import COMPILED, kernels
-from irsim.display import base, stretch
+from irsim.display import stretch
+from irsim.lookup import lookup
 
 pytestmark = pytest.mark.skipif(not COMPILED, reason="there is no compiler here")
 
@@ -33,24 +37,35 @@ def test_a_histogram_is_that_of_numpy(rows: int, columns: int, bits: int, deepes
         np.testing.assert_array_equal(stretch.histogram(each, bits), wanted, strict=True)
 
 
-@given(rows=st.integers(0, 40), columns=st.integers(0, 40), seed=st.integers(0, 99))
-@example(rows=512, columns=640, seed=1)
-def test_a_picture_is_shown_as_by_numpy(rows: int, columns: int, seed: int) -> None:
+@given(
+    shape=st.lists(st.integers(0, 40), min_size=1, max_size=3).map(tuple),
+    entry=st.sampled_from([np.uint8, np.float32]),
+    seed=st.integers(0, 99),
+)
+@example(shape=(512, 640), entry=np.uint8, seed=1)
+def test_a_table_is_read_as_by_numpy(shape: tuple[int, ...], entry: type, seed: int) -> None:
     drawn = np.random.default_rng(seed)
-    counts, greys = drawn.integers(0, 2**16, (rows, columns), np.uint16), drawn.integers(0, 256, 2**16, np.uint8)
-    for each in (counts, counts[:, ::2], counts.astype(np.uint8)):
-        np.testing.assert_array_equal(base.shown(greys, each), greys[each], strict=True)
+    words = drawn.integers(0, 2**16, shape, np.uint16)
+    table: npt.NDArray[Any] = drawn.integers(0, 256, 2**16).astype(entry)
+    for each in (words, words[..., ::2]):
+        wanted, out = table[each], np.empty_like(table, shape=each.shape)
+        np.testing.assert_array_equal(lookup(table, each), wanted, strict=True)
+        assert lookup(table, each, out) is out
+        np.testing.assert_array_equal(out, wanted)
 
 
-def test_a_table_or_a_picture_of_another_size_is_refused() -> None:
-    greys, counts, picture = np.zeros(2**16, np.uint8), np.zeros((2, 3), np.uint16), np.ones((2, 3), np.uint8)
-    kernels.shown(greys, counts, picture)
-    assert not picture.any()
-    for wrong in ((greys[1:], counts, picture), (greys, counts[1:], picture), (greys, counts, picture[1:])):
-        with pytest.raises(ValueError, match="65536 greys"):
-            kernels.shown(*wrong)
-    with pytest.raises(TypeError, match="array of H"):
-        kernels.shown(greys, picture, picture)  # type: ignore[arg-type]
+@pytest.mark.parametrize("entry", [np.uint8, np.float32])
+def test_a_table_or_a_place_of_another_size_is_refused(entry: type) -> None:
+    table: npt.NDArray[Any] = np.zeros(2**16, entry)
+    words, out = np.zeros((2, 3), np.uint16), np.ones_like(table, shape=(2, 3))
+    kernels.lookup(table, words, out)
+    assert not out.any()
+    for wrong in ((table[1:], words, out), (table, words[1:], out), (table, words, out[1:])):
+        with pytest.raises(ValueError, match="table of 65536"):
+            kernels.lookup(*wrong)
+    for other in ((table, out, out), (table, words, words), (table.astype(np.float64), words, out)):
+        with pytest.raises(TypeError, match="an array of"):
+            kernels.lookup(*other)
 
 
 def test_a_histogram_of_what_has_not_16_bits_is_refused() -> None:
