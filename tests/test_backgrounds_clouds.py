@@ -156,7 +156,7 @@ def test_an_evolving_layer_turns_and_rolls_with_the_camera(ifov_mrad: float) -> 
 def test_the_spread_of_an_evolving_layer_is_constant() -> None:
     scene = stage(ifov_mrad=0.1)
     painting, whole = CHANGING.evolving(scene)._painting, slice(0, 1024)
-    shares = [float(np.mean(painting(place)(whole, whole)[0] < 0.99)) for place in np.linspace(0, 6, 7)]
+    shares = [float(np.mean(painting(place)._paint(whole, whole)[0] < 0.99)) for place in np.linspace(0, 6, 7)]
     assert np.std(shares) < 0.05
     assert np.mean(shares) == pytest.approx(0.4, abs=0.06)
 
@@ -180,12 +180,13 @@ def test_edges_that_face_the_sun_are_brighter() -> None:
 def test_what_is_seen_of_a_texture_does_not_depend_on_what_was_seen_before() -> None:
     """Frames that wander, jump, and look past its edges, each against the textures tiled by numpy."""
     side = 2 * TILE
-    textures = np.random.default_rng(1).random((2, side, side)).astype(np.float32)
+    textures = np.random.default_rng(1).integers(0, 65535, (2, side, side), np.uint16, endpoint=True)
 
     def paint(rows: slice, columns: slice) -> tuple[Floats, Floats]:
-        return textures[0, rows, columns], textures[1, rows, columns]
+        passed, emitted = textures[:, rows, columns] / np.float32(65535)
+        return passed, 7 * emitted
 
-    seen_of, tiled = Tiled(side, paint), np.tile(textures, (1, 3, 3))
+    seen_of, tiled = Tiled(side, 7.0, paint), np.tile(textures, (1, 3, 3))
     steps = np.random.default_rng(2).integers(-36, 37, (300, 2)).cumsum(axis=0)
     for column, row in [(0, 0), (side - 1, side - 1), *(steps % side).tolist()]:
         for seen, texture in zip(seen_of.window(column, row, 161, 121), tiled, strict=True):
@@ -199,7 +200,21 @@ def test_only_what_is_looked_at_is_painted_and_once() -> None:
         painted.append((rows.start // TILE, columns.start // TILE))
         return np.zeros((TILE, TILE), np.float32), np.ones((TILE, TILE), np.float32)
 
-    tiles = Tiled(8 * TILE, paint)
+    tiles = Tiled(8 * TILE, 1.0, paint)
     for column in range(0, 60, 20):
         tiles.window(TILE + column, 0, 2 * TILE, TILE)
     assert sorted(painted) == [(row, column) for row in (0, 1, 7) for column in (0, 1, 2, 3)]
+
+
+@pytest.mark.parametrize("ifov_mrad", [0.1, 3.0])
+def test_an_evolving_layer_is_kept_to_half_a_unit(ifov_mrad: float) -> None:
+    """Of what the layer can emit: that is less than 1/65535 of the range that it does."""
+    scene = stage(ifov_mrad=ifov_mrad)
+    layer = CHANGING.model_copy(update={"sunlit_k": 8.0, "wind_mrad_s": (0.0, 0.0)}).evolving(scene)
+    state = layer._painting(0.0)
+    whole = slice(0, state.side)
+    for unit, painted, words in zip(
+        state.units, state._paint(whole, whole), state.window(0, 0, state.side, state.side), strict=True
+    ):
+        assert np.abs(words.astype(float) * unit - painted).max() < 0.51 * unit
+        assert 0.51 * unit < np.ptp(painted) / 65535

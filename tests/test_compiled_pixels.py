@@ -13,7 +13,7 @@ from irsim import rng
 from irsim.backgrounds import Gaze, veiled
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.drifting import Drifting, _first
-from irsim.backgrounds.tiles import PaintTile
+from irsim.backgrounds.tiles import Tiled
 from irsim.compiled import COMPILED, kernels
 from irsim.detector import ar1, drift, grain, noise_3d, response, shot
 from irsim.detector.ar1 import Ar1
@@ -88,11 +88,11 @@ def test_noise_added_where_it_is_drawn_is_that_of_passes(rows: int, columns: int
 
 
 def drifting(side: int, seed: int) -> Drifting:
-    def painting(place: float) -> PaintTile:
+    def painting(place: float) -> Tiled:
         drawn = rng.stream(seed, round(place * 1000)).random((2, side, side)).astype(np.float32)
-        return lambda rows, columns: (drawn[0, rows, columns], drawn[1, rows, columns])
+        return Tiled(side, 1.0, lambda rows, columns: (drawn[0, rows, columns], drawn[1, rows, columns]))
 
-    return Drifting("cloud", 1000.0, side, painting, 5.0, (3.3, -0.7))
+    return Drifting("cloud", 1000.0, painting, 5.0, (3.3, -0.7))
 
 
 @settings(max_examples=30)
@@ -121,13 +121,13 @@ def test_a_veil_is_laid_as_by_passes(size: tuple[int, int], seed: int, times: li
 
 
 def test_a_veil_of_another_size_is_refused() -> None:
-    state, light = np.ones((5, 6), np.float32), np.ones((4, 5), np.float32)
-    kernels.veil(0.5, 0.25, 0.0, light, state, state, state, state)
+    state, light = np.full((5, 6), 2, np.uint16), np.ones((4, 5), np.float32)
+    kernels.veil(0.5, 0.25, 0.0, 0.5, 0.5, light, state, state, state, state)
     assert (light == 2).all()
     with pytest.raises(ValueError, match="larger"):
-        kernels.veil(0.5, 0.25, 0.0, light, state, state, state, state[:4])
-    with pytest.raises(TypeError, match="float32"):
-        kernels.moved(0.5, 0.25, 0.0, light, state, state.astype(float))
+        kernels.veil(0.5, 0.25, 0.0, 0.5, 0.5, light, state, state, state, state[:4])
+    with pytest.raises(TypeError, match="uint16"):
+        kernels.moved(0.5, 0.25, 0.0, 0.5, light, state, state.astype(np.float32))
 
 
 @given(

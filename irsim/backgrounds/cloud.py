@@ -45,6 +45,11 @@ class Look:
         )
         return cls(edge, depth, glow.astype(np.float32), float(both[1] - both[0]))
 
+    @property
+    def brightest(self) -> float:
+        """What none of it exceeds, W/m2/sr."""
+        return float(self.glow.max()) + self.sunlit
+
     def paint(self, thickness: Floats, warmth: Floats, lit: Floats | None) -> tuple[Floats, Floats]:
         """Transmittance and emission, before optics, (rows, cols) float32 each.
 

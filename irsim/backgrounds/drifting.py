@@ -13,7 +13,7 @@ from irsim.backgrounds.base import Gaze, Slices, veiled
 from irsim.backgrounds.chart import NODES, PLACES, Chart
 from irsim.backgrounds.evolving import STEPS
 from irsim.backgrounds.texture import repeated_px
-from irsim.backgrounds.tiles import PaintTile, Tiled
+from irsim.backgrounds.tiles import Tiled
 from irsim.compiled import COMPILED, kernels
 from irsim.types import Floats
 
@@ -25,8 +25,8 @@ by pixel, at ten times the cost."""
 STRAIGHT = 0.02
 """Largest displacement of a corner by roll or zoom, px, that is not looked up."""
 
-Painting = Callable[[float], PaintTile]
-"""Time in periods -> how a layer is painted at that time."""
+Painting = Callable[[float], Tiled]
+"""Time in periods -> a layer's state at that time."""
 
 
 class Drifting:
@@ -36,14 +36,12 @@ class Drifting:
         self,
         name: str,
         range_m: float,
-        side: int,
         painting: Painting,
         period_s: float,
         drift_px_s: tuple[float, float],
     ) -> None:
         self.name = name
         self.range_m = range_m
-        self._side = side
         self._painting = painting
         self._period_s = period_s
         self._drift = drift_px_s
@@ -62,15 +60,15 @@ class Drifting:
         early, late, share = self._around(gaze.time)
         (width, column, right), (height, row, down) = (
             (length + 1, int(place), _beyond(length, place))
-            for length, place in zip(light.shape[::-1], np.mod(first, self._side).tolist(), strict=True)
+            for length, place in zip(light.shape[::-1], np.mod(first, early.side).tolist(), strict=True)
         )
         passed, emitted = zip(*(state.window(column, row, width, height) for state in (early, late)), strict=True)
-        kernels.veil(share, right, down, light, *passed, *emitted)
+        kernels.veil(share, right, down, *early.units, light, *passed, *emitted)
         patches = []
         for down_to, across_to in behind:
             patch = np.empty((down_to.stop - down_to.start, across_to.stop - across_to.start), np.float32)
             here = slice(down_to.start, down_to.stop + 1), slice(across_to.start, across_to.stop + 1)
-            kernels.moved(share, right, down, patch, *(state[here] for state in passed))
+            kernels.moved(share, right, down, early.units[0], patch, *(state[here] for state in passed))
             patches.append(patch)
         return patches
 
@@ -78,11 +76,8 @@ class Drifting:
         """The states before and after a time, and the share of the one after."""
         steps = time / self._period_s * STEPS
         first = int(np.floor(steps))
-        self._states = {k: self._states.get(k) or self._state(k) for k in (first, first + 1)}
+        self._states = {k: self._states.get(k) or self._painting(k / STEPS) for k in (first, first + 1)}
         return self._states[first], self._states[first + 1], steps - first
-
-    def _state(self, number: int) -> Tiled:
-        return Tiled(self._side, self._painting(number / STEPS))
 
 
 def _is_narrow(chart: Chart) -> bool:
@@ -125,31 +120,42 @@ def _look(chart: Chart, right: float, down: float) -> Look:
         left, top = across % before.side, along % before.side
         column, row = int(left), int(top)
         middle = ((width - 1) / 2 + left - column, (height - 1) / 2 + top - row)
-        early, late = (state.window(column, row, width + 1, height + 1) for state in (before, after))
-        passed, emitted = (cv2.getRectSubPix(field, (width, height), middle) for field in _mixed(early, late, share))
+        mixed = _mixed(before, after, share, column, row, width + 1, height + 1)
+        passed, emitted = (cv2.getRectSubPix(field, (width, height), middle) for field in mixed)
         return np.asarray(passed), np.asarray(emitted)
 
     return move
 
 
 def _pixelwise(columns: Floats, rows: Floats, chart: Chart) -> Look:
-    margin = repeated_px(chart.geometry.size)
+    (left, width), (top, height) = (_stretch(at) for at in (columns, rows))
+    x, y = (columns - left).astype(np.float32), (rows - top).astype(np.float32)
+    most = repeated_px(chart.geometry.size)
 
     def look(before: Tiled, after: Tiled, share: float) -> tuple[Floats, Floats]:
-        period = before.side
-        x, y = ((at - np.floor(at.min() / period) * period).astype(np.float32) for at in (columns, rows))
-        early, late = (state.window(0, 0, period + margin, period + margin) for state in (before, after))
+        within = (min(length, before.side + most) for length in (width, height))
         passed, emitted = (
-            cv2.remap(field, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP) for field in _mixed(early, late, share)
+            cv2.remap(field, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
+            for field in _mixed(before, after, share, left, top, *within)
         )
         return np.asarray(passed), np.asarray(emitted)
 
     return look
 
 
-def _mixed(before: tuple[Floats, Floats], after: tuple[Floats, Floats], share: float) -> Iterator[Floats]:
-    for early, late in zip(before, after, strict=True):
-        yield np.asarray(cv2.addWeighted(early, 1 - share, late, share, 0))
+def _stretch(places: Floats) -> tuple[int, int]:
+    """The first of the pixels that places lie between, and how many there are to the last."""
+    first = int(np.floor(places.min()))
+    return first, int(np.floor(places.max())) + 2 - first
+
+
+def _mixed(
+    before: Tiled, after: Tiled, share: float, column: int, row: int, width: int, height: int
+) -> Iterator[Floats]:
+    """Windows of the transmittance and the emission, float32."""
+    fields = (state.window(column, row, width, height) for state in (before, after))
+    for early, late, unit in zip(*fields, before.units, strict=True):
+        yield np.asarray(cv2.addWeighted(early, (1 - share) * unit, late, share * unit, 0, dtype=cv2.CV_32F))
 
 
 @lru_cache(maxsize=4)

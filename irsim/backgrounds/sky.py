@@ -22,7 +22,7 @@ from irsim.backgrounds.fields import Betas, Histogram, shaped, spectral
 from irsim.backgrounds.painting import Painting
 from irsim.backgrounds.periodic import coarseness, inner_blur, reach_px, shrunk
 from irsim.backgrounds.texture import Tile, tile_side
-from irsim.backgrounds.tiles import PaintTile
+from irsim.backgrounds.tiles import Tiled
 from irsim.climate import ClimateName
 from irsim.kinds import Kelvin, KelvinSpread, Name, NotNegative, Number, Pair, Part, Positive, Range, Several
 from irsim.radiometry import Band, radiance
@@ -153,7 +153,7 @@ class Clouds(Part):
         fields = Evolving(side, *spectrum, stage.seed, self.id, self._coarse(stage))
         look = self._look(stage)
 
-        def painting(place: float) -> PaintTile:
+        def painting(place: float) -> Tiled:
             mixture = fields.at(place)
             relief = self._relief(mixture.small, stage)
 
@@ -164,10 +164,10 @@ class Clouds(Part):
                 passed, emitted = look.paint(shaped(thickness, self.histogram), warmth, lit)
                 return inner_blur(passed, stage.psf_px, reach), inner_blur(emitted, stage.psf_px, reach)
 
-            return paint
+            return Tiled(side, look.brightest, paint)
 
         drift = self._drift_px_s(stage.geometry.ifov_rad)
-        return Drifting(self.id, self.range_m, side, painting, self.evolve_s, drift)
+        return Drifting(self.id, self.range_m, painting, self.evolve_s, drift)
 
     def _drift_px_s(self, ifov_rad: float) -> tuple[float, float]:
         right, down = self.wind_mrad_s

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 import numpy as np
+import numpy.typing as npt
 
 from irsim.types import Floats
 
@@ -18,45 +19,70 @@ PaintTile = Callable[[slice, slice], tuple[Floats, Floats]]
 """Rows and columns, within the period -> a layer's transmittance and emission there, float32."""
 
 
+Words = npt.NDArray[np.uint16]
+
+GREATEST = 65535
+"""Of a word."""
+
+DARKEST = 1e-30
+"""A layer that is never brighter, W/m2/sr, emits nothing."""
+
+
 class Tiled:
     """A layer's transmittance and emission at a moment, periodic in (side, side), a multiple of TILE.
+
+    They are kept as words, as a frame reads a lot of them: a word times `units` is the value, off by half a unit at
+    most. A unit is 1/65535 of the transmittance 1, and of the brightest that the layer can emit, W/m2/sr: if all that
+    a 14-bit camera tells is such cloud, an eighth of a count.
 
     Only what it keeps for speed ever changes. What was last seen is kept apart: a picture whose rows lie side by side
     is read in half the time.
     """
 
-    def __init__(self, side: int, paint: PaintTile) -> None:
+    def __init__(self, side: int, brightest: float, paint: PaintTile) -> None:
         self.side = side
+        self.units = 1 / GREATEST, max(brightest, DARKEST) / GREATEST
         self._paint = paint
-        self._tiles: dict[tuple[int, int], tuple[Floats, Floats]] = {}
-        self._near: tuple[Floats, Floats] = np.empty((0, 0), np.float32), np.empty((0, 0), np.float32)
+        self._tiles: dict[tuple[int, int], tuple[Words, Words]] = {}
+        self._near: tuple[Words, Words] = np.empty((0, 0), np.uint16), np.empty((0, 0), np.uint16)
         self._corner = (0, 0)
 
-    def window(self, column: int, row: int, width: int, height: int) -> tuple[Floats, Floats]:
-        """(height, width) of each from a column and a row on; it may reach past the edges."""
+    def window(self, column: int, row: int, width: int, height: int) -> tuple[Words, Words]:
+        """(height, width) of each from a column and a row on; it may reach past the edges. To be read before the next
+        is asked for."""
         left, top = column - self._corner[0], row - self._corner[1]
         rows, columns = self._near[0].shape
         if not (0 <= left <= columns - width and 0 <= top <= rows - height):
             left, top = AROUND, AROUND
             self._corner = column - left, row - top
-            self._near = self._laid(*self._corner, width + 2 * AROUND, height + 2 * AROUND)
+            self._lay(width + 2 * AROUND, height + 2 * AROUND)
         passed, emitted = (field[top : top + height, left : left + width] for field in self._near)
         return passed, emitted
 
-    def _laid(self, column: int, row: int, width: int, height: int) -> tuple[Floats, Floats]:
-        passed, emitted = (np.empty((height, width), np.float32) for _ in range(2))
+    def _lay(self, width: int, height: int) -> None:
+        """Side by side what lies from the corner on."""
+        if self._near[0].shape != (height, width):  # memory that was never touched is slow
+            self._near = np.empty((height, width), np.uint16), np.empty((height, width), np.uint16)
+        column, row = self._corner
         for i, down, rows in _parts(row, height):
             for j, across, columns in _parts(column, width):
                 tile = self._tile(i * TILE % self.side, j * TILE % self.side)
-                for picture, part in zip((passed, emitted), tile, strict=True):
+                for picture, part in zip(self._near, tile, strict=True):
                     picture[down, across] = part[rows, columns]
-        return passed, emitted
 
-    def _tile(self, row: int, column: int) -> tuple[Floats, Floats]:
+    def _tile(self, row: int, column: int) -> tuple[Words, Words]:
         place = row, column
         if place not in self._tiles:
-            self._tiles[place] = self._paint(slice(row, row + TILE), slice(column, column + TILE))
+            painted = self._paint(slice(row, row + TILE), slice(column, column + TILE))
+            passed, emitted = (_words(field, unit) for field, unit in zip(painted, self.units, strict=True))
+            self._tiles[place] = passed, emitted
         return self._tiles[place]
+
+
+def _words(field: Floats, unit: float) -> Words:
+    levels = field * np.float32(1 / unit)
+    np.rint(levels, out=levels)
+    return levels.astype(np.uint16)
 
 
 def _parts(begin: int, length: int) -> Iterator[tuple[int, slice, slice]]:

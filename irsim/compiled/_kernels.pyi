@@ -8,6 +8,7 @@ import numpy.typing as npt
 Float32 = npt.NDArray[np.float32]
 Float64 = npt.NDArray[np.floating]
 Int64 = npt.NDArray[np.int64]
+Words = npt.NDArray[np.uint16]
 Entries = TypeVar("Entries", npt.NDArray[np.uint8], npt.NDArray[np.float32])
 
 def normals(seed: bytes, table: Float32, deep: Float64, refined: int, out: Float32, /) -> None:
@@ -23,22 +24,24 @@ def add_share(signal: Float32, share: Float32, /) -> None:
 def hold(signal: Float32, well: float, /) -> None:
     """signal = the lesser of it and `well`."""
 
-def counts_of(signal: Float32, out: npt.NDArray[np.uint16], scale: float, offset: float, full: int, /) -> None:
+def counts_of(signal: Float32, out: Words, scale: float, offset: float, full: int, /) -> None:
     """out = scale signal + offset, rounded to the nearest (halves to even), clipped to 0 .. full."""
 
-def moved(share: float, right: float, down: float, out: Float32, early: Float32, late: Float32, /) -> None:
-    """out = a field mixed of two states, `share` of the late one, (rows + 1, columns + 1), and read at (right, down) px
-    within 0..1 from its first pixel on. Rows may lie apart."""
+def moved(share: float, right: float, down: float, unit: float, out: Float32, early: Words, late: Words, /) -> None:
+    """out = a field mixed of two states, `share` of the late one, `unit` for each of their words (rows + 1,
+    columns + 1), and read at (right, down) px within 0..1 from its first pixel on. Rows may lie apart."""
 
 def veil(
     share: float,
     right: float,
     down: float,
+    unit_passed: float,
+    unit_emitted: float,
     light: Float32,
-    early_passed: Float32,
-    late_passed: Float32,
-    early_emitted: Float32,
-    late_emitted: Float32,
+    early_passed: Words,
+    late_passed: Words,
+    early_emitted: Words,
+    late_emitted: Words,
     /,
 ) -> None:
     """light = light passed + emitted, of such fields."""
@@ -156,8 +159,8 @@ def sprite_light(
     """Convex polygons that hide each other, drawn on cells from (left, top) px on: `light` takes (3, rows, columns)
     of cover, alpha and emission. Area, signal, x and y of the area's centroid, and of the signal's."""
 
-def histogram(counts: npt.NDArray[np.uint16], pixels: Int64, /) -> None:
+def histogram(counts: Words, pixels: Int64, /) -> None:
     """pixels[k] = how many counts are k; those beyond are left out."""
 
-def lookup(table: Entries, words: npt.NDArray[np.uint16], out: Entries, /) -> None:
+def lookup(table: Entries, words: Words, out: Entries, /) -> None:
     """out = table[words], of 65536 entries."""

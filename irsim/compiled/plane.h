@@ -1,6 +1,8 @@
-/* Pictures given to a compiled function: float32, whose rows may lie apart, as those of a window do. */
+/* Pictures given to a compiled function: float32 or uint16, whose rows may lie apart, as those of a window do. */
 #ifndef IRSIM_PLANE_H
 #define IRSIM_PLANE_H
+
+#include <stdint.h>
 
 #include "arguments.h"
 
@@ -9,20 +11,46 @@ typedef struct {
     Py_ssize_t rows, columns, stride; /* from row to row, in elements */
 } Plane;
 
-/* 0, or -1 with an exception where it is none. */
-static inline int plane(Arrays *arrays, PyObject *given, int writable, Plane *out)
+typedef struct {
+    const uint16_t *data;
+    Py_ssize_t rows, columns, stride;
+} Words;
+
+/* The buffer of rows of `format`, each element of `step` bytes; NULL with an exception where it is none. */
+static inline const Py_buffer *rows_of(Arrays *arrays, PyObject *given, int writable, const char *format,
+                                       Py_ssize_t step)
 {
     Py_buffer *view = &arrays->of[arrays->count];
     if (PyObject_GetBuffer(given, view, PyBUF_STRIDES | PyBUF_FORMAT | (writable ? PyBUF_WRITABLE : 0)) < 0)
-        return -1;
+        return NULL;
     arrays->count++;
-    const Py_ssize_t step = sizeof *out->data;
-    if (view->format == NULL || strcmp(view->format, "f") != 0 || view->ndim != 2 || view->strides[0] % step != 0 ||
+    if (view->format == NULL || strcmp(view->format, format) != 0 || view->ndim != 2 || view->strides[0] % step != 0 ||
         (view->strides[1] != step && view->shape[1] > 1)) {
-        PyErr_SetString(PyExc_TypeError, "rows of float32 are wanted");
-        return -1;
+        PyErr_Format(PyExc_TypeError, "rows of %s are wanted", *format == 'f' ? "float32" : "uint16");
+        return NULL;
     }
+    return view;
+}
+
+/* 0, or -1 with an exception where it is none. */
+static inline int plane(Arrays *arrays, PyObject *given, int writable, Plane *out)
+{
+    const Py_ssize_t step = sizeof *out->data;
+    const Py_buffer *view = rows_of(arrays, given, writable, "f", step);
+    if (view == NULL)
+        return -1;
     *out = (Plane){view->buf, view->shape[0], view->shape[1], view->strides[0] / step};
+    return 0;
+}
+
+/* The same of words that are only read. */
+static inline int words(Arrays *arrays, PyObject *given, Words *out)
+{
+    const Py_ssize_t step = sizeof *out->data;
+    const Py_buffer *view = rows_of(arrays, given, 0, "H", step);
+    if (view == NULL)
+        return -1;
+    *out = (Words){view->buf, view->shape[0], view->shape[1], view->strides[0] / step};
     return 0;
 }
 
