@@ -1,6 +1,8 @@
 /* See irsim/shapes/polygon.py, whose `changes` does the same with arrays. */
 #include "cells.h"
 
+#include "wide.h"
+
 /* The lines of the grid that an edge still crosses on one axis, in the order in which it does. */
 typedef struct {
     double start, extent; /* of the edge */
@@ -77,7 +79,7 @@ static int touch(Point middle, double wide, double high, const Piece *piece, con
     return 0;
 }
 
-int touch_cells(const Piece *piece, const Grid *grid, Touches *touches)
+WIDE int touch_cells(const Piece *piece, const Grid *grid, Touches *touches)
 {
     Point start = {(piece->start.x - grid->corner.x) * grid->fine, (piece->start.y - grid->corner.y) * grid->fine};
     Point stop = {(piece->stop.x - grid->corner.x) * grid->fine, (piece->stop.y - grid->corner.y) * grid->fine};

@@ -19,10 +19,20 @@ typedef struct {
     int touched;
 } Cell;
 
-/* Down a column of pixels: the running sums of what changes, and the x moments. */
+/* A column of cells: those that are touched, in any order. */
 typedef struct {
-    double *changes, *moments;
+    Cell *cells;
+    int32_t *rows;
+    Py_ssize_t count;
+} Touched;
+
+/* Down a column of pixels, the opacity's before the glow's: the running sums of what changes, and the x moments. */
+typedef struct {
+    double *changes, *moments; /* (2, pixel rows) */
 } Column;
+
+/* Cells that give light to the same pixels go across together, so many at most. */
+#define TOGETHER 2
 
 static inline void add(Change *sum, double weight, double even, double y, double x)
 {
@@ -31,122 +41,193 @@ static inline void add(Change *sum, double weight, double even, double y, double
     sum->x += weight * x;
 }
 
-static inline void gather(const Touches *touches, int64_t column, Cell *cells)
+static inline Cell *cell_of(Touched *column, int32_t row)
+{
+    Cell *cell = &column->cells[row];
+    if (!cell->touched) {
+        *cell = (Cell){.touched = 1};
+        column->rows[column->count++] = row;
+    }
+    return cell;
+}
+
+static inline void forget(Touched *column)
+{
+    for (Py_ssize_t i = 0; i < column->count; i++)
+        column->cells[column->rows[i]].touched = 0;
+    column->count = 0;
+}
+
+/* What the touches of one column change in it and in the next one. */
+static inline void gather(const Touches *touches, int64_t column, Touched *here, Touched *beyond)
 {
     for (int32_t i = touches->last[column]; i >= 0; i = touches->of[i].next) {
         const Touch *touch = &touches->of[i];
-        Cell *cell = &cells[touch->row];
+        Cell *cell = cell_of(here, touch->row), *next = cell_of(beyond, touch->row);
         add(&cell->opacity, touch->opacity, touch->area, touch->y, touch->x);
         add(&cell->glow, touch->glow, touch->area, touch->y, touch->x);
-        cell->touched = 1;
-    }
-    for (int32_t i = column ? touches->last[column - 1] : -1; i >= 0; i = touches->of[i].next) {
-        const Touch *touch = &touches->of[i];
-        Cell *cell = &cells[touch->row];
-        add(&cell->opacity, touch->opacity, touch->area_beyond, touch->y_beyond, 0.0);
-        add(&cell->glow, touch->glow, touch->area_beyond, touch->y_beyond, 0.0);
-        cell->touched = 1;
+        add(&next->opacity, touch->opacity, touch->area_beyond, touch->y_beyond, 0.0);
+        add(&next->glow, touch->glow, touch->area_beyond, touch->y_beyond, 0.0);
     }
 }
 
-/* Each of `width` pixels gains its shares of a cell's light. */
-static inline void spread_down(Change cell, const double *even, const double *slope, Py_ssize_t width,
-                               double *restrict changes, double *restrict moments)
+/* Each of `width` pixels from `first` on gains its shares of a cell's light. */
+static inline void spread_down(const Cell *cell, const double *restrict even, const double *restrict slope,
+                               Py_ssize_t width, Py_ssize_t first, Py_ssize_t pixels, Column column)
+{
+    Change opacity = cell->opacity, glow = cell->glow;
+    double *restrict changes = column.changes + first, *restrict moments = column.moments + first;
+    for (Py_ssize_t i = 0; i < width; i++) {
+        changes[i] += opacity.even * even[i] + opacity.y * slope[i];
+        moments[i] += opacity.x * even[i];
+    }
+    changes += pixels;
+    moments += pixels;
+    for (Py_ssize_t i = 0; i < width; i++) {
+        changes[i] += glow.even * even[i] + glow.y * slope[i];
+        moments[i] += glow.x * even[i];
+    }
+}
+
+/* Of some columns of cells side by side, each of `width` pixel columns gains its shares, places low to high of all. */
+static inline void spread_across(const Column *columns, int count, const double *even, const double *slope,
+                                 double weight, Py_ssize_t width, Py_ssize_t low, Py_ssize_t high, Py_ssize_t size,
+                                 double *picture)
 {
     for (Py_ssize_t i = 0; i < width; i++) {
-        changes[i] += cell.even * even[i] + cell.y * slope[i];
-        moments[i] += cell.x * even[i];
+        double share[TOGETHER], rise[TOGETHER], *restrict lit = picture + i * size;
+        for (int j = 0; j < count; j++) {
+            share[j] = weight * even[j * width + i];
+            rise[j] = weight * slope[j * width + i];
+        }
+        for (Py_ssize_t k = low; k < high; k++) {
+            double sum = 0.0;
+            for (int j = 0; j < count; j++)
+                sum += share[j] * columns[j].changes[k] + rise[j] * columns[j].moments[k];
+            lit[k] += sum;
+        }
     }
 }
 
-/* Each of `width` pixel columns gains its shares of `count` pixels of a column. */
-static inline void spread_across(Column column, Py_ssize_t count, const double *even, const double *slope,
-                                 double weight, Py_ssize_t width, Py_ssize_t pixels, double *restrict picture)
+/* Shares of pixels that are covered, before any blur. */
+typedef struct {
+    double *sums, *pixels; /* (pixel rows) in a column of cells, and in those of a pixel so far */
+    double fine;
+    double *shares; /* (pixel rows, pixel columns), of `stride` columns */
+    Py_ssize_t rows, stride;
+} Cover;
+
+static inline void cover_cell(Cover *cover, int32_t row, double change)
 {
-    for (Py_ssize_t i = 0; i < width; i++) {
-        double share = weight * even[i], rise = weight * slope[i];
-        double *restrict lit = picture + i * pixels;
-        for (Py_ssize_t k = 0; k < count; k++)
-            lit[k] += share * column.changes[k] + rise * column.moments[k];
+    cover->sums[(Py_ssize_t)((row + 0.5) / cover->fine)] += change;
+}
+
+static inline void cover_column(Cover *cover, Py_ssize_t column, Py_ssize_t fine)
+{
+    for (Py_ssize_t row = 0; row < cover->rows; row++)
+        cover->pixels[row] += cover->sums[row];
+    if ((column + 1) % fine)
+        return;
+    for (Py_ssize_t row = 0; row < cover->rows; row++) {
+        cover->shares[row * cover->stride + column / fine] = cover->pixels[row] / (cover->fine * cover->fine);
+        cover->pixels[row] = 0.0;
     }
 }
 
-/* alpha, emission: pictures held by columns; work: (4, pixel rows). */
+/* What the terms of a spread are drawn with. */
+typedef struct {
+    Touched columns[2];
+    Column sums[TOGETHER];
+    Cover cover;
+    double *picture; /* (pixel columns, 2, pixel rows) of alpha and emission */
+} Work;
+
 WIDE static void spread_term(const Touches *touches, const Bands *rows, const Bands *columns, double weight,
-                             Py_ssize_t term, Cell *cells, double *work, double *alpha, double *emission)
+                             Py_ssize_t term, Py_ssize_t fine, Work *work)
 {
     Py_ssize_t pixels = rows->pixels, down = rows->width, across = columns->width, low = pixels, high = 0;
     const double *down_even = rows->shares + 2 * term * rows->cells * down;
     const double *down_slope = down_even + rows->cells * down;
     const double *across_even = columns->shares + 2 * term * columns->cells * across;
     const double *across_slope = across_even + columns->cells * across;
-    Column opacity = {work, work + 2 * pixels}, glow = {work + pixels, work + 3 * pixels};
-    memset(work, 0, 2 * (size_t)pixels * sizeof(double));
+    const size_t bytes = 2 * (size_t)pixels * sizeof(double);
+    Touched *here = &work->columns[0], *beyond = &work->columns[1];
+    Column *sums = work->sums;
+    memset(sums[0].changes, 0, bytes);
+    int held = 0; /* columns that wait for others that go across with them */
     for (Py_ssize_t column = 0; column < columns->cells; column++) {
-        gather(touches, column, cells);
-        memset(opacity.moments, 0, 2 * (size_t)pixels * sizeof(double));
-        for (Py_ssize_t row = 0; row < rows->cells; row++) {
-            if (!cells[row].touched)
-                continue;
+        gather(touches, column, here, beyond);
+        memset(sums[held].moments, 0, bytes);
+        for (Py_ssize_t i = 0; i < here->count; i++) {
+            int32_t row = here->rows[i];
             Py_ssize_t first = rows->first[row];
-            const double *even = down_even + row * down, *slope = down_slope + row * down;
             low = first < low ? first : low;
             high = first + down > high ? first + down : high;
-            spread_down(cells[row].opacity, even, slope, down, opacity.changes + first, opacity.moments + first);
-            spread_down(cells[row].glow, even, slope, down, glow.changes + first, glow.moments + first);
-            cells[row] = (Cell){.touched = 0};
+            spread_down(&here->cells[row], down_even + row * down, down_slope + row * down, down, first, pixels,
+                        sums[held]);
+            if (term == 0)
+                cover_cell(&work->cover, row, here->cells[row].opacity.even);
         }
-        if (low >= high)
+        if (term == 0)
+            cover_column(&work->cover, column, fine);
+        forget(here);
+        Touched *emptied = here;
+        here = beyond;
+        beyond = emptied;
+        Py_ssize_t begin = column - held++;
+        if (held < TOGETHER && column + 1 < columns->cells && columns->first[column + 1] == columns->first[begin]) {
+            memcpy(sums[held].changes, sums[held - 1].changes, bytes);
             continue;
-        Column lit_opacity = {opacity.changes + low, opacity.moments + low};
-        Column lit_glow = {glow.changes + low, glow.moments + low};
-        const double *even = across_even + column * across, *slope = across_slope + column * across;
-        Py_ssize_t place = columns->first[column] * pixels + low;
-        spread_across(lit_opacity, high - low, even, slope, weight, across, pixels, alpha + place);
-        spread_across(lit_glow, high - low, even, slope, weight, across, pixels, emission + place);
+        }
+        if (low < high) {
+            const double *even = across_even + begin * across, *slope = across_slope + begin * across;
+            double *picture = work->picture + columns->first[begin] * 2 * pixels;
+            if (held == TOGETHER)
+                spread_across(sums, TOGETHER, even, slope, weight, across, low, pixels + high, 2 * pixels, picture);
+            else
+                spread_across(sums, 1, even, slope, weight, across, low, pixels + high, 2 * pixels, picture);
+        }
+        if (held > 1)
+            memcpy(sums[0].changes, sums[held - 1].changes, bytes);
+        held = 0;
     }
+    forget(here); /* what lies beyond the last column */
 }
 
-/* Shares of pixels that are covered, before any blur: (pixel rows, pixel columns), all 0 before; work: (2, rows). */
-static void add_cover(const Touches *touches, int64_t cells, int64_t fine, int64_t rows, double *work, double *cover,
-                      Py_ssize_t stride)
+/* From columns to rows. */
+static void turn(const double *picture, Py_ssize_t high, Py_ssize_t wide, double *light)
 {
-    double *sums = work, *pixels = work + rows, part = 1.0 / (double)(fine * fine);
-    memset(work, 0, 2 * (size_t)rows * sizeof(double));
-    for (int64_t column = 0; column < cells; column++) {
-        for (int32_t i = touches->last[column]; i >= 0; i = touches->of[i].next)
-            sums[touches->of[i].row / fine] += touches->of[i].opacity * touches->of[i].area;
-        for (int32_t i = column ? touches->last[column - 1] : -1; i >= 0; i = touches->of[i].next)
-            sums[touches->of[i].row / fine] += touches->of[i].opacity * touches->of[i].area_beyond;
-        for (int64_t row = 0; row < rows; row++)
-            pixels[row] += sums[row];
-        if ((column + 1) % fine)
-            continue;
-        for (int64_t row = 0; row < rows; row++) {
-            cover[row * stride + column / fine] = pixels[row] * part;
-            pixels[row] = 0.0;
+    for (Py_ssize_t row = 0; row < high; row++)
+        for (Py_ssize_t column = 0; column < wide; column++) {
+            light[row * wide + column] = picture[2 * column * high + row];
+            light[(high + row) * wide + column] = picture[(2 * column + 1) * high + row];
         }
-    }
 }
 
 int spread_touches(const Touches *touches, const Bands *rows, const Bands *columns, const double *weights,
                    Py_ssize_t terms, int64_t fine, int64_t margin, double *light)
 {
-    Py_ssize_t high = rows->pixels, wide = columns->pixels, size = high * wide;
+    Py_ssize_t high = rows->pixels, wide = columns->pixels, size = high * wide, cells = rows->cells;
+    Py_ssize_t covered = cells / fine;
     Scratch held = {.count = 0};
-    Cell *cells = scratch(&held, rows->cells, sizeof(Cell));
-    double *work = cells ? scratch(&held, 4 * high, sizeof(double)) : NULL;
-    double *pictures = work ? scratch(&held, 2 * size, sizeof(double)) : NULL;
-    if (pictures) {
-        for (Py_ssize_t term = 0; term < terms; term++)
-            spread_term(touches, rows, columns, weights[term], term, cells, work, pictures, pictures + size);
+    Cell *room = scratch(&held, 2 * cells, sizeof(Cell));
+    int32_t *numbers = room ? scratch(&held, 2 * cells, sizeof(int32_t)) : NULL;
+    double *sums = numbers ? scratch(&held, 4 * TOGETHER * high + 2 * covered, sizeof(double)) : NULL;
+    double *picture = sums ? scratch(&held, 2 * size, sizeof(double)) : NULL;
+    if (picture) {
+        double *cover = sums + 4 * TOGETHER * high;
+        Work work = {
+            .columns = {{room, numbers, 0}, {room + cells, numbers + cells, 0}},
+            .cover = {cover, cover + covered, (double)fine, light + margin * wide + margin, covered, wide},
+            .picture = picture,
+        };
+        for (int i = 0; i < TOGETHER; i++)
+            work.sums[i] = (Column){sums + 4 * i * high, sums + (4 * i + 2) * high};
         memset(light, 0, (size_t)size * sizeof(double));
-        add_cover(touches, columns->cells, fine, rows->cells / fine, work, light + margin * wide + margin, wide);
-        for (Py_ssize_t which = 0; which < 2; which++)
-            for (Py_ssize_t row = 0; row < high; row++)
-                for (Py_ssize_t column = 0; column < wide; column++)
-                    light[(1 + which) * size + row * wide + column] = pictures[which * size + column * high + row];
+        for (Py_ssize_t term = 0; term < terms; term++)
+            spread_term(touches, rows, columns, weights[term], term, fine, &work);
+        turn(picture, high, wide, light + size);
     }
     discard(&held);
-    return pictures ? 0 : -1;
+    return picture ? 0 : -1;
 }

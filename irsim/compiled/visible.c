@@ -1,16 +1,22 @@
 /* See irsim/shapes/visible.py, whose `visible_edges` does the same in the same order, so that pieces are the same to
- * the last bit; here one edge after the other, with nothing kept but what covers it. */
+ * the last bit, but for those of no length; here one edge after the other, with nothing kept but what covers it. */
 #include "visible.h"
+
+#include "wide.h"
 
 /* As there: edges of each layer lie this much further in than those of the one in front. */
 static const double INSET_PX = 1e-9;
 
-/* An edge with its inset. Its line is across * x + down * y = level, greater inside its polygon. */
+/* An edge with its inset. */
 typedef struct {
     Point start, stop, along;
-    double across, down, level;
     Extent box;
 } Edge;
+
+/* The lines of edges: across * x + down * y = level, greater inside the polygon. */
+typedef struct {
+    double *across, *down, *level;
+} Lines;
 
 /* Where an edge runs through a polygon: from entry to leave, 0..1 along it. */
 typedef struct {
@@ -24,6 +30,7 @@ typedef struct {
 
 typedef struct {
     const Edge *edges;
+    Lines lines;
     const int64_t *first; /* (layers + 1) first edge of each polygon */
     const Extent *boxes;  /* (layers) */
     const double *glow;
@@ -32,47 +39,43 @@ typedef struct {
     Py_ssize_t count_near;
     Through *through; /* (layers) room */
     Cut *cuts;        /* (2 layers) room */
+    double *entries, *leaves; /* (edges) room */
 } Picture;
 
 static Edge inset(Point start, Point stop, int64_t depth)
 {
     Edge edge = {.along = {stop.x - start.x, stop.y - start.y}};
-    edge.across = -edge.along.y;
-    edge.down = edge.along.x;
-    double length = hypot(edge.across, edge.down);
+    double across = -edge.along.y, down = edge.along.x;
+    double length = hypot(across, down);
     double by = INSET_PX * (double)depth / (length > 1e-300 ? length : 1e-300);
-    edge.start = (Point){start.x + edge.across * by, start.y + edge.down * by};
+    edge.start = (Point){start.x + across * by, start.y + down * by};
     edge.stop = (Point){edge.start.x + edge.along.x, edge.start.y + edge.along.y};
-    Point drawn = {edge.stop.x - edge.start.x, edge.stop.y - edge.start.y};
-    edge.across = -drawn.y;
-    edge.down = drawn.x;
-    edge.level = edge.across * edge.start.x + edge.down * edge.start.y;
     edge.box = with_point(with_point(NOTHING, edge.start), edge.stop);
     return edge;
 }
 
-/* Does an edge run through the polygon of edges line .. end - 1? */
-static int runs_through(const Edge *edge, const Edge *line, const Edge *end, double *entry, double *leave)
+/* Does an edge run through a polygon of `count` lines? Without branches, which is quicker. */
+static inline int runs_through(const Edge *edge, const double *restrict across, const double *restrict down,
+                               const double *restrict level, Py_ssize_t count, double *restrict enters,
+                               double *restrict leaves, Through *through)
 {
-    double from = 0.0, to = 1.0;
-    for (; line < end; line++) {
-        double at_start = edge->start.x * line->across + edge->start.y * line->down - line->level;
-        double at_stop = edge->stop.x * line->across + edge->stop.y * line->down - line->level;
-        if (at_start < 0) {
-            if (at_stop < 0)
-                return 0;
-            from = greater(from, at_start / (at_start - at_stop));
-        } else if (at_stop < 0) {
-            to = lesser(to, at_start / (at_start - at_stop));
-        } else {
-            continue;
-        }
-        if (!(from < to))
-            return 0;
+    Point start = edge->start, stop = edge->stop;
+    for (Py_ssize_t i = 0; i < count; i++) {
+        double at_start = start.x * across[i] + start.y * down[i] - level[i];
+        double at_stop = stop.x * across[i] + stop.y * down[i] - level[i];
+        double crossing = at_start / (at_start - at_stop); /* not used where both are on one side */
+        double into = at_stop < 0 ? 2.0 : crossing;
+        enters[i] = at_start < 0 ? into : 0.0;
+        leaves[i] = at_stop < 0 ? crossing : 1.0;
     }
-    *entry = from;
-    *leave = to;
-    return 1;
+    double from = 0.0, to = 1.0;
+    for (Py_ssize_t i = 0; i < count; i++) {
+        from = greater(from, enters[i]);
+        to = lesser(to, leaves[i]);
+    }
+    through->entry = from;
+    through->leave = to;
+    return from < to;
 }
 
 static void find_near(Picture *picture, int64_t own)
@@ -83,7 +86,8 @@ static void find_near(Picture *picture, int64_t own)
             picture->near[picture->count_near++] = other;
 }
 
-static Py_ssize_t all_through(const Picture *picture, const Edge *edge)
+/* The polygons that an edge runs through, up to the first that holds all of it: nothing beyond that one is seen. */
+WIDE static Py_ssize_t all_through(const Picture *picture, const Edge *edge)
 {
     Py_ssize_t found = 0;
     for (Py_ssize_t i = 0; i < picture->count_near; i++) {
@@ -92,8 +96,14 @@ static Py_ssize_t all_through(const Picture *picture, const Edge *edge)
             continue;
         Through *place = &picture->through[found];
         place->polygon = other;
-        found += runs_through(edge, picture->edges + picture->first[other], picture->edges + picture->first[other + 1],
-                              &place->entry, &place->leave);
+        int64_t first = picture->first[other];
+        if (!runs_through(edge, picture->lines.across + first, picture->lines.down + first,
+                          picture->lines.level + first, picture->first[other + 1] - first, picture->entries,
+                          picture->leaves, place))
+            continue;
+        found++;
+        if (place->entry == 0.0 && place->leave == 1.0)
+            break;
     }
     return found;
 }
@@ -188,20 +198,26 @@ int visible_pieces(const Point *start, const Point *stop, const int64_t *layer, 
 {
     Scratch held = {.count = 0};
     Edge *edges = scratch(&held, count, sizeof(Edge));
-    int64_t *first = edges ? scratch(&held, layers + 1, sizeof(int64_t)) : NULL;
+    double *room = edges ? scratch(&held, 5 * count, sizeof(double)) : NULL;
+    int64_t *first = room ? scratch(&held, layers + 1, sizeof(int64_t)) : NULL;
     Extent *boxes = first ? scratch(&held, layers, sizeof(Extent)) : NULL;
     int64_t *near = boxes ? scratch(&held, layers, sizeof(int64_t)) : NULL;
     Through *through = near ? scratch(&held, layers, sizeof(Through)) : NULL;
     Cut *cuts = through ? scratch(&held, 2 * layers, sizeof(Cut)) : NULL;
     int failed = cuts == NULL || find_first(layer, count, layers, first) < 0;
     if (!failed) {
+        Lines lines = {room, room + count, room + 2 * count};
         for (Py_ssize_t i = 0; i < layers; i++)
             boxes[i] = NOTHING;
         for (Py_ssize_t i = 0; i < count; i++) {
-            edges[i] = inset(start[i], stop[i], layer[i]);
-            boxes[layer[i]] = with_point(with_point(boxes[layer[i]], edges[i].start), edges[i].stop);
+            Edge edge = edges[i] = inset(start[i], stop[i], layer[i]);
+            boxes[layer[i]] = with_point(with_point(boxes[layer[i]], edge.start), edge.stop);
+            lines.across[i] = edge.start.y - edge.stop.y;
+            lines.down[i] = edge.stop.x - edge.start.x;
+            lines.level[i] = lines.across[i] * edge.start.x + lines.down[i] * edge.start.y;
         }
-        Picture picture = {edges, first, boxes, glow, layers, near, 0, through, cuts};
+        Picture picture = {edges, lines, first, boxes, glow, layers, near, 0, through, cuts, room + 3 * count,
+                           room + 4 * count};
         for (Py_ssize_t i = 0; i < count && !failed; i++) {
             if (i == first[layer[i]])
                 find_near(&picture, layer[i]);
