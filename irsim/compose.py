@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from irsim.backgrounds import Gaze, Layer, Slices, Veil, veiled
+from irsim.backgrounds import Gaze, Layer, Slices, veiled
 from irsim.compiled import COMPILED, kernels
 from irsim.contrast import fulfilled, scr
 from irsim.radiometry import Band, temperature
@@ -34,11 +34,12 @@ class Piece:
 
 @dataclass(eq=False)
 class Seen:
-    """A target as it is drawn: the share of each pixel's area that is still seen, and who hides the rest."""
+    """A target as it is drawn: the share of each pixel's area that is still seen, and who hides the rest; `levels`
+    are its mean light and that of what it replaces, W/m2/sr, nan outside the picture."""
 
     piece: Piece
     left: Floats
-    contrast_k: float | None
+    levels: tuple[float, float]
     scr: float | None
     occluders: list[str] = field(default_factory=list)
 
@@ -63,10 +64,12 @@ def overlap(
 
     A patch is its top-left pixel (x, y) and its shape (rows, columns).
     """
-    left, top = max(corner[0], other[0]), max(corner[1], other[1])
-    right = min(corner[0] + shape[1], other[0] + size[1])
-    bottom = min(corner[1] + shape[0], other[1] + size[0])
-    if left >= right or top >= bottom:
+    (x, y), (rows, columns), (other_x, other_y), (other_rows, other_columns) = corner, shape, other, size
+    if x >= other_x + other_columns or other_x >= x + columns or y >= other_y + other_rows or other_y >= y + rows:
+        return None
+    left, top = max(x, other_x), max(y, other_y)
+    right, bottom = min(x + columns, other_x + other_columns), min(y + rows, other_y + other_rows)
+    if left >= right or top >= bottom:  # one of them is empty
         return None
 
     def within(origin: tuple[int, int]) -> Slices:
@@ -101,6 +104,13 @@ def compose(
     return light, seen
 
 
+def contrasts(seen: Sequence[Seen], band: Band) -> list[float | None]:
+    """Apparent temperature of each target's mean light less that of the light that it replaces, K; None outside the
+    picture."""
+    levels = np.array([target.levels for target in seen]).reshape(-1, 2)
+    return [own - behind if not math.isnan(own) else None for own, behind in temperature(band, levels).tolist()]
+
+
 def _draw(light: Floats, piece: Piece, seen: list[Seen], band: Band, noise: float) -> None:
     if piece.sprite.wanted is not None:
         piece = replace(piece, sprite=fulfilled(piece.sprite, light, band))
@@ -115,9 +125,9 @@ def _draw(light: Floats, piece: Piece, seen: list[Seen], band: Band, noise: floa
             target.hide(piece.name, met[0], 1 - sprite.cover[met[1]])
     left, alpha, own, replaced = _laid(light, sprite)
     if piece.tracked:
-        contrast = _contrast(own / alpha, replaced / alpha, band) if alpha > 0 else None
+        levels = (own / alpha, replaced / alpha) if alpha > 0 else (math.nan, math.nan)
         ratio = scr(light, sprite.box, noise)
-        seen.append(Seen(piece, left, contrast, ratio if math.isfinite(ratio) else None))
+        seen.append(Seen(piece, left, levels, ratio if math.isfinite(ratio) else None))
 
 
 def _laid(light: Floats, sprite: Sprite) -> tuple[Floats, float, float, float]:
@@ -156,12 +166,6 @@ def _faded(sprite: Sprite, light: Floats) -> Sprite:
     return replace(sprite, emission=emission, signal_center=(own_x + part * (x - own_x), own_y + part * (y - own_y)))
 
 
-def _contrast(own: float, behind: float, band: Band) -> float:
-    """Apparent temperature of a sprite's mean light less that of the light that it replaces, K."""
-    kelvin, replaced = temperature(band, np.array([own, behind]))
-    return float(kelvin - replaced)
-
-
 def _veil(light: Floats, layer: Layer, gaze: Gaze, seen: list[Seen]) -> None:
     covers = ((target, target.piece.sprite) for target in seen)
     behind = [
@@ -170,8 +174,9 @@ def _veil(light: Floats, layer: Layer, gaze: Gaze, seen: list[Seen]) -> None:
         if (met := overlap((sprite.x0, sprite.y0), sprite.cover.shape, (0, 0), light.shape)) is not None
     ]
     patches = [outer for _, _, outer in behind]
-    if isinstance(layer, Veil):
-        passed = layer.veil(light, gaze, patches)
+    fill = getattr(layer, "veil", None)  # isinstance(layer, Veil) would ask for all that a protocol names: 20 us
+    if fill is not None:
+        passed = fill(light, gaze, patches)
     else:
         through, emission = layer.light(gaze)
         if through is None:

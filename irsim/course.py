@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from irsim.motion import Mount, attitudes
+from irsim.motion import attitudes
+from irsim.occluders import Sight
 from irsim.shapes import View
 from irsim.stage import Stage
 from irsim.target import Target
@@ -32,20 +33,14 @@ class Course:
         )
         return cls(target, target.path.positions(numbers, stage, target.id), attitude, offset)
 
-    def view(self, index: int, mount: Mount, stage: Stage) -> View:
-        """How the camera sees it at frame `index`."""
-        rotation = mount.rotation(index)
+    def view(self, index: int, sight: Sight) -> View:
+        """How the camera of frame `index` sees it."""
+        rotation, rate_hz = sight.rotation, sight.stage.rate_hz
         return View(
-            rotation @ (self.positions[index] - mount.places[index]),
+            rotation @ (self.positions[index] - sight.place),
             rotation @ self.attitudes[index],
-            zoomed(stage, mount, index),
-            (index + self.offset) / stage.rate_hz,
+            sight.zoomed,
+            (index + self.offset) / rate_hz,
             self.target.id,
-            max(index + self.offset - self.target.path.begins, 0.0) / stage.rate_hz,
+            max(index + self.offset - self.target.path.begins, 0.0) / rate_hz,
         )
-
-
-def zoomed(stage: Stage, mount: Mount, index: int) -> Stage:
-    """The stage with the geometry of frame `index`."""
-    lens = mount.lens(index)
-    return stage if lens is stage.geometry else replace(stage, geometry=lens)

@@ -49,7 +49,12 @@ class Geometry:
     @property
     def principal(self) -> Floats:
         """(2,) px: where the optical axis falls."""
-        return np.array([(self.size[0] - 1) / 2 + self.shift_px[0], (self.size[1] - 1) / 2 + self.shift_px[1]])
+        return np.array(self.axis_px)
+
+    @property
+    def axis_px(self) -> tuple[float, float]:
+        """The same as numbers (x, y)."""
+        return (self.size[0] - 1) / 2 + self.shift_px[0], (self.size[1] - 1) / 2 + self.shift_px[1]
 
     @property
     def down(self) -> Floats:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import compress
 
 import numpy as np
@@ -45,14 +45,18 @@ class Instant:
         courses = (Course.of(target, count, stage, offset) for target in scenario.targets if scenario.is_on(target.id))
         return cls(stage, replace(still, turns=still.turns + tilt), tuple(courses))
 
+    @cached_property
+    def _level(self) -> Floats:
+        """(3, 3): world vectors to the vectors of the first camera frame."""
+        return self.stage.geometry.world_rotation(np.zeros(3))
+
     def gaze(self, index: int) -> Gaze:
         """A frame's pointing, with that of its block's first frame as key."""
         geometry, mount, first = self.stage.geometry, self.mount, index // BLOCK * BLOCK
-        level = geometry.world_rotation(np.zeros(3))
 
         def at(frame: int, margin: int, key: Gaze | None) -> Gaze:
             chart = _chart(geometry, tuple(mount.turns[frame].tolist()), margin, mount.lens(frame))
-            x, y, z = (mount.places[frame] @ level).tolist()
+            x, y, z = (mount.places[frame] @ self._level).tolist()
             return Gaze(frame / self.stage.rate_hz, chart, key, (x, y, z))
 
         return at(index, 0, at(first, MARGIN, None))
@@ -65,15 +69,15 @@ class Instant:
 
     def sprites(self, index: int, present: Sequence[bool], shifts: Shifts) -> list[Sprite | None]:
         """The targets that are `present`, each alone, at frame `index`."""
-        views = []
+        views, sight = [], self.sight(index)
         for course in compress(self.courses, present):
-            view, shift = course.view(index, self.mount, self.stage), shifts.get(course.target.id)
+            view, shift = course.view(index, sight), shifts.get(course.target.id)
             views.append((course.target.shape, view if shift is None else _moved(view, shift)))
         return draw_all(views)
 
     def looks_as(self, other: Instant, index: int) -> bool:
         """Does the camera look from the same place in the same way as in another instant of frame `index`?"""
-        return all(
+        return other is self or all(
             np.array_equal(getattr(self.mount, what)[index], getattr(other.mount, what)[index])
             for what in ("turns", "places", "zooms")
         )

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from itertools import compress
+from itertools import combinations, compress
 
 import numpy as np
 
 from irsim.arrival import arriving
 from irsim.backgrounds import Footage, Layer
-from irsim.compose import Piece, Seen, compose
+from irsim.compose import Piece, Seen, compose, contrasts
 from irsim.contrast import NETD_AT_K
 from irsim.instant import Instant, Shifts, Swept
 from irsim.intent import placed
@@ -156,21 +156,25 @@ class Renderer:
         return self.now.sight(index)
 
     def _truth(self, index: int, time: float, seen: list[Seen]) -> Truth:
-        boxes = {target.piece.name: target.piece.sprite.box for target in seen}
-        found = {target.piece.name: target for target in seen}
+        found = {
+            target.piece.name: (target, contrast_k)
+            for target, contrast_k in zip(seen, contrasts(seen, self.stage.band), strict=True)
+        }
+        crossing = _crossing({target.piece.name: target.piece.sprite.box for target in seen})
         return Truth(
             index,
             time,
             tuple(
-                self._target_truth(number, index, found[course.target.id], boxes)
+                self._target_truth(number, index, *found[course.target.id], course.target.id in crossing)
                 for number, course in enumerate(self.courses)
                 if course.target.id in found
             ),
         )
 
-    def _target_truth(self, number: int, index: int, seen: Seen, boxes: dict[str, Box]) -> TargetTruth:
+    def _target_truth(
+        self, number: int, index: int, seen: Seen, contrast_k: float | None, crossing: bool
+    ) -> TargetTruth:
         target, sprite = self.courses[number].target, seen.piece.sprite
-        others = (box for name, box in boxes.items() if name != target.id)
         vx, vy = self.velocities[number][index].tolist()
         yaw, pitch, roll = self.angles_deg[number][index].tolist()
         return TargetTruth(
@@ -184,8 +188,19 @@ class Renderer:
             range_m=sprite.range_m,
             visible=seen.visible,
             occluders=tuple(seen.occluders),
-            crossing=any(sprite.box.iou(other) > 0 for other in others),
+            crossing=crossing,
             in_view=self.stage.geometry.inside(*sprite.center),
-            contrast_k=seen.contrast_k,
+            contrast_k=contrast_k,
             scr=seen.scr,
         )
+
+
+def _crossing(boxes: dict[str, Box]) -> set[str]:
+    """Names of the boxes that meet another one: those with `iou` above 0."""
+    crossing = set()
+    for (one, (left, top, right, bottom)), (other, (west, north, east, south)) in combinations(
+        [(name, box.edges) for name, box in boxes.items() if box.w > 0 and box.h > 0], 2
+    ):
+        if left < east and west < right and top < south and north < bottom:
+            crossing |= {one, other}
+    return crossing

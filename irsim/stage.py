@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -47,12 +48,12 @@ class Stage:
     noise_k: float = 0.0
     lens: PointSpread | None = None
 
-    @property
+    @cached_property
     def psf(self) -> PointSpread:
         """The point spread that targets and occluders are drawn with; backgrounds are blurred by `psf_px`."""
         return self.lens or GaussianSpread(self.psf_px)
 
-    @property
+    @cached_property
     def surroundings(self) -> float:
         """Radiance that grey bodies reflect, W/m2/sr."""
         return self.air.surroundings(self.band)

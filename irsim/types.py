@@ -88,6 +88,12 @@ class Box:
         """The same centre, no side under `size` px."""
         return Box(self.cx, self.cy, max(self.w, size), max(self.h, size))
 
+    @property
+    def edges(self) -> tuple[float, float, float, float]:
+        """(left, top, right, bottom): the inverse of `from_edges`."""
+        wide, high = self.w / 2, self.h / 2
+        return self.cx - wide, self.cy - high, self.cx + wide, self.cy + high
+
     def iou(self, other: Box) -> float:
         """Intersection over union, 0..1."""
         w = min(self.cx + self.w / 2, other.cx + other.w / 2) - max(self.cx - self.w / 2, other.cx - other.w / 2)

@@ -53,7 +53,7 @@ class Watch:
         key = (name, index)
         if key not in self._sprites:
             course = self.courses[name]
-            view = course.view(index, self.mount, self.stage)
+            view = course.view(index, self.sight(index))
             self._sprites[key] = course.target.shape.draw(view) if course.target.exists(index) else None
         return self._sprites[key]
 

@@ -122,7 +122,7 @@ def test_the_renderer_gives_the_time() -> None:
         }
     )
     renderer = Renderer(scenario)
-    view = renderer.courses[0].view(3, renderer.now.mount, renderer.stage)
+    view = renderer.courses[0].view(3, renderer.sight(3))
     assert view.time == pytest.approx(0.3)
     assert view.name == "one"
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Annotated, ClassVar, Self, TypeVar
 
@@ -44,6 +44,11 @@ class Sight:
     def first(cls, stage: Stage) -> Sight:
         """What the unmoved camera sees at frame 0."""
         return cls(stage, stage.geometry, np.eye(3), np.zeros(3))
+
+    @property
+    def zoomed(self) -> Stage:
+        """The stage with the geometry of this frame."""
+        return self.stage if self.lens is self.stage.geometry else replace(self.stage, geometry=self.lens)
 
     def pixels(self, first: Floats, range_m: float) -> Floats:
         """(..., 2) px in this frame of what the unmoved camera sees at px `first` (..., 2), `range_m` away."""

@@ -65,7 +65,7 @@ def rims(form: Mesh, joints: Joints, motions: Mapping[str, Rigid], scale: float,
 
 def _compiled(form: Mesh, joints: Joints, motions: Mapping[str, Rigid], scale: float, view: View) -> Rims | None:
     parts, geometry = form.parts, view.stage.geometry
-    x, y = geometry.principal.tolist()
+    x, y = geometry.axis_px
     moving = [motions[name] for name in joints.names]
     ends = np.empty((2, len(parts.tail), 2))
     layer, rank = np.empty(len(parts.tail), dtype=np.int64), np.empty(parts.count, dtype=np.int64)

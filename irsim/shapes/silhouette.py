@@ -158,9 +158,9 @@ class Grid:
     @classmethod
     def over(cls, window: Box) -> Grid:
         """The grid that holds a window."""
-        left, top = math.floor(window.left + 0.5), math.floor(window.top + 0.5)
-        columns = max(math.ceil(window.right - 0.5) - left + 1, 1)
-        rows = max(math.ceil(window.bottom - 0.5) - top + 1, 1)
+        west, north, east, south = window.edges
+        left, top = math.floor(west + 0.5), math.floor(north + 0.5)
+        columns, rows = max(math.ceil(east - 0.5) - left + 1, 1), max(math.ceil(south - 0.5) - top + 1, 1)
         side = max(window.w, window.h)
         return cls(left, top, columns, rows, 2 * FINE if side <= SMALL_PX else FINE if side <= LARGE_PX else 1)
 
@@ -237,8 +237,9 @@ def drawn_part(box: Box, stage: Stage) -> Box:
 
 def within_sight(box: Box, stage: Stage) -> Box | None:
     """The part of a box whose light can reach the frame; None where none can."""
-    reach = stage.psf.reach_px
-    columns, rows = stage.geometry.size
-    left, top = max(box.left, -0.5 - reach), max(box.top, -0.5 - reach)
-    right, bottom = min(box.right, columns - 0.5 + reach), min(box.bottom, rows - 0.5 + reach)
-    return Box.from_edges(left, top, right, bottom) if left < right and top < bottom else None
+    reach, (columns, rows), edges = stage.psf.reach_px + 0.5, stage.geometry.size, box.edges
+    left, top = max(edges[0], -reach), max(edges[1], -reach)
+    right, bottom = min(edges[2], columns - 1 + reach), min(edges[3], rows - 1 + reach)
+    if not (left < right and top < bottom):
+        return None
+    return box if (left, top, right, bottom) == edges else Box.from_edges(left, top, right, bottom)
