@@ -17,6 +17,9 @@ from typing import Any
 
 from irsim.errors import InputError
 
+_ENDING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+"""Signals by which programs are ended that may still tidy up."""
+
 
 @contextmanager
 def interrupts_held() -> Iterator[None]:
@@ -66,23 +69,27 @@ def _in_few_words() -> Iterator[None]:
 
 @contextmanager
 def _put_off() -> Iterator[None]:
-    """Ctrl-C within the block is answered at its end.
+    """Ctrl-C within the block, and what else a program answers so, is answered at its end.
 
     The mask of one thread is not enough: another thread, such as those of a BLAS, takes the signal then, and Python
-    answers it in the main thread all the same.
+    answers it in the main thread all the same. A process that is only half started would end with a traceback, and
+    its pool might wait for it for ever.
     """
-    answer = signal.getsignal(signal.SIGINT)
-    if threading.current_thread() is not threading.main_thread() or not callable(answer):
+    if threading.current_thread() is not threading.main_thread():
         yield
         return
+    # Those without an answer in Python end the program at once.
+    answers = {number: answer for number in _ENDING if callable(answer := signal.getsignal(number))}
     came: list[int] = []  # a lock, such as an Event's, would wait for itself if a second one came while it is taken
-    signal.signal(signal.SIGINT, lambda number, _: came.append(number))
+    for number in answers:
+        signal.signal(number, lambda number, _: came.append(number))
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, answer)
+        for number, answer in answers.items():
+            signal.signal(number, answer)
         if came:
-            signal.raise_signal(signal.SIGINT)
+            signal.raise_signal(came[0])
 
 
 def beginning(function: Callable[..., None], *arguments: Any, inherited: Sequence[Any] = ()) -> dict[str, Any]:

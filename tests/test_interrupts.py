@@ -70,6 +70,29 @@ def test_another_thread_that_takes_the_signal_ends_no_holding() -> None:
     assert went_on
 
 
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_what_ends_a_program_as_ctrl_c_does_is_held_too(number: signal.Signals) -> None:
+    went_on = []
+
+    def end(number: int, _: object) -> None:
+        raise KeyboardInterrupt
+
+    def held() -> None:
+        with interrupts_held():
+            os.kill(os.getpid(), number)
+            time.sleep(0.05)
+            went_on.append(True)
+
+    before = signal.signal(number, end)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            held()
+        assert signal.getsignal(number) is end
+    finally:
+        signal.signal(number, before)
+    assert went_on
+
+
 def importing(pid: int) -> bool:
     return "numpy" in text(PROC / str(pid) / "maps")
 
