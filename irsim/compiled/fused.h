@@ -29,6 +29,22 @@ static inline int fuses(void)
 }
 #endif
 
+/* The same by registers of 512 bits, for a loop that they make faster. */
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#define FUSING_WIDELY __attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,fma,prefer-vector-width=512")))
+static inline int fuses_widely(void)
+{
+    return fuses() && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+           __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
+}
+#else
+#define FUSING_WIDELY
+static inline int fuses_widely(void)
+{
+    return 0;
+}
+#endif
+
 /* sum + a b. A loop that has it is compiled twice, `fused` being known in each. */
 INLINED float plus(float sum, float a, float b, int fused)
 {

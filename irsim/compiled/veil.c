@@ -77,6 +77,11 @@ static void see_twice(const Field *field, float down, const Plane *out)
     see(field, down, out, 0);
 }
 
+FUSING_WIDELY static void lay_widely(const Field *passed, const Field *emitted, float down, const Plane *light)
+{
+    lay(passed, emitted, down, light, 1);
+}
+
 FUSING static void lay_fused(const Field *passed, const Field *emitted, float down, const Plane *light)
 {
     lay(passed, emitted, down, light, 1);
@@ -163,7 +168,7 @@ PyObject *veil(PyObject *self, PyObject *const *given, Py_ssize_t count)
         return PyErr_Format(PyExc_TypeError, "veil takes 10 arguments, not %zd", count);
     float *room = looked_at(&arrays, given, &down, &light, fields, 2);
     if (room != NULL)
-        (fuses() ? lay_fused : lay_twice)(&fields[0], &fields[1], down, &light);
+        (fuses_widely() ? lay_widely : fuses() ? lay_fused : lay_twice)(&fields[0], &fields[1], down, &light);
     PyMem_Free(room);
     release(&arrays);
     if (room == NULL)
