@@ -163,7 +163,10 @@ def test_outlines_of_any_parts(count: int, seed: int, of_part: list[int], angle:
     joints = Joints(("one", "other"), np.array(of_part[:count]))
     still = bool((joints.of_part < 0).all())  # else rounding says which of two equal crossings is the lesser
     form = mesh(solids(count, seed, cubes=still), 1.5)
-    motions = {"one": hinge((0.5, 1.0, 0.2), (0.0, 0.0, 1.0), angle), "other": Rigid(np.eye(3), rng.uniform(-1, 1, 3))}
+    motions = {
+        "one": hinge((0.5, 1.0, 0.2), (0.0, 0.0, 1.0), angle),
+        "other": Rigid((*np.eye(3).ravel().tolist(), *rng.uniform(-1, 1, 3).tolist())),
+    }
     view = View(np.array([0.0, 0.0, range_m]), AWAY @ euler(rng.uniform(-180, 180, 3)), where)
     ours = rims.rims(form, joints, motions, 1.5, view)
     with PLAIN.context() as patch:
@@ -209,7 +212,7 @@ def test_wrong_tables_of_a_body_are_refused() -> None:
     seen = [1.0, np.eye(3), np.array([0.0, 0.0, 20.0]), 80.0, 60.0, 1e-3]
     count = len(parts.tail)
     room = [np.empty((2, count, 2)), np.empty(count, dtype=np.int64), np.empty(2, dtype=np.int64)]
-    right = [*tables, *planes, np.array([-1, 0]), np.eye(3)[None], np.zeros((1, 3)), *seen, *room]
+    right = [*tables, *planes, np.array([-1, 0]), np.eye(3, 4)[None], *seen, *room]
     draw: Callable[..., tuple[float, ...] | None] = kernels.outline
     found = draw(*right)
     assert found is not None
@@ -224,12 +227,12 @@ def test_wrong_tables_of_a_body_are_refused() -> None:
         4: form.normals[:-1],
         6: form.crossing[:1],
         8: np.array([-1, 1]),
-        9: np.zeros((0, 3, 3)),
-        12: np.zeros(8),
-        13: np.zeros(4),
-        17: np.empty((2, count - 1, 2)),
-        18: np.empty(count + 1, dtype=np.int64),
-        19: np.empty(1, dtype=np.int64),
+        9: np.zeros((0, 12)),
+        11: np.zeros(8),
+        12: np.zeros(4),
+        16: np.empty((2, count - 1, 2)),
+        17: np.empty(count + 1, dtype=np.int64),
+        18: np.empty(1, dtype=np.int64),
     }
     for place, value in wrong.items():
         with pytest.raises(ValueError, match="outline: its arrays do not agree"):

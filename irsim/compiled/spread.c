@@ -112,14 +112,14 @@ static inline void spread_across(const Column *columns, int count, const double 
 /* Shares of pixels that are covered, before any blur. */
 typedef struct {
     double *sums, *pixels; /* (pixel rows) in a column of cells, and in those of a pixel so far */
-    double fine;
-    double *shares; /* (pixel rows, pixel columns), of `stride` columns */
+    double part;           /* of a pixel's side that a cell's is */
+    double *shares;        /* (pixel rows, pixel columns), of `stride` columns */
     Py_ssize_t rows, stride;
 } Cover;
 
 static inline void cover_cell(Cover *cover, int32_t row, double change)
 {
-    cover->sums[(Py_ssize_t)((row + 0.5) / cover->fine)] += change;
+    cover->sums[(Py_ssize_t)((row + 0.5) * cover->part)] += change;
 }
 
 static inline void cover_column(Cover *cover, Py_ssize_t column, Py_ssize_t fine)
@@ -129,7 +129,7 @@ static inline void cover_column(Cover *cover, Py_ssize_t column, Py_ssize_t fine
     if ((column + 1) % fine)
         return;
     for (Py_ssize_t row = 0; row < cover->rows; row++) {
-        cover->shares[row * cover->stride + column / fine] = cover->pixels[row] / (cover->fine * cover->fine);
+        cover->shares[row * cover->stride + column / fine] = cover->pixels[row] * (cover->part * cover->part);
         cover->pixels[row] = 0.0;
     }
 }
@@ -218,7 +218,7 @@ int spread_touches(const Touches *touches, const Bands *rows, const Bands *colum
         double *cover = sums + 4 * TOGETHER * high;
         Work work = {
             .columns = {{room, numbers, 0}, {room + cells, numbers + cells, 0}},
-            .cover = {cover, cover + covered, (double)fine, light + margin * wide + margin, covered, wide},
+            .cover = {cover, cover + covered, 1.0 / (double)fine, light + margin * wide + margin, covered, wide},
             .picture = picture,
         };
         for (int i = 0; i < TOGETHER; i++)

@@ -66,7 +66,6 @@ def rims(form: Mesh, joints: Joints, motions: Mapping[str, Rigid], scale: float,
 def _compiled(form: Mesh, joints: Joints, motions: Mapping[str, Rigid], scale: float, view: View) -> Rims | None:
     parts, geometry = form.parts, view.stage.geometry
     x, y = geometry.axis_px
-    moving = [motions[name] for name in joints.names]
     ends = np.empty((2, len(parts.tail), 2))
     layer, rank = np.empty(len(parts.tail), dtype=np.int64), np.empty(parts.count, dtype=np.int64)
     found = kernels.outline(
@@ -79,8 +78,7 @@ def _compiled(form: Mesh, joints: Joints, motions: Mapping[str, Rigid], scale: f
         form.crossing,
         form.thin,
         joints.of_part,
-        np.concatenate([each.turn for each in moving]) if moving else _STILL,
-        np.concatenate([each.shift for each in moving]) if moving else _STILL,
+        np.array([motions[name].numbers for name in joints.names]) if joints.names else _STILL,
         scale,
         np.ascontiguousarray(view.attitude, dtype=np.float64),
         np.ascontiguousarray(view.position, dtype=np.float64),
