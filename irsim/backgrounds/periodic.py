@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import cv2
 import numpy as np
 
@@ -35,11 +37,21 @@ def inner_blur(wide: Floats, sigma_px: float, reach: int) -> Floats:
 
 def window(texture: Floats, rows: slice, columns: slice) -> Floats:
     """A part of a periodic texture (side, side) or (side, side, channels); it may reach past its edges."""
-    height, width = texture.shape[:2]
-    if rows.start >= 0 and rows.stop <= height and columns.start >= 0 and columns.stop <= width:
-        return texture[rows, columns]
-    down, across = (np.arange(part.start, part.stop) for part in (rows, columns))
-    return texture.take(down, axis=0, mode="wrap").take(across, axis=1, mode="wrap")
+    down, across = (list(_pieces(*part)) for part in zip((rows, columns), texture.shape[:2], strict=True))
+    strips = [[texture[piece, beside] for beside in across] for piece in down]
+    if len(down) == len(across) == 1:
+        return strips[0][0]
+    return np.concatenate([np.concatenate(strip, axis=1) for strip in strips])
+
+
+def _pieces(part: slice, period: int) -> Iterator[slice]:
+    """A stretch as parts of the period, one after another."""
+    begin = part.start
+    while begin < part.stop:
+        first = begin % period
+        last = min(first + part.stop - begin, period)
+        yield slice(first, last)
+        begin += last - first
 
 
 LEAST = 16
