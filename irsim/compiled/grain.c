@@ -81,6 +81,12 @@ INLINED void shot(const float *drawn, Py_ssize_t from, Py_ssize_t count, void *w
 }
 BOTH(shot)
 
+/* Roots are what takes time here. */
+FUSING_WIDELY static void shot_widely(const float *drawn, Py_ssize_t from, Py_ssize_t count, void *with)
+{
+    shot(drawn, from, count, with, 1);
+}
+
 typedef struct {
     const float *before, *after;
     float *out;
@@ -172,7 +178,8 @@ PyObject *add_shot(PyObject *self, PyObject *const *given, Py_ssize_t count)
         (to.signal = array(&arrays, given[4], "f", 1, &length)) != NULL && numbers(given, 5, 2, limits) == 0) {
         to.read_variance = limits[0];
         to.well = limits[1];
-        done = draw(&drawn, length, CHOSEN(shot), CHOSEN(shot), &to);
+        const Use use = fuses_widely() ? shot_widely : CHOSEN(shot);
+        done = draw(&drawn, length, use, use, &to);
     }
     release(&arrays);
     return done;

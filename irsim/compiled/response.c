@@ -19,6 +19,12 @@ FUSING static void answer_fused(const float *light, float *out, Py_ssize_t lengt
     answer(light, out, length, linear, root, zero, 1);
 }
 
+FUSING_WIDELY static void answer_widely(const float *light, float *out, Py_ssize_t length, float linear, float root,
+                                        float zero)
+{
+    answer(light, out, length, linear, root, zero, 1);
+}
+
 static void answer_twice(const float *light, float *out, Py_ssize_t length, float linear, float root, float zero)
 {
     answer(light, out, length, linear, root, zero, 0);
@@ -136,8 +142,11 @@ PyObject *signal_of(PyObject *self, PyObject *const *given, Py_ssize_t count)
     Py_ssize_t length;
     float numbers[3];
     int done = passed_on(&arrays, given, count, "f", &light, &out, &length, numbers) == 0;
-    if (done)
-        (fuses() ? answer_fused : answer_twice)(light, out, length, numbers[0], numbers[1], numbers[2]);
+    if (done) {
+        void (*const pass)(const float *, float *, Py_ssize_t, float, float, float) =
+            fuses_widely() ? answer_widely : fuses() ? answer_fused : answer_twice;
+        pass(light, out, length, numbers[0], numbers[1], numbers[2]);
+    }
     release(&arrays);
     if (!done)
         return NULL;
