@@ -66,7 +66,7 @@ class Renderer:
             return Frame(image, index, truth.time, self.scenario.camera.bits), truth
         if shown == index:
             settled = self.lag.light(index, lambda k: light if k == index else self.scene(k)[0])
-            image = self.sensor.expose(settled, index)
+            image = self.sensor.expose(settled, index, spent=True)
         else:
             image = self._standing(shown)
         return Frame(image, index, truth.time, self.scenario.camera.bits), truth
@@ -74,7 +74,7 @@ class Renderer:
     def _standing(self, index: int) -> Image:
         """The picture of a frame that is shown again; the last one is kept, which changes nothing."""
         if self._held is None or self._held[0] != index:
-            self._held = index, self.sensor.expose(self.light(index), index)
+            self._held = index, self.sensor.expose(self.light(index), index, spent=True)
         return self._held[1].copy()
 
     def light(self, index: int) -> Floats:

@@ -5,9 +5,16 @@
 #include "fused.h"
 #include "response.h"
 
-INLINED void answer(const float *restrict light, float *restrict out, Py_ssize_t length, float linear, float root,
-                    float zero, int fused)
+#if defined(__GNUC__) && !defined(__clang__)
+#define EACH_ALONE _Pragma("GCC ivdep")
+#else
+#define EACH_ALONE
+#endif
+
+/* `out` may be the light itself. */
+INLINED void answer(const float *light, float *out, Py_ssize_t length, float linear, float root, float zero, int fused)
 {
+    EACH_ALONE
     for (Py_ssize_t i = 0; i < length; i++) {
         float lit = light[i] < 0.0f ? 0.0f : light[i]; /* below 0 by rounding alone */
         out[i] = plus(plus(zero, sqrtf(lit), root, fused), lit, linear, fused);

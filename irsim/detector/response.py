@@ -62,15 +62,15 @@ class Response:
         return min(self.well, (self.full - self.offset) * self.gain)
 
     def signal(self, light: Floats, out: Floats | None = None) -> Floats:
-        """The noiseless signal of in-band radiance (rows, cols) float32, W/m2/sr; into `out` where it is given."""
+        """The noiseless signal of in-band radiance (rows, cols) float32, W/m2/sr; into `out` where it is given, which
+        may be the light itself."""
         signal = np.empty_like(light) if out is None else out
         if COMPILED and self.root and light.dtype == np.float32 and light.flags.c_contiguous:
             kernels.signal_of(light, signal, self.linear, self.root, self.zero)
         elif self.root:
             if light.min() < 0:  # by rounding alone
                 light = np.maximum(light, np.float32(0))
-            cv2.sqrt(light, dst=signal)
-            cv2.addWeighted(light, self.linear, signal, self.root, self.zero, dst=signal)
+            cv2.addWeighted(light, self.linear, cv2.sqrt(light), self.root, self.zero, dst=signal)
         else:
             cv2.addWeighted(light, self.linear, light, 0, self.zero, dst=signal)
         return signal

@@ -45,12 +45,13 @@ class Sensor:
         last, count = (0, 0) if self.correction is None else self.correction.last(index)
         return Moment(index, shape, self.rate_hz, self.seed, last, count)
 
-    def expose(self, light: Floats, index: int) -> npt.NDArray[np.uint16]:
+    def expose(self, light: Floats, index: int, spent: bool = False) -> npt.NDArray[np.uint16]:
         """(rows, cols) uint16 counts of `light` (rows, cols) float32, in-band radiance in W/m2/sr, at a frame.
 
-        Counts are rounded to the nearest (halves to even) and clipped to the depth of the detector.
+        Counts are rounded to the nearest (halves to even) and clipped to the depth of the detector. A `spent` light
+        is needed by nobody any more: its memory, which is in the caches, is written over.
         """
-        signal = self._signal(light, scratch(light.shape, "signal"))
+        signal = self._signal(light, light if spent else scratch(light.shape, "signal"))
         moment = self.moment(index, light.shape)
         for noise in self.noises:
             noise.respond(signal, self.response, moment)
