@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -251,3 +252,14 @@ def test_shot_noise_alone_is_the_same_frame_anywhere() -> None:
     np.testing.assert_array_equal(again[0], again[2])
     assert (again[0] != again[1]).any()
     assert camera.moment(3, (20, 30)) == Moment(3, (20, 30), 30.0, 1)
+
+
+@pytest.mark.parametrize("falls_off", [False, True])
+def test_a_spent_light_gives_the_same_counts_as_one_that_is_kept(falls_off: bool) -> None:
+    camera = sensor()
+    if falls_off:
+        camera = replace(camera, falloff=np.linspace(0.5, 1, 21 * 31, dtype=np.float32).reshape(21, 31))
+    light = light_of(camera, 1e6, (21, 31)) * np.linspace(0, 1, 31, dtype=np.float32)
+    kept, spent = light.copy(), light.copy()
+    np.testing.assert_array_equal(camera.expose(spent, 2, spent=True), camera.expose(kept, 2))
+    np.testing.assert_array_equal(kept, light)
