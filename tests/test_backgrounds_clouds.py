@@ -72,9 +72,14 @@ def whole(fields: Evolving, place: float) -> tuple[Floats, Floats]:
     return fields.at(place).over(slice(0, fields.side), slice(0, fields.side))
 
 
-def test_an_evolving_field_has_a_variance_of_one_at_any_time() -> None:
+@pytest.mark.parametrize(
+    ("beta", "betas", "correlation_px"), [(3.3, None, 200.0), (3.3, (6.0, 6.0), 1e10), (6.0, None, 1e-8)]
+)
+def test_an_evolving_field_has_a_variance_of_one_at_any_time(
+    beta: float, betas: tuple[float, float] | None, correlation_px: float
+) -> None:
     """The fields that make it up are few features wide: what they have in common by chance is no little."""
-    fields = Evolving(256, 3.3, None, 200.0, 1.0, 1, "t", coarse=4)
+    fields = Evolving(256, beta, betas, correlation_px, 1.0, 1, "t", coarse=4)
     for place in (0.0, 0.4, 3.7, 0.9):
         found = whole(fields, place)
         assert [field.std() for field in found] == pytest.approx([1, 1], abs=1e-5)
@@ -155,8 +160,8 @@ def test_an_evolving_layer_turns_and_rolls_with_the_camera(ifov_mrad: float) -> 
 
 def test_the_spread_of_an_evolving_layer_is_constant() -> None:
     scene = stage(ifov_mrad=0.1)
-    painting, whole = CHANGING.evolving(scene)._painting, slice(0, 1024)
-    shares = [float(np.mean(painting(place)._paint(whole, whole)[0] < 0.99)) for place in np.linspace(0, 6, 7)]
+    state_at, whole = CHANGING.evolving(scene)._state_at, slice(0, 1024)
+    shares = [float(np.mean(state_at(place)._paint(whole, whole)[0] < 0.99)) for place in np.linspace(0, 6, 7)]
     assert np.std(shares) < 0.05
     assert np.mean(shares) == pytest.approx(0.4, abs=0.06)
 
@@ -187,10 +192,13 @@ def test_what_is_seen_of_a_texture_does_not_depend_on_what_was_seen_before() -> 
         return passed, 7 * emitted
 
     seen_of, tiled = Tiled(side, 7.0, paint), np.tile(textures, (1, 3, 3))
+    first = seen_of.window(5, 7, 161, 121)
     steps = np.random.default_rng(2).integers(-36, 37, (300, 2)).cumsum(axis=0)
     for column, row in [(0, 0), (side - 1, side - 1), *(steps % side).tolist()]:
         for seen, texture in zip(seen_of.window(column, row, 161, 121), tiled, strict=True):
             np.testing.assert_array_equal(seen, texture[row : row + 121, column : column + 161])
+    for seen, texture in zip(first, tiled, strict=True):
+        np.testing.assert_array_equal(seen, texture[7 : 7 + 121, 5 : 5 + 161])
 
 
 def test_only_what_is_looked_at_is_painted_and_once() -> None:
@@ -211,7 +219,7 @@ def test_an_evolving_layer_is_kept_to_half_a_unit(ifov_mrad: float) -> None:
     """Of what the layer can emit: that is less than 1/65535 of the range that it does."""
     scene = stage(ifov_mrad=ifov_mrad)
     layer = CHANGING.model_copy(update={"sunlit_k": 8.0, "wind_mrad_s": (0.0, 0.0)}).evolving(scene)
-    state = layer._painting(0.0)
+    state = layer._state_at(0.0)
     whole = slice(0, state.side)
     for unit, painted, words in zip(
         state.units, state._paint(whole, whole), state.window(0, 0, state.side, state.side), strict=True

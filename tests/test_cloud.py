@@ -79,7 +79,7 @@ def test_clouds_larger_than_the_sky_are_lit_too(correlation_mrad: float) -> None
 def test_tiles_of_an_evolving_cloud_are_those_of_the_whole(histogram: tuple[float, ...]) -> None:
     """Side by side they have no seams, over the edges of the period neither."""
     clouds = Clouds(evolve_s=8.0, depth=2.0, sunlit_k=8.0, histogram=histogram)
-    paint = clouds.evolving(STAGE)._painting(0.375)._paint
+    paint = clouds.evolving(STAGE)._state_at(0.375)._paint
     here, across = slice(0, 128), slice(-64, 64)
     for part in range(2):
         one = paint(here, here)[part]

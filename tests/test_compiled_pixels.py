@@ -88,11 +88,11 @@ def test_noise_added_where_it_is_drawn_is_that_of_passes(rows: int, columns: int
 
 
 def drifting(side: int, seed: int) -> Drifting:
-    def painting(place: float) -> Tiled:
+    def state_at(place: float) -> Tiled:
         drawn = rng.stream(seed, round(place * 1000)).random((2, side, side)).astype(np.float32)
         return Tiled(side, 1.0, lambda rows, columns: (drawn[0, rows, columns], drawn[1, rows, columns]))
 
-    return Drifting("cloud", 1000.0, painting, 5.0, (3.3, -0.7))
+    return Drifting("cloud", 1000.0, state_at, 5.0, (3.3, -0.7))
 
 
 @settings(max_examples=30)

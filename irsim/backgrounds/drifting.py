@@ -25,7 +25,7 @@ by pixel, at ten times the cost."""
 STRAIGHT = 0.02
 """Largest displacement of a corner by roll or zoom, px, that is not looked up."""
 
-Painting = Callable[[float], Tiled]
+StateAt = Callable[[float], Tiled]
 """Time in periods -> a layer's state at that time."""
 
 
@@ -36,13 +36,13 @@ class Drifting:
         self,
         name: str,
         range_m: float,
-        painting: Painting,
+        state_at: StateAt,
         period_s: float,
         drift_px_s: tuple[float, float],
     ) -> None:
         self.name = name
         self.range_m = range_m
-        self._painting = painting
+        self._state_at = state_at
         self._period_s = period_s
         self._drift = drift_px_s
         self._states: dict[int, Tiled] = {}
@@ -76,8 +76,9 @@ class Drifting:
         """The states before and after a time, and the share of the one after."""
         steps = time / self._period_s * STEPS
         first = int(np.floor(steps))
-        self._states = {k: self._states.get(k) or self._painting(k / STEPS) for k in (first, first + 1)}
-        return self._states[first], self._states[first + 1], steps - first
+        known = self._states  # once: another thread may put its own there
+        states = self._states = {k: known.get(k) or self._state_at(k / STEPS) for k in (first, first + 1)}
+        return states[first], states[first + 1], steps - first
 
 
 def _is_narrow(chart: Chart) -> bool:
@@ -101,10 +102,10 @@ def _beyond(length: int, place: float) -> float:
     return float(np.float32((length - 1) / 2 + place - int(place)) - np.float32((length - 1) / 2))
 
 
-Look = Callable[[Tiled, Tiled, float], tuple[Floats, Floats]]
+Seeing = Callable[[Tiled, Tiled, float], tuple[Floats, Floats]]
 
 
-def _look(chart: Chart, right: float, down: float) -> Look:
+def _look(chart: Chart, right: float, down: float) -> Seeing:
     """How to see two states, mixed (share of the second), that have drifted by (right, down) px."""
     width, height = chart.geometry.size
     first = _first(chart, right, down)
@@ -127,7 +128,7 @@ def _look(chart: Chart, right: float, down: float) -> Look:
     return move
 
 
-def _pixelwise(columns: Floats, rows: Floats, chart: Chart) -> Look:
+def _pixelwise(columns: Floats, rows: Floats, chart: Chart) -> Seeing:
     (left, width), (top, height) = (_stretch(at) for at in (columns, rows))
     x, y = (columns - left).astype(np.float32), (rows - top).astype(np.float32)
     most = repeated_px(chart.geometry.size)

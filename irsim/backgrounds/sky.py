@@ -153,7 +153,7 @@ class Clouds(Part):
         fields = Evolving(side, *spectrum, stage.seed, self.id, self._coarse(stage))
         look = self._look(stage)
 
-        def painting(place: float) -> Tiled:
+        def state_at(place: float) -> Tiled:
             mixture = fields.at(place)
             relief = self._relief(mixture.small, stage)
 
@@ -167,7 +167,7 @@ class Clouds(Part):
             return Tiled(side, look.brightest, paint)
 
         drift = self._drift_px_s(stage.geometry.ifov_rad)
-        return Drifting(self.id, self.range_m, painting, self.evolve_s, drift)
+        return Drifting(self.id, self.range_m, state_at, self.evolve_s, drift)
 
     def _drift_px_s(self, ifov_rad: float) -> tuple[float, float]:
         right, down = self.wind_mrad_s

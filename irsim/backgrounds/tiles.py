@@ -18,7 +18,6 @@ AROUND = 16
 PaintTile = Callable[[slice, slice], tuple[Floats, Floats]]
 """Rows and columns, within the period -> a layer's transmittance and emission there, float32."""
 
-
 Words = npt.NDArray[np.uint16]
 
 GREATEST = 65535
@@ -44,31 +43,29 @@ class Tiled:
         self.units = 1 / GREATEST, max(brightest, DARKEST) / GREATEST
         self._paint = paint
         self._tiles: dict[tuple[int, int], tuple[Words, Words]] = {}
-        self._near: tuple[Words, Words] = np.empty((0, 0), np.uint16), np.empty((0, 0), np.uint16)
-        self._corner = (0, 0)
+        nothing = np.empty((0, 0), np.uint16)
+        self._near: tuple[int, int, Words, Words] = 0, 0, nothing, nothing
+        """The first column and row of what was last seen, and it."""
 
     def window(self, column: int, row: int, width: int, height: int) -> tuple[Words, Words]:
-        """(height, width) of each from a column and a row on; it may reach past the edges. To be read before the next
-        is asked for."""
-        left, top = column - self._corner[0], row - self._corner[1]
-        rows, columns = self._near[0].shape
-        if not (0 <= left <= columns - width and 0 <= top <= rows - height):
-            left, top = AROUND, AROUND
-            self._corner = column - left, row - top
-            self._lay(width + 2 * AROUND, height + 2 * AROUND)
-        passed, emitted = (field[top : top + height, left : left + width] for field in self._near)
-        return passed, emitted
+        """(height, width) of each from a column and a row on, only to be read; it may reach past the edges."""
+        near = self._near  # once: another thread may put its own there
+        if not _holds(near, column, row, width, height):
+            first, top = column - AROUND, row - AROUND
+            near = self._near = first, top, *self._laid(first, top, width + 2 * AROUND, height + 2 * AROUND)
+        first, top, passed, emitted = near
+        here = slice(row - top, row - top + height), slice(column - first, column - first + width)
+        return passed[here], emitted[here]
 
-    def _lay(self, width: int, height: int) -> None:
-        """Side by side what lies from the corner on."""
-        if self._near[0].shape != (height, width):  # memory that was never touched is slow
-            self._near = np.empty((height, width), np.uint16), np.empty((height, width), np.uint16)
-        column, row = self._corner
+    def _laid(self, column: int, row: int, width: int, height: int) -> tuple[Words, Words]:
+        """What lies from a column and a row on, side by side."""
+        laid = np.empty((height, width), np.uint16), np.empty((height, width), np.uint16)
         for i, down, rows in _parts(row, height):
             for j, across, columns in _parts(column, width):
                 tile = self._tile(i * TILE % self.side, j * TILE % self.side)
-                for picture, part in zip(self._near, tile, strict=True):
+                for picture, part in zip(laid, tile, strict=True):
                     picture[down, across] = part[rows, columns]
+        return laid
 
     def _tile(self, row: int, column: int) -> tuple[Words, Words]:
         place = row, column
@@ -77,6 +74,12 @@ class Tiled:
             passed, emitted = (_words(field, unit) for field, unit in zip(painted, self.units, strict=True))
             self._tiles[place] = passed, emitted
         return self._tiles[place]
+
+
+def _holds(near: tuple[int, int, Words, Words], column: int, row: int, width: int, height: int) -> bool:
+    first, top, passed, _ = near
+    rows, columns = passed.shape
+    return bool(0 <= column - first <= columns - width and 0 <= row - top <= rows - height)
 
 
 def _words(field: Floats, unit: float) -> Words:
