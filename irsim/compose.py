@@ -93,14 +93,19 @@ def compose(
     noise  the camera's, W/m2/sr, for the targets' SCR
     exact  sum up in float64
     """
-    light: Floats = layers[0].light(gaze)[1].astype(np.float64 if exact else np.float32)
+    under: Floats = layers[0].light(gaze)[1]
+    light = np.empty(under.shape, np.float64 if exact else np.float32)
     seen: list[Seen] = []
-    things: list[Layer | Piece] = [*layers[1:], *pieces]
-    for thing in sorted(things, key=lambda thing: -thing.range_m):
+    things: list[Layer | Piece] = sorted([*layers[1:], *pieces], key=lambda thing: -thing.range_m)
+    if not things or isinstance(things[0], Piece) or under.dtype != light.dtype:
+        light[...] = under  # else the first layer is laid over what another one keeps, which saves the copy
+        under = light
+    for thing in things:
         if isinstance(thing, Piece):
             _draw(light, thing, seen, band, noise)
         else:
-            _veil(light, thing, gaze, seen)
+            _veil(under, light, thing, gaze, seen)
+        under = light
     return light, seen
 
 
@@ -166,7 +171,7 @@ def _faded(sprite: Sprite, light: Floats) -> Sprite:
     return replace(sprite, emission=emission, signal_center=(own_x + part * (x - own_x), own_y + part * (y - own_y)))
 
 
-def _veil(light: Floats, layer: Layer, gaze: Gaze, seen: list[Seen]) -> None:
+def _veil(under: Floats, light: Floats, layer: Layer, gaze: Gaze, seen: list[Seen]) -> None:
     covers = ((target, target.piece.sprite) for target in seen)
     behind = [
         (target, *met)
@@ -176,11 +181,11 @@ def _veil(light: Floats, layer: Layer, gaze: Gaze, seen: list[Seen]) -> None:
     patches = [outer for _, _, outer in behind]
     fill = getattr(layer, "veil", None)  # isinstance(layer, Veil) would ask for all that a protocol names: 20 us
     if fill is not None:
-        passed = fill(light, gaze, patches)
+        passed = fill(under, light, gaze, patches)
     else:
         through, emission = layer.light(gaze)
         if through is None:
             raise ValueError(f"layer {layer.name}: only the farthest layer may be opaque")
-        passed = veiled(light, through, emission, patches)
+        passed = veiled(under, light, through, emission, patches)
     for (target, inner, _), part in zip(behind, passed, strict=True):
         target.hide(layer.name, inner, part)

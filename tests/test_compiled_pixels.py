@@ -108,10 +108,13 @@ def test_a_veil_is_laid_as_by_passes(size: tuple[int, int], seed: int, times: li
     geometry = Geometry(size, 1e-4, 0.3)
     for time in times:
         gaze = Gaze(time, Chart.at(geometry, geometry.world_rotation(np.array([time * 1e-6, 0.0, 0.0]))))
-        found, wanted = (np.full(size[::-1], 2.5, np.float32) for _ in range(2))
+        under, wanted = (np.full(size[::-1], 2.5, np.float32) for _ in range(2))
+        found = np.empty_like(under)
         patch = slice(size[1] // 3, size[1]), slice(size[0] // 2, size[0] - 1)
-        passed, (transmittance, emission) = layer.veil(found, gaze, [patch]), plain.light(gaze)
-        veiled(wanted, transmittance, emission, [])
+        passed, (transmittance, emission) = layer.veil(under, found, gaze, [patch]), plain.light(gaze)
+        layer.veil(under, under, gaze, [])
+        np.testing.assert_array_equal(under, found)
+        veiled(wanted, wanted, transmittance, emission, [])
         first = _first(gaze.chart, 3.3 * time, -0.7 * time)
         assert first is not None
         # OpenCV takes an ulp below a whole px for the next one.
@@ -122,10 +125,12 @@ def test_a_veil_is_laid_as_by_passes(size: tuple[int, int], seed: int, times: li
 
 def test_a_veil_of_another_size_is_refused() -> None:
     state, light = np.full((5, 6), 2, np.uint16), np.ones((4, 5), np.float32)
-    kernels.veil(0.5, 0.25, 0.0, 0.5, 0.5, light, state, state, state, state)
+    kernels.veil(light, 0.5, 0.25, 0.0, 0.5, 0.5, light, state, state, state, state)
     assert (light == 2).all()
     with pytest.raises(ValueError, match="larger"):
-        kernels.veil(0.5, 0.25, 0.0, 0.5, 0.5, light, state, state, state, state[:4])
+        kernels.veil(light, 0.5, 0.25, 0.0, 0.5, 0.5, light, state, state, state, state[:4])
+    with pytest.raises(ValueError, match="as large"):
+        kernels.veil(light[1:], 0.5, 0.25, 0.0, 0.5, 0.5, light, state, state, state, state)
     with pytest.raises(TypeError, match="uint16"):
         kernels.moved(0.5, 0.25, 0.0, 0.5, light, state, state.astype(np.float32))
 

@@ -55,14 +55,17 @@ class Layer(Protocol):
 class Veil(Layer, Protocol):
     """A layer that fills the picture by itself, which is quicker than to give what it takes."""
 
-    def veil(self, light: Floats, gaze: Gaze, behind: Sequence[Slices]) -> list[Floats]:
-        """light <- light * transmittance + emission, in place; the transmittance of patches, (rows, columns) each."""
+    def veil(self, under: Floats, light: Floats, gaze: Gaze, behind: Sequence[Slices]) -> list[Floats]:
+        """light <- under * transmittance + emission; the transmittance of patches, (rows, columns) each.
+
+        under: (rows, cols) of the same type, which may be the light itself.
+        """
         ...
 
 
-def veiled(light: Floats, passed: Floats, emission: Floats, behind: Sequence[Slices]) -> list[Floats]:
-    """light <- light * passed + emission, in place; `passed` of patches (rows, columns)."""
-    light *= passed
+def veiled(under: Floats, light: Floats, passed: Floats, emission: Floats, behind: Sequence[Slices]) -> list[Floats]:
+    """light <- under * passed + emission, as `Veil.veil`; `passed` of patches (rows, columns)."""
+    np.multiply(under, passed, out=light)
     light += emission
     return [passed[patch] for patch in behind]
 

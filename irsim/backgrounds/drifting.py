@@ -52,18 +52,18 @@ class Drifting:
         look = _look(gaze.chart, self._drift[0] * gaze.time, self._drift[1] * gaze.time)
         return look(*self._around(gaze.time))
 
-    def veil(self, light: Floats, gaze: Gaze, behind: Sequence[Slices]) -> list[Floats]:
-        """light <- light * transmittance + emission, in place; the transmittance of patches, (rows, columns) each."""
+    def veil(self, under: Floats, light: Floats, gaze: Gaze, behind: Sequence[Slices]) -> list[Floats]:
+        """See `Veil`."""
         first = _first(gaze.chart, self._drift[0] * gaze.time, self._drift[1] * gaze.time) if COMPILED else None
         if first is None or light.dtype != np.float32:
-            return veiled(light, *self.light(gaze), behind)
+            return veiled(under, light, *self.light(gaze), behind)
         early, late, share = self._around(gaze.time)
         (width, column, right), (height, row, down) = (
             (length + 1, int(place), _beyond(length, place))
             for length, place in zip(light.shape[::-1], np.mod(first, early.side).tolist(), strict=True)
         )
         passed, emitted = zip(*(state.window(column, row, width, height) for state in (early, late)), strict=True)
-        kernels.veil(share, right, down, *early.units, light, *passed, *emitted)
+        kernels.veil(under, share, right, down, *early.units, light, *passed, *emitted)
         patches = []
         for down_to, across_to in behind:
             patch = np.empty((down_to.stop - down_to.start, across_to.stop - across_to.start), np.float32)

@@ -32,6 +32,7 @@ def moved(share: float, right: float, down: float, unit: float, out: Float32, ea
     columns + 1), and read at (right, down) px within 0..1 from its first pixel on. Rows may lie apart."""
 
 def veil(
+    under: Float32,
     share: float,
     right: float,
     down: float,
@@ -44,7 +45,7 @@ def veil(
     late_emitted: Words,
     /,
 ) -> None:
-    """light = light passed + emitted, of such fields."""
+    """light = under passed + emitted, of such fields; what is under may be the light itself."""
 
 # What follows draws so, too, and uses each normal at once.
 

@@ -45,6 +45,13 @@ static inline int fuses_widely(void)
 }
 #endif
 
+/* Before a loop whose steps have nothing to do with each other: for what it writes to may be what it reads. */
+#if defined(__GNUC__) && !defined(__clang__)
+#define EACH_ALONE _Pragma("GCC ivdep")
+#else
+#define EACH_ALONE
+#endif
+
 /* sum + a b. A loop that has it is compiled twice, `fused` being known in each. */
 INLINED float plus(float sum, float a, float b, int fused)
 {

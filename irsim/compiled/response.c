@@ -5,12 +5,6 @@
 #include "fused.h"
 #include "response.h"
 
-#if defined(__GNUC__) && !defined(__clang__)
-#define EACH_ALONE _Pragma("GCC ivdep")
-#else
-#define EACH_ALONE
-#endif
-
 /* `out` may be the light itself. */
 INLINED void answer(const float *light, float *out, Py_ssize_t length, float linear, float root, float zero, int fused)
 {

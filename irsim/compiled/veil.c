@@ -43,7 +43,9 @@ INLINED void see(const Field *field, float down, const Plane *out, int fused)
     }
 }
 
-INLINED void lay(const Field *passed, const Field *emitted, float down, const Plane *light, int fused)
+/* `under` may be the light itself. */
+INLINED void lay(const Field *passed, const Field *emitted, float down, const Plane *under, const Plane *light,
+                 int fused)
 {
     const Field through = *passed, own = *emitted;
     float *restrict through_above = through.above, *restrict own_above = own.above;
@@ -54,13 +56,15 @@ INLINED void lay(const Field *passed, const Field *emitted, float down, const Pl
         const uint16_t *late = through.late.data + (row + 1) * through.late.stride;
         const uint16_t *own_early = own.early.data + (row + 1) * own.early.stride;
         const uint16_t *own_late = own.late.data + (row + 1) * own.late.stride;
-        float *restrict values = light->data + row * light->stride;
+        const float *seen = under->data + row * under->stride;
+        float *values = light->data + row * light->stride;
+        EACH_ALONE
         for (Py_ssize_t i = 0; i < light->columns; i++) {
             const float below = beside(&through, early, late, i, fused);
             const float own_below = beside(&own, own_early, own_late, i, fused);
             const float left = plus(through_above[i], below - through_above[i], down, fused);
             const float added = plus(own_above[i], own_below - own_above[i], down, fused);
-            values[i] = plus(added, values[i], left, fused);
+            values[i] = plus(added, seen[i], left, fused);
             through_above[i] = below;
             own_above[i] = own_below;
         }
@@ -77,19 +81,22 @@ static void see_twice(const Field *field, float down, const Plane *out)
     see(field, down, out, 0);
 }
 
-FUSING_WIDELY static void lay_widely(const Field *passed, const Field *emitted, float down, const Plane *light)
+FUSING_WIDELY static void lay_widely(const Field *passed, const Field *emitted, float down, const Plane *under,
+                                     const Plane *light)
 {
-    lay(passed, emitted, down, light, 1);
+    lay(passed, emitted, down, under, light, 1);
 }
 
-FUSING static void lay_fused(const Field *passed, const Field *emitted, float down, const Plane *light)
+FUSING static void lay_fused(const Field *passed, const Field *emitted, float down, const Plane *under,
+                             const Plane *light)
 {
-    lay(passed, emitted, down, light, 1);
+    lay(passed, emitted, down, under, light, 1);
 }
 
-static void lay_twice(const Field *passed, const Field *emitted, float down, const Plane *light)
+static void lay_twice(const Field *passed, const Field *emitted, float down, const Plane *under,
+                      const Plane *light)
 {
-    lay(passed, emitted, down, light, 0);
+    lay(passed, emitted, down, under, light, 0);
 }
 
 static int larger(const Words *state, const Plane *picture)
@@ -156,22 +163,28 @@ PyObject *moved(PyObject *self, PyObject *const *given, Py_ssize_t count)
     Py_RETURN_NONE;
 }
 
-/* veil(share, right, down, unit passed, unit emitted, light, early passed, late passed, early emitted, late emitted) */
+/* veil(under, share, right, down, unit passed, unit emitted, light, early passed, late passed, early emitted, late
+ * emitted) */
 PyObject *veil(PyObject *self, PyObject *const *given, Py_ssize_t count)
 {
     (void)self;
     Arrays arrays = {.count = 0};
     float down;
-    Plane light;
+    Plane light, under;
     Field fields[2];
-    if (count != 10)
-        return PyErr_Format(PyExc_TypeError, "veil takes 10 arguments, not %zd", count);
-    float *room = looked_at(&arrays, given, &down, &light, fields, 2);
-    if (room != NULL)
-        (fuses_widely() ? lay_widely : fuses() ? lay_fused : lay_twice)(&fields[0], &fields[1], down, &light);
+    if (count != 11)
+        return PyErr_Format(PyExc_TypeError, "veil takes 11 arguments, not %zd", count);
+    float *room = looked_at(&arrays, given + 1, &down, &light, fields, 2);
+    int done = room != NULL && plane(&arrays, given[0], 0, &under) == 0;
+    if (done && (under.rows != light.rows || under.columns != light.columns)) {
+        PyErr_SetString(PyExc_ValueError, "what is under a veil is to be as large as the picture");
+        done = 0;
+    }
+    if (done)
+        (fuses_widely() ? lay_widely : fuses() ? lay_fused : lay_twice)(&fields[0], &fields[1], down, &under, &light);
     PyMem_Free(room);
     release(&arrays);
-    if (room == NULL)
+    if (!done)
         return NULL;
     Py_RETURN_NONE;
 }
