@@ -25,7 +25,7 @@ from irsim.render import Renderer
 SCENARIO = Path(__file__).with_name("full_chain.yaml")
 FRAMES = 250
 """Two states of the nearer clouds are painted for so many."""
-LONG = 3000
+LONG = 10_000
 """Frames over which memory is watched."""
 
 Report = Callable[[str, float, str], None]
