@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -10,7 +11,7 @@ from pydantic import ValidationError
 
 from irsim.backgrounds import Gaze
 from irsim.backgrounds.chart import Chart
-from irsim.backgrounds.evolving import STEPS, Evolving, weights
+from irsim.backgrounds.evolving import STEPS, Evolving, _Pair, weights
 from irsim.backgrounds.fields import shaped, spectral
 from irsim.backgrounds.periodic import shrunk, wrapped_blur
 from irsim.backgrounds.sky import Clouds
@@ -143,6 +144,31 @@ def test_an_evolving_layer_drifts_with_the_wind_and_changes_smoothly() -> None:
         for k in range(12)
     ]  # across the state at 60/8 = 7.5 s
     assert max(steps) < 1.5 * min(steps)
+
+
+@pytest.mark.parametrize(("kind", "step"), [(_Pair, "products"), (Tiled, "window")])
+def test_what_another_thread_looks_at_meanwhile_changes_nothing(
+    kind: type, step: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As if it took its turn after the second of such steps: elsewhere at the same time, and at another one."""
+    scene, clouds = stage(), Clouds(evolve_s=8.0)
+    layer, wanted = clouds.evolving(scene), clouds.evolving(scene).light(gaze(scene, 2.0))
+
+    plain, calls = getattr(kind, step), itertools.count(1)
+
+    def interrupted(*arguments: object) -> object:
+        found = plain(*arguments)
+        if next(calls) < 2:
+            return found
+        monkeypatch.undo()
+        layer.light(gaze(scene, 2.0, turn=(0.0, 0.3, 0.0)))
+        layer.light(gaze(scene, 40.0))
+        return found
+
+    monkeypatch.setattr(kind, step, interrupted)
+    found = layer.light(gaze(scene, 2.0))
+    assert getattr(kind, step) is not interrupted
+    assert all(map(np.array_equal, found, wanted))
 
 
 @pytest.mark.parametrize("ifov_mrad", [0.1, 3.0])
