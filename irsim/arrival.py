@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from irsim.occluders import Sight
+from irsim.sight import Sight
 from irsim.sprite import Sprite
 
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TypeGuard
 
 import numpy as np
 
-from irsim.backgrounds import Gaze, Layer, Slices, veiled
+from irsim.backgrounds import Gaze, Layer, Slices, Veil, veiled
 from irsim.compiled import COMPILED, kernels
 from irsim.contrast import fulfilled, scr
 from irsim.radiometry import Band, temperature
@@ -179,9 +180,8 @@ def _veil(under: Floats, light: Floats, layer: Layer, gaze: Gaze, seen: list[See
         if (met := overlap((sprite.x0, sprite.y0), sprite.cover.shape, (0, 0), light.shape)) is not None
     ]
     patches = [outer for _, _, outer in behind]
-    fill = getattr(layer, "veil", None)  # isinstance(layer, Veil) would ask for all that a protocol names: 20 us
-    if fill is not None:
-        passed = fill(under, light, gaze, patches)
+    if _is_veil(layer):
+        passed = layer.veil(under, light, gaze, patches)
     else:
         through, emission = layer.light(gaze)
         if through is None:
@@ -189,3 +189,8 @@ def _veil(under: Floats, light: Floats, layer: Layer, gaze: Gaze, seen: list[See
         passed = veiled(under, light, through, emission, patches)
     for (target, inner, _), part in zip(behind, passed, strict=True):
         target.hide(layer.name, inner, part)
+
+
+def _is_veil(layer: Layer) -> TypeGuard[Veil]:
+    """isinstance would ask for all that the protocol names: 20 us."""
+    return hasattr(layer, "veil")

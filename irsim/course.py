@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from irsim.motion import attitudes
-from irsim.occluders import Sight
 from irsim.shapes import View
+from irsim.sight import Sight
 from irsim.stage import Stage
 from irsim.target import Target
 from irsim.types import Floats

@@ -16,9 +16,9 @@ from irsim.backgrounds.painting import BLOCK, MARGIN
 from irsim.course import Course
 from irsim.geometry import Geometry
 from irsim.motion import Mount
-from irsim.occluders import Sight
 from irsim.scenario import Scenario
 from irsim.shapes import View, draw_all
+from irsim.sight import Sight
 from irsim.sprite import Sprite
 from irsim.stage import Stage
 from irsim.types import Floats

@@ -16,9 +16,9 @@ from irsim.contrast import NETD_AT_K
 from irsim.instant import Instant, Shifts, Swept
 from irsim.intent import placed
 from irsim.motion import angles_deg
-from irsim.occluders import Sight
 from irsim.radiometry import slope
 from irsim.scenario import Scenario
+from irsim.sight import Sight
 from irsim.smear import SHARP
 from irsim.sprite import Sprite, averaged
 from irsim.types import Box, Floats, Frame, Image, TargetTruth, Truth

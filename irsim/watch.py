@@ -11,8 +11,9 @@ import numpy as np
 from irsim.compose import overlap
 from irsim.course import Course
 from irsim.motion import Mount
-from irsim.occluders import Occluder, Sight
+from irsim.occluders import Occluder
 from irsim.scenario import Scenario
+from irsim.sight import Sight
 from irsim.sprite import Sprite
 from irsim.stage import Stage
 from irsim.types import Box, Floats

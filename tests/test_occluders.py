@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from irsim.geometry import Geometry
-from irsim.occluders import OCCLUDERS, Occluder, Sight
+from irsim.occluders import OCCLUDERS, Occluder
 from irsim.radiometry import radiance
+from irsim.sight import Sight
 from irsim.sprite import Sprite
 from irsim.stage import Stage
 from irsim.types import Box

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from irsim.geometry import Geometry
-from irsim.occluders import OCCLUDERS, Sight
+from irsim.occluders import OCCLUDERS
 from irsim.occluders.picture import Picture
 from irsim.occluders.tree import Tree
 from irsim.radiometry import temperature
 from irsim.shapes.silhouette import Grid
+from irsim.sight import Sight
 from irsim.sprite import Sprite
 from irsim.stage import Stage
 from irsim.types import Box, Floats

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Protocol, runtime_checkable
+from typing import ClassVar, Protocol
 
 import numpy as np
 
@@ -51,7 +51,6 @@ class Layer(Protocol):
         ...
 
 
-@runtime_checkable
 class Veil(Layer, Protocol):
     """A layer that fills the picture by itself, which is quicker than to give what it takes."""
 

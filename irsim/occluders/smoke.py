@@ -11,9 +11,10 @@ from pydantic import Field
 
 from irsim.kinds import Kelvin, NotNegative, Number, Pair
 from irsim.occluders.bar import Size
-from irsim.occluders.base import Occluder, Sight, given
+from irsim.occluders.base import Occluder, given
 from irsim.rng import stream
 from irsim.shapes.silhouette import within_sight
+from irsim.sight import Sight
 from irsim.sprite import Sprite
 from irsim.stage import Stage
 from irsim.types import Box, Floats

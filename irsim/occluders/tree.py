@@ -15,12 +15,13 @@ from irsim.foliage import Crown, Foliage, broadleaf, wood
 from irsim.geometry import Geometry
 from irsim.kinds import Fraction, Kelvin, KelvinSpread, Pair, Positive
 from irsim.occluders.bar import Size
-from irsim.occluders.base import Occluder, Sight, bounds, given
+from irsim.occluders.base import Occluder, bounds, given
 from irsim.occluders.picture import Picture
 from irsim.occluders.standing import foot
 from irsim.rng import stream
 from irsim.shapes.polygon import as_changes, coverage, outline
 from irsim.shapes.silhouette import Grid, spread, within_sight
+from irsim.sight import Sight
 from irsim.sprite import Sprite
 from irsim.stage import Stage
 from irsim.types import Box, Floats, read_only

@@ -28,9 +28,13 @@ TRACK: Rgba = {"r": 0.34, "g": 0.71, "b": 0.91, "a": 1.0}
 _CLEAR: Rgba = {"r": 0.0, "g": 0.0, "b": 0.0, "a": 0.0}
 
 
+def _time(log_time: int) -> dict[str, int]:
+    return {"seconds": log_time // 10**9, "nanos": log_time % 10**9}
+
+
 def stamp(log_time: int) -> Timestamp:
     """The protobuf timestamp of a log time in ns."""
-    return Timestamp(seconds=log_time // 10**9, nanos=log_time % 10**9)
+    return Timestamp(**_time(log_time))
 
 
 def _point(x: float, y: float) -> dict[str, float]:
@@ -39,7 +43,7 @@ def _point(x: float, y: float) -> dict[str, float]:
 
 def draw(annotations: ImageAnnotations, box: Box, label: str, color: Rgba, log_time: int) -> None:
     """Add a box, or a circle around a point-like target, and its label."""
-    time = {"seconds": log_time // 10**9, "nanos": log_time % 10**9}
+    time = _time(log_time)
     left, top, right, bottom = box.left, box.top, box.right, box.bottom
     if max(box.w, box.h) < POINT_LIKE_PX:
         annotations.circles.add(

@@ -1,0 +1,47 @@
+"""How the camera of one frame sees a scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from irsim.geometry import Geometry
+from irsim.stage import Stage
+from irsim.types import Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Sight:
+    """How the camera sees what stands about it, in one frame.
+
+    stage     of the scene: its geometry is that of the first, unmoved camera
+    lens      the geometry of this frame: the first one's, zoomed
+    rotation  (3, 3) first-camera vectors to the vectors of this frame's camera
+    place     (3,) m, first camera frame: where the camera is now
+    time      s since frame 0
+    """
+
+    stage: Stage
+    lens: Geometry
+    rotation: Floats
+    place: Floats
+    time: float = 0.0
+
+    @classmethod
+    def first(cls, stage: Stage) -> Sight:
+        """What the unmoved camera sees at frame 0."""
+        return cls(stage, stage.geometry, np.eye(3), np.zeros(3))
+
+    @cached_property
+    def zoomed(self) -> Stage:
+        """The stage with the geometry of this frame."""
+        return self.stage if self.lens is self.stage.geometry else replace(self.stage, geometry=self.lens)
+
+    def pixels(self, first: Floats, range_m: float) -> Floats:
+        """(..., 2) px in this frame of what the unmoved camera sees at px `first` (..., 2), `range_m` away."""
+        points = self.stage.geometry.directions(first)
+        if self.place.any():
+            points = points * range_m - self.place
+        return self.lens.project(points @ np.asarray(self.rotation).T)
