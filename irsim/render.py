@@ -73,9 +73,10 @@ class Renderer:
 
     def _standing(self, index: int) -> Image:
         """The picture of a frame that is shown again; the last one is kept, which changes nothing."""
-        if self._held is None or self._held[0] != index:
-            self._held = index, self.sensor.expose(self.light(index), index, spent=True)
-        return self._held[1].copy()
+        held = self._held  # once: another thread may put its own there
+        if held is None or held[0] != index:
+            held = self._held = index, self.sensor.expose(self.light(index), index, spent=True)
+        return held[1].copy()
 
     def light(self, index: int) -> Floats:
         """The noiseless picture that the detector has settled to, (rows, cols) float32 in W/m2/sr."""

@@ -186,9 +186,10 @@ class Country:
 
     def sky_left(self, gaze: Gaze) -> Floats:
         """(rows, cols): the share of each pixel that the ground leaves to the sky."""
-        if self._last is None or self._last[0] is not gaze:
-            self._last = gaze, self._ground.light(gaze)[0]
-        return self._last[1]
+        last = self._last  # once: another thread may put its own there
+        if last is None or last[0] is not gaze:
+            last = self._last = gaze, self._ground.light(gaze)[0]
+        return last[1]
 
 
 class Hides(Protocol):

@@ -31,8 +31,7 @@ class Painting:
     def __init__(self, tiles: tuple[Tile, ...], drift_px_s: tuple[float, float] = (0.0, 0.0)) -> None:
         self.tiles = tiles
         self.drift_px_s = drift_px_s
-        self._key: Floats | None = None
-        self._wide: list[Floats] = []
+        self._kept: tuple[Floats, list[Floats]] | None = None
 
     def seen(self, gaze: Gaze) -> list[Floats]:
         """The textures of one frame, each (rows, cols) float32."""
@@ -40,11 +39,12 @@ class Painting:
         if gaze.key is None or move is None:
             return self._look_up(gaze)
         key = gaze.key.chart.uv - self._drift(gaze.key)[:, None, None]
-        if self._key is None or not np.array_equal(key, self._key):
-            self._key, self._wide = key, self._look_up(gaze.key)
+        kept = self._kept  # once: another thread may put its own there
+        if kept is None or not np.array_equal(key, kept[0]):
+            kept = self._kept = key, self._look_up(gaze.key)
         width, height = gaze.chart.geometry.size
         middle = (MARGIN + (width - 1) / 2 + move[0], MARGIN + (height - 1) / 2 + move[1])
-        return [np.asarray(cv2.getRectSubPix(wide, (width, height), middle)) for wide in self._wide]
+        return [np.asarray(cv2.getRectSubPix(wide, (width, height), middle)) for wide in kept[1]]
 
     def _drift(self, gaze: Gaze) -> Floats:
         """(2,) px, right and down."""

@@ -109,9 +109,10 @@ class Footage:
         """The recorded frame behind frame `index`."""
         wanted, length = self._recorded.start + index, len(self._recording)
         wanted = wanted % length if self._recorded.past_end == "loop" else min(wanted, length - 1)
-        if self._last is None or self._last[0] != wanted:
-            self._last = wanted, self._recording.frame(wanted).image
-        return self._last[1]
+        last = self._last  # once: another thread may put its own there
+        if last is None or last[0] != wanted:
+            last = self._last = wanted, self._recording.frame(wanted).image
+        return last[1]
 
     def light(self, gaze: Gaze) -> tuple[None, Floats]:
         return None, self._light(self.counts(round(gaze.time * self._rate_hz)))

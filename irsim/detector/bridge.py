@@ -39,15 +39,16 @@ class Bridge(ABC, Generic[State]):
     def frame(self, index: int) -> State:
         """The process at frame `index`; the caller must not write to it."""
         nodes: dict[int, State] = {}
+        kept = self._kept  # once: another thread may put its own there
         distance = self.period
         left = index - index % distance
         for anchor in (left,) if left == index else (left, left + distance):
-            nodes[anchor] = self._kept[anchor] if anchor in self._kept else self.anchor(anchor)
+            nodes[anchor] = kept[anchor] if anchor in kept else self.anchor(anchor)
         while index not in nodes:
             distance //= 2
             middle = left + distance
-            if middle in self._kept:
-                nodes[middle] = self._kept[middle]
+            if middle in kept:
+                nodes[middle] = kept[middle]
             else:
                 nodes[middle] = self.between(nodes[left], nodes[middle + distance], middle, distance)
             if middle <= index:

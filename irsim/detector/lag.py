@@ -40,8 +40,9 @@ class Lag:
         if len(self.weights) == 1:
             return scene(index)
         wanted = [max(index - back, 0) for back in range(len(self.weights))]
-        self._kept = {frame: self._kept[frame] if frame in self._kept else scene(frame) for frame in wanted}
-        total = np.zeros_like(self._kept[index])
+        known = self._kept  # once: another thread may put its own there
+        lights = self._kept = {frame: known[frame] if frame in known else scene(frame) for frame in wanted}
+        total = np.zeros_like(lights[index])
         for frame, weight in zip(wanted, self.weights, strict=True):
-            cv2.scaleAdd(self._kept[frame], float(weight), total, dst=total)
+            cv2.scaleAdd(lights[frame], float(weight), total, dst=total)
         return total
