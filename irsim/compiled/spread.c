@@ -119,7 +119,7 @@ typedef struct {
 
 static inline void cover_cell(Cover *cover, int32_t row, double change)
 {
-    cover->sums[(Py_ssize_t)((row + 0.5) * cover->part)] += change;
+    cover->sums[(Py_ssize_t)((row + 0.5) * cover->part)] += change; /* row / fine, without a division */
 }
 
 static inline void cover_column(Cover *cover, Py_ssize_t column, Py_ssize_t fine)
