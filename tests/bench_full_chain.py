@@ -130,7 +130,8 @@ def stages(renderer: Renderer) -> Iterator[tuple[str, float]]:
     lights = [renderer.light(k) for k in range(4)]
     yield "bodies", bodies
     yield "backgrounds_and_truth", scene - bodies
-    yield "detector", cpu_s(lambda k: renderer.sensor.expose(lights[k % 4], k))
+    copying = cpu_s(lambda k: lights[k % 4].copy())
+    yield "detector", cpu_s(lambda k: renderer.sensor.expose(lights[k % 4].copy(), k, spent=True)) - copying
 
 
 def recorded(report: Report) -> None:
