@@ -8,7 +8,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from irsim.backgrounds import Sky
+from irsim.backgrounds.chart import STEEPEST_DEG, WIDEST_DEG
+from irsim.backgrounds.recorded import Recorded
 from irsim.backgrounds.sky import FIT_K
+from irsim.backgrounds.texture import tile_side
 from irsim.detector.response import Stated
 from irsim.errors import Notice
 from irsim.motion import Mount
@@ -32,6 +35,8 @@ def doubts(scenario: Scenario) -> Iterator[Notice]:
     yield from _unlike_skies(scenario)
     yield from _off_scale(scenario)
     yield from _cold_clouds(scenario)
+    yield from _large_features(scenario)
+    yield from _folded(scenario)
     yield from _beads(scenario)
     yield from _never_seen(scenario)
     yield from _idle(scenario)
@@ -101,6 +106,49 @@ def _cold_clouds(scenario: Scenario) -> Iterator[Notice]:
                 f"{cloud.id} looks {seen_k:.0f} K, colder than the clear sky of {sky_k:.0f} K behind it low in the "
                 f"picture, at {math.degrees(low):.1f} degrees; clouds are as warm as the air at their height",
             )
+
+
+def _large_features(scenario: Scenario) -> Iterator[Notice]:
+    """Clouds whose largest features are wider than the texture that they are made of."""
+    background, geometry = scenario.background, scenario.stage.geometry
+    if not isinstance(background, Sky):
+        return
+    side = tile_side(geometry.size)
+    for index, cloud in enumerate(background.clouds):
+        wanted = cloud.correlation_mrad * 1e-3 / geometry.ifov_rad
+        if wanted > side:
+            yield Notice(
+                ("background", "clouds", index, "correlation_mrad"),
+                f"{cloud.id}: its largest features would be {wanted:.0f} px wide, but it repeats after {side} px: "
+                f"they are as those of {side * geometry.ifov_rad * 1e3:.3g} mrad",
+            )
+
+
+def _folded(scenario: Scenario) -> Iterator[Notice]:
+    """Pictures of which backgrounds have no true map: near the zenith or the nadir, or too wide."""
+    stage, camera = scenario.stage, scenario.camera
+    if isinstance(scenario.background, Recorded):
+        return
+    frames = np.unique(np.linspace(0, scenario.frames - 1, min(scenario.frames, WATCHED)).round())
+    mount = Mount.of(camera.motion, frames, stage)
+    grid = np.stack(np.meshgrid(*(np.linspace(0, length - 1, 9) for length in camera.size)), axis=-1)
+    rotations = [stage.geometry.world_rotation(turns) for turns in mount.turns]
+    seen = np.stack([mount.lens(k).directions(grid) @ rotation for k, rotation in enumerate(rotations)])
+    steepest = np.degrees(np.arcsin(np.abs(seen[..., 1]).max(axis=(1, 2)).clip(0, 1)))
+    middle = seen[:, len(grid) // 2]
+    widest = math.degrees(np.arccos(np.einsum("nk,nk->n", middle[:, 0], middle[:, -1]).clip(-1, 1)).max())
+    if steepest.max() > STEEPEST_DEG:
+        yield Notice(
+            ("camera", "elevation_deg"),
+            f"frame {frames[steepest.argmax()]:.0f}: the picture comes within {90 - steepest.max():.0f} degrees of the "
+            f"zenith or the nadir, where the background's map ends: nearer than {90 - STEEPEST_DEG:.0f} it is drawn "
+            "distorted",
+        )
+    if widest > WIDEST_DEG:
+        yield Notice(
+            ("camera", "ifov_mrad"),
+            f"the picture is {widest:.0f} degrees wide: beyond {WIDEST_DEG:.0f} backgrounds are drawn distorted",
+        )
 
 
 def _beads(scenario: Scenario) -> Iterator[Notice]:

@@ -240,3 +240,43 @@ def test_the_atmosphere_is_switched_off_by_name() -> None:
     none = scene(atmosphere={})
     assert np.array_equal(Renderer(off).frame(1)[0].image, Renderer(none).frame(1)[0].image)
     assert not np.array_equal(Renderer(scene()).frame(1)[0].image, Renderer(none).frame(1)[0].image)
+
+
+def test_features_wider_than_a_clouds_period_are_told() -> None:
+    """60 mrad are 1,000 px at 0.06 mrad and 1,200 at 0.05; textures of so small a picture repeat after 1,024."""
+
+    def told(ifov_mrad: float) -> list[Any]:
+        clouds = [{"id": "a", "temperature_k": 290, "correlation_mrad": 60}]
+        sky = {"kind": "sky", "horizon_k": 290, "zenith_k": 245, "clouds": clouds}
+        camera = {"size": (64, 48), "ifov_mrad": ifov_mrad, "elevation_deg": 10}
+        return list(doubts(scene(camera=camera, atmosphere={}, background=sky)))
+
+    assert told(0.06) == []
+    (notice,) = told(0.05)
+    assert notice.at == ("background", "clouds", 0, "correlation_mrad")
+    assert all(words in notice.what for words in ("1200 px", "1024 px", "51.2 mrad"))
+
+
+@pytest.mark.parametrize(
+    ("elevation_deg", "columns", "motion", "at", "words"),
+    [
+        (73, 64, (), None, ""),
+        (74.8, 64, (), "elevation_deg", "frame 0: the picture comes within 14 degrees"),
+        (-74.8, 64, (), "elevation_deg", "within 14 degrees of the zenith or the nadir"),
+        (0, 1100, (), None, ""),
+        (0, 1200, (), "ifov_mrad", "the picture is 62 degrees wide: beyond 60"),
+        (70, 64, ({"kind": "pan", "elevation_deg_s": 6},), "elevation_deg", "frame 9: the picture comes within"),
+    ],
+)
+def test_pictures_that_no_map_holds_are_told(
+    elevation_deg: float, columns: int, motion: tuple[Any, ...], at: str | None, words: str
+) -> None:
+    """Half a height of 24 px of 1 mrad is 1.4 degrees: 75 degrees are reached from 73.6 on."""
+    camera = {"size": (columns, 48), "ifov_mrad": 1.0, "elevation_deg": elevation_deg, "motion": motion, "rate_hz": 10}
+    background = {"kind": "sky", "horizon_k": 290, "zenith_k": 245}
+    found = [
+        (notice.at, notice.what)
+        for notice in doubts(scene(camera=camera, atmosphere={}, background=background, frames=10))
+    ]
+    assert [place for place, _ in found] == ([("camera", at)] if at else [])
+    assert all(words in what for _, what in found)

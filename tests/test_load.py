@@ -107,7 +107,7 @@ WRONG = {
     "open end": (
         "coverage: 0.3",
         "coverage: 1",
-        "15:18: background.clouds.clouds.coverage: 1 is out of range; allowed: a number, above 0, below 1",
+        "15:18: background.clouds.clouds.coverage: 1 is out of range; allowed: a number, 1e-06 or more, below 1",
         "",
     ),
     "choice": (

@@ -21,6 +21,12 @@ NODES = 12
 follows it within 0.05 px for fields of up to 60 degrees that stay 15 degrees from the zenith and the
 nadir, where the map ends, and within 0.001 px for fields under 20 degrees (tests/test_backgrounds.py)."""
 
+WIDEST_DEG = 60.0
+"""Width of a field that the nodes are enough for."""
+
+STEEPEST_DEG = 75.0
+"""Elevation, up or down, that a field may come to for the same."""
+
 PLACES = -np.cos((2 * np.arange(NODES) + 1) * np.pi / (2 * NODES))
 """(NODES,): Chebyshev's nodes, rising; -1 and 1 are the middles of the outermost pixels that the chart reaches to."""
 

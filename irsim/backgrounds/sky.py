@@ -95,7 +95,7 @@ class Clouds(Part):
 
     id: Name = "clouds"
     """Its name for --without."""
-    coverage: Annotated[float, Field(gt=0, lt=1)] = 0.4
+    coverage: Annotated[float, Field(ge=1e-6, lt=1)] = 0.4
     """Share of the sky that has cloud before it."""
     depth: NotNegative = 3.0
     """Optical depth for each standard deviation of the texture above the cloud's edge; 0 is no cloud."""
