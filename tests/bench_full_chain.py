@@ -105,7 +105,8 @@ def full_chain(report: Report) -> None:
     report("full_chain_640x512_naive_numpy", 1 / naive, "frames/s of one core")
     report("full_chain_640x512_speedup", naive / whole, "x")
     if irsim.compiled.COMPILED:
-        report("full_chain_640x512_compiled_speedup", plain_s() / whole, "x the same without compiled loops")
+        plain = apart_s(IRSIM_PLAIN="1")
+        report("full_chain_640x512_compiled_speedup", plain / whole, "x the same without compiled loops")
     for name, seconds in stages(renderer):
         report(f"full_chain_640x512_share_of_{name}", 100 * seconds / whole, "%")
     small = Renderer(irsim.load(str(SCENARIO), ["camera.size=[320,240]"]))
@@ -115,12 +116,13 @@ def full_chain(report: Report) -> None:
     memory(report)
 
 
-def plain_s() -> float:
-    """CPU time of a frame in a process whose loops are the plain ones."""
-    done = subprocess.run(
-        [sys.executable, __file__], env={**os.environ, "IRSIM_PLAIN": "1"}, capture_output=True, text=True, check=True
-    )
-    return float(done.stdout)
+def apart_s(programs: int = 1, **environment: str) -> float:
+    """CPU time of a frame in a program of its own; the mean of several that run at once."""
+    running = [
+        subprocess.Popen([sys.executable, __file__], env={**os.environ, **environment}, stdout=subprocess.PIPE)
+        for _ in range(programs)
+    ]
+    return float(np.mean([float(program.communicate()[0]) for program in running]))
 
 
 def stages(renderer: Renderer) -> Iterator[tuple[str, float]]:
@@ -145,7 +147,7 @@ def recorded(report: Report) -> None:
 
 def by_two(report: Report) -> None:
     """Wall time of one process over that of two, without the file, in turns: speed changes from second to second. Needs
-    two cores that nobody else uses."""
+    two cores that nobody else uses; what two programs bring at once, which share nothing, tells how far it has them."""
     turns, timed, ahead = 8, 128, 64  # ahead: frames that two render while they wait
     scenario = irsim.load(str(SCENARIO), [f"frames={turns * (ahead + timed)}"])
     one, two = (irsim.frames(scenario, jobs=jobs) for jobs in (1, 2))
@@ -160,6 +162,8 @@ def by_two(report: Report) -> None:
 
     by_two_s, by_one_s = np.sum([(took(two), took(one)) for _ in range(turns)], axis=0)
     report("full_chain_640x512_two_processes", by_one_s / by_two_s, "x one")
+    alone, together = zip(*((apart_s(), apart_s(2)) for _ in range(3)), strict=True)
+    report("full_chain_640x512_two_programs", 2 * sum(alone) / sum(together), "x one, of which neither knows the other")
 
 
 def memory(report: Report) -> None:
