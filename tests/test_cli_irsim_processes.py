@@ -45,6 +45,7 @@ def test_interrupted_it_leaves_nothing_behind(number: signal.Signals, jobs: str,
         cwd=folder,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
+        preexec_fn=lambda: signal.signal(number, signal.SIG_DFL),  # under nohup the tests, too, ignore SIGHUP
     )
     begun = time.monotonic()
     while not list(folder.glob("*long.mcap*")):  # it has begun to write
