@@ -44,7 +44,7 @@ def _point(x: float, y: float) -> dict[str, float]:
 def draw(annotations: ImageAnnotations, box: Box, label: str, color: Rgba, log_time: int) -> None:
     """Add a box, or a circle around a point-like target, and its label."""
     time = _time(log_time)
-    left, top, right, bottom = box.left, box.top, box.right, box.bottom
+    left, top, right, bottom = box.edges
     if max(box.w, box.h) < POINT_LIKE_PX:
         annotations.circles.add(
             timestamp=time,
