@@ -1,14 +1,14 @@
-"""Frames of a scenario in order, rendered by several processes."""
+"""Frames of a scenario in order, rendered by several processes: this one and workers beside it."""
 
 from __future__ import annotations
 
 import multiprocessing
 import os
 from collections import deque
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from irsim.errors import InputError, IrsimError
 from irsim.interrupts import beginning, interrupts_held
@@ -17,15 +17,18 @@ from irsim.render import Renderer
 from irsim.scenario import Scenario
 from irsim.types import Frame, Truth
 
-LENGTHS = (16, 8, 4, 2, 1)
-"""Frames that a worker may render at a time; neighbours share the memory of noise with memory, and blocks of eight a
+LENGTHS = (32, 16, 8, 4, 2, 1)
+"""Frames that a process may render at a time; neighbours share the memory of noise with memory, and blocks of eight a
 key frame (`irsim.backgrounds.painting.BLOCK`)."""
 
-MOST_WAITING = 64 << 20
-"""Bytes of the frames that wait, as long as a worker can render one at a time."""
+MOST_WAITING = 128 << 20
+"""Bytes of the frames that wait, as long as a process can render one at a time."""
 
 BESIDE = 2
-"""Chunks that wait beside those that workers have: one that is next, and one that is taken from."""
+"""Chunks in memory that is shared beside those that workers have: one that is next, and one that is taken from."""
+
+OWN = 3
+"""Chunks that this process may have rendered before they are wanted: as many as one worker may."""
 
 COUNT_BYTES = 2
 
@@ -39,56 +42,135 @@ class Rendered:
     truth: Truth
 
 
-def chunk_length(jobs: int, size: int) -> int:
-    """Frames that each of so many workers renders at a time, of pictures of so many bytes."""
-    return next((each for each in LENGTHS if (jobs + BESIDE) * each * size <= MOST_WAITING), LENGTHS[-1])
+def chunk_length(jobs: int, size: int, count: int) -> int:
+    """Frames that each of so many processes renders at a time, of `count` pictures of so many bytes."""
+    most = min(MOST_WAITING // ((jobs - 1 + BESIDE + OWN) * size), count // jobs)
+    return next((each for each in LENGTHS if each <= most), LENGTHS[-1])
 
 
-def rendered(scenario: Scenario, wanted: Sequence[int], jobs: int) -> Generator[Rendered, None, None]:
-    """The wanted frames, in order, by `jobs` worker processes; a few chunks wait ahead at most.
+def rendered(renderer: Renderer, wanted: Sequence[int], jobs: int) -> Generator[Rendered, None, None]:
+    """The wanted frames, in order, by this process and `jobs - 1` workers; it renders while it waits for theirs. A few
+    chunks wait ahead at most.
 
     IrsimError where a worker dies; InputError for fewer jobs than one.
     """
     if jobs < 1:
         raise InputError(f"jobs {jobs}: allowed: 1 or more")
-    columns, rows = scenario.camera.size
+    jobs = min(jobs, len(wanted))
+    if jobs <= 1:
+        yield from (_rendered(renderer, index) for index in wanted)
+        return
+    columns, rows = renderer.scenario.camera.size
     size = columns * rows * COUNT_BYTES
-    jobs = min(jobs, max(len(wanted), 1))
-    length, at_once = chunk_length(jobs, size), jobs + BESIDE
-    places = min(at_once * length, len(wanted))
+    length, at_once = chunk_length(jobs, size, len(wanted)), jobs - 1 + BESIDE
+    chunks = deque(wanted[begin : begin + length] for begin in range(0, len(wanted), length))
     context = multiprocessing.get_context("spawn")  # safe with threads, the same on every system
-    pending: deque[tuple[int, Future[tuple[int, list[Parcel]]]]] = deque()
-    told = "before its first frames; allowed: what it asks for above, or fewer jobs"
     with (
-        shared(min(places * size, MOST_WAITING)) as memory,
+        shared(min(at_once * length * size, MOST_WAITING)) as memory,
         ProcessPoolExecutor(
-            jobs, mp_context=context, **beginning(_prepare, scenario, size, inherited=[memory])
+            jobs - 1, mp_context=context, **beginning(_prepare, renderer.scenario, size, inherited=[memory])
         ) as pool,
     ):
-
-        def first() -> Iterator[Rendered]:
-            """What the chunk that is asked for the longest holds; each frame is copied when it is wanted."""
-            nonlocal told
-            begin, chunk = pending.popleft()
-            pid, parcels = chunk.result()
-            told = "while it rendered; allowed: the same again, or fewer jobs"
-            for number, parcel in enumerate(parcels, begin):
-                frame, truth = unpack(parcel, memory.part(number % places, size))
-                yield Rendered(pid, frame, truth)
-
+        places = deque(range(0, at_once * length, length))
+        crew = _Crew(renderer, chunks, pool, places, lambda place: memory.part(place, size))
         try:
-            for begin in range(0, len(wanted), length):
-                with interrupts_held():
-                    chunk = pool.submit(_render, wanted[begin : begin + length], begin % places)
-                    pending.append((begin, chunk))
-                if len(pending) == at_once:
-                    yield from first()
-            while pending:
-                yield from first()
+            yield from crew.frames()
         except BrokenProcessPool:
-            raise IrsimError(f"a worker process died {told}") from None
+            when = "while it rendered" if crew.heard else "before its first frames"
+            allowed = "the same again" if crew.heard else "what it asks for above"
+            raise IrsimError(f"a worker process died {when}; allowed: {allowed}, or fewer jobs") from None
         finally:
             pool.shutdown(cancel_futures=True)
+
+
+def _rendered(renderer: Renderer, index: int) -> Rendered:
+    return Rendered(os.getpid(), *renderer.frame(index))
+
+
+@dataclass(eq=False)
+class _Own:
+    """A chunk of this process."""
+
+    left: deque[int]
+    done: deque[Rendered] = field(default_factory=deque)
+
+
+@dataclass(frozen=True, eq=False)
+class _Theirs:
+    """A chunk of a worker."""
+
+    place: int
+    """Where its frames lie in the memory that is shared."""
+    coming: Future[tuple[int, list[Parcel]]]
+
+
+class _Crew:
+    """Who renders which chunk. Workers have a few each, this process takes one when it would have to wait for them."""
+
+    def __init__(
+        self,
+        renderer: Renderer,
+        chunks: deque[Sequence[int]],
+        pool: ProcessPoolExecutor,
+        places: deque[int],
+        room: Callable[[int], memoryview],
+    ) -> None:
+        self.heard = False
+        """Whether a worker has rendered any."""
+        self._renderer = renderer
+        self._chunks = chunks  # that nobody has
+        self._pool = pool
+        self._places = places  # that are free
+        self._room = room
+        self._begun: deque[_Own | _Theirs] = deque()  # in the order of frames
+
+    def frames(self) -> Iterator[Rendered]:
+        while self._chunks or self._begun:
+            if not self._begun:
+                self._take()
+            self._hand_out()
+            chunk = self._begun[0]
+            yield from self._rendered(chunk) if isinstance(chunk, _Own) else self._fetched(chunk)
+            self._begun.popleft()
+
+    def _hand_out(self) -> None:
+        """Workers get all that there are places for."""
+        while self._chunks and self._places:
+            place = self._places.popleft()
+            with interrupts_held():
+                self._begun.append(_Theirs(place, self._pool.submit(_render, self._chunks.popleft(), place)))
+
+    def _take(self) -> _Own:
+        chunk = _Own(deque(self._chunks.popleft()))
+        self._begun.append(chunk)
+        return chunk
+
+    def _rendered(self, chunk: _Own) -> Iterator[Rendered]:
+        """What is done of it already, and the rest, each frame when it is wanted."""
+        yield from chunk.done
+        for index in chunk.left:
+            yield _rendered(self._renderer, index)
+
+    def _fetched(self, chunk: _Theirs) -> Iterator[Rendered]:
+        """What a worker has rendered; each frame is copied when it is wanted."""
+        while not chunk.coming.done() and self._get_ahead():
+            pass
+        pid, parcels = chunk.coming.result()
+        self.heard = True
+        for place, parcel in enumerate(parcels, chunk.place):
+            yield Rendered(pid, *unpack(parcel, self._room(place)))
+        self._places.append(chunk.place)
+
+    def _get_ahead(self) -> bool:
+        """A frame more that this process will need is rendered, unless enough are."""
+        own = [chunk for chunk in self._begun if isinstance(chunk, _Own)]
+        chunk = next((chunk for chunk in own if chunk.left), None)
+        if chunk is None and self._chunks and len(own) < OWN:
+            chunk = self._take()
+        if chunk is None:
+            return False
+        chunk.done.append(_rendered(self._renderer, chunk.left.popleft()))
+        return True
 
 
 _worker: tuple[Renderer, Shared, int]

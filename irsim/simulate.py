@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
 
@@ -111,20 +111,17 @@ class Rendering:
     def pairs(
         self, start: int = 0, stop: int | None = None, jobs: int = 1, input: Input = "counts"
     ) -> Iterator[tuple[Frame, Truth]]:
-        """(frame, truth) of frames start .. stop-1 in order, rendered by `jobs` processes. InputError as of `frames`.
+        """(frame, truth) of frames start .. stop-1 in order, rendered by `jobs` processes, of which this is one: it
+        renders while it waits for the others. InputError as of `frames`.
 
         With jobs > 1 the calling script needs the guard ``if __name__ == "__main__"``.
         """
         wanted = span(start, stop, len(self))
         taken = self.arrivals[wanted.start : wanted.stop]
-        if jobs == 1:
-            pairs: Iterable[tuple[Frame, Truth]] = map(self._renderer.frame, taken)
-        else:
-            pairs = ((each.frame, each.truth) for each in rendered(self.scenario, taken, jobs))
         screen = self._new_screen()
-        for index, (frame, truth) in zip(wanted, pairs, strict=True):
-            arrived = replace(frame, index=index)
-            yield (arrived if input == "counts" else screen.show(arrived)), replace(truth, index=index)
+        for index, each in zip(wanted, rendered(self._renderer, taken, jobs), strict=True):
+            arrived = replace(each.frame, index=index)
+            yield (arrived if input == "counts" else screen.show(arrived)), replace(each.truth, index=index)
 
     @cached_property
     def _screen(self) -> Screen:

@@ -105,7 +105,7 @@ def workers_importing(pid: int) -> bool:
     return any("numpy" in text(PROC / str(child) / "maps") for child in children(pid))
 
 
-RENDER = ("irsim", "render", "scene.yaml", "-o", "long.mcap", "--jobs", "2")
+RENDER = ("irsim", "render", "scene.yaml", "-o", "long.mcap", "--jobs", "3")
 BENCH = ("irtrack", "bench", "scene.yaml", "--trackers", "kalman", "--seeds", "4", "--results", "r.db", "--jobs", "2")
 
 

@@ -98,7 +98,7 @@ def test_two_processes_give_the_same_frames(tmp_path: Path) -> None:
     scenario = scene(frames=40, **NOISY)
     meeting = scene(frames=40, **{**NOISY, "camera": {**NOISY["camera"], "noise": noises}})
     alone = list(irsim.frames(scenario))
-    found = list(rendered(meeting, range(40), 2))
+    found = list(rendered(Renderer(meeting), range(40), 2))
     assert {each.pid for each in found} == {int(file.name) for file in tmp_path.iterdir()}
     assert len({each.pid for each in found}) == 2
     assert [each.truth for each in found] == [truth for _, truth in alone]
