@@ -60,15 +60,24 @@ app.command()(commands_authoring.sample)
 
 @app.command()
 def check(
-    scenarios: Annotated[list[str], typer.Argument(metavar="SCENARIO", help="Scenario files or shipped names.")],
+    words: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="SCENARIO|KEY=VALUE", help="Scenario files or shipped names, and changes to all of them."
+        ),
+    ],
 ) -> None:
     """Check scenarios: each is ok, or a line for each thing that is wrong, with its place; doubts are warnings."""
     from irsim.loader import warnings
 
+    changes = [word for word in words if "=" in word and not Path(word).exists()]
+    scenarios = [word for word in words if word not in changes]
+    if not scenarios:
+        raise InputError(f"{changes[0]}: nothing to change; allowed: a scenario's file or name beside it")
     wrong = 0
     for scenario in scenarios:
         try:
-            told = warnings(scenario)
+            told = warnings(scenario, changes)
         except InputError as error:
             wrong += 1
             # As `FILE:LINE:COLUMN: ...`, without a prefix, so that editors can jump there.

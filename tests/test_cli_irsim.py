@@ -53,6 +53,20 @@ def test_check_of_good_scenarios_is_status_0(run: Run, folder: Path) -> None:
     assert (done.returncode, done.stderr) == (0, "")
 
 
+def test_check_takes_changes_to_all_scenarios(run: Run, folder: Path) -> None:
+    done = run("check", "scene.yaml", "camera.netd_mk=-1", "sky", cwd=folder)
+    assert (done.returncode, done.stdout) == (2, "")
+    told = "override camera.netd_mk: -1 is out of range; allowed: a number, from 0 to 10000"
+    assert done.stderr.splitlines() == [told, told]
+    assert run("check", "scene.yaml", "camera.netd_mk=1", cwd=folder).stdout == "scene.yaml: ok\n"
+
+
+def test_check_of_changes_alone_is_refused(run: Run, folder: Path) -> None:
+    done = run("check", "camera.netd_mk=1", cwd=folder)
+    assert done.returncode == 2
+    assert done.stderr == "irsim: camera.netd_mk=1: nothing to change; allowed: a scenario's file or name beside it\n"
+
+
 def test_info_says_what_is_in_a_recording(run: Run, folder: Path) -> None:
     run("render", "scene.yaml", cwd=folder)
     done = run("info", "scene.mcap", cwd=folder)
