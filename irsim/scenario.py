@@ -122,8 +122,8 @@ class Scenario(Part):
             yield occluder.name, ("occluders", index, "id")
         for name, place in self.camera.names():
             yield name, ("camera", *place)
-        for name in self.background.names():
-            yield name, ("background",)
+        for name, place in self.background.names():
+            yield name, ("background", *place)
         if not self.atmosphere.is_clear:
             yield "atmosphere", ("atmosphere",)
         if self.atmosphere.turbulence.cn2 > 0:

@@ -178,6 +178,24 @@ def test_check_tries_every_severity_and_range(tmp_path: Path, run: Run) -> None:
     assert "odd.yaml:27:27: vary.targets.jet.path.speed: warning: what it varies is switched off\n" in done.stderr
 
 
+CLOUDED = """\
+frames: 10
+background: {kind: sky, clouds: [{id: high}, {id: low}]}
+without: [low]
+vary:
+  background.clouds.high.coverage: {kind: uniform, low: 0.1, high: 0.2}
+  background.clouds.low.coverage: {kind: uniform, low: 0.1, high: 0.2}
+"""
+
+
+def test_check_warns_of_ranges_of_the_cloud_alone_that_is_switched_off(tmp_path: Path, run: Run) -> None:
+    (tmp_path / "clouded.yaml").write_text(CLOUDED)
+    told = [line for line in run("check", "clouded.yaml", cwd=tmp_path).stderr.splitlines() if "switched off" in line]
+    assert [line.partition(": ")[2] for line in told] == [
+        "vary.background.clouds.low.coverage: warning: what it varies is switched off"
+    ]
+
+
 CROSSED = """\
 frames: 60
 camera: {size: [160, 120]}

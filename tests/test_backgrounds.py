@@ -165,7 +165,7 @@ def test_every_background_gives_layers_far_to_near(name: str) -> None:
     assert emission.shape == (120, 160)
     assert emission.dtype == np.float32
     assert np.all(emission > 0)
-    assert [layer.name for layer in others] == list(background.names())
+    assert [layer.name for layer in others] == [name for name, _ in background.names()]
     again = kind().layers(scene)[0].light(gaze(scene))[1]
     assert np.array_equal(emission, again)
 

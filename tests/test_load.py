@@ -196,6 +196,14 @@ def test_an_id_that_the_preset_or_a_default_has_is_told_where_the_user_wrote_it(
     ]
 
 
+def test_an_id_that_two_parts_of_the_background_have_is_told_at_the_second() -> None:
+    clouds = "frames: 3\nbackground:\n  kind: sky\n  clouds:\n    - {id: low}\n    - {id: low}\n"
+    assert errors_of(clouds) == [
+        "f.yaml:6:12: background.clouds.1.id: the id 'low' is used twice, also by background.clouds.0; "
+        "allowed: each id once"
+    ]
+
+
 def test_a_key_with_a_line_break_is_told_on_one_line() -> None:
     assert len(errors_of('"fra\\nmes": 3\nbackground: {kind: sky}')) == 1
 

@@ -167,7 +167,7 @@ def landless(scene: dict[str, Any], name: str) -> dict[str, Any]:
 LYING = [
     (scene, name)
     for scene in (before({"kind": kind, **LANDS[kind]}) for kind, _ in BACKGROUNDS if kind != "recording")
-    for name in Scenario.model_validate(scene).background.names()
+    for name, _ in Scenario.model_validate(scene).background.names()
 ]
 CARRIED = [(before({"kind": "ground"}, moving=True), kind) for family in (POINTINGS, FAULTS) for kind, _ in family]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Protocol
 
@@ -94,9 +94,9 @@ class Background(Kind):
     def layers(self, stage: Stage) -> Sequence[Layer]:
         """The layers, the farthest first; the first is opaque."""
 
-    def names(self) -> tuple[str, ...]:
-        """Names of the layers that can be switched off (the opaque one cannot)."""
-        return ()
+    def names(self) -> Iterator[tuple[str, tuple[str | int, ...]]]:
+        """Name and place of each layer that can be switched off (the opaque one cannot)."""
+        yield from ()
 
     def refuses(self, size: tuple[int, int], bits: int) -> str | None:
         """Why a camera of that size (columns, rows) and depth cannot look at it; None where it can."""

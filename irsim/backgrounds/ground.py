@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -104,8 +104,10 @@ class Ground(Background):
         ]
         return through_air(layers, stage)
 
-    def names(self) -> tuple[str, ...]:
-        return tuple(name for name in ("fields", "water", "roads", "clutter") if getattr(self, name) is not None)
+    def names(self) -> Iterator[tuple[str, tuple[str | int, ...]]]:
+        for name in ("fields", "water", "roads", "clutter"):
+            if getattr(self, name) is not None:
+                yield name, (name,)
 
     def _on(self, stage: Stage) -> list[tuple[str, Floats, Floats]]:
         """Name, cover and temperature less the ground's of all that lies on it, the lowest first."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -86,9 +86,14 @@ class Landscape(Sky):
         ]
         return [country, *lying, *(Above(layer, country) for layer in clouds), *standing]
 
-    def names(self) -> tuple[str, ...]:
-        lying = tuple(name for name in ("fields", "clutter") if getattr(self, name) is not None)
-        return (*lying, *super().names(), *(part.id for part in (*self.trees, *self.buildings)))
+    def names(self) -> Iterator[tuple[str, tuple[str | int, ...]]]:
+        for name in ("fields", "clutter"):
+            if getattr(self, name) is not None:
+                yield name, (name,)
+        yield from super().names()
+        for key in ("trees", "buildings"):
+            for index, part in enumerate(getattr(self, key)):
+                yield part.id, (key, index, "id")
 
     def _typical(self, what: str, otherwise: float) -> float:
         return TEMPERATURES.get(self.hour, {}).get(what, otherwise)

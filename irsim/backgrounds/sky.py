@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from statistics import NormalDist
@@ -241,5 +241,6 @@ class Sky(Background):
             *(layer.evolving(stage) if layer.evolve_s else layer.layer(stage) for layer in clouds),
         ]
 
-    def names(self) -> tuple[str, ...]:
-        return tuple(layer.id for layer in self.clouds)
+    def names(self) -> Iterator[tuple[str, tuple[str | int, ...]]]:
+        for index, layer in enumerate(self.clouds):
+            yield layer.id, ("clouds", index, "id")
