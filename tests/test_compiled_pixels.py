@@ -10,7 +10,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from irsim import rng
-from irsim.backgrounds import Gaze, veiled
+from irsim.backgrounds import Gaze, evolving, veiled
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.drifting import Drifting, _first
 from irsim.backgrounds.tiles import Tiled
@@ -26,6 +26,8 @@ from irsim.detector.shot import Shot
 from irsim.detector.white import White
 from irsim.geometry import Geometry
 from irsim.normal import cell_means
+
+FIELDS = evolving.Evolving(64, 3.0, None, 20.0, 1.0, 1, "fields")
 
 pytestmark = pytest.mark.skipif(not COMPILED, reason="there is no compiler here")
 
@@ -121,6 +123,37 @@ def test_a_veil_is_laid_as_by_passes(size: tuple[int, int], seed: int, times: li
         atol = 1e-4 if max(place % 1 for place in first) > 0.999 else 1e-6
         np.testing.assert_allclose(passed[0], transmittance[patch], rtol=0, atol=atol)
         np.testing.assert_allclose(found, wanted, rtol=0, atol=4 * atol)
+
+
+@settings(max_examples=30)
+@given(
+    place=st.floats(0, 9),
+    rows=st.tuples(st.integers(-70, 70), st.integers(1, 150)),
+    columns=st.tuples(st.integers(-70, 70), st.integers(1, 150)),
+)
+def test_fields_are_mixed_as_by_passes(place: float, rows: tuple[int, int], columns: tuple[int, int]) -> None:
+    """Also where a part reaches over all of the period."""
+    mixture = FIELDS.at(place)
+    part = [slice(first, first + length) for first, length in (rows, columns)]
+    found = mixture.over(*part)
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(evolving, "COMPILED", False)
+        for field, plain in zip(found, mixture.over(*part), strict=True):
+            np.testing.assert_array_equal(field, plain, strict=True)
+
+
+def test_fields_of_another_size_are_refused() -> None:
+    pair, out, places = np.ones((4, 4, 2), np.float32), np.zeros((3, 9), np.float32), (4, 1, 2)
+    kernels.mixed((1.0, 0.0, 2.0, 0.0), (1.0, 0.5), *places, out, out, pair, pair, pair, pair)
+    assert (out == 1.5).all()
+    with pytest.raises(ValueError, match="side"):
+        kernels.mixed((1.0,) * 4, (1.0, 0.5), *places, out, out, pair, pair, pair, pair[:3])
+    with pytest.raises(ValueError, match="one size"):
+        kernels.mixed((1.0,) * 4, (1.0, 0.5), *places, out, out[1:], pair, pair, pair, pair)
+    with pytest.raises(ValueError, match="from a row"):
+        kernels.mixed((1.0,) * 4, (1.0, 0.5), 4, -1, 2, out, out, pair, pair, pair, pair)
+    with pytest.raises(TypeError, match="tuple of 4"):
+        kernels.mixed((1.0,) * 3, (1.0, 0.5), *places, out, out, pair, pair, pair, pair)
 
 
 def test_a_veil_of_another_size_is_refused() -> None:

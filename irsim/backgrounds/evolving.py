@@ -10,6 +10,7 @@ import numpy as np
 
 from irsim.backgrounds.fields import Betas, amplitudes
 from irsim.backgrounds.periodic import shrunk, window
+from irsim.compiled import COMPILED, kernels
 from irsim.rng import normals
 from irsim.types import Floats
 
@@ -53,20 +54,26 @@ class Mixture:
     """Two periodic fields at a moment: sums of others times their shares."""
 
     pairs: Sequence[_Pair]
-    shares: Sequence[float]
-    scales: tuple[np.float32, np.float32]
+    shares: tuple[float, ...]
+    scales: tuple[float, float]
     """What brings each of the two sums to a variance of 1."""
 
     def over(self, rows: slice, columns: slice) -> tuple[Floats, Floats]:
         """A part of both, float32; it may reach past the edges."""
+        if COMPILED:
+            side, shape = len(self.pairs[0].values), (rows.stop - rows.start, columns.stop - columns.start)
+            found = np.empty(shape, np.float32), np.empty(shape, np.float32)
+            place = rows.start % side, columns.start % side
+            kernels.mixed(self.shares, self.scales, side, *place, *found, *(pair.values for pair in self.pairs))
+            return found
         both = _sum([window(pair.values, rows, columns) for pair in self.pairs], self.shares)
-        first, second = (np.asarray(part) * scale for part, scale in zip(cv2.split(both), self.scales, strict=True))
-        return first, second
+        first, second = cv2.split(both)
+        return first * np.float32(self.scales[0]), second * np.float32(self.scales[1])
 
     @property
     def small(self) -> Floats:
         """The first field, as many times smaller as was said when the fields were made, float32."""
-        return _sum([pair.small for pair in self.pairs], self.shares) * self.scales[0]
+        return _sum([pair.small for pair in self.pairs], self.shares) * np.float32(self.scales[0])
 
 
 def _sum(parts: Sequence[Floats], shares: Sequence[float]) -> Floats:
@@ -120,7 +127,7 @@ class Evolving:
         # Fields that are independent have something in common by chance: a variance of 1 takes it into account.
         products = np.array([[of_two[min(i, j), max(i, j)] for j in numbers] for i in numbers])
         scales = self.side / np.sqrt(np.einsum("i,j,ijk->k", shares, shares, products))
-        first, second = scales.astype(np.float32)
+        first, second = scales.tolist()
         return Mixture(list(pairs.values()), shares, (first, second))
 
     def _drawn(self, number: int) -> _Pair:

@@ -27,6 +27,23 @@ def hold(signal: Float32, well: float, /) -> None:
 def counts_of(signal: Float32, out: Words, scale: float, offset: float, full: int, /) -> None:
     """out = scale signal + offset, rounded to the nearest (halves to even), clipped to 0 .. full."""
 
+def mixed(
+    shares: tuple[float, ...],
+    scales: tuple[float, float],
+    side: int,
+    row: int,
+    column: int,
+    first: Float32,
+    second: Float32,
+    pair0: Float32,
+    pair1: Float32,
+    pair2: Float32,
+    pair3: Float32,
+    /,
+) -> None:
+    """first, second = the sums of the two fields in each of four pairs (side, side, 2) times their shares, times the
+    scales, from a row and a column on; periodic. Rows may lie apart."""
+
 def moved(share: float, right: float, down: float, unit: float, out: Float32, early: Words, late: Words, /) -> None:
     """out = a field mixed of two states, `share` of the late one, `unit` for each of their words (rows + 1,
     columns + 1), and read at (right, down) px within 0..1 from its first pixel on. Rows may lie apart."""

@@ -7,6 +7,7 @@
 #include "histogram.h"
 #include "laying.h"
 #include "lookup.h"
+#include "mixture.h"
 #include "outline.h"
 #include "response.h"
 #include "sprite.h"
@@ -25,6 +26,7 @@ static PyMethodDef methods[] = {
     {"counts_of", (PyCFunction)(void (*)(void))counts_of, METH_FASTCALL, NULL},
     {"add_share", (PyCFunction)(void (*)(void))add_share, METH_FASTCALL, NULL},
     {"hold", (PyCFunction)(void (*)(void))hold, METH_FASTCALL, NULL},
+    {"mixed", (PyCFunction)(void (*)(void))mixed, METH_FASTCALL, NULL},
     {"moved", (PyCFunction)(void (*)(void))moved, METH_FASTCALL, NULL},
     {"veil", (PyCFunction)(void (*)(void))veil, METH_FASTCALL, NULL},
     {"histogram", (PyCFunction)(void (*)(void))histogram, METH_FASTCALL, NULL},
