@@ -12,18 +12,20 @@ from irsim.sprite import Sprite
 
 def arriving(sprite: Sprite, sight: Sight, name: str | None = None) -> Sprite:
     """A sprite as it is seen through the air: its light weakened, the path's light added, and twinkling where
-    it is the target of that `name`. The sprite itself where the air does nothing."""
+    it is the target of that `name`. The sprite itself where the air does nothing.
+
+    What twinkles is its contrast: what is as bright as all around it does not stand out in turbulent air either.
+    """
     stage, air = sight.stage, sight.stage.air
-    twinkles = name is not None and air.turbulence.cn2 > 0
-    if air.is_clear and not twinkles:
-        return sprite
-    emission = sprite.emission
-    if name is not None and twinkles:
+    if name is not None and air.turbulence.cn2 > 0:
         area = sprite.alpha.sum() * (sprite.range_m * sight.lens.ifov_rad) ** 2
         width = 2 * float(np.sqrt(area / np.pi))
-        emission = emission * air.turbulence.twinkle(name, sight.time, sprite.range_m, width, stage.band, stage.seed)
+        factor = air.turbulence.twinkle(name, sight.time, sprite.range_m, width, stage.band, stage.seed)
+        sprite = replace(sprite, contrast=sprite.contrast * factor)
+    if air.is_clear:
+        return sprite
     tau, light = air.path(stage.band, sprite.range_m, elevation_rad(sprite, sight))
-    own, added = tau * emission, light * sprite.alpha
+    own, added = tau * sprite.emission, light * sprite.alpha
     arrived = own + added
     total = arrived.sum()
     share = float(added.sum() / total) if total > 0 else 0.0

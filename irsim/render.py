@@ -133,7 +133,7 @@ class Renderer:
             if sprite is not None:
                 arrived = arriving(sprite, sight, target.id)
                 if target.contrast != 1:
-                    arrived = replace(arrived, contrast=target.contrast)
+                    arrived = replace(arrived, contrast=arrived.contrast * target.contrast)
                 yield Piece(target.id, arrived, tracked=True)
         standing = self._exposed(lambda instant: [each.draw(instant.sight(index)) for each in self.occluders])
         for occluder, sprite in zip(self.occluders, standing, strict=True):

@@ -71,7 +71,7 @@ class Turbulence(Part):
         return np.stack([tilt[0], tilt[1], np.zeros_like(frames)], axis=-1)
 
     def twinkle(self, name: str, time: float, range_m: float, size_m: float, band: Band, seed: int) -> float:
-        """Factor, mean 1, on the light of a target `size_m` across at a range, m, at a time, s.
+        """Factor, mean 1, on the contrast of a target `size_m` across at a range, m, at a time, s.
 
         Log-normal; its logarithm is Gaussian in time with the correlation exp(-t^2 / (2 T^2)), T the time
         that wind takes over the wider of a Fresnel zone and the aperture.

@@ -263,6 +263,30 @@ def test_points_twinkle_and_bodies_do_not() -> None:
     assert spreads["fighter"] < 0.01
 
 
+def test_what_does_not_stand_out_does_not_twinkle() -> None:
+    shape = {"kind": "point", "emissivity": 1.0, "temperature_k": 290.0}
+    target = {**scene({}).targets[0].model_dump(), "shape": shape}
+    even = {"kind": "ground", "mean_k": 290.0, "spread_k": 0.0}
+    renderer = Renderer(scene({**STRONG, "cn2": 1e-14}, background=even, targets=[target]))
+    for index in range(0, 30, 3):
+        light = renderer.scene(index)[0]
+        np.testing.assert_allclose(light, light[0, 0], rtol=1e-6)
+
+
+def test_points_of_a_wanted_contrast_twinkle_as_those_of_a_temperature_do() -> None:
+    air = {**STRONG, "cn2": 1e-14}
+
+    def factors(shape: dict[str, Any]) -> Floats:
+        target = {**scene({}).targets[0].model_dump(), "shape": {"kind": "point", **shape}}
+        still, turbulent = (Renderer(scene(each, targets=[target])) for each in ({}, air))
+        one = float(still.scene(0)[0].sum(dtype=np.float64))
+        return np.array([float(turbulent.scene(index)[0].sum(dtype=np.float64)) / one for index in range(0, 30, 3)])
+
+    expected = factors({"temperature_k": 400.0})
+    assert np.std(expected) > 0.05
+    np.testing.assert_allclose(factors({"contrast_k": 300.0}), expected, rtol=1e-4)
+
+
 def test_turbulence_is_switched_off_by_name() -> None:
     off = scene(STRONG, without=["turbulence"])
     assert np.array_equal(Renderer(off).scene(3)[0], Renderer(scene({})).scene(3)[0])
