@@ -24,6 +24,17 @@ def test_the_flattest_window_is_found() -> None:
     assert flattest(frames, 65535) == Region(96, 64, 64, 64) or flattest(frames, 65535).x >= 88
 
 
+def test_the_flattest_window_by_chance_makes_no_fixed_pattern_weaker() -> None:
+    """A pattern of sigma 30 in 48 x 48 px is known to 1.5 %, the mean of 64 of them to 0.2 %."""
+    rng = np.random.default_rng(1)
+    found = []
+    for _ in range(64):
+        frames = 1000 + 30 * rng.standard_normal((1, 96, 128)) + 10 * rng.standard_normal((8, 96, 128))
+        found.append(measure_noise(frames).terms.vh)
+    assert np.mean([vh.value for vh in found]) == pytest.approx(30, rel=0.01)
+    assert sum(vh.low < 30 < vh.high for vh in found) > 55
+
+
 def test_a_blown_out_corner_is_not_called_flat() -> None:
     frames = rendered(3, (8, 128, 128), {"kind": "white"}).astype(np.float64)
     frames[:, :64, :64] = 4095

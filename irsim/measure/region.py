@@ -23,6 +23,8 @@ _LEAST_HALF = 16
 """Windows are not halved below this many px a side: in fewer pixels slow motion does not show beside chance."""
 _TRIES = 8
 """Windows of each size that are offered."""
+_ALIKE = 4.0
+"""Standard errors within which windows' variances say nothing of which is the flatter one."""
 _BESIDE_PX = 4
 """Blur and smear reach so far beyond a target's box."""
 
@@ -66,12 +68,15 @@ def parse_region(text: str, size: tuple[int, int]) -> Region:
 
 
 def flattest(frames: Values, top: float, taken: Mask | None = None) -> Region:
-    """The window with the least variance over its pixels and the frames (T, rows, columns): first of `windows`."""
+    """A window with the least variance over its pixels and the frames (T, rows, columns): first of `windows`."""
     return next(windows(frames, top, taken))
 
 
 def windows(frames: Values, top: float, taken: Mask | None = None) -> Iterator[Region]:
     """Windows of frames (T, rows, columns), at least one, those with the least variance over pixels and frames first.
+
+    Of those that differ from the least by chance alone it is the middle one: the least of many would tell of a
+    fixed pattern that is too weak.
 
     They are 64 px wide and high, or half of the picture's shorter side; then half as large. None overlaps
     another of its size. Rows and columns may have levels of their own (they are taken out over the whole
@@ -89,26 +94,43 @@ def windows(frames: Values, top: float, taken: Mask | None = None) -> Iterator[R
     mean, square = picked.mean(axis=0), np.square(picked).mean(axis=0)
     found = False
     for wide in (side, side // 2) if side // 2 >= _LEAST_HALF else (side,):
-        spread = _windows(square, wide) - _windows(mean, wide) ** 2
+        spread, error = _spread(mean, square, len(picked), wide)
         unfit = (_windows(held, wide) > 0.5 / wide**2) | (_windows(spoilt, wide) > _SPOILT)
-        for region in _least(np.where(unfit, np.inf, spread), wide):
+        for region in _least(np.where(unfit, np.inf, spread), error, wide):
             found = True
             yield region
     if not found:
-        spread = _windows(square, side) - _windows(mean, side) ** 2
+        spread, error = _spread(mean, square, len(picked), side)
         worse = (_windows(held, side) > 0.5 / side**2) + 2.0 * (_windows(spoilt, side) > _SPOILT)
-        yield next(_least(spread + (spread.max() + 1) * worse, side))
+        yield next(_least(spread + (spread.max() + 1) * worse, error, side))
 
 
-def _least(costs: Floats, side: int) -> Iterator[Region]:
-    """Windows with the least costs first, none over another, by costs of all top left corners; none of infinite."""
+def _spread(mean: Floats, square: Floats, frames: int, side: int) -> tuple[Floats, Floats]:
+    """Variance over the pixels and frames of windows, by their top left corner, and its standard error by chance.
+
+    mean, square (rows, columns) over so many frames. What stays, and what changes from frame to frame, are taken for
+    Gaussian and independent from pixel to pixel: sqrt(2 / n) of each variance.
+    """
+    level = _windows(mean, side) ** 2
+    spread, still = _windows(square, side) - level, _windows(mean**2, side) - level
+    return spread, np.sqrt(2) / side * np.hypot(still, (spread - still) / np.sqrt(frames))
+
+
+def _least(costs: Floats, error: Floats, side: int) -> Iterator[Region]:
+    """Windows with the least costs first, none over another, by costs of all top left corners; none of infinite.
+
+    Of those whose cost is the least but for its standard error, the middle one.
+    """
     step = max(side // 8, 1)
-    left = costs[::step, ::step].copy()
+    left, error = costs[::step, ::step].copy(), error[::step, ::step]
     reach = -(-side // step)
     for _ in range(_TRIES):
-        row, column = (int(place) for place in np.unravel_index(int(np.argmin(left)), left.shape))
-        if np.isinf(left[row, column]):
+        least = int(np.argmin(left))
+        if np.isinf(left.flat[least]):
             return
+        order = np.argsort(left, axis=None, kind="stable")
+        alike = int((left <= left.flat[least] + _ALIKE * error.flat[least]).sum())
+        row, column = (int(place) for place in np.unravel_index(order[(alike - 1) // 2], left.shape))
         yield Region(column * step, row * step, side, side)
         left[max(row - reach + 1, 0) : row + reach, max(column - reach + 1, 0) : column + reach] = np.inf
 
