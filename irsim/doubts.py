@@ -12,9 +12,10 @@ from irsim.backgrounds.chart import STEEPEST_DEG, WIDEST_DEG
 from irsim.backgrounds.recorded import Recorded
 from irsim.backgrounds.sky import FIT_K
 from irsim.backgrounds.texture import tile_side
-from irsim.detector.response import Stated
+from irsim.detector.response import Electrons, Stated
 from irsim.errors import Notice
 from irsim.motion import Mount
+from irsim.presets import PRESETS
 from irsim.radiometry import radiance, temperature
 from irsim.scenario import Scenario
 from irsim.smear import MOST_STEPS
@@ -31,6 +32,7 @@ def doubts(scenario: Scenario) -> Iterator[Notice]:
     """Warnings, such as of a path longer than any that the atmosphere was fitted to."""
     for at, what in scenario.air.notices(scenario.camera.band):
         yield Notice(("atmosphere", *at), what)
+    yield from _without_effect(scenario)
     yield from _long_paths(scenario)
     yield from _unlike_skies(scenario)
     yield from _off_scale(scenario)
@@ -40,6 +42,23 @@ def doubts(scenario: Scenario) -> Iterator[Notice]:
     yield from _beads(scenario)
     yield from _never_seen(scenario)
     yield from _idle(scenario)
+
+
+def _without_effect(scenario: Scenario) -> Iterator[Notice]:
+    """Keys that are written, but that nothing asks for beside the others."""
+    camera, air = scenario.camera, scenario.atmosphere
+    if isinstance(camera.detector, Electrons):
+        for key in ("netd_mk", "range_k"):
+            if key in camera.model_fields_set and key not in PRESETS.get(camera.preset or "ideal", {}):
+                yield Notice(("camera", key), "does not count for a detector of kind electrons: its own keys decide")
+        smear, integration_ms = camera.smear, camera.detector.integration_ms
+        if smear is not None and smear.time_ms not in (0, integration_ms):
+            yield Notice(
+                ("camera", "smear", "time_ms"),
+                f"{smear.time_ms:g} ms are smeared, but the detector integrates for {integration_ms:g} ms",
+            )
+    if air.preset == "none" and scenario.sky_preset is None and "visibility_km" in air.model_fields_set:
+        yield Notice(("atmosphere", "visibility_km"), "does not count without a preset, whose transmittance it changes")
 
 
 def _long_paths(scenario: Scenario) -> Iterator[Notice]:

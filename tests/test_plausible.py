@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from irsim import yamlfile
 from irsim.cli import app
-from irsim.loader import examples
+from irsim.loader import examples, warnings
 from irsim.plausible import implausible
 from irsim.scenario import Scenario
 from irsim.schema import Slot
@@ -65,3 +65,23 @@ def test_what_is_no_text_is_neither_scenario_nor_recording(tmp_path: Path) -> No
 def test_an_optional_temperature_has_its_range_too() -> None:
     told = implausible(Slot.of(Scenario), {"atmosphere": {"temperature_k": 15}})
     assert [notice.at for notice in told] == [("atmosphere", "temperature_k")]
+
+
+@pytest.mark.parametrize(
+    ("camera", "more", "warned"),
+    [
+        ("preset: cooled_mwir, netd_mk: 100", "", ["camera.netd_mk"]),
+        ("range_k: [250, 300], detector: {kind: electrons}", "", ["camera.range_k"]),
+        ("preset: cooled_mwir, smear: {time_ms: 3}", "", ["camera.smear.time_ms"]),
+        ("preset: cooled_mwir, smear: {time_ms: 10}", "", []),
+        ("preset: uncooled_lwir, netd_mk: 100", "", []),
+        ("preset: uncooled_lwir, noise: [{kind: shot}], detector: {kind: electrons}", "", []),
+        ("band: mwir", "atmosphere: {visibility_km: 8}", ["atmosphere.visibility_km"]),
+        ("band: mwir", "atmosphere: {visibility_km: 8, preset: tropical}", []),
+    ],
+)
+def test_what_has_no_effect_is_told(tmp_path: Path, camera: str, more: str, warned: list[str]) -> None:
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(f"camera: {{{camera}, size: [64, 64]}}\n{more}\nbackground: {{kind: ground}}\n")
+    told = [line.split()[1].rstrip(":") for line in warnings(scene)]
+    assert told == warned
