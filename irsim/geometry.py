@@ -75,6 +75,15 @@ class Geometry:
         depth = np.where(points[..., 2:] > 0, points[..., 2:], np.nan)
         return self.principal + points[..., :2] / (depth * self.ifov_rad)
 
+    def scale(self, position: Floats) -> float:
+        """Pixels a metre, of what lies across the line of sight at a camera-frame point (3,) before the camera.
+
+        The square root of that of areas: t off the axis a pixel sees cos^3 t of the solid angle that it sees there.
+        """
+        range_m = float(np.linalg.norm(position))
+        depth_m = float(position[2])
+        return float((range_m / depth_m) ** 1.5 / (range_m * self.ifov_rad))
+
     def directions(self, pixels: Floats) -> Floats:
         """(..., 2) px to (..., 3) unit vectors in the camera frame."""
         pixels = np.asarray(pixels, dtype=np.float64)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,8 @@ from irsim.stage import Stage
 from irsim.types import Floats
 
 IFOV = 5e-4
+OFF_AXIS = math.cos(math.atan(IFOV * math.hypot(30.3 - 79.5, 40.8 - 59.5)))
+"""Cosine of the angle between the optical axis and the pixel (30.3, 40.8)."""
 AWAY = np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])
 BODIES = [name for name, kind in SHAPES if issubclass(kind, Body)]
 
@@ -210,9 +213,10 @@ def test_a_tank_shows_its_engine_from_behind_but_not_from_the_front() -> None:
 
 class TestPoint:
     def test_its_light_is_its_share_of_a_pixel(self) -> None:
-        # 0.1 m2 at 1000 m, a pixel sees 0.5 m there: phi = 0.1 / 0.25 = 0.4.
+        # 0.1 m2 at 1000 m, a pixel on the axis sees 0.5 m there: phi = 0.1 / 0.25 = 0.4.
+        assert seen(shape("point", area_m2=0.1)).alpha.sum() == pytest.approx(0.4, abs=1e-8)
         sprite = seen(shape("point", area_m2=0.1), at=(30.3, 40.8))
-        assert sprite.alpha.sum() == pytest.approx(0.4, abs=1e-8)
+        assert sprite.alpha.sum() == pytest.approx(0.4 / OFF_AXIS**3, abs=1e-8)
         assert sprite.cover.sum() == pytest.approx(1.0, abs=1e-8)
         assert sprite.center == pytest.approx((30.3, 40.8))
 
@@ -228,4 +232,14 @@ class TestPoint:
         sprite = seen(shape("point", area_m2=1e-6), at=(30.3, 40.8), psf_px=0.0)
         lit = np.argwhere(sprite.alpha > 1e-12)
         assert (lit + np.array([sprite.y0, sprite.x0])).tolist() == [[41, 30]]
-        assert sprite.alpha.max() == pytest.approx(4e-6)
+        assert sprite.alpha.max() == pytest.approx(4e-6 / OFF_AXIS**3)
+
+    @pytest.mark.parametrize("x", [79.5, 300.0, 600.0])
+    def test_off_the_axis_it_fills_more_of_a_pixel(self, x: float) -> None:
+        """Of a plane picture, a pixel t off the axis sees cos^3 t of the solid angle that one on it sees."""
+        wide = Stage(0, Geometry((640, 120), 1e-3), 30.0, "mwir", 0.6)
+        for kind, keys in (("point", {"area_m2": math.pi / 4}), ("hot_spot", {"size_m": (1.0, 1.0)})):
+            sprite = shape(kind, **keys).draw(View(wide.geometry.place(np.array([x, 59.5]), 200.0), AWAY, wide))
+            assert sprite is not None
+            cosine = math.cos(math.atan((x - 319.5) * 1e-3))
+            assert sprite.alpha.sum() == pytest.approx(math.pi / 4 / (200 * 1e-3) ** 2 / cosine**3, rel=0.02)

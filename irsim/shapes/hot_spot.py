@@ -32,6 +32,6 @@ class HotSpot(Shape):
         if not np.isfinite(middle).all():
             return None
         range_m = float(np.linalg.norm(view.position))
-        halves = np.array(self.size_m) / 2 / (range_m * stage.geometry.ifov_rad)
+        halves = np.array(self.size_m) / 2 * stage.geometry.scale(view.position)
         glow = float(stage.glow(self.temperature_k, self.emissivity)) * self.brightness(view)
         return ellipse(middle, halves, glow, range_m, stage)

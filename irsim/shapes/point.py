@@ -23,7 +23,7 @@ SMALL_PX = 1.0
 class Point(Shape):
     """A point target: the optics spread its light, and its area says how much of a pixel it fills.
 
-    It replaces the share phi = area / (range ifov)^2 of one pixel's light, spread over pixels by the
+    It replaces the share phi of one pixel's light that its solid angle has of the pixel's, spread over pixels by the
     blur. Nearer, where it is more than a pixel wide, it is a disc of that area, and the blur is that of
     its edges; until then the blur is wider by the disc's variance, so that neither light nor width jump.
     """
@@ -53,7 +53,7 @@ class Point(Shape):
         if not np.isfinite(middle).all():
             return None
         range_m = float(np.linalg.norm(view.position))
-        phi = self.area_m2 / (range_m * stage.geometry.ifov_rad) ** 2
+        phi = self.area_m2 * stage.geometry.scale(view.position) ** 2
         gain = self.brightness(view)
         glow = float(stage.glow(self.temperature_k, self.emissivity)) * gain
         wanted = None
