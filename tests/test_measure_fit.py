@@ -156,6 +156,15 @@ def test_the_blur_is_read_off_a_point(psf_px: float) -> None:
     assert found.value == pytest.approx(psf_px, rel=0.05)
 
 
+def test_a_point_that_fills_its_pixels_gives_no_blur() -> None:
+    """Its top is cut off, so it looks wider: 0.66 px for a blur of 0.47 px."""
+    text = POINT.replace("AREA", "0.004").replace("psf_px: PSF", "preset: cooled_mwir")
+    assert irsim.fit(irsim.loads(text)).figures.blur is None
+    found = irsim.fit(irsim.loads(text.replace("0.004", "0.0003"))).figures.blur
+    assert found is not None
+    assert found.value == pytest.approx(0.47, rel=0.05)
+
+
 def test_what_is_no_point_gives_no_blur() -> None:
     rng = np.random.default_rng(0)
     frames = rng.normal(100, 1, (8, 64, 64))

@@ -111,7 +111,7 @@ def measure_figures(
     bad = defects(frames)
     whole = patched(frames, bad.all)
     sliding = moves(whole)
-    blur = point_blur(frames, bad.all)
+    blur = point_blur(frames, bad.all, top)
     psf_px = USUAL_BLUR if blur is None else blur.value
     if sliding:
         return _of_moving(report, whole, psf_px, blur, flaws(frames, bad, report.fine))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import cv2
@@ -21,25 +22,29 @@ _POINTS = 6
 """The brightest of a frame that are looked at."""
 _MISFIT = 0.03
 """Greatest rms of what a Gaussian leaves, as a share of its height; a bar of 3 px leaves 0.05."""
+_FULL = 0.99
+"""Share of the highest count from which on a well may be full: what a full one holds is read with noise."""
 _SIGMAS = (0.25, 1.7)
 """A sharper one is a hot pixel, a wider one no point."""
 LEAST_FRAMES = 6
 """An interval of the median needs as many."""
 
 
-def point_blur(frames: Values, bad: Mask) -> Measured | None:
+def point_blur(frames: Values, bad: Mask, top: float = math.inf) -> Measured | None:
     """Sigma, px, of the sharpest thing seen in frames (T, rows, columns); None where no point is seen.
 
     It is the blur if that is a point, and more than it if it is not. In each frame, Gaussians integrated
     over the pixels are fitted to what stands out alone; the narrowest that fits counts, and of those the
-    median over frames. The interval is that of order statistics, free of assumptions on the scatter.
+    median over frames. The interval is that of order statistics, free of assumptions on the scatter. What comes
+    near `top`, the highest count there can be, is cut off there: its width says nothing.
     """
     picked = np.unique(np.linspace(0, len(frames) - 1, _LOOKED_AT).astype(int))
     near_bad = cv2.dilate(bad.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
     sharpest = []
     for k in picked:
         picture = np.asarray(frames[k], np.float32)
-        found = [sigma for window in _windows(picture, near_bad) if (sigma := _sigma(window)) is not None]
+        whole = (window for window in _windows(picture, near_bad) if window.max() < _FULL * top)
+        found = [sigma for window in whole if (sigma := _sigma(window)) is not None]
         if found:
             sharpest.append(min(found))
     if len(sharpest) < LEAST_FRAMES:
