@@ -102,6 +102,18 @@ def test_faces_are_as_bright_as_a_body_s_parts(kind: str, tmp_path: Path) -> Non
         np.testing.assert_allclose(middle(read, read.emission), read.signal_center, atol=1e-3)
 
 
+@pytest.mark.parametrize("angles", [(90, 0, 0), (30, 20, 10), (97, -141, 161), (200, 30, -60)])
+def test_a_far_mesh_of_unlike_temperatures_keeps_its_light(angles: tuple[float, ...]) -> None:
+    """Light times range squared, from a twentieth of a pixel to 30 px, 333,333 to 556 lengths away."""
+    model = shape("mesh")
+    lights = [
+        seen(model, angles, range_m=10.0 / (px * 5e-4)).emission.sum() / px**2 for px in (0.05, 0.2, 0.5, 1, 2, 5, 30)
+    ]
+    # Turned so that its hot side is a sliver, 128 points across tell that side's share within some percent.
+    np.testing.assert_allclose(lights, lights[-1], rtol=0.09)
+    np.testing.assert_allclose(lights[:4], lights[0], rtol=0.01)
+
+
 def ball(tmp_path: Path, rings: int, **keys: Any) -> Model:
     return Model(file=str(write_stl(tmp_path / "ball.stl", sphere(rings))), length_m=10.0, **keys)
 

@@ -24,6 +24,10 @@ from irsim.types import Floats
 
 SAMPLES = 3
 """Points to a cell and axis at which it is asked which face is seen, where faces are of unlike temperature."""
+LEAST_SAMPLES = 128
+"""Points across a body at least, however few px it has: of a far one, too, each face gives its share of the light."""
+_FINEST_PX = 1e-6
+"""Points lie no closer: a body seen edge on has no width."""
 
 _AXES: dict[str, tuple[int, int, int]] = {
     # File axes as (forward, right, down), signs apart: x forward, y left, z up is the robotics' way.
@@ -39,7 +43,7 @@ class Model(Shape):
     """A body from an OBJ or STL file: a closed surface, in one temperature or one for each material.
 
     Its outline is exact, like that of all bodies. Where faces of unlike temperature meet, which one is
-    seen is asked at points 1/6 px apart. It is placed by the middle of its extent.
+    seen is asked at points 1/6 px apart, and 128 across at least. It is placed by the middle of its extent.
     """
 
     file: str
@@ -112,19 +116,27 @@ class Model(Shape):
 
 def _shine(pixels: Floats, depth: Floats, faces: Ints, shades: Floats, grid: Grid) -> Floats:
     """(rows, columns) mean glow of what is seen in each cell; of what is seen nearby where no point meets a face."""
-    steps = grid.fine * SAMPLES
-    size = grid.rows * steps, grid.columns * steps
-    number = nearest((pixels - grid.corner) * steps - 0.5, depth, faces, size)
+    rows, columns = grid.cells
+    window = np.array([grid.columns, grid.rows])
+    corners = pixels[faces].reshape(-1, 2) - grid.corner
+    low, high = (np.clip(ends, 0, window) for ends in (corners.min(axis=0), corners.max(axis=0)))
+    step = np.clip((high - low) / LEAST_SAMPLES, _FINEST_PX, 1 / (grid.fine * SAMPLES))
+    wide, tall = np.ceil((high - low) / step).astype(np.int64)
+    number = nearest((pixels - grid.corner - low) / step - 0.5, depth, faces, (tall, wide))
     hit = number >= 0
     light = np.where(hit, shades[number], 0.0)
+    column, row = (
+        np.minimum((start + (np.arange(count) + 0.5) * size) * grid.fine, most - 1).astype(np.int64)
+        for start, count, size, most in zip(low, (wide, tall), step, (columns, rows), strict=True)
+    )
+    cell = row[:, None] * columns + column
 
     def cells(points: Floats) -> Floats:
-        blocks = points.reshape(size[0] // SAMPLES, SAMPLES, size[1] // SAMPLES, SAMPLES)
-        return np.asarray(blocks.sum(axis=(1, 3)))
+        sums = np.bincount(cell.ravel(), points.ravel(), rows * columns)
+        return np.asarray(sums.reshape(rows, columns), np.float64)
 
     count, total = cells(hit.astype(np.float64)), cells(light)
     around = [np.pad(array, 1) for array in (count, total)]
-    rows, columns = count.shape
     wide_count, wide_total = (
         np.sum([array[i : i + rows, j : j + columns] for i in range(3) for j in range(3)], axis=0) for array in around
     )
