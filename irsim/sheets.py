@@ -46,8 +46,6 @@ BACKGROUNDS: list[tuple[str, dict[str, Any], dict[str, Any]]] = [
 """(label, keys of the camera, keys of the background) of each."""
 
 _SIZE = {"size": [320, 256], "ifov_mrad": 0.3}
-ZOOM_PX = 32
-"""Side of the enlarged part of a camera's picture, px."""
 
 
 def backgrounds() -> Iterator[Labelled]:
