@@ -33,6 +33,15 @@ def test_every_example_stands_in_the_documents_with_its_picture() -> None:
         assert (docs / "img" / f"{name}.png").is_file()
 
 
+@pytest.mark.parametrize("name", ["crossover", "treeline"])
+def test_contrast_goes_and_turns_where_an_example_says_so(name: str) -> None:
+    rendering = irsim.Rendering(irsim.load(name))
+    targets = [truth.target(rendering.follow or "") for truth in rendering.truths()]
+    contrasts = [target.contrast_k for target in targets if target is not None and target.contrast_k is not None]
+    assert contrasts[0] > 4
+    assert min(contrasts) < -0.5
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["sky", "ground"])
 def test_one_tracker_holds_the_demo_scene_and_another_loses_it(name: str, tmp_path: Path) -> None:
