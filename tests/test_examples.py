@@ -28,8 +28,10 @@ def test_every_example_says_what_it_is_for_and_shows_its_target(path: Path) -> N
 def test_every_example_stands_in_the_documents_with_its_picture() -> None:
     docs = Path(__file__).parent.parent / "docs"
     page = (docs / "examples.md").read_text()
+    front = (docs.parent / "README.md").read_text()
     for name, path in examples().items():
         assert f"## {name}\n\n{irsim.load(path).about}\n" in page
+        assert f"![{name}](docs/img/{name}.png)" in front
         assert (docs / "img" / f"{name}.png").is_file()
 
 
