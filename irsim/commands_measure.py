@@ -124,6 +124,7 @@ def realism(
 ) -> None:
     """Compare a background's texture, and a camera's noise, with real recordings: cloud, trees, ground and so on."""
     from irsim.measure import (
+        backdrops,
         cameras_of,
         classes_of,
         judge,
@@ -141,7 +142,7 @@ def realism(
     judged: tuple[Verdict, ...] = ()
     sorts: tuple[str, ...] = ()
     try:
-        found = None if camera is not None and like is None else texture(pictures(opened))
+        found = None if camera is not None and like is None else texture(backdrops(opened, _PICTURES))
         if camera is not None:
             start, stop = _span(str(_NOISY), len(opened))
             stack = read_stack(opened, start, stop, "counts")
@@ -164,14 +165,6 @@ def realism(
             print(f"its noise is like: {', '.join(sorts) or 'that of no real camera'}")
     if not all(verdict.inside for verdict in (*verdicts, *judged)):
         sys.exit(1)
-
-
-def pictures(source: Source) -> npt.NDArray[np.integer]:
-    """The 8-bit pictures (T, rows, columns) whose texture stands for a source's."""
-    import numpy as np
-
-    picked = np.unique(np.linspace(0, len(source) - 1, _PICTURES).astype(int))
-    return np.stack([source.frame(int(k), "display").image for k in picked])
 
 
 def _claim(source: Source) -> str | None:

@@ -1,5 +1,6 @@
 """Figures of recordings, real and rendered ones alike: pure functions of arrays."""
 
+from irsim.measure.backdrop import backdrops
 from irsim.measure.defects import Defects, defects
 from irsim.measure.figures import Figures, measure_figures
 from irsim.measure.interval import Measured
@@ -24,6 +25,7 @@ __all__ = [
     "Temporal",
     "Texture",
     "Verdict",
+    "backdrops",
     "cameras_of",
     "classes_of",
     "defects",

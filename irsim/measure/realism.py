@@ -16,6 +16,8 @@ _AXIS = 0.7
 """The same along one axis: thin cloud 3.6 across in one, 2.8 in another."""
 _SPREAD = 1.5
 """Factor by which spreads differ between recordings of one sort: bare trees 61 in one, 42 in another."""
+_ROWS = 0.4
+"""By how much the share of rows may differ from the one sequence that tells it."""
 BEND = (-1.0, 1.0)
 """Real backgrounds are straight in log-log: -0.1 to 0.2 in three sequences; blurred white noise has 1.4 and more."""
 
@@ -26,12 +28,14 @@ class Real:
 
     beta, beta_x, beta_y    exponents of the power spectrum: over all directions, along x, along y
     spread                  standard deviation of grey levels, of 255
+    rows                    share of its square that is between rows; any where a horizon need not be seen
     """
 
     beta: Range
     beta_x: Range
     beta_y: Range
     spread: Range
+    rows: Range = (0.0, 1.0)
 
     def ranges(self) -> dict[str, Range]:
         """Figure -> where it may lie: the class's values, widened by how far recordings differ."""
@@ -41,14 +45,15 @@ class Real:
             "beta_y": (self.beta_y[0] - _AXIS, self.beta_y[1] + _AXIS),
             "bend": BEND,
             "spread": (self.spread[0] / _SPREAD, self.spread[1] * _SPREAD),
+            "rows": (max(self.rows[0] - _ROWS, 0.0), min(self.rows[1] + _ROWS, 1.0)),
         }
 
 
 CLASSES = {
     "cloud": Real((2.9, 4.1), (2.2, 3.2), (3.4, 4.7), (19, 42)),
-    "horizon": Real((3.6, 3.6), (2.9, 2.9), (4.0, 4.0), (68, 68)),
+    "horizon": Real((3.6, 3.6), (2.9, 2.9), (4.0, 4.0), (68, 68), (0.9, 0.9)),
     "trees": Real((2.2, 2.2), (2.2, 2.2), (1.9, 1.9), (42, 61)),
-    "treeline": Real((2.2, 3.6), (1.9, 2.9), (1.9, 4.0), (50, 68)),
+    "treeline": Real((2.2, 3.6), (1.9, 2.9), (1.9, 4.0), (50, 68), (0.9, 0.9)),
     "ground": Real((2.3, 2.9), (1.8, 2.7), (2.1, 2.75), (12.5, 32)),
     "city": Real((2.4, 2.4), (2.2, 2.2), (2.4, 2.4), (33, 33)),
 }
@@ -56,7 +61,8 @@ CLASSES = {
 
 cloud: thin, thick and broken cloud, one sequence without compression. ground: from the air by day and
 night, at long range, a park. treeline: between bare trees and horizon with field; its x slope and
-spread from a drone over hot trees. Spreads of cloud and trees include sequences measured as here.
+spread from a drone over hot trees, which also tells how much lies between rows where sky is above and ground below
+(0.90). Spreads of cloud and trees include sequences measured as here.
 """
 
 

@@ -27,6 +27,7 @@ class Texture:
     beta_x, beta_y  the same in strips about its x and its y axis
     bend            how much steeper the upper half of the frequencies (by log f) falls than the lower
     spread          standard deviation of grey levels, in units of the frames
+    rows            share of its square that is between the means of rows: much where a horizon parts the picture
     """
 
     beta: float
@@ -34,6 +35,7 @@ class Texture:
     beta_y: float
     bend: float
     spread: float
+    rows: float
 
 
 def texture(frames: Values) -> Texture:
@@ -42,7 +44,11 @@ def texture(frames: Values) -> Texture:
     if min(rows, columns) < LEAST_SIDE:
         raise InputError(f"{columns}x{rows} px are too few for a spectrum; allowed: at least {LEAST_SIDE}x{LEAST_SIDE}")
     pictures = [np.asarray(frame, np.float64) for frame in frames]
-    found = [(*slopes(picture), float(picture.std())) for picture in pictures if picture.std() > 0]
+    found = [
+        (*slopes(picture), float(picture.std()), float(picture.mean(axis=1).var() / picture.var()))
+        for picture in pictures
+        if picture.std() > 0
+    ]
     if not found:
         raise InputError("every frame is even: there is no texture to measure")
     return Texture(*(float(value) for value in np.median(found, axis=0)))
