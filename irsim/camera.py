@@ -133,8 +133,16 @@ class Camera(Part):
 
     @model_validator(mode="after")
     def _smear_fits(self) -> Camera:
-        if self.smear is not None and self.smear.time_ms * self.rate_hz > 1000:
-            raise _too_long(self.smear.time_ms, self.rate_hz, ("smear", "time_ms"))
+        if self.smear is None:
+            return self
+        if self.smear.time_ms is None and not isinstance(self.detector, Electrons):
+            raise PydanticCustomError(
+                "no_time",
+                "it is missing; allowed: a time in ms; or a detector of kind electrons, whose integration_ms counts",
+                {"at": ("smear", "time_ms")},
+            )
+        if self.smeared_ms * self.rate_hz > 1000:
+            raise _too_long(self.smeared_ms, self.rate_hz, ("smear", "time_ms"))
         return self
 
     @model_validator(mode="after")
@@ -143,6 +151,15 @@ class Camera(Part):
         if fault is not None:
             raise PydanticCustomError("optics", "{fault}", {"fault": fault, "at": ("optics", "f_number")})
         return self
+
+    @property
+    def smeared_ms(self) -> float:
+        """Time over which motion blurs a frame, ms; 0 where it does not."""
+        if self.smear is None:
+            return 0.0
+        if self.smear.time_ms is None and isinstance(self.detector, Electrons):
+            return self.detector.integration_ms
+        return self.smear.time_ms or 0.0
 
     @property
     def geometry(self) -> Geometry:

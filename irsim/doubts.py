@@ -51,11 +51,11 @@ def _without_effect(scenario: Scenario) -> Iterator[Notice]:
         for key in ("netd_mk", "range_k"):
             if key in camera.model_fields_set and key not in PRESETS.get(camera.preset or "ideal", {}):
                 yield Notice(("camera", key), "does not count for a detector of kind electrons: its own keys decide")
-        smear, integration_ms = camera.smear, camera.detector.integration_ms
-        if smear is not None and smear.time_ms not in (0, integration_ms):
+        if camera.smeared_ms not in (0, camera.detector.integration_ms):
             yield Notice(
                 ("camera", "smear", "time_ms"),
-                f"{smear.time_ms:g} ms are smeared, but the detector integrates for {integration_ms:g} ms",
+                f"{camera.smeared_ms:g} ms are smeared, but the detector integrates for "
+                f"{camera.detector.integration_ms:g} ms",
             )
     if air.preset == "none" and scenario.sky_preset is None and "visibility_km" in air.model_fields_set:
         yield Notice(("atmosphere", "visibility_km"), "does not count without a preset, whose transmittance it changes")
@@ -80,26 +80,29 @@ def _long_paths(scenario: Scenario) -> Iterator[Notice]:
 
 
 def _unlike_skies(scenario: Scenario) -> Iterator[Notice]:
-    air, sky = scenario.air.preset, scenario.sky_preset
-    if isinstance(scenario.background, Sky) and air not in ("none", sky):
+    """A sky that is not that of the air before it, which shines wherever there is some."""
+    air, sky = scenario.air, scenario.sky_preset
+    if isinstance(scenario.background, Sky) and not air.is_clear and air.preset != sky:
         given = "of its own temperatures" if sky is None else f"of {sky}"
-        yield Notice(
-            ("background", "preset"),
-            f"the sky is {given} behind an atmosphere of {air}: far things will not fade into it",
-        )
+        wet = " and ".join(word for word, there in (("rain", air.rain_mm_h), ("fog", air.fog_visibility_km)) if there)
+        before = f"{wet} of {float(air.air_k(0.0)):.0f} K" if air.preset == "none" else f"an atmosphere of {air.preset}"
+        yield Notice(("background", "preset"), f"the sky is {given} behind {before}: far things will not fade into it")
 
 
 def _off_scale(scenario: Scenario) -> Iterator[Notice]:
     """A clear sky of which no pixel lies within what the counts can tell."""
     background, stage, camera = scenario.background, scenario.stage, scenario.camera
-    if not isinstance(background, Sky) or not isinstance(camera.detector, Stated):
+    if not isinstance(background, Sky):
         return
     axis, half = stage.geometry.elevation_rad, math.atan(stage.geometry.ifov_rad * stage.geometry.size[1] / 2)
-    seen = temperature(stage.band, background.clear(stage).radiance(np.array([axis - half, axis + half])))
-    least, greatest, (low, high) = float(seen.min()), float(seen.max()), camera.range_k
-    if least >= high or greatest <= low:
-        beyond = "above: its pixels are full" if least >= high else "below: its pixels are at count 0"
-        yield Notice(("camera", "range_k"), f"all of the clear sky, {least:.0f} to {greatest:.0f} K, lies {beyond}")
+    light = background.clear(stage).radiance(np.array([[axis - half, axis + half]])).astype(np.float32)
+    seen, response = temperature(stage.band, light), camera.response()
+    signal = response.signal(light)
+    full, dark = signal.min() >= response.top, signal.max() <= -response.offset * response.gain
+    if full or dark:
+        beyond = "above: its pixels are full" if full else "below: its pixels are at count 0"
+        key = ("range_k",) if isinstance(camera.detector, Stated) else ("detector", "integration_ms")
+        yield Notice(("camera", *key), f"all of the clear sky, {seen.min():.0f} to {seen.max():.0f} K, lies {beyond}")
 
 
 def _cold_clouds(scenario: Scenario) -> Iterator[Notice]:
@@ -174,10 +177,10 @@ def _beads(scenario: Scenario) -> Iterator[Notice]:
     """Of a smear with too few steps: who moves most while a frame is exposed, by what it does from frame to frame."""
     camera = scenario.camera
     smear = camera.smear if scenario.is_on("smear") else None
-    if smear is None or smear.time_ms == 0 or smear.steps == 1 or scenario.frames == 1:
+    if smear is None or camera.smeared_ms == 0 or smear.steps == 1 or scenario.frames == 1:
         return
     watch = Watch(scenario)
-    share = smear.time_ms * 1e-3 * camera.rate_hz / smear.steps
+    share = camera.smeared_ms * 1e-3 * camera.rate_hz / smear.steps
     moves = [(_turning(watch.mount), "the background")]
     for name, course in watch.courses.items():
         pixels = watch.mount.seen(course.positions)

@@ -41,7 +41,8 @@ class Renderer:
         self.lag = camera.lag(scenario.is_on)
         self.noise = self.stage.noise_k * slope(self.stage.band, NETD_AT_K)
         self._held: tuple[int, Image] | None = None
-        nodes = camera.smear.nodes(camera.rate_hz) if camera.smear is not None and scenario.is_on("smear") else SHARP
+        exposed = camera.smeared_ms * 1e-3 * camera.rate_hz
+        nodes = camera.smear.nodes(exposed) if camera.smear is not None and scenario.is_on("smear") else SHARP
         self.now = Instant.of(scenario, self.stage)
         self.exposure = [
             (share, self.now if offset == 0 else Instant.of(scenario, self.stage, offset)) for share, offset in nodes

@@ -22,17 +22,17 @@ class Smear(Part):
     1.2 px from step to step leaves beads rather than a streak: `irsim check` warns of it.
     """
 
-    time_ms: Annotated[float, Field(ge=0, le=10_000)]
-    """Integration time, ms, about the frame's time; with 0 nothing is smeared."""
+    time_ms: Annotated[float, Field(ge=0, le=10_000)] | None = None
+    """Integration time, ms, about the frame's time; with 0 nothing is smeared. Where not given, that of a detector that
+    counts electrons."""
     steps: Annotated[int, Field(ge=1, le=MOST_STEPS)] = 8
     """Scenes that make up a frame: drawing takes about so many times as long."""
 
-    def nodes(self, rate_hz: float) -> tuple[Node, ...]:
-        """The scenes that make up a frame; the mean of their times is the frame's."""
-        if self.time_ms == 0 or self.steps == 1:
+    def nodes(self, frames: float) -> tuple[Node, ...]:
+        """The scenes that make up a frame which is exposed for so many frames' time; their mean time is the frame's."""
+        if frames == 0 or self.steps == 1:
             return SHARP
-        span = self.time_ms * 1e-3 * rate_hz
-        return tuple((1 / self.steps, span * ((k + 0.5) / self.steps - 0.5)) for k in range(self.steps))
+        return tuple((1 / self.steps, frames * ((k + 0.5) / self.steps - 0.5)) for k in range(self.steps))
 
 
 SHARP: tuple[Node, ...] = ((1.0, 0.0),)

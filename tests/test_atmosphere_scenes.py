@@ -109,6 +109,9 @@ def test_a_sky_unlike_the_air_before_it_is_told() -> None:
         assert notice.at == ("background", "preset")
         assert words in notice.what
     assert list(doubts(scene(background={"kind": "sky", "preset": "us_standard"}))) == []
+    wet = {"preset": "none", "rain_mm_h": 5.0, "fog_visibility_km": 1.0}
+    (notice,) = doubts(scene(atmosphere=wet, background={"kind": "sky"}))
+    assert "of its own temperatures behind rain and fog of 288 K" in notice.what
 
 
 def test_a_sky_that_no_count_can_tell_is_told() -> None:
@@ -124,6 +127,8 @@ def test_a_sky_that_no_count_can_tell_is_told() -> None:
     assert told((220, 269)) == told((272, 300)) == []
     (other,) = told((220, 268), detector={"kind": "electrons"})
     assert other.startswith("does not count for a detector of kind electrons")
+    longwave = told((220, 400), detector={"kind": "electrons"}, band="lwir")  # its well is full after 10 ms
+    assert "all of the clear sky, 268 to 272 K, lies above: its pixels are full" in longwave
 
 
 def test_a_cloud_colder_than_the_sky_behind_it_is_told() -> None:

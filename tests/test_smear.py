@@ -18,12 +18,21 @@ from irsim.types import Floats
 RATE = 25.0
 
 
-def scene(path: dict[str, Any] | None = None, smear: Any = None, motion: Any = (), **other: Any) -> Scenario:
+def scene(
+    path: dict[str, Any] | None = None, smear: Any = None, motion: Any = (), detector: Any = None, **other: Any
+) -> Scenario:
     way = {"kind": "straight", "start": (60.0, 50.0), "speed": 8.0, "heading_deg": 0.0, "range_m": 3000.0}
     return Scenario.model_validate(
         {
             "frames": 6,
-            "camera": {"size": (160, 100), "netd_mk": 0.0, "rate_hz": RATE, "smear": smear, "motion": motion},
+            "camera": {
+                "size": (160, 100),
+                "netd_mk": 0.0,
+                "rate_hz": RATE,
+                "smear": smear,
+                "motion": motion,
+                "detector": detector or {"kind": "stated"},
+            },
             "background": {"kind": "sky", "horizon_k": 20.0, "zenith_k": 20.0},
             "targets": [{"id": "one", "shape": {"kind": "point", "area_m2": 0.5}, "path": {**way, **(path or {})}}],
             **other,
@@ -103,6 +112,14 @@ def test_a_frame_alone_is_that_of_the_sequence() -> None:
 def test_an_exposure_longer_than_a_frame_is_refused() -> None:
     with pytest.raises(ValidationError, match=r"41.0 ms do not fit into a frame at 25.0 Hz; allowed: at most 40 ms"):
         scene(smear={"time_ms": 41.0})
+
+
+def test_the_detector_says_how_long_it_is_exposed() -> None:
+    electrons = {"kind": "electrons", "integration_ms": 15.0}
+    given, own = (scene(smear=smear, detector=electrons) for smear in ({"time_ms": 15.0}, {}))
+    assert np.array_equal(Rendering(own).frame(4).image, Rendering(given).frame(4).image)
+    with pytest.raises(ValidationError, match="it is missing; allowed: a time in ms; or a detector of kind electrons"):
+        scene(smear={})
 
 
 @pytest.mark.parametrize(
