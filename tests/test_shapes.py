@@ -211,6 +211,14 @@ def test_a_tank_shows_its_engine_from_behind_but_not_from_the_front() -> None:
     assert rear[1] > 2 * rear[0]
 
 
+@pytest.mark.parametrize("range_m", [2000.0, 100.0])
+def test_a_hot_spot_has_an_ellipse_s_area_and_fills_its_box(range_m: float) -> None:
+    # 4 m by 2 m on the axis: pi / 4 * 4 * 2 m2, a pixel sees (0.5 mrad * range)^2.
+    sprite = seen(shape("hot_spot", size_m=[4.0, 2.0]), range_m=range_m)
+    assert sprite.cover.sum() == pytest.approx(math.pi * 2 / (IFOV * range_m) ** 2, rel=1e-6)
+    assert (sprite.box.w, sprite.box.h) == pytest.approx((4 / (IFOV * range_m), 2 / (IFOV * range_m)), rel=1e-6)
+
+
 class TestPoint:
     def test_its_light_is_its_share_of_a_pixel(self) -> None:
         # 0.1 m2 at 1000 m, a pixel on the axis sees 0.5 m there: phi = 0.1 / 0.25 = 0.4.

@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from irsim.kinds import Area, Fraction, Kelvin, KelvinDifference, Number
 from irsim.shapes.base import Shape, View
-from irsim.shapes.ellipse import CORNERS, ellipse
+from irsim.shapes.ellipse import ellipse
 from irsim.sprite import Sprite, Wanted
 from irsim.stage import Stage
 from irsim.types import Box, Floats
@@ -62,8 +62,7 @@ class Point(Shape):
         width = 2 * math.sqrt(phi / math.pi)
         if width <= SMALL_PX:
             return _point(middle, phi, glow, range_m, wanted, stage)
-        radius = math.sqrt(2 * phi / (CORNERS * math.sin(2 * math.pi / CORNERS)))
-        disc = ellipse(middle, np.full(2, radius), glow, range_m, stage)
+        disc = ellipse(middle, np.full(2, width / 2), glow, range_m, stage)
         if disc is None:
             return None
         side = max(width, stage.psf.fwhm_px)
