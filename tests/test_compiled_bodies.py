@@ -145,7 +145,7 @@ def solids(count: int, seed: int, cubes: bool = True) -> tuple[Solid, ...]:
         points = rng.integers(0, 3, 3) + size * rng.uniform(0, 1, (rng.integers(4, 9), 3))
         if cubes and rng.random() < 0.5:
             points = rng.integers(0, 3, 3) + np.indices((2, 2, 2)).reshape(3, 8).T
-        found.append(Solid(tuple(tuple(point) for point in points.tolist())))
+        found.append(Solid(tuple(tuple(point) for point in points.tolist()), str(rng.integers(5))))
     return tuple(found)
 
 
@@ -207,7 +207,7 @@ def test_an_outline_of_what_is_no_number_neither_crashes_nor_hangs() -> None:
 def test_wrong_tables_of_a_body_are_refused() -> None:
     form = mesh(solids(2, 3), 1.0)
     parts = form.parts
-    tables = [parts.firsts, parts.corner, parts.edges]
+    tables = [parts.firsts, parts.corner, parts.edges, parts.heat]
     planes = [form.vertices, form.normals, form.offsets, form.crossing, form.thin]
     seen = [1.0, np.eye(3), np.array([0.0, 0.0, 20.0]), 80.0, 60.0, 1e-3]
     count = len(parts.tail)
@@ -223,16 +223,17 @@ def test_wrong_tables_of_a_body_are_refused() -> None:
         0: parts.firsts[:, ::-1].copy(),
         1: parts.corner + len(form.vertices),
         2: far,
-        3: form.vertices[:-1],
-        4: form.normals[:-1],
-        6: form.crossing[:1],
-        8: np.array([-1, 1]),
-        9: np.zeros((0, 12)),
-        11: np.zeros(8),
-        12: np.zeros(4),
-        16: np.empty((2, count - 1, 2)),
-        17: np.empty(count + 1, dtype=np.int64),
-        18: np.empty(1, dtype=np.int64),
+        3: parts.heat[:1],
+        4: form.vertices[:-1],
+        5: form.normals[:-1],
+        7: form.crossing[:1],
+        9: np.array([-1, 1]),
+        10: np.zeros((0, 12)),
+        12: np.zeros(8),
+        13: np.zeros(4),
+        17: np.empty((2, count - 1, 2)),
+        18: np.empty(count + 1, dtype=np.int64),
+        19: np.empty(1, dtype=np.int64),
     }
     for place, value in wrong.items():
         with pytest.raises(ValueError, match="outline: its arrays do not agree"):
@@ -240,7 +241,7 @@ def test_wrong_tables_of_a_body_are_refused() -> None:
     with pytest.raises(TypeError):
         draw(*right[:-1])
     with pytest.raises(TypeError):
-        draw(*right[:7], "much", *right[8:])
+        draw(*right[:8], "much", *right[9:])
 
 
 def test_wrong_arrays_are_refused() -> None:

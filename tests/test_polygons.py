@@ -138,13 +138,13 @@ class TestSolids:
         np.testing.assert_allclose(mine[np.lexsort(mine.T)], theirs[np.lexsort(theirs.T)], atol=1e-9)
 
     def test_a_part_in_front_hides_whatever_its_middle_says(self) -> None:
-        def box(low: tuple[float, float, float], high: tuple[float, float, float]) -> Solid:
+        def box(low: tuple[float, float, float], high: tuple[float, float, float], heat: str) -> Solid:
             return Solid(
-                tuple((x, y, z) for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2]))
+                tuple((x, y, z) for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])), heat
             )
 
         # A small lid at the far end of a long deck, seen from above the near end: its middle is farther.
-        both = mesh((box((0, 0, 0), (10, 1, 1)), box((9, 0, -0.1), (10, 1, 0))), 1.0)
+        both = mesh((box((0, 0, 0), (10, 1, 1), "deck"), box((9, 0, -0.1), (10, 1, 0), "lid")), 1.0)
         pixels = both.vertices[:, :2]
         assert both.hiding_order(np.array([-5.0, 0.5, -5.0]), pixels).tolist() == [1, 0]
         assert both.hiding_order(np.array([-5.0, 0.5, 5.0]), pixels).tolist() == [0, 1]
@@ -157,8 +157,8 @@ class TestSolids:
         highs = lows + draw.uniform(0.1, 0.65, (14, 3))
         ends = np.stack([lows, highs])
         solids = [
-            Solid(tuple((x, y, z) for x in xs for y in ys for z in zs))
-            for xs, ys, zs in ends.transpose(1, 2, 0).tolist()
+            Solid(tuple((x, y, z) for x in xs for y in ys for z in zs), f"{number}")
+            for number, (xs, ys, zs) in enumerate(ends.transpose(1, 2, 0).tolist())
         ]
         boxes = mesh(tuple(solids), 1.0)
         eye = draw.uniform(-1, 1, 3)

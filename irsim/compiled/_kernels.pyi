@@ -135,6 +135,7 @@ def outline(
     firsts: Int64,
     corner: Int64,
     edges: Int64,
+    heat: Int64,
     vertices: Float64,
     normals: Float64,
     offsets: Float64,

@@ -1,5 +1,5 @@
 /* See irsim/shapes/mesh.py, whose `Mesh.hiding_order` does the same for all pairs of parts at once; here only those are
- * looked at whose boxes meet in the picture. */
+ * looked at that are of unlike heat and whose boxes meet in the picture. */
 #include "hiding.h"
 
 /* How a part lies to the faces of another. */
@@ -103,7 +103,7 @@ int hiding_order(const Form *form, const char *to_eye, const Extent *boxes, int6
     if (counts) {
         for (Py_ssize_t first = 0; first < form->parts; first++)
             for (Py_ssize_t second = first + 1; second < form->parts; second++)
-                if (meet(&boxes[first], &boxes[second]))
+                if (form->heat[first] != form->heat[second] && meet(&boxes[first], &boxes[second]))
                     compare(form, to_eye, first, second, &hiding);
         close_chains(&hiding, form->parts);
         rank_by_hiders(&hiding, form->parts, counts, rank);

@@ -23,6 +23,7 @@ typedef struct {
     const Place *vertices, *normals;
     const double *offsets;
     const double *crossing; /* (parts, faces) how far each part reaches behind each face, as they are at rest */
+    const int64_t *heat;    /* (parts) those of one heat shine alike: which of them hides which does not matter */
     const int64_t *joint;   /* (parts) what it moves with: those of one joint lie to each other as at rest */
     double thin;            /* a part that reaches no farther behind a face lies wholly before it */
 } Form;

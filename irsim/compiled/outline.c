@@ -178,56 +178,56 @@ static PyObject *outlined(Body *body, Point *ends, int64_t *layer, int64_t *rank
     return result;
 }
 
-/* outline(firsts, corner, edges, vertices, normals, offsets, crossing, thin, joint, motions, scale, attitude,
+/* outline(firsts, corner, edges, heat, vertices, normals, offsets, crossing, thin, joint, motions, scale, attitude,
  * position, x, y, ifov, ends, layer, rank): ends (2, edges, 2) takes starts and stops of those on rims, layer theirs,
  * rank (parts) each part's. Returned are their number and left, top, right and bottom of the body, px; None where it
  * is behind the camera. */
 PyObject *outline(PyObject *self, PyObject *const *given, Py_ssize_t count)
 {
     (void)self;
-    if (count != 19) {
-        PyErr_SetString(PyExc_TypeError, "outline takes 19 arguments");
+    if (count != 20) {
+        PyErr_SetString(PyExc_TypeError, "outline takes 20 arguments");
         return NULL;
     }
-    static const char *const formats[] = {"l", "l", "l", "d", "d", "d", "d", NULL, "l", "d",
+    static const char *const formats[] = {"l", "l", "l", "l", "d", "d", "d", "d", NULL, "l", "d",
                                           NULL, "d", "d", NULL, NULL, NULL, "d", "l", "l"};
     Arrays arrays = {.count = 0};
     PyObject *result = NULL;
-    void *data[19];
-    Py_ssize_t length[19];
-    double number[19];
-    for (int i = 0; i < 19; i++) {
+    void *data[20];
+    Py_ssize_t length[20];
+    double number[20];
+    for (int i = 0; i < 20; i++) {
         if (formats[i])
-            data[i] = array(&arrays, given[i], formats[i], i >= 16, &length[i]);
+            data[i] = array(&arrays, given[i], formats[i], i >= 17, &length[i]);
         else
             number[i] = PyFloat_AsDouble(given[i]);
         if (formats[i] ? data[i] == NULL : PyErr_Occurred() != NULL)
             goto done;
     }
-    Py_ssize_t parts = length[8], faces = length[5], edges = length[2] / 5, joints = length[9] / 12;
+    Py_ssize_t parts = length[9], faces = length[6], edges = length[2] / 5, joints = length[10] / 12;
     Body body = {
-        .form = {parts, faces, data[0], (int64_t *)data[0] + parts + 1, data[3], data[4], data[5], data[6], data[8],
-                 number[7]},
-        .vertices = length[3] / 3,
+        .form = {parts, faces, data[0], (int64_t *)data[0] + parts + 1, data[4], data[5], data[6], data[7], data[3],
+                 data[9], number[8]},
+        .vertices = length[4] / 3,
         .edges = edges,
         .joints = joints,
         .corner = data[1],
         .edge = data[2],
-        .motions = data[9],
-        .scale = number[10],
-        .attitude = data[11],
-        .position = data[12],
-        .principal = {number[13], number[14]},
-        .ifov = number[15],
+        .motions = data[10],
+        .scale = number[11],
+        .attitude = data[12],
+        .position = data[13],
+        .principal = {number[14], number[15]},
+        .ifov = number[16],
     };
-    const Py_ssize_t wanted[19] = {2 * (parts + 1), faces, 5 * edges, 3 * body.vertices, 3 * faces, faces,
+    const Py_ssize_t wanted[20] = {2 * (parts + 1), faces, 5 * edges, parts, 3 * body.vertices, 3 * faces, faces,
                                    parts * faces, 0, parts, 12 * joints, 0, 9, 3, 0, 0, 0,
                                    4 * edges, edges, parts};
     int fits = parts > 0;
-    for (int i = 0; i < 19; i++)
+    for (int i = 0; i < 20; i++)
         fits &= formats[i] == NULL || length[i] == wanted[i];
     if (fits && holds_together(&body))
-        result = outlined(&body, data[16], data[17], data[18]);
+        result = outlined(&body, data[17], data[18], data[19]);
     else
         PyErr_SetString(PyExc_ValueError, "outline: its arrays do not agree");
 done:

@@ -14,6 +14,7 @@ from irsim.radiometry import Band, radiance
 from irsim.shapes.base import Shape, View
 from irsim.shapes.joints import Rigid
 from irsim.shapes.mesh import Mesh, mesh
+from irsim.shapes.parting import parted
 from irsim.shapes.rims import Joints, rims
 from irsim.shapes.silhouette import Outline, drawn_part, sprite, sprites
 from irsim.shapes.solids import Solid
@@ -28,8 +29,9 @@ class Body(Shape):
     `engine_emissivity` where the body has one, else `emissivity`.
 
     A part is drawn as the outline that its hull has from where the camera is, exactly, and parts hide
-    each other in the order of `Mesh.hiding_order`. Where parts of unlike temperature meet, the light
-    may jump a little at the attitude at which that order changes (the silhouette does not).
+    each other in the order of `Mesh.hiding_order`. Solids of unlike heat that run into each other are
+    cut for it (`parted`), but for those on unlike joints and those that would become many pieces: at
+    attitudes at which their order changes, the light of a shipped body jumps by less than 1 %.
     """
 
     solids: ClassVar[tuple[Solid, ...]]
@@ -63,22 +65,29 @@ class Body(Shape):
 
 
 @lru_cache(maxsize=64)
+def _parts(body: type[Body]) -> tuple[Solid, ...]:
+    return parted(body.solids)
+
+
+@lru_cache(maxsize=64)
 def _joints(body: type[Body]) -> Joints:
-    names = tuple(sorted({solid.joint for solid in body.solids if solid.joint}))
-    return Joints(names, np.array([names.index(solid.joint) if solid.joint else -1 for solid in body.solids], np.int64))
+    parts = _parts(body)
+    names = tuple(sorted({solid.joint for solid in parts if solid.joint}))
+    return Joints(names, np.array([names.index(solid.joint) if solid.joint else -1 for solid in parts], np.int64))
 
 
 @lru_cache(maxsize=64)
 def _mesh(body: type[Body], length_m: float) -> Mesh:
-    return mesh(body.solids, length_m)
+    return mesh(_parts(body), length_m)
 
 
 @lru_cache(maxsize=64)
 def _glow(body: Body, band: Band, surroundings: float) -> Floats:
     """(parts,) in-band radiance, W/m2/sr."""
-    temperatures = np.array([getattr(body, solid.heat) for solid in body.solids])
+    parts = _parts(type(body))
+    temperatures = np.array([getattr(body, solid.heat) for solid in parts])
     emissivities = np.array(
-        [getattr(body, solid.heat.removesuffix("_k") + "_emissivity", body.emissivity) for solid in body.solids]
+        [getattr(body, solid.heat.removesuffix("_k") + "_emissivity", body.emissivity) for solid in parts]
     )
     return np.asarray(emissivities * radiance(band, temperatures) + (1 - emissivities) * surroundings)
 

@@ -12,7 +12,7 @@ from irsim.shapes.solids import Point3, Solid, block, mirrored, plate, profile, 
 
 # A saloon of 4.5 m: 1.8 m wide, 1.45 m high; the wheels' lower ends at z = 0.
 _SILL, _BELT, _ROOF, _HALF = -0.06, -0.205, -0.32, 0.19
-_WHEELS = tuple(wheel((x, 0.165, -0.07), 0.07, 0.05, "wheels_k") for x in (0.3, -0.29))
+_WHEELS = tuple(wheel((x, 0.17, -0.07), 0.07, 0.05, "wheels_k") for x in (0.3, -0.29))
 
 
 def _cabin(x_low: tuple[float, float], x_high: tuple[float, float]) -> tuple[Point3, ...]:

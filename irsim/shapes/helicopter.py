@@ -19,7 +19,7 @@ _TAIL = (-0.56, 0.035, -0.2)
 def _blade(quarter: int) -> Solid:
     """One of the four main blades, a quarter of a turn from the one before."""
     along = [(1, 0), (0, 1), (-1, 0), (0, -1)][quarter]
-    corners = ((0.02, 0.018), (0.56, 0.018), (0.56, -0.018), (0.02, -0.018))
+    corners = ((0.023, 0.018), (0.56, 0.018), (0.56, -0.018), (0.023, -0.018))
     outline = tuple((r * along[0] - s * along[1] + _MAST[0], r * along[1] + s * along[0]) for r, s in corners)
     return plate(outline, _MAST[2] - 0.008, _MAST[2] + 0.004, "rotor_k")
 
@@ -36,7 +36,7 @@ _WINDOW = Solid(
 )
 _SKID = limb((0.38, 0.085, 0.165), (-0.06, 0.085, 0.165), 0.01, 0.01)
 _STRUTS = tuple(limb((x, 0.085, 0.165), (x, 0.05, 0.08), 0.009, 0.009) for x in (0.28, 0.03))
-_EXHAUST = shifted(tube((-0.06, -0.155, 0.03, 0.03), (-0.13, -0.16, 0.026, 0.026), heat="engine_k"), (0.0, 0.045, 0.0))
+_EXHAUST = shifted(tube((-0.08, -0.155, 0.03, 0.03), (-0.14, -0.16, 0.026, 0.026), heat="engine_k"), (0.0, 0.045, 0.0))
 
 
 class Helicopter(Body):
@@ -61,7 +61,7 @@ class Helicopter(Body):
         limb((_MAST[0], 0.0, -0.16), _MAST, 0.022, 0.016, "engine_k"),
         _WINDOW,
         mirrored(_WINDOW),
-        ball((0.4, 0.0, 0.085), (0.035, 0.035, 0.03), "windows_k"),
+        ball((0.4, 0.0, 0.095), (0.035, 0.035, 0.03), "windows_k"),
         _SKID,
         mirrored(_SKID),
         *_STRUTS,

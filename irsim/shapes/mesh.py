@@ -25,6 +25,7 @@ class Parts:
     Vertices (V,) and faces (F,) are of parts `vertex_part` and `face_part`, those of one part side by
     side; vertex `corner` (F,) is one of each face's own. Each edge (E,) of part `part` runs from vertex
     `tail` to `head` with its face `left` counter-clockwise as seen from outside, `right` on its other side.
+    Parts of the same number in `heat` (parts,) shine alike: which of them hides which does not matter.
     """
 
     vertex_part: Ints
@@ -35,6 +36,7 @@ class Parts:
     left: Ints
     right: Ints
     part: Ints
+    heat: Ints
 
     @property
     def count(self) -> int:
@@ -85,9 +87,9 @@ class Parts:
         return np.triu(np.ones((self.count, self.count), dtype=bool), 1)
 
     @cached_property
-    def other(self) -> npt.NDArray[np.bool_]:
-        """(parts, parts) are they two parts?"""
-        return ~np.eye(self.count, dtype=bool)
+    def unlike(self) -> npt.NDArray[np.bool_]:
+        """(parts, parts) are they of unlike heat?"""
+        return np.asarray(self.heat[:, None] != self.heat)
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,8 +173,8 @@ class Mesh:
         """(parts,) rank of each part as seen from `eye` (3,), vertices at pixels (V, 2): nothing hides the first.
 
         Where a face's plane parts two parts, the one beyond it from the eye does not hide the other; where
-        no plane parts them, that of their wall says which does. Only parts whose boxes meet in the picture
-        count. A part comes after all that hide it, and those that hide these.
+        no plane parts them, that of their wall says which does. Only parts of unlike heat whose boxes meet in the
+        picture count. A part comes after all that hide it, and those that hide these.
         """
         parts = self.parts
         to_eye = self.normals @ eye > self.offsets
@@ -180,12 +182,12 @@ class Mesh:
         cannot = (before.T > 0) | (self.parting > before)  # (hider, hidden)
         low, high = np.minimum.reduceat(pixels, parts.starts), np.maximum.reduceat(pixels, parts.starts)
         meet = (low[:, None, 0] <= high[:, 0]) & (low[:, None, 1] <= high[:, 1])
-        meet = meet & meet.T
+        meet = meet & meet.T & parts.unlike
         first, second = np.nonzero(meet & parts.later & ~(cannot | cannot.T))
         wall, of_second = self.walls
         nearer = to_eye[wall[first, second]] == of_second[first, second]  # is the first on the eye's side of it?
         cannot[np.where(nearer, second, first), np.where(nearer, first, second)] = True
-        hides = (meet & parts.other & ~cannot).astype(np.float32)
+        hides = (meet & ~cannot).astype(np.float32)
         for _ in range(parts.count.bit_length()):  # each time chains of twice the length
             hides = np.minimum(hides + hides @ hides, 1.0)
         rank = np.empty(parts.count, dtype=np.int64)
@@ -221,7 +223,7 @@ def mesh(solids: tuple[Solid, ...], scale: float) -> Mesh:
     edges: list[tuple[int, int, int, int, int]] = []
     owners: list[int] = []
     for part, solid in enumerate(solids):
-        points = np.unique(np.round(np.array(solid.points), 9), axis=0)
+        points = np.unique(np.round(np.array(solid.points), 12), axis=0)
         base, face = sum(map(len, vertices)), len(normals)
         sides = {}
         for normal, ring in _faces(points):
@@ -241,7 +243,8 @@ def mesh(solids: tuple[Solid, ...], scale: float) -> Mesh:
     corner = np.empty(len(normals), dtype=np.int64)
     corner[left] = corner[right] = tail
     vertex_part = np.repeat(np.arange(len(solids)), [len(points) for points in vertices])
-    parts = Parts(vertex_part, np.array(owners), corner, tail, head, left, right, owner)
+    heat = np.unique([solid.heat for solid in solids], return_inverse=True)[1].astype(np.int64)
+    parts = Parts(vertex_part, np.array(owners), corner, tail, head, left, right, owner, heat)
     places, planes = np.concatenate(vertices) * scale, np.array(normals)
     offsets = np.sum(planes * places[corner], axis=1)
     return Mesh(parts, places, planes, offsets, parts.all.crossing(places, planes, offsets))

@@ -18,7 +18,7 @@ _REACH = 0.21
 
 
 def _corner(name: str) -> tuple[Solid, ...]:
-    """Arm, motor, leg and rotor of one corner."""
+    """Arm up to the motor, motor, leg and rotor of one corner."""
     x, y = _HUBS[name]
     blades = plate(
         tuple((x + dx, y + dy) for dx, dy in ((_REACH, 0.022), (_REACH, -0.022), (-_REACH, -0.022), (-_REACH, 0.022))),
@@ -27,7 +27,7 @@ def _corner(name: str) -> tuple[Solid, ...]:
         "rotors_k",
     )
     return (
-        limb((x * 0.25, y * 0.2, -0.02), (x, y, -0.03), 0.035, 0.028),
+        limb((x * 0.25, y * 0.2, -0.02), (x * 0.89, y * 0.883, -0.03), 0.035, 0.028),
         limb((x, y, 0.0), (x, y, _TOP), 0.045, 0.042, "motors_k", sides=8),
         limb((x, y, 0.0), (x, y, 0.11), 0.02, 0.012),
         *on(name, blades),
@@ -44,8 +44,8 @@ class Quadrotor(Body):
         tube(
             (0.24, -0.01, 0.05, 0.04), (0.15, -0.02, 0.1, 0.07), (-0.17, -0.02, 0.1, 0.07), (-0.24, -0.02, 0.06, 0.04)
         ),
-        plate(((-0.02, -0.065), (-0.02, 0.065), (-0.22, 0.065), (-0.22, -0.065)), -0.11, -0.05, "battery_k"),
-        ball((0.2, 0.0, 0.06), (0.045, 0.045, 0.045), "motors_k"),
+        plate(((0.0, -0.065), (0.0, 0.065), (-0.2, 0.065), (-0.2, -0.065)), -0.12, -0.085, "battery_k"),
+        ball((0.2, 0.0, 0.067), (0.043, 0.043, 0.043), "motors_k"),
         *(solid for name in _HUBS for solid in _corner(name)),
     )
 

@@ -72,6 +72,7 @@ def _compiled(form: Mesh, joints: Joints, motions: Mapping[str, Rigid], scale: f
         parts.firsts,
         parts.corner,
         parts.edges,
+        parts.heat,
         form.vertices,
         form.normals,
         form.offsets,

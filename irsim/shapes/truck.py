@@ -11,7 +11,7 @@ from irsim.shapes.body import Body
 from irsim.shapes.solids import Solid, block, limb, mirrored, profile, wheel
 
 # A two-axled lorry of 9 m: 2.5 m wide, 3.6 m high; the wheels' lower ends at z = 0.
-_WHEELS = tuple(wheel((x, 0.108, -0.058), 0.058, 0.036, "wheels_k") for x in (0.36, -0.24, -0.36))
+_WHEELS = tuple(wheel((x, 0.12, -0.058), 0.058, 0.036, "wheels_k") for x in (0.36, -0.24, -0.36))
 _SIDE_WINDOW = profile(((0.415, -0.2), (0.44, -0.265), (0.36, -0.265), (0.36, -0.2)), 0.13, 0.14, "windows_k")
 
 
