@@ -17,7 +17,6 @@ from irsim.display import Agc, Linear
 from irsim.kinds import dump
 from irsim.loader import loads
 from irsim.measure import Figures, Measured, Region, measure_figures, taken_by_targets
-from irsim.measure.figures import USUAL_BLUR
 from irsim.radiometry import Band, slope, temperature
 from irsim.scenario import Scenario
 from irsim.sources import open_source
@@ -157,7 +156,7 @@ class _Scene:
         yield f"  band: {self.band if isinstance(self.band, str) else list(self.band)}"
         yield f"  bits: {self.bits}"
         yield f"  range_k: [{self.range_k[0]:.6g}, {self.range_k[1]:.6g}]"
-        yield f"  psf_px: {USUAL_BLUR}" if found.blur is None else _line("  psf_px", found.blur)
+        yield _line("  psf_px", found.psf)
         yield _line("  netd_mk", found.noise.map(lambda counts: max(counts, 0.01) / self.unit.noise * 1000))
         yield "  noise:"
         for kind, values in self.noises():

@@ -21,7 +21,6 @@ from irsim.measure import Figures, Measured, Region, measure_figures
 from irsim.measure.field import fit_field, periodogram
 from irsim.measure.level import fit_level
 from irsim.measure.lines import lines, turns, without_turns
-from irsim.measure.points import point_blur
 from irsim.measure.steady import moves
 from irsim.types import Floats
 
@@ -136,41 +135,6 @@ def test_a_target_that_crosses_does_not_move_the_scene() -> None:
         frames[k, 40:50, 3 * k : 3 * k + 12] += 300
     assert not moves(frames)
     assert moves(np.stack([np.roll(scene, k, axis=1) for k in range(20)]) + rng.normal(0, 2, (20, 90, 90)))
-
-
-POINT = """\
-frames: 40
-camera: {size: [160, 128], psf_px: PSF}
-background: {kind: ground, spread_k: 0.3}
-targets:
-  - id: a
-    shape: {kind: point, area_m2: AREA, temperature_k: 700}
-    path: {kind: straight, start: [20.3, 60.2], speed: 1.3, heading_deg: 10, range_m: 2000}
-"""
-
-
-@pytest.mark.parametrize("psf_px", [0.5, 0.8, 1.2])
-def test_the_blur_is_read_off_a_point(psf_px: float) -> None:
-    found = irsim.fit(irsim.loads(POINT.replace("PSF", str(psf_px)).replace("AREA", "0.02"))).figures.blur
-    assert found is not None
-    assert found.value == pytest.approx(psf_px, rel=0.05)
-
-
-def test_a_point_that_fills_its_pixels_gives_no_blur() -> None:
-    """Its top is cut off, so it looks wider: 0.66 px for a blur of 0.47 px."""
-    text = POINT.replace("AREA", "0.004").replace("psf_px: PSF", "preset: cooled_mwir")
-    assert irsim.fit(irsim.loads(text)).figures.blur is None
-    found = irsim.fit(irsim.loads(text.replace("0.004", "0.0003"))).figures.blur
-    assert found is not None
-    assert found.value == pytest.approx(0.47, rel=0.05)
-
-
-def test_what_is_no_point_gives_no_blur() -> None:
-    rng = np.random.default_rng(0)
-    frames = rng.normal(100, 1, (8, 64, 64))
-    frames[:, 20:26, 30:36] += 500  # a square
-    frames[:, 50, 50] += 500  # one pixel
-    assert point_blur(frames, np.zeros((64, 64), bool)) is None
 
 
 FIELD = {"beta_x": 2.6, "beta_y": 3.2, "correlation_px": 60.0, "stretch": 1.5, "spread": 10.0}

@@ -56,14 +56,18 @@ class Field:
 
 @dataclass(frozen=True)
 class Spectrum:
-    """What `fit_field` finds. floor: variance of what is white from pixel to pixel; texture: None where there is none.
+    """What `fit_field` finds.
 
-    density: of the model, (rows, columns // 2 + 1), in the order of numpy's rfft2.
+    texture     None where there is none
+    floor       variance of what is white from pixel to pixel
+    density     of the model, (rows, columns // 2 + 1), in the order of numpy's rfft2
+    loss        by how much log likelihood falls short, but for a constant of the periodogram
     """
 
     texture: Field | None
     floor: Measured
     density: Floats
+    loss: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,11 +100,12 @@ def fit_field(periodogram: Floats, shape: tuple[int, int], psf_px: float) -> Spe
     start = np.array([np.log(max(middle.mean() - floor, floor * 1e-3)), 2.5, 2.5, np.log(max(shape) / 2), 0.0, 0.0])
     bounds = np.array([(-60, 60), (0.5, 6), (0.5, 6), (np.log(4), np.log(4 * max(shape))), (-2, 2), (-20, 5)])
     theta, loss = _scored(start, bounds, power, at, floor)
+    loss /= _OVERLAP**2
     flat = float(power.mean())
-    gain = (power.size * (np.log(flat) + 1) - loss) / _OVERLAP**2
-    if gain < _SEEN:
+    flat_loss = power.size * (np.log(flat) + 1) / _OVERLAP**2
+    if flat_loss - loss < _SEEN:
         error = _NORMAL * flat * _OVERLAP / np.sqrt(power.size)
-        return Spectrum(None, Measured(flat, flat - error, flat + error), np.full(periodogram.shape, flat))
+        return Spectrum(None, Measured(flat, flat - error, flat + error), np.full(periodogram.shape, flat), flat_loss)
     covariance = _covariance(theta, bounds, at, floor)
 
     def parameter(number: int, back: Callable[[float], float] = float) -> Measured:
@@ -122,7 +127,7 @@ def fit_field(periodogram: Floats, shape: tuple[int, int], psf_px: float) -> Spe
         correlation_px=parameter(3, np.exp),
         stretch=parameter(4, np.exp),
     )
-    return Spectrum(texture, told(lambda t: t[5] + np.log(floor), np.exp), _density(theta, at, floor))
+    return Spectrum(texture, told(lambda t: t[5] + np.log(floor), np.exp), _density(theta, at, floor), loss)
 
 
 def periodogram(picture: Floats) -> Floats:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from irsim.measure.defects import defects, patched, without_specks
-from irsim.measure.field import Field, Spectrum, fit_field, periodogram
+from irsim.measure.field import Field, Spectrum, periodogram
 from irsim.measure.flaws import Flaws, flaws
 from irsim.measure.interval import Measured, root
 from irsim.measure.level import fit_level
@@ -18,12 +18,12 @@ from irsim.measure.noise import NoiseReport, frozen_unknown, measure_noise
 from irsim.measure.points import point_blur
 from irsim.measure.region import Mask, Region, Values
 from irsim.measure.steady import moves
+from irsim.measure.still import Still, still_things
+from irsim.measure.unblurred import fit_unblurred
 from irsim.types import Floats
 
 ROUNDING = 1 / 12
 """Variance of rounding to whole counts, which every measured white noise holds."""
-USUAL_BLUR = 0.6
-"""Sigma, px, taken where no point is seen: that of a camera whose diffraction and pixels match."""
 _PICTURES = 9
 """Frames over the whole length whose texture is measured where the scene moves."""
 _MEDIANS = 48
@@ -60,7 +60,8 @@ class Figures:
     level, level_frames     sigma of the whole frame's level, and the time of its memory
     pixel, row, column      sigmas of what stays: fixed pattern that is white over pixels, rows, columns
     even_rows, even_columns what even ones lie above odd ones, halved
-    blur                    sigma of the sharpest thing seen, px
+    blur                    sigma of the sharpest thing seen, px; None where no point is seen
+    psf                     sigma of the blur that texture and pixel are told under: that one, or a usual one
     texture, mean, histogram    of the background: its field, its mean, and its values at even shares where they
                             are not Gaussian
     flaws                   bad pixels
@@ -80,6 +81,7 @@ class Figures:
     even_rows: Measured | None
     even_columns: Measured | None
     blur: Measured | None
+    psf: Measured
     texture: Field | None
     mean: float
     histogram: tuple[float, ...]
@@ -109,23 +111,25 @@ def measure_figures(
     """
     report = measure_noise(frames, rate_hz, region, top, taken)
     bad = defects(frames)
-    whole = patched(frames, bad.all)
-    sliding = moves(whole)
-    blur = point_blur(frames, bad.all, top)
-    psf_px = USUAL_BLUR if blur is None else blur.value
-    if sliding:
-        return _of_moving(report, whole, psf_px, blur, flaws(frames, bad, report.fine))
-    return _of_still(report, whole, psf_px, blur, flaws(frames, bad, report.terms.tvh.value))
+    still = still_things(frames, bad, top)
+    bad = still.spared(bad)
+    whole = patched(frames, bad.all | still.all)
+    passing = point_blur(frames, bad.all | still.all, top)
+    seen = [*still.points, *([] if passing is None else [passing])]
+    blur = min(seen, key=lambda sigma: sigma.value, default=None)
+    if moves(whole):
+        return _of_moving(report, whole, blur, still, flaws(frames, bad, report.fine))
+    return _of_still(report, whole, blur, still, flaws(frames, bad, report.terms.tvh.value))
 
 
-def _of_still(report: NoiseReport, whole: Values, psf_px: float, blur: Measured | None, bad: Flaws) -> Figures:
+def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: Still, bad: Flaws) -> Figures:
     terms, memory, count = report.terms, report.temporal.memory, len(whole)
     levels = report.region.of(whole).mean(axis=(1, 2), dtype=np.float64)
     settled = _settled(whole, float(np.hypot(terms.tvh.value, levels.std())))
     even_rows, even_columns = turns(settled, 0), turns(settled, 1)
     picture = without_turns(settled, even_rows.value, even_columns.value)
     powers = periodogram(picture)
-    spectrum = fit_field(powers, picture.shape, psf_px)
+    spectrum, psf = fit_unblurred(powers, picture.shape, blur)
     fixed = lines(powers, spectrum.density, picture.shape)
     left = mean_share(memory, count) * terms.tvh.value**2  # of temporal noise, in the mean of the frames
     across, down = report.region.w, report.region.h
@@ -146,26 +150,28 @@ def _of_still(report: NoiseReport, whole: Values, psf_px: float, blur: Measured 
         even_rows=even_rows,
         even_columns=even_columns,
         blur=blur,
+        psf=psf,
         texture=spectrum.texture,
         mean=float(picture.mean()),
         histogram=_histogram(picture, spectrum),
         flaws=bad,
         region=report.region,
-        notes=tuple(_notes(report, memory, blur, level.time_frames, count)),
+        notes=(*_notes(report, memory, level.time_frames, count), *_unseen(blur, psf, still)),
     )
 
 
-def _of_moving(report: NoiseReport, whole: Values, psf_px: float, blur: Measured | None, bad: Flaws) -> Figures:
+def _of_moving(report: NoiseReport, whole: Values, blur: Measured | None, still: Still, bad: Flaws) -> Figures:
     """Where the scene slides, only what is sharp and white in time is told from it."""
     picked = np.unique(np.linspace(0, len(whole) - 1, _PICTURES).astype(int))
     pictures = [whole[k].astype(np.float64) for k in picked]
     powers = np.mean([periodogram(picture) for picture in pictures], axis=0)
-    spectrum = fit_field(powers, pictures[0].shape, psf_px)
+    spectrum, psf = fit_unblurred(powers, pictures[0].shape, blur)
     noise = _less(Measured(report.fine, report.fine * _FINE[0], report.fine * _FINE[1]), ROUNDING)
     return Figures(
         noise=noise,
         white=noise,
         blur=blur,
+        psf=psf,
         texture=spectrum.texture,
         mean=float(np.mean(pictures)),
         histogram=_histogram(pictures[len(pictures) // 2], spectrum),
@@ -174,15 +180,14 @@ def _of_moving(report: NoiseReport, whole: Values, psf_px: float, blur: Measured
         notes=(
             "the scene moves: memory of the noise, its rows, columns and level and the fixed pattern cannot be told "
             "from it; record something even, or hold the camera still",
-            *_notes(report, None, blur, None, len(whole)),
+            *_notes(report, None, None, len(whole)),
+            *_unseen(blur, psf, still),
         ),
         **dict.fromkeys(_UNTOLD),
     )
 
 
-def _notes(
-    report: NoiseReport, memory: Memory | None, blur: Measured | None, level: Measured | None, count: int
-) -> Iterator[str]:
+def _notes(report: NoiseReport, memory: Memory | None, level: Measured | None, count: int) -> Iterator[str]:
     if memory is not None and memory.time_constant_s.high * report.rate_hz > count / 3:
         yield f"{count} frames are few for noise that remembers so long: its sigma may be larger"
     if level is not None and level.high > count / 2:
@@ -196,8 +201,19 @@ def _notes(
             f"neighbouring pixels change together at {report.region}, where noise is read: something moves, or the "
             "camera smooths its noise; --region X,Y,W,H names a place that is still"
         )
+
+
+def _unseen(blur: Measured | None, psf: Measured, still: Still) -> Iterator[str]:
     if blur is None:
-        yield f"no point is seen: the blur is taken to be {USUAL_BLUR} px"
+        yield f"no point is seen: the blur is taken to be {psf.value:.1g} px"
+        yield f"texture and fixed pattern are told for any blur of {psf.low:.1g} to {psf.high:.1g} px"
+    if still.points:
+        yield f"points that stand still: {len(still.points)}; they are no texture, fixed pattern or hot pixels"
+    if still.full.any():
+        yield (
+            f"{int(still.full.sum())} pixels are full of light all the time: they and what is beside them are left out "
+            "of texture, fixed pattern and bad pixels"
+        )
 
 
 def _less(sigma: Measured, variance: float) -> Measured:

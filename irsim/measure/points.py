@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -14,7 +15,7 @@ from irsim.types import Floats
 
 _LOOKED_AT = 48
 """Frames, over the whole length."""
-_REACH = 5
+REACH = 5
 """A window reaches that far about a point, px: it tells blurs up to 1.7 px."""
 _BRIGHT = 25.0
 """Least height above what is around, in robust sigmas of the picture."""
@@ -22,12 +23,30 @@ _POINTS = 6
 """The brightest of a frame that are looked at."""
 _MISFIT = 0.03
 """Greatest rms of what a Gaussian leaves, as a share of its height; a bar of 3 px leaves 0.05."""
-_FULL = 0.99
+FULL = 0.99
 """Share of the highest count from which on a well may be full: what a full one holds is read with noise."""
 _SIGMAS = (0.25, 1.7)
 """A sharper one is a hot pixel, a wider one no point."""
 LEAST_FRAMES = 6
 """An interval of the median needs as many."""
+
+
+@dataclass(frozen=True, slots=True)
+class Spot:
+    """A Gaussian fitted to a window: its sigma, px, and what it leaves, rms and at worst, as shares of its height.
+
+    error: standard error of sigma, if what is left were white.
+    """
+
+    sigma: float
+    error: float
+    misfit: float
+    worst: float
+
+    @property
+    def is_point(self) -> bool:
+        low, high = _SIGMAS
+        return low < self.sigma < high and self.misfit < _MISFIT
 
 
 def point_blur(frames: Values, bad: Mask, top: float = math.inf) -> Measured | None:
@@ -43,8 +62,8 @@ def point_blur(frames: Values, bad: Mask, top: float = math.inf) -> Measured | N
     sharpest = []
     for k in picked:
         picture = np.asarray(frames[k], np.float32)
-        whole = (window for window in _windows(picture, near_bad) if window.max() < _FULL * top)
-        found = [sigma for window in whole if (sigma := _sigma(window)) is not None]
+        whole = (window for *_, window in windows(picture, near_bad, _POINTS) if window.max() < FULL * top)
+        found = [spot.sigma for spot in map(fitted, whole) if spot.is_point]
         if found:
             sharpest.append(min(found))
     if len(sharpest) < LEAST_FRAMES:
@@ -52,25 +71,29 @@ def point_blur(frames: Values, bad: Mask, top: float = math.inf) -> Measured | N
     return _median(np.sort(sharpest))
 
 
-def _windows(picture: Floats, bad: Mask) -> Iterator[Floats]:
-    """Windows about the brightest things that stand out from a picture (rows, columns), warm or cold."""
-    apart = picture - cv2.GaussianBlur(picture, (0, 0), 2 * _REACH)
+def windows(picture: Floats, bad: Mask, most: int) -> Iterator[tuple[int, int, Floats]]:
+    """Row, column and window of the `most` brightest things that stand out from a picture (rows, columns).
+
+    Then the same of the coldest.
+    """
+    apart = picture - cv2.GaussianBlur(picture, (0, 0), 2 * REACH)
     usual = float(np.median(np.abs(apart))) * 1.4826
     for sign in (1, -1):
         signed = sign * apart
-        top = (signed == cv2.dilate(signed, np.ones((2 * _REACH + 1,) * 2, np.uint8))) & (signed > _BRIGHT * usual)
-        top[:_REACH] = top[-_REACH:] = top[:, :_REACH] = top[:, -_REACH:] = False
+        top = (signed == cv2.dilate(signed, np.ones((2 * REACH + 1,) * 2, np.uint8))) & (signed > _BRIGHT * usual)
+        top[:REACH] = top[-REACH:] = top[:, :REACH] = top[:, -REACH:] = False
         places = np.argwhere(top & ~bad)
-        order = np.argsort(-signed[tuple(places.T)])[:_POINTS]
+        order = np.argsort(-signed[tuple(places.T)])[:most]
         for row, column in places[order]:
-            yield picture[row - _REACH : row + _REACH + 1, column - _REACH : column + _REACH + 1].astype(np.float64)
+            window = picture[row - REACH : row + REACH + 1, column - REACH : column + REACH + 1]
+            yield int(row), int(column), window.astype(np.float64)
 
 
-def _sigma(window: Floats) -> float | None:
-    """Of the Gaussian on a plane that fits a window best; None where none fits."""
+def fitted(window: Floats) -> Spot:
+    """The Gaussian on a plane that fits a window best."""
     from scipy.optimize import least_squares
 
-    y, x = np.mgrid[-_REACH : _REACH + 1, -_REACH : _REACH + 1]
+    y, x = np.mgrid[-REACH : REACH + 1, -REACH : REACH + 1]
     plane = np.stack([np.ones(window.size), x.ravel(), y.ravel()], axis=1)
 
     def left(theta: Floats) -> Floats:
@@ -81,15 +104,16 @@ def _sigma(window: Floats) -> float | None:
 
     low, high = _SIGMAS
     found = least_squares(left, [0, 0, 0.7], bounds=([-1, -1, low * 0.8], [1, 1, high * 1.2]))
-    fits = low < found.x[2] < high and float(np.sqrt(np.mean(np.square(found.fun)))) < _MISFIT
-    return float(found.x[2]) if fits else None
+    misfit = float(np.sqrt(np.mean(np.square(found.fun))))
+    error = misfit * float(np.sqrt(np.linalg.pinv(found.jac.T @ found.jac)[2, 2]))
+    return Spot(float(found.x[2]), error, misfit, float(np.abs(found.fun).max()))
 
 
 def _shares(centre: float, sigma: float) -> Floats:
     """Share of a unit Gaussian in each pixel of a line about 0."""
     from scipy.special import ndtr
 
-    edges = (np.arange(-_REACH, _REACH + 2) - 0.5 - centre) / sigma
+    edges = (np.arange(-REACH, REACH + 2) - 0.5 - centre) / sigma
     return np.asarray(np.diff(ndtr(edges)))
 
 

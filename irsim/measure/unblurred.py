@@ -1,0 +1,55 @@
+"""Texture and white floor where the blur is not known exactly: told for every blur that it may be."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import fields
+
+import numpy as np
+
+from irsim.measure.field import Field, Spectrum, fit_field
+from irsim.measure.interval import Measured
+from irsim.types import Floats
+
+USUAL_BLUR = Measured(0.6, 0.4, 0.8)
+"""Sigma, px, where no point is seen. Cameras are built with F lambda / pitch from 1 to 2, where diffraction alone cuts
+off at the pixels' own limit (G. C. Holst, Optical Engineering 46, 2007); 0.42 of it is a Gaussian's sigma."""
+_STEP = 0.1
+_DOUBT = 0.1
+"""What is thought of an unseen blur before, px: the usual one, give or take this."""
+
+
+def fit_unblurred(periodogram: Floats, shape: tuple[int, int], blur: Measured | None) -> tuple[Spectrum, Measured]:
+    """As `fit_field` finds them, and the blur, of a picture (rows, columns) whose blur was seen, or not (None).
+
+    Each interval is the hull of those at the ends of the blur's interval. One that was not seen is that of the usual
+    ones under which a power law is most likely; for its interval that counts for nothing, since a real scene need not
+    follow one.
+    """
+    if blur is not None:
+        spectra = [fit_field(periodogram, shape, psf_px) for psf_px in (blur.value, blur.low, blur.high)]
+        return _hull(spectra[0], spectra), blur
+    steps = round((USUAL_BLUR.high - USUAL_BLUR.low) / _STEP)
+    tried = np.linspace(USUAL_BLUR.low, USUAL_BLUR.high, steps + 1).round(3)
+    spectra = [fit_field(periodogram, shape, float(psf_px)) for psf_px in tried]
+    doubts = np.square((tried - USUAL_BLUR.value) / _DOUBT) / 2
+    likeliest = int(np.argmin([spectrum.loss for spectrum in spectra] + doubts))
+    taken = Measured(float(tried[likeliest]), USUAL_BLUR.low, USUAL_BLUR.high)
+    return _hull(spectra[likeliest], spectra), taken
+
+
+def _hull(middle: Spectrum, spectra: Sequence[Spectrum]) -> Spectrum:
+    """`middle` with intervals that hold those of all."""
+    floor = _around(middle.floor, [spectrum.floor for spectrum in spectra])
+    if middle.texture is None:
+        return Spectrum(None, floor, middle.density, middle.loss)
+    textures = [spectrum.texture for spectrum in spectra if spectrum.texture is not None]
+    values = {
+        field.name: _around(getattr(middle.texture, field.name), [getattr(texture, field.name) for texture in textures])
+        for field in fields(Field)
+    }
+    return Spectrum(Field(**values), floor, middle.density, middle.loss)
+
+
+def _around(middle: Measured, found: Sequence[Measured]) -> Measured:
+    return Measured(middle.value, min(one.low for one in found), max(one.high for one in found))

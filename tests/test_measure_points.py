@@ -1,0 +1,120 @@
+"""The blur is read off points, passing and still; bad pixels and what is full are told from them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from even_noise import rendered
+
+import irsim
+from irsim.measure import defects
+from irsim.measure.points import point_blur
+from irsim.measure.still import still_things
+from irsim.types import Floats
+
+POINT = """\
+frames: 40
+camera: {size: [160, 128], psf_px: PSF}
+background: {kind: ground, spread_k: 0.3}
+targets:
+  - id: a
+    shape: {kind: point, area_m2: AREA, temperature_k: 700}
+    path: {kind: straight, start: [20.3, 60.2], speed: 1.3, heading_deg: 10, range_m: 2000}
+"""
+
+
+@pytest.mark.parametrize("psf_px", [0.5, 0.8, 1.2])
+def test_the_blur_is_read_off_a_point(psf_px: float) -> None:
+    found = irsim.fit(irsim.loads(POINT.replace("PSF", str(psf_px)).replace("AREA", "0.02"))).figures.blur
+    assert found is not None
+    assert found.value == pytest.approx(psf_px, rel=0.05)
+
+
+def test_a_point_that_fills_its_pixels_gives_no_blur() -> None:
+    """Its top is cut off, so it looks wider: 0.66 px for a blur of 0.47 px."""
+    text = POINT.replace("AREA", "0.004").replace("psf_px: PSF", "preset: cooled_mwir")
+    assert irsim.fit(irsim.loads(text)).figures.blur is None
+    found = irsim.fit(irsim.loads(text.replace("0.004", "0.0003"))).figures.blur
+    assert found is not None
+    assert found.value == pytest.approx(0.47, rel=0.05)
+
+
+def test_what_is_no_point_gives_no_blur() -> None:
+    rng = np.random.default_rng(0)
+    frames = rng.normal(100, 1, (8, 64, 64))
+    frames[:, 20:26, 30:36] += 500  # a square
+    frames[:, 50, 50] += 500  # one pixel
+    assert point_blur(frames, np.zeros((64, 64), bool)) is None
+
+
+STILL = """\
+frames: 60
+seed: 4
+camera:
+  size: [192, 160]
+  band: lwir
+  range_k: [260, 340]
+  netd_mk: 60
+  psf_px: 0.8
+  noise:
+    - {kind: white}
+    - {kind: fixed_pattern, pixel: 0.4}
+    - {kind: bad_pixels, dead: 0.001, hot: 0.001, blinking: 0.0015}
+background: {kind: sky, horizon_k: 285, zenith_k: 284}
+targets:
+  - id: p
+    shape: {kind: point, temperature_k: 900, area_m2: AREA}
+    path: {kind: straight, start: [60.3, 70.6], speed: 0.0, range_m: 1500}
+"""
+
+
+@pytest.mark.parametrize("area_m2", [0.01, 0.03])
+def test_a_still_point_tells_the_blur_and_is_no_fixed_pattern(area_m2: float) -> None:
+    """In the fixed pattern it made 0.7 and 1.7 of the noise, for 0.4."""
+    found = irsim.fit(irsim.loads(STILL.replace("AREA", str(area_m2))))
+    figures = found.figures
+    assert figures.blur is not None
+    assert figures.blur.low <= 0.8 <= figures.blur.high
+    assert figures.blur.high - figures.blur.low < 0.08
+    assert figures.pixel is not None
+    assert figures.pixel.value / figures.noise.value == pytest.approx(0.4, rel=0.05)
+    assert any(note.startswith("points that stand still: 1") for note in found.notes)
+
+
+@pytest.mark.parametrize("area_m2", [0.1, 0.3])
+def test_a_still_point_that_fills_its_pixels_is_no_fixed_pattern(area_m2: float) -> None:
+    """It made 2.7 and 7.7 of the noise, and dead pixels, since what is full never changes."""
+    found = irsim.fit(irsim.loads(STILL.replace("AREA", str(area_m2))))
+    without = irsim.fit(irsim.loads(STILL.replace("AREA", "0.000001"))).figures
+    assert found.figures.blur is None
+    assert found.figures.pixel is not None
+    assert found.figures.pixel.value / found.figures.noise.value == pytest.approx(0.4, rel=0.05)
+    assert (found.figures.flaws.dead, found.figures.flaws.hot) == (without.flaws.dead, without.flaws.hot)
+    assert any("are full of light all the time" in note for note in found.notes)
+
+
+def clustered(seed: int, size: float) -> Floats:
+    """Frames (8, 256, 256) with clusters of hot pixels, of exponential heights."""
+    bad = {"kind": "bad_pixels", "dead": 0.0005, "hot": 0.005, "blinking": 0.0005, "cluster": size}
+    return rendered(seed, (8, 256, 256), {"kind": "white"}, bad)
+
+
+@pytest.mark.parametrize(("seed", "size"), [(2, 4.0), (4, 4.0), (5, 2.0)])
+def test_clusters_of_hot_pixels_are_no_points(seed: int, size: float) -> None:
+    frames = clustered(seed, size)
+    bad = defects(frames)
+    assert bad.hot.sum() > 100
+    still = still_things(frames, bad, 2.0**14 - 1)
+    assert not still.points
+    assert (still.spared(bad).hot == bad.hot).all()
+
+
+@pytest.mark.parametrize("beside", [[], [(0, 1)], [(0, 1), (1, 0)], [(0, 1), (1, 0), (1, 1)]])
+def test_pixels_stuck_at_the_top_are_dead_and_not_full_of_light(beside: list[tuple[int, int]]) -> None:
+    frames = rendered(4, (40, 64, 64), {"kind": "white"})
+    for row, column in [(0, 0), *beside]:
+        frames[:, 30 + row, 30 + column] = 16383
+    bad = defects(frames)
+    still = still_things(frames, bad, 2.0**14 - 1)
+    assert not still.all.any()
+    assert still.spared(bad).dead.sum() + still.spared(bad).hot.sum() == 1 + len(beside)
