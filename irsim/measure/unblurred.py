@@ -12,8 +12,9 @@ from irsim.measure.interval import Measured
 from irsim.types import Floats
 
 USUAL_BLUR = Measured(0.6, 0.4, 0.8)
-"""Sigma, px, where no point is seen. Cameras are built with F lambda / pitch from 1 to 2, where diffraction alone cuts
-off at the pixels' own limit (G. C. Holst, Optical Engineering 46, 2007); 0.42 of it is a Gaussian's sigma."""
+"""Sigma, px, where no point is seen: 0.42 F lambda / pitch is a Gaussian's, and cameras are built with F lambda / pitch
+from 1 to 2, where diffraction alone cuts off at the pixels' own limit (G. C. Holst, "Imaging system performance based
+upon F lambda / d", Opt. Eng. 46, 2007)."""
 _STEP = 0.1
 _DOUBT = 0.1
 """What is thought of an unseen blur before, px: the usual one, give or take this."""
