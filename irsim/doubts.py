@@ -34,6 +34,7 @@ def doubts(scenario: Scenario) -> Iterator[Notice]:
         yield Notice(("atmosphere", *at), what)
     yield from _without_effect(scenario)
     yield from _long_paths(scenario)
+    yield from _long_views(scenario)
     yield from _unlike_skies(scenario)
     yield from _off_scale(scenario)
     yield from _cold_clouds(scenario)
@@ -77,6 +78,17 @@ def _long_paths(scenario: Scenario) -> Iterator[Notice]:
             if why is not None:
                 yield Notice(("targets", index, "path"), f"frame {frames[k]:.0f}: {why}")
                 break
+
+
+def _long_views(scenario: Scenario) -> Iterator[Notice]:
+    """Occluders, and layers of the background at a range of their own, seen beyond the atmosphere's fit."""
+    stage, background = scenario.stage, scenario.background
+    for family in ("occluders", "clouds", "trees", "buildings"):
+        holder, at = (scenario, ()) if family == "occluders" else (background, ("background",))
+        for index, thing in enumerate(getattr(holder, family, ())):
+            why = stage.air.beyond(thing.range_m, stage.geometry.elevation_rad)
+            if why is not None:
+                yield Notice((*at, family, index, "range_m"), why)
 
 
 def _unlike_skies(scenario: Scenario) -> Iterator[Notice]:
