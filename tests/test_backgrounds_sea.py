@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
 from irsim.backgrounds import Gaze, Sea
 from irsim.backgrounds.chart import Chart
@@ -93,6 +94,14 @@ def test_the_sun_glints_below_where_it_stands() -> None:
         assert gain.min() >= 0
         middle = float(gain @ np.arange(321) / gain.sum())
         assert (middle - 160) * azimuth > 0  # on the sun's side
+
+
+def test_a_sun_that_has_set_is_refused() -> None:
+    """Half way between it and the camera there would still be a facet to mirror it."""
+    for elevation in (-5.0, -0.1, 91.0):
+        with pytest.raises(ValidationError, match="sun_deg"):
+            Sea(sun_deg=(0.0, elevation))
+    assert Sea(sun_deg=(-400.0, 0.0)).sun_deg == (-400.0, 0.0)
 
 
 def test_the_sea_turns_with_the_camera() -> None:

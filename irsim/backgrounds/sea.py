@@ -15,7 +15,7 @@ from irsim.backgrounds.base import FARTHEST, Gaze, Layer
 from irsim.backgrounds.fields import spectral
 from irsim.backgrounds.landscape import Above
 from irsim.backgrounds.sky import ClearSky, Sky
-from irsim.kinds import Fraction, Kelvin, Metres, Number, Pair
+from irsim.kinds import Fraction, Kelvin, Metres, Number
 from irsim.radiometry import Band, limits, radiance
 from irsim.rng import normals, stream
 from irsim.stage import Stage
@@ -64,6 +64,10 @@ def longest_wave(wind_m_s: float) -> float:
     return float(2 * np.pi * wind_m_s**2 / (0.877**2 * GRAVITY))
 
 
+SunPlace = Annotated[tuple[Number, Annotated[float, Field(ge=0, le=90)]], Field(strict=False)]
+"""Azimuth and elevation, degrees: a sun below the horizon lights no wave."""
+
+
 class Sea(Sky):
     """The sea to the horizon under a sky; with `wind_m_s: 0` it is a mirror."""
 
@@ -77,7 +81,7 @@ class Sea(Sky):
     """Where the waves run: clockwise from straight away from the camera, degrees."""
     gusts: Fraction = 0.3
     """Standard deviation of the slopes from place to place and time to time, as a share of their mean."""
-    sun_deg: Pair | None = None
+    sun_deg: SunPlace | None = None
     """[azimuth right of the first pointing, elevation] of a sun that glints, degrees; none where not given."""
 
     def layers(self, stage: Stage) -> Sequence[Layer]:
