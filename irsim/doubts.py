@@ -41,6 +41,10 @@ def doubts(scenario: Scenario) -> Iterator[Notice]:
     yield from _large_features(scenario)
     yield from _folded(scenario)
     yield from _beads(scenario)
+    for index, target in enumerate(scenario.targets):
+        if target.shape.doubt is not None:
+            key, why = target.shape.doubt
+            yield Notice(("targets", index, "shape", key), why)
     yield from _never_seen(scenario)
     yield from _idle(scenario)
 

@@ -12,6 +12,7 @@ from mesh_files import sphere, triangles, write_obj, write_stl
 from pydantic import ValidationError
 from test_shapes import AWAY, middle, seen, shape, stage
 
+from irsim.doubts import doubts
 from irsim.errors import InputError
 from irsim.loader import loads
 from irsim.motion.attitude import euler
@@ -233,6 +234,18 @@ def test_other_faults_are_one_line(tmp_path: Path, name: str, data: bytes, words
     with pytest.raises(MeshError, match=r"^[^\n]*$") as caught:
         read_mesh(str(path))
     assert words in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "edges"),
+    [("f 4 1 5 8\n", "", 4), ("f 5 6 7 8\n", "f 8 7 6 5\n", 4), ("f 5 6 7 8\n", "f 5 6 7\n", 3), ("f", "f", 0)],
+)
+def test_a_surface_that_is_not_closed_is_warned_of(tmp_path: Path, old: str, new: str, edges: int) -> None:
+    path = tmp_path / "own.obj"
+    path.write_text(CUBE.replace(old, new))
+    said = [notice for notice in doubts(loads(TARGET.replace("nowhere.obj", str(path)))) if notice.at[-1] == "file"]
+    assert [notice.at for notice in said] == [("targets", 0, "shape", "file")] * bool(edges)
+    assert all(f"no closed surface: at {edges} of its edges" in notice.what for notice in said)
 
 
 def test_too_many_faces_are_refused(tmp_path: Path) -> None:

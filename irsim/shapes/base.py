@@ -57,6 +57,11 @@ class Shape(Kind):
         return ""
 
     @property
+    def doubt(self) -> tuple[str, str] | None:
+        """A key, and why what it says is legal but may not be meant."""
+        return None
+
+    @property
     def posture(self) -> Posture:
         """How it lies along its path."""
         return self.lies

@@ -24,13 +24,15 @@ class MeshError(ValueError):
 @dataclass(frozen=True, eq=False)
 class Triangles:
     """vertices (V, 3); faces (F, 3) vertex numbers, counter-clockwise from outside; group (F,) of each face;
-    groups, their names; digest of the file."""
+    groups, their names; digest of the file; gaps, the edges at which the surface is not closed, or its faces are not
+    turned alike."""
 
     vertices: Floats
     faces: npt.NDArray[np.int64]
     group: npt.NDArray[np.int64]
     groups: tuple[str, ...]
     digest: str
+    gaps: int
 
 
 def read_mesh(path: str) -> Triangles:
@@ -73,7 +75,15 @@ def _read(path: str, stamp: int) -> Triangles:
         raise MeshError(f"{path}: encloses no volume; allowed: a closed surface")
     if volume < 0:
         faces = faces[:, ::-1]
-    return Triangles(vertices, faces, group, names, hashlib.blake2b(data, digest_size=16).hexdigest())
+    return Triangles(vertices, faces, group, names, hashlib.blake2b(data, digest_size=16).hexdigest(), _gaps(faces))
+
+
+def _gaps(faces: npt.NDArray[np.int64]) -> int:
+    """Edges that faces do not pass as often one way as the other."""
+    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    _, which = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True)
+    ways = np.bincount(which.reshape(-1), weights=np.sign(edges[:, 1] - edges[:, 0]))
+    return int(np.count_nonzero(ways))
 
 
 _Parsed = tuple[Floats, npt.NDArray[np.int64], npt.NDArray[np.int64], tuple[str, ...]]

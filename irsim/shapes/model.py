@@ -89,6 +89,16 @@ class Model(Shape):
     def contents(self) -> str:
         return read_mesh(self.file).digest
 
+    @property
+    def doubt(self) -> tuple[str, str] | None:
+        gaps = read_mesh(self.file).gaps
+        if not gaps:
+            return None
+        return "file", (
+            f"{self.file} is no closed surface: at {gaps} of its edges a face is missing, or turned the other way; "
+            "faces are seen from outside only, so it may be drawn with holes"
+        )
+
     def draw(self, view: View) -> Sprite | None:
         stage = view.stage
         triangles, vertices, normals = _placed(self, read_mesh(self.file))
