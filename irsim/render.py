@@ -11,7 +11,7 @@ import numpy as np
 
 from irsim.arrival import arriving
 from irsim.backgrounds import Footage, Layer
-from irsim.compose import Piece, Seen, compose, contrasts
+from irsim.compose import Piece, Seen, compose, contrasts, overlap
 from irsim.contrast import NETD_AT_K
 from irsim.instant import Instant, Shifts, Swept
 from irsim.intent import placed
@@ -63,7 +63,7 @@ class Renderer:
         shown = self.sensor.shown(index)
         image: Image
         if isinstance(self.layers[0], Footage):
-            image = self.layers[0].developed(light, index)
+            image = self.layers[0].developed(light, index, self._uncovered(index))
             return Frame(image, index, truth.time, self.scenario.camera.bits), truth
         if shown == index:
             settled = self.lag.light(index, lambda k: light if k == index else self.scene(k)[0])
@@ -152,6 +152,17 @@ class Renderer:
             middle and averaged(middle, [(share, part) for share, part in zip(shares, parts, strict=True) if part])
             for middle, parts in zip(middles, zip(*moments, strict=True), strict=True)
         ]
+
+    def _uncovered(self, index: int) -> Floats:
+        """(rows, cols): the share of each pixel's light that comes from the background."""
+        columns, rows = self.stage.geometry.size
+        left = np.ones((rows, columns), np.float32)
+        for piece in self._pieces(index):
+            sprite = piece.sprite
+            met = overlap((sprite.x0, sprite.y0), sprite.alpha.shape, (0, 0), left.shape)
+            if met is not None:
+                left[met[1]] *= np.maximum(1 - sprite.contrast * sprite.alpha[met[0]], 0)
+        return left
 
     def sight(self, index: int) -> Sight:
         """How the camera of frame `index` sees what stands about it."""

@@ -68,7 +68,7 @@ def test_every_count_comes_back(tmp_path: Path, bits: int) -> None:
     for first in range(0, 2**bits, 48 * 64):
         counts = (np.arange(first, first + 48 * 64) % 2**bits).astype(np.uint16).reshape(48, 64)
         layer._last = (0, counts)
-        assert np.array_equal(layer.developed(layer._light(counts), 0), counts)
+        assert np.array_equal(layer.developed(layer._light(counts), 0, np.ones(counts.shape, np.float32)), counts)
 
 
 def test_a_target_is_drawn_with_truth_and_leaves_all_else(tmp_path: Path) -> None:
@@ -85,8 +85,8 @@ def test_a_target_is_drawn_with_truth_and_leaves_all_else(tmp_path: Path) -> Non
 
 
 def test_what_is_drawn_changes_counts_by_its_light(tmp_path: Path) -> None:
-    """The sum of all changes is the target's light, at (B(330) - B(250)) / 16383 a count."""
-    file = footage(tmp_path)
+    """The sum of all changes is the target's light, at (B(330) - B(250)) / 16383 a count, where there is no grain."""
+    file = footage(tmp_path, netd_mk=0.0, psf_px=3.0)
     lit = scene(file, targets=[TARGET])
     rendering = Rendering(lit)
     added = rendering.frame(0).image.astype(float) - open_recording(file).frame(0).image
@@ -107,6 +107,21 @@ def test_the_camera_adds_no_second_noise(tmp_path: Path) -> None:
         Rendering(scene(file, camera={"netd_mk": netd}, targets=[TARGET])).frame(1).image for netd in (0.0, 500.0)
     )
     assert np.array_equal(quiet, noisy)
+
+
+def test_a_body_is_no_hole_in_the_cameras_noise(tmp_path: Path) -> None:
+    """Noise of 100 mK is as strong on a body that covers what is behind it, and on smoke that half covers it."""
+    file = footage(tmp_path, frames=40, netd_mk=100.0)
+    own = np.array([frame.image for frame in open_recording(file).frames()], dtype=float)
+    plate = {"kind": "hot_spot", "size_m": (12.0, 8.0), "temperature_k": 315.0}
+    path = {"kind": "straight", "start": (32.0, 24.0), "range_m": 1000.0}
+    smoke = {"kind": "smoke", "range_m": 500.0, "center_px": (32.0, 24.0), "size_px": (30.0, 20.0), "opacity": 0.5}
+    for things in ({"targets": [{"id": "plate", "shape": plate, "path": path}]}, {"occluders": [smoke]}):
+        rendered = Rendering(scene(file, frames=40, **things))
+        counts = np.array([rendered.frame(k).image for k in range(40)], dtype=float)
+        middle = (slice(None), slice(20, 29), slice(24, 41))
+        assert counts[middle].mean() != pytest.approx(own[middle].mean(), abs=50)
+        assert counts[middle].std(axis=0).mean() == pytest.approx(own[middle].std(axis=0).mean(), rel=0.1)
 
 
 def test_any_process_gives_the_same_frames(tmp_path: Path) -> None:

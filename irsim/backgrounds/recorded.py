@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
+import cv2
 import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
@@ -28,7 +29,8 @@ class Recorded(Background):
     """Frames of a recording, as they are, with targets put into them; its own noise stays the only one.
 
     Counts stand for radiance evenly between black bodies of `range_k`: L = L0 + (L1 - L0) count / full.
-    What is drawn changes a pixel's light, and its count by that change; every other pixel keeps its
+    What is drawn changes a pixel's light, and its count by that change, but the camera's noise stays: what
+    sets the pixel off from the eight about it, which may be fine texture too. Every other pixel keeps its
     count bit for bit. The camera needs the recording's size and depth; its detector, noise and motion
     do not touch the recorded frames.
     """
@@ -120,11 +122,22 @@ class Footage:
     def _light(self, counts: Image) -> Floats:
         return counts.astype(np.float32) * np.float32(self._span / self._full) + np.float32(self._dark)
 
-    def developed(self, light: Floats, index: int) -> Image:
-        """Counts (uint16) of frame `index` with what was drawn on its light, which must have come from `light`."""
+    def developed(self, light: Floats, index: int, uncovered: Floats) -> Image:
+        """Counts (uint16) of frame `index` with what was drawn on its light, which must have come from `light`.
+
+        uncovered: the share 0..1 of each pixel's light that is still the recording's. With the rest a body takes the
+        camera's noise away, which arises behind it: it is put back, or the body would be a hole in the noise.
+        """
         counts = self.counts(index)
         added = (light - self._light(counts)) * np.float32(self._full / self._span)
-        return np.clip(np.rint(counts + added), 0, self._full).astype(np.uint16)
+        kept = (1 - uncovered) * _grain(counts)
+        return np.clip(np.rint(counts + added + kept), 0, self._full).astype(np.uint16)
+
+
+def _grain(counts: Image) -> Floats:
+    """What single pixels differ by from the median of the 3 x 3 about them, counts: of white noise 97 %, little of
+    what optics have blurred."""
+    return counts.astype(np.float32) - cv2.medianBlur(counts, 3)
 
 
 def _opened(file: str) -> Recording:
