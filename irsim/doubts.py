@@ -45,6 +45,7 @@ def doubts(scenario: Scenario) -> Iterator[Notice]:
         if target.shape.doubt is not None:
             key, why = target.shape.doubt
             yield Notice(("targets", index, "shape", key), why)
+    yield from _too_late(scenario)
     yield from _never_seen(scenario)
     yield from _idle(scenario)
 
@@ -219,6 +220,13 @@ def _turning(mount: Mount) -> Floats:
     ahead = np.einsum("nij,nj->ni", rotations[1:], rotations[:-1, 2])
     shifts = mount.geometry.project(ahead) - mount.geometry.principal
     return np.asarray(np.hypot(*shifts.T) * mount.zooms[1:])
+
+
+def _too_late(scenario: Scenario) -> Iterator[Notice]:
+    for index, target in enumerate(scenario.targets):
+        if target.path.begins > scenario.frames - 1:
+            begins = f"its way begins at frame {target.path.begins:g}, after the last, {scenario.frames - 1}"
+            yield Notice(("targets", index, "path"), f"{target.id} is there in no frame: {begins}")
 
 
 def _never_seen(scenario: Scenario) -> Iterator[Notice]:

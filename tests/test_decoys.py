@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from irsim import loads
+from irsim.doubts import doubts
 from irsim.render import Renderer
 from irsim.shapes.flare import Flare
 
@@ -27,6 +28,13 @@ class TestFlare:
         assert flare.fire(1.9) == pytest.approx(1, abs=1e-4)
         assert flare.fire(2.5) == pytest.approx(math.exp(-1), abs=1e-4)
         assert flare.fire(math.inf) == 1
+
+    @pytest.mark.parametrize(("frame", "told"), [(149, False), (149.5, True), (500, True)])
+    def test_a_throw_after_the_last_frame_is_warned_of(self, frame: float, told: bool) -> None:
+        path = f"{{kind: thrown, target: jet, at_frame: {frame}}}"
+        said = list(doubts(loads(HEAD + f"  - {{id: flare, shape: {{kind: flare}}, path: {path}}}\n")))
+        assert [notice.at for notice in said] == [("targets", 1, "path")] * told
+        assert all(f"begins at frame {frame:g}, after the last, 149" in notice.what for notice in said)
 
     def test_it_is_there_from_its_throw_until_it_is_burnt_out(self) -> None:
         text = HEAD + "  - {id: flare, shape: {kind: flare, burn_s: 1.0, fade_s: 0.1}, PATH}\n".replace(
