@@ -112,9 +112,9 @@ def _off_scale(scenario: Scenario) -> Iterator[Notice]:
     if not isinstance(background, Sky):
         return
     axis, half = stage.geometry.elevation_rad, math.atan(stage.geometry.ifov_rad * stage.geometry.size[1] / 2)
-    light = background.clear(stage).radiance(np.array([[axis - half, axis + half]])).astype(np.float32)
+    light = background.clear(stage).radiance(np.array([[axis - half, axis + half]]))
     seen, response = temperature(stage.band, light), camera.response()
-    signal = response.signal(light)
+    signal = response.signal(light.astype(np.float32))
     full, dark = signal.min() >= response.top, signal.max() <= -response.offset * response.gain
     if full or dark:
         beyond = "above: its pixels are full" if full else "below: its pixels are at count 0"

@@ -221,14 +221,14 @@ def test_processes_show_the_same(scene: Rendering) -> None:
 
 
 def test_a_cut_recording_begins_anew(scene: Rendering, tmp_path: Path) -> None:
-    """It holds no frames from before its first: pictures settle from there, the kept preview too."""
+    """It holds no frames from before its first: pictures settle from there, while the fire enters, also the preview."""
     rendering = shown_by(scene, SLOW["linear"])
-    cut = open_recording(record(rendering, tmp_path / "cut.mcap", 20, 40))
-    counts = [frame.image.astype(np.uint16) for frame in rendering.frames(start=20)]
+    cut = open_recording(record(rendering, tmp_path / "cut.mcap", 10, 30))
+    counts = [frame.image.astype(np.uint16) for frame in rendering.frames(start=10, stop=30)]
     expected = np.stack(in_order(SLOW["linear"], counts))
     assert (images(list(cut.frames("display"))) == expected).all()
     assert (previews(cut)[3] == jpeg(expected[3])).all()
-    settled = images(list(rendering.frames("display", 20)))
+    settled = images(list(rendering.frames("display", 10, 30)))
     assert (expected[0] != settled[0]).any()
     assert (expected[9:] == settled[9:]).all()
 
