@@ -148,7 +148,7 @@ def recorded(report: Report) -> None:
 def by_two(report: Report) -> None:
     """Wall time of one process over that of two, without the file, in turns: speed changes from second to second. Needs
     two cores that nobody else uses; what two programs bring at once, which share nothing, tells how far it has them."""
-    turns, timed, ahead = 8, 128, 64  # ahead: frames that two render while they wait
+    turns, timed, ahead = 4, 384, 256  # ahead: more than two have rendered by their turn, so that they are at it again
     scenario = irsim.load(str(SCENARIO), [f"frames={turns * (ahead + timed)}"])
     one, two = (irsim.frames(scenario, jobs=jobs) for jobs in (1, 2))
 
