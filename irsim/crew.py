@@ -58,7 +58,7 @@ def rendered(renderer: Renderer, wanted: Sequence[int], jobs: int) -> Generator[
         raise InputError(f"jobs {jobs}: allowed: 1 or more")
     jobs = min(jobs, len(wanted))
     if jobs <= 1:
-        yield from (_rendered(renderer, index) for index in wanted)
+        yield from (_here(renderer, index) for index in wanted)
         return
     columns, rows = renderer.scenario.camera.size
     size = columns * rows * COUNT_BYTES
@@ -83,7 +83,7 @@ def rendered(renderer: Renderer, wanted: Sequence[int], jobs: int) -> Generator[
             pool.shutdown(cancel_futures=True)
 
 
-def _rendered(renderer: Renderer, index: int) -> Rendered:
+def _here(renderer: Renderer, index: int) -> Rendered:
     return Rendered(os.getpid(), *renderer.frame(index))
 
 
@@ -149,7 +149,7 @@ class _Crew:
         """What is done of it already, and the rest, each frame when it is wanted."""
         yield from chunk.done
         for index in chunk.left:
-            yield _rendered(self._renderer, index)
+            yield _here(self._renderer, index)
 
     def _fetched(self, chunk: _Theirs) -> Iterator[Rendered]:
         """What a worker has rendered; each frame is copied when it is wanted."""
@@ -169,7 +169,7 @@ class _Crew:
             chunk = self._take()
         if chunk is None:
             return False
-        chunk.done.append(_rendered(self._renderer, chunk.left.popleft()))
+        chunk.done.append(_here(self._renderer, chunk.left.popleft()))
         return True
 
 

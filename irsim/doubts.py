@@ -41,10 +41,7 @@ def doubts(scenario: Scenario) -> Iterator[Notice]:
     yield from _large_features(scenario)
     yield from _folded(scenario)
     yield from _beads(scenario)
-    for index, target in enumerate(scenario.targets):
-        if target.shape.doubt is not None:
-            key, why = target.shape.doubt
-            yield Notice(("targets", index, "shape", key), why)
+    yield from _odd_shapes(scenario)
     yield from _too_late(scenario)
     yield from _never_seen(scenario)
     yield from _idle(scenario)
@@ -220,6 +217,13 @@ def _turning(mount: Mount) -> Floats:
     ahead = np.einsum("nij,nj->ni", rotations[1:], rotations[:-1, 2])
     shifts = mount.geometry.project(ahead) - mount.geometry.principal
     return np.asarray(np.hypot(*shifts.T) * mount.zooms[1:])
+
+
+def _odd_shapes(scenario: Scenario) -> Iterator[Notice]:
+    for index, target in enumerate(scenario.targets):
+        if target.shape.doubt is not None:
+            key, why = target.shape.doubt
+            yield Notice(("targets", index, "shape", key), why)
 
 
 def _too_late(scenario: Scenario) -> Iterator[Notice]:

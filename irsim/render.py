@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import combinations, compress
 
@@ -59,18 +59,26 @@ class Renderer:
 
     def frame(self, index: int) -> tuple[Frame, Truth]:
         """Frame `index` and its truth. IndexError outside 0 .. frames-1."""
-        light, truth = self.scene(index)
-        shown = self.sensor.shown(index)
         image: Image
         if isinstance(self.layers[0], Footage):
-            image = self.layers[0].developed(light, index, self._uncovered(index))
+            image, truth = self._put_into(self.layers[0], index)
             return Frame(image, index, truth.time, self.scenario.camera.bits), truth
+        light, truth = self.scene(index)
+        shown = self.sensor.shown(index)
         if shown == index:
             settled = self.lag.light(index, lambda k: light if k == index else self.scene(k)[0])
             image = self.sensor.expose(settled, index, spent=True)
         else:
             image = self._standing(shown)
         return Frame(image, index, truth.time, self.scenario.camera.bits), truth
+
+    def _put_into(self, footage: Footage, index: int) -> tuple[Image, Truth]:
+        """A recorded frame with all that is drawn into it, each thing once."""
+        self._check(index)
+        pieces = list(self._pieces(index))
+        light, seen = self._laid(index, pieces)
+        uncovered = _uncovered(pieces, self.stage.geometry.size[::-1])
+        return footage.developed(light, index, uncovered), self._truth(index, seen)
 
     def _standing(self, index: int) -> Image:
         """The picture of a frame that is shown again; the last one is kept, which changes nothing."""
@@ -92,7 +100,7 @@ class Renderer:
         """The noiseless picture, in-band radiance (rows, cols) float32 in W/m2/sr, and its truth."""
         self._check(index)
         light, seen = self._composed(index)
-        return light, self._truth(index, index / self.stage.rate_hz, seen)
+        return light, self._truth(index, seen)
 
     def seen(self, index: int) -> list[Seen]:
         """The targets as a frame shows them, far to near."""
@@ -112,7 +120,9 @@ class Renderer:
     def _composed(
         self, index: int, shifts: Shifts = NOWHERE, absent: str | None = None, exact: bool = False
     ) -> tuple[Floats, list[Seen]]:
-        pieces = self._pieces(index, shifts, absent)
+        return self._laid(index, self._pieces(index, shifts, absent), exact)
+
+    def _laid(self, index: int, pieces: Iterable[Piece], exact: bool = False) -> tuple[Floats, list[Seen]]:
         gaze = self.now.gaze(index)
         return compose(self._layers(index), pieces, gaze, self.stage.band, self.noise, exact)
 
@@ -153,22 +163,11 @@ class Renderer:
             for middle, parts in zip(middles, zip(*moments, strict=True), strict=True)
         ]
 
-    def _uncovered(self, index: int) -> Floats:
-        """(rows, cols): the share of each pixel's light that comes from the background."""
-        columns, rows = self.stage.geometry.size
-        left = np.ones((rows, columns), np.float32)
-        for piece in self._pieces(index):
-            sprite = piece.sprite
-            met = overlap((sprite.x0, sprite.y0), sprite.alpha.shape, (0, 0), left.shape)
-            if met is not None:
-                left[met[1]] *= np.maximum(1 - sprite.contrast * sprite.alpha[met[0]], 0)
-        return left
-
     def sight(self, index: int) -> Sight:
         """How the camera of frame `index` sees what stands about it."""
         return self.now.sight(index)
 
-    def _truth(self, index: int, time: float, seen: list[Seen]) -> Truth:
+    def _truth(self, index: int, seen: list[Seen]) -> Truth:
         found = {
             target.piece.name: (target, contrast_k)
             for target, contrast_k in zip(seen, contrasts(seen, self.stage.band), strict=True)
@@ -176,7 +175,7 @@ class Renderer:
         crossing = _crossing({target.piece.name: target.piece.sprite.box for target in seen})
         return Truth(
             index,
-            time,
+            index / self.stage.rate_hz,
             tuple(
                 self._target_truth(number, index, *found[course.target.id], course.target.id in crossing)
                 for number, course in enumerate(self.courses)
@@ -206,6 +205,16 @@ class Renderer:
             contrast_k=contrast_k,
             scr=seen.scr,
         )
+
+
+def _uncovered(pieces: Iterable[Piece], shape: tuple[int, int]) -> Floats:
+    """(rows, cols): the share of each pixel's light that comes from the background."""
+    left = np.ones(shape, np.float32)
+    for sprite in (piece.sprite for piece in pieces):
+        met = overlap((sprite.x0, sprite.y0), sprite.alpha.shape, (0, 0), left.shape)
+        if met is not None:
+            left[met[1]] *= np.maximum(1 - sprite.contrast * sprite.alpha[met[0]], 0)
+    return left
 
 
 def _crossing(boxes: dict[str, Box]) -> set[str]:

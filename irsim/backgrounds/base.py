@@ -14,6 +14,9 @@ from irsim.kinds import Kind
 from irsim.stage import Stage
 from irsim.types import Floats
 
+Names = Iterator[tuple[str, tuple[str | int, ...]]]
+"""Names of a background's parts, each with its place in it."""
+
 Slices = tuple[slice, slice]
 """A patch of a picture: its rows and columns."""
 
@@ -94,7 +97,7 @@ class Background(Kind):
     def layers(self, stage: Stage) -> Sequence[Layer]:
         """The layers, the farthest first; the first is opaque."""
 
-    def names(self) -> Iterator[tuple[str, tuple[str | int, ...]]]:
+    def names(self) -> Names:
         """Name and place of each layer that can be switched off (the opaque one cannot)."""
         yield from ()
 

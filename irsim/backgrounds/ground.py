@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from irsim.backgrounds.air import through_air
-from irsim.backgrounds.base import FARTHEST, Background, Gaze, Layer
+from irsim.backgrounds.base import FARTHEST, Background, Gaze, Layer, Names
 from irsim.backgrounds.fields import Betas, Histogram, shaped, spectral
 from irsim.backgrounds.hours import TEMPERATURES, Hour, filled
 from irsim.backgrounds.painting import Painting
@@ -104,7 +104,7 @@ class Ground(Background):
         ]
         return through_air(layers, stage)
 
-    def names(self) -> Iterator[tuple[str, tuple[str | int, ...]]]:
+    def names(self) -> Names:
         for name in ("fields", "water", "roads", "clutter"):
             if getattr(self, name) is not None:
                 yield name, (name,)

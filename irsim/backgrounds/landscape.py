@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from pydantic import model_validator
 
-from irsim.backgrounds.base import FARTHEST, Changed, Gaze, Layer
+from irsim.backgrounds.base import FARTHEST, Changed, Gaze, Layer, Names
 from irsim.backgrounds.fields import Betas, profile, spectral
 from irsim.backgrounds.hours import TEMPERATURES, Hour, filled
 from irsim.backgrounds.painting import Painting
@@ -86,7 +86,7 @@ class Landscape(Sky):
         ]
         return [country, *lying, *(Above(layer, country) for layer in clouds), *standing]
 
-    def names(self) -> Iterator[tuple[str, tuple[str | int, ...]]]:
+    def names(self) -> Names:
         for name in ("fields", "clutter"):
             if getattr(self, name) is not None:
                 yield name, (name,)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from statistics import NormalDist
@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field
 
 from irsim.atmosphere import Atmosphere
-from irsim.backgrounds.base import FARTHEST, Background, Gaze, Layer
+from irsim.backgrounds.base import FARTHEST, Background, Gaze, Layer, Names
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.cloud import Look, Relief
 from irsim.backgrounds.drifting import Drifting
@@ -241,6 +241,6 @@ class Sky(Background):
             *(layer.evolving(stage) if layer.evolve_s else layer.layer(stage) for layer in clouds),
         ]
 
-    def names(self) -> Iterator[tuple[str, tuple[str | int, ...]]]:
+    def names(self) -> Names:
         for index, layer in enumerate(self.clouds):
             yield layer.id, ("clouds", index, "id")
