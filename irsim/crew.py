@@ -5,17 +5,19 @@ from __future__ import annotations
 import multiprocessing
 import os
 from collections import deque
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+
+import numpy as np
 
 from irsim.errors import InputError, IrsimError
 from irsim.interrupts import beginning, interrupts_held
-from irsim.parcels import Parcel, Shared, pack, shared, unpack
+from irsim.places import COUNT_BYTES, LENT, Places, Shared, shared
 from irsim.render import Renderer
 from irsim.scenario import Scenario
-from irsim.types import Frame, Truth
+from irsim.types import Counts, Frame, Truth
 
 LENGTHS = (32, 16, 8, 4, 2, 1)
 """Frames that a process may render at a time; neighbours share the memory of noise with memory, and blocks of eight a
@@ -30,7 +32,8 @@ BESIDE = 2
 OWN = 3
 """Chunks that this process may have rendered before they are wanted: as many as one worker may."""
 
-COUNT_BYTES = 2
+NOTHING: Counts = np.empty((0, 0), np.uint16)
+"""The picture of a frame whose picture lies elsewhere."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,17 +65,17 @@ def rendered(renderer: Renderer, wanted: Sequence[int], jobs: int) -> Generator[
         return
     columns, rows = renderer.scenario.camera.size
     size = columns * rows * COUNT_BYTES
-    length, at_once = chunk_length(jobs, size, len(wanted)), jobs - 1 + BESIDE
+    length = chunk_length(jobs, size, len(wanted))
+    count = (jobs - 1 + BESIDE) * length + LENT
     chunks = deque(wanted[begin : begin + length] for begin in range(0, len(wanted), length))
     context = multiprocessing.get_context("spawn")  # safe with threads, the same on every system
     with (
-        shared(min(at_once * length * size, MOST_WAITING)) as memory,
+        shared(min(count * size, MOST_WAITING)) as memory,
         ProcessPoolExecutor(
-            jobs - 1, mp_context=context, **beginning(_prepare, renderer.scenario, size, inherited=[memory])
+            jobs - 1, mp_context=context, **beginning(_prepare, renderer.scenario, inherited=[memory])
         ) as pool,
     ):
-        places = deque(range(0, at_once * length, length))
-        crew = _Crew(renderer, chunks, pool, places, lambda place: memory.part(place, size))
+        crew = _Crew(renderer, chunks, pool, Places(memory, (rows, columns), count))
         try:
             yield from crew.frames()
         except BrokenProcessPool:
@@ -83,8 +86,8 @@ def rendered(renderer: Renderer, wanted: Sequence[int], jobs: int) -> Generator[
             pool.shutdown(cancel_futures=True)
 
 
-def _here(renderer: Renderer, index: int) -> Rendered:
-    return Rendered(os.getpid(), *renderer.frame(index))
+def _here(renderer: Renderer, index: int, out: Counts | None = None) -> Rendered:
+    return Rendered(os.getpid(), *renderer.frame(index, out))
 
 
 @dataclass(eq=False)
@@ -99,29 +102,23 @@ class _Own:
 class _Theirs:
     """A chunk of a worker."""
 
-    place: int
-    """Where its frames lie in the memory that is shared."""
-    coming: Future[tuple[int, list[Parcel]]]
+    places: Sequence[int]
+    """Where its frames are put."""
+    coming: Future[list[Rendered]]
 
 
 class _Crew:
     """Who renders which chunk. Workers have a few each, this process takes one when it would have to wait for them."""
 
     def __init__(
-        self,
-        renderer: Renderer,
-        chunks: deque[Sequence[int]],
-        pool: ProcessPoolExecutor,
-        places: deque[int],
-        room: Callable[[int], memoryview],
+        self, renderer: Renderer, chunks: deque[Sequence[int]], pool: ProcessPoolExecutor, places: Places
     ) -> None:
         self.heard = False
         """Whether a worker has rendered any."""
         self._renderer = renderer
         self._chunks = chunks  # that nobody has
         self._pool = pool
-        self._places = places  # that are free
-        self._room = room
+        self._places = places
         self._begun: deque[_Own | _Theirs] = deque()  # in the order of frames
 
     def frames(self) -> Iterator[Rendered]:
@@ -135,10 +132,9 @@ class _Crew:
 
     def _hand_out(self) -> None:
         """Workers get all that there are places for."""
-        while self._chunks and self._places:
-            place = self._places.popleft()
+        while self._chunks and (places := self._places.taken(len(self._chunks[0]))):
             with interrupts_held():
-                self._begun.append(_Theirs(place, self._pool.submit(_render, self._chunks.popleft(), place)))
+                self._begun.append(_Theirs(places, self._pool.submit(_render, self._chunks.popleft(), places)))
 
     def _take(self) -> _Own:
         chunk = _Own(deque(self._chunks.popleft()))
@@ -152,14 +148,14 @@ class _Crew:
             yield _here(self._renderer, index)
 
     def _fetched(self, chunk: _Theirs) -> Iterator[Rendered]:
-        """What a worker has rendered; each frame is copied when it is wanted."""
+        """What a worker has rendered."""
         while not chunk.coming.done() and self._get_ahead():
             pass
-        pid, parcels = chunk.coming.result()
+        done = chunk.coming.result()
         self.heard = True
-        for place, parcel in enumerate(parcels, chunk.place):
-            yield Rendered(pid, *unpack(parcel, self._room(place)))
-        self._places.append(chunk.place)
+        for each, place in zip(done, chunk.places, strict=True):
+            image = self._places.fetched(place)
+            yield each if image is None else replace(each, frame=replace(each.frame, image=image))
 
     def _get_ahead(self) -> bool:
         """A frame more that this process will need is rendered, unless enough are."""
@@ -173,20 +169,24 @@ class _Crew:
         return True
 
 
-_worker: tuple[Renderer, Shared, int]
+_worker: tuple[Renderer, Shared]
 
 
-def _prepare(memory: Shared, scenario: Scenario, size: int) -> None:
+def _prepare(memory: Shared, scenario: Scenario) -> None:
     global _worker  # a pool's initializer has no other way to leave something to its tasks
     import cv2
 
     cv2.setNumThreads(1)
-    _worker = Renderer(scenario), memory, size
+    _worker = Renderer(scenario), memory
 
 
-def _render(wanted: Sequence[int], place: int) -> tuple[int, list[Parcel]]:
-    """This process's id, and the wanted frames, whose counts lie in memory from a place on."""
-    renderer, memory, size = _worker
-    return os.getpid(), [
-        pack(renderer.frame(index), memory.part(number, size)) for number, index in enumerate(wanted, place)
-    ]
+def _render(wanted: Sequence[int], places: Sequence[int]) -> list[Rendered]:
+    """The wanted frames, without the pictures for which there are places in the memory."""
+    renderer, memory = _worker
+    columns, rows = renderer.scenario.camera.size
+    done = []
+    for index, place in zip(wanted, places, strict=True):
+        out = memory.picture(place, (rows, columns))
+        each = _here(renderer, index, out)
+        done.append(each if out is None else replace(each, frame=replace(each.frame, image=NOTHING)))
+    return done

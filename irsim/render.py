@@ -21,7 +21,7 @@ from irsim.scenario import Scenario
 from irsim.sight import Sight
 from irsim.smear import SHARP
 from irsim.sprite import Sprite, averaged
-from irsim.types import Box, Floats, Frame, Image, TargetTruth, Truth
+from irsim.types import Box, Counts, Floats, Frame, TargetTruth, Truth
 
 NOWHERE: Shifts = {}
 """No target is moved."""
@@ -40,7 +40,7 @@ class Renderer:
         self.sensor = camera.sensor(scenario.seed, scenario.is_on)
         self.lag = camera.lag(scenario.is_on)
         self.noise = self.stage.noise_k * slope(self.stage.band, NETD_AT_K)
-        self._held: tuple[int, Image] | None = None
+        self._held: tuple[int, Counts] | None = None
         exposed = camera.smeared_ms * 1e-3 * camera.rate_hz
         nodes = camera.smear.nodes(exposed) if camera.smear is not None and scenario.is_on("smear") else SHARP
         self.now = Instant.of(scenario, self.stage)
@@ -57,22 +57,22 @@ class Renderer:
         steps = np.diff(self.now.mount.seen(positions), axis=0)
         return np.concatenate([steps[:1], steps[:-1]])
 
-    def frame(self, index: int) -> tuple[Frame, Truth]:
-        """Frame `index` and its truth. IndexError outside 0 .. frames-1."""
-        image: Image
+    def frame(self, index: int, out: Counts | None = None) -> tuple[Frame, Truth]:
+        """Frame `index`, in `out` (rows, cols) where it is given, and its truth. IndexError outside 0 .. frames-1."""
         if isinstance(self.layers[0], Footage):
             image, truth = self._put_into(self.layers[0], index)
-            return Frame(image, index, truth.time, self.scenario.camera.bits), truth
-        light, truth = self.scene(index)
-        shown = self.sensor.shown(index)
-        if shown == index:
-            settled = self.lag.light(index, lambda k: light if k == index else self.scene(k)[0])
-            image = self.sensor.expose(settled, index, spent=True)
+            image = _put(image, out)
         else:
-            image = self._standing(shown)
+            light, truth = self.scene(index)
+            shown = self.sensor.shown(index)
+            if shown == index:
+                settled = self.lag.light(index, lambda k: light if k == index else self.scene(k)[0])
+                image = self.sensor.expose(settled, index, spent=True, out=out)
+            else:
+                image = _put(self._standing(shown), out)
         return Frame(image, index, truth.time, self.scenario.camera.bits), truth
 
-    def _put_into(self, footage: Footage, index: int) -> tuple[Image, Truth]:
+    def _put_into(self, footage: Footage, index: int) -> tuple[Counts, Truth]:
         """A recorded frame with all that is drawn into it, each thing once."""
         self._check(index)
         pieces = list(self._pieces(index))
@@ -80,7 +80,7 @@ class Renderer:
         uncovered = _uncovered(pieces, self.stage.geometry.size[::-1])
         return footage.developed(light, index, uncovered), self._truth(index, seen)
 
-    def _standing(self, index: int) -> Image:
+    def _standing(self, index: int) -> Counts:
         """The picture of a frame that is shown again; the last one is kept, which changes nothing."""
         held = self._held  # once: another thread may put its own there
         if held is None or held[0] != index:
@@ -205,6 +205,13 @@ class Renderer:
             contrast_k=contrast_k,
             scr=seen.scr,
         )
+
+
+def _put(image: Counts, out: Counts | None) -> Counts:
+    if out is None:
+        return image
+    np.copyto(out, image)
+    return out
 
 
 def _uncovered(pieces: Iterable[Piece], shape: tuple[int, int]) -> Floats:

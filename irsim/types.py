@@ -17,7 +17,8 @@ from typing import Literal, Protocol, TypeVar, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-Image = npt.NDArray[np.uint8] | npt.NDArray[np.uint16]
+Counts = npt.NDArray[np.uint16]
+Image = npt.NDArray[np.uint8] | Counts
 Floats = npt.NDArray[np.floating]
 Held = TypeVar("Held")
 

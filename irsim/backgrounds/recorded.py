@@ -16,7 +16,7 @@ from irsim.errors import InputError
 from irsim.kinds import Index, ScaleKelvin
 from irsim.radiometry import radiance
 from irsim.stage import Stage
-from irsim.types import Floats, Image
+from irsim.types import Counts, Floats, Image
 
 if TYPE_CHECKING:
     from irsim.recording import Recording
@@ -122,7 +122,7 @@ class Footage:
     def _light(self, counts: Image) -> Floats:
         return counts.astype(np.float32) * np.float32(self._span / self._full) + np.float32(self._dark)
 
-    def developed(self, light: Floats, index: int, uncovered: Floats) -> Image:
+    def developed(self, light: Floats, index: int, uncovered: Floats) -> Counts:
         """Counts (uint16) of frame `index` with what was drawn on its light, which must have come from `light`.
 
         uncovered: the share 0..1 of each pixel's light that is still the recording's. With the rest a body takes the

@@ -9,14 +9,13 @@ from typing import Annotated, Any, ClassVar
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 from pydantic import Field
 
 from irsim.compiled import COMPILED, kernels
 from irsim.detector.photons import photon_radiance, photon_slope
 from irsim.kinds import Family, Kind, NotNegative, Positive
 from irsim.radiometry import Band, radiance, slope
-from irsim.types import Floats
+from irsim.types import Counts, Floats
 
 NETD_K = 300.0
 """Background temperature at which a camera's NETD is stated, K."""
@@ -75,22 +74,22 @@ class Response:
             cv2.addWeighted(light, self.linear, light, 0, self.zero, dst=signal)
         return signal
 
-    def counts(self, signal: Floats) -> npt.NDArray[np.uint16]:
-        """uint16 counts of a signal, which is changed.
+    def counts(self, signal: Floats, out: Counts | None = None) -> Counts:
+        """Counts of a signal, which is changed; in `out`, where it is given.
 
         Rounded to the nearest (halves to even) and clipped to the depth: they saturate and never wrap around.
         """
+        counts = np.empty(signal.shape, np.uint16) if out is None else out
         if COMPILED and signal.dtype == np.float32 and signal.flags.c_contiguous:
-            made = np.empty(signal.shape, np.uint16)
-            kernels.counts_of(signal, made, 1 / self.gain, self.offset, self.full)
-            return made
+            kernels.counts_of(signal, counts, 1 / self.gain, self.offset, self.full)
+            return counts
         most = np.float32(MOST_COUNTS * self.gain)
         if cv2.norm(signal, cv2.NORM_INF) > most:  # would wrap in the conversion
             np.clip(signal, -most, most, out=signal)
-        counts = cv2.addWeighted(signal, 1 / self.gain, signal, 0, self.offset, dtype=cv2.CV_16U)
+        cv2.addWeighted(signal, 1 / self.gain, signal, 0, self.offset, dst=counts, dtype=cv2.CV_16U)
         if self.full < MOST_COUNTS:
             cv2.threshold(counts, self.full, 0, cv2.THRESH_TRUNC, dst=counts)
-        return np.asarray(counts, dtype=np.uint16)
+        return counts
 
 
 class Detector(Kind):

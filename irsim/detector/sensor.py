@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
 from irsim.compiled import COMPILED, kernels
 from irsim.detector.base import Moment, Noise
@@ -16,7 +15,7 @@ from irsim.detector.correction import Correction
 from irsim.detector.response import Response
 from irsim.detector.scratch import scratch
 from irsim.detector.steady import Sum
-from irsim.types import Floats
+from irsim.types import Counts, Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,11 +44,12 @@ class Sensor:
         last, count = (0, 0) if self.correction is None else self.correction.last(index)
         return Moment(index, shape, self.rate_hz, self.seed, last, count)
 
-    def expose(self, light: Floats, index: int, spent: bool = False) -> npt.NDArray[np.uint16]:
+    def expose(self, light: Floats, index: int, spent: bool = False, out: Counts | None = None) -> Counts:
         """(rows, cols) uint16 counts of `light` (rows, cols) float32, in-band radiance in W/m2/sr, at a frame.
 
         Counts are rounded to the nearest (halves to even) and clipped to the depth of the detector. A `spent` light
-        is needed by nobody any more: its memory, which is in the caches, is written over.
+        is needed by nobody any more: its memory, which is in the caches, is written over. The counts are put into
+        `out`, where it is given.
         """
         signal = self._signal(light, light if spent else scratch(light.shape, "signal"))
         moment = self.moment(index, light.shape)
@@ -63,7 +63,7 @@ class Sensor:
             cv2.scaleAdd(steady, self.response.noise, signal, dst=signal)
         for noise in self.noises:
             noise.replace(signal, self.response, moment)
-        return self.response.counts(signal)
+        return self.response.counts(signal, out)
 
     def mean(self, light: Floats) -> Floats:
         """(rows, cols): the noiseless counts of a light before they are rounded and clipped; float64 of float64."""

@@ -1,4 +1,4 @@
-"""Values handed from worker processes to their parent: what is large in them lies in memory that all of them see.
+"""Where worker processes put the pictures that they render: memory that their parent sees, too.
 
 Through a pipe a picture is copied four times, half of them by the parent, which gets those of all workers.
 """
@@ -7,14 +7,22 @@ from __future__ import annotations
 
 import mmap
 import os
-import pickle
 import sys
 import tempfile
+import weakref
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager, suppress
-from dataclasses import dataclass
 from multiprocessing import reduction
 from typing import Any
+
+import numpy as np
+
+from irsim.types import Counts
+
+COUNT_BYTES = 2
+
+LENT = 4
+"""Pictures that programs may have where workers put them. Who keeps more gets copies: the places are needed."""
 
 
 class Shared:
@@ -30,9 +38,13 @@ class Shared:
             return Shared, ()
         return _inherited, (reduction.DupFd(self._descriptor), len(self._map))
 
-    def part(self, number: int, size: int) -> memoryview:
-        """One of its parts of `size` bytes; an empty one where it has no bytes."""
-        return memoryview(self._map or bytearray())[number * size : (number + 1) * size]
+    def picture(self, place: int, shape: tuple[int, int]) -> Counts | None:
+        """One of its pictures of a shape (rows, cols); None where it ends before."""
+        rows, columns = shape
+        size = rows * columns * COUNT_BYTES
+        if self._map is None or (place + 1) * size > len(self._map):
+            return None
+        return np.frombuffer(self._map, np.uint16, rows * columns, place * size).reshape(shape)
 
     def close(self) -> None:
         """It is given back, as soon as nobody looks at a part of it."""
@@ -83,37 +95,31 @@ def _nameless() -> int:
         return os.dup(file.fileno())
 
 
-@dataclass(frozen=True)
-class Parcel:
-    """A value, pickled. Of each of its arrays the number of bytes, where they lie in a room one behind the other, or
-    the bytes, where there was no place left."""
+class Places:
+    """Places in shared memory, of one picture each: free, with a worker, or of a picture that somebody has."""
 
-    pickled: bytes
-    arrays: tuple[int | bytes, ...]
+    def __init__(self, memory: Shared, shape: tuple[int, int], count: int) -> None:
+        self._memory = memory
+        self._shape = shape
+        self._free = list(reversed(range(count)))  # those that memory may not reach are taken last
+        self._lent: set[int] = set()
 
+    def taken(self, count: int) -> list[int]:
+        """So many of them for a worker, first what was given back last; none where not as many are free."""
+        return [self._free.pop() for _ in range(count)] if len(self._free) >= count else []
 
-def pack(value: object, room: memoryview) -> Parcel:
-    """A value whose arrays are put into a room, as far as they find place."""
-    buffers: list[pickle.PickleBuffer] = []
-    pickled = pickle.dumps(value, protocol=5, buffer_callback=buffers.append)
-    arrays: list[int | bytes] = []
-    for raw in (buffer.raw() for buffer in buffers):
-        if raw.nbytes > len(room):
-            arrays.append(raw.tobytes())
-            continue
-        room[: raw.nbytes] = raw
-        room = room[raw.nbytes :]
-        arrays.append(raw.nbytes)
-    return Parcel(pickled, tuple(arrays))
+    def fetched(self, place: int) -> Counts | None:
+        """What a worker has put into a place, which is free again when nobody has the picture any more; where LENT are
+        out, a copy. None where there is no memory: it comes by the pipe."""
+        picture = self._memory.picture(place, self._shape)
+        if picture is None or len(self._lent) >= LENT:
+            self._free.append(place)
+            return None if picture is None else picture.copy()
+        self._lent.add(place)
+        root = picture.base  # what all views of it have in common
+        weakref.finalize(root, self._given_back, place).atexit = False
+        return picture
 
-
-def unpack(parcel: Parcel, room: memoryview) -> Any:
-    """The value, which has nothing to do with the room any more."""
-    buffers = []
-    for array in parcel.arrays:
-        if isinstance(array, int):
-            buffers.append(bytearray(room[:array]))
-            room = room[array:]
-        else:
-            buffers.append(bytearray(array))
-    return pickle.loads(parcel.pickled, buffers=buffers)
+    def _given_back(self, place: int) -> None:
+        self._lent.discard(place)
+        self._free.append(place)

@@ -1,7 +1,8 @@
-"""What workers hand over through memory that they share, and by the pipe where there is none."""
+"""What workers put into memory that they share, and send by the pipe where there is none."""
 
 from __future__ import annotations
 
+import gc
 import os
 import resource
 import signal
@@ -18,7 +19,7 @@ from processes import runs
 import irsim
 from irsim import crew
 from irsim.crew import rendered
-from irsim.parcels import Shared, pack, shared, unpack
+from irsim.places import LENT, Places, shared
 from irsim.render import Renderer
 
 PROC = Path("/proc/self")
@@ -28,25 +29,57 @@ SCENE = ["frames=150", "camera.size=[48, 32]"]
 """More frames than have places at once."""
 
 
-@pytest.mark.parametrize("size", [0, 1, 96, 100, 191, 192, 1000])
-def test_a_parcel_holds_its_value_however_much_room_there_is(size: int) -> None:
-    value = {"first": np.arange(48, dtype=np.uint16).reshape(6, 8), "second": np.arange(48, dtype=np.uint16)}
-    room = memoryview(bytearray(size))
-    parcel = pack(value, room)
-    assert [isinstance(array, int) for array in parcel.arrays] == [size >= 96, size >= 192]
-    found = unpack(parcel, room)
-    room[:] = b"\xff" * size  # as the next one does
-    for name, array in value.items():
-        assert np.array_equal(found[name], array)
-        assert found[name].shape == array.shape
-        found[name][:] = 0  # whoever gets a frame may write to it
+SHAPE = (6, 8)
+SIZE = 6 * 8 * 2
 
 
-def test_without_room_all_of_a_value_is_in_its_parcel() -> None:
-    value = [np.zeros(0), np.arange(3)]
-    room = Shared().part(0, 100)
-    for found, array in zip(unpack(pack(value, room), room), value, strict=True):
-        np.testing.assert_array_equal(found, array, strict=True)
+@pytest.fixture
+def places() -> Iterator[Places]:
+    """Ten, nine of them in memory; each has a picture of its number."""
+    with shared(10 * SIZE - 1) as memory:
+        for place in range(9):
+            picture = memory.picture(place, SHAPE)
+            assert picture is not None
+            picture[:] = place
+        yield Places(memory, SHAPE, 10)
+
+
+def test_a_picture_is_taken_where_it_lies_and_its_place_is_free_when_nobody_has_it(places: Places) -> None:
+    assert places.taken(10) == list(range(10))
+    whole = places.fetched(3)
+    assert whole is not None
+    view = whole[2:, ::2].T
+    del whole
+    assert np.array_equal(view, np.full((4, 4), 3))
+    assert places.taken(1) == []
+    view[:] = 0  # whoever gets a frame may write to it
+    del view
+    assert places.taken(1) == [3]
+
+
+def test_who_keeps_pictures_gets_copies_and_keeps_no_place_from_others(places: Places) -> None:
+    places.taken(10)
+    kept = [places.fetched(place) for place in range(9)]
+    assert sorted(places.taken(9 - LENT)) == list(range(LENT, 9))
+    assert places.taken(1) == []
+    for place, picture in enumerate(kept):
+        assert picture is not None
+        assert np.array_equal(picture, np.full(SHAPE, place))
+    del kept, picture
+    assert sorted(places.taken(LENT)) == list(range(LENT))
+
+
+def test_pictures_that_memory_does_not_reach_come_by_the_pipe(places: Places) -> None:
+    assert places.taken(10)[-1] == 9  # the last to be taken
+    assert places.fetched(9) is None
+    assert places.taken(1) == [9]
+
+
+def test_places_that_were_in_use_last_are_taken_first(places: Places) -> None:
+    places.taken(5)
+    assert places.fetched(2) is not None
+    assert places.taken(2) == [2, 5]
+    assert places.taken(5) == []
 
 
 def images(jobs: int) -> list[np.ndarray]:
@@ -64,6 +97,20 @@ def test_places_that_are_used_again_change_no_frame_that_was_handed_out(
 ) -> None:
     monkeypatch.setattr(crew, "MOST_WAITING", most)
     assert np.array_equal(images(2), expected)
+
+
+def test_frames_that_are_kept_for_a_while_or_written_to_stay_what_they_are(expected: list[np.ndarray]) -> None:
+    kept: dict[int, np.ndarray] = {}
+    for index, (frame, _) in enumerate(irsim.frames(irsim.load("sky", SCENE), jobs=2)):
+        assert np.array_equal(frame.image, expected[index])
+        if index % 7 == 0:
+            kept[index] = frame.image
+        else:
+            frame.image[:] = 0
+        if index % 70 == 0:
+            kept.clear()
+    for index, image in kept.items():
+        assert np.array_equal(image, expected[index])
 
 
 @pytest.mark.parametrize(
@@ -101,7 +148,7 @@ def no_file_of(size: int) -> Iterator[None]:
 def test_without_shared_memory_frames_come_by_the_pipe(expected: list[np.ndarray]) -> None:
     with no_file_of(size=1000):
         with shared(1000) as enough, shared(1001) as none:
-            assert [len(memory.part(0, 1000)) for memory in (enough, none)] == [1000, 0]
+            assert [memory.picture(0, (20, 25)) is not None for memory in (enough, none)] == [True, False]
         assert np.array_equal(images(2), expected)
 
 
@@ -110,7 +157,7 @@ def test_where_memory_is_no_file_a_temporary_one_is_shared(
 ) -> None:
     monkeypatch.delattr(os, "memfd_create", raising=False)
     with shared(1000) as memory:
-        assert len(memory.part(0, 1000)) == 1000
+        assert memory.picture(0, (20, 25)) is not None
     assert np.array_equal(images(2), expected)
 
 
@@ -155,6 +202,7 @@ def test_nothing_is_left_of_frames_that_nobody_takes(
         take()
     assert workers
     assert not any(map(runs, workers))
+    gc.collect()  # the error knows of the frame that was being looked at
     assert not held()
 
 
