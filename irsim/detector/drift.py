@@ -21,9 +21,9 @@ from irsim.types import Floats
 Term = tuple[str, Over, float]
 """Name of a term, what has a process of its own in it, and its sigma."""
 
-COARSE = 0.002
-"""The drift is drawn at nodes this share of its time constant apart; straight lines between them lack a thousandth
-of the variance that it tends to, at most."""
+COARSE = 0.004
+"""The drift is drawn at nodes at most this share of its time constant apart; straight lines between them lack two
+thousandths of the variance that it tends to, at most."""
 
 STAIRS = 8
 """Steps from node to node in which it goes along that line: each is under a hundredth of the sigma it tends to."""
@@ -91,8 +91,8 @@ class Drift(Noise):
 
 
 def _step(decay: float) -> int:
-    """Frames from node to node."""
-    return max(int(COARSE / decay), 1)
+    """Frames from node to node: a power of two, as are the chunks of frames that processes render (`irsim.crew`)."""
+    return 1 << max(int(COARSE / decay), 1).bit_length() - 1
 
 
 @lru_cache(maxsize=4)
