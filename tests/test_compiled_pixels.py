@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -15,13 +16,11 @@ from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.drifting import Drifting, _first
 from irsim.backgrounds.tiles import Tiled
 from irsim.compiled import COMPILED, kernels
-from irsim.detector import ar1, drift, grain, noise_3d, response, shot
+from irsim.detector import ar1, grain, noise_3d, response, shot
 from irsim.detector.ar1 import Ar1
 from irsim.detector.base import Moment, Noise
-from irsim.detector.drift import Drift
 from irsim.detector.noise_3d import Noise3d
-from irsim.detector.response import Electrons, Setting
-from irsim.detector.sensor import Sensor
+from irsim.detector.response import MOST_ADDED, Electrons, Setting
 from irsim.detector.shot import Shot
 from irsim.detector.white import White
 from irsim.geometry import Geometry
@@ -177,40 +176,53 @@ def test_a_veil_of_another_size_is_refused() -> None:
     gain=st.sampled_from([428.0, 0.5, 1.0]),
     bits=st.sampled_from([8, 14, 16]),
     offset=st.sampled_from([0.0, 100.0]),
+    added=st.integers(0, MOST_ADDED + 2),
 )
-def test_counts_are_those_of_passes(values: list[float], gain: float, bits: int, offset: float) -> None:
+def test_counts_are_those_of_passes(values: list[float], gain: float, bits: int, offset: float, added: int) -> None:
     detector = replace(RESPONSE, gain=gain, full=2**bits - 1, offset=offset)
     signal = np.array([values], np.float32)
+    patterns = [(np.roll(signal, k) / np.float32(2e3), 0.3 * k) for k in range(added)]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(response, "COMPILED", False)
-        wanted = detector.counts(signal.copy())
-    np.testing.assert_array_equal(detector.counts(signal.copy()), wanted, strict=True)
+        wanted = detector.counts(signal.copy(), added=patterns)
+    np.testing.assert_array_equal(detector.counts(signal.copy(), added=patterns), wanted, strict=True)
+
+
+def test_what_is_added_counts_by_its_weight_over_every_block() -> None:
+    signal, pattern = np.full((7, 400), 5.0, np.float32), np.arange(2800, dtype=np.float32).reshape(7, 400)
+    detector = replace(RESPONSE, gain=1.0, full=2**16 - 1, offset=0.0)
+    np.testing.assert_array_equal(detector.counts(signal, added=[(pattern, 2.0), (pattern, 3.0)]), 5 + 5 * pattern)
 
 
 def test_nothing_told_is_count_0() -> None:
     assert RESPONSE.counts(np.full((2, 20), np.nan, np.float32)).max() == 0
 
 
-@given(st.lists(st.floats(-0.125, 1e6, width=32, allow_subnormal=False), min_size=1, max_size=99))
-def test_the_signal_is_that_of_passes(values: list[float]) -> None:
+@given(
+    values=st.lists(st.floats(-0.125, 1e6, width=32, allow_subnormal=False), min_size=1, max_size=99),
+    root=st.sampled_from([0.0, RESPONSE.root]),
+    zero=st.sampled_from([0.0, 1e4]),
+    gaining=st.booleans(),
+    most=st.sampled_from([math.inf, 1e6]),
+)
+def test_the_signal_is_that_of_passes(
+    values: list[float], root: float, zero: float, gaining: bool, most: float
+) -> None:
     light = np.array([values], np.float32)
+    detector, gain = replace(RESPONSE, root=root, zero=zero), np.cos(light) / 10 if gaining else None
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(response, "COMPILED", False)
-        wanted = RESPONSE.signal(light)
-    np.testing.assert_allclose(RESPONSE.signal(light), wanted, rtol=2.4e-7)
+        wanted = detector.signal(light, None, gain, most)
+    found = detector.signal(light, None, gain, most)
+    np.testing.assert_allclose(found, wanted, rtol=4.8e-7, atol=1e-3 if zero else 0)
+    assert found.max() <= most
+    if gain is not None and most == math.inf and zero == 0:
+        plain = detector.signal(light)
+        np.testing.assert_allclose(found, plain * (1 + gain), rtol=4.8e-7)
 
 
-@given(st.lists(st.floats(0, 1e7, width=32, allow_subnormal=False), min_size=1, max_size=99), st.floats(1e5, 1e7))
-def test_a_well_and_gains_act_as_by_passes(values: list[float], well: float) -> None:
-    signal = np.array([values], np.float32)
-    held, sensor = signal.copy(), Sensor(replace(RESPONSE, well=well), (), 50.0, 1)
-    sensor._saturate(held)
-    np.testing.assert_array_equal(held, np.minimum(signal, np.float32(well)))
-    noise, moment = Drift(gain=0.1, time_constant_s=5.0), Moment(100, signal.shape, 50.0, 1)
-    found, wanted = signal.copy(), signal.copy()
-    noise.respond(found, RESPONSE, moment)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(drift, "COMPILED", False)
-        noise.respond(wanted, RESPONSE, moment)
-    assert (found != signal).any() or not signal.any()
-    np.testing.assert_allclose(found, wanted, rtol=1.2e-7)
+def test_what_dark_pixels_give_has_no_gain_and_a_well_is_full_after_it() -> None:
+    detector = replace(RESPONSE, root=0.0, linear=2.0, zero=100.0)
+    light, gain = np.array([[0.0, 50.0, 500.0]], np.float32), np.full((1, 3), 0.5, np.float32)
+    np.testing.assert_array_equal(detector.signal(light, gain=gain), [[100, 250, 1600]])
+    np.testing.assert_array_equal(detector.signal(light, gain=gain, most=300.0), [[100, 250, 300]])

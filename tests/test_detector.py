@@ -6,6 +6,7 @@ from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
+import even_noise
 import numpy as np
 import pytest
 from pydantic import ValidationError
@@ -57,15 +58,7 @@ LEVEL = 2e6
 
 
 def effect(noise: Noise, moment: Moment) -> Floats:
-    """What a noise makes of an even picture, less that picture, in units of NETD."""
-    signal = np.full(moment.shape, LEVEL, np.float32)
-    for step in (noise.respond, noise.add):
-        step(signal, response(), moment)
-    steady = noise.steady(moment)
-    if steady is not None:
-        signal += steady * np.float32(response().noise)
-    noise.replace(signal, response(), moment)
-    return (signal.astype(np.float64) - LEVEL) / response().noise
+    return even_noise.effect(noise, moment, response(), LEVEL)
 
 
 # Every kind of noise

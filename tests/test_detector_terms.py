@@ -6,6 +6,7 @@ import itertools
 import math
 from dataclasses import replace
 
+import even_noise
 import numpy as np
 import pytest
 from scipy import ndimage, stats
@@ -29,16 +30,7 @@ def response() -> Response:
 
 
 def effect(noise: Noise, moment: Moment, level: float = LEVEL) -> Floats:
-    """What a noise makes of an even picture, less that picture, in units of NETD."""
-    made = response()
-    signal = np.full(moment.shape, level, np.float32)
-    for step in (noise.respond, noise.add):
-        step(signal, made, moment)
-    steady = noise.steady(moment)
-    if steady is not None:
-        signal += steady * np.float32(made.noise)
-    noise.replace(signal, made, moment)
-    return (signal.astype(np.float64) - level) / made.noise
+    return even_noise.effect(noise, moment, response(), level)
 
 
 # 3-D noise
@@ -214,9 +206,9 @@ def test_dead_pixels_stand_still_and_hot_ones_lie_high() -> None:
     np.testing.assert_array_equal(done, effect(noise, at(400)))
     half = BadPixels(dead=0.01, hot=0, blinking=0, dead_level=0.5)
     made = response()
-    signal = np.full(SHAPE, LEVEL, np.float32)
-    half.replace(signal, made, at(0))
-    assert set(np.unique(made.counts(signal))) == {round(LEVEL / made.gain), round(0.5 * (2**14 - 1))}
+    counts = made.counts(np.full(SHAPE, LEVEL, np.float32))
+    half.replace(counts, made, at(0))
+    assert set(np.unique(counts)) == {round(LEVEL / made.gain), round(0.5 * (2**14 - 1))}
 
 
 def test_blinking_pixels_jump_between_two_levels() -> None:

@@ -15,17 +15,15 @@ def normals(seed: bytes, table: Float32, deep: Float64, refined: int, out: Float
     """Fill `out` with unit normals from the table by the 16-bit words of an SFC64 generator of a seed of 32 bytes;
     those of the `refined` cells at either end are from `deep`, see `irsim.normal.deep_quantile`."""
 
-def signal_of(light: Float32, out: Float32, linear: float, root: float, zero: float, /) -> None:
-    """out = linear light + root sqrt(light) + zero, light below 0 taken for 0."""
+def signal_of(
+    light: Float32, out: Float32, linear: float, root: float, zero: float, most: float, gain: Float32 | None, /
+) -> None:
+    """out = s + (s - zero) gain, at most `most`, where s = linear light + root sqrt(light) + zero; with a root, light
+    below 0 is taken for 0. `out` may be the light itself."""
 
-def add_share(signal: Float32, share: Float32, /) -> None:
-    """signal += signal share."""
-
-def hold(signal: Float32, well: float, /) -> None:
-    """signal = the lesser of it and `well`."""
-
-def counts_of(signal: Float32, out: Words, scale: float, offset: float, full: int, /) -> None:
-    """out = scale signal + offset, rounded to the nearest (halves to even), clipped to 0 .. full."""
+def counts_of(signal: Float32, out: Words, scale: float, offset: float, full: int, /, *added: Float32 | float) -> None:
+    """out = scale (signal + sum of what is added) + offset, rounded to the nearest (halves to even), clipped to
+    0 .. full. Up to 8 arrays are added, each followed by its weight."""
 
 def mixed(
     shares: tuple[float, ...],

@@ -24,8 +24,6 @@ static PyMethodDef methods[] = {
     {"add_shot", (PyCFunction)(void (*)(void))add_shot, METH_FASTCALL, NULL},
     {"signal_of", (PyCFunction)(void (*)(void))signal_of, METH_FASTCALL, NULL},
     {"counts_of", (PyCFunction)(void (*)(void))counts_of, METH_FASTCALL, NULL},
-    {"add_share", (PyCFunction)(void (*)(void))add_share, METH_FASTCALL, NULL},
-    {"hold", (PyCFunction)(void (*)(void))hold, METH_FASTCALL, NULL},
     {"mixed", (PyCFunction)(void (*)(void))mixed, METH_FASTCALL, NULL},
     {"moved", (PyCFunction)(void (*)(void))moved, METH_FASTCALL, NULL},
     {"veil", (PyCFunction)(void (*)(void))veil, METH_FASTCALL, NULL},

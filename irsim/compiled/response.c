@@ -1,175 +1,171 @@
-/* What a detector does of a frame but noise, in one pass each; see irsim/detector/response.py, drift.py and sensor.py.
- * Rounded as by OpenCV. */
+/* What a detector does of a frame but draw noise, in one pass before that and one after; see
+ * irsim/detector/response.py. Rounded as by OpenCV. */
 #include <stdint.h>
 
 #include "fused.h"
 #include "response.h"
 
+typedef struct {
+    float linear, root, zero, most;
+} Answer;
+
 /* `out` may be the light itself. */
-INLINED void answer(const float *light, float *out, Py_ssize_t length, float linear, float root, float zero, int fused)
+INLINED void answer(const float *light, const float *gain, float *out, Py_ssize_t length, const Answer *by, int rooted,
+                    int gaining, int fused)
 {
+    const Answer own = *by;
     EACH_ALONE
     for (Py_ssize_t i = 0; i < length; i++) {
-        float lit = light[i] < 0.0f ? 0.0f : light[i]; /* below 0 by rounding alone */
-        out[i] = plus(plus(zero, sqrtf(lit), root, fused), lit, linear, fused);
+        float lit = light[i], signal = own.zero;
+        if (rooted) {
+            lit = lit < 0.0f ? 0.0f : lit; /* below 0 by rounding alone */
+            signal = plus(signal, sqrtf(lit), own.root, fused);
+        }
+        signal = plus(signal, lit, own.linear, fused);
+        if (gaining)
+            signal = plus(signal, signal - own.zero, gain[i], fused);
+        out[i] = signal > own.most ? own.most : signal;
     }
 }
 
-FUSING static void answer_fused(const float *light, float *out, Py_ssize_t length, float linear, float root, float zero)
+INLINED void answer_each(const float *light, const float *gain, float *out, Py_ssize_t length, const Answer *by,
+                         int fused)
 {
-    answer(light, out, length, linear, root, zero, 1);
+    if (by->root != 0.0f && gain != NULL)
+        answer(light, gain, out, length, by, 1, 1, fused);
+    else if (by->root != 0.0f)
+        answer(light, gain, out, length, by, 1, 0, fused);
+    else if (gain != NULL)
+        answer(light, gain, out, length, by, 0, 1, fused);
+    else
+        answer(light, gain, out, length, by, 0, 0, fused);
 }
 
-FUSING_WIDELY static void answer_widely(const float *light, float *out, Py_ssize_t length, float linear, float root,
-                                        float zero)
+FUSING static void answer_fused(const float *light, const float *gain, float *out, Py_ssize_t length, const Answer *by)
 {
-    answer(light, out, length, linear, root, zero, 1);
+    answer_each(light, gain, out, length, by, 1);
 }
 
-static void answer_twice(const float *light, float *out, Py_ssize_t length, float linear, float root, float zero)
+FUSING_WIDELY static void answer_widely(const float *light, const float *gain, float *out, Py_ssize_t length,
+                                        const Answer *by)
 {
-    answer(light, out, length, linear, root, zero, 0);
+    answer_each(light, gain, out, length, by, 1);
 }
 
-INLINED void digitise(const float *restrict signal, uint16_t *restrict out, Py_ssize_t length, float scale,
-                      float offset, float full, int fused)
+static void answer_twice(const float *light, const float *gain, float *out, Py_ssize_t length, const Answer *by)
 {
-    for (Py_ssize_t i = 0; i < length; i++) {
-        float count = plus(offset, signal[i], scale, fused);
-        count = count > 0.0f ? count : 0.0f; /* nan, too */
-        count = count < full ? count : full;
-        out[i] = (uint16_t)(int32_t)rintf(count);
+    answer_each(light, gain, out, length, by, 0);
+}
+
+#define BLOCK 1024 /* pixels at a time: they stay in the first-level cache */
+#define MOST_ADDED 8
+
+/* What is added to a signal, and how it becomes counts. */
+typedef struct {
+    const float *added[MOST_ADDED];
+    float weights[MOST_ADDED];
+    int count;
+    float scale, offset, full;
+} Digits;
+
+INLINED void digitise(const float *restrict signal, uint16_t *restrict out, Py_ssize_t length, const Digits *by,
+                      int fused)
+{
+    float block[BLOCK];
+    for (Py_ssize_t from = 0; from < length; from += BLOCK) {
+        const Py_ssize_t count = length - from < BLOCK ? length - from : BLOCK;
+        memcpy(block, signal + from, (size_t)count * sizeof *block);
+        for (int k = 0; k < by->count; k++) {
+            const float *restrict added = by->added[k] + from, weight = by->weights[k];
+            for (Py_ssize_t i = 0; i < count; i++)
+                block[i] = plus(block[i], added[i], weight, fused);
+        }
+        for (Py_ssize_t i = 0; i < count; i++) {
+            float level = plus(by->offset, block[i], by->scale, fused);
+            level = level > 0.0f ? level : 0.0f; /* nan, too */
+            level = level < by->full ? level : by->full;
+            out[from + i] = (uint16_t)(int32_t)rintf(level);
+        }
     }
 }
 
-FUSING static void digitise_fused(const float *signal, uint16_t *out, Py_ssize_t length, float scale, float offset,
-                                  float full)
+FUSING static void digitise_fused(const float *signal, uint16_t *out, Py_ssize_t length, const Digits *by)
 {
-    digitise(signal, out, length, scale, offset, full, 1);
+    digitise(signal, out, length, by, 1);
 }
 
-static void digitise_twice(const float *signal, uint16_t *out, Py_ssize_t length, float scale, float offset, float full)
+static void digitise_twice(const float *signal, uint16_t *out, Py_ssize_t length, const Digits *by)
 {
-    digitise(signal, out, length, scale, offset, full, 0);
+    digitise(signal, out, length, by, 0);
 }
 
-/* Reads the source, where to, and three numbers: 0, or -1 with an exception. */
-static int passed_on(Arrays *arrays, PyObject *const *given, Py_ssize_t count, const char *format, const float **from,
-                     void **to, Py_ssize_t *length, float *numbers)
+static int number(PyObject *given, float *out)
 {
-    Py_ssize_t wanted;
-    if (count != 5) {
-        PyErr_Format(PyExc_TypeError, "5 arguments are wanted, not %zd", count);
-        return -1;
-    }
-    if ((*from = array(arrays, given[0], "f", 0, length)) == NULL ||
-        (*to = array(arrays, given[1], format, 1, &wanted)) == NULL)
-        return -1;
-    if (wanted != *length) {
-        PyErr_SetString(PyExc_ValueError, "arrays of one length are wanted");
-        return -1;
-    }
-    for (int i = 0; i < 3; i++) {
-        numbers[i] = (float)PyFloat_AsDouble(given[2 + i]);
-        if (PyErr_Occurred())
-            return -1;
-    }
-    return 0;
+    *out = (float)PyFloat_AsDouble(given);
+    return PyErr_Occurred() ? -1 : 0;
 }
 
-INLINED void enlarge(float *restrict signal, const float *restrict share, Py_ssize_t length, int fused)
+/* An array of as many elements as another has; NULL with an exception where it is none. */
+static void *as_long(Arrays *arrays, PyObject *given, const char *format, int writable, Py_ssize_t wanted)
 {
-    for (Py_ssize_t i = 0; i < length; i++)
-        signal[i] = plus(signal[i], signal[i], share[i], fused);
-}
-
-FUSING static void enlarge_fused(float *signal, const float *share, Py_ssize_t length)
-{
-    enlarge(signal, share, length, 1);
-}
-
-static void enlarge_twice(float *signal, const float *share, Py_ssize_t length)
-{
-    enlarge(signal, share, length, 0);
-}
-
-/* add_share(signal, share) */
-PyObject *add_share(PyObject *self, PyObject *const *given, Py_ssize_t count)
-{
-    (void)self;
-    Arrays arrays = {.count = 0};
-    Py_ssize_t length, shares;
-    if (count != 2)
-        return PyErr_Format(PyExc_TypeError, "add_share takes 2 arguments, not %zd", count);
-    float *signal = array(&arrays, given[0], "f", 1, &length);
-    const float *share = signal ? array(&arrays, given[1], "f", 0, &shares) : NULL;
-    int done = share != NULL && shares == length;
-    if (done)
-        (fuses() ? enlarge_fused : enlarge_twice)(signal, share, length);
-    else if (share != NULL)
-        PyErr_SetString(PyExc_ValueError, "a share for each pixel is wanted");
-    release(&arrays);
-    if (!done)
-        return NULL;
-    Py_RETURN_NONE;
-}
-
-/* hold(signal, well) */
-PyObject *hold(PyObject *self, PyObject *const *given, Py_ssize_t count)
-{
-    (void)self;
-    Arrays arrays = {.count = 0};
     Py_ssize_t length;
-    if (count != 2)
-        return PyErr_Format(PyExc_TypeError, "hold takes 2 arguments, not %zd", count);
-    const float well = (float)PyFloat_AsDouble(given[1]);
-    float *signal = PyErr_Occurred() ? NULL : array(&arrays, given[0], "f", 1, &length);
-    if (signal != NULL)
-        for (Py_ssize_t i = 0; i < length; i++)
-            signal[i] = signal[i] > well ? well : signal[i];
-    release(&arrays);
-    if (signal == NULL)
+    void *found = array(arrays, given, format, writable, &length);
+    if (found != NULL && length != wanted) {
+        PyErr_SetString(PyExc_ValueError, "arrays of one length are wanted");
         return NULL;
-    Py_RETURN_NONE;
+    }
+    return found;
 }
 
-/* signal_of(light, out, linear, root, zero) */
+/* signal_of(light, out, linear, root, zero, most, gain or None) */
 PyObject *signal_of(PyObject *self, PyObject *const *given, Py_ssize_t count)
 {
     (void)self;
+    if (count != 7)
+        return PyErr_Format(PyExc_TypeError, "signal_of takes 7 arguments, not %zd", count);
+    Answer by;
+    if (number(given[2], &by.linear) < 0 || number(given[3], &by.root) < 0 || number(given[4], &by.zero) < 0 ||
+        number(given[5], &by.most) < 0)
+        return NULL;
     Arrays arrays = {.count = 0};
-    const float *light;
-    void *out;
     Py_ssize_t length;
-    float numbers[3];
-    int done = passed_on(&arrays, given, count, "f", &light, &out, &length, numbers) == 0;
-    if (done) {
-        void (*const pass)(const float *, float *, Py_ssize_t, float, float, float) =
-            fuses_widely() ? answer_widely : fuses() ? answer_fused : answer_twice;
-        pass(light, out, length, numbers[0], numbers[1], numbers[2]);
-    }
+    const float *gain = NULL, *light = array(&arrays, given[0], "f", 0, &length);
+    float *out = light ? as_long(&arrays, given[1], "f", 1, length) : NULL;
+    int done = out != NULL;
+    if (done && given[6] != Py_None)
+        done = (gain = as_long(&arrays, given[6], "f", 0, length)) != NULL;
+    if (done)
+        (fuses_widely() ? answer_widely : fuses() ? answer_fused : answer_twice)(light, gain, out, length, &by);
     release(&arrays);
     if (!done)
         return NULL;
     Py_RETURN_NONE;
 }
 
-/* counts_of(signal, out, scale, offset, full) */
+/* counts_of(signal, out, scale, offset, full, then each that is added, and its weight) */
 PyObject *counts_of(PyObject *self, PyObject *const *given, Py_ssize_t count)
 {
     (void)self;
-    Arrays arrays = {.count = 0};
-    const float *signal;
-    void *out;
-    Py_ssize_t length;
-    float numbers[3];
-    int done = passed_on(&arrays, given, count, "H", &signal, &out, &length, numbers) == 0;
-    if (done && !(numbers[2] >= 0.0f && numbers[2] <= UINT16_MAX)) {
+    Digits by = {.count = (int)((count - 5) / 2)};
+    if (count < 5 || count % 2 == 0 || count > 5 + 2 * MOST_ADDED)
+        return PyErr_Format(PyExc_TypeError, "counts_of takes 5 arguments and up to %d pairs, not %zd arguments",
+                            MOST_ADDED, count);
+    if (number(given[2], &by.scale) < 0 || number(given[3], &by.offset) < 0 || number(given[4], &by.full) < 0)
+        return NULL;
+    if (!(by.full >= 0.0f && by.full <= UINT16_MAX)) {
         PyErr_SetString(PyExc_ValueError, "counts of 16 bits are made");
-        done = 0;
+        return NULL;
     }
+    Arrays arrays = {.count = 0};
+    Py_ssize_t length;
+    const float *signal = array(&arrays, given[0], "f", 0, &length);
+    uint16_t *out = signal ? as_long(&arrays, given[1], "H", 1, length) : NULL;
+    int done = out != NULL;
+    for (int k = 0; done && k < by.count; k++)
+        done = (by.added[k] = as_long(&arrays, given[5 + 2 * k], "f", 0, length)) != NULL &&
+               number(given[6 + 2 * k], &by.weights[k]) == 0;
     if (done)
-        (fuses() ? digitise_fused : digitise_twice)(signal, out, length, numbers[0], numbers[1], numbers[2]);
+        (fuses() ? digitise_fused : digitise_twice)(signal, out, length, &by);
     release(&arrays);
     if (!done)
         return NULL;

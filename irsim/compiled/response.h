@@ -4,8 +4,6 @@
 #include "arguments.h"
 
 PyObject *signal_of(PyObject *self, PyObject *const *given, Py_ssize_t count);
-PyObject *add_share(PyObject *self, PyObject *const *given, Py_ssize_t count);
-PyObject *hold(PyObject *self, PyObject *const *given, Py_ssize_t count);
 PyObject *counts_of(PyObject *self, PyObject *const *given, Py_ssize_t count);
 
 #endif

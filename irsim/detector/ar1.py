@@ -14,7 +14,7 @@ from pydantic_core import PydanticCustomError
 from irsim.compiled import COMPILED, kernels
 from irsim.detector.base import Additive, Moment, Ratio, read_only
 from irsim.detector.bridge import Bridge
-from irsim.detector.response import Response
+from irsim.detector.response import Response, Weighted
 from irsim.detector.scratch import scratch
 from irsim.rng import begun, normals
 from irsim.types import Floats
@@ -52,16 +52,19 @@ class Ar1(Additive):
         return -math.log(self.rho) if self.rho else math.inf
 
     def pattern(self, moment: Moment) -> Floats:
-        shape = over(moment.shape, self.over)
-        drawn = _process(self.decay(moment.rate_hz), shape, moment.seed, self.name).frame(moment.index)
+        drawn = self._state(moment)
         return drawn if self.ratio == 1 else drawn * np.float32(self.ratio)
+
+    def _state(self, moment: Moment) -> Floats:
+        shape = over(moment.shape, self.over)
+        return _process(self.decay(moment.rate_hz), shape, moment.seed, self.name).frame(moment.index)
 
     def add(self, signal: Floats, response: Response, moment: Moment) -> None:
         if self.over != "pixel":
             super().add(signal, response, moment)
-            return
-        process = _process(self.decay(moment.rate_hz), moment.shape, moment.seed, self.name)
-        cv2.scaleAdd(process.frame(moment.index), self.ratio * response.noise, signal, dst=signal)
+
+    def lasting(self, moment: Moment) -> Weighted | None:
+        return (self._state(moment), self.ratio) if self.over == "pixel" else None
 
     def spread(self, moment: Moment, fixed: bool) -> float:
         return self.ratio**2

@@ -16,7 +16,7 @@ from irsim.detector.bridge import Bridge
 from irsim.detector.response import Response
 from irsim.kinds import Fraction, Positive
 from irsim.rng import stream
-from irsim.types import Floats
+from irsim.types import Counts, Floats
 
 Places = npt.NDArray[np.intp]
 Share = Annotated[float, Field(ge=0, le=0.2)]
@@ -57,9 +57,8 @@ class BadPixels(Noise):
             on = self._telegraph(moment, blinking.size).frame(moment.index)
             flat[blinking] += (np.where(on, jumps, 0) * response.noise).astype(np.float32)
 
-    def replace(self, signal: Floats, response: Response, moment: Moment) -> None:
-        level = (self.dead_level * response.full - response.offset) * response.gain
-        signal.reshape(-1)[self._places("dead", self.dead, moment)] = level
+    def replace(self, counts: Counts, response: Response, moment: Moment) -> None:
+        counts.reshape(-1)[self._places("dead", self.dead, moment)] = round(self.dead_level * response.full)
 
     def variance(self, signal: Floats, response: Response, moment: Moment, fixed: bool) -> Floats | float:
         """Of the pixels where they are: infinite for dead ones, p (1 - p) height^2 for blinking ones."""

@@ -10,9 +10,9 @@ import cv2
 import numpy as np
 from pydantic import Field
 
-from irsim.detector.response import Response
+from irsim.detector.response import Response, Weighted
 from irsim.kinds import NamedKind
-from irsim.types import Floats
+from irsim.types import Counts, Floats
 
 Ratio = Annotated[float, Field(ge=0, le=1000)]
 """A sigma in units of the camera's NETD."""
@@ -35,18 +35,25 @@ class Moment:
 
 
 class Noise(NamedKind):
-    """One term of a detector's noise. It overrides what it does of the four steps, and tells its variance.
+    """One term of a detector's noise. It overrides what it has to do with a frame, and tells its variance.
 
     `signal` is the frame so far, (rows, cols) float32 in the units of `response`, and is changed in
     place. Everything random is addressed by (seed, self.name, index): the same whatever frames were
     asked for before.
     """
 
-    def respond(self, signal: Floats, response: Response, moment: Moment) -> None:
-        """Change how strongly pixels answer to light: before they saturate."""
+    def gains(self, moment: Moment) -> Floats | None:
+        """By what share each pixel answers more to light, before it saturates: (rows, cols) float32, read only; None
+        where all answer alike."""
+        return None
 
     def add(self, signal: Floats, response: Response, moment: Moment) -> None:
-        """Add to what was read: after they saturate."""
+        """Add to what was read: after pixels saturate."""
+
+    def lasting(self, moment: Moment) -> Weighted | None:
+        """What is added as well, and is kept for later frames: a picture in units of NETD times its weight, read only;
+        None where it is nothing."""
+        return None
 
     def steady(self, moment: Moment) -> Floats | None:
         """What is added as well, and stays for many frames: broadcastable to (rows, cols), float32, in units of
@@ -54,8 +61,8 @@ class Noise(NamedKind):
         have of it is summed up once."""
         return None
 
-    def replace(self, signal: Floats, response: Response, moment: Moment) -> None:
-        """Put another value in place of what was read: last."""
+    def replace(self, counts: Counts, response: Response, moment: Moment) -> None:
+        """Put others in place of the counts: last."""
 
     @abstractmethod
     def variance(self, signal: Floats, response: Response, moment: Moment, fixed: bool) -> Floats | float:

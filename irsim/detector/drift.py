@@ -10,11 +10,9 @@ import cv2
 import numpy as np
 from pydantic import Field
 
-from irsim.compiled import COMPILED, kernels
 from irsim.detector.ar1 import Over, Process, over
 from irsim.detector.base import Moment, Noise, Ratio, read_only
 from irsim.detector.response import Response
-from irsim.detector.scratch import scratch
 from irsim.kinds import Fraction, NotNegative
 from irsim.types import Floats
 
@@ -49,16 +47,8 @@ class Drift(Noise):
     age_s: NotNegative = 0.0
     """Time from the last correction to frame 0, s."""
 
-    def respond(self, signal: Floats, response: Response, moment: Moment) -> None:
-        if self.gain:
-            gain = self._now(moment, (("gain", "pixel", self.gain),))
-            if not response.zero and COMPILED:
-                kernels.add_share(signal, gain)
-            elif not response.zero:
-                cv2.accumulateProduct(signal, gain, signal)
-            else:  # what dark pixels give has no gain
-                light = np.subtract(signal, np.float32(response.zero), out=scratch(moment.shape, "light"))
-                cv2.accumulateProduct(light, gain, signal)
+    def gains(self, moment: Moment) -> Floats | None:
+        return self._now(moment, (("gain", "pixel", self.gain),)) if self.gain else None
 
     def steady(self, moment: Moment) -> Floats | None:
         terms: tuple[Term, ...] = (

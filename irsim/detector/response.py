@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
@@ -22,6 +23,12 @@ NETD_K = 300.0
 
 MOST_COUNTS = 2**16 - 1
 """The highest count that 16 bits hold."""
+
+MOST_ADDED = 8
+"""Pictures that are added to a signal in the pass that makes counts of it (`kernels.counts_of`)."""
+
+Weighted = tuple[Floats, float]
+"""A picture (rows, cols) float32, and what it is to be multiplied by."""
 
 
 @dataclass(frozen=True)
@@ -60,28 +67,43 @@ class Response:
         """The highest signal that can be told: that of a full well or of the highest count."""
         return min(self.well, (self.full - self.offset) * self.gain)
 
-    def signal(self, light: Floats, out: Floats | None = None) -> Floats:
+    def signal(
+        self, light: Floats, out: Floats | None = None, gain: Floats | None = None, most: float = math.inf
+    ) -> Floats:
         """The noiseless signal of in-band radiance (rows, cols) float32, W/m2/sr; into `out` where it is given, which
-        may be the light itself."""
+        may be the light itself.
+
+        gain (rows, cols), by what share each pixel answers more to light; most, what it holds.
+        """
         signal = np.empty_like(light) if out is None else out
-        if COMPILED and self.root and light.dtype == np.float32 and light.flags.c_contiguous:
-            kernels.signal_of(light, signal, self.linear, self.root, self.zero)
-        elif self.root:
+        if COMPILED and light.dtype == np.float32 and light.flags.c_contiguous:
+            kernels.signal_of(light, signal, self.linear, self.root, self.zero, most, gain)
+            return signal
+        if self.root:
             if light.min() < 0:  # by rounding alone
                 light = np.maximum(light, np.float32(0))
             cv2.addWeighted(light, self.linear, cv2.sqrt(light), self.root, self.zero, dst=signal)
         else:
             cv2.addWeighted(light, self.linear, light, 0, self.zero, dst=signal)
+        if gain is not None:  # what dark pixels give has none
+            cv2.accumulateProduct(signal - np.float32(self.zero), gain, signal)
+        if most < math.inf:
+            np.minimum(signal, np.float32(most), out=signal)
         return signal
 
-    def counts(self, signal: Floats, out: Counts | None = None) -> Counts:
-        """Counts of a signal, which is changed; in `out`, where it is given.
+    def counts(self, signal: Floats, out: Counts | None = None, added: Sequence[Weighted] = ()) -> Counts:
+        """Counts of a signal, which is changed, and of what is added to it; in `out`, where it is given.
 
         Rounded to the nearest (halves to even) and clipped to the depth: they saturate and never wrap around.
         """
         counts = np.empty(signal.shape, np.uint16) if out is None else out
-        if COMPILED and signal.dtype == np.float32 and signal.flags.c_contiguous:
-            kernels.counts_of(signal, counts, 1 / self.gain, self.offset, self.full)
+        compiled = COMPILED and signal.dtype == np.float32 and signal.flags.c_contiguous
+        together = added[-MOST_ADDED:] if compiled else ()
+        for pattern, weight in added[: len(added) - len(together)]:
+            cv2.scaleAdd(pattern, weight, signal, dst=signal)
+        if compiled:
+            flat = [part for pair in together for part in pair]
+            kernels.counts_of(signal, counts, 1 / self.gain, self.offset, self.full, *flat)
             return counts
         most = np.float32(MOST_COUNTS * self.gain)
         if cv2.norm(signal, cv2.NORM_INF) > most:  # would wrap in the conversion

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-import cv2
 import numpy as np
 
-from irsim.compiled import COMPILED, kernels
 from irsim.detector.base import Moment, Noise
 from irsim.detector.bloom import Bloom
 from irsim.detector.correction import Correction
-from irsim.detector.response import Response
+from irsim.detector.response import Response, Weighted
 from irsim.detector.scratch import scratch
 from irsim.detector.steady import Sum
 from irsim.types import Counts, Floats
@@ -51,23 +49,32 @@ class Sensor:
         is needed by nobody any more: its memory, which is in the caches, is written over. The counts are put into
         `out`, where it is given.
         """
-        signal = self._signal(light, light if spent else scratch(light.shape, "signal"))
         moment = self.moment(index, light.shape)
-        for noise in self.noises:
-            noise.respond(signal, self.response, moment)
-        self._saturate(signal)
+        signal = self._signal(light, light if spent else scratch(light.shape, "signal"), self._gain(moment))
         for noise in self.noises:
             noise.add(signal, self.response, moment)
-        steady = self._steady.of([part for noise in self.noises if (part := noise.steady(moment)) is not None], moment)
-        if steady is not None:
-            cv2.scaleAdd(steady, self.response.noise, signal, dst=signal)
+        counts = self.response.counts(signal, out, self._added(moment))
         for noise in self.noises:
-            noise.replace(signal, self.response, moment)
-        return self.response.counts(signal, out)
+            noise.replace(counts, self.response, moment)
+        return counts
+
+    def _gain(self, moment: Moment) -> Floats | None:
+        """What the noises' gains are together."""
+        gains = [gain for noise in self.noises if (gain := noise.gains(moment)) is not None]
+        if len(gains) < 2:
+            return gains[0] if gains else None
+        return np.asarray(np.prod([1 + gain for gain in gains], axis=0) - np.float32(1))
+
+    def _added(self, moment: Moment) -> Sequence[Weighted]:
+        """What is added to all that was drawn for this frame alone, in units of signal."""
+        lasting = [found for noise in self.noises if (found := noise.lasting(moment)) is not None]
+        steady = self._steady.of([part for noise in self.noises if (part := noise.steady(moment)) is not None], moment)
+        all_of_them = lasting if steady is None else [*lasting, (steady, 1.0)]
+        return [(pattern, weight * self.response.noise) for pattern, weight in all_of_them]
 
     def mean(self, light: Floats) -> Floats:
         """(rows, cols): the noiseless counts of a light before they are rounded and clipped; float64 of float64."""
-        return self._counts(self._held(light))
+        return self._counts(self._signal(light))
 
     def variance(self, light: Floats, index: int, fixed: bool = True) -> Floats:
         """(rows, cols) float64, counts^2: the noise of each pixel about `mean(light)`, rounding's 1/12 with it.
@@ -75,7 +82,7 @@ class Sensor:
         Over all draws of the seed, noise terms being independent; without `fixed`, what changes from
         frame to frame only. Infinite where a pixel says nothing of the light: dead, or saturated.
         """
-        signal, moment = self._held(light), self.moment(index, light.shape)
+        signal, moment = self._signal(light), self.moment(index, light.shape)
         variance = np.full(light.shape, 1 / 12)
         for noise in self.noises:
             variance += noise.variance(signal, self.response, moment, fixed) / self.response.gain**2
@@ -84,26 +91,16 @@ class Sensor:
         variance[silent] = np.inf
         return variance
 
-    def _signal(self, light: Floats, out: Floats | None = None) -> Floats:
+    def _signal(self, light: Floats, out: Floats | None = None, gain: Floats | None = None) -> Floats:
+        """What pixels hold before anything is read."""
         if self.falloff is not None:
             buffer = scratch(light.shape, "light") if light.dtype == np.float32 else None
             light = np.multiply(light, self.falloff, out=buffer)
-        return self.response.signal(light, out)
-
-    def _held(self, light: Floats) -> Floats:
-        signal = self._signal(light)
-        self._saturate(signal)
-        return signal
+        if self.bloom is None:
+            return self.response.signal(light, out, gain, self.response.well)
+        signal = self.response.signal(light, out, gain)
+        self.bloom.spill(signal, self.response.top)
+        return np.minimum(signal, np.float32(self.response.well), out=signal)
 
     def _counts(self, signal: Floats) -> Floats:
         return signal / np.float32(self.response.gain) + np.float32(self.response.offset)
-
-    def _saturate(self, signal: Floats) -> None:
-        if self.bloom is not None:
-            self.bloom.spill(signal, self.response.top)
-        if signal.max() <= self.response.well:
-            return
-        if COMPILED and signal.dtype == np.float32 and signal.flags.c_contiguous:
-            kernels.hold(signal, self.response.well)
-        else:
-            np.minimum(signal, np.float32(self.response.well), out=signal)
