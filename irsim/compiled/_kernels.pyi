@@ -82,9 +82,18 @@ def add_lines_and_normals(
     """signal += lines (down + across) + pixels normal: (rows, cols), of (rows,) and (cols,)."""
 
 def add_shot(
-    seed: bytes, table: Float32, deep: Float64, refined: int, signal: Float32, read_variance: float, well: float, /
-) -> None:
-    """signal += normal sqrt(signal + read_variance), without the signal where it is `well` or more."""
+    seed: bytes,
+    table: Float32,
+    deep: Float64,
+    refined: int,
+    signal: Float32,
+    read_variance: float,
+    well: float,
+    few: float,
+    /,
+) -> bytes:
+    """signal += normal sqrt(signal + read_variance), without the signal where it is `well` or more, or less than `few`;
+    of those: pairs of float64, flat index and signal before."""
 
 def bridge(
     seed: bytes,

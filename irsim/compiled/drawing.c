@@ -17,10 +17,8 @@ typedef struct {
 } Record;
 
 #if defined(__GNUC__)
-#define RARE __attribute__((noinline, cold))
 #define FETCH(place) __builtin_prefetch(place)
 #else
-#define RARE
 #define FETCH(place) (void)(place)
 #endif
 

@@ -7,8 +7,10 @@
 
 #if defined(__GNUC__)
 #define INLINED static inline __attribute__((always_inline))
+#define RARE __attribute__((noinline, cold)) /* kept out of the loop that calls it */
 #else
 #define INLINED static inline
+#define RARE
 #endif
 
 #if defined(__x86_64__) && defined(__GNUC__)

@@ -64,27 +64,66 @@ INLINED void lone(const float *drawn, Py_ssize_t from, Py_ssize_t count, void *w
 }
 BOTH(lone)
 
+/* A pixel, and what it held. Both as numbers that Python reads without more ado. */
+typedef struct {
+    double place, held;
+} Dark;
+
 typedef struct {
     float *signal;
-    float read_variance, well;
+    float read_variance, well, few;
+    Dark *dark; /* pixels that held few, from the first on */
+    Py_ssize_t count, room;
+    int failed;
 } Shot;
+
+static RARE void note_dark(Shot *to, Py_ssize_t place)
+{
+    if (to->count == to->room && !to->failed) {
+        const Py_ssize_t room = 2 * to->room + 64;
+        Dark *dark = PyMem_Realloc(to->dark, (size_t)room * sizeof *dark);
+        if (dark == NULL) {
+            to->failed = 1;
+            return;
+        }
+        to->dark = dark;
+        to->room = room;
+    }
+    if (!to->failed)
+        to->dark[to->count++] = (Dark){(double)place, to->signal[place]};
+}
 
 INLINED void shot(const float *drawn, Py_ssize_t from, Py_ssize_t count, void *with, int fused)
 {
     const Shot *to = with;
     float *restrict signal = to->signal + from;
-    const float read_variance = to->read_variance, well = to->well;
+    const float read_variance = to->read_variance, well = to->well, few = to->few;
     for (Py_ssize_t i = 0; i < count; i++) {
-        float held = signal[i], shaken = held >= well ? 0.0f : held;
+        float held = signal[i], shaken = held >= well || held < few ? 0.0f : held;
         signal[i] = plus(held, sqrtf(shaken + read_variance), drawn[i], fused);
     }
 }
+
+/* The same of normals whose pixels were not seen before. */
+INLINED void shot_first(const float *drawn, Py_ssize_t from, Py_ssize_t count, void *with, int fused)
+{
+    Shot *to = with;
+    int dark = 0;
+    for (Py_ssize_t i = 0; i < count; i++)
+        dark |= to->signal[from + i] < to->few;
+    if (dark)
+        for (Py_ssize_t place = from; place < from + count; place++)
+            if (to->signal[place] < to->few)
+                note_dark(to, place);
+    shot(drawn, from, count, with, fused);
+}
+BOTH(shot_first)
 BOTH(shot)
 
 /* Roots are what takes time here. */
-FUSING_WIDELY static void shot_widely(const float *drawn, Py_ssize_t from, Py_ssize_t count, void *with)
+FUSING_WIDELY static void shot_first_widely(const float *drawn, Py_ssize_t from, Py_ssize_t count, void *with)
 {
-    shot(drawn, from, count, with, 1);
+    shot_first(drawn, from, count, with, 1);
 }
 
 typedef struct {
@@ -164,23 +203,29 @@ PyObject *add_lines_and_normals(PyObject *self, PyObject *const *given, Py_ssize
     return done;
 }
 
-/* add_shot(seed, table, deep, refined, signal, read_variance, well) */
+/* add_shot(seed, table, deep, refined, signal, read_variance, well, few) */
 PyObject *add_shot(PyObject *self, PyObject *const *given, Py_ssize_t count)
 {
     (void)self;
     Arrays arrays = {.count = 0};
     Drawing drawn;
-    Shot to;
+    Shot to = {.dark = NULL};
     Py_ssize_t length;
-    float limits[2];
+    float limits[3];
     PyObject *done = NULL;
-    if (so_many("add_shot", count, 7) && drawing(&arrays, given, &drawn) == 0 &&
-        (to.signal = array(&arrays, given[4], "f", 1, &length)) != NULL && numbers(given, 5, 2, limits) == 0) {
+    if (so_many("add_shot", count, 8) && drawing(&arrays, given, &drawn) == 0 &&
+        (to.signal = array(&arrays, given[4], "f", 1, &length)) != NULL && numbers(given, 5, 3, limits) == 0) {
         to.read_variance = limits[0];
         to.well = limits[1];
-        const Use use = fuses_widely() ? shot_widely : CHOSEN(shot);
-        done = draw(&drawn, length, use, use, &to);
+        to.few = limits[2];
+        done = draw(&drawn, length, fuses_widely() ? shot_first_widely : CHOSEN(shot_first), CHOSEN(shot), &to);
+        if (done != NULL) {
+            Py_DECREF(done);
+            done = to.failed ? PyErr_NoMemory()
+                             : PyBytes_FromStringAndSize((const char *)to.dark, to.count * (Py_ssize_t)sizeof *to.dark);
+        }
     }
+    PyMem_Free(to.dark);
     release(&arrays);
     return done;
 }

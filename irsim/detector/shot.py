@@ -29,22 +29,20 @@ class Shot(Noise):
 
     def add(self, signal: Floats, response: Response, moment: Moment) -> None:
         address = moment.seed, "noise", self.name, moment.index
-        least = signal.min()
-        if COMPILED and least >= EXACT_E:
-            kernels.add_shot(*begun(*address), signal, response.read**2, response.well)
-            return
-        drawn = normals(moment.shape, *address, out=scratch(moment.shape, "drawn"))
-        low = signal < EXACT_E if least < EXACT_E else None
-        sigma = np.add(signal, np.float32(response.read**2), out=scratch(moment.shape, "sigma"))
-        if signal.max() >= response.well:
-            sigma.reshape(-1)[np.flatnonzero(signal >= response.well)] = response.read**2
-        if low is not None:
-            sigma[low] = response.read**2
+        read_variance, well = response.read**2, response.well
+        if COMPILED:
+            found = np.frombuffer(kernels.add_shot(*begun(*address), signal, read_variance, well, EXACT_E))
+            dark, held = found[::2].astype(np.intp), found[1::2].astype(np.float32)
+        else:
+            dark = np.flatnonzero(signal < EXACT_E)
+            held = signal.reshape(-1)[dark]
+            drawn = normals(moment.shape, *address, out=scratch(moment.shape, "drawn"))
+            shaken = np.where((signal >= well) | (signal < EXACT_E), np.float32(0), signal)
+            cv2.accumulateProduct(np.sqrt(shaken + np.float32(read_variance)), drawn, signal)
+        if dark.size:
             words = bits(moment.seed, "noise", self.name, "uniform", moment.index).random_raw(signal.size)
-            uniform = ((words.reshape(moment.shape)[low] >> np.uint64(11)) + 0.5) * 2.0**-53
-            signal[low] = poisson(np.maximum(signal[low], 0), uniform)
-        cv2.sqrt(sigma, dst=sigma)
-        cv2.accumulateProduct(sigma, drawn, signal)
+            uniform = ((words[dark] >> np.uint64(11)) + 0.5) * 2.0**-53
+            signal.reshape(-1)[dark] += poisson(np.maximum(held, 0), uniform).astype(np.float32) - held
 
     def variance(self, signal: Floats, response: Response, moment: Moment, fixed: bool) -> Floats | float:
         return np.maximum(signal, 0).astype(np.float64) + response.read**2
