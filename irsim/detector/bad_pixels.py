@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
-from irsim.detector.base import Moment, Noise, Ratio
+from irsim.detector.base import Moment, Noise, Ratio, read_only
 from irsim.detector.bridge import Bridge
 from irsim.detector.response import Response
 from irsim.kinds import Fraction, Positive
@@ -49,13 +49,15 @@ class BadPixels(Noise):
     """Mean time that a blinking pixel stays at its own level, s."""
 
     def add(self, signal: Floats, response: Response, moment: Moment) -> None:
-        hot, heights = self._hot(moment)
-        flat = signal.reshape(-1)
-        flat[hot] += (heights * response.noise).astype(np.float32)
         blinking, jumps = self._blinking(moment)
         if blinking.size:
             on = self._telegraph(moment, blinking.size).frame(moment.index)
-            flat[blinking] += (np.where(on, jumps, 0) * response.noise).astype(np.float32)
+            signal.reshape(-1)[blinking] += (np.where(on, jumps, 0) * response.noise).astype(np.float32)
+
+    def steady(self, moment: Moment) -> Floats | None:
+        if not self.hot:
+            return None
+        return _raised(moment.shape, self.hot, self.cluster, moment.seed, self.name, self.hot_ratio)
 
     def replace(self, counts: Counts, response: Response, moment: Moment) -> None:
         counts.reshape(-1)[self._places("dead", self.dead, moment)] = round(self.dead_level * response.full)
@@ -71,10 +73,6 @@ class BadPixels(Noise):
 
     def _places(self, what: str, share: float, moment: Moment) -> Places:
         return places(moment.shape, share, self.cluster, moment.seed, self.name, what)
-
-    def _hot(self, moment: Moment) -> tuple[Places, Floats]:
-        hot = self._places("hot", self.hot, moment)
-        return hot, self.hot_ratio * _heights(moment.seed, self.name, hot.size)
 
     def _blinking(self, moment: Moment) -> tuple[Places, Floats]:
         blinking = self._places("blinking", self.blinking, moment)
@@ -92,10 +90,13 @@ def _jumps(seed: int, name: str, what: str, count: int) -> Floats:
     return np.asarray(np.where(drawn[0] < 0.5, -1.0, 1.0) * -np.log1p(-drawn[1]))
 
 
-@lru_cache(maxsize=16)
-def _heights(seed: int, name: str, count: int) -> Floats:
-    """Exponential numbers of mean 1/2 above 1/2."""
-    return np.asarray(0.5 + 0.5 * np.abs(_jumps(seed, name, "hot heights", count)))
+@lru_cache(maxsize=4)
+def _raised(shape: tuple[int, int], share: float, cluster: float, seed: int, name: str, mean: float) -> Floats:
+    """Heights of hot pixels where they are, 0 elsewhere: exponential, of half the mean, above half the mean."""
+    hot = places(shape, share, cluster, seed, name, "hot")
+    raised = np.zeros(shape, np.float32)
+    raised.reshape(-1)[hot] = mean * (0.5 + 0.5 * np.abs(_jumps(seed, name, "hot heights", hot.size)))
+    return read_only(raised)
 
 
 @lru_cache(maxsize=16)
