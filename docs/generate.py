@@ -88,8 +88,8 @@ OUTER: dict[str, type[Part]] = {
 INNER: dict[str, type[Part]] = {
     "clouds: each, in `background: {kind: sky}`": Clouds,
     "fields, in `background: {kind: ground}` and `{kind: landscape}`": Fields,
-    "roads, in `background: {kind: ground}`": Roads,
-    "water, in `background: {kind: ground}`": Water,
+    "roads, in `background: {kind: ground}` and `{kind: landscape}`": Roads,
+    "water, in `background: {kind: ground}` and `{kind: landscape}`": Water,
     "clutter, in `background: {kind: ground}` and `{kind: landscape}`": Clutter,
     "trees: each, in `background: {kind: landscape}`": Trees,
     "buildings: each, in `background: {kind: landscape}`": Buildings,

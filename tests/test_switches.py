@@ -120,6 +120,8 @@ LANDS: dict[str, dict[str, Any]] = {
     "landscape": {
         "clouds": CLOUDS,
         "fields": {},
+        "roads": {"count": 9},
+        "water": {"share": 0.4},
         "clutter": {"per_mrad2": 0.01},
         "trees": [{"range_m": 2000.0}],
         "buildings": [{"range_m": 1500.0, "spacing_m": 30.0}],

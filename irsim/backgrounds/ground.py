@@ -12,9 +12,9 @@ from pydantic import Field, model_validator
 from irsim.backgrounds.air import through_air
 from irsim.backgrounds.base import FARTHEST, Background, Gaze, Layer, Names
 from irsim.backgrounds.fields import Betas, Histogram, shaped, spectral
-from irsim.backgrounds.hours import TEMPERATURES, Hour, filled
+from irsim.backgrounds.hours import Hour, filled, typical
 from irsim.backgrounds.painting import Painting
-from irsim.backgrounds.patches import Clutter, Fields, Painted, Roads, Water
+from irsim.backgrounds.patches import LYING, Clutter, Fields, Painted, Roads, Water
 from irsim.backgrounds.texture import Tile, tile_side
 from irsim.kinds import Kelvin, KelvinSpread, Positive
 from irsim.radiometry import radiance
@@ -105,7 +105,7 @@ class Ground(Background):
         return through_air(layers, stage)
 
     def names(self) -> Names:
-        for name in ("fields", "water", "roads", "clutter"):
+        for name in LYING:
             if getattr(self, name) is not None:
                 yield name, (name,)
 
@@ -114,20 +114,15 @@ class Ground(Background):
         side, px_per_mrad = tile_side(stage.geometry.size), 1e-3 / stage.geometry.ifov_rad
         found: list[tuple[str, Painted]] = []
         if self.fields is not None:
-            spread = self._typical(self.fields.spread_k, "fields", 3.0)
+            spread = typical(self.fields.spread_k, self.hour, "fields")
             found.append(("fields", self.fields.paint(side, px_per_mrad, spread, stage.seed)))
-        if self.water is not None:
-            contrast = self._typical(self.water.contrast_k, "water", -8.0)
-            found.append(("water", self.water.paint(side, px_per_mrad, contrast, stage.seed)))
-        if self.roads is not None:
-            contrast = self._typical(self.roads.contrast_k, "roads", 6.0)
-            found.append(("roads", self.roads.paint(side, px_per_mrad, contrast, stage.seed)))
+        for name, even in (("water", self.water), ("roads", self.roads)):
+            if even is not None:
+                contrast = typical(even.contrast_k, self.hour, name)
+                found.append((name, even.paint(side, px_per_mrad, contrast, stage.seed)))
         if self.clutter is not None:
             found.append(("clutter", self.clutter.paint(side, px_per_mrad, stage.seed)))
         return [(name, *painted) for name, painted in found]
-
-    def _typical(self, given: float | None, what: str, otherwise: float) -> float:
-        return given if given is not None else TEMPERATURES.get(self.hour, {}).get(what, otherwise)
 
     def _patches(self, name: str, cover: Floats, offset_k: Floats, stage: Stage) -> Patches:
         emission = cover * radiance(stage.band, np.maximum(self.mean_k + offset_k, 1.0))

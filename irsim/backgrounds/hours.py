@@ -8,6 +8,13 @@ Hour = Literal["any", "day", "night"]
 """`any` stands for no hour: every temperature is as its key says."""
 
 TEMPERATURES: dict[str, dict[str, float]] = {
+    "any": {
+        "fields": 3.0,
+        "roads": 6.0,
+        "water": -8.0,
+        "trees": 288.0,
+        "walls": 290.0,
+    },
     "day": {
         "ground": 303.0,
         "spread": 4.0,
@@ -28,14 +35,18 @@ TEMPERATURES: dict[str, dict[str, float]] = {
     },
 }
 """K: ground, trees and walls themselves; spreads of the ground and between fields; roads and water
-less the ground. Round figures for a clear summer day and night at mid latitudes: bare soil and asphalt
-swing most between day and night, water hardly, crowns of trees stay near the air (Oke, Boundary Layer
-Climates, 2nd ed. 1987, chapters 2 to 4). So water is the coldest by day and warm by night."""
+less the ground. Those of no hour are choices, the others round figures for a clear summer day and night at
+mid latitudes: bare soil and asphalt swing most between day and night, water hardly, crowns of trees stay
+near the air (Oke, Boundary Layer Climates, 2nd ed. 1987, chapters 2 to 4). So water is the coldest by day
+and warm by night."""
 
 
 def filled(data: Any, keys: dict[str, str]) -> Any:
     """A part's keys with those that are missing taken from its `hour`; `keys`: key of the part -> key of the table."""
-    if not isinstance(data, dict) or data.get("hour", "any") not in TEMPERATURES:
-        return data
-    table = TEMPERATURES[data["hour"]]
-    return {**{key: table[what] for key, what in keys.items()}, **data}
+    table = TEMPERATURES.get(data.get("hour", "any"), {}) if isinstance(data, dict) else {}
+    return {**{key: table[what] for key, what in keys.items() if what in table}, **data} if table else data
+
+
+def typical(given: float | None, hour: Hour, what: str) -> float:
+    """What is given, or else what the table has of that hour, K."""
+    return given if given is not None else TEMPERATURES[hour][what]

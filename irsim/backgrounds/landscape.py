@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -12,10 +13,10 @@ from pydantic import model_validator
 
 from irsim.backgrounds.base import FARTHEST, Changed, Gaze, Layer, Names
 from irsim.backgrounds.fields import Betas, profile, spectral
-from irsim.backgrounds.hours import TEMPERATURES, Hour, filled
+from irsim.backgrounds.hours import Hour, filled, typical
 from irsim.backgrounds.painting import Painting
 from irsim.backgrounds.panorama import Panorama, Sheet
-from irsim.backgrounds.patches import Clutter, Fields
+from irsim.backgrounds.patches import LYING, Clutter, Fields, Roads, Water
 from irsim.backgrounds.sky import Sky
 from irsim.backgrounds.structures import Buildings, Trees
 from irsim.backgrounds.texture import TILE
@@ -30,6 +31,14 @@ the farthest ground, whose features would be thinner than a pixel."""
 
 NEARER = 5.0
 """The ground's texture is drawn a second time this much finer, for what is near."""
+
+LOOKS = 16
+"""Heights within a pixel at which it is asked for what lies there: the far ground is seen so flat that a
+road across is thinner than a pixel."""
+
+TURNED = math.atan(((math.sqrt(5) - 1) / 2) ** 3)
+"""How far the map of roads and water is turned, rad: a little, and by a power of the golden ratio, so that its
+repetitions do not lie behind one another."""
 
 FAR_M = 20_000.0
 """Farthest ground that is looked through the air at, m: the atmosphere is fitted up to there."""
@@ -53,6 +62,11 @@ class Landscape(Sky):
     hour: Hour = "any"
     """day or night: temperatures that are not given are typical of it."""
     fields: Fields | None = None
+    roads: Roads | None = None
+    """Roads that narrow towards the horizon, where they have their width: one of w metres, seen from h metres up, has
+    40 ifov_mrad w / h there."""
+    water: Water | None = None
+    """Ponds and lakes that lie flat; their size is that at the horizon, nearer ones are larger."""
     clutter: Clutter | None = None
     trees: Several[Trees] = ()
     """Rows of trees."""
@@ -70,24 +84,19 @@ class Landscape(Sky):
         sheet = whole.between(whole.horizon - 5 * self.hills_mrad * 1e-3 / stage.geometry.ifov_rad, np.inf)
         kelvin, cover, below = self._ground(sheet, stage)
         country = Country(sky, self._laid("ground", sheet, cover, kelvin, stage))
-        lying = []
-        side, px_per_mrad = TILE, 1e-3 / stage.geometry.ifov_rad
-        if self.fields is not None:
-            spread = self.fields.spread_k if self.fields.spread_k is not None else self._typical("fields", 3.0)
-            flat = _plane(self.fields.paint(side, px_per_mrad, spread, stage.seed)[1], sheet, below, 1.0, 4.0)
-            lying.append(self._laid("fields", sheet, cover, flat + (kelvin + self.ground_k) / 2, stage))
-        if self.clutter is not None:
-            spots, offset = (_repeated(part, sheet) for part in self.clutter.paint(side, px_per_mrad, stage.seed))
-            lying.append(self._laid("clutter", sheet, spots * cover, self.ground_k + offset, stage))
+        lying = [
+            self._laid(name, sheet, cover * part, warmth, stage)
+            for name, part, warmth in self._lying(sheet, below, kelvin, stage)
+        ]
         standing = [
-            part.paint(whole, self.camera_height_m, part.temperature_k or self._typical(what, otherwise), stage)
-            for parts, what, otherwise in ((self.trees, "trees", 288.0), (self.buildings, "walls", 290.0))
+            part.paint(whole, self.camera_height_m, typical(part.temperature_k, self.hour, what), stage)
+            for parts, what in ((self.trees, "trees"), (self.buildings, "walls"))
             for part in parts
         ]
         return [country, *lying, *(Above(layer, country) for layer in clouds), *standing]
 
     def names(self) -> Names:
-        for name in ("fields", "clutter"):
+        for name in LYING:
             if getattr(self, name) is not None:
                 yield name, (name,)
         yield from super().names()
@@ -95,8 +104,23 @@ class Landscape(Sky):
             for index, part in enumerate(getattr(self, key)):
                 yield part.id, (key, index, "id")
 
-    def _typical(self, what: str, otherwise: float) -> float:
-        return TEMPERATURES.get(self.hour, {}).get(what, otherwise)
+    def _lying(
+        self, sheet: Sheet, below: Floats, kelvin: Floats, stage: Stage
+    ) -> Iterator[tuple[str, Floats | float, Floats]]:
+        """Name, cover and temperature of all that lies on ground of temperatures (rows, cols), the lowest first."""
+        px_per_mrad = 1e-3 / stage.geometry.ifov_rad
+        if self.fields is not None:
+            spread = typical(self.fields.spread_k, self.hour, "fields")
+            painted = self.fields.paint(TILE, px_per_mrad, spread, stage.seed)[1]
+            yield "fields", 1.0, _plane(painted, sheet, below, 1.0, 4.0) + (kelvin + self.ground_k) / 2
+        for name, even in (("water", self.water), ("roads", self.roads)):
+            if even is not None:
+                inside = even.inside(TILE, px_per_mrad, stage.seed).astype(np.float32)
+                warmth = self.ground_k + typical(even.contrast_k, self.hour, name)
+                yield name, _lain(inside, sheet, below, stage.geometry.ifov_rad), np.full_like(kelvin, warmth)
+        if self.clutter is not None:
+            spots, offset = (_repeated(part, sheet) for part in self.clutter.paint(TILE, px_per_mrad, stage.seed))
+            yield "clutter", spots, self.ground_k + offset
 
     def _ground(self, sheet: Sheet, stage: Stage) -> tuple[Floats, Floats, Floats]:
         """Temperature, cover and px below the horizon (0 above it), each (rows, cols) of the sheet."""
@@ -126,11 +150,30 @@ class Landscape(Sky):
 def _plane(texture: Floats, sheet: Sheet, below: Floats, finer_x: float, finer_y: float) -> Floats:
     """(rows, cols): a periodic texture laid on the ground; at the horizon one texel is one px, divided by `finer`."""
     shrunk = VANISHING_PX / (below + VANISHING_PX)
+    return _periodic(texture, sheet.columns * shrunk * finer_x, VANISHING_PX * shrunk * finer_y)
+
+
+def _periodic(texture: Floats, columns: Floats, rows: Floats) -> Floats:
+    """A periodic texture at places between its texels, linearly."""
     side = texture.shape[0]
-    columns = np.mod(sheet.columns * shrunk * finer_x, side).astype(np.float32)
-    rows = np.mod(VANISHING_PX * shrunk * finer_y, side).astype(np.float32)
-    wide = cv2.copyMakeBorder(texture, 0, 1, 0, 1, cv2.BORDER_WRAP)
-    return np.asarray(cv2.remap(wide, columns, rows, cv2.INTER_LINEAR))
+    x, y = (np.mod(at, side).astype(np.float32) for at in (columns, rows))
+    return np.asarray(cv2.remap(cv2.copyMakeBorder(texture, 0, 1, 0, 1, cv2.BORDER_WRAP), x, y, cv2.INTER_LINEAR))
+
+
+def _lain(inside: Floats, sheet: Sheet, below: Floats, ifov_rad: float) -> Floats:
+    """(rows, cols) 0..1: what something on the ground covers of each pixel.
+
+    inside: (side, side) texels inside of its edge, on a periodic map of ground as long as wide. Ground is
+    seen VANISHING_PX * ifov below the level at least, where a texel is a px wide, and lower by that angle.
+    """
+    cosine, sine = math.cos(TURNED), math.sin(TURNED)
+    total = np.zeros(sheet.shape, np.float32)
+    for shift in (np.arange(LOOKS) + 0.5) / LOOKS - 0.5:
+        px_per_texel = (below + shift + VANISHING_PX) / VANISHING_PX
+        right, ahead = sheet.columns / px_per_texel, 1 / (ifov_rad * px_per_texel)
+        edge = _periodic(inside, cosine * right - sine * ahead, sine * right + cosine * ahead)
+        total += np.clip(edge * px_per_texel + 0.5, 0, 1)
+    return total / LOOKS
 
 
 def _repeated(texture: Floats, sheet: Sheet) -> Floats:

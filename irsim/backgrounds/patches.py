@@ -1,11 +1,13 @@
 """What lies on the ground: fields with lanes between them, roads, water, and clutter like targets.
 
 Each is painted on a periodic map of px, (side, side), and gives its cover (0..1, of each pixel) and
-its temperature less the ground's, K.
+its temperature less the ground's, K. What is of one temperature has an edge, too, which is sharp
+however large the map is drawn.
 """
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from typing import Annotated
 
 import cv2
@@ -19,6 +21,9 @@ from irsim.types import Floats
 
 Painted = tuple[Floats, Floats]
 """Cover, 0..1, and temperature less the ground's, K."""
+
+LYING = ("fields", "water", "roads", "clutter")
+"""Keys of what lies on the ground, the lowest first."""
 
 
 class Fields(Part):
@@ -74,7 +79,19 @@ def _bend(texture: Floats, size_px: float, seed: int) -> Floats:
     return np.asarray(cv2.remap(wide, columns.astype(np.float32), rows.astype(np.float32), cv2.INTER_LINEAR))
 
 
-class Roads(Part):
+class Even(Part):
+    """Something of one temperature."""
+
+    @abstractmethod
+    def inside(self, side: int, px_per_mrad: float, seed: int) -> Floats:
+        """(side, side): how far each pixel's middle is inside of its edge, px; outside, below 0."""
+
+    def paint(self, side: int, px_per_mrad: float, contrast_k: float, seed: int) -> Painted:
+        cover = np.clip(self.inside(side, px_per_mrad, seed) + 0.5, 0, 1).astype(np.float32)
+        return cover, np.full_like(cover, contrast_k)
+
+
+class Roads(Even):
     """Winding roads across the picture."""
 
     count: Annotated[int, Field(ge=1, le=50)] = 2
@@ -84,7 +101,7 @@ class Roads(Part):
     contrast_k: KelvinDifference | None = None
     """Temperature less the ground's mean, K; by the ground's `hour` where not given, else 6."""
 
-    def paint(self, side: int, px_per_mrad: float, contrast_k: float, seed: int) -> Painted:
+    def inside(self, side: int, px_per_mrad: float, seed: int) -> Floats:
         distance = np.full((side, side), np.inf)
         along = np.arange(side)
         for number in range(round(self.count * side / 1024) or 1):
@@ -97,11 +114,10 @@ class Roads(Part):
             middle = draw.uniform(0, side) + course
             off = np.abs((along[:, None] - middle + side / 2) % side - side / 2) / np.hypot(1, slope)
             distance = np.minimum(distance, off if number % 2 else off.T)
-        cover = np.clip(self.width_mrad * px_per_mrad / 2 - distance + 0.5, 0, 1).astype(np.float32)
-        return cover, np.full_like(cover, contrast_k)
+        return np.asarray(self.width_mrad * px_per_mrad / 2 - distance)
 
 
-class Water(Part):
+class Water(Even):
     """Ponds and lakes: smooth, and of one temperature."""
 
     share: Annotated[float, Field(gt=0, lt=1)] = 0.1
@@ -111,12 +127,11 @@ class Water(Part):
     contrast_k: KelvinDifference | None = None
     """Temperature less the ground's mean, K; by the ground's `hour` where not given, else -8."""
 
-    def paint(self, side: int, px_per_mrad: float, contrast_k: float, seed: int) -> Painted:
+    def inside(self, side: int, px_per_mrad: float, seed: int) -> Floats:
         field = spectral(side, 4.2, None, self.size_mrad * px_per_mrad, 1.3, seed, "water")
         shore = float(np.quantile(field, 1 - self.share))
         steep = np.hypot(*np.gradient(field)) + 1e-6
-        cover = np.clip((field - shore) / steep + 0.5, 0, 1).astype(np.float32)
-        return cover, np.full_like(cover, contrast_k)
+        return np.asarray((field - shore) / steep)
 
 
 Length = Annotated[float, Field(ge=0.001, le=50)]
