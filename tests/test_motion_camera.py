@@ -107,6 +107,34 @@ class TestPointings:
             # A second on, 3 m to the east: 3 / range / 0.5 mrad px to the left.
             np.testing.assert_allclose(seen[30] - seen[0], [-3 / range_m / 5e-4, 0], atol=1e-9)
 
+    @pytest.mark.parametrize(
+        "way",
+        [
+            {"kind": "waypoints_m", "axes": "world", "points": [[5, 1, 0], [9, 4, 1], [12, 20, 1]], "speed_m_s": 8},
+            {"kind": "turns_m", "start_m": [3, 0, 9], "speed_m_s": 10, "turns": [[5, 15, 90], [15, 35, -90]]},
+            {"kind": "singer_m", "start_m": [0, 0, 0], "velocity_m_s": [7, 0, 1], "sigma_m_s2": 3.0},
+        ],
+    )
+    def test_a_platform_on_a_path_sees_what_stands_as_a_camera_at_rest_sees_what_goes_the_other_way(
+        self, way: dict[str, Any]
+    ) -> None:
+        """Places less the platform's own way from where it began, seen by a camera that stands."""
+        frames, point = np.arange(41.0), np.array([2.0, -1.0, 60.0])
+        gone = path(**way).positions(frames, stage(), "platform")
+        carried = Mount.of([motion("platform", velocity_m_s=[0, 0, 0], sway_m=[0, 0, 0], path=way)], frames, stage())
+        standing = Mount.of([], frames, stage())
+        np.testing.assert_allclose(
+            carried.seen(np.tile(point, (41, 1))), standing.seen(point - gone + gone[0]), atol=1e-9
+        )
+        assert np.ptp(np.diff(gone, n=2, axis=0), axis=0).max() > 1e-3  # it does not go evenly
+
+    def test_a_path_comes_on_top_of_a_platforms_velocity_and_sway(self) -> None:
+        frames = np.arange(20.0)
+        straight = {"kind": "straight_m", "axes": "world", "start_m": [9, 9, 9], "velocity_m_s": [1, 2, 3]}
+        both = motion("platform", path=straight).shifts(frames, stage())
+        even = motion("platform", velocity_m_s=[11, 7, 2]).shifts(frames, stage())
+        np.testing.assert_allclose(both, even, atol=1e-9)
+
     @pytest.mark.parametrize("place", [None, [20.0, 100.0]])
     def test_it_keeps_a_target_where_it_is_told(self, place: list[float] | None) -> None:
         leader = path(**LEADER)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -21,6 +23,7 @@ targets:
 MOTIONS = [
     "[{kind: zoom, factors: [[0, 1], [39, 2.5]]}]",
     "[{kind: platform, velocity_m_s: [8, 0, 2]}]",
+    "[{kind: platform, path: {kind: turns_m, start_m: [0, 0, 0], speed_m_s: 30, turns: [[5, 30, 120]]}}]",
     "[{kind: tracks, target: jet, lag_s: 0.05}, {kind: zoom, factors: [[5, 1.5]]}, {kind: shake, rms_px: 1}]",
 ]
 
@@ -49,6 +52,24 @@ def test_a_zoomed_camera_sees_a_smaller_part_of_the_background() -> None:
     # Half a frame is 80 px x 0.5 mrad = 40 mrad wide: atan(0.04) against atan(0.01), in px of the map.
     assert wide.spread(wide.u)[60, -1] == pytest.approx(np.arctan(79.5 * 5e-4) / 5e-4, abs=1e-3)
     assert near.spread(near.u)[60, -1] == pytest.approx(np.arctan(79.5 * 5e-4 / 4) / 5e-4, abs=1e-3)
+
+
+def test_a_platform_on_a_path_passes_what_is_near() -> None:
+    """20 m to the right and then 20 m ahead: a bar 100 m away, 40 px of 5 mrad to the right at first, stands at
+    100 m (sin, cos) of atan(0.2) less (20, 20) m then; a jet that was 1500 m straight ahead, at (-20, 1480) m."""
+    way = "path: {kind: waypoints_m, axes: world, points: [[0, 0, 0], [20, 0, 0], [20, 20, 0]], frames: [0, 15, 30]}"
+    near = "occluders: [{kind: bar, center_px: [119.5, 59.5], size_px: [2, 2], range_m: 100}]\n"
+    text = SCENE.replace("MOTION", f"[{{kind: platform, {way}}}]").replace("elevation_deg: 10", "ifov_mrad: 5") + near
+    for old, new in {"fighter": "point", "[60, 50]": "[79.5, 59.5]", "speed: 0.7": "speed: 0.0"}.items():
+        text = text.replace(old, new)
+    renderer = Renderer(loads(text))
+    drawn = renderer.occluders[0].draw(renderer.sight(30))
+    assert drawn is not None
+    angle = math.atan(40 * 5e-3)
+    right, ahead = 100 * math.sin(angle) - 20, 100 * math.cos(angle) - 20
+    assert drawn.center[0] == pytest.approx(79.5 + right / ahead / 5e-3, abs=0.01)
+    (jet,) = renderer.scene(30)[1].targets
+    assert jet.center[0] == pytest.approx(79.5 - 20 / 1480 / 5e-3, abs=0.01)
 
 
 def test_a_platform_moves_near_things_before_far_ones() -> None:

@@ -2,25 +2,54 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import numpy as np
 
-from irsim.kinds import Positive, Triple
-from irsim.motion.base import Pointing, world_to_first
+from irsim.kinds import Family, Positive, Triple
+from irsim.motion.base import MetrePath, Pointing, world_to_first
+from irsim.motion.dive import Dive
+from irsim.motion.singer import SingerM
+from irsim.motion.straight import StraightM
+from irsim.motion.turns import TurnsM
+from irsim.motion.waypoints import WaypointsM
 from irsim.stage import Stage
 from irsim.types import Floats
 
+METRE_PATHS = Family(
+    "metre path",
+    MetrePath,
+    {
+        "straight_m": StraightM,
+        "waypoints_m": WaypointsM,
+        "turns_m": TurnsM,
+        "dive": Dive,
+        "singer_m": SingerM,
+    },
+)
+
 
 class Platform(Pointing):
-    """A camera carried evenly along from frame 0 on: near things pass by, what is infinitely far stays."""
+    """A camera carried along from frame 0 on, evenly or on a path: near things pass by, what is infinitely far stays.
+
+    It goes on looking where it looked; other motions turn it.
+    """
 
     velocity_m_s: Triple = (0.0, 0.0, 0.0)
     """[east, north, up], metres a second; north is level ahead at the first pointing."""
+    path: Annotated[MetrePath, METRE_PATHS] | None = None
+    """A path that carries it too, one of those that targets have in metres (`waypoints_m`, `turns_m`, ...): by as
+    much as the path has gone from where it is at frame 0."""
     sway_m: Triple = (0.0, 0.0, 0.0)
-    """Largest distance from the even way, [east, north, up], m: a ship that rolls, a drone in gusts."""
+    """Largest distance from its way, [east, north, up], m: a ship that rolls, a drone in gusts."""
     sway_period_s: Positive = 5.0
     """Time of one sway, s."""
 
     def shifts(self, frames: Floats, stage: Stage) -> Floats:
         seconds = np.asarray(frames, dtype=np.float64)[:, None] / stage.rate_hz
         sway = np.sin(2 * np.pi * seconds / self.sway_period_s) * np.array(self.sway_m)
-        return world_to_first(seconds * np.array(self.velocity_m_s) + sway, stage)
+        even = world_to_first(seconds * np.array(self.velocity_m_s) + sway, stage)
+        if self.path is None:
+            return even
+        first, way = (self.path.positions(at, stage, self.name) for at in (np.zeros(1), np.asarray(frames)))
+        return even + way - first
