@@ -56,6 +56,16 @@ def test_truth_shows_that_it_was_hidden_then_and_not_otherwise(kind: str, fracti
     assert min(shown[66:]) == pytest.approx(1)
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_a_tree_hides_hardly_longer_than_a_house_does(seed: int) -> None:
+    """What a house hides beyond the seven frames is what a box is wider than the tank in it. A crown that had no gaps
+    in its inner 0.6 alone would hide for twelve frames more, and longer."""
+    house, tree = (
+        sum(share <= 0.02 for share in visible(f"seed: {seed}\n" + scene(kind))) for kind in ("building", "tree")
+    )
+    assert 7 <= house <= tree <= house + 8
+
+
 @pytest.mark.parametrize("heading", [90.0, -60.0])
 def test_it_hides_what_goes_up_or_down_too(heading: float) -> None:
     text = scene("bar", 0.5, heading=heading, change={"[15, 50]": "[60, 2]" if heading > 0 else "[40, 90]"})

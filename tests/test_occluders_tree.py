@@ -49,13 +49,29 @@ WINDOWS = [Box(150.3, 60.2, 30.0, 12.0), Box(90.7, 70.0, 9.0, 33.0), Box(200.0, 
 @pytest.mark.parametrize("window", WINDOWS)
 def test_it_hides_all_of_what_it_is_placed_over(seed: int, window: Box) -> None:
     stage = Stage(seed, STAGE.geometry, 30.0, "lwir", 0.6)
-    placed = tree(foot_px=None, height_px=None, crown_px=None, hides="car", frames=(0, 9)).over(window, 1.0, stage)
+    # The margin that intents have: the optics blur gaps beyond it by 0.6 px.
+    wider = Box(window.cx, window.cy, window.w + 2, window.h + 2)
+    placed = tree(foot_px=None, height_px=None, crown_px=None, hides="car", frames=(0, 9)).over(wider, 1.0, stage)
     sprite = drawn(placed, stage=stage)
-    # Pixels that lie in the window with all of their area; what intents are placed over has a margin beside.
+    # Pixels that lie in the window with all of their area.
     columns = slice(round(np.ceil(window.left + 0.5)) - sprite.x0, round(np.floor(window.right - 0.5)) + 1 - sprite.x0)
     rows = slice(round(np.ceil(window.top + 0.5)) - sprite.y0, round(np.floor(window.bottom - 0.5)) + 1 - sprite.y0)
     assert sprite.cover[rows, columns].size > 10
     assert sprite.cover[rows, columns].min() == pytest.approx(1, abs=1e-3)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("window", WINDOWS)
+@pytest.mark.parametrize("leaves", [0.0, 0.8])
+def test_it_is_no_larger_than_it_has_to_be(seed: int, window: Box, leaves: float) -> None:
+    """A bare crown hides all in its core alone, whose ellipse then goes through the window's corners, 0.6 sin 60 of
+    the crown wide; a leafy one in more of it."""
+    stage = Stage(seed, STAGE.geometry, 30.0, "lwir", 0.6)
+    unplaced = tree(foot_px=None, height_px=None, crown_px=None, hides="car", frames=(0, 9), leaves=leaves)
+    placed = unplaced.over(window, 1.0, stage)
+    assert placed.crown_px is not None
+    share = placed.crown_px[0] * 0.6 * np.sin(np.radians(60)) / window.w
+    assert share < (1.0 if leaves == 0 else 0.9)
 
 
 @pytest.mark.parametrize("seed", SEEDS)

@@ -39,7 +39,13 @@ CORE = 0.6
 FADING = 0.2
 """Over such a share of its width and height it then becomes as it would be without."""
 CORNER = math.radians(60.0)
-"""Seen from the crown's middle, what it is placed over has its upper corners this far from upright."""
+"""Seen from the crown's middle, what its core is placed over has its corners this far from upright."""
+CENTRE = np.array([0.0, -0.5])
+"""The crown's middle, in widths and heights of it from its foot."""
+RIM = 1
+"""Cells around what a crown is placed over that have no gap either: it is drawn between its cells."""
+HALVINGS = 10
+"""Of the step in which the least crown is sought: to a thousandth of its size."""
 THICK = 0.065
 """The trunk's width at the crown, as a share of the crown's width."""
 FLARE = 1.35
@@ -73,8 +79,7 @@ class Tree(Occluder):
     def crown(self, stage: Stage) -> tuple[Form, Floats]:
         """The crown with its boughs, and the corners (4, 2) of its arrays, px of the unmoved camera."""
         (x, y), high, (wide, tall) = given(self.foot_px), given(self.height_px), given(self.crown_px)
-        proportion = round(PROPORTIONS * min(max(math.log2(tall / wide), -SLIMMEST), SLIMMEST)) / PROPORTIONS
-        form = _form(proportion, self.leaves, stage.seed, self.name)
+        form = self._form(tall / wide, stage)
         (left, top), (right, bottom) = form.reach * [wide, tall] + [x, y - high + tall]
         return form, np.array([[left, top], [right, top], [right, bottom], [left, bottom]])
 
@@ -90,14 +95,21 @@ class Tree(Occluder):
         return bounds(np.concatenate([self.crown(stage)[1], self.trunk()]))
 
     def over(self, window: Box, share: float, stage: Stage) -> Tree:
-        x, y = foot(window, stage)
-        # The core's ellipse goes through the window's upper corners, and the crown is about as high as wide.
+        # The core's ellipse goes through the window's corners, and the crown is about as high as wide.
         aside, above = (CORE * function(CORNER) for function in (math.sin, math.cos))
         wide = window.w / aside
         tall = max(window.h / above, 0.9 * wide)
-        top = window.top - (1 - above) * tall / 2
-        y = max(y, top + 1.15 * tall)
+        # Beyond its core this crown has no gaps in places: as a smaller one it hides the window, and less else.
+        times, (right, down) = _gapless(self._form(tall / wide, stage), window.w / wide, window.h / tall)
+        wide, tall = wide / times, tall / times
+        x, top = window.cx - right * wide, window.cy - (1 + down) * tall
+        y = max(foot(window, stage)[1], top + 1.15 * tall)
         return self.at(foot_px=(x, y), height_px=y - top, crown_px=(wide, tall))
+
+    def _form(self, slim: float, stage: Stage) -> Form:
+        """Its crown, so many times as high as wide."""
+        proportion = round(PROPORTIONS * min(max(math.log2(slim), -SLIMMEST), SLIMMEST)) / PROPORTIONS
+        return _form(proportion, self.leaves, stage.seed, self.name)
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,6 +149,28 @@ def _form(proportion: float, leaves: float, seed: int, name: str) -> Form:
     reach = np.array([[left, top], [right + 1, bottom + 1]]) - [crown.middle + 0.5, rows]
     even = (warmth - warmth[hides].mean()) / warmth[hides].std()
     return read_only(Form(hides[part], even[part].astype(np.float32), boughs[part] > 0, reach / [wide, high]))
+
+
+def _gapless(form: Form, wide: float, tall: float) -> tuple[float, Floats]:
+    """How many times larger a rectangle may be that lies where a crown has no gaps, and (2,) its middle then.
+
+    wide, tall: of the rectangle, in widths and heights of the crown, as the middle is, from the crown's foot; so
+    large it fits into the core about the crown's middle.
+    """
+    sums = cv2.integral((form.leaves | form.wood).astype(np.uint8))
+    cells = np.array(form.leaves.shape[::-1]) / (form.reach[1] - form.reach[0])
+    fits, middle, too_large = 1.0, CENTRE, 1 / CORE**2
+    for _ in range(HALVINGS):
+        times = (fits + too_large) / 2
+        columns, rows = np.ceil(times * np.array([wide, tall]) * cells).astype(int) + 2 * RIM
+        whole = sums[rows:, columns:] - sums[:-rows, columns:] - sums[rows:, :-columns] + sums[:-rows, :-columns]
+        corners = np.argwhere(whole == rows * columns)[:, ::-1]
+        if len(corners):
+            middles = (corners + np.array([columns, rows]) / 2) / cells + form.reach[0]
+            fits, middle = times, middles[np.argmin(np.hypot(*(middles - CENTRE).T))]
+        else:
+            too_large = times
+    return fits, middle
 
 
 @lru_cache(maxsize=32)
