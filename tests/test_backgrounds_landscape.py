@@ -264,11 +264,13 @@ def test_edges_are_sharp_near_and_water_lies_flat() -> None:
     scene = stage(elevation_deg=-8.0, size=(641, 401))
     for seed in range(3):
         cover, _ = lying({"water": {"share": 0.4}}, replace(scene, seed=seed))
-        rows = round(200 - math.radians(8.0) / 0.5e-3) + np.arange(100, 300)
-        near = cover[rows]
+        near = cover[round(200 - math.radians(8.0) / 0.5e-3) + 100 :][:200]
         across, down = (np.mean(np.abs(np.diff(near, axis=axis))) for axis in (1, 0))
         assert np.mean((near > 0.05) & (near < 0.95)) < 2 * (across + down)
         assert across / down == pytest.approx((200 + 40) * 0.5e-3, rel=0.6)
+    # The side of a road that goes ahead, 200 px below the horizon, where a px of the map is drawn 6 px wide.
+    cover, _ = lying({"roads": {"count": 12, "width_mrad": 8}}, replace(scene, seed=4))
+    assert np.abs(np.diff(cover[120:220], axis=1)).max() > 0.5
 
 
 @pytest.mark.parametrize(("hour", "ground", "roads", "water"), [("day", 303, 9, -11), ("night", 283, 4, 5)])
