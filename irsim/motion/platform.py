@@ -6,27 +6,11 @@ from typing import Annotated
 
 import numpy as np
 
-from irsim.kinds import Family, Positive, Triple
+from irsim.kinds import Positive, Triple
 from irsim.motion.base import MetrePath, Pointing, world_to_first
-from irsim.motion.dive import Dive
-from irsim.motion.singer import SingerM
-from irsim.motion.straight import StraightM
-from irsim.motion.turns import TurnsM
-from irsim.motion.waypoints import WaypointsM
+from irsim.motion.paths import METRE_PATHS
 from irsim.stage import Stage
 from irsim.types import Floats
-
-METRE_PATHS = Family(
-    "metre path",
-    MetrePath,
-    {
-        "straight_m": StraightM,
-        "waypoints_m": WaypointsM,
-        "turns_m": TurnsM,
-        "dive": Dive,
-        "singer_m": SingerM,
-    },
-)
 
 
 class Platform(Pointing):
