@@ -11,7 +11,7 @@ import numpy as np
 
 from irsim.backgrounds import Gaze, Layer, Slices, Veil, veiled
 from irsim.compiled import COMPILED, kernels
-from irsim.contrast import fulfilled, scr
+from irsim.contrast import Noise, fulfilled, quiet, scr
 from irsim.radiometry import Band, temperature
 from irsim.sprite import Sprite
 from irsim.types import Floats
@@ -84,14 +84,14 @@ def compose(
     pieces: Iterable[Piece],
     gaze: Gaze,
     band: Band,
-    noise: float = 0.0,
+    noise: Noise = quiet,
     exact: bool = False,
 ) -> tuple[Floats, list[Seen]]:
     """Everything drawn far to near on the first layer: radiance (rows, cols) float32, and the targets seen.
 
     At one range a layer is behind a sprite.
 
-    noise  the camera's, W/m2/sr, for the targets' SCR
+    noise  the camera's in this frame, for the targets' SCR
     exact  sum up in float64
     """
     under: Floats = layers[0].light(gaze)[1]
@@ -117,9 +117,9 @@ def contrasts(seen: Sequence[Seen], band: Band) -> list[float | None]:
     return [own - behind if not math.isnan(own) else None for own, behind in temperature(band, levels).tolist()]
 
 
-def _draw(light: Floats, piece: Piece, seen: list[Seen], band: Band, noise: float) -> None:
+def _draw(light: Floats, piece: Piece, seen: list[Seen], band: Band, noise: Noise) -> None:
     if piece.sprite.wanted is not None:
-        piece = replace(piece, sprite=fulfilled(piece.sprite, light, band))
+        piece = replace(piece, sprite=fulfilled(piece.sprite, light, band, noise))
     if piece.sprite.contrast != 1:
         piece = replace(piece, sprite=_faded(piece.sprite, light))
     sprite = piece.sprite

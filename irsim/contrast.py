@@ -6,20 +6,24 @@ ring leaves out GUARD_PX next to the target, where its own blurred light falls. 
 where the target is brighter.
 
 Truth's SCR is that of the noiseless radiance of the target and all that is behind it, before anything
-nearer hides some of it; the camera's noise counts as clutter: its NETD, as radiance at 300 K, is added
-to the ring's spread, in squares. A point that asks for an SCR gets this one.
+nearer hides some of it; the camera's noise counts as clutter: the standard deviation that pixels of one
+frame have of it, as radiance at the mean light of the ring, is added to the ring's spread, in squares.
+It is that of all noise terms, of those that stay and those that change (`irsim.detector.equivalent`),
+but for bad pixels and what a whole frame is moved by, target and ring alike. A point that asks for an
+SCR gets this one.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from irsim.compiled import COMPILED, kernels
-from irsim.radiometry import Band, radiance, slope, temperature
+from irsim.radiometry import Band, radiance, temperature
 from irsim.sprite import Sprite
 from irsim.types import Box, Floats
 
@@ -27,18 +31,32 @@ RING_PX = 20
 """How far the ring reaches beyond the target."""
 GUARD_PX = 4
 """How far from the target it begins."""
-NETD_AT_K = 300.0
-"""Temperature at which a noise-equivalent temperature difference is stated."""
+
+Noise = Callable[[float, Box], float]
+"""Standard deviation of noise that a picture does not hold yet, in its unit, at a level of light around a box."""
 
 
-def scr(picture: Floats, box: Box, noise: float = 0.0) -> float:
+def quiet(level: float, box: Box) -> float:
+    """No noise."""
+    return 0.0
+
+
+def scr(picture: Floats, box: Box, noise: Noise = quiet) -> float:
     """Signal-to-clutter ratio in a picture (rows, cols) of what fills a box, positive where it is brighter.
 
-    noise  standard deviation of noise that the picture does not hold yet, in its unit; nan where
-           the box or its ring lie outside the picture, inf where the ring is quite even
+    nan where the box or its ring lie outside the picture, inf where the ring is quite even and there is no noise.
     """
+    signal, level, spread = _clutter(picture, box)
+    if math.isnan(level):
+        return math.nan
+    spread = math.hypot(spread, noise(level, box))
+    return signal / spread if spread > 0 else math.copysign(math.inf, signal)
+
+
+def _clutter(picture: Floats, box: Box) -> tuple[float, float, float]:
+    """What the mean of a box lies above that of its ring, and the ring's mean and standard deviation; nan outside."""
     if COMPILED and picture.dtype == np.float32 and picture.flags.c_contiguous:
-        return kernels.scr(picture, picture.shape[1], box.cx, box.cy, box.w, box.h, RING_PX, GUARD_PX, noise)
+        return kernels.clutter(picture, picture.shape[1], box.cx, box.cy, box.w, box.h, RING_PX, GUARD_PX)
     rows, columns = (
         _line(count, middle, max(side, 1.0) / 2)
         for count, middle, side in zip(picture.shape, (box.cy, box.cx), (box.h, box.w), strict=True)
@@ -48,15 +66,15 @@ def scr(picture: Floats, box: Box, noise: float = 0.0) -> float:
     guard = outer[rows.guard, columns.guard]
     count = outer.size - guard.size
     if not weight > 0 or count == 0:
-        return math.nan
+        return math.nan, math.nan, math.nan
     reference = outer[0, 0]  # squares of differences from it lose no digits
     outer -= reference
     guard[:] = 0.0
     level = outer.sum() / count
-    spread = math.hypot(math.sqrt(max(np.vdot(outer, outer) / count - level**2, 0.0)), noise)
+    spread = math.sqrt(max(float(np.vdot(outer, outer)) / count - level**2, 0.0))
     held = picture[rows.held, columns.held]
     signal = float(rows.shares @ held @ columns.shares) / weight - reference - level
-    return float(signal / spread) if spread > 0 else math.copysign(math.inf, signal)
+    return float(signal), float(reference + level), spread
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,13 +118,7 @@ def around(shape: tuple[int, ...], box: Box) -> tuple[Floats, npt.NDArray[np.boo
     return share(y, box.cy, high) * share(x, box.cx, wide), grown(RING_PX) & ~grown(GUARD_PX)
 
 
-def _ring(picture: Floats, ring: npt.NDArray[np.bool_], noise: float) -> tuple[float, float]:
-    """Mean and standard deviation over the ring, with noise that is still to come."""
-    values = picture[ring].astype(np.float64)
-    return float(values.mean()), math.hypot(float(values.std()), noise)
-
-
-def fulfilled(sprite: Sprite, light: Floats, band: Band) -> Sprite:
+def fulfilled(sprite: Sprite, light: Floats, band: Band, noise: Noise = quiet) -> Sprite:
     """A sprite with the light that gives the contrast or SCR which it asks for, before what is behind it.
 
     light  (rows, cols) W/m2/sr: what is behind it. A sprite that asks for nothing, or that lies
@@ -132,7 +144,9 @@ def fulfilled(sprite: Sprite, light: Floats, band: Band) -> Sprite:
         inside, ring = around(light.shape, Box(box.cx - left, box.cy - top, box.w, box.h))
         if not (inside * alpha).any() or not ring.any():
             return sprite
-        level, spread = _ring(light, ring, wanted.noise_k * slope(band, NETD_AT_K))
+        values = light[ring].astype(np.float64)
+        level = float(values.mean())
+        spread = math.hypot(float(values.std()), noise(level, box))
         passed = float((inside * light * (1 - alpha)).sum())
         own = ((level + wanted.scr * spread) * float(inside.sum()) - passed) / float((inside * alpha).sum())
     own = max(behind + wanted.gain * (own - behind), 0.0)

@@ -12,11 +12,10 @@ import numpy as np
 from irsim.arrival import arriving
 from irsim.backgrounds import Footage, Layer
 from irsim.compose import Piece, Seen, compose, contrasts, overlap
-from irsim.contrast import NETD_AT_K
+from irsim.contrast import Noise, quiet
 from irsim.instant import Instant, Shifts, Swept
 from irsim.intent import placed
 from irsim.motion import angles_deg
-from irsim.radiometry import slope
 from irsim.scenario import Scenario
 from irsim.sight import Sight
 from irsim.smear import SHARP
@@ -39,7 +38,6 @@ class Renderer:
         self.occluders = [occluder for occluder in placed(scenario) if scenario.is_on(occluder.name)]
         self.sensor = camera.sensor(scenario.seed, scenario.is_on)
         self.lag = camera.lag(scenario.is_on)
-        self.noise = self.stage.noise_k * slope(self.stage.band, NETD_AT_K)
         self._held: tuple[int, Counts] | None = None
         exposed = camera.smeared_ms * 1e-3 * camera.rate_hz
         nodes = camera.smear.nodes(exposed) if camera.smear is not None and scenario.is_on("smear") else SHARP
@@ -124,7 +122,11 @@ class Renderer:
 
     def _laid(self, index: int, pieces: Iterable[Piece], exact: bool = False) -> tuple[Floats, list[Seen]]:
         gaze = self.now.gaze(index)
-        return compose(self._layers(index), pieces, gaze, self.stage.band, self.noise, exact)
+        return compose(self._layers(index), pieces, gaze, self.stage.band, self.noise(index), exact)
+
+    def noise(self, index: int) -> Noise:
+        """The camera's in a frame, as light; none where the background holds it already."""
+        return quiet if self.scenario.background.noisy else self.sensor.equivalent(index)
 
     def _layers(self, index: int) -> Sequence[Layer]:
         """The layers, each as it is seen over the whole exposure of a frame."""

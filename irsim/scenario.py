@@ -84,7 +84,6 @@ class Scenario(Part):
             math.hypot(psf_px, lens.sigma_px(camera.band)) if lens else psf_px,
             cast,
             air,
-            0.0 if self.background.noisy else camera.netd() * 1e-3,
             lens.spread(camera.band, psf_px) if lens else None,
         )
 

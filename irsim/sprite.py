@@ -14,13 +14,11 @@ from irsim.types import Box, Floats
 class Wanted:
     """A brightness that depends on what is behind: just one of contrast_k, K, and scr is given.
 
-    noise_k  the camera's noise, K at 300 K: it counts as clutter
-    gain     factor of the difference to what is behind
+    gain  factor of the difference to what is behind
     """
 
     contrast_k: float | None = None
     scr: float | None = None
-    noise_k: float = 0.0
     gain: float = 1.0
 
 

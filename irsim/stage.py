@@ -35,8 +35,7 @@ NOTHING = Atmosphere()
 class Stage:
     """seed of the scene; geometry of the camera; rate_hz; band; psf_px, the optical blur's sigma in px, or
     that of the Gaussian about as wide; cast, who else is in the scene (None: nobody); air, what is between
-    (by default nothing); noise_k, the camera's NETD, K (0 where the
-    background holds its noise already); lens, the point spread where it is no Gaussian."""
+    (by default nothing); lens, the point spread where it is no Gaussian."""
 
     seed: int
     geometry: Geometry
@@ -45,7 +44,6 @@ class Stage:
     psf_px: float
     cast: Cast | None = field(default=None, compare=False, repr=False)
     air: Atmosphere = NOTHING
-    noise_k: float = 0.0
     lens: PointSpread | None = None
 
     @cached_property

@@ -1,7 +1,7 @@
 """What makes a scene hard, measured from its truth and its noiseless picture; scenario files state these figures.
 
 contrast    median of the followed target's apparent temperature less that of what is behind it, K
-SCR         median of its signal-to-clutter ratio in the noiseless picture, the camera's NETD added to
+SCR         median of its signal-to-clutter ratio in the noiseless picture, the camera's noise added to
             the ring's spread (`irsim.contrast`); of the first and the last fifth of the frames as well
 size        median of its box, px
 speed       median of its apparent speed, px per frame
@@ -26,7 +26,6 @@ import numpy as np
 
 from irsim.contrast import GUARD_PX, RING_PX, around, scr
 from irsim.intent import placed
-from irsim.radiometry import slope
 from irsim.render import Renderer
 from irsim.scenario import Scenario
 from irsim.types import Box, Floats, TargetTruth, Truth
@@ -110,7 +109,6 @@ class _Run:
     def of(cls, scenario: Scenario) -> _Run:
         scene = Renderer(scenario)
         name = scenario.follow or scenario.targets[0].id
-        noise = scenario.stage.noise_k * slope(scenario.stage.band, 300.0)
         first = scenario.seed == SEEDS[0]
         empty = Renderer(scenario.model_copy(update={"without": tuple(target.id for target in scenario.targets)}))
         seen, ratios, places = [], [], []
@@ -124,7 +122,7 @@ class _Run:
             if target is None or (target.visible or 0) < 0.9:
                 continue
             seen.append(target)
-            ratios.append(scr(light, target.box, noise))
+            ratios.append(scr(light, target.box, scene.noise(index)))
             if index % (3 * STRIDE) == 0:
                 behind = empty.scene(index)[0]
                 places.append(_alike(behind, target.box, _stands_out(light, target.box)))

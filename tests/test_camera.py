@@ -73,11 +73,6 @@ def test_noise_goes_with_the_detector() -> None:
     assert Camera(detector=Stated()).noise == (White(),)
 
 
-def test_the_scene_knows_the_noise_of_its_camera() -> None:
-    stage = loads("background: {kind: sky}\ncamera: {preset: cooled_mwir}").stage
-    assert stage.noise_k == pytest.approx(0.0177, rel=0.005)
-
-
 def test_netd_is_that_of_the_white_noise_or_of_the_electrons() -> None:
     assert Camera(netd_mk=55.0).netd() == 55.0
     fast = Camera(detector=Electrons(integration_ms=2.5, read_noise_e=0.0), band=(3.4, 4.9))

@@ -72,10 +72,10 @@ def test_a_sprite_is_laid_alike(seed: int, wide: int, high: int, x: int, y: int)
 @example(1, -100.0, 30.0, 4.0, 4.0, 0.0, False)
 def test_the_ratio_is_the_same(seed: int, cx: float, cy: float, w: float, h: float, noise: float, even: bool) -> None:
     light = np.full((HIGH, WIDE), 2.0, dtype=np.float32) if even else picture(seed)
-    ours = contrast.scr(light, Box(cx, cy, w, h), noise)
+    ours = contrast.scr(light, Box(cx, cy, w, h), lambda level, box: noise * level)
     with PLAIN.context() as patch:
         patch.setattr(contrast, "COMPILED", False)
-        theirs = contrast.scr(light, Box(cx, cy, w, h), noise)
+        theirs = contrast.scr(light, Box(cx, cy, w, h), lambda level, box: noise * level)
     if math.isinf(theirs):  # of nothing but rounding, whose sign is anyone's
         assert math.isinf(ours)
         return
@@ -97,7 +97,7 @@ def test_a_picture_of_no_numbers_has_no_ratio() -> None:
 def test_wrong_arrays_are_refused() -> None:
     light, patch = picture(0), np.ones((3, 4))
     lay: Callable[..., tuple[float, ...]] = kernels.lay
-    scr: Callable[..., float] = kernels.scr
+    clutter: Callable[..., tuple[float, ...]] = kernels.clutter
     right = [light, WIDE, patch, patch, 4, 0, 0, patch, np.empty((3, 4))]
     assert lay(*right)[0] == 12
     wrong = {1: 0, 2: np.ones((3, 3)), 3: np.ones(11), 4: 5, 5: 2**62, 6: -(2**62), 7: np.ones(0), 8: np.ones(13)}
@@ -106,8 +106,8 @@ def test_wrong_arrays_are_refused() -> None:
             lay(*right[:place], value, *right[place + 1 :])
     for columns, ring in ((0, 20.0), (WIDE + 1, 20.0), (WIDE, 3.0)):
         with pytest.raises(ValueError, match="whole rows"):
-            scr(light, columns, 1.0, 1.0, 1.0, 1.0, ring, 4.0, 0.0)
-    for call in (lay, scr):
+            clutter(light, columns, 1.0, 1.0, 1.0, 1.0, ring, 4.0)
+    for call in (lay, clutter):
         with pytest.raises(TypeError):
             call(light)
     light.flags.writeable = False

@@ -95,7 +95,7 @@ class TestScr:
         # Rings count pixel centres within half the box and their reach: 43 by 43 less 11 by 11.
         assert ring.sum() == (2 * (1 + RING_PX) + 1) ** 2 - (2 * (1 + GUARD_PX) + 1) ** 2
         assert scr(picture, Box(40, 40, 3, 3)) == pytest.approx(5.0, rel=2e-3)
-        assert scr(picture, Box(40, 40, 3, 3), noise=math.sqrt(3)) == pytest.approx(2.5, rel=2e-3)
+        assert scr(picture, Box(40, 40, 3, 3), lambda level, box: math.sqrt(level - 1)) == pytest.approx(2.5, rel=2e-3)
 
     def test_in_an_even_picture_it_is_infinite(self) -> None:
         picture = np.ones((80, 80))

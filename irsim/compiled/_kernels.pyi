@@ -124,7 +124,7 @@ def lay(
     """light <- light (1 - alpha) + emission, in a patch of `wide` columns whose top left is (x, y); left <- cover, 0
     outside the picture. Sums of alpha, emission, and alpha * light as it was, within the picture."""
 
-def scr(
+def clutter(
     picture: Float32,
     columns: int,
     cx: float,
@@ -133,10 +133,10 @@ def scr(
     h: float,
     ring: float,
     guard: float,
-    noise: float,
     /,
-) -> float:
-    """The signal-to-clutter ratio of what fills a box, see `irsim.contrast`."""
+) -> tuple[float, float, float]:
+    """What the mean of a box lies above that of its ring, and the ring's mean and standard deviation; see
+    `irsim.contrast`. nan where one of them lies outside the picture."""
 
 def outline(
     firsts: Int64,

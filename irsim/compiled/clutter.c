@@ -1,4 +1,4 @@
-/* The signal-to-clutter ratio of what fills a box; see irsim/contrast.py. */
+/* What fills a box beside the ring around it; see irsim/contrast.py. */
 #include "clutter.h"
 
 #include <math.h>
@@ -79,11 +79,16 @@ static double total(const double *each)
     return (each[0] + each[1]) + (each[2] + each[3]);
 }
 
-static double ratio(const float *picture, int64_t columns, const Line *down, const Line *across, double noise)
+typedef struct {
+    double signal, level, spread;
+} Clutter;
+
+static Clutter around(const float *picture, int64_t columns, const Line *down, const Line *across)
 {
+    const Clutter none = {NAN, NAN, NAN};
     double weight = shares(down) * shares(across);
     if (!(weight > 0) || down->ring.first >= down->ring.stop || across->ring.first >= across->ring.stop)
-        return NAN;
+        return none;
     double reference = (double)picture[down->ring.first * columns + across->ring.first];
     Sums sums = {.count = 0};
     for (int64_t row = down->ring.first; row < down->ring.stop; row++) {
@@ -96,10 +101,9 @@ static double ratio(const float *picture, int64_t columns, const Line *down, con
         add(&sums, values, (Range){across->guard.stop, across->ring.stop}, reference);
     }
     if (sums.count == 0)
-        return NAN;
+        return none;
     double level = total(sums.of) / (double)sums.count;
     double variance = total(sums.squares) / (double)sums.count - level * level;
-    double spread = hypot(sqrt(variance > 0 ? variance : 0.0), noise);
     double held = 0.0;
     for (int64_t row = down->held.first; row < down->held.stop; row++) {
         double sum = 0.0;
@@ -107,35 +111,35 @@ static double ratio(const float *picture, int64_t columns, const Line *down, con
             sum += share(across, column) * (double)picture[row * columns + column];
         held += share(down, row) * sum;
     }
-    double signal = held / weight - reference - level;
-    return spread > 0 ? signal / spread : copysign(INFINITY, signal);
+    return (Clutter){held / weight - reference - level, reference + level, sqrt(variance > 0 ? variance : 0.0)};
 }
 
-/* scr(picture, columns, cx, cy, w, h, ring, guard, noise): picture float32, of so many columns. */
-PyObject *scr(PyObject *self, PyObject *const *given, Py_ssize_t count)
+/* clutter(picture, columns, cx, cy, w, h, ring, guard): picture float32, of so many columns. */
+PyObject *clutter(PyObject *self, PyObject *const *given, Py_ssize_t count)
 {
     (void)self;
-    if (count != 9) {
-        PyErr_SetString(PyExc_TypeError, "scr takes 9 arguments");
+    if (count != 8) {
+        PyErr_SetString(PyExc_TypeError, "clutter takes 8 arguments");
         return NULL;
     }
     Arrays arrays = {.count = 0};
     PyObject *result = NULL;
     Py_ssize_t pixels;
-    double number[9];
+    double number[8];
     const float *picture = array(&arrays, given[0], "f", 0, &pixels);
     int64_t columns = picture ? PyLong_AsSsize_t(given[1]) : 0;
-    for (int i = 2; i < 9 && picture && !PyErr_Occurred(); i++)
+    for (int i = 2; i < 8 && picture && !PyErr_Occurred(); i++)
         number[i] = PyFloat_AsDouble(given[i]);
     if (picture == NULL || PyErr_Occurred())
         goto done;
     if (columns < 1 || pixels % columns || !(number[7] <= number[6])) {
-        PyErr_SetString(PyExc_ValueError, "scr: a picture of whole rows is wanted, and a guard within the ring");
+        PyErr_SetString(PyExc_ValueError, "clutter: a picture of whole rows is wanted, and a guard within the ring");
         goto done;
     }
     Line across = line_of(columns, number[2], number[4], number[6], number[7]);
     Line down = line_of(pixels / columns, number[3], number[5], number[6], number[7]);
-    result = PyFloat_FromDouble(ratio(picture, columns, &down, &across, number[8]));
+    Clutter found = around(picture, columns, &down, &across);
+    result = Py_BuildValue("(ddd)", found.signal, found.level, found.spread);
 done:
     release(&arrays);
     return result;

@@ -3,6 +3,6 @@
 
 #include "arguments.h"
 
-PyObject *scr(PyObject *self, PyObject *const *given, Py_ssize_t count);
+PyObject *clutter(PyObject *self, PyObject *const *given, Py_ssize_t count);
 
 #endif

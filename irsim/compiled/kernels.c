@@ -16,7 +16,7 @@
 static PyMethodDef methods[] = {
     {"normals", (PyCFunction)(void (*)(void))normals, METH_FASTCALL, NULL},
     {"lay", (PyCFunction)(void (*)(void))lay, METH_FASTCALL, NULL},
-    {"scr", (PyCFunction)(void (*)(void))scr, METH_FASTCALL, NULL},
+    {"clutter", (PyCFunction)(void (*)(void))clutter, METH_FASTCALL, NULL},
     {"outline", (PyCFunction)(void (*)(void))outline, METH_FASTCALL, NULL},
     {"sprite_light", (PyCFunction)(void (*)(void))sprite_light, METH_FASTCALL, NULL},
     {"add_normals", (PyCFunction)(void (*)(void))add_normals, METH_FASTCALL, NULL},

@@ -69,6 +69,9 @@ class Ar1(Additive):
     def spread(self, moment: Moment, fixed: bool) -> float:
         return self.ratio**2
 
+    def common(self, moment: Moment) -> float:
+        return self.ratio**2 if self.over == "frame" else 0.0
+
 
 def over(shape: tuple[int, int], what: Over) -> tuple[int, int]:
     """The shape of numbers for each pixel, row or column of a picture, or for it as a whole."""

@@ -14,6 +14,7 @@ from pydantic import Field
 from irsim.detector.base import Moment, Noise, Ratio, read_only
 from irsim.detector.bridge import Bridge
 from irsim.detector.response import Response
+from irsim.detector.variance import Variance
 from irsim.kinds import Fraction, Positive
 from irsim.rng import stream
 from irsim.types import Counts, Floats
@@ -61,6 +62,9 @@ class BadPixels(Noise):
 
     def replace(self, counts: Counts, response: Response, moment: Moment) -> None:
         counts.reshape(-1)[self._places("dead", self.dead, moment)] = round(self.dead_level * response.full)
+
+    def share(self, moment: Moment, fixed: bool) -> Variance:
+        return Variance()  # the others have nothing of it
 
     def variance(self, signal: Floats, response: Response, moment: Moment, fixed: bool) -> Floats | float:
         """Of the pixels where they are: infinite for dead ones, p (1 - p) height^2 for blinking ones."""

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import cv2
 import numpy as np
 from pydantic import Field
 
 from irsim.detector.response import Response, Weighted
+from irsim.detector.variance import Variance
 from irsim.kinds import NamedKind
 from irsim.types import Counts, Floats
 
@@ -64,13 +65,23 @@ class Noise(NamedKind):
     def replace(self, counts: Counts, response: Response, moment: Moment) -> None:
         """Put others in place of the counts: last."""
 
+    ages: ClassVar[bool] = False
+    """Whether its `share` is another one from frame to frame."""
+
     @abstractmethod
+    def share(self, moment: Moment, fixed: bool) -> Variance:
+        """What it adds to the variance of a pixel that does what the others do.
+
+        Without `fixed`, of what changes from frame to frame only.
+        """
+
     def variance(self, signal: Floats, response: Response, moment: Moment, fixed: bool) -> Floats | float:
         """Variance that this term gives each pixel about the noiseless `signal`, in squared units of it.
 
-        Over all draws of the scene's seed; without `fixed`, of what changes from frame to frame only.
-        Broadcastable to the signal; infinite where a pixel says nothing of the light.
+        Over all draws of the scene's seed; see `share` for `fixed`. Broadcastable to the signal; infinite where a
+        pixel says nothing of the light.
         """
+        return self.share(moment, fixed).whole(signal.astype(np.float64), response)
 
     @property
     def needs_electrons(self) -> bool:
@@ -87,7 +98,11 @@ class Additive(Noise):
 
     @abstractmethod
     def spread(self, moment: Moment, fixed: bool) -> float:
-        """Variance of a pixel of the pattern in squared units of NETD; see `variance` for `fixed`."""
+        """Variance of a pixel of the pattern in squared units of NETD; see `share` for `fixed`."""
+
+    def common(self, moment: Moment) -> float:
+        """Of it, what all pixels of a frame share."""
+        return 0.0
 
     def add(self, signal: Floats, response: Response, moment: Moment) -> None:
         pattern = self.pattern(moment)
@@ -96,8 +111,9 @@ class Additive(Noise):
         else:
             np.add(signal, pattern * np.float32(response.noise), out=signal)
 
-    def variance(self, signal: Floats, response: Response, moment: Moment, fixed: bool) -> Floats | float:
-        return self.spread(moment, fixed) * response.noise**2
+    def share(self, moment: Moment, fixed: bool) -> Variance:
+        whole, common = self.spread(moment, fixed), self.common(moment)
+        return Variance(own=whole - common, shared=common)
 
 
 class Steady(Additive):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import cv2
 import numpy as np
@@ -13,6 +13,7 @@ from pydantic import Field
 from irsim.detector.ar1 import Over, Process, over
 from irsim.detector.base import Moment, Noise, Ratio, read_only
 from irsim.detector.response import Response
+from irsim.detector.variance import Variance
 from irsim.kinds import Fraction, NotNegative
 from irsim.types import Floats
 
@@ -33,6 +34,8 @@ class Drift(Noise):
     Each is D[k] = X[k] - rho^(k-c) X[c], with X a stationary Ornstein-Uhlenbeck process and c the frame of
     the last correction: from 0 it grows to the sigmas below as 1 - rho^(2(k-c)) in variance.
     """
+
+    ages: ClassVar[bool] = True
 
     pixel: Ratio = 0.5
     """Sigma from pixel to pixel that offsets tend to, in units of the camera's NETD."""
@@ -59,13 +62,12 @@ class Drift(Noise):
         terms = tuple(term for term in terms if term[2])
         return self._now(moment, terms) if terms else None
 
-    def variance(self, signal: Floats, response: Response, moment: Moment, fixed: bool) -> Floats | float:
+    def share(self, moment: Moment, fixed: bool) -> Variance:
         if not fixed:
-            return 0.0
+            return Variance()
         decay, since = self._course(moment)
         grown = -math.expm1(-2 * decay * (moment.index - since))
-        offsets = (self.pixel**2 + self.column**2 + self.row**2) * response.noise**2
-        return grown * (offsets + (self.gain * (signal.astype(np.float64) - response.zero)) ** 2)
+        return Variance(own=grown * (self.pixel**2 + self.column**2 + self.row**2), gain=grown * self.gain**2)
 
     def _course(self, moment: Moment) -> tuple[float, int]:
         """Decay a frame, and the frame of the last correction (below 0 where it was before frame 0)."""

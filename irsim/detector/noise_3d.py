@@ -82,6 +82,9 @@ class Noise3d(Additive):
         changing = self.t**2 + self.tv**2 + self.th**2 + self.tvh**2
         return changing + (self.v**2 + self.h**2 + self.vh**2 if fixed else 0.0)
 
+    def common(self, moment: Moment) -> float:
+        return self.t**2
+
 
 @lru_cache(maxsize=4)
 def _fixed(shape: tuple[int, int], seed: int, name: str, v: float, h: float, vh: float) -> Floats:

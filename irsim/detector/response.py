@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -90,6 +91,12 @@ class Response:
         if most < math.inf:
             np.minimum(signal, np.float32(most), out=signal)
         return signal
+
+    def at(self, light: float) -> tuple[float, float]:
+        """The noiseless signal of one in-band radiance, W/m2/sr, and what it rises by with it."""
+        light = max(light, sys.float_info.min)
+        half = self.root / 2 * math.sqrt(light)
+        return self.linear * light + 2 * half + self.zero, self.linear + half / light
 
     def counts(self, signal: Floats, out: Counts | None = None, added: Sequence[Weighted] = ()) -> Counts:
         """Counts of a signal, which is changed, and of what is added to it; in `out`, where it is given.

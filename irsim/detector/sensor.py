@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from irsim.detector.base import Moment, Noise
 from irsim.detector.bloom import Bloom
 from irsim.detector.correction import Correction
+from irsim.detector.equivalent import Equivalent
 from irsim.detector.response import Response, Weighted
 from irsim.detector.scratch import scratch
 from irsim.detector.steady import Sum
+from irsim.detector.variance import Variance
 from irsim.types import Counts, Floats
 
 
@@ -90,6 +93,22 @@ class Sensor:
         silent = (counts < 0) | (counts >= self.response.full) | (signal >= self.response.well)
         variance[silent] = np.inf
         return variance
+
+    def equivalent(self, index: int) -> Equivalent:
+        """The noise of a frame's pixels, but for bad ones, as light: of all terms together, without rounding."""
+        aging = [noise for noise in self.noises if noise.ages]
+        if not aging:
+            return self._lasting
+        moment = self.moment(index, (1, 1))
+        whole = sum((noise.share(moment, True) for noise in aging), self._lasting.variance)
+        return Equivalent(self.response, whole, self.falloff)
+
+    @cached_property
+    def _lasting(self) -> Equivalent:
+        """Of the terms that are the same in all frames."""
+        moment = self.moment(0, (1, 1))
+        lasting = (noise.share(moment, True) for noise in self.noises if not noise.ages)
+        return Equivalent(self.response, sum(lasting, Variance()), self.falloff)
 
     def _signal(self, light: Floats, out: Floats | None = None, gain: Floats | None = None) -> Floats:
         """What pixels hold before anything is read."""

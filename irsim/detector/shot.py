@@ -9,6 +9,7 @@ from irsim.compiled import COMPILED, kernels
 from irsim.detector.base import Moment, Noise
 from irsim.detector.response import Response
 from irsim.detector.scratch import scratch
+from irsim.detector.variance import Variance
 from irsim.rng import begun, bits, normals
 from irsim.types import Floats
 
@@ -44,8 +45,8 @@ class Shot(Noise):
             uniform = ((words[dark] >> np.uint64(11)) + 0.5) * 2.0**-53
             signal.reshape(-1)[dark] += poisson(np.maximum(held, 0), uniform).astype(np.float32) - held
 
-    def variance(self, signal: Floats, response: Response, moment: Moment, fixed: bool) -> Floats | float:
-        return np.maximum(signal, 0).astype(np.float64) + response.read**2
+    def share(self, moment: Moment, fixed: bool) -> Variance:
+        return Variance(counted=1.0)
 
 
 def poisson(means: Floats, uniform: Floats) -> Floats:

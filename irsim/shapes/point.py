@@ -36,7 +36,7 @@ class Point(Shape):
     contrast_k: KelvinDifference | None = None
     """Apparent temperature of the point itself less that of what is behind it, K, in place of its temperature."""
     scr: Number | None = None
-    """Signal-to-clutter ratio against what is behind it and the camera's NETD, in place of its temperature;
+    """Signal-to-clutter ratio against what is behind it and the camera's noise there, in place of its temperature;
     negative where it is darker (never darker than without light: a cold one needs an area)."""
 
     @model_validator(mode="after")
@@ -58,7 +58,7 @@ class Point(Shape):
         glow = float(stage.glow(self.temperature_k, self.emissivity)) * gain
         wanted = None
         if self.contrast_k is not None or self.scr is not None:
-            wanted = Wanted(self.contrast_k, self.scr, stage.noise_k, gain)
+            wanted = Wanted(self.contrast_k, self.scr, gain)
         width = 2 * math.sqrt(phi / math.pi)
         if width <= SMALL_PX:
             return _point(middle, phi, glow, range_m, wanted, stage)

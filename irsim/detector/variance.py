@@ -1,0 +1,41 @@
+"""How much a pixel's noise varies, by what it was lit with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeVar
+
+from irsim.detector.response import Response
+from irsim.types import Floats
+
+Signal = TypeVar("Signal", float, Floats)
+
+
+@dataclass(frozen=True)
+class Variance:
+    """Of a noise, over all draws of the scene's seed.
+
+    own      from pixel to pixel, whatever the light, squared units of NETD
+    shared   what all pixels of a frame have alike, squared units of NETD
+    gain     that of pixels' gains: of the squared signal of light, 1
+    counted  how often electrons are counted and read: of the signal and the squared read noise, in electrons, 1
+    """
+
+    own: float = 0.0
+    shared: float = 0.0
+    gain: float = 0.0
+    counted: float = 0.0
+
+    def __add__(self, other: Variance) -> Variance:
+        return Variance(
+            self.own + other.own, self.shared + other.shared, self.gain + other.gain, self.counted + other.counted
+        )
+
+    def within(self, signal: Signal, response: Response) -> Signal:
+        """From pixel to pixel of a frame, at a noiseless signal, in squared units of it: all but what they share."""
+        light, lit = signal - response.zero, (signal + abs(signal)) / 2
+        return self.own * response.noise**2 + self.gain * light**2 + self.counted * (lit + response.read**2)
+
+    def whole(self, signal: Signal, response: Response) -> Signal:
+        """Of a pixel, at a noiseless signal, in squared units of it."""
+        return self.within(signal, response) + self.shared * response.noise**2

@@ -1,0 +1,125 @@
+"""A point has the SCR that it asks for where trackers meet it: in counts, with all the noise of its camera."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from irsim.contrast import scr
+from irsim.detector import NOISES, Moment, Noise
+from irsim.render import Renderer
+from irsim.scenario import Scenario
+from irsim.types import Box
+
+WANTED = 10.0
+SEEDS = 6
+APART_PX = 60.0
+"""No target lies in another one's ring."""
+
+
+def scene(camera: dict[str, Any], ground_k: float, seed: int = 0, **keys: Any) -> Scenario:
+    """Still points on quiet ground, each at another place within its pixel."""
+    targets = [
+        {
+            "id": f"p{row}{column}",
+            "shape": {"kind": "point", "area_m2": 0.05, "scr": WANTED},
+            "path": {
+                "kind": "straight",
+                "start": (32 + APART_PX * column + 0.37 * row, 32 + APART_PX * row + 0.61 * column),
+                "speed": 0.0,
+                "range_m": 1500.0,
+            },
+        }
+        for row in range(5)
+        for column in range(6)
+    ]
+    ground = {"kind": "ground", "mean_k": ground_k, "spread_k": 0.0}
+    camera = {"size": (380, 304), **camera}
+    return Scenario.model_validate(
+        {"frames": 3001, "seed": seed, "camera": camera, "background": ground, "targets": targets, **keys}
+    )
+
+
+def measured(camera: dict[str, Any], ground_k: float, index: int) -> tuple[float, float]:
+    """Mean of the SCR in counts, and how sure it is (three sigma). Bad pixels, which are told apart, do not blink."""
+    found = []
+    for seed in range(SEEDS):
+        renderer = Renderer(scene(camera, ground_k, seed, without=("bad_pixels",) if "preset" in camera else ()))
+        frame, truth = renderer.frame(index)
+        counts = frame.image.astype(np.float64)
+        found += [scr(counts, target.box) for target in truth.targets]
+    return float(np.mean(found)), 3 * float(np.std(found)) / math.sqrt(len(found))
+
+
+@pytest.mark.parametrize("index", [0, 3000])
+@pytest.mark.parametrize("ground_k", [280.0, 300.0])
+@pytest.mark.parametrize("preset", ["cooled_mwir", "cooled_lwir", "uncooled_lwir"])
+def test_the_scr_asked_for_is_that_of_the_counts(preset: str, ground_k: float, index: int) -> None:
+    """At frame 3000, half a minute to two minutes after the correction, drift is part of the noise."""
+    found, sure = measured({"preset": preset}, ground_k, index)
+    assert sure < 0.03 * WANTED
+    assert abs(found - WANTED) + sure <= 0.05 * WANTED, f"{found:.2f} +- {sure:.2f}"
+
+
+@pytest.mark.parametrize(
+    "noise",
+    [
+        [{"kind": "white", "ratio": 0.5}, {"kind": "odd_even", "ratio": 2.0}],
+        [{"kind": "noise_3d", "t": 3.0, "v": 1.0, "h": 1.0, "tv": 0.5, "th": 0.5, "vh": 0.8, "tvh": 1.2}],
+        [{"kind": "ar1", "over": "column", "time_constant_s": 1.0}, {"kind": "white"}],
+    ],
+)
+def test_terms_of_all_sorts_are_in_it(noise: list[dict[str, Any]]) -> None:
+    """What moves a whole frame moves target and ring alike; rows and columns vary along the ring."""
+    found, sure = measured({"noise": noise, "bits": 16, "range_k": (250.0, 350.0)}, 300.0, 5)
+    assert abs(found - WANTED) <= 0.05 * WANTED + sure, f"{found:.2f} +- {sure:.2f}"
+
+
+def test_where_the_lens_darkens_noise_is_more_light() -> None:
+    camera = {"netd_mk": 40.0, "bits": 16, "falloff": {"vignetting": 0.6}}
+    noise = Renderer(scene(camera, 300.0)).noise(0)
+    middle, corner = (noise(5.0, Box(x, y, 1, 1)) for x, y in ((189.5, 151.5), (0.0, 0.0)))
+    assert corner / middle == pytest.approx(1 / 0.4, rel=0.05)  # cos^4 of 0.12 rad is another 3 %
+    beyond = noise(5.0, Box(-50, 9000, 1, 1))
+    assert math.isfinite(beyond)
+
+
+def hot(camera: dict[str, Any], index: int = 0, **keys: Any) -> float:
+    """Truth's SCR of a point that has a temperature, not an SCR."""
+    scenario = scene(camera, 290.0, **keys).model_dump()
+    for target in scenario["targets"]:
+        target["shape"].update(scr=None, temperature_k=310.0)
+    (first, *_) = Renderer(Scenario.model_validate(scenario)).scene(index)[1].targets
+    assert first.scr is not None
+    return first.scr
+
+
+def test_noise_that_is_switched_off_is_not_in_it() -> None:
+    camera = {"noise": [{"kind": "white"}, {"kind": "fixed_pattern", "pixel": math.sqrt(3), "column": 0, "row": 0}]}
+    assert hot(camera, without=("fixed_pattern",)) == pytest.approx(2 * hot(camera), rel=1e-6)
+
+
+def test_bad_pixels_and_the_level_of_frames_are_not_in_it() -> None:
+    white = [{"kind": "white"}]
+    more = [*white, {"kind": "bad_pixels"}, {"kind": "ar1", "over": "frame", "ratio": 5.0, "rho": 0.5}]
+    assert hot({"noise": more}) == pytest.approx(hot({"noise": white}), rel=1e-9)
+
+
+def test_drift_counts_as_far_as_it_has_grown_since_the_correction() -> None:
+    drift = {"kind": "drift", "pixel": 3.0, "column": 0.0, "row": 0.0, "time_constant_s": 30.0}
+    camera = {"noise": [{"kind": "white"}, drift], "correction": {"frames": [2000]}}
+    alone = hot({"noise": [{"kind": "white"}]})
+    for index, age_s in ((0, 0.0), (900, 30.0), (2000, 0.0), (2900, 30.0)):
+        grown = 9 * (1 - math.exp(-2 * age_s / 30))
+        assert hot(camera, index) == pytest.approx(alone / math.sqrt(1 + grown), rel=1e-6)
+
+
+@pytest.mark.parametrize("kind", sorted(NOISES.kinds))
+def test_only_what_ages_has_another_share_later(kind: str) -> None:
+    noise = NOISES.parse({"kind": kind, **({"rho": 0.9} if kind == "ar1" else {})})
+    assert isinstance(noise, Noise)
+    first, later = (noise.share(Moment(index, (8, 8), 30.0, 0), True) for index in (0, 3000))
+    assert (first != later) == noise.ages
