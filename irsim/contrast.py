@@ -53,6 +53,11 @@ def scr(picture: Floats, box: Box, noise: Noise = quiet) -> float:
     return signal / spread if spread > 0 else math.copysign(math.inf, signal)
 
 
+def stands_out(picture: Floats, box: Box) -> float:
+    """What the mean of a box lies above that of its ring, in the picture's unit; nan outside."""
+    return _clutter(picture, box)[0]
+
+
 def _clutter(picture: Floats, box: Box) -> tuple[float, float, float]:
     """What the mean of a box lies above that of its ring, and the ring's mean and standard deviation; nan outside."""
     if COMPILED and picture.dtype == np.float32 and picture.flags.c_contiguous:

@@ -17,6 +17,7 @@ from irsim.errors import Notice
 from irsim.motion import Mount
 from irsim.presets import PRESETS
 from irsim.radiometry import radiance, temperature
+from irsim.reach import out_of_reach
 from irsim.scenario import Scenario
 from irsim.smear import MOST_STEPS
 from irsim.types import Floats
@@ -42,6 +43,7 @@ def doubts(scenario: Scenario) -> Iterator[Notice]:
     yield from _folded(scenario)
     yield from _beads(scenario)
     yield from _odd_shapes(scenario)
+    yield from out_of_reach(scenario)
     yield from _too_late(scenario)
     yield from _never_seen(scenario)
     yield from _idle(scenario)

@@ -38,6 +38,7 @@ NOT_PIXELS = {
         "overrides",
         "plausible",
         "ranges",
+        "reach",
         "schema",
         "severity",
         "sheets",

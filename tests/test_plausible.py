@@ -85,3 +85,47 @@ def test_what_has_no_effect_is_told(tmp_path: Path, camera: str, more: str, warn
     scene.write_text(f"camera: {{{camera}, size: [64, 64]}}\n{more}\nbackground: {{kind: ground}}\n")
     told = [line.split()[1].rstrip(":") for line in warnings(scene)]
     assert told == warned
+
+
+@pytest.mark.parametrize(
+    ("shape", "camera", "what"),
+    [
+        ("area_m2: 0.05, scr: -60", "", "p asks for an SCR of -60: at frame 0 -"),
+        ("area_m2: 30, scr: -60", "", None),
+        ("area_m2: 0.05, scr: 60", "", None),
+        (
+            "area_m2: 0.05, scr: 60",
+            ", range_k: [285, 295]",
+            "p asks for an SCR of 60: at frame 0 ",
+        ),
+        ("area_m2: 0.05, contrast_k: -320", "", "p asks for -320 K: at frame 0 -2"),
+        ("area_m2: 30, contrast_k: 200", "", "p asks for 200 K: at frame 0 "),
+        ("area_m2: 30, contrast_k: 90", "", None),
+        ("area_m2: 30, contrast_k: -200, flicker: {kind: blink}", "", None),
+    ],
+)
+def test_a_point_that_asks_for_what_cannot_be_is_told(
+    tmp_path: Path, shape: str, camera: str, what: str | None
+) -> None:
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(
+        f"frames: 9\ncamera: {{size: [96, 96], bits: 16{camera}}}\n"
+        "background: {kind: ground, mean_k: 290, spread_k: 0.1}\n"
+        f"targets: [{{id: p, shape: {{kind: point, {shape}}},\n"
+        "  path: {kind: straight, start: [40, 40], speed: 0.3, range_m: 1500}}]\n"
+    )
+    told = warnings(scene)
+    key = "scr" if "scr" in shape else "contrast_k"
+    assert [line.split("warning: ")[1][: len(what or "")] for line in told] == ([what] if what else [])
+    assert all(f"targets.p.shape.{key}" in line for line in told)
+    assert all(("full" if "-" not in shape else "darker than without any light") in line for line in told)
+
+
+def test_a_point_that_is_not_there_asks_for_nothing(tmp_path: Path) -> None:
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(
+        "frames: 9\ncamera: {size: [96, 96]}\nbackground: {kind: ground}\nwithout: [p]\n"
+        "targets: [{id: p, shape: {kind: point, scr: -1e6},\n"
+        "  path: {kind: straight, start: [40, 40], range_m: 1500}}]\n"
+    )
+    assert warnings(scene) == []
