@@ -78,6 +78,14 @@ class TestEveryBody:
             kind, 0.001
         )
 
+    def test_a_speck_of_it_has_its_light(self, kind: str) -> None:
+        """At attitudes at which edges of unlike parts fall onto each other: of hundredths of a pixel, too, which
+        lies far from the picture's corner."""
+        for angles in [(90.0, 30.0, 0.0), (270.0, -30.0, 0.0), *((heading, 0.0, 0.0) for heading in HEADINGS)]:
+            near = light(body(kind), angles, 8.0, 1e-5)
+            far = [light(body(kind), angles, px, 1e-5) for px in (0.02, 0.05, 0.1, 0.2, 0.5)]
+            assert far == pytest.approx([near] * 5, rel=NEARING)
+
     @pytest.mark.parametrize("pitch", [0.0, 0.05, 2.0])
     def test_its_light_goes_with_the_square_of_its_range(self, kind: str, pitch: float) -> None:
         """From half a pixel to thirty, through a narrow lens: its near side does not grow before its far side."""

@@ -18,7 +18,7 @@ typedef struct {
     double scale;                  /* of shifts */
     const double *attitude;        /* (3, 3) */
     const Place *position;
-    Point principal;
+    Point middle; /* of the body, px */
     double ifov;
 } Body;
 
@@ -63,20 +63,24 @@ static int pose(Body *body, Scratch *held)
     return 0;
 }
 
-/* Where vertices are in the picture, and the boxes of parts; 0 where one is behind the camera. */
+/* Where vertices are in the picture, px from the body's middle, and the boxes of parts; 0 where one is behind the
+ * camera. As differences, which lose no digits: the edges of a small body, far from the picture's corner, keep theirs. */
 static int project(const Body *body, Point *pixels, Extent *boxes, Extent *box)
 {
     const Form *form = &body->form;
+    Place middle = *body->position;
     *box = NOTHING;
+    if (middle.z <= 0)
+        return 0;
     for (Py_ssize_t part = 0; part < form->parts; part++) {
         boxes[part] = NOTHING;
         for (int64_t i = form->first_vertex[part]; i < form->first_vertex[part + 1]; i++) {
             Place place = turned(body->attitude, form->vertices[i]);
-            double depth = place.z + body->position->z;
+            double depth = place.z + middle.z;
             if (depth <= 0)
                 return 0;
-            pixels[i] = (Point){body->principal.x + (place.x + body->position->x) / (depth * body->ifov),
-                                body->principal.y + (place.y + body->position->y) / (depth * body->ifov)};
+            double scale = 1 / (depth * body->ifov), across = middle.x / middle.z, down = middle.y / middle.z;
+            pixels[i] = (Point){(place.x - across * place.z) * scale, (place.y - down * place.z) * scale};
             boxes[part] = with_point(boxes[part], pixels[i]);
         }
         *box = with_point(with_point(*box, boxes[part].low), boxes[part].high);
@@ -170,7 +174,9 @@ static PyObject *outlined(Body *body, Point *ends, int64_t *layer, int64_t *rank
             look(body, to_eye);
             if (hiding_order(&body->form, to_eye, boxes, rank) == 0) {
                 Py_ssize_t count = sort_rims(body, to_eye, pixels, rank, next, ends, ends + body->edges, layer);
-                result = Py_BuildValue("(ndddd)", count, box.low.x, box.low.y, box.high.x, box.high.y);
+                Point middle = body->middle;
+                result = Py_BuildValue("(ndddd)", count, middle.x + box.low.x, middle.y + box.low.y,
+                                       middle.x + box.high.x, middle.y + box.high.y);
             }
         }
     }
@@ -179,8 +185,8 @@ static PyObject *outlined(Body *body, Point *ends, int64_t *layer, int64_t *rank
 }
 
 /* outline(firsts, corner, edges, heat, vertices, normals, offsets, crossing, thin, joint, motions, scale, attitude,
- * position, x, y, ifov, ends, layer, rank): ends (2, edges, 2) takes starts and stops of those on rims, layer theirs,
- * rank (parts) each part's. Returned are their number and left, top, right and bottom of the body, px; None where it
+ * position, x, y, ifov, ends, layer, rank): x, y is where the position lies in the picture. ends (2, edges, 2) takes
+ * starts and stops of edges on rims, from there, layer theirs, rank (parts) each part's. Returned are their number and left, top, right and bottom of the body, px; None where it
  * is behind the camera. */
 PyObject *outline(PyObject *self, PyObject *const *given, Py_ssize_t count)
 {
@@ -217,7 +223,7 @@ PyObject *outline(PyObject *self, PyObject *const *given, Py_ssize_t count)
         .scale = number[11],
         .attitude = data[12],
         .position = data[13],
-        .principal = {number[14], number[15]},
+        .middle = {number[14], number[15]},
         .ifov = number[16],
     };
     const Py_ssize_t wanted[20] = {2 * (parts + 1), faces, 5 * edges, parts, 3 * body.vertices, 3 * faces, faces,

@@ -7,6 +7,15 @@
 /* As there: edges of each layer lie this much further in than those of the one in front. */
 static const double INSET_PX = 1e-9;
 
+static double inset_of(const Point *start, Py_ssize_t count)
+{
+    Extent box = NOTHING;
+    for (Py_ssize_t i = 0; i < count; i++)
+        box = with_point(box, start[i]);
+    double side = greater(box.high.x - box.low.x, box.high.y - box.low.y);
+    return count ? INSET_PX * lesser(side, 1.0) : 0.0;
+}
+
 /* An edge with its inset. */
 typedef struct {
     Point start, stop, along;
@@ -42,12 +51,12 @@ typedef struct {
     double *entries, *leaves; /* (edges) room */
 } Picture;
 
-static Edge inset(Point start, Point stop, int64_t depth)
+static Edge inset(Point start, Point stop, double each, int64_t depth)
 {
     Edge edge = {.along = {stop.x - start.x, stop.y - start.y}};
     double across = -edge.along.y, down = edge.along.x;
     double length = hypot(across, down);
-    double by = INSET_PX * (double)depth / (length > 1e-300 ? length : 1e-300);
+    double by = each * (double)depth / (length > 1e-300 ? length : 1e-300);
     edge.start = (Point){start.x + across * by, start.y + down * by};
     edge.stop = (Point){edge.start.x + edge.along.x, edge.start.y + edge.along.y};
     edge.box = with_point(with_point(NOTHING, edge.start), edge.stop);
@@ -206,11 +215,12 @@ int visible_pieces(const Point *start, const Point *stop, const int64_t *layer, 
     Cut *cuts = through ? scratch(&held, 2 * layers, sizeof(Cut)) : NULL;
     int failed = cuts == NULL || find_first(layer, count, layers, first) < 0;
     if (!failed) {
+        double each = inset_of(start, count);
         Lines lines = {room, room + count, room + 2 * count};
         for (Py_ssize_t i = 0; i < layers; i++)
             boxes[i] = NOTHING;
         for (Py_ssize_t i = 0; i < count; i++) {
-            Edge edge = edges[i] = inset(start[i], stop[i], layer[i]);
+            Edge edge = edges[i] = inset(start[i], stop[i], each, layer[i]);
             boxes[layer[i]] = with_point(with_point(boxes[layer[i]], edge.start), edge.stop);
             lines.across[i] = edge.start.y - edge.stop.y;
             lines.down[i] = edge.stop.x - edge.start.x;

@@ -61,7 +61,7 @@ class Body(Shape):
         glow = np.empty(len(found.rank))
         glow[found.rank] = _glow(self, stage.band, stage.surroundings) * self.brightness(view)
         range_m = math.hypot(*view.position.tolist())
-        return Outline(found.edges, glow, found.box, drawn_part(found.box, stage), stage.psf, range_m)
+        return Outline(found.edges, glow, found.box, drawn_part(found.box, stage), stage.psf, range_m, found.middle)
 
 
 @lru_cache(maxsize=64)

@@ -9,7 +9,6 @@ import numpy as np
 
 from irsim.compiled import COMPILED, kernels
 from irsim.shapes.base import View
-from irsim.shapes.corners import corners
 from irsim.shapes.joints import Rigid
 from irsim.shapes.mesh import Ints, Mesh
 from irsim.types import Box, Floats
@@ -19,12 +18,14 @@ from irsim.types import Box, Floats
 class Rims:
     """The outlines of n convex parts.
 
-    edges  start (m, 2), stop (m, 2) px and layer (m,), rising: see `visible_edges`
-    rank   (n,) the layer of each part
-    box    around them, px
+    edges   start (m, 2), stop (m, 2) px from `middle` and layer (m,), rising: see `visible_edges`
+    middle  (x, y) px: of the body; edges of a small one keep their digits only where it is told apart
+    rank    (n,) the layer of each part
+    box     around them, px
     """
 
     edges: tuple[Floats, Floats, Ints]
+    middle: tuple[float, float]
     rank: Ints
     box: Box
 
@@ -39,20 +40,29 @@ class Joints:
 
 def rims(form: Mesh, joints: Joints, motions: Mapping[str, Rigid], scale: float, view: View) -> Rims | None:
     """Of a body at rest, its joints moved in units of `scale`; None where any of it lies behind the camera."""
+    right, down, ahead = view.position.tolist()
+    if ahead <= 0:
+        return None
+    geometry = view.stage.geometry
+    (x, y), scale_px = geometry.axis_px, 1 / (ahead * geometry.ifov_rad)
+    x, y = x + right * scale_px, y + down * scale_px
     if COMPILED:
-        return _compiled(form, joints, motions, scale, view)
+        return _compiled(form, joints, motions, scale, view, (x, y))
     moved = {part: motions[joints.names[joint]] for part, joint in enumerate(joints.of_part.tolist()) if joint >= 0}
     form = form.posed(moved, scale)
     parts = form.parts
-    placed = corners(form.vertices, view)
-    if placed is None:
+    arms, position = form.vertices @ view.attitude.T, view.position
+    depth = arms[:, 2] + position[2]
+    if depth.min() <= 0:
         return None
-    pixels = placed.pixels
-    faces_eye = form.normals @ placed.eye > form.offsets
+    pixels = (arms[:, :2] - position[:2] / position[2] * arms[:, 2:]) / (depth * geometry.ifov_rad)[:, None]
+    (west, north), (east, south) = pixels.min(axis=0).tolist(), pixels.max(axis=0).tolist()
+    eye = -position @ view.attitude
+    faces_eye = form.normals @ eye > form.offsets
     left = faces_eye[parts.left]
     rim = left != faces_eye[parts.right]
     # By layers, the nearest first: their edges must stand together.
-    rank = form.hiding_order(placed.eye, pixels)
+    rank = form.hiding_order(eye, pixels)
     edge = np.flatnonzero(rim)
     layer = rank[parts.part[edge]]
     by_layer = np.argsort(layer, kind="stable")
@@ -60,12 +70,13 @@ def rims(form: Mesh, joints: Joints, motions: Mapping[str, Rigid], scale: float,
     # A face seen from outside runs clockwise in x right, y down where its edges are read backwards.
     start = pixels[np.where(left, parts.head, parts.tail)[order]]
     stop = pixels[np.where(left, parts.tail, parts.head)[order]]
-    return Rims((start, stop, layer), rank, placed.box)
+    return Rims((start, stop, layer), (x, y), rank, Box.from_edges(x + west, y + north, x + east, y + south))
 
 
-def _compiled(form: Mesh, joints: Joints, motions: Mapping[str, Rigid], scale: float, view: View) -> Rims | None:
-    parts, geometry = form.parts, view.stage.geometry
-    x, y = geometry.axis_px
+def _compiled(
+    form: Mesh, joints: Joints, motions: Mapping[str, Rigid], scale: float, view: View, middle: tuple[float, float]
+) -> Rims | None:
+    parts = form.parts
     ends = np.empty((2, len(parts.tail), 2))
     layer, rank = np.empty(len(parts.tail), dtype=np.int64), np.empty(parts.count, dtype=np.int64)
     found = kernels.outline(
@@ -83,9 +94,8 @@ def _compiled(form: Mesh, joints: Joints, motions: Mapping[str, Rigid], scale: f
         scale,
         np.ascontiguousarray(view.attitude, dtype=np.float64),
         np.ascontiguousarray(view.position, dtype=np.float64),
-        x,
-        y,
-        geometry.ifov_rad,
+        *middle,
+        view.stage.geometry.ifov_rad,
         ends,
         layer,
         rank,
@@ -93,7 +103,7 @@ def _compiled(form: Mesh, joints: Joints, motions: Mapping[str, Rigid], scale: f
     if found is None:
         return None
     count, *edges = found
-    return Rims((ends[0, :count], ends[1, :count], layer[:count]), rank, Box.from_edges(*edges))
+    return Rims((ends[0, :count], ends[1, :count], layer[:count]), middle, rank, Box.from_edges(*edges))
 
 
 _STILL = np.empty(0)

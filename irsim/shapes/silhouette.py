@@ -37,10 +37,11 @@ and 0.046."""
 class Outline:
     """Convex polygons that hide each other.
 
-    edges    start (n, 2), stop (n, 2) px and layer (n,) of their outlines, see `visible_edges`
+    edges    start (n, 2), stop (n, 2) px from `origin` and layer (n,) of their outlines, see `visible_edges`
     glow     (layers,) radiance of each layer, W/m2/sr, the nearest layer first
     box      tight box of the geometry
     window   what of it is drawn (`box` itself, or a part)
+    origin   (x, y) px
     """
 
     edges: tuple[Floats, Floats, Ints]
@@ -49,6 +50,7 @@ class Outline:
     window: Box
     psf: PointSpread
     range_m: float
+    origin: tuple[float, float] = (0.0, 0.0)
 
 
 def sprites(outlines: Sequence[Outline]) -> list[Sprite]:
@@ -69,7 +71,9 @@ def sprites(outlines: Sequence[Outline]) -> list[Sprite]:
     start, stop, weights, layer = visible_edges(start, stop, layer, glow, layers)
     grids = [Grid.over(outline.window) for outline in outlines]
     counts = np.bincount(np.repeat(np.arange(len(outlines)), layers)[layer], minlength=len(outlines))
-    corner = np.repeat([grid.corner for grid in grids], counts, axis=0)
+    corner = np.repeat(
+        [grid.corner - outline.origin for grid, outline in zip(grids, outlines, strict=True)], counts, axis=0
+    )
     fine = np.repeat([grid.fine for grid in grids], counts)[:, None]
     cells = [grid.cells for grid in grids]
     fields = changes((start - corner) * fine, (stop - corner) * fine, weights, cells, counts)
@@ -78,7 +82,7 @@ def sprites(outlines: Sequence[Outline]) -> list[Sprite]:
     for outline, grid, field, (area, light), (center, signal_center) in zip(
         outlines, grids, fields, integrals.tolist(), centers, strict=True
     ):
-        places = center, signal_center if light > 0 else center
+        places = center + outline.origin, (signal_center if light > 0 else center) + outline.origin
         drawn.append(spread(grid, field, places, area, outline.box, outline.psf, outline.range_m))
     return drawn
 
@@ -90,14 +94,14 @@ def sprite(outline: Outline) -> Sprite:
 
 def _sprite(outline: Outline) -> Sprite:
     """What `sprites` does, compiled."""
-    grid, psf = Grid.over(outline.window), outline.psf
+    grid, psf, (left, top) = Grid.over(outline.window), outline.psf, outline.origin
     fine, margin = grid.fine, psf.reach_px
     light = np.empty((3, grid.rows + 2 * margin, grid.columns + 2 * margin))
     area, signal, x, y, signal_x, signal_y = kernels.sprite_light(
         *outline.edges,
         outline.glow,
-        grid.left - 0.5,
-        grid.top - 0.5,
+        grid.left - 0.5 - left,
+        grid.top - 0.5 - top,
         fine,
         margin,
         _weights(psf, fine),
@@ -111,8 +115,8 @@ def _sprite(outline: Outline) -> Sprite:
         cover=light[0],
         alpha=light[1],
         emission=light[2],
-        center=(x, y),
-        signal_center=(signal_x, signal_y) if signal > 0 else (x, y),
+        center=(left + x, top + y),
+        signal_center=(left + signal_x, top + signal_y) if signal > 0 else (left + x, top + y),
         box=outline.box,
         range_m=outline.range_m,
         area=area,
