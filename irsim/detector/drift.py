@@ -12,7 +12,6 @@ from pydantic import Field
 
 from irsim.detector.ar1 import Over, Process, over
 from irsim.detector.base import Moment, Noise, Ratio, read_only
-from irsim.detector.response import Response
 from irsim.detector.variance import Variance
 from irsim.kinds import Fraction, NotNegative
 from irsim.types import Floats
