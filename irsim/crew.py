@@ -51,6 +51,16 @@ def chunk_length(jobs: int, size: int, count: int) -> int:
     return next((each for each in LENGTHS if each <= most), LENGTHS[-1])
 
 
+def chunked(wanted: Sequence[int], length: int, jobs: int) -> Iterator[Sequence[int]]:
+    """The wanted frames in chunks of a length, and ever shorter ones towards the end: all are to be done at once."""
+    begin = 0
+    while begin < len(wanted):
+        share = (len(wanted) - begin) // (2 * jobs)
+        end = begin + next((each for each in LENGTHS if each <= min(length, share)), LENGTHS[-1])
+        yield wanted[begin:end]
+        begin = end
+
+
 def rendered(renderer: Renderer, wanted: Sequence[int], jobs: int) -> Generator[Rendered, None, None]:
     """The wanted frames, in order, by this process and `jobs - 1` workers; it renders while it waits for theirs. A few
     chunks wait ahead at most.
@@ -67,7 +77,7 @@ def rendered(renderer: Renderer, wanted: Sequence[int], jobs: int) -> Generator[
     size = columns * rows * COUNT_BYTES
     length = chunk_length(jobs, size, len(wanted))
     count = (jobs - 1 + BESIDE) * length + LENT
-    chunks = deque(wanted[begin : begin + length] for begin in range(0, len(wanted), length))
+    chunks = deque(chunked(wanted, length, jobs))
     context = multiprocessing.get_context("spawn")  # safe with threads, the same on every system
     with (
         shared(min(count * size, MOST_WAITING)) as memory,
@@ -75,7 +85,7 @@ def rendered(renderer: Renderer, wanted: Sequence[int], jobs: int) -> Generator[
             jobs - 1, mp_context=context, **beginning(_prepare, renderer.scenario, inherited=[memory])
         ) as pool,
     ):
-        crew = _Crew(renderer, chunks, pool, Places(memory, (rows, columns), count))
+        crew = _Crew(renderer, chunks, pool, Places(memory, (rows, columns), count), jobs - 1)
         try:
             yield from crew.frames()
         except BrokenProcessPool:
@@ -111,7 +121,7 @@ class _Crew:
     """Who renders which chunk. Workers have a few each, this process takes one when it would have to wait for them."""
 
     def __init__(
-        self, renderer: Renderer, chunks: deque[Sequence[int]], pool: ProcessPoolExecutor, places: Places
+        self, renderer: Renderer, chunks: deque[Sequence[int]], pool: ProcessPoolExecutor, places: Places, workers: int
     ) -> None:
         self.heard = False
         """Whether a worker has rendered any."""
@@ -119,6 +129,7 @@ class _Crew:
         self._chunks = chunks  # that nobody has
         self._pool = pool
         self._places = places
+        self._workers = workers
         self._begun: deque[_Own | _Theirs] = deque()  # in the order of frames
 
     def frames(self) -> Iterator[Rendered]:
@@ -131,10 +142,17 @@ class _Crew:
             self._begun.popleft()
 
     def _hand_out(self) -> None:
-        """Workers get all that there are places for."""
-        while self._chunks and (places := self._places.taken(len(self._chunks[0]))):
+        """Workers get all that there are places for, but leave as much to this process as each of them has."""
+        while self._chunks and self._workers * len(self._chunks) > self._waiting():
+            places = self._places.taken(len(self._chunks[0]))
+            if not places:
+                return
             with interrupts_held():
                 self._begun.append(_Theirs(places, self._pool.submit(_render, self._chunks.popleft(), places)))
+
+    def _waiting(self) -> int:
+        """Chunks that workers have yet to finish."""
+        return sum(isinstance(chunk, _Theirs) and not chunk.coming.done() for chunk in self._begun)
 
     def _take(self) -> _Own:
         chunk = _Own(deque(self._chunks.popleft()))

@@ -133,6 +133,20 @@ def test_what_waits_is_bounded(jobs: int, size: tuple[int, int], length: int, mo
     assert 0 < asked[0] <= crew.MOST_WAITING
 
 
+@pytest.mark.parametrize(
+    ("count", "length", "jobs"), [(0, 8, 2), (3, 1, 2), (100, 32, 2), (1500, 32, 2), (1500, 32, 7)]
+)
+def test_chunks_hold_every_frame_and_end_in_short_ones(count: int, length: int, jobs: int) -> None:
+    chunks = list(crew.chunked(range(count), length, jobs))
+    lengths = [len(chunk) for chunk in chunks]
+    assert [index for chunk in chunks for index in chunk] == list(range(count))
+    assert lengths == sorted(lengths, reverse=True)
+    for k, each in enumerate(lengths):
+        assert each in crew.LENGTHS
+        assert each <= max(1, sum(lengths[k:]) // (2 * jobs))
+        assert each == length or 2 * each * 2 * jobs > sum(lengths[k:])  # no shorter than that asks for
+
+
 @contextmanager
 def no_file_of(size: int) -> Iterator[None]:
     """No file of this process, in memory or not, may be so large."""
