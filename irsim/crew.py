@@ -14,7 +14,7 @@ import numpy as np
 
 from irsim.errors import InputError, IrsimError
 from irsim.interrupts import beginning, interrupts_held
-from irsim.places import COUNT_BYTES, LENT, Places, Shared, shared
+from irsim.places import COUNT_BYTES, Shared, shared
 from irsim.render import Renderer
 from irsim.scenario import Scenario
 from irsim.types import Counts, Frame, Truth
@@ -76,7 +76,7 @@ def rendered(renderer: Renderer, wanted: Sequence[int], jobs: int) -> Generator[
     columns, rows = renderer.scenario.camera.size
     size = columns * rows * COUNT_BYTES
     length = chunk_length(jobs, size, len(wanted))
-    count = (jobs - 1 + BESIDE) * length + LENT
+    count = (jobs - 1 + BESIDE) * length
     chunks = deque(chunked(wanted, length, jobs))
     context = multiprocessing.get_context("spawn")  # safe with threads, the same on every system
     with (
@@ -85,7 +85,7 @@ def rendered(renderer: Renderer, wanted: Sequence[int], jobs: int) -> Generator[
             jobs - 1, mp_context=context, **beginning(_prepare, renderer.scenario, inherited=[memory])
         ) as pool,
     ):
-        crew = _Crew(renderer, chunks, pool, Places(memory, (rows, columns), count), jobs - 1)
+        crew = _Crew(renderer, chunks, pool, memory, deque(range(count)), jobs - 1)
         try:
             yield from crew.frames()
         except BrokenProcessPool:
@@ -121,14 +121,21 @@ class _Crew:
     """Who renders which chunk. Workers have a few each, this process takes one when it would have to wait for them."""
 
     def __init__(
-        self, renderer: Renderer, chunks: deque[Sequence[int]], pool: ProcessPoolExecutor, places: Places, workers: int
+        self,
+        renderer: Renderer,
+        chunks: deque[Sequence[int]],
+        pool: ProcessPoolExecutor,
+        memory: Shared,
+        places: deque[int],
+        workers: int,
     ) -> None:
         self.heard = False
         """Whether a worker has rendered any."""
         self._renderer = renderer
         self._chunks = chunks  # that nobody has
         self._pool = pool
-        self._places = places
+        self._memory = memory
+        self._places = places  # in it, that are free
         self._workers = workers
         self._begun: deque[_Own | _Theirs] = deque()  # in the order of frames
 
@@ -143,10 +150,12 @@ class _Crew:
 
     def _hand_out(self) -> None:
         """Workers get all that there are places for, but leave as much to this process as each of them has."""
-        while self._chunks and self._workers * len(self._chunks) > self._waiting():
-            places = self._places.taken(len(self._chunks[0]))
-            if not places:
-                return
+        while (
+            self._chunks
+            and len(self._places) >= len(self._chunks[0])
+            and self._workers * len(self._chunks) > self._waiting()
+        ):
+            places = [self._places.popleft() for _ in self._chunks[0]]
             with interrupts_held():
                 self._begun.append(_Theirs(places, self._pool.submit(_render, self._chunks.popleft(), places)))
 
@@ -166,14 +175,16 @@ class _Crew:
             yield _here(self._renderer, index)
 
     def _fetched(self, chunk: _Theirs) -> Iterator[Rendered]:
-        """What a worker has rendered."""
+        """What a worker has rendered; each picture is copied when it is wanted."""
         while not chunk.coming.done() and self._get_ahead():
             pass
         done = chunk.coming.result()
         self.heard = True
         for each, place in zip(done, chunk.places, strict=True):
-            image = self._places.fetched(place)
-            yield each if image is None else replace(each, frame=replace(each.frame, image=image))
+            picture = _picture(self._memory, place, self._renderer)
+            fetched = each if picture is None else replace(each, frame=replace(each.frame, image=picture.copy()))
+            self._places.append(place)
+            yield fetched
 
     def _get_ahead(self) -> bool:
         """A frame more that this process will need is rendered, unless enough are."""
@@ -185,6 +196,12 @@ class _Crew:
             return False
         chunk.done.append(_here(self._renderer, chunk.left.popleft()))
         return True
+
+
+def _picture(memory: Shared, place: int, renderer: Renderer) -> Counts | None:
+    """Where a picture is put; None where it comes by the pipe."""
+    columns, rows = renderer.scenario.camera.size
+    return memory.picture(place, (rows, columns))
 
 
 _worker: tuple[Renderer, Shared]
@@ -201,10 +218,9 @@ def _prepare(memory: Shared, scenario: Scenario) -> None:
 def _render(wanted: Sequence[int], places: Sequence[int]) -> list[Rendered]:
     """The wanted frames, without the pictures for which there are places in the memory."""
     renderer, memory = _worker
-    columns, rows = renderer.scenario.camera.size
     done = []
     for index, place in zip(wanted, places, strict=True):
-        out = memory.picture(place, (rows, columns))
+        out = _picture(memory, place, renderer)
         each = _here(renderer, index, out)
         done.append(each if out is None else replace(each, frame=replace(each.frame, image=NOTHING)))
     return done

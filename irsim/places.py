@@ -9,7 +9,6 @@ import mmap
 import os
 import sys
 import tempfile
-import weakref
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager, suppress
 from multiprocessing import reduction
@@ -20,9 +19,6 @@ import numpy as np
 from irsim.types import Counts
 
 COUNT_BYTES = 2
-
-LENT = 4
-"""Pictures that programs may have where workers put them. Who keeps more gets copies: the places are needed."""
 
 
 class Shared:
@@ -93,33 +89,3 @@ def _nameless() -> int:
         return os.memfd_create("irsim")  # not in /dev/shm, which is small in containers
     with tempfile.TemporaryFile() as file:
         return os.dup(file.fileno())
-
-
-class Places:
-    """Places in shared memory, of one picture each: free, with a worker, or of a picture that somebody has."""
-
-    def __init__(self, memory: Shared, shape: tuple[int, int], count: int) -> None:
-        self._memory = memory
-        self._shape = shape
-        self._free = list(reversed(range(count)))  # those that memory may not reach are taken last
-        self._lent: set[int] = set()
-
-    def taken(self, count: int) -> list[int]:
-        """So many of them for a worker, first what was given back last; none where not as many are free."""
-        return [self._free.pop() for _ in range(count)] if len(self._free) >= count else []
-
-    def fetched(self, place: int) -> Counts | None:
-        """What a worker has put into a place, which is free again when nobody has the picture any more; where LENT are
-        out, a copy. None where there is no memory: it comes by the pipe."""
-        picture = self._memory.picture(place, self._shape)
-        if picture is None or len(self._lent) >= LENT:
-            self._free.append(place)
-            return None if picture is None else picture.copy()
-        self._lent.add(place)
-        root = picture.base  # what all views of it have in common
-        weakref.finalize(root, self._given_back, place).atexit = False
-        return picture
-
-    def _given_back(self, place: int) -> None:
-        self._lent.discard(place)
-        self._free.append(place)

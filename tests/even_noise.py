@@ -19,7 +19,7 @@ def effect(noise: Noise, moment: Moment, response: Response, level: float) -> Fl
     signal = np.full(moment.shape, level, np.float32)
     gains = noise.gains(moment)
     if gains is not None:
-        signal += signal * gains
+        signal += (signal - np.float32(response.zero)) * gains
     noise.add(signal, response, moment)
     pattern, weight = noise.lasting(moment) or (np.float32(0), 1.0)
     steady = noise.steady(moment)

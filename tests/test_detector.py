@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
-from typing import Any
+from typing import Any, Literal, get_args, get_origin
 
 import even_noise
 import numpy as np
@@ -12,8 +13,26 @@ import pytest
 from pydantic import ValidationError
 from pydantic_core import PydanticCustomError
 
-from irsim.detector import NOISES, Ar1, FixedPattern, Moment, Noise, White, ar1, bad_pixels, drift, fixed_pattern
+from irsim import rng
+from irsim.detector import (
+    NOISES,
+    Ar1,
+    FixedPattern,
+    Moment,
+    Noise,
+    White,
+    ar1,
+    bad_pixels,
+    drift,
+    fixed_pattern,
+    grain,
+    noise_3d,
+    shot,
+)
+from irsim.detector import response as response_module
 from irsim.detector.response import Electrons, Response, Setting
+from irsim.detector.sensor import Sensor
+from irsim.radiometry import radiance
 from irsim.types import Floats
 
 SHAPE = (256, 256)
@@ -69,6 +88,34 @@ def test_a_noise_does_something_finite(word: str) -> None:
     done = effect(build(word), at(500, (24, 40)))
     assert np.isfinite(done).all()
     assert done.std() > 0.1
+
+
+def ways() -> Iterator[tuple[str, dict[str, str]]]:
+    """Each kind as it is, and with every other word that its keys may hold."""
+    for word, kind in NOISES.kinds.items():
+        yield word, {}
+        for key, value in kind.model_fields.items():
+            if get_origin(value.annotation) is Literal:
+                yield from ((word, {key: other}) for other in get_args(value.annotation) if other != value.default)
+
+
+@pytest.mark.parametrize(("word", "keys"), list(ways()))
+@pytest.mark.parametrize("before", [True, False])
+def test_every_way_of_a_noise_is_exposed_alike_by_compiled_loops_and_plain_ones(
+    word: str, keys: dict[str, str], before: bool
+) -> None:
+    one, other = build(word, id="one", **keys), build("fixed_pattern", id="other")
+    sensor = Sensor(response(), (one, other) if before else (other, one), 50.0, 1)
+    light = np.full((24, 40), radiance("mwir", 300.0), np.float32)
+    found = sensor.expose(light, 5)
+    assert np.ptp(found) > 0
+    forget()
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (rng, ar1, grain, noise_3d, shot, response_module):
+            patch.setattr(module, "COMPILED", False)
+        plain = Sensor(response(), sensor.noises, 50.0, 1).expose(light, 5)
+    assert np.abs(found.astype(int) - plain).max() <= 1
+    assert (found == plain).mean() > 0.98
 
 
 @pytest.mark.parametrize("word", NOISES.kinds)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import os
 import resource
 import signal
@@ -19,7 +18,7 @@ from processes import runs
 import irsim
 from irsim import crew
 from irsim.crew import rendered
-from irsim.places import LENT, Places, shared
+from irsim.places import shared
 from irsim.render import Renderer
 
 PROC = Path("/proc/self")
@@ -29,57 +28,16 @@ SCENE = ["frames=150", "camera.size=[48, 32]"]
 """More frames than have places at once."""
 
 
-SHAPE = (6, 8)
-SIZE = 6 * 8 * 2
-
-
-@pytest.fixture
-def places() -> Iterator[Places]:
-    """Ten, nine of them in memory; each has a picture of its number."""
-    with shared(10 * SIZE - 1) as memory:
-        for place in range(9):
-            picture = memory.picture(place, SHAPE)
+@pytest.mark.parametrize(("size", "holds"), [(0, 0), (95, 0), (96, 1), (287, 2), (288, 3)])
+def test_memory_holds_whole_pictures(size: int, holds: int) -> None:
+    with shared(size) as memory:
+        pictures = [memory.picture(place, (6, 8)) for place in range(4)]
+        assert [picture is not None for picture in pictures] == [place < holds for place in range(4)]
+        for place, picture in enumerate(pictures[:holds]):
             assert picture is not None
             picture[:] = place
-        yield Places(memory, SHAPE, 10)
-
-
-def test_a_picture_is_taken_where_it_lies_and_its_place_is_free_when_nobody_has_it(places: Places) -> None:
-    assert places.taken(10) == list(range(10))
-    whole = places.fetched(3)
-    assert whole is not None
-    view = whole[2:, ::2].T
-    del whole
-    assert np.array_equal(view, np.full((4, 4), 3))
-    assert places.taken(1) == []
-    view[:] = 0  # whoever gets a frame may write to it
-    del view
-    assert places.taken(1) == [3]
-
-
-def test_who_keeps_pictures_gets_copies_and_keeps_no_place_from_others(places: Places) -> None:
-    places.taken(10)
-    kept = [places.fetched(place) for place in range(9)]
-    assert sorted(places.taken(9 - LENT)) == list(range(LENT, 9))
-    assert places.taken(1) == []
-    for place, picture in enumerate(kept):
-        assert picture is not None
-        assert np.array_equal(picture, np.full(SHAPE, place))
-    del kept, picture
-    assert sorted(places.taken(LENT)) == list(range(LENT))
-
-
-def test_pictures_that_memory_does_not_reach_come_by_the_pipe(places: Places) -> None:
-    assert places.taken(10)[-1] == 9  # the last to be taken
-    assert places.fetched(9) is None
-    assert places.taken(1) == [9]
-
-
-def test_places_that_were_in_use_last_are_taken_first(places: Places) -> None:
-    places.taken(5)
-    assert places.fetched(2) is not None
-    assert places.taken(2) == [2, 5]
-    assert places.taken(5) == []
+        for place in range(holds):
+            assert np.array_equal(memory.picture(place, (6, 8)), np.full((6, 8), place))  # type: ignore[arg-type]
 
 
 def images(jobs: int) -> list[np.ndarray]:
@@ -216,7 +174,6 @@ def test_nothing_is_left_of_frames_that_nobody_takes(
         take()
     assert workers
     assert not any(map(runs, workers))
-    gc.collect()  # the error knows of the frame that was being looked at
     assert not held()
 
 

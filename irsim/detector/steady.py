@@ -23,7 +23,7 @@ class Sum:
         kept = self._kept  # once: another thread may put its own there
         if kept is not None and len(kept[0]) == len(patterns) and all(map(_same, kept[0], patterns)):
             return kept[1]
-        total = np.array(np.broadcast_to(patterns[0], moment.shape), np.float32)
+        total = np.array(np.broadcast_to(patterns[0], moment.shape), np.float32, order="C")
         for pattern in patterns[1:]:
             total += pattern
         self._kept = patterns, total
