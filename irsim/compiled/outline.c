@@ -64,7 +64,8 @@ static int pose(Body *body, Scratch *held)
 }
 
 /* Where vertices are in the picture, px from the body's middle, and the boxes of parts; 0 where one is behind the
- * camera. As differences, which lose no digits: the edges of a small body, far from the picture's corner, keep theirs. */
+ * camera. As differences, which lose no digits: the edges of a small body, far from the picture's corner, keep
+ * theirs. */
 static int project(const Body *body, Point *pixels, Extent *boxes, Extent *box)
 {
     const Form *form = &body->form;
@@ -186,8 +187,8 @@ static PyObject *outlined(Body *body, Point *ends, int64_t *layer, int64_t *rank
 
 /* outline(firsts, corner, edges, heat, vertices, normals, offsets, crossing, thin, joint, motions, scale, attitude,
  * position, x, y, ifov, ends, layer, rank): x, y is where the position lies in the picture. ends (2, edges, 2) takes
- * starts and stops of edges on rims, from there, layer theirs, rank (parts) each part's. Returned are their number and left, top, right and bottom of the body, px; None where it
- * is behind the camera. */
+ * starts and stops of edges on rims, from there, layer theirs, rank (parts) each part's. Returned are their number
+ * and left, top, right and bottom of the body, px; None where it is behind the camera. */
 PyObject *outline(PyObject *self, PyObject *const *given, Py_ssize_t count)
 {
     (void)self;
