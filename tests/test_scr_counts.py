@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from irsim.contrast import scr
-from irsim.detector import NOISES, Moment, Noise
+from irsim.detector import Moment, Noise
+from irsim.detector.variance import Variance
 from irsim.render import Renderer
 from irsim.scenario import Scenario
 from irsim.types import Box
@@ -117,9 +118,13 @@ def test_drift_counts_as_far_as_it_has_grown_since_the_correction() -> None:
         assert hot(camera, index) == pytest.approx(alone / math.sqrt(1 + grown), rel=1e-6)
 
 
-@pytest.mark.parametrize("kind", sorted(NOISES.kinds))
-def test_only_what_ages_has_another_share_later(kind: str) -> None:
-    noise = NOISES.parse({"kind": kind, **({"rho": 0.9} if kind == "ar1" else {})})
-    assert isinstance(noise, Noise)
-    first, later = (noise.share(Moment(index, (8, 8), 30.0, 0), True) for index in (0, 3000))
-    assert (first != later) == noise.ages
+class Warming(Noise):
+    """A noise of one's own: its variance grows by that of one NETD a frame."""
+
+    def share(self, moment: Moment, fixed: bool) -> Variance:
+        return Variance(own=float(moment.index))
+
+
+def test_noise_of_ones_own_counts_as_it_is_in_each_frame() -> None:
+    camera = {"noise": [{"kind": f"{__name__}:Warming"}]}
+    assert hot(camera, 4) == pytest.approx(3 * hot(camera, 36), rel=1e-9)

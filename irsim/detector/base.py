@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 import cv2
 import numpy as np
@@ -64,9 +64,6 @@ class Noise(NamedKind):
 
     def replace(self, counts: Counts, response: Response, moment: Moment) -> None:
         """Put others in place of the counts: last."""
-
-    ages: ClassVar[bool] = False
-    """Whether its `share` is another one from frame to frame."""
 
     @abstractmethod
     def share(self, moment: Moment, fixed: bool) -> Variance:

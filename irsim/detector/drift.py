@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 import cv2
 import numpy as np
@@ -33,8 +33,6 @@ class Drift(Noise):
     Each is D[k] = X[k] - rho^(k-c) X[c], with X a stationary Ornstein-Uhlenbeck process and c the frame of
     the last correction: from 0 it grows to the sigmas below as 1 - rho^(2(k-c)) in variance.
     """
-
-    ages: ClassVar[bool] = True
 
     pixel: Ratio = 0.5
     """Sigma from pixel to pixel that offsets tend to, in units of the camera's NETD."""

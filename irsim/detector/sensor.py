@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 
 import numpy as np
 
@@ -96,19 +95,9 @@ class Sensor:
 
     def equivalent(self, index: int) -> Equivalent:
         """The noise of a frame's pixels, but for bad ones, as light: of all terms together, without rounding."""
-        aging = [noise for noise in self.noises if noise.ages]
-        if not aging:
-            return self._lasting
         moment = self.moment(index, (1, 1))
-        whole = sum((noise.share(moment, True) for noise in aging), self._lasting.variance)
-        return Equivalent(self.response, whole, self.falloff)
-
-    @cached_property
-    def _lasting(self) -> Equivalent:
-        """Of the terms that are the same in all frames."""
-        moment = self.moment(0, (1, 1))
-        lasting = (noise.share(moment, True) for noise in self.noises if not noise.ages)
-        return Equivalent(self.response, sum(lasting, Variance()), self.falloff)
+        variance = sum((noise.share(moment, True) for noise in self.noises), Variance())
+        return Equivalent(self.response, variance, self.falloff)
 
     def _signal(self, light: Floats, out: Floats | None = None, gain: Floats | None = None) -> Floats:
         """What pixels hold before anything is read."""
