@@ -125,8 +125,8 @@ class Renderer:
         return compose(self._layers(index), pieces, gaze, self.stage.band, self.noise(index), exact)
 
     def noise(self, index: int) -> Noise:
-        """The camera's in a frame, as light; none where the background holds it already."""
-        return quiet if self.scenario.background.noisy else self.sensor.equivalent(index)
+        """The camera's in the picture that a frame shows, as light; none where the background holds it already."""
+        return quiet if self.scenario.background.noisy else self.sensor.equivalent(self.sensor.shown(index))
 
     def _layers(self, index: int) -> Sequence[Layer]:
         """The layers, each as it is seen over the whole exposure of a frame."""

@@ -118,6 +118,13 @@ def test_drift_counts_as_far_as_it_has_grown_since_the_correction() -> None:
         assert hot(camera, index) == pytest.approx(alone / math.sqrt(1 + grown), rel=1e-6)
 
 
+def test_while_the_picture_stands_still_noise_is_that_of_the_frame_shown() -> None:
+    drift = {"kind": "drift", "pixel": 3.0, "column": 0.0, "row": 0.0, "time_constant_s": 30.0}
+    camera = {"noise": [{"kind": "white"}, drift], "correction": {"frames": [2000], "freeze_frames": 10}}
+    assert hot(camera, 2009) == pytest.approx(hot(camera, 1999), rel=1e-9)
+    assert hot(camera, 2010) > 2 * hot(camera, 2009)
+
+
 class Warming(Noise):
     """A noise of one's own: its variance grows by that of one NETD a frame."""
 
