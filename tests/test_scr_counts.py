@@ -88,14 +88,32 @@ def test_where_the_lens_darkens_noise_is_more_light() -> None:
     assert math.isfinite(beyond)
 
 
-def hot(camera: dict[str, Any], index: int = 0, **keys: Any) -> float:
+@pytest.mark.parametrize("preset", ["cooled_mwir", "cooled_lwir", "uncooled_lwir"])
+def test_noise_as_light_raises_the_signal_by_one_sigma_without_light_too(preset: str) -> None:
+    sensor, box = Renderer(scene({"preset": preset}, 300.0)).sensor, Box(189.5, 151.5, 1, 1)
+    equivalent, response = sensor.equivalent(0), sensor.response
+    passed = 1.0 if sensor.falloff is None else float(sensor.falloff[152, 190])
+    for light in (0.0, 1e-9, 1e-3, 5.0):
+        before, after = (response.at(passed * of) for of in (light, light + equivalent(light, box)))
+        assert (after - before) ** 2 == pytest.approx(equivalent.variance.within(before, response), rel=1e-6)
+    assert equivalent(0.0, box) == pytest.approx(equivalent(1e-12, box), rel=1e-3)
+
+
+def hot(camera: dict[str, Any], index: int = 0, ground_k: float = 290.0, **keys: Any) -> float:
     """Truth's SCR of a point that has a temperature, not an SCR."""
-    scenario = scene(camera, 290.0, **keys).model_dump()
+    scenario = scene(camera, ground_k, **keys).model_dump()
     for target in scenario["targets"]:
         target["shape"].update(scr=None, temperature_k=310.0)
     (first, *_) = Renderer(Scenario.model_validate(scenario)).scene(index)[1].targets
     assert first.scr is not None
     return first.scr
+
+
+@pytest.mark.parametrize("preset", ["cooled_mwir", "cooled_lwir"])
+def test_before_ground_without_light_scr_is_bounded(preset: str) -> None:
+    cold = [hot({"preset": preset}, ground_k=ground_k) for ground_k in (5.0, 30.0)]
+    assert cold == pytest.approx([cold[0]] * 2, rel=1e-6)
+    assert 500 < cold[0] < 5000
 
 
 def test_noise_that_is_switched_off_is_not_in_it() -> None:

@@ -15,8 +15,8 @@ LEAST = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Equivalent:
-    """Noise-equivalent radiance: what pixels of one frame differ by from each other, over the rise of the signal with
-    the light. falloff (rows, cols) is the share of light that the lens lets through."""
+    """Noise-equivalent radiance: the light that raises the signal by what pixels of one frame differ by. falloff
+    (rows, cols) is the share of light that the lens lets through."""
 
     response: Response
     variance: Variance
@@ -25,9 +25,9 @@ class Equivalent:
     def __call__(self, level: float, box: Box) -> float:
         """Standard deviation, W/m2/sr, at a level of light, W/m2/sr, about the middle of a box."""
         passed = 1.0 if self.falloff is None else _nearest(self.falloff, box)
-        light = level * passed
-        signal, rise = self.response.at(light)
-        return math.sqrt(self.variance.within(signal, self.response)) / (rise * passed)
+        light = max(level * passed, 0.0)  # below by rounding alone
+        sigma = math.sqrt(self.variance.within(self.response.at(light), self.response))
+        return self.response.raised(light, sigma) / passed
 
 
 def _nearest(falloff: Floats, box: Box) -> float:

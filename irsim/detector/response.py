@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -92,11 +91,21 @@ class Response:
             np.minimum(signal, np.float32(most), out=signal)
         return signal
 
-    def at(self, light: float) -> tuple[float, float]:
-        """The noiseless signal of one in-band radiance, W/m2/sr, and what it rises by with it."""
-        light = max(light, sys.float_info.min)
-        half = self.root / 2 * math.sqrt(light)
-        return self.linear * light + 2 * half + self.zero, self.linear + half / light
+    def at(self, light: float) -> float:
+        """The noiseless signal of one in-band radiance, W/m2/sr, 0 or more."""
+        return self.linear * light + self.root * math.sqrt(light) + self.zero
+
+    def raised(self, light: float, by: float) -> float:
+        """How much more light than that, W/m2/sr, raises the signal by so much, 0 or more.
+
+        Not `by` over the derivative, which is infinite without light: sqrt(x) of the light x with a x + b sqrt(x) = c
+        is 2 c / (b + sqrt(b^2 + 4 a c)).
+        """
+        if by == 0:
+            return 0.0
+        signal = self.at(light) - self.zero + by
+        after = 2 * signal / (self.root + math.sqrt(self.root**2 + 4 * self.linear * signal))
+        return by / (self.linear + self.root / (after + math.sqrt(light)))  # x - light, no digits lost
 
     def counts(self, signal: Floats, out: Counts | None = None, added: Sequence[Weighted] = ()) -> Counts:
         """Counts of a signal, which is changed, and of what is added to it; in `out`, where it is given.
