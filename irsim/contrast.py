@@ -7,10 +7,10 @@ where the target is brighter.
 
 Truth's SCR is that of the noiseless radiance of the target and all that is behind it, before anything
 nearer hides some of it; the camera's noise counts as clutter: the standard deviation that pixels of one
-frame have of it, as radiance at the mean light of the ring, is added to the ring's spread, in squares.
-It is that of all noise terms, of those that stay and those that change (`irsim.detector.equivalent`),
-but for bad pixels and what a whole frame is moved by, target and ring alike. A point that asks for an
-SCR gets this one.
+frame have of it, as the light that raises the signal by it at the mean light of the ring, is added to the
+ring's spread, in squares. It is that of all noise terms, of those that stay and those that change
+(`irsim.detector.equivalent`), but for bad pixels and what a whole frame is moved by, target and ring
+alike. A point that asks for an SCR gets this one.
 """
 
 from __future__ import annotations
@@ -62,10 +62,7 @@ def _clutter(picture: Floats, box: Box) -> tuple[float, float, float]:
     """What the mean of a box lies above that of its ring, and the ring's mean and standard deviation; nan outside."""
     if COMPILED and picture.dtype == np.float32 and picture.flags.c_contiguous:
         return kernels.clutter(picture, picture.shape[1], box.cx, box.cy, box.w, box.h, RING_PX, GUARD_PX)
-    rows, columns = (
-        _line(count, middle, max(side, 1.0) / 2)
-        for count, middle, side in zip(picture.shape, (box.cy, box.cx), (box.h, box.w), strict=True)
-    )
+    rows, columns = _lines(picture.shape, box)
     weight = rows.shares.sum() * columns.shares.sum()
     outer = picture[rows.ring, columns.ring].astype(np.float64)
     guard = outer[rows.guard, columns.guard]
@@ -93,34 +90,32 @@ class _Line:
     guard: slice
 
 
-def _line(count: int, middle: float, half: float) -> _Line:
+def _lines(shape: tuple[int, ...], box: Box) -> tuple[_Line, _Line]:
+    """Down and across a picture."""
+    return _line(shape[0], box.cy, box.h), _line(shape[1], box.cx, box.w)
+
+
+def _line(count: int, middle: float, side: float) -> _Line:
+    half = max(side, 1.0) / 2
+
     def within(by: float) -> tuple[int, int]:
         first, last = math.ceil(middle - half - by), math.floor(middle + half + by)
         return min(max(first, 0), count), max(min(last + 1, count), 0)
 
     first, stop = within(0.5)
-    places = np.arange(first, stop)
-    shares = np.minimum(places + 0.5, middle + half) - np.maximum(places - 0.5, middle - half)
     (left, right), (inner, end) = within(RING_PX), within(GUARD_PX)
+    shares = _shares(np.arange(first, stop), middle, side)
     return _Line(slice(first, stop), shares, slice(left, right), slice(inner - left, max(end - left, 0)))
 
 
-def around(shape: tuple[int, ...], box: Box) -> tuple[Floats, npt.NDArray[np.bool_]]:
-    """(rows, cols) twice: the share of each pixel that the box holds (it has a pixel's size at least), and its ring.
+def _shares(places: npt.NDArray[np.int64], middle: float, side: float) -> Floats:
+    """How much of each pixel a box holds along one axis: it has a pixel's size at least.
 
     Shares rather than whole pixels, so that nothing jumps where the target moves by a part of a pixel.
     """
-    x, y = np.arange(shape[1]), np.arange(shape[0])[:, None]
-    wide, high = max(box.w, 1.0) / 2, max(box.h, 1.0) / 2
-
-    def share(places: npt.NDArray[np.int64], middle: float, half: float) -> Floats:
-        held = np.minimum(places + 0.5, middle + half) - np.maximum(places - 0.5, middle - half)
-        return np.asarray(np.clip(held, 0, 1))
-
-    def grown(by: float) -> npt.NDArray[np.bool_]:
-        return np.asarray((np.abs(y - box.cy) <= high + by) & (np.abs(x - box.cx) <= wide + by))
-
-    return share(y, box.cy, high) * share(x, box.cx, wide), grown(RING_PX) & ~grown(GUARD_PX)
+    half = max(side, 1.0) / 2
+    held = np.minimum(places + 0.5, middle + half) - np.maximum(places - 0.5, middle - half)
+    return np.asarray(np.clip(held, 0, 1))
 
 
 def fulfilled(sprite: Sprite, light: Floats, band: Band, noise: Noise = quiet) -> Sprite:
@@ -132,38 +127,31 @@ def fulfilled(sprite: Sprite, light: Floats, band: Band, noise: Noise = quiet) -
     wanted = sprite.wanted
     if wanted is None:
         return sprite
-    light, left, top = _near(light, sprite)
-    grid = np.indices(sprite.alpha.shape)
-    rows, columns = grid[0] + sprite.y0 - top, grid[1] + sprite.x0 - left
-    there = (rows >= 0) & (rows < light.shape[0]) & (columns >= 0) & (columns < light.shape[1])
-    alpha = np.zeros(light.shape)
-    alpha[rows[there], columns[there]] = sprite.alpha[there]
+    rows, columns = (
+        slice(max(first, 0), max(min(first + length, count), first, 0))
+        for first, length, count in zip((sprite.y0, sprite.x0), sprite.alpha.shape, light.shape, strict=True)
+    )
+    alpha = sprite.alpha[
+        rows.start - sprite.y0 : rows.stop - sprite.y0, columns.start - sprite.x0 : columns.stop - sprite.x0
+    ]
     if not alpha.any():
         return sprite
-    behind = float((alpha * light).sum() / alpha.sum())
+    under = light[rows, columns].astype(np.float64)
+    behind = float((alpha * under).sum() / alpha.sum())
     if wanted.contrast_k is not None:
         own = float(radiance(band, max(float(temperature(band, behind)) + wanted.contrast_k, 1.0)))
     else:
         assert wanted.scr is not None
         box = sprite.box
-        inside, ring = around(light.shape, Box(box.cx - left, box.cy - top, box.w, box.h))
-        if not (inside * alpha).any() or not ring.any():
+        signal, level, spread = _clutter(light, box)
+        down, across = _lines(light.shape, box)
+        held = alpha * np.outer(
+            _shares(np.arange(rows.start, rows.stop), box.cy, box.h),
+            _shares(np.arange(columns.start, columns.stop), box.cx, box.w),
+        )
+        if math.isnan(level) or not held.any():
             return sprite
-        values = light[ring].astype(np.float64)
-        level = float(values.mean())
-        spread = math.hypot(float(values.std()), noise(level, box))
-        passed = float((inside * light * (1 - alpha)).sum())
-        own = ((level + wanted.scr * spread) * float(inside.sum()) - passed) / float((inside * alpha).sum())
+        lacking = wanted.scr * math.hypot(spread, noise(level, box)) - signal
+        own = float((lacking * down.shares.sum() * across.shares.sum() + (held * under).sum()) / held.sum())
     own = max(behind + wanted.gain * (own - behind), 0.0)
     return replace(sprite, emission=own * sprite.alpha, signal_center=sprite.center)
-
-
-def _near(light: Floats, sprite: Sprite) -> tuple[Floats, int, int]:
-    """The part of a picture that the sprite's patch and ring lie in, and its first column and row."""
-    box, (high, wide) = sprite.box, sprite.alpha.shape
-    reach = RING_PX + 1
-    left = max(min(math.floor(box.left) - reach, sprite.x0), 0)
-    top = max(min(math.floor(box.top) - reach, sprite.y0), 0)
-    right = max(math.ceil(box.right) + reach, sprite.x0 + wide) + 1
-    bottom = max(math.ceil(box.bottom) + reach, sprite.y0 + high) + 1
-    return light[top : max(bottom, top), left : max(right, left)], left, top

@@ -23,8 +23,9 @@ from itertools import groupby
 
 import cv2
 import numpy as np
+import numpy.typing as npt
 
-from irsim.contrast import GUARD_PX, RING_PX, around, scr
+from irsim.contrast import GUARD_PX, RING_PX, scr
 from irsim.intent import placed
 from irsim.render import Renderer
 from irsim.scenario import Scenario
@@ -151,6 +152,21 @@ def _median(runs: list[_Run], key: str) -> float:
 def _stands_out(light: Floats, box: Box) -> float:
     """Mean over a box less the mean of its ring, in the picture's unit."""
     return scr(light, box) * _spread(light, box)
+
+
+def around(shape: tuple[int, ...], box: Box) -> tuple[Floats, npt.NDArray[np.bool_]]:
+    """(rows, cols) twice: the share of each pixel that the box holds (it has a pixel's size at least), and its ring."""
+    x, y = np.arange(shape[1]), np.arange(shape[0])[:, None]
+    wide, high = max(box.w, 1.0) / 2, max(box.h, 1.0) / 2
+
+    def share(places: npt.NDArray[np.int64], middle: float, half: float) -> Floats:
+        held = np.minimum(places + 0.5, middle + half) - np.maximum(places - 0.5, middle - half)
+        return np.asarray(np.clip(held, 0, 1))
+
+    def grown(by: float) -> npt.NDArray[np.bool_]:
+        return np.asarray((np.abs(y - box.cy) <= high + by) & (np.abs(x - box.cx) <= wide + by))
+
+    return share(y, box.cy, high) * share(x, box.cx, wide), grown(RING_PX) & ~grown(GUARD_PX)
 
 
 def _spread(light: Floats, box: Box) -> float:

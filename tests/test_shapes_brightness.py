@@ -8,14 +8,16 @@ from typing import Any
 import numpy as np
 import pytest
 from pydantic import ValidationError
+from scene_figures import around
 
-from irsim.contrast import GUARD_PX, RING_PX, around, fulfilled, scr
+from irsim.contrast import GUARD_PX, RING_PX, fulfilled, scr
 from irsim.radiometry import radiance, slope, temperature
 from irsim.render import Renderer
 from irsim.scenario import Scenario
 from irsim.shapes.flicker import FLICKERS, Flicker, Flutter
 from irsim.shapes.point import Point
-from irsim.types import Box
+from irsim.sprite import Sprite, Wanted
+from irsim.types import Box, Floats
 
 
 def flicker(kind: str, **keys: Any) -> Flicker:
@@ -119,6 +121,24 @@ class TestScr:
         renderer = Renderer(scene({"kind": "point", "area_m2": 1.5, "scr": wanted}, background, **camera))
         for index in (0, 11, 30):
             assert renderer.scene(index)[1].targets[0].scr == pytest.approx(wanted, rel=0.05)
+
+    @pytest.mark.parametrize("dtype", [np.float32, np.float64])
+    def test_truth_has_the_same_ring_where_it_ends_on_a_pixel(self, dtype: type) -> None:
+        """Sides of boxes that add up to a pixel's middle but for rounding."""
+        generator = np.random.default_rng(3)
+        light: Floats = generator.uniform(1, 9, (100, 100)).astype(dtype)
+        for side in generator.uniform(1, 4, 200).tolist():
+            box = Box(70 - RING_PX - side / 2, 70 - GUARD_PX - side / 2, side, side)
+            x0, y0, alpha = int(box.cx) - 2, int(box.cy) - 2, np.full((6, 6), 0.5)
+            center = (box.cx, box.cy)
+            wanted = Wanted(scr=3.0)
+            sprite = fulfilled(
+                Sprite(x0, y0, alpha, alpha, alpha, center, center, box, 1.0, 1.0, wanted), light, "mwir"
+            )
+            drawn = light.copy()
+            patch = (slice(y0, y0 + 6), slice(x0, x0 + 6))
+            drawn[patch] = drawn[patch] * (1 - alpha) + sprite.emission
+            assert scr(drawn, box) == pytest.approx(3.0, rel=1e-6)
 
     def test_what_hides_a_target_changes_nothing_of_its_own(self) -> None:
         bar = {"kind": "bar", "center_px": (60.0, 60.0), "size_px": (20.0, 20.0), "range_m": 500.0}
