@@ -8,12 +8,10 @@ from functools import cached_property
 
 import numpy as np
 
-from irsim.backgrounds import Layer
 from irsim.compose import Piece, compose, contrasts
-from irsim.contrast import quiet, stands_out
-from irsim.detector import Sensor
+from irsim.contrast import stands_out
 from irsim.errors import Notice
-from irsim.instant import Instant
+from irsim.render import Renderer
 from irsim.scenario import Scenario
 from irsim.sprite import Sprite
 from irsim.types import Box, Floats
@@ -49,54 +47,47 @@ def out_of_reach(scenario: Scenario) -> Iterator[Notice]:
 
 @dataclass(frozen=True, eq=False)
 class _Scene:
-    """The background of a scenario, before which points are laid one by one. Made when the first is asked for."""
+    """A scenario, before whose background points are laid one by one; made ready when the first is asked for."""
 
     scenario: Scenario
 
     @cached_property
-    def instant(self) -> Instant:
-        return Instant.of(self.scenario, self.scenario.stage)
-
-    @cached_property
-    def layers(self) -> list[Layer]:
-        farthest, *nearer = self.scenario.background.layers(self.instant.stage)
-        return [farthest, *(layer for layer in nearer if self.scenario.is_on(layer.name))]
-
-    @cached_property
-    def sensor(self) -> Sensor:
-        return self.scenario.camera.sensor(self.scenario.seed, self.scenario.is_on)
+    def renderer(self) -> Renderer:
+        return Renderer(self.scenario)
 
     def shortfall(self, name: str, frame: int, key: str, wanted: float) -> str | None:
         """What keeps a point from the brightness that it wants; None where nothing does, or it is not there."""
         sprite = self._sprite(name, frame)
         if sprite is None:
             return None
-        band, noisy = self.scenario.stage.band, self.scenario.background.noisy
-        noise = quiet if noisy else self.sensor.equivalent(frame)
-        light, seen = compose(self.layers, [Piece(name, sprite, True)], self.instant.gaze(frame), band, noise)
+        renderer, band = self.renderer, self.scenario.stage.band
+        gaze, noise = renderer.now.gaze(frame), renderer.noise(frame)
+        light, seen = compose(renderer.layers, [Piece(name, sprite, True)], gaze, band, noise)
         found = seen[0].scr if key == "scr" else contrasts(seen, band)[0]
         if found is None:
             return None
         if wanted < 0 and found > ENOUGH * wanted:
             return f"{found:.3g} is the most, as darker than without any light it cannot be"
-        kept = 1.0 if noisy else self._kept(light, sprite.box)
-        if wanted > 0 and kept < ENOUGH:
-            return f"{kept:.0%} of that is left, as pixels are full"
+        return None if self.scenario.background.noisy else self._cut_off(light, sprite.box)
+
+    def _cut_off(self, light: Floats, box: Box) -> str | None:
+        """How much of what a box stands out by is left at the ends of the counts' scale, where that is too little."""
+        sensor = self.renderer.sensor
+        response = sensor.response
+        whole = stands_out(response.signal(light if sensor.falloff is None else light * sensor.falloff), box)
+        full = np.minimum(sensor.held(light), np.float32(response.top))
+        ends = {"full": full, "at count 0": np.maximum(full, np.float32(response.bottom))}
+        for what, held in ends.items():
+            left = stands_out(held, box)
+            if abs(whole) > 0 and left / whole < ENOUGH:
+                return f"{max(left / whole, 0):.0%} of that is left, as pixels are {what}"
         return None
 
-    def _kept(self, light: Floats, box: Box) -> float:
-        """Share of what a box stands out by that is left where pixels are full."""
-        response = self.sensor.response
-        signal = response.signal(light.astype(np.float32))
-        cut = np.minimum(signal, np.float32(response.top))
-        whole, left = stands_out(signal, box), stands_out(cut, box)
-        return left / whole if whole > 0 else 1.0
-
     def _sprite(self, name: str, frame: int) -> Sprite | None:
-        course = next(course for course in self.instant.courses if course.target.id == name)
+        course = next(course for course in self.renderer.courses if course.target.id == name)
         if not course.target.exists(frame):
             return None
-        sprite = course.target.shape.draw(course.view(frame, self.instant.sight(frame)))
+        sprite = course.target.shape.draw(course.view(frame, self.renderer.sight(frame)))
         if sprite is None or sprite.wanted is None:
             return None
         return replace(sprite, wanted=replace(sprite.wanted, gain=1.0))

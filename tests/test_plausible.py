@@ -121,6 +121,35 @@ def test_a_point_that_asks_for_what_cannot_be_is_told(
     assert all(("full" if "-" not in shape else "darker than without any light") in line for line in told)
 
 
+@pytest.mark.parametrize(
+    ("camera", "ground_k", "contrast_k", "what"),
+    [
+        ("range_k: [280, 310]", 250, 5, "0% of that is left, as pixels are at count 0"),
+        ("range_k: [280, 310]", 281, -20, "as pixels are at count 0"),
+        ("range_k: [280, 310]", 330, -10, "0% of that is left, as pixels are full"),
+        ("range_k: [280, 310]", 305, 30, "as pixels are full"),
+        ("range_k: [280, 310]", 295, -10, None),
+        ("range_k: [220, 310], falloff: {vignetting: 0.5}", 300, 20, None),
+        ("range_k: [280, 310], falloff: {vignetting: 0.5}", 295, -5, "as pixels are at count 0"),
+        ("range_k: [220, 310]", 300, 20, "as pixels are full"),
+    ],
+)
+def test_what_either_end_of_the_scale_cuts_off_is_told(
+    tmp_path: Path, camera: str, ground_k: float, contrast_k: float, what: str | None
+) -> None:
+    """Of a point in the corner, where a lens may darken."""
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(
+        f"frames: 2\ncamera: {{size: [96, 96], bits: 16, {camera}}}\n"
+        f"background: {{kind: ground, mean_k: {ground_k}, spread_k: 0.1}}\n"
+        f"targets: [{{id: p, shape: {{kind: point, area_m2: 30, contrast_k: {contrast_k}}},\n"
+        "  path: {kind: straight, start: [3, 3], speed: 0, range_m: 1500}}]\n"
+    )
+    told = [line for line in warnings(scene) if "targets.p.shape.contrast_k" in line]
+    assert len(told) == (what is not None)
+    assert all((what or "") in line for line in told)
+
+
 def test_a_point_that_is_not_there_asks_for_nothing(tmp_path: Path) -> None:
     scene = tmp_path / "scene.yaml"
     scene.write_text(

@@ -67,6 +67,11 @@ class Response:
         """The highest signal that can be told: that of a full well or of the highest count."""
         return min(self.well, (self.full - self.offset) * self.gain)
 
+    @property
+    def bottom(self) -> float:
+        """The lowest signal that can be told: that of count 0."""
+        return -self.offset * self.gain
+
     def signal(
         self, light: Floats, out: Floats | None = None, gain: Floats | None = None, most: float = math.inf
     ) -> Floats:

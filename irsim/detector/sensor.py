@@ -52,7 +52,7 @@ class Sensor:
         `out`, where it is given.
         """
         moment = self.moment(index, light.shape)
-        signal = self._signal(light, light if spent else scratch(light.shape, "signal"), self._gain(moment))
+        signal = self.held(light, light if spent else scratch(light.shape, "signal"), self._gain(moment))
         for noise in self.noises:
             noise.add(signal, self.response, moment)
         counts = self.response.counts(signal, out, self._added(moment))
@@ -76,7 +76,7 @@ class Sensor:
 
     def mean(self, light: Floats) -> Floats:
         """(rows, cols): the noiseless counts of a light before they are rounded and clipped; float64 of float64."""
-        return self._counts(self._signal(light))
+        return self._counts(self.held(light))
 
     def variance(self, light: Floats, index: int, fixed: bool = True) -> Floats:
         """(rows, cols) float64, counts^2: the noise of each pixel about `mean(light)`, rounding's 1/12 with it.
@@ -84,7 +84,7 @@ class Sensor:
         Over all draws of the seed, noise terms being independent; without `fixed`, what changes from
         frame to frame only. Infinite where a pixel says nothing of the light: dead, or saturated.
         """
-        signal, moment = self._signal(light), self.moment(index, light.shape)
+        signal, moment = self.held(light), self.moment(index, light.shape)
         variance = np.full(light.shape, 1 / 12)
         for noise in self.noises:
             variance += noise.variance(signal, self.response, moment, fixed) / self.response.gain**2
@@ -99,8 +99,11 @@ class Sensor:
         variance = sum((noise.share(moment, True) for noise in self.noises), Variance())
         return Equivalent(self.response, variance, self.falloff)
 
-    def _signal(self, light: Floats, out: Floats | None = None, gain: Floats | None = None) -> Floats:
-        """What pixels hold before anything is read."""
+    def held(self, light: Floats, out: Floats | None = None, gain: Floats | None = None) -> Floats:
+        """What pixels hold of `light`, (rows, cols) in W/m2/sr, before anything is read; in `out`, where it is given.
+
+        gain (rows, cols), by what share each pixel answers more to light.
+        """
         if self.falloff is not None:
             buffer = scratch(light.shape, "light") if light.dtype == np.float32 else None
             light = np.multiply(light, self.falloff, out=buffer)
