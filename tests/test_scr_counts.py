@@ -16,7 +16,7 @@ from irsim.scenario import Scenario
 from irsim.types import Box
 
 WANTED = 10.0
-SEEDS = 6
+SEEDS = 4
 APART_PX = 60.0
 """No target lies in another one's ring."""
 
@@ -56,10 +56,17 @@ def measured(camera: dict[str, Any], ground_k: float, index: int) -> tuple[float
 
 
 @pytest.mark.parametrize("index", [0, 3000])
-@pytest.mark.parametrize("ground_k", [280.0, 300.0])
-@pytest.mark.parametrize("preset", ["cooled_mwir", "cooled_lwir", "uncooled_lwir"])
+@pytest.mark.parametrize(
+    ("preset", "ground_k"),
+    [
+        *(("cooled_mwir", ground_k) for ground_k in (220.0, 280.0, 300.0)),
+        *(("cooled_lwir", ground_k) for ground_k in (220.0, 280.0, 300.0)),
+        *(("uncooled_lwir", ground_k) for ground_k in (280.0, 300.0)),
+    ],
+)
 def test_the_scr_asked_for_is_that_of_the_counts(preset: str, ground_k: float, index: int) -> None:
-    """At frame 3000, half a minute to two minutes after the correction, drift is part of the noise."""
+    """At 220 K the signal of electrons bends. At frame 3000, half a minute to two minutes after the correction, drift
+    is part of the noise."""
     found, sure = measured({"preset": preset}, ground_k, index)
     assert sure < 0.03 * WANTED
     assert abs(found - WANTED) + sure <= 0.05 * WANTED, f"{found:.2f} +- {sure:.2f}"
