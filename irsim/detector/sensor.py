@@ -64,7 +64,7 @@ class Sensor:
         """What the noises' gains are together."""
         gains = [gain for noise in self.noises if (gain := noise.gains(moment)) is not None]
         if len(gains) < 2:
-            return gains[0] if gains else None
+            return np.ascontiguousarray(gains[0]) if gains else None
         return np.asarray(np.prod([1 + gain for gain in gains], axis=0) - np.float32(1))
 
     def _added(self, moment: Moment) -> Sequence[Weighted]:
@@ -72,7 +72,7 @@ class Sensor:
         lasting = [found for noise in self.noises if (found := noise.lasting(moment)) is not None]
         steady = self._steady.of([part for noise in self.noises if (part := noise.steady(moment)) is not None], moment)
         all_of_them = lasting if steady is None else [*lasting, (steady, 1.0)]
-        return [(pattern, weight * self.response.noise) for pattern, weight in all_of_them]
+        return [(np.ascontiguousarray(pattern), weight * self.response.noise) for pattern, weight in all_of_them]
 
     def mean(self, light: Floats) -> Floats:
         """(rows, cols): the noiseless counts of a light before they are rounded and clipped; float64 of float64."""
