@@ -139,6 +139,10 @@ class Rendering:
 def frames(scenario: Scenario, start: int = 0, stop: int | None = None, jobs: int = 1) -> Iterator[tuple[Frame, Truth]]:
     """(Frame, Truth) of a scenario's frames start .. stop-1, in order: counts and what is true of them.
 
+    `jobs` processes render them, of which this is one, the same bit for bit. The others take about a second to start,
+    each time: they pay from some thousand small frames or hundred large ones on. With jobs > 1 the calling script needs
+    the guard ``if __name__ == "__main__"``. Frames may be kept, and written into.
+
     InputError for what is no scenario (a recording gives its own `frames()` and `truths()`), for a start or a stop
     below 0, and for fewer jobs than one.
     """

@@ -11,6 +11,7 @@ from irsim import loads
 from irsim.backgrounds.chart import Chart
 from irsim.geometry import Geometry
 from irsim.render import Renderer
+from irsim.scenario import Scenario
 
 SCENE = """
 frames: 40
@@ -86,3 +87,26 @@ def test_a_platform_moves_near_things_before_far_ones() -> None:
     assert last.center[0] - first.center[0] == pytest.approx(-10 / 1500 / 5e-4, abs=0.1)
     assert first.range_m is not None
     assert last.range_m == pytest.approx(np.hypot(first.range_m, 10), abs=0.2)
+
+
+@pytest.mark.parametrize("standing", ["trees", "buildings"])
+def test_rows_that_a_camera_has_gone_through_are_behind_it(standing: str) -> None:
+    background = {
+        "kind": "landscape",
+        "camera_height_m": 10.0,
+        standing: [{"id": "row", "range_m": 60.0, "spacing_m": 12.0}],
+    }
+    camera = {"size": [160, 120], "ifov_mrad": 1.0, "motion": [{"kind": "platform", "velocity_m_s": [0, 100, 0]}]}
+    path = {"kind": "straight", "start": [80, 30], "range_m": 9000.0}
+    target = {"id": "drone", "shape": {"kind": "quadrotor", "length_m": 50.0}, "path": path}
+    renderer = Renderer(
+        Scenario.model_validate({"frames": 60, "camera": camera, "background": background, "targets": [target]})
+    )
+    row = next(layer for layer in renderer.layers if layer.name == "row")
+    passed = [row.light(renderer.now.gaze(frame))[0] for frame in (0, 25, 59)]  # 60 m are gone at frame 18
+    assert [bool((each < 0.5).any()) for each in passed if each is not None] == [True, False, False]
+    for frame in (25, 59):
+        (drone,) = renderer.scene(frame)[1].targets
+        assert drone.visible is not None
+        assert drone.visible > 0.99
+        assert not drone.occluders

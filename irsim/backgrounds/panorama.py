@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import cv2
@@ -89,14 +90,23 @@ class Standing:
     painting: Painting
 
     def light(self, gaze: Gaze) -> tuple[Floats, Floats]:
+        if _is_left_behind(gaze, self.range_m):
+            columns, rows = gaze.chart.geometry.size
+            return np.ones((rows, columns), np.float32), np.zeros((rows, columns), np.float32)
         transmittance, emission = self.painting.seen(seen_from(gaze, self.range_m))
         return transmittance, emission
+
+
+def _is_left_behind(gaze: Gaze, range_m: float) -> bool:
+    """Whether a camera has gone through what stands all around its first place: from without it is not drawn."""
+    places = [gaze.place] if gaze.key is None else [gaze.place, gaze.key.place]
+    return any(math.hypot(right, ahead) >= range_m for right, _, ahead in places)
 
 
 def seen_from(gaze: Gaze, range_m: float) -> Gaze:
     """The pointing from the first place that sees what this one sees of a cylinder of radius `range_m`.
 
-    A camera at (x, y, z) m right, below and ahead of the first place looks along azimuth a and
+    A camera at (x, y, z) m right, below and ahead of the first place, within the cylinder, looks along azimuth a and
     elevation e. Its ray passes the first place's axis at p = x cos a - z sin a and meets the cylinder
     after rho = sqrt(R^2 - p^2) - x sin a - z cos a, on the level. So the first place sees that point at
     the azimuth a + asin(p/R) and at the elevation whose tangent is (rho tan e - y) / R.
