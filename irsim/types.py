@@ -17,6 +17,8 @@ from typing import Literal, Protocol, TypeVar, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
+from irsim.lean import lean
+
 Counts = npt.NDArray[np.uint16]
 Image = npt.NDArray[np.uint8] | Counts
 Floats = npt.NDArray[np.floating]
@@ -41,6 +43,7 @@ def read_only(held: Held) -> Held:
     return held
 
 
+@lean
 @dataclass(frozen=True, slots=True)
 class Box:
     """An axis-aligned box: centre (cx, cy) and full size (w, h), px."""
@@ -104,6 +107,7 @@ class Box:
         return w * h / (self.w * self.h + other.w * other.h - w * h)
 
 
+@lean
 @dataclass(frozen=True, slots=True, eq=False)
 class Frame:
     """One picture. image (rows, cols) uint8 or uint16; bits its true depth; time in s, mid-exposure.
@@ -122,6 +126,7 @@ class Frame:
         return f"Frame({self.index} at {self.time:.6g} s: {cols} x {rows} px, {self.bits} bits, {self.image.dtype})"
 
 
+@lean
 @dataclass(frozen=True, slots=True)
 class TargetTruth:
     """What is true of one target in one frame.
@@ -168,6 +173,7 @@ class TargetTruth:
         return self.visible is not None and self.visible < SHOWN
 
 
+@lean
 @dataclass(frozen=True, slots=True)
 class Truth:
     """What is true of one frame: the targets that exist in it (absent ones have no entry)."""
