@@ -14,9 +14,11 @@ import numpy as np
 
 from irsim.errors import InputError, IrsimError
 from irsim.interrupts import beginning, interrupts_held
+from irsim.lean import lean
 from irsim.places import COUNT_BYTES, Shared, shared
 from irsim.render import Renderer
 from irsim.scenario import Scenario
+from irsim.shelf import Lock
 from irsim.types import Counts, Frame, Truth
 
 LENGTHS = (32, 16, 8, 4, 2, 1)
@@ -26,16 +28,25 @@ key frame (`irsim.backgrounds.painting.BLOCK`)."""
 MOST_WAITING = 128 << 20
 """Bytes of the frames that wait, as long as a process can render one at a time."""
 
+SHELF = 64 << 20
+"""Bytes for what processes work out for each other, taken from the machine as they are needed. At 640x512 two layers of
+clouds that evolve write it full in some 1,000 frames; processes are not so far apart."""
+
 BESIDE = 2
 """Chunks in memory that is shared beside those that workers have: one that is next, and one that is taken from."""
 
-OWN = 3
-"""Chunks that this process may have rendered before they are wanted: as many as one worker may."""
+EACH = 2
+"""Chunks that a worker may have to render: the one that it is at, and the next."""
+
+OWN = EACH + 1
+"""Chunks that this process may have rendered before they are wanted. More than a worker has, or it would wait for those
+of one that is slower than itself."""
 
 NOTHING: Counts = np.empty((0, 0), np.uint16)
 """The picture of a frame whose picture lies elsewhere."""
 
 
+@lean
 @dataclass(frozen=True, slots=True, eq=False)
 class Rendered:
     """A frame and its truth, and the id of the process that rendered them."""
@@ -81,8 +92,12 @@ def rendered(renderer: Renderer, wanted: Sequence[int], jobs: int) -> Generator[
     context = multiprocessing.get_context("spawn")  # safe with threads, the same on every system
     with (
         shared(min(count * size, MOST_WAITING)) as memory,
+        shared(SHELF, at_once=False) as shelf,
+        renderer.shelf.opened(shelf.bytes, lock := context.Lock()),
         ProcessPoolExecutor(
-            jobs - 1, mp_context=context, **beginning(_prepare, renderer.scenario, inherited=[memory])
+            jobs - 1,
+            mp_context=context,
+            **beginning(_prepare, renderer.scenario, inherited=[memory, shelf, lock]),
         ) as pool,
     ):
         crew = _Crew(renderer, chunks, pool, memory, deque(range(count)), jobs - 1)
@@ -149,11 +164,11 @@ class _Crew:
             self._begun.popleft()
 
     def _hand_out(self) -> None:
-        """Workers get all that there are places for, but leave as much to this process as each of them has."""
+        """Workers get what there are places for, but leave as much to this process as each of them has."""
         while (
             self._chunks
             and len(self._places) >= len(self._chunks[0])
-            and self._workers * len(self._chunks) > self._waiting()
+            and self._waiting() < self._workers * min(EACH, len(self._chunks))
         ):
             places = [self._places.popleft() for _ in self._chunks[0]]
             with interrupts_held():
@@ -207,12 +222,14 @@ def _picture(memory: Shared, place: int, renderer: Renderer) -> Counts | None:
 _worker: tuple[Renderer, Shared]
 
 
-def _prepare(memory: Shared, scenario: Scenario) -> None:
+def _prepare(memory: Shared, shelf: Shared, lock: Lock, scenario: Scenario) -> None:
     global _worker  # a pool's initializer has no other way to leave something to its tasks
     import cv2
 
     cv2.setNumThreads(1)
-    _worker = Renderer(scenario), memory
+    renderer = Renderer(scenario)
+    renderer.shelf.open(shelf.bytes, lock)
+    _worker = renderer, memory
 
 
 def _render(wanted: Sequence[int], places: Sequence[int]) -> list[Rendered]:

@@ -1,4 +1,4 @@
-"""Where worker processes put the pictures that they render: memory that their parent sees, too.
+"""Where worker processes put the pictures that they render, and find what others worked out: memory that all see.
 
 Through a pipe a picture is copied four times, half of them by the parent, which gets those of all workers.
 """
@@ -15,6 +15,7 @@ from multiprocessing import reduction
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from irsim.types import Counts
 
@@ -34,13 +35,17 @@ class Shared:
             return Shared, ()
         return _inherited, (reduction.DupFd(self._descriptor), len(self._map))
 
+    @property
+    def bytes(self) -> npt.NDArray[np.uint8]:
+        """All of it, (n,)."""
+        return np.empty(0, np.uint8) if self._map is None else np.frombuffer(self._map, np.uint8)
+
     def picture(self, place: int, shape: tuple[int, int]) -> Counts | None:
         """One of its pictures of a shape (rows, cols); None where it ends before."""
         rows, columns = shape
         size = rows * columns * COUNT_BYTES
-        if self._map is None or (place + 1) * size > len(self._map):
-            return None
-        return np.frombuffer(self._map, np.uint16, rows * columns, place * size).reshape(shape)
+        part = self.bytes[place * size : (place + 1) * size]
+        return part.view(np.uint16).reshape(shape) if part.size == size else None
 
     def close(self) -> None:
         """It is given back, as soon as nobody looks at a part of it."""
@@ -57,11 +62,12 @@ def _inherited(inherited: Any, size: int) -> Shared:
 
 
 @contextmanager
-def shared(size: int) -> Iterator[Shared]:
-    """Memory of `size` bytes for processes that are started within the block; of none where there is none to be had."""
+def shared(size: int, at_once: bool = True) -> Iterator[Shared]:
+    """Memory of `size` bytes, zeros, for processes that are started within the block; of none where there is none to be
+    had. at_once: all of it is taken from the machine now, not page by page where it is written to."""
     with ExitStack() as ends:
         try:
-            descriptor = _reserved(size)
+            descriptor = _reserved(size, at_once)
             ends.callback(os.close, descriptor)
             memory = ends.enter_context(closing(Shared(descriptor, size)))
         except OSError:
@@ -69,14 +75,15 @@ def shared(size: int) -> Iterator[Shared]:
         yield memory
 
 
-def _reserved(size: int) -> int:
+def _reserved(size: int, at_once: bool) -> int:
     """The descriptor of a nameless file of `size` bytes. OSError where there is none."""
     if sys.platform == "win32" or size == 0:
         raise OSError("no descriptors that processes inherit, or nothing to hold")
     descriptor = _nameless()
     try:
         os.truncate(descriptor, size)
-        if hasattr(os, "posix_fallocate"):  # all of it, now: whoever writes where nothing is left is killed
+        # Whoever writes where nothing is left is killed; a file on a disk may come to that.
+        if hasattr(os, "posix_fallocate") and (at_once or not hasattr(os, "memfd_create")):
             os.posix_fallocate(descriptor, 0, size)
     except OSError:
         os.close(descriptor)

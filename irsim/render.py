@@ -32,6 +32,7 @@ class Renderer:
     def __init__(self, scenario: Scenario) -> None:
         self.scenario = scenario
         self.stage = scenario.stage
+        self.shelf = self.stage.shelf
         camera = scenario.camera
         farthest, *nearer = scenario.background.layers(self.stage)
         self.layers = [farthest, *(layer for layer in nearer if scenario.is_on(layer.name))]

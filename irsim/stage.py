@@ -12,6 +12,7 @@ from irsim.atmosphere import Atmosphere
 from irsim.geometry import Geometry
 from irsim.optics import GaussianSpread, PointSpread
 from irsim.radiometry import Band, radiance
+from irsim.shelf import Shelf
 from irsim.types import Floats
 
 
@@ -35,7 +36,8 @@ NOTHING = Atmosphere()
 class Stage:
     """seed of the scene; geometry of the camera; rate_hz; band; psf_px, the optical blur's sigma in px, or
     that of the Gaussian about as wide; cast, who else is in the scene (None: nobody); air, what is between
-    (by default nothing); lens, the point spread where it is no Gaussian."""
+    (by default nothing); lens, the point spread where it is no Gaussian; shelf, what other processes that render the
+    scene have worked out."""
 
     seed: int
     geometry: Geometry
@@ -45,6 +47,7 @@ class Stage:
     cast: Cast | None = field(default=None, compare=False, repr=False)
     air: Atmosphere = NOTHING
     lens: PointSpread | None = None
+    shelf: Shelf = field(default_factory=Shelf, compare=False, repr=False)
 
     @cached_property
     def psf(self) -> PointSpread:

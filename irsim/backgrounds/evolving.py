@@ -12,6 +12,7 @@ from irsim.backgrounds.fields import Betas, amplitudes
 from irsim.backgrounds.periodic import shrunk, window
 from irsim.compiled import COMPILED, kernels
 from irsim.rng import normals
+from irsim.shelf import Shelf
 from irsim.types import Floats
 
 STEPS = 8
@@ -103,9 +104,10 @@ class Evolving:
         seed: int,
         name: str,
         coarse: int = 1,
+        shelf: Shelf | None = None,
     ) -> None:
         self.side, self.seed, self.name = side, seed, name
-        self._coarse = coarse
+        self._coarse, self._shelf = coarse, shelf or Shelf()
         frequencies = np.fft.fftfreq(side)
         fx, fy = frequencies[None, :], frequencies[:, None]
         amplitude = amplitudes(fx, fy, beta, betas, correlation_px, stretch)
@@ -131,6 +133,11 @@ class Evolving:
         return Mixture(list(pairs.values()), shares, (first, second))
 
     def _drawn(self, number: int) -> _Pair:
-        white = normals((self.side, self.side, 2), self.seed, self.name, "evolving", number)
-        white *= self._amplitude
-        return _Pair(np.asarray(cv2.dft(white, dst=white, flags=cv2.DFT_INVERSE)), self._coarse)
+        shape = self.side, self.side, 2
+
+        def draw() -> Floats:
+            white = normals(shape, self.seed, self.name, "evolving", number)
+            white *= self._amplitude
+            return np.asarray(cv2.dft(white, dst=white, flags=cv2.DFT_INVERSE))
+
+        return _Pair(self._shelf.kept((self.name, "pair", number), shape, np.float32, draw), self._coarse)

@@ -150,7 +150,7 @@ class Clouds(Part):
         side = tile_side(stage.geometry.size)
         reach = reach_px(stage.psf_px, side)
         spectrum = self.beta, self.betas, self._correlation_px(stage), self.stretch
-        fields = Evolving(side, *spectrum, stage.seed, self.id, self._coarse(stage))
+        fields = Evolving(side, *spectrum, stage.seed, self.id, self._coarse(stage), stage.shelf)
         look = self._look(stage)
 
         def state_at(place: float) -> Tiled:
@@ -164,7 +164,7 @@ class Clouds(Part):
                 passed, emitted = look.paint(shaped(thickness, self.histogram), warmth, lit)
                 return inner_blur(passed, stage.psf_px, reach), inner_blur(emitted, stage.psf_px, reach)
 
-            return Tiled(side, look.brightest, paint)
+            return Tiled(side, look.brightest, paint, stage.shelf, (self.id, "tile", place))
 
         drift = self._drift_px_s(stage.geometry.ifov_rad)
         return Drifting(self.id, self.range_m, state_at, self.evolve_s, drift)

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import numpy.typing as npt
 
+from irsim.shelf import Name, Shelf
 from irsim.types import Floats
 
 TILE = 128
@@ -34,14 +35,17 @@ class Tiled:
     most. A unit is 1/65535 of the transmittance 1, and of the brightest that the layer can emit, W/m2/sr: if all that
     a 14-bit camera tells is such cloud, an eighth of a count.
 
-    Only what it keeps for speed ever changes. What was last seen is kept apart: a picture whose rows lie side by side
-    is read in half the time.
+    Only what it keeps for speed ever changes. Tiles are put on the shelf, under the state's name, for other processes.
+    What was last seen is kept apart: a picture whose rows lie side by side is read in half the time.
     """
 
-    def __init__(self, side: int, brightest: float, paint: PaintTile) -> None:
+    def __init__(
+        self, side: int, brightest: float, paint: PaintTile, shelf: Shelf | None = None, name: Name = ()
+    ) -> None:
         self.side = side
         self.units = 1 / GREATEST, max(brightest, DARKEST) / GREATEST
         self._paint = paint
+        self._shelf, self._name = shelf or Shelf(), name
         self._tiles: dict[tuple[int, int], tuple[Words, Words]] = {}
         nothing = np.empty((0, 0), np.uint16)
         self._near: tuple[int, int, Words, Words] = 0, 0, nothing, nothing
@@ -70,10 +74,15 @@ class Tiled:
     def _tile(self, row: int, column: int) -> tuple[Words, Words]:
         place = row, column
         if place not in self._tiles:
-            painted = self._paint(slice(row, row + TILE), slice(column, column + TILE))
-            passed, emitted = (_words(field, unit) for field, unit in zip(painted, self.units, strict=True))
-            self._tiles[place] = passed, emitted
+            shape = 2, TILE, TILE
+            both = self._shelf.kept((*self._name, *place), shape, np.uint16, lambda: self._painted(row, column))
+            self._tiles[place] = both[0], both[1]
         return self._tiles[place]
+
+    def _painted(self, row: int, column: int) -> Words:
+        """(2, TILE, TILE): transmittance and emission."""
+        painted = self._paint(slice(row, row + TILE), slice(column, column + TILE))
+        return np.stack([_words(field, unit) for field, unit in zip(painted, self.units, strict=True)])
 
 
 def _holds(near: tuple[int, int, Words, Words], column: int, row: int, width: int, height: int) -> bool:
