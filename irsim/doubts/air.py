@@ -1,0 +1,57 @@
+"""The air and the sky behind it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from irsim.backgrounds import Sky
+from irsim.doubts.looked import watched
+from irsim.errors import Notice
+from irsim.scenario import Scenario
+
+
+def beyond_fit(scenario: Scenario) -> Iterator[Notice]:
+    """Air that the model atmospheres were not fitted to."""
+    for at, what in scenario.air.notices(scenario.camera.band):
+        yield Notice(("atmosphere", *at), what)
+
+
+def long_paths(scenario: Scenario) -> Iterator[Notice]:
+    """For each target that goes beyond the atmosphere's fit, the first reason why."""
+    stage = scenario.stage
+    if stage.air.preset == "none" or stage.cast is None:
+        return
+    frames = watched(scenario.frames)
+    places = stage.cast.standpoints(frames, stage)
+    for index, target in enumerate(scenario.targets):
+        sight = target.path.positions(frames, stage, target.id) - places
+        ranges = np.linalg.norm(sight, axis=-1)
+        rises = -sight @ stage.geometry.down
+        for k in (ranges.argmin(), ranges.argmax(), rises.argmin(), rises.argmax()):
+            why = stage.air.beyond(float(ranges[k]), float(np.arcsin(np.clip(rises[k] / ranges[k], -1, 1))))
+            if why is not None:
+                yield Notice(("targets", index, "path"), f"frame {frames[k]:.0f}: {why}")
+                break
+
+
+def long_views(scenario: Scenario) -> Iterator[Notice]:
+    """Occluders, and layers of the background at a range of their own, seen beyond the atmosphere's fit."""
+    stage, background = scenario.stage, scenario.background
+    for family in ("occluders", "clouds", "trees", "buildings"):
+        holder, at = (scenario, ()) if family == "occluders" else (background, ("background",))
+        for index, thing in enumerate(getattr(holder, family, ())):
+            why = stage.air.beyond(thing.range_m, stage.geometry.elevation_rad)
+            if why is not None:
+                yield Notice((*at, family, index, "range_m"), why)
+
+
+def unlike_skies(scenario: Scenario) -> Iterator[Notice]:
+    """A sky that is not that of the air before it, which shines wherever there is some."""
+    air, sky = scenario.air, scenario.sky_preset
+    if isinstance(scenario.background, Sky) and not air.is_clear and air.preset != sky:
+        given = "of its own temperatures" if sky is None else f"of {sky}"
+        wet = " and ".join(word for word, there in (("rain", air.rain_mm_h), ("fog", air.fog_visibility_km)) if there)
+        before = f"{wet} of {float(air.air_k(0.0)):.0f} K" if air.preset == "none" else f"an atmosphere of {air.preset}"
+        yield Notice(("background", "preset"), f"the sky is {given} behind {before}: far things will not fade into it")

@@ -1,0 +1,26 @@
+"""All warnings of a scenario."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from irsim.doubts.air import beyond_fit, long_paths, long_views, unlike_skies
+from irsim.doubts.background import cold_clouds, folded, large_features, off_scale
+from irsim.doubts.camera import beads
+from irsim.doubts.effect import without_effect
+from irsim.doubts.targets import idle, never_seen, odd_shapes, too_late
+from irsim.errors import Notice
+from irsim.reach import out_of_reach
+from irsim.scenario import Scenario
+
+DOUBTS = (
+    *(beyond_fit, without_effect, long_paths, long_views, unlike_skies),
+    *(off_scale, cold_clouds, large_features, folded),
+    *(beads, odd_shapes, out_of_reach, too_late, never_seen, idle),
+)
+
+
+def doubts(scenario: Scenario) -> Iterator[Notice]:
+    """Warnings, such as of a path longer than any that the atmosphere was fitted to."""
+    for doubt in DOUBTS:
+        yield from doubt(scenario)

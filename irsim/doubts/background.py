@@ -1,0 +1,104 @@
+"""Backgrounds that the camera cannot show, or that cannot be."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from irsim.backgrounds import Sky
+from irsim.backgrounds.chart import STEEPEST_DEG, WIDEST_DEG
+from irsim.backgrounds.recorded import Recorded
+from irsim.backgrounds.sky import FIT_K
+from irsim.backgrounds.texture import tile_side
+from irsim.detector.response import Stated
+from irsim.doubts.looked import watched
+from irsim.errors import Notice
+from irsim.motion import Mount
+from irsim.radiometry import radiance, temperature
+from irsim.scenario import Scenario
+
+
+def off_scale(scenario: Scenario) -> Iterator[Notice]:
+    """A clear sky of which no pixel lies within what the counts can tell."""
+    background, stage, camera = scenario.background, scenario.stage, scenario.camera
+    if not isinstance(background, Sky):
+        return
+    axis, half = stage.geometry.elevation_rad, math.atan(stage.geometry.ifov_rad * stage.geometry.size[1] / 2)
+    light = background.clear(stage).radiance(np.array([[axis - half, axis + half]]))
+    seen, response = temperature(stage.band, light), camera.response()
+    signal = response.signal(light.astype(np.float32))
+    full, dark = signal.min() >= response.top, signal.max() <= -response.offset * response.gain
+    if full or dark:
+        beyond = "above: its pixels are full" if full else "below: its pixels are at count 0"
+        key = ("range_k",) if isinstance(camera.detector, Stated) else ("detector", "integration_ms")
+        yield Notice(("camera", *key), f"all of the clear sky, {seen.min():.0f} to {seen.max():.0f} K, lies {beyond}")
+
+
+def cold_clouds(scenario: Scenario) -> Iterator[Notice]:
+    """Clouds that are colder than the clear sky low in the picture, where it is warmest.
+
+    In the thermal bands a thick cloud is nearly black and as warm as the air at its height. What a clear sky shows
+    behind it comes from the air there and above, which is no warmer.
+    """
+    background, stage = scenario.background, scenario.stage
+    if not isinstance(background, Sky):
+        return
+    axis, half = stage.geometry.elevation_rad, math.atan(stage.geometry.ifov_rad * stage.geometry.size[1] / 2)
+    low = max(axis - half, 0.0)
+    if axis + half <= 0:
+        return
+    sky_k = float(temperature(stage.band, background.clear(stage).radiance(np.array(low))))
+    for index, cloud in enumerate(background.clouds):
+        light = stage.through(radiance(stage.band, cloud.temperature_k), np.array(1.0), cloud.range_m, axis)
+        seen_k = float(temperature(stage.band, light))
+        if seen_k < sky_k - FIT_K:
+            yield Notice(
+                ("background", "clouds", index, "temperature_k"),
+                f"{cloud.id} looks {seen_k:.0f} K, colder than the clear sky of {sky_k:.0f} K behind it low in the "
+                f"picture, at {math.degrees(low):.1f} degrees; clouds are as warm as the air at their height",
+            )
+
+
+def large_features(scenario: Scenario) -> Iterator[Notice]:
+    """Clouds whose largest features are wider than the texture that they are made of."""
+    background, geometry = scenario.background, scenario.stage.geometry
+    if not isinstance(background, Sky):
+        return
+    side = tile_side(geometry.size)
+    for index, cloud in enumerate(background.clouds):
+        wanted = cloud.correlation_mrad * 1e-3 / geometry.ifov_rad
+        if wanted > side:
+            yield Notice(
+                ("background", "clouds", index, "correlation_mrad"),
+                f"{cloud.id}: its largest features would be {wanted:.0f} px wide, but it repeats after {side} px: "
+                f"they are as those of {side * geometry.ifov_rad * 1e3:.3g} mrad",
+            )
+
+
+def folded(scenario: Scenario) -> Iterator[Notice]:
+    """Pictures of which backgrounds have no true map: near the zenith or the nadir, or too wide."""
+    stage, camera = scenario.stage, scenario.camera
+    if isinstance(scenario.background, Recorded):
+        return
+    frames = watched(scenario.frames)
+    mount = Mount.of(camera.motion, frames, stage)
+    grid = np.stack(np.meshgrid(*(np.linspace(0, length - 1, 9) for length in camera.size)), axis=-1)
+    rotations = [stage.geometry.world_rotation(turns) for turns in mount.turns]
+    seen = np.stack([mount.lens(k).directions(grid) @ rotation for k, rotation in enumerate(rotations)])
+    steepest = np.degrees(np.arcsin(np.abs(seen[..., 1]).max(axis=(1, 2)).clip(0, 1)))
+    middle = seen[:, len(grid) // 2]
+    widest = math.degrees(np.arccos(np.einsum("nk,nk->n", middle[:, 0], middle[:, -1]).clip(-1, 1)).max())
+    if steepest.max() > STEEPEST_DEG:
+        yield Notice(
+            ("camera", "elevation_deg"),
+            f"frame {frames[steepest.argmax()]:.0f}: the picture comes within {90 - steepest.max():.0f} degrees of the "
+            f"zenith or the nadir, where the background's map ends: nearer than {90 - STEEPEST_DEG:.0f} it is drawn "
+            "distorted",
+        )
+    if widest > WIDEST_DEG:
+        yield Notice(
+            ("camera", "ifov_mrad"),
+            f"the picture is {widest:.0f} degrees wide: beyond {WIDEST_DEG:.0f} backgrounds are drawn distorted",
+        )

@@ -1,0 +1,50 @@
+"""What the camera does."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from irsim.errors import Notice
+from irsim.motion import Mount
+from irsim.scenario import Scenario
+from irsim.smear import MOST_STEPS
+from irsim.types import Floats
+from irsim.watch import Watch
+
+BEADS_PX = 1.2
+"""Two blurs of the usual sigma, 0.6 px: points farther apart than these are told from each other."""
+
+
+def beads(scenario: Scenario) -> Iterator[Notice]:
+    """Of a smear with too few steps: who moves most while a frame is exposed, by what it does from frame to frame."""
+    camera = scenario.camera
+    smear = camera.smear if scenario.is_on("smear") else None
+    if smear is None or camera.smeared_ms == 0 or smear.steps == 1 or scenario.frames == 1:
+        return
+    watch = Watch(scenario)
+    share = camera.smeared_ms * 1e-3 * camera.rate_hz / smear.steps
+    moves = [(_turning(watch.mount), "the background")]
+    for name, course in watch.courses.items():
+        pixels = watch.mount.seen(course.positions)
+        in_view = np.array([camera.geometry.inside(x, y) for x, y in pixels.tolist()])
+        steps = np.hypot(*np.diff(pixels, axis=0).T)
+        moves.append((np.where(in_view[1:] & in_view[:-1], steps, 0.0), name))
+    most, name, frame = max((float(steps.max()) * share, name, int(steps.argmax()) + 1) for steps, name in moves)
+    if most > BEADS_PX:
+        enough = math.ceil(most * smear.steps / BEADS_PX)
+        yield Notice(
+            ("camera", "smear", "steps"),
+            f"at frame {frame} {name} moves by {most:.1f} px from step to step, which leaves beads; "
+            f"a streak takes steps: {enough}" + (", more than there may be" if enough > MOST_STEPS else ""),
+        )
+
+
+def _turning(mount: Mount) -> Floats:
+    """(n - 1,) px by which what is far and in the middle of the picture moves from frame to frame."""
+    rotations = np.stack([mount.rotation(index) for index in range(len(mount.turns))])
+    ahead = np.einsum("nij,nj->ni", rotations[1:], rotations[:-1, 2])
+    shifts = mount.geometry.project(ahead) - mount.geometry.principal
+    return np.asarray(np.hypot(*shifts.T) * mount.zooms[1:])

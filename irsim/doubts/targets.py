@@ -1,0 +1,55 @@
+"""Targets and what hides them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from irsim.doubts.looked import watched
+from irsim.errors import Notice
+from irsim.motion import Mount
+from irsim.scenario import Scenario
+from irsim.watch import LOOKED, Watch
+
+
+def odd_shapes(scenario: Scenario) -> Iterator[Notice]:
+    for index, target in enumerate(scenario.targets):
+        if target.shape.doubt is not None:
+            key, why = target.shape.doubt
+            yield Notice(("targets", index, "shape", key), why)
+
+
+def too_late(scenario: Scenario) -> Iterator[Notice]:
+    for index, target in enumerate(scenario.targets):
+        if target.path.begins > scenario.frames - 1:
+            begins = f"its way begins at frame {target.path.begins:g}, after the last, {scenario.frames - 1}"
+            yield Notice(("targets", index, "path"), f"{target.id} is there in no frame: {begins}")
+
+
+def never_seen(scenario: Scenario) -> Iterator[Notice]:
+    """The target to follow, where its middle is outside the picture in all frames in which it is (of long scenarios:
+    in LOOKED evenly spread ones)."""
+    index, target = next(
+        ((index, target) for index, target in enumerate(scenario.targets) if scenario.follow in (None, target.id)),
+        (0, None),
+    )
+    if target is None or not scenario.is_on(target.id):
+        return
+    frames = watched(scenario.frames, LOOKED)
+    frames = frames[[target.exists(int(frame)) for frame in frames]]
+    stage = scenario.stage
+    places = []
+    if len(frames):
+        mount = Mount.of(scenario.camera.motion, frames, stage)
+        places = mount.seen(target.path.positions(frames, stage, target.id)).tolist()
+    if not any(scenario.camera.geometry.inside(x, y) for x, y in places):
+        yield Notice(("targets", index, "path"), f"{target.id}, whom trackers follow, is never in the picture")
+
+
+def idle(scenario: Scenario) -> Iterator[Notice]:
+    """Occluders with a place that hide no target in any frame."""
+    if not scenario.targets:
+        return
+    watch = Watch(scenario)
+    for index, occluder in enumerate(scenario.occluders):
+        if occluder.hides is None and not any(watch.meets(occluder, target.id) for target in scenario.targets):
+            yield Notice(("occluders", index), "it hides no target in any frame")
