@@ -40,6 +40,9 @@ class Part(BaseModel):
 
     model_config = ConfigDict(frozen=True, strict=True, extra="forbid", allow_inf_nan=False)
 
+    overrules: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+    """Keys beside which others do not count: `irsim check` warns where such are written."""
+
     @classmethod
     def default_for(cls, key: str, given: Mapping[str, Any]) -> Any:
         """What a key holds in a mapping, `given`, that leaves it out."""

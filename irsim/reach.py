@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -9,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from irsim.compose import Piece, compose, contrasts
-from irsim.contrast import stands_out
+from irsim.contrast import scr, stands_out
 from irsim.errors import Notice
 from irsim.render import Renderer
 from irsim.scenario import Scenario
@@ -63,6 +64,8 @@ class _Scene:
         renderer, band = self.renderer, self.scenario.stage.band
         gaze, noise = renderer.now.gaze(frame), renderer.noise(frame)
         light, seen = compose(renderer.layers, [Piece(name, sprite, True)], gaze, band, noise)
+        if key == "scr" and math.isinf(scr(light, sprite.box, noise)):
+            return "neither noise nor clutter is around it, and it is invisible; allowed: noise, clutter, or contrast_k"
         found = seen[0].scr if key == "scr" else contrasts(seen, band)[0]
         if found is None:
             return None

@@ -88,6 +88,31 @@ def test_what_has_no_effect_is_told(tmp_path: Path, camera: str, more: str, warn
 
 
 @pytest.mark.parametrize(
+    ("background", "shape", "path", "warned"),
+    [
+        ("kind: ground", "scr: 5, temperature_k: 400", "", ["shape.temperature_k"]),
+        ("kind: ground", "scr: 5, emissivity: 0.9", "", ["shape.emissivity"]),
+        ("kind: ground", "contrast_k: 5, temperature_k: 400", "", ["shape.temperature_k"]),
+        ("kind: ground", "contrast_k: null, temperature_k: 400", "", []),
+        ("kind: ground, beta: 2, betas: [2, 3]", "contrast_k: 5", "", ["background.beta"]),
+        ("kind: sky, preset: tropical, zenith_k: 220", "contrast_k: 5", "", ["background.zenith_k"]),
+        ("kind: sky, clouds: [{beta: 2, betas: [2, 3]}]", "contrast_k: 5", "", ["background.clouds.clouds.beta"]),
+        ("kind: ground", "contrast_k: 5", ", ground_m: 50, range_m: 900", ["path.range_m"]),
+    ],
+)
+def test_a_key_in_whose_place_another_holds_is_told(
+    tmp_path: Path, background: str, shape: str, path: str, warned: list[str]
+) -> None:
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(
+        f"background: {{{background}}}\ncamera: {{size: [64, 64], elevation_deg: -5}}\n"
+        f"targets: [{{id: p, shape: {{kind: point, {shape}}}, path: {{kind: straight, start: [32, 32]{path}}}}}]\n"
+    )
+    told = [line.split()[1].rstrip(":") for line in warnings(scene) if "does not count beside" in line]
+    assert [key.removeprefix("targets.p.") for key in told] == warned
+
+
+@pytest.mark.parametrize(
     ("shape", "camera", "what"),
     [
         ("area_m2: 0.05, scr: -60", "", "p asks for an SCR of -60: at frame 0 -"),
@@ -148,6 +173,20 @@ def test_what_either_end_of_the_scale_cuts_off_is_told(
     told = [line for line in warnings(scene) if "targets.p.shape.contrast_k" in line]
     assert len(told) == (what is not None)
     assert all((what or "") in line for line in told)
+
+
+@pytest.mark.parametrize("what", ["kind: ground, spread_k: 0", "kind: sky, horizon_k: 270, zenith_k: 270"])
+@pytest.mark.parametrize(("camera", "told"), [("netd_mk: 0", True), ("noise: []", True), ("netd_mk: 30", False)])
+def test_a_point_whose_scr_has_nothing_to_stand_out_from_is_told(
+    tmp_path: Path, what: str, camera: str, told: bool
+) -> None:
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(
+        f"frames: 9\ncamera: {{size: [96, 96], {camera}}}\nbackground: {{{what}}}\n"
+        "targets: [{id: p, shape: {kind: point, scr: 9}, path: {kind: straight, start: [40, 40], speed: 0.3}}]\n"
+    )
+    line = "p asks for an SCR of 9: at frame 0 neither noise nor clutter is around it, and it is invisible;"
+    assert [line in warning for warning in warnings(scene)] == ([True] if told else [])
 
 
 def test_a_point_that_is_not_there_asks_for_nothing(tmp_path: Path) -> None:

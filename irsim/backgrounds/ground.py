@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -49,6 +49,8 @@ class Patches:
 
 class Ground(Background):
     """Terrain whose temperature varies about a mean; with `spread_k: 0` and nothing on it it is flat."""
+
+    overrules: ClassVar[Mapping[str, tuple[str, ...]]] = {"betas": ("beta",)}
 
     mean_k: Kelvin = 290.0
     """Mean temperature, K."""

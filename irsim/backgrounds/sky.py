@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from statistics import NormalDist
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import cv2
 import numpy as np
@@ -92,6 +92,8 @@ def _seen(sky: ClearSky, chart: Chart) -> Floats:
 
 class Clouds(Part):
     """A layer of cloud at its own range: it hides what is behind it, partly where it is thin."""
+
+    overrules: ClassVar[Mapping[str, tuple[str, ...]]] = {"betas": ("beta",)}
 
     id: Name = "clouds"
     """Its name for --without."""
@@ -218,6 +220,8 @@ class CloudLayer:
 
 class Sky(Background):
     """Clear sky with cloud layers; with no clouds and one temperature it is flat."""
+
+    overrules: ClassVar[Mapping[str, tuple[str, ...]]] = {"preset": ("horizon_k", "zenith_k")}
 
     horizon_k: Kelvin = 288.0
     """Brightness temperature at the horizon, K."""

@@ -6,11 +6,33 @@ from collections.abc import Iterator
 
 from irsim.detector.response import Electrons
 from irsim.errors import Notice
+from irsim.kinds import Part
 from irsim.presets import PRESETS
 from irsim.scenario import Scenario
 
 
+def overruled(scenario: Scenario) -> Iterator[Notice]:
+    """Keys beside others that hold in their place."""
+    yield from _overruled(scenario, ())
+
+
+def _overruled(value: object, at: tuple[str | int, ...]) -> Iterator[Notice]:
+    """The same of a part, or a list of parts, at a place in the scenario."""
+    if isinstance(value, tuple):
+        for index, item in enumerate(value):
+            yield from _overruled(item, (*at, index))
+    elif isinstance(value, Part):
+        for key, others in value.overrules.items():
+            if getattr(value, key) is not None:
+                for other in others:
+                    if other in value.model_fields_set:
+                        yield Notice((*at, other), f"does not count beside {key}, which holds in its place")
+        for name in type(value).model_fields:
+            yield from _overruled(getattr(value, name), (*at, name))
+
+
 def without_effect(scenario: Scenario) -> Iterator[Notice]:
+    """Keys of the camera and the air that what they go with leaves without a meaning."""
     camera, air = scenario.camera, scenario.atmosphere
     if isinstance(camera.detector, Electrons):
         for key in ("netd_mk", "range_k"):

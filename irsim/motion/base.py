@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Mapping
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -76,6 +76,8 @@ class PixelPath(Path):
     A pixel stands for a direction: a camera that turns sees the target move. A range that has
     closed below zero is behind the camera.
     """
+
+    overrules: ClassVar[Mapping[str, tuple[str, ...]]] = {"ground_m": ("range_m", "closing_m_s")}
 
     range_m: Range = 1000.0
     """Metres from the camera at frame 0."""

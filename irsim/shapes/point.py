@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import ClassVar
 
 import numpy as np
 from pydantic import model_validator
@@ -27,6 +29,10 @@ class Point(Shape):
     blur. Nearer, where it is more than a pixel wide, it is a disc of that area, and the blur is that of
     its edges; until then the blur is wider by the disc's variance, so that neither light nor width jump.
     """
+
+    overrules: ClassVar[Mapping[str, tuple[str, ...]]] = dict.fromkeys(
+        ("contrast_k", "scr"), ("temperature_k", "emissivity")
+    )
 
     area_m2: Area = 0.2
     """Projected area, m2."""
