@@ -11,6 +11,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from irsim.backgrounds import Sky
 from irsim.errors import InputError, Notice
 from irsim.motion import Crosses
 from irsim.occluders import Occluder
@@ -27,6 +28,8 @@ _TRACE = 1e-3
 """Share of a target's area, on each side, that counts as nothing: a point's far skirts."""
 _STILL_PX = 0.02
 """A target that moves less than this in a frame stands, as far as getting out from behind something goes."""
+MUCH = 2
+"""An occluder that hides for so many times as long as asked, and as the target takes to go by, is warned of."""
 _ROUNDS = 12
 _THIN_PX = 1.0
 _BULGE = 4.0
@@ -73,6 +76,52 @@ def unmet(scenario: Scenario) -> Iterator[Notice]:
                 _place(watch, occluder)
             except UnmetError as fault:
                 yield Notice(("occluders", index, fault.key), str(fault))
+
+
+def overlong(scenario: Scenario) -> Iterator[Notice]:
+    """Occluders that hide whom they shall hide for much longer than asked. Every intent of the scenario can be met."""
+    watch = Watch(scenario)
+    for index, occluder in enumerate(scenario.occluders):
+        if occluder.hides is None:
+            continue
+        name, (first, last) = occluder.hides, occluder.frames or (0, 0)
+        begin, end = _hidden(watch, _place(watch, occluder), occluder)
+        asked, count = last - first + 1, end - begin + 1
+        if count > MUCH * asked + _passing(watch, occluder, name):
+            stands = "foot_px" in occluder.placing and _goes_up_or_down(watch, occluder, name)
+            why = f"a {occluder.kind} stands on the ground; try a bar, or smoke" if stands else "try a bar, or a place"
+            yield Notice(
+                ("occluders", index, "frames"),
+                f"it hides {name} in frames {begin} to {end}, {count} of them where {asked} are asked: {why}",
+            )
+
+
+def _hidden(watch: Watch, screen: Occluder, occluder: Occluder) -> tuple[int, int]:
+    """First and last of the frames, around those that were asked for, in which it hides as much as asked."""
+    name, (first, last) = occluder.hides or "", occluder.frames or (0, 0)
+
+    def until(frames: range, ends: int) -> int:
+        for index in frames:
+            if watch.hidden(screen, name, index) < occluder.fraction - LEEWAY:
+                break
+            ends = index
+        return ends
+
+    return until(range(first - 1, -1, -1), first), until(range(last + 1, watch.scenario.frames), last)
+
+
+def _passing(watch: Watch, occluder: Occluder, name: str) -> int:
+    """Frames in which the target goes by its own length."""
+    own, speed = watch.sprite(name, (occluder.frames or (0, 0))[0]), _speed(watch, occluder, name)
+    return math.ceil(own.box.diagonal / speed) if own is not None and speed > _STILL_PX else 0
+
+
+def _speed(watch: Watch, occluder: Occluder, name: str) -> float:
+    """Of the target in the frames that are asked for, px a frame at the occluder's range."""
+    first, last = occluder.frames or (0, 0)
+    pixels = watch.way(name, occluder.range_m)
+    steps = np.hypot(*np.diff(pixels, axis=0).T) if len(pixels) > 1 else np.zeros(1)
+    return float(np.median(steps[max(first - 1, 0) : last + 1]))
 
 
 def _place(watch: Watch, occluder: Occluder) -> Occluder:
@@ -134,7 +183,8 @@ def _dense_enough(watch: Watch, occluder: Occluder, name: str, window: Box, side
 
     def of(share: float) -> Occluder:
         part = window if occluder.thins else _part(window, share, sideways)
-        return occluder.over(part, share, stage)
+        screen = occluder.over(part, share, stage)
+        return screen.rooted(max(window.bottom, _ground(watch))) if sideways else screen
 
     def least(share: float, frames: list[int]) -> float:
         screen = of(share)
@@ -152,12 +202,18 @@ def _dense_enough(watch: Watch, occluder: Occluder, name: str, window: Box, side
     return of(high)
 
 
+def _ground(watch: Watch) -> float:
+    """The least y, px of the unmoved camera, at which something can stand on the ground: not in the sky."""
+    geometry = watch.stage.geometry
+    if not isinstance(watch.scenario.background, Sky):
+        return -math.inf
+    return float(geometry.axis_px[1] + math.tan(geometry.elevation_rad) / geometry.ifov_rad)
+
+
 def _clear_elsewhere(watch: Watch, screen: Occluder, occluder: Occluder, name: str, window: Box) -> None:
     """UnmetError where the target is hidden well outside of the frames that were asked for."""
     first, last = occluder.frames or (0, 0)
-    pixels = watch.way(name, occluder.range_m)
-    steps = np.hypot(*np.diff(pixels, axis=0).T) if len(pixels) > 1 else np.zeros(1)
-    speed = float(np.median(steps[max(first - 1, 0) : last + 1])) if len(steps) else 0.0
+    speed = _speed(watch, occluder, name)
     own = watch.sprite(name, first)
     drawn = screen.draw(watch.sight(first))
     excess = 0.0 if drawn is None else max(drawn.box.w - window.w, drawn.box.h - window.h, 0.0)

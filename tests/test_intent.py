@@ -73,6 +73,52 @@ def test_it_hides_what_goes_up_or_down_too(heading: float) -> None:
     assert max(shown[5:12]) == pytest.approx(0.5, abs=0.02)
 
 
+UPRIGHT = {
+    90.0: {"[15, 50]": "[60, 2]"},
+    -90.0: {"[15, 50]": "[60, 90]", "frames: [30, 36]": "frames: [40, 46]"},
+}
+
+
+@pytest.mark.parametrize("kind", ["pole", "building"])
+@pytest.mark.parametrize("heading", UPRIGHT)
+def test_what_stands_on_the_ground_hides_what_goes_up_or_down_no_longer_than_a_bar(kind: str, heading: float) -> None:
+    """Of seven frames that are asked for; down to the picture's lower edge it would hide for twenty more."""
+    own, bar = (
+        [
+            index
+            for index, share in zip(
+                range(20, 58),
+                visible(scene(each, 0.5, heading=heading, change=UPRIGHT[heading]), range(20, 58)),
+                strict=True,
+            )
+            if share <= 0.52
+        ]
+        for each in (kind, "bar")
+    )
+    assert 7 <= len(bar) <= 10
+    assert own == bar
+
+
+@pytest.mark.parametrize(
+    ("kind", "told"),
+    [("pole", True), ("building", True), ("bar", False), ("smoke", False)],
+)
+def test_what_hides_far_longer_than_asked_is_told(tmp_path: Any, kind: str, told: bool) -> None:
+    """Before a sky nothing can stand above the horizon."""
+    change = {**UPRIGHT[90.0], "kind: ground, spread_k: 0": "kind: sky", "elevation_deg: -5": "elevation_deg: 3"}
+    text = scene(kind, heading=90.0, change=change)
+    (tmp_path / "one.yaml").write_text(text)
+    lines = [line for line in warnings(tmp_path / "one.yaml") if "occluders" in line]
+    held = [index for index, share in enumerate(visible(text, range(60))) if share <= 0.02]
+    if told:
+        (line,) = lines
+        assert f": occluders.{kind}.frames: warning: it hides tank in frames {held[0]} to 6" in line
+        assert f"of them where 7 are asked: a {kind} stands on the ground; try a bar, or smoke" in line
+        assert len(held) > 30
+    else:
+        assert lines == []
+
+
 def test_it_hides_a_point_with_its_skirts() -> None:
     shown = visible(scene("pole", shape="point"))
     assert max(shown[30:37]) <= 0.02

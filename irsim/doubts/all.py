@@ -10,13 +10,14 @@ from irsim.doubts.camera import beads
 from irsim.doubts.effect import overruled, without_effect
 from irsim.doubts.targets import idle, never_seen, odd_shapes, too_late
 from irsim.errors import Notice
+from irsim.intent import overlong
 from irsim.reach import out_of_reach
 from irsim.scenario import Scenario
 
 DOUBTS = (
     *(beyond_fit, overruled, without_effect, long_paths, long_views, unlike_skies),
     *(off_scale, cold_clouds, large_features, folded),
-    *(beads, odd_shapes, out_of_reach, too_late, never_seen, idle),
+    *(beads, odd_shapes, out_of_reach, too_late, never_seen, idle, overlong),
 )
 
 

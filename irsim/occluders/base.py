@@ -89,6 +89,10 @@ class Occluder(NamedKind):
         """
         raise ValueError(f"a {self.kind} cannot be placed by whom it hides; allowed: its place")
 
+    def rooted(self, y: float) -> Self:
+        """The same, placed, that stands no lower than at `y` px of the unmoved camera, where its shape permits."""
+        return self
+
     def at(self, **place: object) -> Self:
         """The same with a place and no intent."""
         return self.model_copy(update={"hides": None, "frames": None, **place})

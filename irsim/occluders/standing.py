@@ -15,7 +15,7 @@ from irsim.types import Box
 Panes = Annotated[int, Field(ge=0, le=20)]
 
 _BELOW_PX = 2.0
-"""What is placed by intent reaches this far below the picture's lower edge."""
+"""What is placed by intent reaches this far below the picture's lower edge, unless it is `rooted` higher."""
 
 
 def foot(window: Box, stage: Stage) -> tuple[float, float]:
@@ -47,6 +47,11 @@ class Pole(Opaque):
     def over(self, window: Box, share: float, stage: Stage) -> Pole:
         x, y = foot(window, stage)
         return self.at(foot_px=(x, y), height_px=y - window.top, width_px=window.w, arm_px=0.0)
+
+    def rooted(self, y: float) -> Pole:
+        x, foot_y = given(self.foot_px)
+        shorter = foot_y - y
+        return self.at(foot_px=(x, y), height_px=given(self.height_px) - shorter) if shorter > 0 else self
 
 
 class Building(Opaque):
@@ -84,3 +89,8 @@ class Building(Opaque):
     def over(self, window: Box, share: float, stage: Stage) -> Building:
         x, y = foot(window, stage)
         return self.at(foot_px=(x, y), size_px=(window.w, y - window.top))
+
+    def rooted(self, y: float) -> Building:
+        (x, foot_y), (wide, high) = given(self.foot_px), given(self.size_px)
+        shorter = foot_y - y
+        return self.at(foot_px=(x, y), size_px=(wide, high - shorter)) if shorter > 0 else self

@@ -48,6 +48,8 @@ HALVINGS = 10
 """Of the step in which the least crown is sought: to a thousandth of its size."""
 THICK = 0.065
 """The trunk's width at the crown, as a share of the crown's width."""
+LEAST_TRUNK = 1.15
+"""Placed by intent it is so many times as high as its crown at least."""
 FLARE = 1.35
 """How many times wider the trunk is at its foot."""
 
@@ -103,8 +105,13 @@ class Tree(Occluder):
         times, (right, down) = _gapless(self._form(tall / wide, stage), window.w / wide, window.h / tall)
         wide, tall = wide / times, tall / times
         x, top = window.cx - right * wide, window.cy - (1 + down) * tall
-        y = max(foot(window, stage)[1], top + 1.15 * tall)
+        y = max(foot(window, stage)[1], top + LEAST_TRUNK * tall)
         return self.at(foot_px=(x, y), height_px=y - top, crown_px=(wide, tall))
+
+    def rooted(self, y: float) -> Tree:
+        (x, foot_y), high, (_, tall) = given(self.foot_px), given(self.height_px), given(self.crown_px)
+        shorter = min(foot_y - y, high - LEAST_TRUNK * tall)
+        return self.at(foot_px=(x, foot_y - shorter), height_px=high - shorter) if shorter > 0 else self
 
     def _form(self, slim: float, stage: Stage) -> Form:
         """Its crown, so many times as high as wide."""
