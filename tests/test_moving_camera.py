@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from irsim import loads
 from irsim.backgrounds.chart import Chart
 from irsim.geometry import Geometry
+from irsim.loader import warnings
 from irsim.render import Renderer
 from irsim.scenario import Scenario
 
@@ -45,6 +47,33 @@ def test_velocity_is_the_displacement_since_the_frame_before(motion: str) -> Non
     renderer = Renderer(loads(SCENE.replace("MOTION", motion).replace("fighter", "point")))
     (before,), (now,) = renderer.scene(20)[1].targets, renderer.scene(21)[1].targets
     assert now.velocity == pytest.approx(np.subtract(now.center, before.center), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("motion", "background", "path", "told"),
+    [
+        ("velocity_m_s: [0, 9, -3]", "landscape, camera_height_m: 10", "", "frame 100 the camera has come down to the gro"),
+        ("velocity_m_s: [0, 9, -3]", "sea, camera_height_m: 9.2", "", "frame 91 the camera has come down to the sea"),
+        ("velocity_m_s: [0, 9, -3]", "landscape, camera_height_m: 13", "", None),
+        ("velocity_m_s: [0, 9, -3]", "ground", "", None),
+        ("velocity_m_s: [0, 9, -3]", "ground", ", ground_m: 10", "it sinks by 12 m"),
+        ("sway_m: [0, 0, 4]", "sea, camera_height_m: 3", "", "it sinks by 4 m"),
+        ("path: {kind: waypoints_m, points: [[0, 0, 50], [0, 99, 20]], speed_m_s: 9}", "landscape", "", "under its fi"),
+    ],
+)
+def test_a_camera_that_is_carried_below_the_ground_is_told(
+    tmp_path: Path, motion: str, background: str, path: str, told: str | None
+) -> None:
+    """It sinks by 0.1 m a frame, and is drawn from 0.1 m above the ground at least."""
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(
+        "frames: 121\ncamera: {size: [64, 48], elevation_deg: -4,\n"
+        f" motion: [{{kind: pan}}, {{kind: platform, {motion}}}]}}\nbackground: {{kind: {background}}}\n"
+        f"targets: [{{id: car, shape: {{kind: car}}, path: {{kind: straight, start: [30, 20]{path}}}}}]\n"
+    )
+    lines = [line for line in warnings(scene) if "camera.motion" in line]
+    assert len(lines) == (told is not None)
+    assert all(f"{scene}:3:24: camera.motion.platform: warning: at " in line and str(told) in line for line in lines)
 
 
 def test_a_zoomed_camera_sees_a_smaller_part_of_the_background() -> None:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from irsim.doubts.air import beyond_fit, long_paths, long_views, unlike_skies
 from irsim.doubts.background import cold_clouds, folded, large_features, off_scale
-from irsim.doubts.camera import beads
+from irsim.doubts.camera import beads, sunken
 from irsim.doubts.effect import overruled, without_effect
 from irsim.doubts.targets import idle, never_seen, odd_shapes, too_late
 from irsim.errors import Notice
@@ -17,7 +17,7 @@ from irsim.scenario import Scenario
 DOUBTS = (
     *(beyond_fit, overruled, without_effect, long_paths, long_views, unlike_skies),
     *(off_scale, cold_clouds, large_features, folded),
-    *(beads, odd_shapes, out_of_reach, too_late, never_seen, idle, overlong),
+    *(beads, sunken, odd_shapes, out_of_reach, too_late, never_seen, idle, overlong),
 )
 
 

@@ -7,15 +7,42 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from irsim.backgrounds.landscape import Landscape
+from irsim.backgrounds.sea import Sea
+from irsim.doubts.looked import watched
 from irsim.errors import Notice
 from irsim.motion import Mount
 from irsim.scenario import Scenario
 from irsim.smear import MOST_STEPS
 from irsim.types import Floats
-from irsim.watch import Watch
+from irsim.watch import LOOKED, Watch
 
+LOWEST_M = 0.1
+"""Backgrounds are drawn from so far above the ground or the sea at least."""
 BEADS_PX = 1.2
 """Two blurs of the usual sigma, 0.6 px: points farther apart than these are told from each other."""
+
+
+def sunken(scenario: Scenario) -> Iterator[Notice]:
+    """A camera that is carried below the ground or the sea: the background's, or what targets go on."""
+    stage, background = scenario.stage, scenario.background
+    under = [height for target in scenario.targets if (height := getattr(target.path, "ground_m", None)) is not None]
+    height = background.camera_height_m if isinstance(background, Landscape | Sea) else min(under, default=math.inf)
+    frames, least = watched(scenario.frames, LOOKED), min(LOWEST_M, height)
+    sinks = {
+        index: motion.shifts(frames, stage) @ stage.geometry.down
+        for index, motion in enumerate(scenario.camera.motion)
+        if scenario.is_on(motion.name)
+    }
+    left = height - np.sum([np.zeros(len(frames)), *sinks.values()], axis=0)
+    if left.min() < least:
+        first = int(np.argmax(left < least))
+        what = "sea" if isinstance(background, Sea) else "ground"
+        yield Notice(
+            ("camera", "motion", max(sinks, key=lambda index: sinks[index][first])),
+            f"at frame {frames[first]:.0f} the camera has come down to the {what}, {height:g} m under its first place; "
+            f"it sinks by {height - left.min():.3g} m",
+        )
 
 
 def beads(scenario: Scenario) -> Iterator[Notice]:
