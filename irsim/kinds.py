@@ -77,6 +77,14 @@ Range = Annotated[Metres, Plausible(5, 100_000, "m")]
 """How far away something is: nearer than 5 m it is out of focus, and beyond 100 km behind the horizon."""
 Length = Annotated[Metres, Plausible(0.05, 400, "m")]
 """Of a thing: from an insect to the longest of ships."""
+Height = Annotated[Metres, Plausible(0.3, 25_000, "m")]
+"""Of a camera above the ground or the sea: from a small robot's to that of the highest aircraft that look down."""
+Feature = Annotated[Positive, Plausible(0.1, 3000, "mrad")]
+"""Size of something on the ground or in the sky as it is seen: from 2 m 20 km away to half of all around."""
+TOP_SPEED = Plausible(-8000, 8000, "m/s")
+"""Nothing in the air is faster than what comes back from orbit."""
+Speed = Annotated[Number, TOP_SPEED]
+Velocity = Annotated[tuple[Speed, Speed, Speed], Field(strict=False)]
 Area = Annotated[Positive, Plausible(1e-4, 5000, "m2")]
 """Projected, of a thing: from an insect to a large ship."""
 Kelvin = Annotated[float, Field(ge=1, le=6000), Plausible(150, 3500, "K", "degrees Celsius + 273.15")]

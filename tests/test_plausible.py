@@ -50,6 +50,41 @@ def test_the_ends_of_a_range_are_plausible(kelvin: float, area: float, range: fl
     assert [notice.at[-1] for notice in implausible(Slot.of(Scenario), document.value)] == warned
 
 
+@pytest.mark.parametrize(
+    ("background", "warned"),
+    [
+        ("{kind: landscape, camera_height_m: 90000}", ["camera_height_m"]),
+        ("{kind: landscape, camera_height_m: 0.01}", ["camera_height_m"]),
+        ("{kind: sea, camera_height_m: 90000}", ["camera_height_m"]),
+        ("{kind: landscape, hills_mrad: 4000, correlation_mrad: 1e6}", ["hills_mrad", "correlation_mrad"]),
+        ("{kind: ground, roads: {width_mrad: 0.000001}}", ["width_mrad"]),
+        ("{kind: ground, roads: {width_mrad: 4000}, water: {size_mrad: 0.001}}", ["width_mrad", "size_mrad"]),
+        ("{kind: ground, fields: {size_mrad: 1e5, lane_mrad: 1e5}}", ["size_mrad", "lane_mrad"]),
+        ("{kind: sky, clouds: [{correlation_mrad: 1e5}]}", ["correlation_mrad"]),
+        ("{kind: landscape, trees: [{height_m: 4000}], buildings: [{height_m: [3, 9000]}]}", ["height_m", 1]),
+        ("{kind: landscape, camera_height_m: 20000, hills_mrad: 0, trees: [{height_m: 100}], roads: {}}", []),
+    ],
+)
+def test_a_background_that_no_country_is_like_is_told(background: str, warned: list[str | int]) -> None:
+    document = yamlfile.parse(f"background: {background}")
+    assert [notice.at[-1] for notice in implausible(Slot.of(Scenario), document.value)] == warned
+
+
+@pytest.mark.parametrize(
+    ("path", "warned"),
+    [
+        ("kind: straight, start: [9, 9], closing_m_s: -9000, ground_m: 90000", ["closing_m_s", "ground_m"]),
+        ("kind: straight_m, start_m: [0, 900, 0], velocity_m_s: [0, -9000, 0]", [1]),
+        ("kind: waypoints_m, points: [[0, 900, 0], [0, 9, 0]], speed_m_s: 9000", ["speed_m_s"]),
+        ("kind: turns_m, start_m: [0, 900, 0], speed_m_s: 3000, turns: [[5, 30, 120]]", []),
+    ],
+)
+def test_what_is_faster_than_anything_in_the_air_is_told(path: str, warned: list[str | int]) -> None:
+    targets = f"targets: [{{id: jet, shape: {{kind: fighter}}, path: {{{path}}}}}]"
+    document = yamlfile.parse(f"background: {{kind: ground}}\n{targets}\n")
+    assert [notice.at[-1] for notice in implausible(Slot.of(Scenario), document.value)] == warned
+
+
 def test_nothing_of_the_shipped_examples_is_implausible() -> None:
     for name, path in examples().items():
         assert not list(implausible(Slot.of(Scenario), yamlfile.read(path).value)), name

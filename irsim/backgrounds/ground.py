@@ -16,7 +16,7 @@ from irsim.backgrounds.hours import Hour, filled, typical
 from irsim.backgrounds.painting import Painting
 from irsim.backgrounds.patches import LYING, Clutter, Fields, Painted, Roads, Water
 from irsim.backgrounds.texture import Tile, tile_side
-from irsim.kinds import Kelvin, KelvinSpread, Positive
+from irsim.kinds import Feature, Kelvin, KelvinSpread
 from irsim.radiometry import radiance
 from irsim.stage import Stage
 from irsim.types import Floats
@@ -58,7 +58,7 @@ class Ground(Background):
     """Standard deviation of temperature, K."""
     beta: Annotated[float, Field(ge=0, le=6)] = 2.6
     """Slope of the 2-D power spectrum f^-beta (real ground: 2.2 to 3)."""
-    correlation_mrad: Positive = 20.0
+    correlation_mrad: Feature = 20.0
     """Size of the largest features, mrad."""
     stretch: Annotated[float, Field(ge=0.1, le=10)] = 1.5
     """How much wider than high features are."""

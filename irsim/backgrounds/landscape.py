@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Annotated, Any, Protocol
 
 import cv2
 import numpy as np
@@ -20,7 +20,7 @@ from irsim.backgrounds.patches import LYING, Clutter, Fields, Roads, Water
 from irsim.backgrounds.sky import Sky
 from irsim.backgrounds.structures import Buildings, Trees
 from irsim.backgrounds.texture import TILE
-from irsim.kinds import Kelvin, KelvinSpread, Metres, NotNegative, Positive, Several
+from irsim.kinds import Feature, Height, Kelvin, KelvinSpread, NotNegative, Plausible, Several
 from irsim.radiometry import radiance
 from irsim.stage import Stage
 from irsim.types import Floats
@@ -47,7 +47,7 @@ FAR_M = 20_000.0
 class Landscape(Sky):
     """Country under a sky: ground to the horizon, rows of trees and buildings at their ranges."""
 
-    camera_height_m: Metres = 10.0
+    camera_height_m: Height = 10.0
     """Height of the camera above the ground, m."""
     ground_k: Kelvin = 290.0
     """Mean temperature of the ground, K."""
@@ -55,9 +55,9 @@ class Landscape(Sky):
     """Standard deviation of the ground's temperature, K."""
     betas: Betas = (2.9, 4.0)
     """Slopes of the ground's spectrum along x and along y (real horizon and field: [2.9, 4.0])."""
-    correlation_mrad: Positive = 30.0
+    correlation_mrad: Feature = 30.0
     """Size of the largest features of the ground at the horizon, mrad; nearer ones are larger."""
-    hills_mrad: NotNegative = 0.5
+    hills_mrad: Annotated[NotNegative, Plausible(0, 100, "mrad", "mountains of 3 km, 30 km away, are 100")] = 0.5
     """Standard deviation of the horizon's elevation, mrad."""
     hour: Hour = "any"
     """day or night: temperatures that are not given are typical of it."""

@@ -15,7 +15,7 @@ import numpy as np
 from pydantic import Field
 
 from irsim.backgrounds.fields import spectral
-from irsim.kinds import Fraction, KelvinDifference, KelvinSpread, NotNegative, Part, Positive
+from irsim.kinds import Feature, Fraction, KelvinDifference, KelvinSpread, NotNegative, Part, Plausible, Positive
 from irsim.rng import stream
 from irsim.types import Floats
 
@@ -29,11 +29,11 @@ LYING = ("fields", "water", "roads", "clutter")
 class Fields(Part):
     """A patchwork of fields, each of one temperature, with lanes between them."""
 
-    size_mrad: Positive = 60.0
+    size_mrad: Feature = 60.0
     """Side of a field, mrad; they vary by a factor of two about it."""
     spread_k: KelvinSpread | None = None
     """Standard deviation between fields, K; by the ground's `hour` where not given, else 3."""
-    lane_mrad: NotNegative = 1.5
+    lane_mrad: Annotated[NotNegative, Plausible(0, 300, "mrad")] = 1.5
     """Width of the lanes, mrad."""
     lane_k: KelvinDifference = 3.0
     """Temperature of the lanes less the ground's mean, K."""
@@ -96,7 +96,7 @@ class Roads(Even):
 
     count: Annotated[int, Field(ge=1, le=50)] = 2
     """How many on a map of 1024 px."""
-    width_mrad: Positive = 2.0
+    width_mrad: Annotated[Positive, Plausible(0.05, 300, "mrad", "a track of 2 m is 0.1 mrad wide 20 km away")] = 2.0
     """Width, mrad."""
     contrast_k: KelvinDifference | None = None
     """Temperature less the ground's mean, K; by the ground's `hour` where not given, else 6."""
@@ -122,7 +122,7 @@ class Water(Even):
 
     share: Annotated[float, Field(gt=0, lt=1)] = 0.1
     """Share of the ground."""
-    size_mrad: Positive = 80.0
+    size_mrad: Feature = 80.0
     """Size of the largest, mrad."""
     contrast_k: KelvinDifference | None = None
     """Temperature less the ground's mean, K; by the ground's `hour` where not given, else -8."""

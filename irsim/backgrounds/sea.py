@@ -15,7 +15,7 @@ from irsim.backgrounds.base import FARTHEST, Gaze, Layer
 from irsim.backgrounds.fields import spectral
 from irsim.backgrounds.landscape import Above
 from irsim.backgrounds.sky import ClearSky, Sky
-from irsim.kinds import Fraction, Kelvin, Metres, Number
+from irsim.kinds import Fraction, Height, Kelvin, Number
 from irsim.radiometry import Band, limits, radiance
 from irsim.rng import normals, stream
 from irsim.stage import Stage
@@ -71,7 +71,7 @@ SunPlace = Annotated[tuple[Number, Annotated[float, Field(ge=0, le=90)]], Field(
 class Sea(Sky):
     """The sea to the horizon under a sky; with `wind_m_s: 0` it is a mirror."""
 
-    camera_height_m: Metres = 15.0
+    camera_height_m: Height = 15.0
     """Height of the camera above the water, m."""
     water_k: Kelvin = 288.0
     """Temperature of the water, K."""

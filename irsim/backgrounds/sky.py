@@ -24,7 +24,7 @@ from irsim.backgrounds.periodic import coarseness, inner_blur, reach_px, shrunk
 from irsim.backgrounds.texture import Tile, tile_side
 from irsim.backgrounds.tiles import Tiled
 from irsim.climate import ClimateName
-from irsim.kinds import Kelvin, KelvinSpread, Name, NotNegative, Number, Pair, Part, Positive, Range, Several
+from irsim.kinds import Feature, Kelvin, KelvinSpread, Name, NotNegative, Number, Pair, Part, Range, Several
 from irsim.radiometry import Band, radiance
 from irsim.stage import Stage
 from irsim.types import Floats
@@ -107,7 +107,7 @@ class Clouds(Part):
     """Standard deviation of temperature within the cloud, K."""
     beta: Annotated[float, Field(ge=0, le=6)] = 3.3
     """Slope of the 2-D power spectrum f^-beta (real clouds: 2.9 to 4.1)."""
-    correlation_mrad: Positive = 60.0
+    correlation_mrad: Feature = 60.0
     """Size of the largest features, mrad."""
     stretch: Annotated[float, Field(ge=0.1, le=10)] = 2.0
     """How much wider than high features are."""

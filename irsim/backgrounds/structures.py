@@ -15,7 +15,7 @@ from irsim.backgrounds.painting import Painting
 from irsim.backgrounds.panorama import Panorama, Sheet, Standing
 from irsim.backgrounds.texture import TILE
 from irsim.foliage import LARGEST, Crown, Foliage, broadleaf, bush, conifer
-from irsim.kinds import Fraction, Kelvin, KelvinDifference, KelvinSpread, Metres, Name, Part, Range
+from irsim.kinds import Fraction, Kelvin, KelvinDifference, KelvinSpread, Metres, Name, Part, Plausible, Range
 from irsim.radiometry import radiance
 from irsim.rng import stream
 from irsim.stage import Stage
@@ -23,6 +23,8 @@ from irsim.types import Floats
 
 Spacing = Annotated[float, Field(ge=0.5, le=100_000)]
 """Metres; nearer to each other they would be too many to draw."""
+Wall = Annotated[Metres, Plausible(1, 900, "m")]
+"""From a shed to the highest of towers (Burj Khalifa: 828 m)."""
 Mask = npt.NDArray[np.bool_]
 
 FINE = 2
@@ -107,7 +109,7 @@ class Trees(Structure):
 
     id: Name = "trees"
     """Its name for --without, and in truth where it hides a target."""
-    height_m: Metres = 14.0
+    height_m: Annotated[Metres, Plausible(0.2, 120, "m", "the tallest tree has 116")] = 14.0
     """Mean height, m; single trees differ by a quarter."""
     spacing_m: Spacing = 6.0
     """Mean distance between two trees, m."""
@@ -207,9 +209,9 @@ class Buildings(Structure):
     """Its name for --without, and in truth where it hides a target."""
     spacing_m: Spacing = 60.0
     """Mean distance between two buildings, m."""
-    width_m: Annotated[tuple[Metres, Metres], Field(strict=False)] = (10.0, 30.0)
+    width_m: Annotated[tuple[Wall, Wall], Field(strict=False)] = (10.0, 30.0)
     """Least and greatest width, m."""
-    height_m: Annotated[tuple[Metres, Metres], Field(strict=False)] = (5.0, 14.0)
+    height_m: Annotated[tuple[Wall, Wall], Field(strict=False)] = (5.0, 14.0)
     """Least and greatest height of the walls, m."""
     temperature_k: Kelvin | None = None
     """Mean temperature of the walls, K; by the `hour` where not given, else 290."""

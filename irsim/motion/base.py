@@ -10,7 +10,7 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from irsim.geometry import gimbal
-from irsim.kinds import Kind, Metres, NamedKind, Number, Range
+from irsim.kinds import Height, Kind, NamedKind, Range, Speed
 from irsim.motion.dynamics import Dynamics
 from irsim.stage import Stage
 from irsim.types import Floats
@@ -81,9 +81,9 @@ class PixelPath(Path):
 
     range_m: Range = 1000.0
     """Metres from the camera at frame 0."""
-    closing_m_s: Number = 0.0
+    closing_m_s: Speed = 0.0
     """How fast the range shrinks, metres a second."""
-    ground_m: Metres | None = None
+    ground_m: Height | None = None
     """For a target on level ground: how far the ground lies below the camera, metres. The range then
     follows from the direction, and range_m and closing_m_s do not count."""
 

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from irsim.errors import InputError
-from irsim.kinds import Name, NotNegative, Number, Pair, Positive, Triple
+from irsim.kinds import Name, NotNegative, Number, Pair, Positive, Velocity
 from irsim.motion.attitude import STANDARD_GRAVITY
 from irsim.motion.base import Path
 from irsim.motion.dynamics import Dynamics, constant_velocity
@@ -96,7 +96,7 @@ class Thrown(Companion):
 
     at_frame: NotNegative
     """Frame at which it is thrown."""
-    velocity_m_s: Triple = (0.0, 0.0, -20.0)
+    velocity_m_s: Velocity = (0.0, 0.0, -20.0)
     """[right, ahead, up] of the thrower's way, as seen from above, on top of the thrower's velocity, m/s."""
     slow_s: Positive = 1.0
     """Time in which the air takes most of its speed, s: velocity goes to g slow_s downwards as exp(-t / slow_s)

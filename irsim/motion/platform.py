@@ -6,7 +6,7 @@ from typing import Annotated
 
 import numpy as np
 
-from irsim.kinds import Positive, Triple
+from irsim.kinds import Positive, Triple, Velocity
 from irsim.motion.base import MetrePath, Pointing, world_to_first
 from irsim.motion.paths import METRE_PATHS
 from irsim.stage import Stage
@@ -19,7 +19,7 @@ class Platform(Pointing):
     It goes on looking where it looked; other motions turn it.
     """
 
-    velocity_m_s: Triple = (0.0, 0.0, 0.0)
+    velocity_m_s: Velocity = (0.0, 0.0, 0.0)
     """[east, north, up], metres a second; north is level ahead at the first pointing."""
     path: Annotated[MetrePath, METRE_PATHS] | None = None
     """A path that carries it too, one of those that targets have in metres (`waypoints_m`, `turns_m`, ...): by as

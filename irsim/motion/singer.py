@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from irsim.kinds import NotNegative, Number, Pair, Positive, Triple
+from irsim.kinds import NotNegative, Number, Pair, Positive, Triple, Velocity
 from irsim.motion.base import MetrePath, PixelPath
 from irsim.motion.dynamics import Dynamics
 from irsim.motion.straight import unit
@@ -100,7 +100,7 @@ class SingerM(MetrePath):
 
     start_m: Triple
     """Where it is at frame 0, m."""
-    velocity_m_s: Triple = (0.0, 0.0, 0.0)
+    velocity_m_s: Velocity = (0.0, 0.0, 0.0)
     """At frame 0, metres a second."""
     sigma_m_s2: NotNegative = 5.0
     """Standard deviation of the acceleration on each axis, m/s2."""

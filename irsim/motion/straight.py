@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from irsim.kinds import NotNegative, Number, Pair, Triple
+from irsim.kinds import NotNegative, Number, Pair, Triple, Velocity
 from irsim.motion.base import MetrePath, PixelPath
 from irsim.motion.dynamics import Dynamics, constant_velocity
 from irsim.stage import Stage
@@ -39,7 +39,7 @@ class StraightM(MetrePath):
 
     start_m: Triple
     """Where it is at frame 0, m."""
-    velocity_m_s: Triple = (0.0, 0.0, 0.0)
+    velocity_m_s: Velocity = (0.0, 0.0, 0.0)
     """Metres a second."""
 
     def positions(self, frames: Floats, stage: Stage, name: str) -> Floats:

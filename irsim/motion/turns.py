@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from typing import Annotated
 
 import numpy as np
 from pydantic import model_validator
 
-from irsim.kinds import NotNegative, Number, Pair, Triple
+from irsim.kinds import TOP_SPEED, NotNegative, Number, Pair, Triple
 from irsim.motion.arcs import Legs, arcs, check_legs
 from irsim.motion.base import MetrePath, PixelPath, world_to_first
 from irsim.motion.straight import unit
@@ -44,7 +45,7 @@ class TurnsM(MetrePath):
 
     start_m: Triple
     """Where it is at frame 0, m."""
-    speed_m_s: NotNegative = 200.0
+    speed_m_s: Annotated[NotNegative, TOP_SPEED] = 200.0
     """Over ground, metres a second."""
     heading_deg: Number = 90.0
     """Direction at frame 0, degrees: 0 level away along the first pointing (north), 90 to the right (east)."""

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.kinds import Number, Pair, Positive, Several, Triple
+from irsim.kinds import TOP_SPEED, Number, Pair, Positive, Several, Triple
 from irsim.motion.base import MetrePath, PixelPath
 from irsim.motion.spline import Spline
 from irsim.stage import Stage
@@ -74,7 +74,7 @@ class WaypointsM(MetrePath):
     """List of places, m."""
     frames: Several[Number] | None = None
     """Frame at which each point is passed; or give `speed_m_s`."""
-    speed_m_s: Positive | None = None
+    speed_m_s: Annotated[Positive, TOP_SPEED] | None = None
     """Constant speed along the curve from the first point at frame 0, metres a second; or give `frames`."""
 
     @model_validator(mode="after")
