@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from irsim.errors import InputError, IrsimError
+from irsim.errors import IrsimError, whole
 from irsim.interrupts import beginning, interrupts_held
 from irsim.lean import lean
 from irsim.places import COUNT_BYTES, Shared, shared
@@ -76,11 +76,9 @@ def rendered(renderer: Renderer, wanted: Sequence[int], jobs: int) -> Generator[
     """The wanted frames, in order, by this process and `jobs - 1` workers; it renders while it waits for theirs. A few
     chunks wait ahead at most.
 
-    IrsimError where a worker dies; InputError for fewer jobs than one.
+    IrsimError where a worker dies; InputError for jobs that are no whole number from 1 on.
     """
-    if jobs < 1:
-        raise InputError(f"jobs {jobs}: allowed: 1 or more")
-    jobs = min(jobs, len(wanted))
+    jobs = min(whole("jobs", jobs, 1), len(wanted))
     if jobs <= 1:
         yield from (_here(renderer, index) for index in wanted)
         return

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import operator
 import re
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 _COMMANDS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 """Control characters but tab and line feed, those that break or turn lines around, and halves of letters: what a
@@ -27,6 +28,17 @@ class InputError(IrsimError):
 
     The text is one line for each thing that is wrong, each with its place.
     """
+
+
+def whole(name: str, given: Any, least: int = 0) -> int:
+    """The whole number that a caller gave, numpy's too; InputError for anything else and below `least`."""
+    try:
+        number = operator.index(given)
+    except TypeError:
+        raise InputError(f"{name} {given!r}: allowed: a whole number, {least} or more") from None
+    if number < least:
+        raise InputError(f"{name} {number}: allowed: {least} or more")
+    return number
 
 
 class Notice(NamedTuple):

@@ -144,7 +144,7 @@ def frames(scenario: Scenario, start: int = 0, stop: int | None = None, jobs: in
     the guard ``if __name__ == "__main__"``. Frames may be kept, and written into.
 
     InputError for what is no scenario (a recording gives its own `frames()` and `truths()`), for a start or a stop
-    below 0, and for fewer jobs than one.
+    below 0, and for what is no number of frames or jobs.
     """
     given: object = scenario  # of untyped programs
     if not isinstance(given, Scenario):

@@ -13,10 +13,10 @@ import traceback
 from contextlib import suppress
 from types import TracebackType
 
-from irsim.errors import InputError, printable
+from irsim.errors import InputError, printable, whole
 from irsim.errors import IrsimError as IrtrackError
 
-__all__ = ["InputError", "IrtrackError", "TrackerError", "WorkerError", "how_it_ended", "told"]
+__all__ = ["InputError", "IrtrackError", "TrackerError", "WorkerError", "how_it_ended", "told", "whole"]
 
 _CALLERS = ("irtrack.replay", "irtrack.trackers.plain")
 """Modules that call a tracker."""

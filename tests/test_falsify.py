@@ -257,6 +257,13 @@ def test_bad_input_is_one_line(cli: Cli, words: list[str], said: str) -> None:
     assert said in err
 
 
+@pytest.mark.parametrize("word", ["jobs", "budget", "fresh"])
+def test_what_is_no_whole_number_is_one_line(tmp_path: Path, word: str) -> None:
+    scene = irsim.loads(planted_failure.SCENE)
+    with pytest.raises(InputError, match=rf"^{word} None: allowed: a whole number, \d or more$"):
+        find_failure(scene, "kalman", tmp_path, **{word: None})  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize("name", ["minimal.yaml", "report.md", "trials.jsonl"])
 def test_the_scenario_itself_is_not_replaced(cli: Cli, name: str) -> None:
     """Nor looked for a failure in: a search of hours would end with nowhere to put it."""

@@ -237,6 +237,8 @@ def test_a_kept_death_is_tried_apart(known: tuple[Path, Failure], cli: Cli) -> N
     assert (kept.how, kept.limit_s) == (ENDS, LIMIT_S)
     assert not kept.changes()
     assert revisit([kept], jobs=2) == Revisited()
+    with pytest.raises(InputError, match=r"^jobs '2': allowed: a whole number, 1 or more$"):
+        revisit([kept], jobs="2")  # type: ignore[arg-type]
 
 
 def test_a_death_that_is_mended_or_new_is_told_and_others_go_on(known: tuple[Path, Failure], cli: Cli) -> None:

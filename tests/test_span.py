@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -41,9 +42,25 @@ def test_a_frame_below_none_is_an_input_error(source: irsim.Source, asked: dict[
             list(items)
 
 
-def test_half_a_frame_is_no_frame(source: irsim.Source) -> None:
-    with pytest.raises(TypeError):
+@pytest.mark.parametrize("jobs", ["2", None, 1.5, [1], 0, -3])
+def test_a_number_of_jobs_that_is_none_is_one_line(tmp_path: Path, jobs: Any) -> None:
+    scene = irsim.load("sky", ["frames=4", "camera.size=[48, 32]"])
+    line = f"jobs {jobs!r}: allowed: " + ("1 or more" if isinstance(jobs, int) else "a whole number, 1 or more")
+    for render in (
+        lambda: list(irsim.frames(scene, jobs=jobs)),
+        lambda: irsim.record(irsim.Rendering(scene), tmp_path / "a.mcap", jobs=jobs),
+    ):
+        with pytest.raises(irsim.InputError) as caught:
+            render()
+        assert str(caught.value) == line
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_half_a_frame_is_no_frame(source: irsim.Source, tmp_path: Path) -> None:
+    with pytest.raises(irsim.InputError, match=r"^start 0\.5: allowed: a whole number, 0 or more$"):
         list(source.frames(start=0.5))
+    with pytest.raises(irsim.InputError, match=r"^stop 'all': allowed: a whole number, 0 or more$"):
+        irsim.record(source, tmp_path / "b.mcap", stop="all")
     with pytest.raises((TypeError, IndexError)):
         source.frame(1.5)
 

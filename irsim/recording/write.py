@@ -17,7 +17,7 @@ from foxglove_schemas_protobuf.ImageAnnotations_pb2 import ImageAnnotations
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
 from irsim.display import AGCS, Agc, Screen
-from irsim.errors import InputError
+from irsim.errors import InputError, whole
 from irsim.files import check_output, replacing
 from irsim.recording.annotate import annotate_truth, stamp
 from irsim.recording.chunks import ChunkWriter, Compression, Message
@@ -192,7 +192,8 @@ def record(
     """
     path = Path(path)
     check_output(path, source.file)
-    stop = len(source) if stop is None else stop
+    start, stop = whole("start", start), whole("stop", len(source) if stop is None else stop)
+    whole("jobs", jobs, 1)
     if not 0 <= start < stop <= len(source):
         raise InputError(f"{source.name}: there are no frames {start}:{stop}; allowed: within 0:{len(source)}")
     with writing(path, header_of(source, start), source.scenario_text, compression) as writer:

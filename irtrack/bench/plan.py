@@ -13,7 +13,7 @@ from irtrack.bench.asked import AnySource, Asked, SourceEntry, asked
 from irtrack.bench.cell import Key, SourceRow
 from irtrack.bench.group import Group, Member
 from irtrack.bench.specs import Entry, entry
-from irtrack.errors import InputError
+from irtrack.errors import InputError, whole
 from irtrack.identity import code_hash, tracker_config
 from irtrack.start import find_start
 from irtrack.types import GivenTracker
@@ -64,12 +64,13 @@ class Seeds:
     @classmethod
     def of(cls, seeds: int | Iterable[int], repeats: int = 1) -> Seeds:
         """InputError for none, negative or doubled ones."""
-        found = list(range(seeds)) if isinstance(seeds, int) else list(seeds)
-        if not found or min(found) < 0 or len(set(found)) < len(found):
+        if isinstance(seeds, Iterable):
+            found = [whole("seeds", seed) for seed in seeds]
+        else:
+            found = list(range(whole("seeds", seeds, 1)))
+        if not found or len(set(found)) < len(found):
             raise InputError(f"seeds {seeds}: allowed: at least one, from 0 up, none twice")
-        if repeats < 1:
-            raise InputError(f"tracker seeds {repeats}: allowed: 1 or more")
-        return cls(found, repeats)
+        return cls(found, whole("tracker seeds", repeats, 1))
 
     def of_tracker(self, scene: int) -> Iterator[int]:
         """The tracker seeds of a scene seed."""

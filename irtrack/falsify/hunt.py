@@ -13,7 +13,7 @@ import irsim
 from irsim.kinds import suggestion
 from irsim.rng import stream
 from irsim.types import Floats
-from irtrack.errors import InputError
+from irtrack.errors import InputError, whole
 from irtrack.falsify.case import Case, droppable, moves, shrink
 from irtrack.falsify.rules import UNTRIED, in_words, shortest
 from irtrack.falsify.search import SEARCHES, Tried, search
@@ -231,5 +231,4 @@ def check(scenario: irsim.Scenario, name: str, search: str, budget: int, jobs: i
     if search not in SEARCHES:
         raise InputError(f"search '{search}': allowed: {', '.join(SEARCHES)}{suggestion(search, SEARCHES)}")
     for count, number, least in (("budget", budget, 1), ("jobs", jobs, 1), ("fresh", fresh, FRESH_OF_EACH)):
-        if number < least:
-            raise InputError(f"{count} {number}: allowed: {least} or more")
+        whole(count, number, least)

@@ -14,7 +14,7 @@ import numpy as np
 import irsim
 from irsim.files import make_folder, replacing, replacing_text
 from irsim.types import Input
-from irtrack.errors import InputError, IrtrackError
+from irtrack.errors import InputError, IrtrackError, whole
 from irtrack.falsify.apart import NO_LIMIT_S, Run, apart, here, running
 from irtrack.falsify.files import MINIMAL, file_stem
 from irtrack.falsify.order import in_order
@@ -164,6 +164,7 @@ def revisit(kept: Sequence[Kept], jobs: int = 1, bless: bool = False, frame_limi
 
     frame_limit_s   a tracker that takes longer for a frame hangs, where its failure has no limit of its own
     """
+    whole("jobs", jobs, 1)
     with in_order(jobs) as apply, apart(jobs) as processes:
 
         def tried(each: Kept) -> Revisited:

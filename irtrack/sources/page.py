@@ -14,7 +14,7 @@ from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 
 import irsim
 from irsim.files import make_folder, replacing_text
-from irtrack.errors import InputError
+from irtrack.errors import InputError, whole
 from irtrack.metrics.loss import LOSS_RULE
 from irtrack.peers import PEERS
 from irtrack.report.palette import Look, looks
@@ -96,6 +96,8 @@ def write_sources(
     unknown = [part for part in only if part not in PARTS]
     if unknown:
         raise InputError(f"{unknown[0]}: there is no such part; allowed: {', '.join(PARTS)}")
+    for name, number, least in (("seeds", seeds, 1), ("first", first, 0), ("jobs", jobs, 1)):
+        whole(name, number, least)
     chosen = set(only or PARTS)
     make_folder(folder)
     results = folder / RESULTS
