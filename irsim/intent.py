@@ -128,7 +128,7 @@ def _place(watch: Watch, occluder: Occluder) -> Occluder:
     """The occluder with the place that its intent asks for; UnmetError where there is none."""
     name, (first, last) = occluder.hides or "", occluder.frames or (0, 0)
     if last >= watch.scenario.frames:
-        raise UnmetError("frames", f"there is no frame {last}; allowed: 0 to {watch.scenario.frames - 1}")
+        raise UnmetError("frames", _no_frame(last, watch.scenario.frames))
     window = _window(watch, occluder, name, range(first, last + 1))
     sideways = _goes_up_or_down(watch, occluder, name)
     try:
@@ -236,7 +236,7 @@ def _check_crossing(watch: Watch, index: int) -> None:
     path, stage = target.path, watch.stage
     assert isinstance(path, Crosses)
     if path.at_frame > watch.scenario.frames - 1:
-        raise UnmetError("at_frame", f"there is no frame {path.at_frame:g}; allowed: 0 to {watch.scenario.frames - 1}")
+        raise UnmetError("at_frame", _no_frame(path.at_frame, watch.scenario.frames))
     frame = round(path.at_frame)
     for name in (path.target, target.id):
         if not watch.courses[name].target.exists(frame):
@@ -258,6 +258,14 @@ def _check_crossing(watch: Watch, index: int) -> None:
             raise UnmetError(
                 "at_frame", f"{name} is out of the picture at frame {frame}; allowed: a frame in which it is seen"
             )
+
+
+def _no_frame(index: float, frames: int) -> str:
+    """Why a frame is not there, and how to render fewer without doing away with it."""
+    return (
+        f"there is no frame {index:g}; allowed: 0 to {frames - 1}, or more frames, of which --frames {frames} "
+        "renders the first"
+    )
 
 
 def _corners(sprite: Sprite) -> Floats:

@@ -6,8 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
-from irsim import InputError, loads, record
+from irsim import InputError, loads, open_recording, record
+from irsim.cli import app
 from irsim.loader import warnings
 from irsim.occluders import OCCLUDERS
 from irsim.render import Renderer
@@ -137,6 +139,19 @@ def test_fewer_frames_leave_it_where_it_is(tmp_path: Any) -> None:
     longer, start, stop = open_rendering(path, frames=(68, 72))
     assert (start, stop) == (68, 72)
     assert list(longer.truths(68, 70)) == whole[68:]
+
+
+def test_too_few_frames_say_how_to_render_fewer(tmp_path: Any) -> None:
+    """And what they say works."""
+    path = tmp_path / "scene.yaml"
+    path.write_text(scene("bar"))
+    with pytest.raises(InputError) as caught:
+        open_rendering(path, ["frames=20"])
+    said = f"{path}:12:38: occluders.bar.frames: there is no frame 36; allowed: 0 to 19, or more frames, of which "
+    assert str(caught.value) == said + "--frames 20 renders the first"
+    done = CliRunner().invoke(app, ["render", str(path), "--frames", "20", "-o", str(tmp_path / "few.mcap")])
+    assert done.exit_code == 0
+    assert len(open_recording(tmp_path / "few.mcap")) == 20
 
 
 def test_it_stays_where_it_is_when_other_things_are_switched_off() -> None:
