@@ -125,6 +125,46 @@ def test_a_sky_unlike_the_air_before_it_is_told() -> None:
     assert "of its own temperatures behind rain and fog of 288 K" in notice.what
 
 
+@pytest.mark.parametrize(
+    ("background", "range_k", "told"),
+    [
+        ({"kind": "ground", "mean_k": 330, "spread_k": 2}, (250, 310), ["ground above"]),
+        ({"kind": "ground", "mean_k": 250, "spread_k": 1}, (270, 310), ["ground below"]),
+        ({"kind": "ground", "mean_k": 310, "spread_k": 3}, (250, 310), []),
+        ({"kind": "landscape", "ground_k": 330}, (200, 310), ["ground above"]),
+        (
+            {"kind": "landscape", "ground_k": 330, "horizon_k": 340, "zenith_k": 340},
+            (200, 310),
+            ["clear sky above", "ground above"],
+        ),
+        ({"kind": "landscape", "ground_k": 290}, (200, 310), []),
+        (
+            {"kind": "sea", "water_k": 275, "horizon_k": 270, "zenith_k": 270},
+            (280, 310),
+            ["clear sky below", "sea below"],
+        ),
+    ],
+)
+def test_a_ground_that_no_count_can_tell_is_told(
+    background: dict[str, Any], range_k: tuple[float, float], told: list[str]
+) -> None:
+    camera = {"size": (64, 48), "ifov_mrad": 1.0, "range_k": range_k}
+    found = [notice.what for notice in doubts(scene(camera=camera, atmosphere={}, background=background))]
+    found = [line for line in found if line.startswith("all of the ")]
+    assert [
+        f"{line.split(',')[0].removeprefix('all of the ')} {line.split('lies ')[1].split(':')[0]}" for line in found
+    ] == told
+
+
+@pytest.mark.parametrize(("elevation", "what"), [(-5, "ground"), (0, "clear sky"), (5, "clear sky")])
+def test_of_a_landscape_only_what_is_in_the_picture_is_told(elevation: float, what: str) -> None:
+    """It is 2.7 degrees high."""
+    camera = {"size": (64, 48), "ifov_mrad": 1.0, "range_k": (300, 310), "elevation_deg": elevation}
+    land = {"kind": "landscape", "ground_k": 290 if elevation < 0 else 305, "horizon_k": 280, "zenith_k": 280}
+    (line,) = [notice.what for notice in doubts(scene(camera=camera, atmosphere={}, background=land))]
+    assert line.startswith(f"all of the {what}, ")
+
+
 def test_a_sky_that_no_count_can_tell_is_told() -> None:
     """The picture reaches from 8.6 to 11.4 degrees: the sky is 245 + 45 exp(-sin / 0.3), 268.3 to 272.3 K."""
     sky = {"kind": "sky", "horizon_k": 290, "zenith_k": 245}

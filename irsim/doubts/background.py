@@ -9,31 +9,61 @@ import numpy as np
 
 from irsim.backgrounds import Sky
 from irsim.backgrounds.chart import STEEPEST_DEG, WIDEST_DEG
+from irsim.backgrounds.ground import Ground
+from irsim.backgrounds.landscape import Country, Landscape
 from irsim.backgrounds.recorded import Recorded
+from irsim.backgrounds.sea import Sea, Water
 from irsim.backgrounds.sky import FIT_K
 from irsim.backgrounds.texture import tile_side
 from irsim.detector.response import Stated
 from irsim.doubts.looked import watched
 from irsim.errors import Notice
+from irsim.instant import Instant
 from irsim.motion import Mount
 from irsim.radiometry import radiance, temperature
 from irsim.scenario import Scenario
+from irsim.types import Floats
+
+LOOKED = 3
+"""Frames, evenly spread, at which grounds and seas are looked at."""
 
 
 def off_scale(scenario: Scenario) -> Iterator[Notice]:
-    """A clear sky of which no pixel lies within what the counts can tell."""
-    background, stage, camera = scenario.background, scenario.stage, scenario.camera
-    if not isinstance(background, Sky):
-        return
+    """A clear sky, a ground or a sea of which no pixel lies within what the counts can tell."""
+    camera, response = scenario.camera, scenario.camera.response()
+    for what, light in ((f"the {word}", part) for word, part in (*_sky(scenario), *_land(scenario))):
+        signal = response.signal(light.astype(np.float32))
+        full, dark = signal.min() >= response.top, signal.max() <= response.bottom
+        if full or dark:
+            seen = temperature(scenario.stage.band, light)
+            beyond = "above: its pixels are full" if full else "below: its pixels are at count 0"
+            key = ("range_k",) if isinstance(camera.detector, Stated) else ("detector", "integration_ms")
+            yield Notice(("camera", *key), f"all of {what}, {seen.min():.0f} to {seen.max():.0f} K, lies {beyond}")
+
+
+def _sky(scenario: Scenario) -> Iterator[tuple[str, Floats]]:
+    """The clear sky's light at the heights that the unmoved camera sees."""
+    background, stage = scenario.background, scenario.stage
     axis, half = stage.geometry.elevation_rad, math.atan(stage.geometry.ifov_rad * stage.geometry.size[1] / 2)
-    light = background.clear(stage).radiance(np.array([[axis - half, axis + half]]))
-    seen, response = temperature(stage.band, light), camera.response()
-    signal = response.signal(light.astype(np.float32))
-    full, dark = signal.min() >= response.top, signal.max() <= -response.offset * response.gain
-    if full or dark:
-        beyond = "above: its pixels are full" if full else "below: its pixels are at count 0"
-        key = ("range_k",) if isinstance(camera.detector, Stated) else ("detector", "integration_ms")
-        yield Notice(("camera", *key), f"all of the clear sky, {seen.min():.0f} to {seen.max():.0f} K, lies {beyond}")
+    lowest = max(axis - half, 0.0) if isinstance(background, Landscape | Sea) else axis - half
+    if isinstance(background, Sky) and axis + half > lowest:
+        yield "clear sky", background.clear(stage).radiance(np.array([[lowest, axis + half]]))
+
+
+def _land(scenario: Scenario) -> Iterator[tuple[str, Floats]]:
+    """Light of the pixels below the horizon, or of all, in LOOKED frames in which there are some."""
+    background, stage = scenario.background, scenario.stage
+    if not isinstance(background, Ground | Landscape | Sea):
+        return
+    layer, now = background.layers(stage)[0], Instant.of(scenario, stage)
+    parts = []
+    for frame in watched(scenario.frames, LOOKED).astype(int).tolist():
+        gaze = now.gaze(frame)
+        light = layer.light(gaze)[1]
+        parts.append(light[layer.sky_left(gaze) == 0] if isinstance(layer, Country | Water) else light.ravel())
+    below = np.concatenate(parts)
+    if below.size:
+        yield "sea" if isinstance(background, Sea) else "ground", below
 
 
 def cold_clouds(scenario: Scenario) -> Iterator[Notice]:
