@@ -199,6 +199,30 @@ def test_one_that_hides_nobody_is_told(tmp_path: Any) -> None:
 
 
 @pytest.mark.parametrize(
+    ("camera", "absent", "told"),
+    [
+        ("", "[[69, 99]]", []),
+        ("", "[[3, 9], [70, 99]]", ["7:33: targets.tank.absent.1: warning: it begins at frame 70, after the last, 69"]),
+        ("", "[[0, 30], [31, 99]]", ["7:24: targets.tank.absent: warning: tank is there in no frame"]),
+        ("correction: {frames: [30, 80]},", "[]", ["camera.correction.frames.1: warning: it begins at frame 80"]),
+        ("faults: [{kind: drop, frames: [80]}],", "[]", ["camera.faults.drop.frames.0: warning: it begins at"]),
+    ],
+)
+def test_what_comes_after_the_last_frame_is_told(tmp_path: Any, camera: str, absent: str, told: list[str]) -> None:
+    (tmp_path / "one.yaml").write_text(f"""
+frames: 70
+camera: {{{camera} size: [120, 80]}}
+background: {{kind: ground}}
+targets:
+  - {{id: other, shape: {{kind: point}}, path: {{kind: straight, start: [9, 9]}}}}
+  - {{id: tank, absent: {absent}, shape: {{kind: point}}, path: {{kind: straight, start: [9, 9]}}}}
+""")
+    lines = warnings(tmp_path / "one.yaml")
+    assert len(lines) == len(told)
+    assert all(what in line for what, line in zip(told, lines, strict=True))
+
+
+@pytest.mark.parametrize(
     ("change", "told"),
     [
         ({}, False),

@@ -25,6 +25,34 @@ def too_late(scenario: Scenario) -> Iterator[Notice]:
             yield Notice(("targets", index, "path"), f"{target.id} is there in no frame: {begins}")
 
 
+def past_the_end(scenario: Scenario) -> Iterator[Notice]:
+    """What is to happen at frames after the last."""
+    last = scenario.frames - 1
+    for place, frame in _beginnings(scenario):
+        if frame > last:
+            yield Notice(place, f"it begins at frame {frame}, after the last, {last}")
+
+
+def _beginnings(scenario: Scenario) -> Iterator[tuple[tuple[str | int, ...], int]]:
+    """Place and frame of absences, and of what happens to the camera at listed frames."""
+    for index, target in enumerate(scenario.targets):
+        for number, (first, _) in enumerate(target.absent):
+            yield ("targets", index, "absent", number), first
+    for index, fault in enumerate(scenario.camera.faults):
+        for number, frame in enumerate(fault.frames):
+            yield ("camera", "faults", index, "frames", number), frame
+    if scenario.camera.correction is not None:
+        for number, frame in enumerate(scenario.camera.correction.frames):
+            yield ("camera", "correction", "frames", number), frame
+
+
+def nowhere(scenario: Scenario) -> Iterator[Notice]:
+    """Targets that are absent in all frames."""
+    for index, target in enumerate(scenario.targets):
+        if target.absent and not any(map(target.exists, range(scenario.frames))):
+            yield Notice(("targets", index, "absent"), f"{target.id} is there in no frame")
+
+
 def never_seen(scenario: Scenario) -> Iterator[Notice]:
     """The target to follow, where its middle is outside the picture in all frames in which it is (of long scenarios:
     in LOOKED evenly spread ones)."""
