@@ -33,6 +33,9 @@ FINE = 2
 CROWDED = 1.4
 """Crowns are no wider than about so many times the room between their trees: in a wood they are narrow."""
 
+NEAREST_PX = 0.25
+"""Trees stand so far apart in the picture at least: more would not be seen, and take long to draw."""
+
 SLIMMEST = 0.42
 """A broadleaf crown stays this wide, as a share of its tree's height, however crowded it is."""
 
@@ -135,7 +138,7 @@ class Trees(Structure):
         canvas = _Canvas(sheet)
         foliage = Foliage(tall * FINE, self.leaves, stage.seed, self.id)
         room = self.spacing_m * px_per_m
-        for x in _along(sheet, room, draw):
+        for x in _along(sheet, max(room, NEAREST_PX), draw):
             self._tree(canvas, foliage, (x, base), tall, room, temperature_k, draw)
         if self.undergrowth:
             bushes = stream(stage.seed, self.id, "bushes")

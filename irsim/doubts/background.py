@@ -11,6 +11,7 @@ from irsim.backgrounds import Sky
 from irsim.backgrounds.chart import STEEPEST_DEG, WIDEST_DEG
 from irsim.backgrounds.ground import Ground
 from irsim.backgrounds.landscape import Country, Landscape
+from irsim.backgrounds.patches import LYING
 from irsim.backgrounds.recorded import Recorded
 from irsim.backgrounds.sea import Sea, Water
 from irsim.backgrounds.sky import FIT_K
@@ -26,6 +27,8 @@ from irsim.types import Floats
 
 LOOKED = 3
 """Frames, evenly spread, at which grounds and seas are looked at."""
+BARE = {**dict.fromkeys(LYING), "clouds": (), "trees": (), "buildings": ()}
+"""A background with these has nothing before the ground or the sea: it is soon painted."""
 
 
 def off_scale(scenario: Scenario) -> Iterator[Notice]:
@@ -55,7 +58,8 @@ def _land(scenario: Scenario) -> Iterator[tuple[str, Floats]]:
     background, stage = scenario.background, scenario.stage
     if not isinstance(background, Ground | Landscape | Sea):
         return
-    layer, now = background.layers(stage)[0], Instant.of(scenario, stage)
+    bare = background.model_copy(update={key: value for key, value in BARE.items() if hasattr(background, key)})
+    layer, now = bare.layers(stage)[0], Instant.of(scenario, stage)
     parts = []
     for frame in watched(scenario.frames, LOOKED).astype(int).tolist():
         gaze = now.gaze(frame)
