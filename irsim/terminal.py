@@ -68,6 +68,11 @@ def run(app: typer.Typer, name: str) -> None:
         # Whoever read the output has gone: leave quietly, also when Python flushes at its end.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(1)
+    except MemoryError as error:
+        print(
+            f"{name}: out of memory: {error or 'no more is given'}; allowed: fewer or smaller frames", file=sys.stderr
+        )
+        sys.exit(2)
     except OSError as error:
         # What no room could foresee, such as a full disk under a redirected output.
         print(f"{name}: {error}", file=sys.stderr)

@@ -7,9 +7,11 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+import typer
 from command_line import SMALL_SCENE, Run
 
 import irsim
+from irsim.terminal import run as run_app
 
 BAD = {
     "no such scenario": (["render", "nosuch"], "irsim: nosuch: there is no such file and no shipped scenario"),
@@ -154,3 +156,21 @@ def test_wrong_usage_is_one_line_and_status_2(run: Run, messy: Path, case: str) 
     arguments, expected = WRONG_USAGE[case]
     done = run(*arguments, cwd=messy)
     assert (done.returncode, done.stdout, done.stderr.splitlines()) == (2, "", [expected])
+
+
+def test_what_does_not_fit_into_memory_is_one_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("sys.argv", ["irsim"])
+    app = typer.Typer()
+
+    @app.command()
+    def hold() -> None:
+        raise MemoryError("Unable to allocate 839. MiB")
+
+    with pytest.raises(SystemExit) as caught:
+        run_app(app, "irsim")
+    assert caught.value.code == 2
+    assert capsys.readouterr().err == (
+        "irsim: out of memory: Unable to allocate 839. MiB; allowed: fewer or smaller frames\n"
+    )
