@@ -84,6 +84,11 @@ Feature = Annotated[Positive, Plausible(0.1, 3000, "mrad")]
 TOP_SPEED = Plausible(-8000, 8000, "m/s")
 """Nothing in the air is faster than what comes back from orbit."""
 Speed = Annotated[Number, TOP_SPEED]
+TOP_PIXEL_SPEED = Plausible(0, 500, "px per frame")
+PixelSpeed = Annotated[NotNegative, TOP_PIXEL_SPEED]
+"""What is faster is gone from most pictures with the next frame."""
+Turning = Annotated[Number, Plausible(-3600, 3600, "degrees/s")]
+"""Ten turns a second: no gimbal and nothing that flies turns faster as a whole."""
 Velocity = Annotated[tuple[Speed, Speed, Speed], Field(strict=False)]
 Area = Annotated[Positive, Plausible(1e-4, 5000, "m2")]
 """Projected, of a thing: from an insect to a large ship."""
@@ -91,8 +96,8 @@ Kelvin = Annotated[float, Field(ge=1, le=6000), Plausible(150, 3500, "K", "degre
 """Nothing that a thermal camera is pointed at is colder than a clear night sky or hotter than burning magnesium."""
 ScaleKelvin = Annotated[float, Field(ge=100, le=6000)]
 """The end of a scale. Colder scenes send so little light that no count could be told from the next."""
-KelvinSpread = Annotated[float, Field(ge=0, le=1000)]
-"""A standard deviation of temperature."""
+KelvinSpread = Annotated[float, Field(ge=0, le=1000), Plausible(0, 300, "K")]
+"""A standard deviation of temperature, or how much warmer something is: nothing but fire is by hundreds."""
 KelvinDifference = Annotated[float, Field(ge=-6000, le=6000)]
 Pair = Annotated[tuple[Number, Number], Field(strict=False)]
 Index = Annotated[int, Field(ge=0, le=LARGEST)]

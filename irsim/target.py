@@ -7,7 +7,7 @@ from typing import Annotated
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.kinds import Name, Part, Several, Stretch, Triple
+from irsim.kinds import Name, Part, Several, Stretch, Triple, Turning
 from irsim.motion import PATHS, Path
 from irsim.shapes import SHAPES, Shape
 
@@ -25,7 +25,7 @@ class Target(Part):
     """Where it goes."""
     attitude_deg: Triple = (0.0, 0.0, 0.0)
     """Yaw, pitch, roll added to the attitude that its path gives, degrees."""
-    spin_deg_s: Triple = (0.0, 0.0, 0.0)
+    spin_deg_s: Annotated[tuple[Turning, Turning, Turning], Field(strict=False)] = (0.0, 0.0, 0.0)
     """Rates of the same three, degrees a second."""
     contrast: Annotated[float, Field(ge=0, le=2)] = 1.0
     """Factor of its difference to what is behind it: fainter, for a neighbour of like grey; 0 is invisible."""

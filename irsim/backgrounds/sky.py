@@ -24,7 +24,7 @@ from irsim.backgrounds.periodic import coarseness, inner_blur, reach_px, shrunk
 from irsim.backgrounds.texture import Tile, tile_side
 from irsim.backgrounds.tiles import Tiled
 from irsim.climate import ClimateName
-from irsim.kinds import Feature, Kelvin, KelvinSpread, Name, NotNegative, Number, Pair, Part, Range, Several
+from irsim.kinds import Feature, Kelvin, KelvinSpread, Name, NotNegative, Number, Part, Plausible, Range, Several
 from irsim.radiometry import Band, radiance
 from irsim.stage import Stage
 from irsim.types import Floats
@@ -39,6 +39,9 @@ FIT_K = 5.0
 
 COLUMN = 4096
 """Steps of the clear sky's table between zenith and nadir: 0.77 mrad, over which it bends by under 1 mK."""
+
+Drift = Annotated[Number, Plausible(-1000, 1000, "mrad/s")]
+"""Of a cloud: a gale of 30 m/s at 30 m."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +116,7 @@ class Clouds(Part):
     """How much wider than high features are."""
     range_m: Range = 5000.0
     """Distance of the layer, m: targets farther away are behind it."""
-    wind_mrad_s: Pair = (0.0, 0.0)
+    wind_mrad_s: Annotated[tuple[Drift, Drift], Field(strict=False)] = (0.0, 0.0)
     """Apparent motion, right and down, mrad/s."""
     betas: Betas | None = None
     """Slopes of the spectrum along x and along y, where they differ (real thin cloud: [2.7, 3.6]); in place of

@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from irsim.kinds import LARGEST, NotNegative, Number, Pair, Several
+from irsim.kinds import LARGEST, Number, Pair, PixelSpeed, Several
 from irsim.motion.arcs import chord
 from irsim.motion.base import PixelPath
 from irsim.motion.dynamics import Dynamics
@@ -35,7 +35,7 @@ class Jump(PixelPath):
 
     start: Pair
     """[x, y] at frame 0, px."""
-    speed: NotNegative = 2.0
+    speed: PixelSpeed = 2.0
     """Px per frame."""
     heading_deg: Number = 0.0
     """Direction at frame 0, degrees: 0 right, 90 down."""

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.kinds import LARGEST, NotNegative, Number, Pair
+from irsim.kinds import LARGEST, Number, Pair, PixelSpeed
 from irsim.motion.base import PixelPath
 from irsim.rng import stream
 from irsim.stage import Stage
@@ -32,7 +32,7 @@ class Manoeuvre(PixelPath):
 
     start: Pair
     """[x, y] at frame 0, px."""
-    speed: NotNegative = 2.0
+    speed: PixelSpeed = 2.0
     """Px per frame."""
     heading_deg: Number = 0.0
     """Direction at frame 0, degrees: 0 right, 90 down."""

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from irsim.errors import InputError
-from irsim.kinds import Name, NotNegative, Number, Pair, Positive, Velocity
+from irsim.kinds import Name, NotNegative, Number, Pair, PixelSpeed, Positive, Velocity
 from irsim.motion.attitude import STANDARD_GRAVITY
 from irsim.motion.base import Path
 from irsim.motion.dynamics import Dynamics, constant_velocity
@@ -65,7 +65,7 @@ class Crosses(Companion):
     """Its direction less the other's, degrees, positive clockwise; a target that stands counts as going right."""
     miss_px: Number = 0.0
     """How near they come: distance of their places at that frame, across their relative motion, px."""
-    speed: NotNegative = 2.0
+    speed: PixelSpeed = 2.0
     """Px per frame."""
     farther_m: Number = 0.0
     """How much farther away than the other it is at that frame, m; negative: nearer, so it hides the other."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from irsim.kinds import Number
+from irsim.kinds import Turning
 from irsim.motion.base import Pointing
 from irsim.stage import Stage
 from irsim.types import Floats
@@ -13,9 +13,9 @@ from irsim.types import Floats
 class Pan(Pointing):
     """A steady turn from frame 0 on."""
 
-    azimuth_deg_s: Number = 0.0
+    azimuth_deg_s: Turning = 0.0
     """To the right, degrees a second."""
-    elevation_deg_s: Number = 0.0
+    elevation_deg_s: Turning = 0.0
     """Upwards, degrees a second."""
 
     def turns(self, frames: Floats, stage: Stage) -> Floats:

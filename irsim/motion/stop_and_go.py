@@ -7,7 +7,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from irsim.kinds import LARGEST, NotNegative, Number, Pair
+from irsim.kinds import LARGEST, NotNegative, Number, Pair, PixelSpeed
 from irsim.motion.base import PixelPath
 from irsim.motion.straight import unit
 from irsim.rng import stream
@@ -20,7 +20,7 @@ class StopAndGo(PixelPath):
 
     start: Pair
     """[x, y] at frame 0, px."""
-    speed: NotNegative = 2.0
+    speed: PixelSpeed = 2.0
     """While it goes, px per frame."""
     heading_deg: Number = 0.0
     """Direction, degrees: 0 right, 90 down."""

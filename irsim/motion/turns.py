@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import model_validator
 
-from irsim.kinds import TOP_SPEED, NotNegative, Number, Pair, Triple
+from irsim.kinds import TOP_SPEED, NotNegative, Number, Pair, PixelSpeed, Triple
 from irsim.motion.arcs import Legs, arcs, check_legs
 from irsim.motion.base import MetrePath, PixelPath, world_to_first
 from irsim.motion.straight import unit
@@ -21,7 +21,7 @@ class Turns(PixelPath):
 
     start: Pair
     """[x, y] at frame 0, px."""
-    speed: NotNegative = 2.0
+    speed: PixelSpeed = 2.0
     """Px per frame."""
     heading_deg: Number = 0.0
     """Direction at frame 0, degrees: 0 right, 90 down."""

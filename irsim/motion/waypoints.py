@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.kinds import TOP_SPEED, Number, Pair, Positive, Several, Triple
+from irsim.kinds import TOP_PIXEL_SPEED, TOP_SPEED, Number, Pair, Positive, Several, Triple
 from irsim.motion.base import MetrePath, PixelPath
 from irsim.motion.spline import Spline
 from irsim.stage import Stage
@@ -55,7 +55,7 @@ class Waypoints(PixelPath):
     """List of [x, y], px."""
     frames: Several[Number] | None = None
     """Frame at which each point is passed; or give `speed`."""
-    speed: Positive | None = None
+    speed: Annotated[Positive, TOP_PIXEL_SPEED] | None = None
     """Constant speed along the curve from the first point at frame 0, px per frame; or give `frames`."""
 
     @model_validator(mode="after")

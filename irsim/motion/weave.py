@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from irsim.kinds import NotNegative, Number, Pair, Positive
+from irsim.kinds import NotNegative, Number, Pair, PixelSpeed, Positive
 from irsim.motion.base import PixelPath
 from irsim.motion.straight import unit
 from irsim.stage import Stage
@@ -16,7 +16,7 @@ class Weave(PixelPath):
 
     start: Pair
     """[x, y] at frame 0, px."""
-    speed: NotNegative = 0.0
+    speed: PixelSpeed = 0.0
     """Along the line, px per frame."""
     heading_deg: Number = 0.0
     """Direction of the line, degrees: 0 right, 90 down."""
