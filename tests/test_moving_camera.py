@@ -76,6 +76,35 @@ def test_a_camera_that_is_carried_below_the_ground_is_told(
     assert all(f"{scene}:3:24: camera.motion.platform: warning: at " in line and str(told) in line for line in lines)
 
 
+@pytest.mark.parametrize(
+    ("background", "path", "told"),
+    [
+        (
+            "sea, camera_height_m: 20",
+            "start_m: [0, 900, 0], velocity_m_s: [0, 0, -6]",
+            "at frame 106 jet goes below",
+        ),
+        (
+            "landscape, camera_height_m: 20",
+            "start_m: [0, 900, -50]",
+            "frame 0 jet goes below the ground, 20 m under the",
+        ),
+        ("landscape, camera_height_m: 20", "start_m: [0, 900, -20.5]", None),
+        ("ground", "start_m: [0, 900, -50]", None),
+    ],
+)
+def test_a_path_below_the_ground_is_told(tmp_path: Path, background: str, path: str, told: str | None) -> None:
+    """It sinks by 0.2 m a frame, and may be 1 m lower than level ground."""
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(
+        f"frames: 121\ncamera: {{size: [64, 48], elevation_deg: -1}}\nbackground: {{kind: {background}}}\n"
+        f"targets: [{{id: jet, shape: {{kind: fighter}}, path: {{kind: straight_m, axes: world, {path}}}}}]\n"
+    )
+    lines = [line for line in warnings(scene) if "goes below" in line]
+    assert len(lines) == (told is not None)
+    assert all(f"{scene}:4:51: targets.jet.path: warning: at " in line and str(told) in line for line in lines)
+
+
 def test_a_zoomed_camera_sees_a_smaller_part_of_the_background() -> None:
     level = Geometry((160, 120), 5e-4)
     wide, near = (Chart.at(level, np.eye(3), lens=level.zoomed(factor)) for factor in (1.0, 4.0))
