@@ -87,6 +87,8 @@ Speed = Annotated[Number, TOP_SPEED]
 TOP_PIXEL_SPEED = Plausible(0, 500, "px per frame")
 PixelSpeed = Annotated[NotNegative, TOP_PIXEL_SPEED]
 """What is faster is gone from most pictures with the next frame."""
+Degrees = Annotated[Number, Plausible(-720, 720, "degrees")]
+"""Of a direction: more than twice around is some other number."""
 Turning = Annotated[Number, Plausible(-3600, 3600, "degrees/s")]
 """Ten turns a second: no gimbal and nothing that flies turns faster as a whole."""
 Velocity = Annotated[tuple[Speed, Speed, Speed], Field(strict=False)]

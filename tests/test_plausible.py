@@ -81,10 +81,10 @@ def test_a_background_that_no_country_is_like_is_told(background: str, warned: l
         ("kind: turns_m, start_m: [0, 900, 0], speed_m_s: 3000, turns: [[5, 30, 120]]", []),
         ("kind: straight, start: [9, 9], speed: 1e6", ["speed"]),
         ("kind: waypoints, points: [[9, 9], [90, 9]], speed: 1e6", ["speed"]),
-        ("kind: weave, start: [9, 9], speed: 11", []),
+        ("kind: weave, start: [9, 9], speed: 11, heading_deg: -400, phase_deg: 1e5", ["phase_deg"]),
     ],
 )
-def test_what_is_faster_than_anything_in_the_air_is_told(path: str, warned: list[str | int]) -> None:
+def test_a_way_that_nothing_takes_is_told(path: str, warned: list[str | int]) -> None:
     targets = f"targets: [{{id: jet, shape: {{kind: fighter}}, path: {{{path}}}}}]"
     document = yamlfile.parse(f"background: {{kind: ground}}\n{targets}\n")
     assert [notice.at[-1] for notice in implausible(Slot.of(Scenario), document.value)] == warned

@@ -15,7 +15,7 @@ from irsim.backgrounds.base import FARTHEST, Gaze, Layer
 from irsim.backgrounds.fields import spectral
 from irsim.backgrounds.landscape import Above
 from irsim.backgrounds.sky import ClearSky, Sky
-from irsim.kinds import Fraction, Height, Kelvin, Number
+from irsim.kinds import Degrees, Fraction, Height, Kelvin, Number
 from irsim.radiometry import Band, limits, radiance
 from irsim.rng import normals, stream
 from irsim.stage import Stage
@@ -77,7 +77,7 @@ class Sea(Sky):
     """Temperature of the water, K."""
     wind_m_s: Annotated[float, Field(ge=0, le=25)] = 6.0
     """Wind, m/s: it makes the waves' slopes and the length of the longest."""
-    wind_deg: Number = 200.0
+    wind_deg: Degrees = 200.0
     """Where the waves run: clockwise from straight away from the camera, degrees."""
     gusts: Fraction = 0.3
     """Standard deviation of the slopes from place to place and time to time, as a share of their mean."""

@@ -24,7 +24,19 @@ from irsim.backgrounds.periodic import coarseness, inner_blur, reach_px, shrunk
 from irsim.backgrounds.texture import Tile, tile_side
 from irsim.backgrounds.tiles import Tiled
 from irsim.climate import ClimateName
-from irsim.kinds import Feature, Kelvin, KelvinSpread, Name, NotNegative, Number, Part, Plausible, Range, Several
+from irsim.kinds import (
+    Degrees,
+    Feature,
+    Kelvin,
+    KelvinSpread,
+    Name,
+    NotNegative,
+    Number,
+    Part,
+    Plausible,
+    Range,
+    Several,
+)
 from irsim.radiometry import Band, radiance
 from irsim.stage import Stage
 from irsim.types import Floats
@@ -128,7 +140,7 @@ class Clouds(Part):
     """Seconds in which the texture changes to a correlation of 2/3; 0: it only drifts."""
     sunlit_k: KelvinSpread = 0.0
     """How much warmer edges that face the sun look at most, K (MWIR by day: 5 to 20)."""
-    sun_deg: Number = -45.0
+    sun_deg: Degrees = -45.0
     """Where the sun stands in the picture: clockwise from up, degrees."""
 
     def layer(self, stage: Stage) -> CloudLayer:

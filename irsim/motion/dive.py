@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.kinds import TOP_SPEED, NotNegative, Number, Positive, Triple
+from irsim.kinds import TOP_SPEED, Degrees, NotNegative, Positive, Triple
 from irsim.motion.arcs import arcs
 from irsim.motion.attitude import STANDARD_GRAVITY
 from irsim.motion.base import MetrePath
@@ -25,7 +25,7 @@ class Dive(MetrePath):
     """Where it is at frame 0, m."""
     speed_m_s: Annotated[Positive, TOP_SPEED] = 200.0
     """Along its way, metres a second."""
-    heading_deg: Number = 90.0
+    heading_deg: Degrees = 90.0
     """Degrees: 0 level away along the first pointing (north), 90 to the right (east)."""
     at_frame: NotNegative = 30.0
     """Frame at which it noses over."""

@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from irsim.kinds import LARGEST, Number, Pair, PixelSpeed, Several
+from irsim.kinds import LARGEST, Degrees, Pair, PixelSpeed, Several
 from irsim.motion.arcs import chord
 from irsim.motion.base import PixelPath
 from irsim.motion.dynamics import Dynamics
@@ -37,7 +37,7 @@ class Jump(PixelPath):
     """[x, y] at frame 0, px."""
     speed: PixelSpeed = 2.0
     """Px per frame."""
-    heading_deg: Number = 0.0
+    heading_deg: Degrees = 0.0
     """Direction at frame 0, degrees: 0 right, 90 down."""
     rates_deg: Annotated[Several[TurnRate], Field(min_length=1)] = (0.0, 4.0, -4.0)
     """Turn rates, degrees per frame, positive clockwise; it begins with the first."""

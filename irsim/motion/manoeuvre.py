@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.kinds import LARGEST, Number, Pair, PixelSpeed
+from irsim.kinds import LARGEST, Degrees, Number, Pair, PixelSpeed
 from irsim.motion.base import PixelPath
 from irsim.rng import stream
 from irsim.stage import Stage
@@ -34,7 +34,7 @@ class Manoeuvre(PixelPath):
     """[x, y] at frame 0, px."""
     speed: PixelSpeed = 2.0
     """Px per frame."""
-    heading_deg: Number = 0.0
+    heading_deg: Degrees = 0.0
     """Direction at frame 0, degrees: 0 right, 90 down."""
     turn_deg: Annotated[float, Field(ge=0, le=90)] = 3.0
     """Sharpest random turn, degrees per frame; rates are drawn evenly from both sides."""

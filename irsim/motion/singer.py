@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from irsim.kinds import NotNegative, Number, Pair, PixelSpeed, Positive, Triple, Velocity
+from irsim.kinds import Degrees, NotNegative, Pair, PixelSpeed, Positive, Triple, Velocity
 from irsim.motion.base import MetrePath, PixelPath
 from irsim.motion.dynamics import Dynamics
 from irsim.motion.straight import unit
@@ -79,7 +79,7 @@ class Singer(PixelPath):
     """[x, y] at frame 0, px."""
     speed: PixelSpeed = 2.0
     """At frame 0, px per frame."""
-    heading_deg: Number = 0.0
+    heading_deg: Degrees = 0.0
     """Direction at frame 0, degrees: 0 right, 90 down."""
     sigma: NotNegative = 0.05
     """Standard deviation of the acceleration on each axis, px per frame^2."""

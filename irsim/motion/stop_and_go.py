@@ -7,7 +7,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from irsim.kinds import LARGEST, NotNegative, Number, Pair, PixelSpeed
+from irsim.kinds import LARGEST, Degrees, NotNegative, Pair, PixelSpeed
 from irsim.motion.base import PixelPath
 from irsim.motion.straight import unit
 from irsim.rng import stream
@@ -22,7 +22,7 @@ class StopAndGo(PixelPath):
     """[x, y] at frame 0, px."""
     speed: PixelSpeed = 2.0
     """While it goes, px per frame."""
-    heading_deg: Number = 0.0
+    heading_deg: Degrees = 0.0
     """Direction, degrees: 0 right, 90 down."""
     go_frames: Annotated[float, Field(ge=1, le=LARGEST)] = 40.0
     """Length of a go, frames, with getting under way and coming to rest; the first begins at full speed."""

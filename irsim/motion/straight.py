@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from irsim.kinds import Number, Pair, PixelSpeed, Triple, Velocity
+from irsim.kinds import Degrees, Pair, PixelSpeed, Triple, Velocity
 from irsim.motion.base import MetrePath, PixelPath
 from irsim.motion.dynamics import Dynamics, constant_velocity
 from irsim.stage import Stage
@@ -24,7 +24,7 @@ class Straight(PixelPath):
     """[x, y] at frame 0, px."""
     speed: PixelSpeed = 0.0
     """Px per frame."""
-    heading_deg: Number = 0.0
+    heading_deg: Degrees = 0.0
     """Direction in the picture, degrees: 0 right, 90 down."""
 
     def pixels(self, frames: Floats, stage: Stage, name: str) -> Floats:

@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import model_validator
 
-from irsim.kinds import TOP_SPEED, NotNegative, Number, Pair, PixelSpeed, Triple
+from irsim.kinds import TOP_SPEED, Degrees, NotNegative, Number, Pair, PixelSpeed, Triple
 from irsim.motion.arcs import Legs, arcs, check_legs
 from irsim.motion.base import MetrePath, PixelPath, world_to_first
 from irsim.motion.straight import unit
@@ -23,7 +23,7 @@ class Turns(PixelPath):
     """[x, y] at frame 0, px."""
     speed: PixelSpeed = 2.0
     """Px per frame."""
-    heading_deg: Number = 0.0
+    heading_deg: Degrees = 0.0
     """Direction at frame 0, degrees: 0 right, 90 down."""
     turns: Legs = ()
     """List of [from frame, to frame, degrees per frame]; positive turns clockwise."""
@@ -47,7 +47,7 @@ class TurnsM(MetrePath):
     """Where it is at frame 0, m."""
     speed_m_s: Annotated[NotNegative, TOP_SPEED] = 200.0
     """Over ground, metres a second."""
-    heading_deg: Number = 90.0
+    heading_deg: Degrees = 90.0
     """Direction at frame 0, degrees: 0 level away along the first pointing (north), 90 to the right (east)."""
     climb_m_s: Number = 0.0
     """Upwards, metres a second."""

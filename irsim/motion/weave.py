@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from irsim.kinds import NotNegative, Number, Pair, PixelSpeed, Positive
+from irsim.kinds import Degrees, NotNegative, Pair, PixelSpeed, Positive
 from irsim.motion.base import PixelPath
 from irsim.motion.straight import unit
 from irsim.stage import Stage
@@ -18,13 +18,13 @@ class Weave(PixelPath):
     """[x, y] at frame 0, px."""
     speed: PixelSpeed = 0.0
     """Along the line, px per frame."""
-    heading_deg: Number = 0.0
+    heading_deg: Degrees = 0.0
     """Direction of the line, degrees: 0 right, 90 down."""
     amplitude_px: NotNegative = 10.0
     """Largest distance from the line, px."""
     period_frames: Positive = 60.0
     """Length of one weave, frames."""
-    phase_deg: Number = 0.0
+    phase_deg: Degrees = 0.0
     """Phase at frame 0: the line is laid so that the path starts at `start` whatever the phase."""
 
     def pixels(self, frames: Floats, stage: Stage, name: str) -> Floats:

@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 from pydantic import Field
 
-from irsim.kinds import Number, Pair, Positive
+from irsim.kinds import Degrees, Pair, Positive
 from irsim.occluders.base import Facet, Opaque, given
 from irsim.stage import Stage
 from irsim.types import Box, Floats
@@ -32,7 +32,7 @@ class Bar(Opaque):
     """[x, y] of its middle, px."""
     size_px: Size | None = None
     """[width, height], px."""
-    angle_deg: Number = 0.0
+    angle_deg: Degrees = 0.0
     """Turned clockwise by this, degrees; placed by intent it stands upright."""
 
     def facets(self, stage: Stage) -> list[Facet]:
