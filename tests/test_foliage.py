@@ -10,8 +10,12 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from irsim.backgrounds.panorama import Sheet
+from irsim.backgrounds.structures import Trees
 from irsim.foliage import Crown, Foliage, broadleaf, bush, conifer, wood
+from irsim.geometry import Geometry
 from irsim.rng import stream
+from irsim.stage import Stage
 from irsim.types import Floats
 
 Mask = npt.NDArray[np.bool_]
@@ -129,3 +133,14 @@ def test_wood_grows_up_from_the_foot_and_stays_within_the_crown() -> None:
             off = np.hypot(2 * tip[0] / WIDE["broadleaf"], 2 * tip[1] / HIGH + 1)
             assert off < 0.8 + 1e-9
             assert points[[1, 2], 1].mean() < points[[0, 3], 1].mean()  # upwards
+
+
+def test_trees_that_no_pixel_can_tell_apart_are_not_drawn_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A thousand kilometres away half a metre is a thousandth of a pixel."""
+    drawn = []
+    monkeypatch.setattr(Trees, "_tree", lambda *arguments: drawn.append(arguments))
+    geometry = Geometry((64, 48), 5e-4)
+    sheet = Sheet.of(geometry)
+    stage = Stage(1, geometry, 30.0, "mwir", 0.6)
+    Trees(range_m=1e6, spacing_m=0.5, undergrowth=0).paint(sheet, 10.0, 290.0, stage)
+    assert len(sheet.columns) < len(drawn) <= 4 * len(sheet.columns)
