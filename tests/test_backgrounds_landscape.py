@@ -9,29 +9,15 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
+from country import gaze, stage
 
-from irsim.backgrounds import Gaze, Landscape
-from irsim.backgrounds.chart import Chart
+from irsim.backgrounds import Landscape
 from irsim.backgrounds.fields import profile
 from irsim.backgrounds.panorama import Sheet, seen_from
-from irsim.backgrounds.patches import Roads
 from irsim.backgrounds.structures import Buildings, Trees
-from irsim.geometry import Geometry
 from irsim.radiometry import temperature
 from irsim.scenario import Scenario
 from irsim.simulate import Rendering
-from irsim.stage import Stage
-from irsim.types import Floats
-
-
-def stage(elevation_deg: float = 1.0, size: tuple[int, int] = (161, 121), psf_px: float = 0.0) -> Stage:
-    return Stage(1, Geometry(size, 0.5e-3, math.radians(elevation_deg)), 30.0, "lwir", psf_px)
-
-
-def gaze(
-    scene: Stage, place: tuple[float, float, float] = (0.0, 0.0, 0.0), turn: tuple[float, ...] = (0, 0, 0)
-) -> Gaze:
-    return Gaze(0.0, Chart.at(scene.geometry, scene.geometry.world_rotation(np.array(turn, float))), place=place)
 
 
 def test_above_the_horizon_is_sky_and_below_it_ground() -> None:
@@ -219,69 +205,6 @@ def test_a_target_behind_the_trees_is_hidden_and_truth_says_by_whom() -> None:
     assert near.visible == pytest.approx(1, abs=1e-6)
     assert far.visible == pytest.approx(0, abs=0.05)
     assert far.occluders == ("wood",)
-
-
-def lying(keys: dict[str, Any], scene: Stage) -> tuple[Floats, Floats]:
-    """Cover and temperature, K, (rows, cols) of the one thing that lies on level ground without texture."""
-    land = Landscape.model_validate({"hills_mrad": 0.0, "spread_k": 0.0, **keys})
-    _, layer = land.layers(scene)
-    passed, emission = layer.light(gaze(scene))
-    assert passed is not None
-    return 1 - passed, np.asarray(temperature("lwir", (emission + 1e-9) / np.maximum(1 - passed, 1e-3)))
-
-
-def test_roads_are_as_wide_as_the_ground_is_near() -> None:
-    """A road of 6 m, seen from 10 m up: wherever it is crossed, at d px below the horizon, where ground is 10 m /
-    (d + 40 px) / 0.5 mrad away, its cover across is 6 m at that distance, times how slantwise it is crossed."""
-    scene = stage(elevation_deg=-4.0, size=(641, 401))
-    widths: dict[int, list[float]] = {20: [], 60: [], 150: []}
-    for seed in range(6):
-        cover, _ = lying({"roads": {"count": 6, "width_mrad": 12.0}}, replace(scene, seed=seed))
-        horizon = 200 - math.radians(4.0) / 0.5e-3
-        for below, found in widths.items():
-            line = cover[round(horizon) + below]
-            starts = np.flatnonzero((line[1:] > 0.5) & (line[:-1] <= 0.5))
-            ends = np.flatnonzero((line[1:] <= 0.5) & (line[:-1] > 0.5))
-            if len(starts) and len(ends):
-                found += [float(b - a) for a in starts for b in ends[ends > a][:1]]
-    for below, found in widths.items():
-        assert 0.97 < min(found) / (12.0 / 0.5 * (below + 40) / 40) < 1.3, below
-
-
-def test_roads_thinner_than_a_pixel_cover_their_share_of_it() -> None:
-    """Within 12 px of the horizon a px is some 30 texels or more high and a road 4 wide: no pixel is all road."""
-    scene = stage(elevation_deg=-4.0, size=(641, 401))
-    cover, _ = lying({"roads": {"count": 50}}, scene)
-    far = cover[round(200 - math.radians(4.0) / 0.5e-3) + np.arange(2, 12)]
-    share = float(Roads(count=50).paint(1024, 2.0, 0.0, 1)[0].mean())
-    assert far.mean() == pytest.approx(share, rel=0.25)
-    assert far.std() < 0.5 * math.sqrt(share * (1 - share))  # half of what all-or-nothing pixels would have
-
-
-def test_edges_are_sharp_near_and_water_lies_flat() -> None:
-    """However near, a shore is about a pixel wide; a lake is wider than high by what the ground is seen slantwise:
-    a metre ahead is (d + 40 px) 0.5 mrad of a metre across."""
-    scene = stage(elevation_deg=-8.0, size=(641, 401))
-    for seed in range(3):
-        cover, _ = lying({"water": {"share": 0.4}}, replace(scene, seed=seed))
-        near = cover[round(200 - math.radians(8.0) / 0.5e-3) + 100 :][:200]
-        across, down = (np.mean(np.abs(np.diff(near, axis=axis))) for axis in (1, 0))
-        assert np.mean((near > 0.05) & (near < 0.95)) < 2 * (across + down)
-        assert across / down == pytest.approx((200 + 40) * 0.5e-3, rel=0.6)
-    # The side of a road that goes ahead, 200 px below the horizon, where a px of the map is drawn 6 px wide.
-    cover, _ = lying({"roads": {"count": 12, "width_mrad": 8}}, replace(scene, seed=4))
-    assert np.abs(np.diff(cover[120:220], axis=1)).max() > 0.5
-
-
-@pytest.mark.parametrize(("hour", "ground", "roads", "water"), [("day", 303, 9, -11), ("night", 283, 4, 5)])
-def test_roads_and_water_are_as_warm_as_their_hour_has_it(hour: str, ground: float, roads: float, water: float) -> None:
-    scene = stage(elevation_deg=-2.0)
-    for name, contrast in (("roads", roads), ("water", water)):
-        keys = {name: {"count": 20} if name == "roads" else {"share": 0.5}}
-        cover, kelvin = lying({"hour": hour, **keys}, scene)
-        assert kelvin[cover > 0.9] == pytest.approx(ground + contrast, abs=0.01)
-    cover, kelvin = lying({"hour": hour, "water": {"share": 0.5, "contrast_k": 1.5}}, scene)
-    assert kelvin[cover > 0.9] == pytest.approx(ground + 1.5, abs=0.01)
 
 
 def test_a_profile_has_the_slope_of_a_cut_through_a_field() -> None:

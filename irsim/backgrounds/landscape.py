@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, Protocol
@@ -17,6 +16,7 @@ from irsim.backgrounds.hours import Hour, filled, typical
 from irsim.backgrounds.painting import Painting
 from irsim.backgrounds.panorama import Panorama, Sheet
 from irsim.backgrounds.patches import LYING, Clutter, Fields, Roads, Water
+from irsim.backgrounds.plane import VANISHING_PX, covered, laid
 from irsim.backgrounds.sky import Sky
 from irsim.backgrounds.structures import Buildings, Trees
 from irsim.backgrounds.texture import TILE
@@ -25,20 +25,8 @@ from irsim.radiometry import radiance
 from irsim.stage import Stage
 from irsim.types import Floats
 
-VANISHING_PX = 40.0
-"""The ground is drawn as a plane whose lines meet this far above the horizon, px: as if a low rise hid
-the farthest ground, whose features would be thinner than a pixel."""
-
 NEARER = 5.0
 """The ground's texture is drawn a second time this much finer, for what is near."""
-
-LOOKS = 16
-"""Heights within a pixel at which it is asked for what lies there: the far ground is seen so flat that a
-road across is thinner than a pixel."""
-
-TURNED = math.atan(((math.sqrt(5) - 1) / 2) ** 3)
-"""How far the map of roads and water is turned, rad: a little, and by a power of the golden ratio, so that its
-repetitions do not lie behind one another."""
 
 FAR_M = 20_000.0
 """Farthest ground that is looked through the air at, m: the atmosphere is fitted up to there."""
@@ -112,12 +100,12 @@ class Landscape(Sky):
         if self.fields is not None:
             spread = typical(self.fields.spread_k, self.hour, "fields")
             painted = self.fields.paint(TILE, px_per_mrad, spread, stage.seed)[1]
-            yield "fields", 1.0, _plane(painted, sheet, below, 1.0, 4.0) + (kelvin + self.ground_k) / 2
+            yield "fields", 1.0, laid(painted, sheet, below, 1.0, 4.0) + (kelvin + self.ground_k) / 2
         for name, even in (("water", self.water), ("roads", self.roads)):
             if even is not None:
                 inside = even.inside(TILE, px_per_mrad, stage.seed).astype(np.float32)
                 warmth = self.ground_k + typical(even.contrast_k, self.hour, name)
-                yield name, _lain(inside, sheet, below, stage.geometry.ifov_rad), np.full_like(kelvin, warmth)
+                yield name, covered(inside, sheet, below, stage.geometry.ifov_rad), np.full_like(kelvin, warmth)
         if self.clutter is not None:
             spots, offset = (_repeated(part, sheet) for part in self.clutter.paint(TILE, px_per_mrad, stage.seed))
             yield "clutter", spots, self.ground_k + offset
@@ -135,7 +123,7 @@ class Landscape(Sky):
         near = np.clip((below / VANISHING_PX - 1) / 4, 0, 1)
         # Finer by a factor n, a texture of slope beta is weaker by n^-(beta-2)/2.
         weaker = NEARER ** (1 - np.mean(self.betas) / 2)
-        kelvin = _plane(field, sheet, below, 1.0, 3.0) + near * weaker * _plane(field, sheet, below, NEARER, 2 * NEARER)
+        kelvin = laid(field, sheet, below, 1.0, 3.0) + near * weaker * laid(field, sheet, below, NEARER, 2 * NEARER)
         return self.ground_k + self.spread_k * kelvin, cover, below
 
     def _laid(self, name: str, sheet: Sheet, cover: Floats, kelvin: Floats, stage: Stage) -> Laid:
@@ -145,35 +133,6 @@ class Landscape(Sky):
         emission = stage.through(light, cover, distance[:, None], -down[:, None])
         pictures = tuple(Panorama.on(sheet, part, stage.psf_px) for part in (1 - cover, emission))
         return Laid(name, Painting(pictures), self.camera_height_m)
-
-
-def _plane(texture: Floats, sheet: Sheet, below: Floats, finer_x: float, finer_y: float) -> Floats:
-    """(rows, cols): a periodic texture laid on the ground; at the horizon one texel is one px, divided by `finer`."""
-    shrunk = VANISHING_PX / (below + VANISHING_PX)
-    return _periodic(texture, sheet.columns * shrunk * finer_x, VANISHING_PX * shrunk * finer_y)
-
-
-def _periodic(texture: Floats, columns: Floats, rows: Floats) -> Floats:
-    """A periodic texture at places between its texels, linearly."""
-    side = texture.shape[0]
-    x, y = (np.mod(at, side).astype(np.float32) for at in (columns, rows))
-    return np.asarray(cv2.remap(cv2.copyMakeBorder(texture, 0, 1, 0, 1, cv2.BORDER_WRAP), x, y, cv2.INTER_LINEAR))
-
-
-def _lain(inside: Floats, sheet: Sheet, below: Floats, ifov_rad: float) -> Floats:
-    """(rows, cols) 0..1: what something on the ground covers of each pixel.
-
-    inside: (side, side) texels inside of its edge, on a periodic map of ground as long as wide. Ground is
-    seen VANISHING_PX * ifov below the level at least, where a texel is a px wide, and lower by that angle.
-    """
-    cosine, sine = math.cos(TURNED), math.sin(TURNED)
-    total = np.zeros(sheet.shape, np.float32)
-    for shift in (np.arange(LOOKS) + 0.5) / LOOKS - 0.5:
-        px_per_texel = (below + shift + VANISHING_PX) / VANISHING_PX
-        right, ahead = sheet.columns / px_per_texel, 1 / (ifov_rad * px_per_texel)
-        edge = _periodic(inside, cosine * right - sine * ahead, sine * right + cosine * ahead)
-        total += np.clip(edge * px_per_texel + 0.5, 0, 1)
-    return total / LOOKS
 
 
 def _repeated(texture: Floats, sheet: Sheet) -> Floats:
