@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from irsim import commands_authoring, commands_info, commands_measure
+from irsim.asked import OverridesArgument, SeedOption, SourceArgument, WithoutOption, open_changed, parts
 from irsim.errors import InputError
 from irsim.files import check_output
 from irsim.terminal import first_options, progress_bar, run
@@ -30,17 +31,6 @@ app = typer.Typer(
     callback=first_options,
 )
 
-SourceArgument = Annotated[
-    str, typer.Argument(metavar="SCENARIO|REC", help="A scenario's file or name, or a recording.")
-]
-OverridesArgument = Annotated[
-    list[str] | None,
-    typer.Argument(
-        metavar="KEY=VALUE",
-        help="Changes to the scenario: camera.netd_mk=80, targets.jet.path.speed=3 (list items by id).",
-    ),
-]
-SeedOption = Annotated[int | None, typer.Option(metavar="N", help="Seed of the scene.")]
 RecordingOption = Annotated[Path | None, typer.Option("-o", "--output", metavar="REC", help="The recording to write.")]
 
 
@@ -66,9 +56,11 @@ def check(
             metavar="SCENARIO|KEY=VALUE", help="Scenario files or shipped names, and changes to all of them."
         ),
     ],
+    without: WithoutOption = None,
 ) -> None:
     """Check scenarios: each is ok, or a line for each thing that is wrong, with its place; doubts are warnings."""
     from irsim.loader import warnings
+    from irsim.sources import switched_off
 
     changes = [word for word in words if "=" in word and not Path(word).exists()]
     scenarios = [word for word in words if word not in changes]
@@ -77,7 +69,7 @@ def check(
     wrong = 0
     for scenario in scenarios:
         try:
-            told = warnings(scenario, changes)
+            told = warnings(scenario, [*changes, *switched_off(scenario, changes, parts(without))])
         except InputError as error:
             wrong += 1
             # As `FILE:LINE:COLUMN: ...`, without a prefix, so that editors can jump there.
@@ -104,14 +96,14 @@ def show(
         str | None, typer.Option(metavar="N|A:B", help="The first N frames, or frames A to B-1; default: all.")
     ] = None,
     seed: SeedOption = None,
+    without: WithoutOption = None,
 ) -> None:
     """Draw a sheet of frames over time with their truth boxes (PNG), or the frames in motion (WebM, GIF)."""
     from irsim.draw import contact_sheet
     from irsim.loader import find
     from irsim.moving import moving_picture
-    from irsim.sources import open_source
 
-    opened = open_source(source, overrides or (), seed)
+    opened = open_changed(source, overrides, seed, without)
     path = output or Path(f"{opened.name}.png")
     check_output(path, find(source), endings=(".png", ".webm", ".gif"))
     start, stop = (0, len(opened)) if frames is None else _frame_range(frames)
@@ -167,10 +159,7 @@ def render(
         ),
     ] = None,
     jobs: Annotated[int, typer.Option(metavar="N", min=1, help="Processes that render.")] = 1,
-    without: Annotated[
-        str | None,
-        typer.Option(metavar="NAME,...", help="Switch these parts off as well; nothing else changes."),
-    ] = None,
+    without: WithoutOption = None,
 ) -> None:
     """Render a scenario, or a recording again by the scenario in it, into a recording (default: NAME.mcap here)."""
     from irsim.loader import find
@@ -178,8 +167,7 @@ def render(
     from irsim.sources import open_rendering
 
     wanted = None if frames is None else _frame_range(frames)
-    off = [name.strip() for name in (without or "").split(",") if name.strip()]
-    rendering, start, stop = open_rendering(source, overrides or (), seed, wanted, off)
+    rendering, start, stop = open_rendering(source, overrides or (), seed, wanted, parts(without))
     path = output or Path(f"{Path(source).stem}.mcap")
     check_output(path, find(source), endings=(".mcap",))
     with progress_bar(f"render {rendering.name}", stop - start) as progress:
@@ -198,13 +186,15 @@ def masks(
         str | None, typer.Option(metavar="N|A:B", help="N frames from the first on, or frames A to B-1.")
     ] = None,
     target: Annotated[str | None, typer.Option(metavar="ID", help="Of this target only.")] = None,
+    seed: SeedOption = None,
+    without: WithoutOption = None,
 ) -> None:
     """Write which pixels each target covers, whole and as far as it is seen, as PNG files of 8 bits."""
     from irsim.masking import write_masks
     from irsim.sources import open_rendering
 
     wanted = None if frames is None else _frame_range(frames)
-    rendering, start, stop = open_rendering(source, overrides or ())
+    rendering, start, stop = open_rendering(source, overrides or (), seed, without=parts(without))
     if wanted is not None:
         if start + wanted[1] > stop:
             raise InputError(f"--frames {frames}: there are {stop - start} frames; allowed: up to {stop - start}")

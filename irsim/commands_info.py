@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-import typer
-
+from irsim.asked import OverridesArgument, SeedOption, SourceArgument, WithoutOption, open_changed
 from irsim.wording import counted
 
 if TYPE_CHECKING:
@@ -16,16 +15,18 @@ if TYPE_CHECKING:
 
 
 def info(
-    source: Annotated[str, typer.Argument(metavar="SCENARIO|REC", help="A scenario's file or name, or a recording.")],
+    source: SourceArgument,
+    overrides: OverridesArgument = None,
+    seed: SeedOption = None,
+    without: WithoutOption = None,
 ) -> None:
     """Say what is in a recording or a scenario, and how large, fast, clear and hidden its targets are.
 
     Every byte of a recording is checked; status 2 where some are damaged.
     """
     from irsim.recording import Recording, damages
-    from irsim.sources import open_source
 
-    opened = open_source(source)
+    opened = open_changed(source, overrides, seed, without)
     kept = opened if isinstance(opened, Recording) else None
     damaged = "" if kept is None else ", ".join(damages(kept))
     if kept is not None and damaged:

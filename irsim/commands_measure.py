@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from irsim.asked import OverridesArgument, SeedOption, WithoutOption, open_changed
 from irsim.errors import InputError
 from irsim.terminal import progress_bar
 
@@ -43,15 +44,17 @@ _PICTURES = 9
 
 def noise(
     source: Measured,
+    overrides: OverridesArgument = None,
     region: RegionOption = None,
     frames: Frames = None,
     as_json: Json = False,
+    seed: SeedOption = None,
+    without: WithoutOption = None,
 ) -> None:
     """Measure noise on a flat region: 3-D noise, memory in time, drift, bad pixels, with 95 % intervals."""
     from irsim.measure import measure_noise, noise_lines, parse_region, taken_by_targets
-    from irsim.sources import open_source
 
-    opened = open_source(source)
+    opened = open_changed(source, overrides, seed, without)
     where = None if region is None else parse_region(region, opened.size)
     start, stop = _span(frames, len(opened))
     stack = read_stack(opened, start, stop, "counts")
@@ -69,6 +72,7 @@ def noise(
 
 def fit(
     source: Measured,
+    overrides: OverridesArgument = None,
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", metavar="YAML", help="The scenario to write; default: standard output."),
@@ -76,15 +80,16 @@ def fit(
     region: RegionOption = None,
     frames: Frames = None,
     as_json: Json = False,
+    seed: SeedOption = None,
+    without: WithoutOption = None,
 ) -> None:
     """Fit a camera and a background to a recording: a scenario that has them, figures with 95 % intervals."""
     from irsim.files import check_output, replacing_text
     from irsim.fitting import fit_frames
     from irsim.loader import find
     from irsim.measure import parse_region
-    from irsim.sources import open_source
 
-    opened = open_source(source)
+    opened = open_changed(source, overrides, seed, without)
     check_output(output, find(source), endings=(".yaml", ".yml"))
     where = None if region is None else parse_region(region, opened.size)
     start, stop = _span(frames, len(opened))
@@ -108,6 +113,7 @@ def fit(
 
 def realism(
     source: Measured,
+    overrides: OverridesArgument = None,
     like: Annotated[
         str | None,
         typer.Option(
@@ -121,6 +127,8 @@ def realism(
         ),
     ] = None,
     as_json: Json = False,
+    seed: SeedOption = None,
+    without: WithoutOption = None,
 ) -> None:
     """Compare a background's texture, and a camera's noise, with real recordings: cloud, trees, ground and so on."""
     from irsim.measure import (
@@ -135,9 +143,8 @@ def realism(
         verdict_lines,
     )
     from irsim.measure.realism import lines_of
-    from irsim.sources import open_source
 
-    opened = open_source(source)
+    opened = open_changed(source, overrides, seed, without)
     like = like or _claim(opened)
     judged: tuple[Verdict, ...] = ()
     sorts: tuple[str, ...] = ()

@@ -17,17 +17,21 @@ from irsim.types import Source
 
 
 def open_source(
-    path: str | PathLike[str] | Scenario | Source, overrides: Sequence[str] = (), seed: int | None = None
+    path: str | PathLike[str] | Scenario | Source,
+    overrides: Sequence[str] = (),
+    seed: int | None = None,
+    without: Sequence[str] = (),
 ) -> Source:
     """A Source from a scenario's file or name, a recording's file, a Scenario, or a Source as it is.
 
-    `overrides` ("camera.netd_mk=80") and `seed` are for scenarios only: InputError for a recording.
+    `overrides` ("camera.netd_mk=80"), `seed` and `without` (parts to switch off besides those that the scenario has
+    off) are for scenarios only: InputError for a recording.
     """
     if isinstance(path, Scenario):
-        _refuse(overrides, "a Scenario in Python: set its fields instead")
+        _refuse(overrides, without, "a Scenario in Python: set its fields instead")
         return Rendering(path if seed is None else path.model_copy(update={"seed": seed}))
     if not isinstance(path, str | PathLike):
-        _refuse(overrides, path.name)
+        _refuse(overrides, without, path.name)
         if seed is not None:
             raise InputError(f"{path.name}: a seed is for scenarios, this is a source already opened")
         return path
@@ -36,12 +40,21 @@ def open_source(
             f"{path}: is a folder; allowed: a scenario or a recording (irsim import {path} makes one of its pictures)"
         )
     if is_recording(Path(path)):
-        _refuse(overrides, str(path))
+        _refuse(overrides, without, str(path))
         if seed is not None:
             raise InputError(f"{path}: a recording has no seed; allowed for scenarios only")
         return open_recording(Path(path))
-    scenario = load(path, [*overrides, *([] if seed is None else [f"seed={seed}"])])
-    return Rendering(scenario, Path(path).stem)
+    changes = [*overrides, *([] if seed is None else [f"seed={seed}"])]
+    return Rendering(load(path, [*changes, *switched_off(path, changes, without)]), Path(path).stem)
+
+
+def switched_off(path: str | PathLike[str], overrides: Sequence[str], without: Sequence[str]) -> list[str]:
+    """The override by which a scenario, so changed, has `without` off besides what it has off; none for nothing."""
+    return _off(load(path, overrides), without) if without else []
+
+
+def _off(scenario: Scenario, without: Sequence[str]) -> list[str]:
+    return [f"without=[{', '.join(dict.fromkeys([*scenario.without, *without]))}]"]
 
 
 def open_rendering(
@@ -69,8 +82,7 @@ def open_rendering(
         found = _scenario(path, recording, asked)
         if not without:
             return found
-        switched_off = dict.fromkeys([*found.without, *without])
-        return _scenario(path, recording, [*asked, f"without=[{', '.join(switched_off)}]"])
+        return _scenario(path, recording, [*asked, *_off(found, without)])
 
     name, before = (Path(path).stem, 0) if recording is None else (recording.header.name, recording.header.first_frame)
     rendering = Rendering(scenario(None), name)
@@ -101,6 +113,8 @@ def _scenario(path: str | PathLike[str], recording: Recording | None, changes: S
     return loads(recording.scenario_text, f"{path}: scenario", changes, trusted=False)
 
 
-def _refuse(overrides: Sequence[str], what: str) -> None:
+def _refuse(overrides: Sequence[str], without: Sequence[str], what: str) -> None:
     if overrides:
         raise InputError(f"{overrides[0]}: overrides are for scenarios; {what} cannot be changed")
+    if without:
+        raise InputError(f"without={without[0]}: parts are switched off in scenarios; {what} cannot be changed")

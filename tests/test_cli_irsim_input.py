@@ -94,6 +94,14 @@ BAD = {
         ["show", "good.mcap", "camera.bits=8"],
         "irsim: camera.bits=8: overrides are for scenarios; good.mcap cannot be changed",
     ),
+    "changed recording to measure": (
+        ["noise", "good.mcap", "camera.bits=8"],
+        "irsim: camera.bits=8: overrides are for scenarios; good.mcap cannot be changed",
+    ),
+    "parts of a recording": (
+        ["info", "good.mcap", "--without", "white"],
+        "irsim: without=white: parts are switched off in scenarios; good.mcap cannot be changed",
+    ),
     "seed of a recording": (["show", "good.mcap", "--seed", "1"], "irsim: good.mcap: a recording has no seed; "),
     "no such frames to show": (
         ["show", "scene.yaml", "--frames", "2:2000"],

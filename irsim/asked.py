@@ -1,0 +1,38 @@
+"""What several commands ask of a source: its scenario's changes and seed, and parts that are off."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from irsim.types import Source
+
+SourceArgument = Annotated[
+    str, typer.Argument(metavar="SCENARIO|REC", help="A scenario's file or name, or a recording.")
+]
+OverridesArgument = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="KEY=VALUE",
+        help="Changes to the scenario: camera.netd_mk=80, targets.jet.path.speed=3 (list items by id).",
+    ),
+]
+SeedOption = Annotated[int | None, typer.Option(metavar="N", help="Seed of the scene.")]
+WithoutOption = Annotated[
+    str | None,
+    typer.Option(metavar="NAME,...", help="Switch these parts off as well; nothing else changes."),
+]
+
+
+def open_changed(source: str, overrides: list[str] | None, seed: int | None, without: str | None) -> Source:
+    """A scenario so changed, or a recording, which can only be opened as it is."""
+    from irsim.sources import open_source
+
+    return open_source(source, overrides or (), seed, parts(without))
+
+
+def parts(without: str | None) -> list[str]:
+    """'near, far' is ['near', 'far']."""
+    return [name.strip() for name in (without or "").split(",") if name.strip()]

@@ -1,0 +1,64 @@
+"""What commands ask of a scenario: changes, a seed, parts to switch off."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from command_line import SMALL_SCENE, Run
+
+import irsim
+
+COMMANDS = {
+    "check": [],
+    "info": [],
+    "noise": ["--region", "0,0,72,64", "--json"],
+    "fit": ["--region", "0,0,72,64"],
+    "realism": ["--json"],
+    "show": ["-o", "sheet.png"],
+    "render": ["-o", "scene.mcap"],
+    "masks": ["-o", "masks"],
+}
+"""Those that take a scenario, each with what shows that it was changed."""
+
+SHAKEN = SMALL_SCENE.replace("frames: 6", "frames: 64").replace(
+    "{size: [48, 32]", "{size: [72, 64], motion: [{kind: jitter}]"
+)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_commands_take_changes_and_parts_to_switch_off(run: Run, tmp_path: Path, command: str) -> None:
+    """Their words do the same as the scenario's text; parts go off besides those that the scenario has off."""
+    changed = SHAKEN.replace("seed: 3", "seed: 4").replace("speed: 2", "speed: 1")
+    (tmp_path / "text").mkdir()
+    (tmp_path / "words").mkdir()
+    (tmp_path / "text" / "scene.yaml").write_text(changed + "without: [jitter, white]\n")
+    (tmp_path / "words" / "scene.yaml").write_text(SHAKEN + "without: [jitter]\n")
+    seed = ["seed=4"] if command == "check" else ["--seed", "4"]
+    words = [*seed, "targets.jet.path.speed=1", "--without", "white"]
+    by_text, by_words = told(run, tmp_path / "text", command), told(run, tmp_path / "words", command, *words)
+    assert by_text == by_words
+    if command != "check":
+        assert told(run, tmp_path / "words", command) != by_words
+
+
+def told(run: Run, folder: Path, command: str, *words: str) -> object:
+    """All that a command says of the scenario there, and the pictures that it writes."""
+    done = run(command, "scene.yaml", *COMMANDS[command], *words, cwd=folder)
+    assert done.returncode == 0, done.stderr
+    if command == "render":
+        return [frame.image.tobytes() for frame in irsim.open_recording(folder / "scene.mcap").frames()]
+    return done.stdout, {path.name: path.read_bytes() for path in folder.rglob("*.png")}
+
+
+def test_check_tells_of_a_scenario_without_its_parts(run: Run, folder: Path) -> None:
+    (folder / "scene.yaml").write_text(SMALL_SCENE.replace("start: [10, 16]", "start: [1000, 16]"))
+    assert "jet" in run("check", "scene.yaml", cwd=folder).stderr
+    assert run("check", "scene.yaml", "--without", "jet", cwd=folder).stderr == ""
+
+
+def test_no_part_to_switch_off_is_told(run: Run, folder: Path) -> None:
+    for command, extra in COMMANDS.items():
+        done = run(command, "scene.yaml", "--without", "nobody", *extra, cwd=folder)
+        assert done.returncode == 2
+        assert "override without: without.0: there is no 'nobody'; allowed: jet, white" in done.stderr
