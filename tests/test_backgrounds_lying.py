@@ -1,4 +1,4 @@
-"""What lies on a landscape's ground: roads, water."""
+"""What lies on a landscape's ground: roads, water, clutter."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 from country import gaze, stage
@@ -79,6 +80,27 @@ def test_edges_are_sharp_near_and_water_lies_flat() -> None:
     # The side of a road that goes ahead, 200 px below the horizon, where a px of the map is drawn 6 px wide.
     cover, _ = lying({"roads": {"count": 12, "width_mrad": 8}}, replace(scene, seed=4))
     assert np.abs(np.diff(cover[120:220], axis=1)).max() > 0.5
+
+
+def test_clutter_is_larger_and_rarer_the_nearer_it_is() -> None:
+    """Things of 4 mrad at the horizon, 8 px there; d px below it all is p = 1 + d / 40 times as wide, and there are
+    1 / p^3 as many on a px."""
+    scene = stage(elevation_deg=-5.0, size=(641, 501))
+    horizon = 250 - math.radians(5.0) / 0.5e-3
+    found = []
+    for seed in range(12):
+        keys = {"per_mrad2": 0.004, "size_mrad": [4.0, 4.0], "contrast_k": [5.0, 5.0], "cold": 0.0}
+        cover, kelvin = lying({"clutter": keys}, replace(scene, seed=seed))
+        assert kelvin[cover > 0.9] == pytest.approx(295, abs=0.01)
+        assert cover[: round(horizon) - 2].max() < 1e-6
+        _, _, boxes, middles = cv2.connectedComponentsWithStats((cover > 0.5).astype(np.uint8))
+        found += [(y - horizon, area) for (*_, area), (_, y) in zip(boxes[1:], middles[1:], strict=True)]
+    for top, bottom in ((10, 30), (30, 80), (80, 200)):
+        areas = [area / (1 + below / 40) ** 2 for below, area in found if top < below < bottom]
+        # pi/4 of 8 px by 4 to 8; there are 12 pictures of 641 columns, and 0.004 / 4 on a px at the horizon.
+        assert np.median(areas) == pytest.approx(math.pi / 4 * 8 * 6, rel=0.2), top
+        expected = 12 * 641 * 0.001 * 20 * ((1 + top / 40) ** -2 - (1 + bottom / 40) ** -2)
+        assert abs(len(areas) - expected) < 4 * math.sqrt(expected), top
 
 
 @pytest.mark.parametrize(("hour", "ground", "roads", "water"), [("day", 303, 9, -11), ("night", 283, 4, 5)])

@@ -107,7 +107,7 @@ class Landscape(Sky):
                 warmth = self.ground_k + typical(even.contrast_k, self.hour, name)
                 yield name, covered(inside, sheet, below, stage.geometry.ifov_rad), np.full_like(kelvin, warmth)
         if self.clutter is not None:
-            spots, offset = (_repeated(part, sheet) for part in self.clutter.paint(TILE, px_per_mrad, stage.seed))
+            spots, offset = self.clutter.stand(below, px_per_mrad, stage.seed)
             yield "clutter", spots, self.ground_k + offset
 
     def _ground(self, sheet: Sheet, stage: Stage) -> tuple[Floats, Floats, Floats]:
@@ -133,11 +133,6 @@ class Landscape(Sky):
         emission = stage.through(light, cover, distance[:, None], -down[:, None])
         pictures = tuple(Panorama.on(sheet, part, stage.psf_px) for part in (1 - cover, emission))
         return Laid(name, Painting(pictures), self.camera_height_m)
-
-
-def _repeated(texture: Floats, sheet: Sheet) -> Floats:
-    rows, columns = (np.mod(np.arange(length), texture.shape[0]) for length in sheet.shape)
-    return np.asarray(texture[np.ix_(rows, columns)])
 
 
 @dataclass(frozen=True, eq=False)

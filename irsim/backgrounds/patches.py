@@ -12,12 +12,16 @@ from typing import Annotated
 
 import cv2
 import numpy as np
+import numpy.typing as npt
 from pydantic import Field
 
 from irsim.backgrounds.fields import spectral
+from irsim.backgrounds.plane import VANISHING_PX
 from irsim.kinds import Feature, Fraction, KelvinDifference, KelvinSpread, NotNegative, Part, Plausible, Positive
 from irsim.rng import stream
 from irsim.types import Floats
+
+Integers = npt.NDArray[np.integer]
 
 Painted = tuple[Floats, Floats]
 """Cover, 0..1, and temperature less the ground's, K."""
@@ -141,9 +145,11 @@ class Clutter(Part):
     """Small warm and cold things of the size and grey of targets: false targets."""
 
     per_mrad2: Annotated[float, Field(ge=0, le=10)] = 0.002
-    """How many in a square milliradian."""
+    """How many in a square milliradian; on a landscape, at its horizon, and where all is p times as wide, p^3 times
+    fewer."""
     size_mrad: Annotated[tuple[Length, Length], Field(strict=False)] = (1.0, 4.0)
-    """Smallest and largest length, mrad."""
+    """Smallest and largest length, mrad; on a landscape, at its horizon, where w metres seen from h metres up are
+    40 ifov_mrad w / h; nearer ones are larger."""
     contrast_k: Annotated[tuple[KelvinSpread, KelvinSpread], Field(strict=False)] = (3.0, 10.0)
     """Least and greatest temperature less the ground's mean, without sign, K."""
     cold: Fraction = 0.2
@@ -160,12 +166,46 @@ class Clutter(Part):
             contrast = draw.uniform(min(self.contrast_k), max(self.contrast_k)) * (
                 -1 if draw.random() < self.cold else 1
             )
-            reach = int(length) + 2
-            columns, rows = (np.arange(int(at) - reach, int(at) + reach + 1) for at in (x, y))
-            dx, dy = columns - x, (rows - y)[:, None]
-            ahead, beside = dx * np.cos(angle) + dy * np.sin(angle), dy * np.cos(angle) - dx * np.sin(angle)
-            inside = np.clip((1 - np.hypot(ahead / length, beside / width)) * width + 0.5, 0, 1)
+            columns, rows, inside = _ellipse((x, y), angle, length, width)
             patch = np.ix_(rows % side, columns % side)
             kelvin[patch] = np.where(inside > cover[patch], contrast, kelvin[patch])
             cover[patch] = np.maximum(cover[patch], inside)
         return cover, kelvin
+
+    def stand(self, below: Floats, px_per_mrad: float, seed: int) -> Painted:
+        """On a plane that is seen slantwise, evenly over its ground; below: (rows, cols) px below its horizon.
+
+        What is as wide as p px where at the horizon it is as wide as one is p times as near. So it is p times as
+        large, and as a px shows 1 / p^3 of the ground, there are so many fewer.
+        """
+        draw = stream(seed, "clutter")
+        cover, kelvin = np.zeros(below.shape, np.float32), np.zeros(below.shape, np.float32)
+        (height, width), lowest = below.shape, below[-1]
+        least = (1 + float(lowest.max()) / VANISHING_PX) ** -2
+        # The integral of 1 / p^3 over the rows, of which p(d) = 1 + d / VANISHING_PX.
+        count = draw.poisson(self.per_mrad2 / px_per_mrad**2 * width * VANISHING_PX / 2 * (1 - least))
+        nearness = np.sort(draw.uniform(least, 1, count) ** -0.5)  # the nearest last: they hide the others
+        xs, angles = draw.uniform(0, width, count), draw.uniform(0, np.pi, count)
+        lengths = draw.uniform(min(self.size_mrad), max(self.size_mrad), count) * px_per_mrad / 2 * nearness
+        widths = lengths * draw.uniform(0.5, 1, count)
+        contrasts = draw.uniform(min(self.contrast_k), max(self.contrast_k), count)
+        contrasts *= np.where(draw.random(count) < self.cold, -1, 1)
+        ys = height - 1 - lowest[xs.astype(int)] + (nearness - 1) * VANISHING_PX
+        for x, y, *turned, contrast in zip(xs, ys, angles, lengths, widths, contrasts, strict=True):
+            columns, rows, inside = _ellipse((x, y), *turned)
+            across, down = (columns >= 0) & (columns < width), (rows >= 0) & (rows < height)
+            patch, seen = np.ix_(rows[down], columns[across]), inside[np.ix_(down, across)]
+            kelvin[patch] = np.where(seen >= cover[patch], contrast, kelvin[patch])
+            cover[patch] = np.maximum(cover[patch], seen)
+        return cover, kelvin
+
+
+def _ellipse(
+    middle: tuple[float, float], angle: float, length: float, width: float
+) -> tuple[Integers, Integers, Floats]:
+    """Columns, rows and the share (rows, columns) of each pixel that is in an ellipse of those half axes, px."""
+    (x, y), reach = middle, int(length) + 2
+    columns, rows = (np.arange(int(at) - reach, int(at) + reach + 1) for at in middle)
+    dx, dy = columns - x, (rows - y)[:, None]
+    ahead, beside = dx * np.cos(angle) + dy * np.sin(angle), dy * np.cos(angle) - dx * np.sin(angle)
+    return columns, rows, np.clip((1 - np.hypot(ahead / length, beside / width)) * width + 0.5, 0, 1)
