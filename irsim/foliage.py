@@ -137,7 +137,7 @@ class Foliage:
 
     def __init__(self, size_px: float, leaves: float, seed: int, name: str) -> None:
         self._leaves = leaves
-        self._clumps = power_law(LARGEST, 2.9, max(size_px / 4, 2.0), 1.0, seed, name, "clumps")
+        self._clumps = power_law((LARGEST, LARGEST), 2.9, max(size_px / 4, 2.0), 1.0, seed, name, "clumps")
         self._bulge = RAGGED * MOST * np.tanh(self._clumps / MOST)
         step = max(round(size_px / 40), 1)
         after, before = (np.roll(self._clumps, (by, by), (0, 1)) for by in (-step, step))

@@ -74,7 +74,7 @@ def test_a_turned_camera_sees_the_same_ground_moved() -> None:
 def test_the_spectrum_has_the_slope_asked_for(beta: float) -> None:
     side, slopes = 512, []
     for seed in range(4):
-        field = power_law(side, beta, 1e6, 1.0, seed, "test")
+        field = power_law((side, side), beta, 1e6, 1.0, seed, "test")
         power = np.abs(np.fft.fft2(field)) ** 2
         frequency = np.hypot(*np.meshgrid(np.fft.fftfreq(side), np.fft.fftfreq(side)))
         edges = np.geomspace(4 / side, 0.2, 20)
@@ -86,15 +86,15 @@ def test_the_spectrum_has_the_slope_asked_for(beta: float) -> None:
 
 
 def test_a_texture_is_standardised_and_addressed() -> None:
-    field = power_law(256, 3.0, 50.0, 2.0, 7, "clouds")
+    field = power_law((256, 256), 3.0, 50.0, 2.0, 7, "clouds")
     assert field.mean() == pytest.approx(0, abs=1e-4)
     assert field.std() == pytest.approx(1, abs=1e-4)
-    assert np.array_equal(field, power_law(256, 3.0, 50.0, 2.0, 7, "clouds"))
-    assert abs(np.corrcoef(field.ravel(), power_law(256, 3.0, 50.0, 2.0, 7, "other").ravel())[0, 1]) < 0.3
+    assert np.array_equal(field, power_law((256, 256), 3.0, 50.0, 2.0, 7, "clouds"))
+    assert abs(np.corrcoef(field.ravel(), power_law((256, 256), 3.0, 50.0, 2.0, 7, "other").ravel())[0, 1]) < 0.3
 
 
 def test_stretch_makes_features_wider_than_high() -> None:
-    field = power_law(512, 3.0, 40.0, 3.0, 3, "clouds")
+    field = power_law((512, 512), 3.0, 40.0, 3.0, 3, "clouds")
     across = np.mean(field * np.roll(field, 20, axis=1))
     down = np.mean(field * np.roll(field, 20, axis=0))
     assert across > down + 0.2

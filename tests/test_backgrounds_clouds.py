@@ -34,7 +34,9 @@ def gaze(scene: Stage, time: float = 0.0, turn: tuple[float, float, float] = (0.
 def test_slopes_along_the_axes_are_those_asked_for(betas: tuple[float, float]) -> None:
     """The 2-D power on each axis, over 4/N .. 0.2 cycles a px, averaged over seeds."""
     side, seeds = 512, 12
-    power = np.mean([np.abs(np.fft.fft2(spectral(side, 0.0, betas, 1e4, 1.0, s, "t"))) ** 2 for s in range(seeds)], 0)
+    power = np.mean(
+        [np.abs(np.fft.fft2(spectral((side, side), 0.0, betas, 1e4, 1.0, s, "t"))) ** 2 for s in range(seeds)], 0
+    )
     frequency = np.arange(side // 2) / side
     kept = (frequency >= 4 / side) & (frequency <= 0.2)
     for line, beta in ((power[0, : side // 2], betas[0]), (power[: side // 2, 0], betas[1])):
@@ -43,7 +45,7 @@ def test_slopes_along_the_axes_are_those_asked_for(betas: tuple[float, float]) -
 
 
 def test_a_histogram_is_met_and_keeps_the_order_of_the_pixels() -> None:
-    field = spectral(256, 3.0, None, 20.0, 1.0, 4, "t")
+    field = spectral((256, 256), 3.0, None, 20.0, 1.0, 4, "t")
     flat = shaped(field, (0.0, 1.0))
     assert flat.mean() == pytest.approx(0, abs=0.05)
     assert flat.std() == pytest.approx(1, abs=0.05)
@@ -111,7 +113,7 @@ def test_an_evolving_field_does_not_depend_on_what_was_asked_before() -> None:
 
 
 def test_a_blur_of_a_periodic_texture_is_its_transform_times_a_gaussian() -> None:
-    field = spectral(128, 2.0, None, 20.0, 1.0, 4, "t")
+    field = spectral((128, 128), 2.0, None, 20.0, 1.0, 4, "t")
     f = np.fft.fftfreq(128)
     passed = np.exp(-2 * np.pi**2 * 1.5**2 * (f[:, None] ** 2 + f**2))
     expected = np.fft.ifft2(np.fft.fft2(field) * passed).real

@@ -27,7 +27,7 @@ def stage(size: tuple[int, int] = (160, 120)) -> Stage:
 
 @pytest.mark.parametrize("share", [0.05, 0.3])
 def test_water_covers_its_share(share: float) -> None:
-    cover, kelvin = Water(share=share).paint(SIDE, PX_PER_MRAD, -8.0, 1)
+    cover, kelvin = Water(share=share).paint((SIDE, SIDE), PX_PER_MRAD, -8.0, 1)
     assert cover.mean() == pytest.approx(share, abs=0.01)
     assert np.all(kelvin == -8)
     assert np.mean((cover > 0) & (cover < 1)) < 0.1  # shores are thin
@@ -36,7 +36,7 @@ def test_water_covers_its_share(share: float) -> None:
 def test_fields_are_of_the_size_and_spread_asked_for() -> None:
     sizes, spreads = [], []
     for seed in range(5):
-        cover, kelvin = Fields(size_mrad=30, lane_mrad=2.0, lane_k=50.0).paint(SIDE, PX_PER_MRAD, 3.0, seed)
+        cover, kelvin = Fields(size_mrad=30, lane_mrad=2.0, lane_k=50.0).paint((SIDE, SIDE), PX_PER_MRAD, 3.0, seed)
         assert np.all(cover == 1)
         labels, count = ndimage.label(kelvin < 20)  # lanes part them
         areas = np.bincount(labels.ravel())[1:]
@@ -50,7 +50,7 @@ def test_fields_are_of_the_size_and_spread_asked_for() -> None:
 
 def test_a_road_is_as_wide_as_asked_for() -> None:
     """Cover over length: a road of 8 px crosses the map; where it winds it is longer by a little."""
-    cover, kelvin = Roads(count=2, width_mrad=4.0).paint(SIDE, PX_PER_MRAD, 6.0, 3)
+    cover, kelvin = Roads(count=2, width_mrad=4.0).paint((SIDE, SIDE), PX_PER_MRAD, 6.0, 3)
     assert set(np.unique(kelvin)) == {6.0}
     crossed = cover.sum() / SIDE  # px for each px of the map's side
     assert 8.0 <= crossed < 12.0
@@ -61,7 +61,7 @@ def test_clutter_has_the_density_sizes_and_contrasts_asked_for(per_mrad2: float)
     counts = []
     for seed in range(8):
         cover, kelvin = Clutter(per_mrad2=per_mrad2, size_mrad=(2, 3), contrast_k=(4, 6), cold=0.25).paint(
-            SIDE, PX_PER_MRAD, seed
+            (SIDE, SIDE), PX_PER_MRAD, seed
         )
         _, count = ndimage.label(cover > 0.5)
         counts.append(count)
@@ -74,7 +74,7 @@ def test_clutter_has_the_density_sizes_and_contrasts_asked_for(per_mrad2: float)
 
 
 def test_no_clutter_where_its_density_is_zero() -> None:
-    cover, _ = Clutter(per_mrad2=0).paint(SIDE, PX_PER_MRAD, 1)
+    cover, _ = Clutter(per_mrad2=0).paint((SIDE, SIDE), PX_PER_MRAD, 1)
     assert not cover.any()
 
 

@@ -51,7 +51,7 @@ def test_roads_thinner_than_a_pixel_cover_their_share_of_it() -> None:
     scene = stage(elevation_deg=-4.0, size=(641, 401))
     cover, _ = lying({"roads": {"count": 50}}, scene)
     far = cover[round(200 - math.radians(4.0) / 0.5e-3) + np.arange(2, 12)]
-    share = float(Roads(count=50).paint(1024, 2.0, 0.0, 1)[0].mean())
+    share = float(Roads(count=50).paint((1024, 1024), 2.0, 0.0, 1)[0].mean())
     assert far.mean() == pytest.approx(share, rel=0.25)
     assert far.std() < 0.5 * math.sqrt(share * (1 - share))  # half of what all-or-nothing pixels would have
 

@@ -54,7 +54,7 @@ def test_thin_cloud_lets_through_what_its_depth_says() -> None:
 @pytest.mark.parametrize(("correlation_mrad", "coarse"), [(60.0, 2), (120.0, 4), (600.0, 16)])
 def test_lit_edges_are_those_of_all_pixels(correlation_mrad: float, coarse: int) -> None:
     """The sun's light worked out coarser, beside all pixels: within a fiftieth of its greatest."""
-    thickness = spectral(512, 3.3, None, 400.0, 2.0, 7, "t")
+    thickness = spectral((512, 512), 3.3, None, 400.0, 2.0, 7, "t")
     sigma_px = correlation_mrad / 6
     assert coarseness(sigma_px, 512) == coarse
     found, wanted = (
@@ -67,7 +67,7 @@ def test_lit_edges_are_those_of_all_pixels(correlation_mrad: float, coarse: int)
 
 @pytest.mark.parametrize("correlation_mrad", [3e4, 1e7])
 def test_clouds_larger_than_the_sky_are_lit_too(correlation_mrad: float) -> None:
-    thickness = spectral(512, 3.3, None, 400.0, 2.0, 7, "t")
+    thickness = spectral((512, 512), 3.3, None, 400.0, 2.0, 7, "t")
     sigma_px = correlation_mrad / 6
     coarse = coarseness(sigma_px, 512)
     lit = Relief.of(shrunk(thickness, coarse), coarse, sigma_px, -45.0).lit(WHOLE, WHOLE)

@@ -143,7 +143,7 @@ FIELD = {"beta_x": 2.6, "beta_y": 3.2, "correlation_px": 60.0, "stretch": 1.5, "
 def picture(seed: int) -> Floats:
     """Texture, white noise of sigma 0.5, rows of 0.3 and columns of 0.15."""
     rng = np.random.default_rng(seed)
-    texture = 10.0 * spectral(1024, 3, (2.6, 3.2), 60, 1.5, seed, "field")[:200, :240]
+    texture = 10.0 * spectral((1024, 1024), 3, (2.6, 3.2), 60, 1.5, seed, "field")[:200, :240]
     lined = texture + rng.normal(0, 0.3, (200, 1)) + rng.normal(0, 0.15, (1, 240))
     return np.asarray(lined + rng.normal(0, 0.5, (200, 240)))
 
@@ -167,7 +167,7 @@ def test_a_field_lies_in_its_intervals_at_the_stated_rate() -> None:
 
 def test_what_ends_at_a_bound_may_be_anything() -> None:
     """Twenty times as wide as high: the search goes to e^2."""
-    texture = 10.0 * spectral(1024, 3, (2.2, 3.5), 60, 20.0, 3, "f")[:200, :240]
+    texture = 10.0 * spectral((1024, 1024), 3, (2.2, 3.5), 60, 20.0, 3, "f")[:200, :240]
     noisy = texture + np.random.default_rng(3).normal(0, 0.5, texture.shape)
     found = fit_field(periodogram(noisy), (200, 240), 0.0).texture
     assert found is not None

@@ -48,7 +48,7 @@ def test_what_hangs_on_an_unseen_blur_lies_in_its_intervals(psf_px: float) -> No
     found = []
     passed = np.exp(-2 * np.pi**2 * psf_px**2 * np.add.outer(*[np.fft.fftfreq(1024) ** 2] * 2))
     for seed in range(4):
-        texture = 10.0 * spectral(1024, 3, (2.6, 3.2), 60, 1.5, seed, "field")
+        texture = 10.0 * spectral((1024, 1024), 3, (2.6, 3.2), 60, 1.5, seed, "field")
         blurred = np.real(np.fft.ifft2(np.fft.fft2(texture) * passed))[:200, :240]
         noisy = blurred + np.random.default_rng(seed).normal(0, 0.5, (200, 240))
         spectrum, psf = fit_unblurred(periodogram(noisy), (200, 240), None)

@@ -18,7 +18,7 @@ def test_what_is_blurred_is_kept_on_no_coarser_pixels_than_tell_it(sigma_px: flo
 @pytest.mark.parametrize("sigma_px", [5.0, 10.0, 23.0, 60.0])
 def test_a_blurred_picture_made_smaller_and_larger_is_the_same(sigma_px: float) -> None:
     """Across its edges, too: it is rolled by an odd number of pixels first."""
-    picture = np.roll(spectral(256, 3.0, None, 60.0, 1.0, 4, "t"), (37, 91), axis=(0, 1))
+    picture = np.roll(spectral((256, 256), 3.0, None, 60.0, 1.0, 4, "t"), (37, 91), axis=(0, 1))
     wanted, coarse = wrapped_blur(picture, sigma_px), coarseness(sigma_px, 256)
     whole = slice(0, 256)
     found = enlarged(wrapped_blur(shrunk(picture, coarse), sigma_px / coarse), coarse, whole, whole)

@@ -52,14 +52,20 @@ def amplitudes(
 
 
 def spectral(
-    side: int, beta: float, betas: Betas | None, correlation_px: float, stretch: float, seed: int, *address: Address
+    shape: tuple[int, int],
+    beta: float,
+    betas: Betas | None,
+    correlation_px: float,
+    stretch: float,
+    seed: int,
+    *address: Address,
 ) -> Floats:
-    """(side, side) float32 periodic Gaussian field of mean 0 and variance 1 with the slopes asked for."""
+    """(rows, columns) float32 periodic Gaussian field of mean 0 and variance 1 with the slopes asked for."""
     if betas is None:
-        return power_law(side, beta, correlation_px, stretch, seed, *address)
-    frequencies = np.fft.rfftfreq(side)[None, :], np.fft.fftfreq(side)[:, None]
-    white = np.fft.rfft2(normals((side, side), seed, *address))
-    field = np.fft.irfft2(white * amplitudes(*frequencies, beta, betas, correlation_px, stretch), s=(side, side))
+        return power_law(shape, beta, correlation_px, stretch, seed, *address)
+    frequencies = np.fft.rfftfreq(shape[1])[None, :], np.fft.fftfreq(shape[0])[:, None]
+    white = np.fft.rfft2(normals(shape, seed, *address))
+    field = np.fft.irfft2(white * amplitudes(*frequencies, beta, betas, correlation_px, stretch), s=shape)
     return np.asarray(field / field.std(), dtype=np.float32)
 
 

@@ -15,7 +15,7 @@ from irsim.backgrounds.fields import Betas, Histogram, shaped, spectral
 from irsim.backgrounds.hours import Hour, filled, typical
 from irsim.backgrounds.painting import Painting
 from irsim.backgrounds.patches import LYING, Clutter, Fields, Painted, Roads, Water
-from irsim.backgrounds.texture import Tile, tile_side
+from irsim.backgrounds.texture import Tile, tile_shape
 from irsim.kinds import Feature, Kelvin, KelvinSpread
 from irsim.radiometry import radiance
 from irsim.stage import Stage
@@ -82,7 +82,7 @@ class Ground(Background):
         geometry = stage.geometry
         field = shaped(
             spectral(
-                tile_side(geometry.size),
+                tile_shape(geometry.size),
                 self.beta,
                 self.betas,
                 self.correlation_mrad * 1e-3 / geometry.ifov_rad,
@@ -113,17 +113,17 @@ class Ground(Background):
 
     def _on(self, stage: Stage) -> list[tuple[str, Floats, Floats]]:
         """Name, cover and temperature less the ground's of all that lies on it, the lowest first."""
-        side, px_per_mrad = tile_side(stage.geometry.size), 1e-3 / stage.geometry.ifov_rad
+        shape, px_per_mrad = tile_shape(stage.geometry.size), 1e-3 / stage.geometry.ifov_rad
         found: list[tuple[str, Painted]] = []
         if self.fields is not None:
             spread = typical(self.fields.spread_k, self.hour, "fields")
-            found.append(("fields", self.fields.paint(side, px_per_mrad, spread, stage.seed)))
+            found.append(("fields", self.fields.paint(shape, px_per_mrad, spread, stage.seed)))
         for name, even in (("water", self.water), ("roads", self.roads)):
             if even is not None:
                 contrast = typical(even.contrast_k, self.hour, name)
-                found.append((name, even.paint(side, px_per_mrad, contrast, stage.seed)))
+                found.append((name, even.paint(shape, px_per_mrad, contrast, stage.seed)))
         if self.clutter is not None:
-            found.append(("clutter", self.clutter.paint(side, px_per_mrad, stage.seed)))
+            found.append(("clutter", self.clutter.paint(shape, px_per_mrad, stage.seed)))
         return [(name, *painted) for name, painted in found]
 
     def _patches(self, name: str, cover: Floats, offset_k: Floats, stage: Stage) -> Patches:

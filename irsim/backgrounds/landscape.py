@@ -99,11 +99,11 @@ class Landscape(Sky):
         px_per_mrad = 1e-3 / stage.geometry.ifov_rad
         if self.fields is not None:
             spread = typical(self.fields.spread_k, self.hour, "fields")
-            painted = self.fields.paint(TILE, px_per_mrad, spread, stage.seed)[1]
+            painted = self.fields.paint((TILE, TILE), px_per_mrad, spread, stage.seed)[1]
             yield "fields", 1.0, laid(painted, sheet, below, 1.0, 4.0) + (kelvin + self.ground_k) / 2
         for name, even in (("water", self.water), ("roads", self.roads)):
             if even is not None:
-                inside = even.inside(TILE, px_per_mrad, stage.seed).astype(np.float32)
+                inside = even.inside((TILE, TILE), px_per_mrad, stage.seed).astype(np.float32)
                 warmth = self.ground_k + typical(even.contrast_k, self.hour, name)
                 yield name, covered(inside, sheet, below, stage.geometry.ifov_rad), np.full_like(kelvin, warmth)
         if self.clutter is not None:
@@ -119,7 +119,7 @@ class Landscape(Sky):
         below = sheet.rows[:, None] - edge
         cover = np.clip(below + 0.5, 0, 1)
         below = np.maximum(below, 0)
-        field = spectral(TILE, 3.0, self.betas, size_px, 3.0, stage.seed, "ground")
+        field = spectral((TILE, TILE), 3.0, self.betas, size_px, 3.0, stage.seed, "ground")
         near = np.clip((below / VANISHING_PX - 1) / 4, 0, 1)
         # Finer by a factor n, a texture of slope beta is weaker by n^-(beta-2)/2.
         weaker = NEARER ** (1 - np.mean(self.betas) / 2)

@@ -68,7 +68,7 @@ class Panorama(Tile):
         soft = np.asarray(picture, dtype=np.float32)
         if psf_px:
             soft = np.asarray(cv2.GaussianBlur(soft, (0, 0), psf_px, borderType=cv2.BORDER_REPLICATE), np.float32)
-        return cls(soft.shape[1], soft, (0.0, 0.0), float(sheet.columns[0]), float(sheet.rows[0]))
+        return cls(sheet.shape, soft, (0.0, 0.0), float(sheet.columns[0]), float(sheet.rows[0]))
 
     def places(self, chart: Chart, shift_px: tuple[float, float]) -> tuple[Floats, Floats]:
         """(rows, cols) float32 each: column and row of the picture that each pixel sees."""

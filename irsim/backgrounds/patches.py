@@ -1,6 +1,6 @@
 """What lies on the ground: fields with lanes between them, roads, water, and clutter like targets.
 
-Each is painted on a periodic map of px, (side, side), and gives its cover (0..1, of each pixel) and
+Each is painted on a periodic map of px, (rows, columns), and gives its cover (0..1, of each pixel) and
 its temperature less the ground's, K. What is of one temperature has an edge, too, which is sharp
 however large the map is drawn.
 """
@@ -20,6 +20,9 @@ from irsim.backgrounds.plane import VANISHING_PX
 from irsim.kinds import Feature, Fraction, KelvinDifference, KelvinSpread, NotNegative, Part, Plausible, Positive
 from irsim.rng import stream
 from irsim.types import Floats
+
+Shape = tuple[int, int]
+"""Rows and columns."""
 
 Integers = npt.NDArray[np.integer]
 
@@ -42,12 +45,12 @@ class Fields(Part):
     lane_k: KelvinDifference = 3.0
     """Temperature of the lanes less the ground's mean, K."""
 
-    def paint(self, side: int, px_per_mrad: float, spread_k: float, seed: int) -> Painted:
-        """A square is split until its parts are of the wanted size, then bent so that no edge is straight for long."""
+    def paint(self, shape: Shape, px_per_mrad: float, spread_k: float, seed: int) -> Painted:
+        """The map is split until its parts are of the wanted size, then bent so that no edge is straight for long."""
         draw = stream(seed, "fields")
-        offsets, lanes = np.zeros((side, side), np.float32), np.zeros((side, side), np.float32)
+        offsets, lanes = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
         half = self.lane_mrad * px_per_mrad / 2
-        todo = [(0.0, 0.0, float(side), float(side))]
+        todo = [(0.0, 0.0, float(shape[1]), float(shape[0]))]
         while todo:
             x, y, w, h = todo.pop()
             limit = self.size_mrad * px_per_mrad * np.exp(draw.uniform(-0.4, 0.4))
@@ -75,10 +78,10 @@ def _within(pixels: Floats, low: float, high: float, edge: float) -> Floats:
 
 def _bend(texture: Floats, size_px: float, seed: int) -> Floats:
     """A periodic texture displaced smoothly, by a tenth of `size_px`."""
-    side = texture.shape[0]
-    across, down = (spectral(side, 4.5, None, 2 * size_px, 1.0, seed, "bend", axis) for axis in ("x", "y"))
-    x, y = np.meshgrid(np.arange(side, dtype=np.float32), np.arange(side, dtype=np.float32))
-    columns, rows = (np.mod(at + 0.1 * size_px * shift, side) for at, shift in ((x, across), (y, down)))
+    height, width = shape = texture.shape[0], texture.shape[1]
+    across, down = (spectral(shape, 4.5, None, 2 * size_px, 1.0, seed, "bend", axis) for axis in ("x", "y"))
+    x, y = np.meshgrid(np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32))
+    columns, rows = np.mod(x + 0.1 * size_px * across, width), np.mod(y + 0.1 * size_px * down, height)
     wide = cv2.copyMakeBorder(texture, 0, 1, 0, 1, cv2.BORDER_WRAP)
     return np.asarray(cv2.remap(wide, columns.astype(np.float32), rows.astype(np.float32), cv2.INTER_LINEAR))
 
@@ -87,11 +90,11 @@ class Even(Part):
     """Something of one temperature."""
 
     @abstractmethod
-    def inside(self, side: int, px_per_mrad: float, seed: int) -> Floats:
-        """(side, side): how far each pixel's middle is inside of its edge, px; outside, below 0."""
+    def inside(self, shape: Shape, px_per_mrad: float, seed: int) -> Floats:
+        """(rows, columns): how far each pixel's middle is inside of its edge, px; outside, below 0."""
 
-    def paint(self, side: int, px_per_mrad: float, contrast_k: float, seed: int) -> Painted:
-        cover = np.clip(self.inside(side, px_per_mrad, seed) + 0.5, 0, 1).astype(np.float32)
+    def paint(self, shape: Shape, px_per_mrad: float, contrast_k: float, seed: int) -> Painted:
+        cover = np.clip(self.inside(shape, px_per_mrad, seed) + 0.5, 0, 1).astype(np.float32)
         return cover, np.full_like(cover, contrast_k)
 
 
@@ -105,18 +108,20 @@ class Roads(Even):
     contrast_k: KelvinDifference | None = None
     """Temperature less the ground's mean, K; by the ground's `hour` where not given, else 6."""
 
-    def inside(self, side: int, px_per_mrad: float, seed: int) -> Floats:
-        distance = np.full((side, side), np.inf)
-        along = np.arange(side)
-        for number in range(round(self.count * side / 1024) or 1):
-            draw = stream(seed, "roads", number)
+    def inside(self, shape: Shape, px_per_mrad: float, seed: int) -> Floats:
+        distance = np.full(shape, np.inf)
+        for number in range(round(self.count * max(shape) / 1024) or 1):
+            side, length = shape if number % 2 else shape[::-1]
+            if number >= (round(self.count * side / 1024) or 1):
+                continue
+            along, draw = np.arange(length), stream(seed, "roads", number)
             waves = np.arange(1, 6)
-            amplitude = draw.standard_normal((2, 5)) * side * 0.05 / waves**1.5
-            phase = 2 * np.pi * np.outer(along / side, waves)
+            amplitude = draw.standard_normal((2, 5)) * length * 0.05 / waves**1.5
+            phase = 2 * np.pi * np.outer(along / length, waves)
             course = np.cos(phase) @ amplitude[0] + np.sin(phase) @ amplitude[1]
             slope = np.gradient(course)
             middle = draw.uniform(0, side) + course
-            off = np.abs((along[:, None] - middle + side / 2) % side - side / 2) / np.hypot(1, slope)
+            off = np.abs((np.arange(side)[:, None] - middle + side / 2) % side - side / 2) / np.hypot(1, slope)
             distance = np.minimum(distance, off if number % 2 else off.T)
         return np.asarray(self.width_mrad * px_per_mrad / 2 - distance)
 
@@ -131,8 +136,8 @@ class Water(Even):
     contrast_k: KelvinDifference | None = None
     """Temperature less the ground's mean, K; by the ground's `hour` where not given, else -8."""
 
-    def inside(self, side: int, px_per_mrad: float, seed: int) -> Floats:
-        field = spectral(side, 4.2, None, self.size_mrad * px_per_mrad, 1.3, seed, "water")
+    def inside(self, shape: Shape, px_per_mrad: float, seed: int) -> Floats:
+        field = spectral(shape, 4.2, None, self.size_mrad * px_per_mrad, 1.3, seed, "water")
         shore = float(np.quantile(field, 1 - self.share))
         steep = np.hypot(*np.gradient(field)) + 1e-6
         return np.asarray((field - shore) / steep)
@@ -155,19 +160,20 @@ class Clutter(Part):
     cold: Fraction = 0.2
     """Share of them that is colder than the ground."""
 
-    def paint(self, side: int, px_per_mrad: float, seed: int) -> Painted:
+    def paint(self, shape: Shape, px_per_mrad: float, seed: int) -> Painted:
         """Ellipses turned at random, twice as long as wide at most, half-way soft over a pixel at the edge."""
         draw = stream(seed, "clutter")
-        cover, kelvin = np.zeros((side, side), np.float32), np.zeros((side, side), np.float32)
-        for _ in range(draw.poisson(self.per_mrad2 * (side / px_per_mrad) ** 2)):
-            x, y, angle = draw.uniform(0, side), draw.uniform(0, side), draw.uniform(0, np.pi)
+        cover, kelvin = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
+        high, wide = shape
+        for _ in range(draw.poisson(self.per_mrad2 * (high / px_per_mrad * (wide / px_per_mrad)))):
+            x, y, angle = draw.uniform(0, wide), draw.uniform(0, high), draw.uniform(0, np.pi)
             length = draw.uniform(min(self.size_mrad), max(self.size_mrad)) * px_per_mrad / 2
             width = length * draw.uniform(0.5, 1)
             contrast = draw.uniform(min(self.contrast_k), max(self.contrast_k)) * (
                 -1 if draw.random() < self.cold else 1
             )
             columns, rows, inside = _ellipse((x, y), angle, length, width)
-            patch = np.ix_(rows % side, columns % side)
+            patch = np.ix_(rows % high, columns % wide)
             kelvin[patch] = np.where(inside > cover[patch], contrast, kelvin[patch])
             cover[patch] = np.maximum(cover[patch], inside)
         return cover, kelvin

@@ -20,9 +20,9 @@ def reach_px(sigma_px: float, side: int) -> int:
 
 
 def wrapped_blur(texture: Floats, sigma_px: float) -> Floats:
-    """A periodic texture (side, side), float32, after a Gaussian blur."""
+    """A periodic texture (rows, columns), float32, after a Gaussian blur."""
     texture = np.asarray(texture, dtype=np.float32)
-    reach = reach_px(sigma_px, texture.shape[0])
+    reach = reach_px(sigma_px, min(texture.shape))
     wide = np.asarray(cv2.copyMakeBorder(texture, reach, reach, reach, reach, cv2.BORDER_WRAP), dtype=np.float32)
     return inner_blur(wide, sigma_px, reach)
 
@@ -36,7 +36,7 @@ def inner_blur(wide: Floats, sigma_px: float, reach: int) -> Floats:
 
 
 def window(texture: Floats, rows: slice, columns: slice) -> Floats:
-    """A part of a periodic texture (side, side) or (side, side, channels); it may reach past its edges."""
+    """A part of a periodic texture (rows, columns) or (rows, columns, channels); it may reach past its edges."""
     down, across = (list(_pieces(*part)) for part in zip((rows, columns), texture.shape[:2], strict=True))
     strips = [[texture[piece, beside] for beside in across] for piece in down]
     if len(down) == len(across) == 1:
@@ -64,9 +64,9 @@ def coarseness(sigma_px: float, side: int) -> int:
 
 
 def shrunk(texture: Floats, coarse: int) -> Floats:
-    """(side / coarse, side / coarse) float32: the means of squares of (side, side)."""
-    side = texture.shape[0] // coarse
-    return np.asarray(cv2.resize(texture, (side, side), interpolation=cv2.INTER_AREA))
+    """(rows / coarse, columns / coarse) float32: the means of squares of (rows, columns)."""
+    rows, columns = (length // coarse for length in texture.shape[:2])
+    return np.asarray(cv2.resize(texture, (columns, rows), interpolation=cv2.INTER_AREA))
 
 
 CUBIC = 2
@@ -74,8 +74,8 @@ CUBIC = 2
 
 
 def enlarged(texture: Floats, coarse: int, rows: slice, columns: slice) -> Floats:
-    """A part of (side coarse, side coarse) float32 made of a periodic (side, side): a cubic between its pixels. The
-    part may reach past the edges."""
+    """A part of a picture `coarse` times larger than a periodic (rows, columns), float32: a cubic between its pixels.
+    The part may reach past the edges."""
     if coarse == 1:
         return window(texture, rows, columns)
     down, across = (slice(part.start // coarse - CUBIC, -(-part.stop // coarse) + CUBIC) for part in (rows, columns))

@@ -100,7 +100,7 @@ class Water:
         self._sea, self._sky, self._stage = sea, sky, stage
         self._column = None if stage.air.is_clear else Column.of(stage, sea.camera_height_m)
         self._waves = [_Waves(sea, number, stage.seed) for number in range(BANDS)] if sea.wind_m_s else []
-        self._gusts = _padded(spectral(TILE, 3.0, None, TILE / 8, 1.0, stage.seed, "gusts"))
+        self._gusts = _padded(spectral((TILE, TILE), 3.0, None, TILE / 8, 1.0, stage.seed, "gusts"))
         angles = np.linspace(0, np.pi / 2, STEPS)
         self._reflected = reflectance(stage.band, angles).astype(np.float32)[:, None]
         above = sky.radiance(angles) if isinstance(sky, ClearSky) else np.zeros(STEPS)

@@ -21,7 +21,7 @@ from irsim.backgrounds.evolving import Evolving
 from irsim.backgrounds.fields import Betas, Histogram, shaped, spectral
 from irsim.backgrounds.painting import Painting
 from irsim.backgrounds.periodic import coarseness, inner_blur, reach_px, shrunk
-from irsim.backgrounds.texture import Tile, tile_side
+from irsim.backgrounds.texture import Tile, tile_shape, tile_side
 from irsim.backgrounds.tiles import Tiled
 from irsim.climate import ClimateName
 from irsim.kinds import (
@@ -146,9 +146,9 @@ class Clouds(Part):
     def layer(self, stage: Stage) -> CloudLayer:
         """The textures of transmittance and emission of a cloud that only drifts, ready to be sampled."""
         geometry = stage.geometry
-        side = tile_side(geometry.size)
+        shape = tile_shape(geometry.size)
         thickness, warmth = (
-            spectral(side, self.beta, self.betas, self._correlation_px(stage), self.stretch, stage.seed, self.id, what)
+            spectral(shape, self.beta, self.betas, self._correlation_px(stage), self.stretch, stage.seed, self.id, what)
             for what in ("thickness", "warmth")
         )
         painted = self.paint(thickness, warmth, stage)
@@ -156,10 +156,10 @@ class Clouds(Part):
         return CloudLayer(self.id, self.range_m, Painting(tiles, self._drift_px_s(geometry.ifov_rad)))
 
     def paint(self, thickness: Floats, warmth: Floats, stage: Stage) -> tuple[Floats, Floats]:
-        """Transmittance and emission, before optics, of two (side, side) periodic fields of mean 0 and variance 1."""
-        whole, coarse = slice(0, thickness.shape[0]), self._coarse(stage)
+        """Transmittance and emission, before optics, of two periodic fields, (rows, columns), mean 0, variance 1."""
+        (rows, columns), coarse = (slice(0, length) for length in thickness.shape), self._coarse(stage)
         relief = self._relief(shrunk(thickness, coarse), stage)
-        lit = None if relief is None else relief.lit(whole, whole)
+        lit = None if relief is None else relief.lit(rows, columns)
         return self._look(stage).paint(shaped(thickness, self.histogram), warmth, lit)
 
     def evolving(self, stage: Stage) -> Drifting:
@@ -217,7 +217,7 @@ class Clouds(Part):
 
     def _coarse(self, stage: Stage) -> int:
         """How many times smaller the cloud's relief may be worked out."""
-        return coarseness(self._smoothed_px(stage), tile_side(stage.geometry.size))
+        return coarseness(self._smoothed_px(stage), min(tile_shape(stage.geometry.size)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -89,7 +89,7 @@ class _Canvas:
 
 def _texture(sheet: Sheet, beta: float, size_px: float, seed: int, *address: str) -> Floats:
     """(rows, cols) of a sheet: a field of mean 0 and variance 1."""
-    field = spectral(TILE, beta, None, size_px, 1.0, seed, *address)
+    field = spectral((TILE, TILE), beta, None, size_px, 1.0, seed, *address)
     rows, columns = (np.mod(np.arange(length), TILE) for length in sheet.shape)
     return np.asarray(field[np.ix_(rows, columns)])
 

@@ -14,30 +14,47 @@ TILE = 1024
 """Side of a texture, px; it repeats beyond."""
 
 
+ROOM = 64
+"""How much farther than a frame a texture is repeated, px: key frames are larger."""
+
+SQUARE = 2048
+"""Side up to which a texture is as wide as high, px, whatever the frame."""
+
+
 @dataclass(frozen=True, eq=False)
 class Tile:
-    """A periodic texture on the chart's map; repeated past its edges so that a frame needs no wrap."""
+    """A periodic texture on the chart's map; repeated past its edges so that a frame needs no wrap, unless it is much
+    longer than wide and rolled."""
 
-    side: int
+    shape: tuple[int, int]
+    """Its periods, px, down and across."""
     padded: Floats
     phase: tuple[float, float]
     """Where the map's (0, 0) lies between texels: so that a camera at rest sees texels, unblurred by interpolation."""
 
     @classmethod
     def of(cls, texture: Floats, frame: tuple[int, int], psf_px: float) -> Tile:
-        """A square texture (side, side), blurred by the optics, for frames of (columns, rows)."""
-        margin = repeated_px(frame)
+        """A texture (rows, columns), blurred by the optics, for frames of (columns, rows)."""
         columns, rows = frame
+        (high, wide), most = texture.shape, repeated_px(frame)
+        margins = (most, most) if high == wide else (rows + ROOM, columns + ROOM)
         phase = (columns - 1) / 2 % 1, (rows - 1) / 2 % 1  # (0, 0) is the frame's middle
-        return cls(texture.shape[0], np.pad(_blurred(texture, psf_px), (0, margin), mode="wrap"), phase)
+        return cls(
+            (high, wide), np.pad(_blurred(texture, psf_px), [(0, margin) for margin in margins], mode="wrap"), phase
+        )
 
     def places(self, chart: Chart, shift_px: tuple[float, float]) -> tuple[Floats, Floats]:
         """(rows, cols) float32 each: column and row of the texture that each pixel sees."""
         u, v = chart.u - shift_px[0] + self.phase[0], chart.v - shift_px[1] + self.phase[1]
         # Whole periods are taken off before float32, whose steps would grow with distance.
-        u = u - np.floor(u.min() / self.side) * self.side
-        v = v - np.floor(v.min() / self.side) * self.side
-        return chart.spread(u), chart.spread(v)
+        u, v = (at - np.floor(at.min() / period) * period for at, period in zip((u, v), self.shape[::-1], strict=True))
+        columns, rows = (
+            np.mod(places, period) if places.max() > length - 1 else places
+            for places, period, length in zip(
+                (chart.spread(u), chart.spread(v)), self.shape[::-1], self.padded.shape[::-1], strict=True
+            )
+        )
+        return columns, rows
 
     def at(self, columns: Floats, rows: Floats) -> Floats:
         """The texture at places between its pixels, linearly."""
@@ -46,17 +63,24 @@ class Tile:
 
 def _blurred(texture: Floats, sigma_px: float) -> Floats:
     """A periodic texture after a Gaussian blur; its transform is exp(-2 pi^2 sigma^2 f^2)."""
-    side = texture.shape[0]
-    square = np.fft.fftfreq(side)[:, None] ** 2 + np.fft.rfftfreq(side)[None, :] ** 2
+    rows, columns = texture.shape
+    square = np.fft.fftfreq(rows)[:, None] ** 2 + np.fft.rfftfreq(columns)[None, :] ** 2
     passed = np.exp(-2 * np.pi**2 * sigma_px**2 * square)
     return np.fft.irfft2(np.fft.rfft2(texture) * passed, s=texture.shape).astype(np.float32)
 
 
 def repeated_px(frame: tuple[int, int]) -> int:
     """How far a periodic texture is repeated past its edges, px, so that a frame (columns, rows) needs no wrap."""
-    return int(np.hypot(*frame)) + 64
+    return int(np.hypot(*frame)) + ROOM
 
 
 def tile_side(frame: tuple[int, int]) -> int:
     """Side of the texture for frames of (columns, rows): at least TILE, and no smaller than a frame."""
     return max(TILE, 1 << (max(frame) - 1).bit_length())
+
+
+def tile_shape(frame: tuple[int, int]) -> tuple[int, int]:
+    """Rows and columns of the same where it need not be square: of a frame much longer than wide only TILE across."""
+    side = tile_side(frame)
+    columns, rows = (side if length > TILE or side <= SQUARE else TILE for length in frame)
+    return rows, columns

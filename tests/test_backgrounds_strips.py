@@ -1,0 +1,62 @@
+"""Pictures that are much longer than wide: their textures are no larger than they need be."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+from country import gaze, stage
+
+from irsim.backgrounds import Ground
+from irsim.backgrounds.chart import Chart
+from irsim.backgrounds.patches import Roads
+from irsim.backgrounds.texture import Tile, tile_shape
+from irsim.types import Floats
+
+
+@pytest.mark.parametrize(
+    ("frame", "shape"),
+    [
+        ((640, 512), (1024, 1024)),
+        ((1280, 720), (2048, 2048)),
+        ((4096, 3000), (4096, 4096)),
+        ((4096, 16), (1024, 4096)),
+        ((16, 3000), (4096, 1024)),
+    ],
+)
+def test_a_texture_is_as_large_as_its_frame(frame: tuple[int, int], shape: tuple[int, int]) -> None:
+    assert tile_shape(frame) == shape
+
+
+@pytest.mark.parametrize("turn", [(0.0, 0.0, 0.0), (0.3, -0.2, 0.0), (0.0, 0.0, 1.2), (0.0, 0.0, np.pi / 2)])
+def test_a_strip_sees_its_texture_however_it_is_turned(turn: tuple[float, float, float]) -> None:
+    """Beside the texture looked up where each pixel sees it, wrapped by whole numbers."""
+    scene = stage(size=(2500, 16))
+    texture = np.random.default_rng(1).normal(size=tile_shape((2500, 16))).astype(np.float32)
+    tile, chart = Tile.of(texture, (2500, 16), 0.5), gaze(scene, turn=turn).chart
+    soft = tile.padded[: texture.shape[0], : texture.shape[1]]
+    closed = np.pad(soft, (0, 1), mode="wrap")
+    u, v = (np.mod(chart.spread(at) + phase, period) for at, phase, period in _axes(chart, tile))
+    expected = cv2.remap(closed, u, v, cv2.INTER_LINEAR)
+    assert tile.at(*tile.places(chart, (0.0, 0.0))) == pytest.approx(expected, abs=0.15)
+    assert np.std(tile.at(*tile.places(chart, (0.0, 0.0))) - expected) < 0.02 * np.std(expected)
+
+
+def _axes(chart: Chart, tile: Tile) -> list[tuple[Floats, float, int]]:
+    return [(chart.u, tile.phase[0], tile.shape[1]), (chart.v, tile.phase[1], tile.shape[0])]
+
+
+def test_roads_are_as_many_on_each_px_of_a_strip() -> None:
+    square, strip = (float((Roads(count=6).inside(shape, 2.0, 1) > 0).mean()) for shape in ((2048, 2048), (1024, 4096)))
+    assert strip == pytest.approx(square, rel=0.15)
+
+
+def test_ground_with_all_on_it_fills_a_strip_evenly() -> None:
+    scene = stage(size=(4096, 16))
+    ground = Ground.model_validate({"fields": {}, "roads": {}, "water": {"share": 0.3}, "clutter": {"per_mrad2": 0.01}})
+    for layer in ground.layers(scene):
+        emission = layer.light(gaze(scene))[1]
+        assert emission.shape == (16, 4096)
+        assert emission.std() > 0
+        halves = emission[:, :2048], emission[:, 2048:]
+        assert not np.allclose(*halves)
