@@ -14,6 +14,7 @@ from irsim.kinds import Kind, Part
 NOT_PIXELS = {
     *(
         "__main__",
+        "asked",
         "authoring",
         "cards",
         "cli",
