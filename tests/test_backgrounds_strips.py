@@ -1,4 +1,4 @@
-"""Pictures that are much longer than wide: their textures are no larger than they need be."""
+"""Textures repeat without a seam, and are no larger than pictures that are much longer than wide need."""
 
 from __future__ import annotations
 
@@ -30,20 +30,35 @@ def test_a_texture_is_as_large_as_its_frame(frame: tuple[int, int], shape: tuple
 
 @pytest.mark.parametrize("turn", [(0.0, 0.0, 0.0), (0.3, -0.2, 0.0), (0.0, 0.0, 1.2), (0.0, 0.0, np.pi / 2)])
 def test_a_strip_sees_its_texture_however_it_is_turned(turn: tuple[float, float, float]) -> None:
-    """Beside the texture looked up where each pixel sees it, wrapped by whole numbers."""
     scene = stage(size=(2500, 16))
     texture = np.random.default_rng(1).normal(size=tile_shape((2500, 16))).astype(np.float32)
     tile, chart = Tile.of(texture, (2500, 16), 0.5), gaze(scene, turn=turn).chart
-    soft = tile.padded[: texture.shape[0], : texture.shape[1]]
-    closed = np.pad(soft, (0, 1), mode="wrap")
-    u, v = (np.mod(chart.spread(at) + phase, period) for at, phase, period in _axes(chart, tile))
-    expected = cv2.remap(closed, u, v, cv2.INTER_LINEAR)
+    expected = _wrapped(tile, chart, (0.0, 0.0))
     assert tile.at(*tile.places(chart, (0.0, 0.0))) == pytest.approx(expected, abs=0.15)
     assert np.std(tile.at(*tile.places(chart, (0.0, 0.0))) - expected) < 0.02 * np.std(expected)
 
 
-def _axes(chart: Chart, tile: Tile) -> list[tuple[Floats, float, int]]:
-    return [(chart.u, tile.phase[0], tile.shape[1]), (chart.v, tile.phase[1], tile.shape[0])]
+@pytest.mark.parametrize("size", [(640, 512), (2500, 16), (16, 2500)])
+@pytest.mark.parametrize("axis", [0, 1])
+def test_there_is_no_seam_where_a_texture_that_drifts_comes_in(size: tuple[int, int], axis: int) -> None:
+    """The outermost nodes of the chart are just right of the texture's edge, the outermost pixels are still left."""
+    texture = np.random.default_rng(1).normal(size=tile_shape(size)).astype(np.float32)
+    tile, chart = Tile.of(texture, size, 0.5), gaze(stage(size=size)).chart
+    shift = [0.0, 0.0]
+    shift[axis] = float(chart.uv[axis].min()) + tile.phase[axis] - 0.01
+    right, down = shift
+    found = tile.at(*tile.places(chart, (right, down)))
+    assert found == pytest.approx(_wrapped(tile, chart, (right, down)), abs=0.01)
+
+
+def _wrapped(tile: Tile, chart: Chart, shift: tuple[float, float]) -> Floats:
+    """The texture where each pixel sees it, wrapped by whole numbers."""
+    soft = tile.padded[: tile.shape[0], : tile.shape[1]]
+    columns, rows = (
+        np.mod(chart.spread(at - by + phase), period).astype(np.float32)
+        for at, by, phase, period in zip(chart.uv, shift, tile.phase, tile.shape[::-1], strict=True)
+    )
+    return np.asarray(cv2.remap(np.pad(soft, (0, 1), mode="wrap"), columns, rows, cv2.INTER_LINEAR))
 
 
 def test_roads_are_as_many_on_each_px_of_a_strip() -> None:

@@ -46,10 +46,11 @@ class Tile:
     def places(self, chart: Chart, shift_px: tuple[float, float]) -> tuple[Floats, Floats]:
         """(rows, cols) float32 each: column and row of the texture that each pixel sees."""
         u, v = chart.u - shift_px[0] + self.phase[0], chart.v - shift_px[1] + self.phase[1]
-        # Whole periods are taken off before float32, whose steps would grow with distance.
+        # Whole periods are taken off before float32, whose steps would grow with distance. The frame's edge lies a
+        # little past the outermost nodes, and may be left of 0 still.
         u, v = (at - np.floor(at.min() / period) * period for at, period in zip((u, v), self.shape[::-1], strict=True))
         columns, rows = (
-            np.mod(places, period) if places.max() > length - 1 else places
+            np.mod(places, period) if places.min() < 0 or places.max() > length - 1 else places
             for places, period, length in zip(
                 (chart.spread(u), chart.spread(v)), self.shape[::-1], self.padded.shape[::-1], strict=True
             )
