@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import fields
+from functools import lru_cache
 from operator import attrgetter
 from typing import Any, TypeVar
 
@@ -10,11 +12,17 @@ Value = TypeVar("Value")
 
 
 def lean(cls: type[Value]) -> type[Value]:
-    """A dataclass of two fields or more, whose values are pickled by these in order."""
-    values = attrgetter(*(field.name for field in fields(cls)))  # type: ignore[arg-type]
+    """A dataclass of two fields or more, whose values, and those of its subclasses, are pickled by these in order."""
 
     def reduce(self: Value) -> tuple[type[Value], tuple[Any, ...]]:
-        return type(self), values(self)
+        kind = type(self)
+        return kind, _values(kind)(self)  # type: ignore[arg-type]  # mypy takes its values' hash for the class's
 
     cls.__reduce__ = reduce  # type: ignore[assignment]
     return cls
+
+
+@lru_cache
+def _values(cls: type[Any]) -> Callable[[object], tuple[Any, ...]]:
+    """What gives the values of all fields of a dataclass."""
+    return attrgetter(*(field.name for field in fields(cls)))

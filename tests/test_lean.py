@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import pickle
-from dataclasses import fields
+from dataclasses import dataclass, fields
 
 import numpy as np
 import pytest
@@ -18,7 +18,20 @@ class Bird(Box):
     """A kind of box."""
 
 
-@pytest.mark.parametrize("value", [Box(1.0, 2.0, 3.0, 4.0), Bird(0.0, 0.0, 1.0, 1.0), TARGET, Truth(3, 0.1, (TARGET,))])
+@dataclass(frozen=True)
+class Ringed(Box):
+    """One with a field of its own."""
+
+    ring: str = ""
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        *(Box(1.0, 2.0, 3.0, 4.0), Bird(0.0, 0.0, 1.0, 1.0), Ringed(0.0, 0.0, 1.0, 1.0, "red")),
+        *(TARGET, Truth(3, 0.1, (TARGET,))),
+    ],
+)
 def test_a_value_comes_back_equal_and_of_its_kind(value: object) -> None:
     for back in (pickle.loads(pickle.dumps(value)), copy.deepcopy(value), copy.copy(value)):
         assert back == value
