@@ -106,8 +106,10 @@ class _Rack:
                 begin = 0
             end = begin + what.size
             self._keys[(self._begins < end) & (self._ends > begin)] = NOBODY
+            self._keys[entry] = NOBODY
             self._data[begin:end] = what
-            self._keys[entry], self._begins[entry], self._ends[entry] = key, begin, end
+            self._begins[entry], self._ends[entry] = begin, end
+            self._keys[entry] = key  # at last: who is interrupted before leaves nothing that others would find
             self._count += 1
         finally:
             self._lock.release()

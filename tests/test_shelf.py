@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 import multiprocessing
+import sys
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from threading import Lock
+from types import FrameType
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -85,6 +90,49 @@ def test_what_is_got_is_what_would_be_made(wanted: list[tuple[int, int]], size: 
     with shelves[0].opened(*common), shelves[1].opened(*common):
         for number, length in wanted:
             asked(shelves[length % 2], number, sizes.setdefault(number, length))
+
+
+@pytest.mark.parametrize("next_one", [0, 2])
+def test_who_is_interrupted_leaves_nothing_that_is_not_whole(monkeypatch: pytest.MonkeyPatch, next_one: int) -> None:
+    """Wherever in its code; its entry is another's, 0's, before."""
+    monkeypatch.setattr("irsim.shelf.ENTRIES", 2)
+    monkeypatch.setattr("irsim.shelf.HEAD", 8 * 7)
+    steps, stopped = 0, True
+    while stopped:
+        shelf, common = Shelf(), (memory(0), Lock())
+        with shelf.opened(*common):
+            assert asked(shelf, 0, 1)
+            assert asked(shelf, 1, 1)
+            stopped = interrupted(steps, partial(asked, shelf, 2, 1))
+            asked(shelf, next_one, 1)
+        steps += 1
+    assert steps > 20
+
+
+def interrupted(steps: int, call: Callable[[], object]) -> bool:
+    """Whether it was, after so many of Python's instructions in `put`."""
+    left = steps
+
+    def trace(frame: FrameType, event: str, _: object) -> Any:
+        nonlocal left
+        if frame.f_code.co_name != "put":
+            return None
+        frame.f_trace_opcodes = True
+        if event == "opcode":
+            left -= 1
+            if left < 0:
+                raise KeyboardInterrupt
+        return trace
+
+    before = sys.gettrace()
+    sys.settrace(trace)
+    try:
+        call()
+    except KeyboardInterrupt:
+        return True
+    finally:
+        sys.settrace(before)
+    return False
 
 
 def test_nobody_waits_for_one_that_never_gives_the_lock_back() -> None:
