@@ -14,7 +14,7 @@ import numpy as np
 from irsim.backgrounds import Sky
 from irsim.errors import InputError, Notice
 from irsim.motion import Crosses
-from irsim.occluders import Occluder
+from irsim.occluders import Bar, Occluder
 from irsim.scenario import Scenario
 from irsim.sprite import Sprite
 from irsim.types import Box, Floats
@@ -89,7 +89,8 @@ def overlong(scenario: Scenario) -> Iterator[Notice]:
         asked, count = last - first + 1, end - begin + 1
         if count > MUCH * asked + _passing(watch, occluder, name):
             stands = "foot_px" in occluder.placing and _goes_up_or_down(watch, occluder, name)
-            why = f"a {occluder.kind} stands on the ground; try a bar, or smoke" if stands else "try a bar, or a place"
+            other = "a place" if isinstance(occluder, Bar) else "a bar, or a place"
+            why = f"a {occluder.kind} stands on the ground; try a bar, or smoke" if stands else f"try {other}"
             yield Notice(
                 ("occluders", index, "frames"),
                 f"it hides {name} in frames {begin} to {end}, {count} of them where {asked} are asked: {why}",

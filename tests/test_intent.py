@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from irsim import InputError, loads, open_recording, record
+from irsim import InputError, Scenario, loads, open_recording, record
 from irsim.cli import app
+from irsim.intent import overlong
 from irsim.loader import warnings
 from irsim.occluders import OCCLUDERS
 from irsim.render import Renderer
@@ -119,6 +120,23 @@ def test_what_hides_far_longer_than_asked_is_told(tmp_path: Any, kind: str, told
         assert len(held) > 30
     else:
         assert lines == []
+
+
+@pytest.mark.parametrize(("kind", "advice"), [("bar", "try a place"), ("pole", "try a bar, or a place")])
+def test_a_bar_that_hides_a_slow_point_far_longer_than_asked_is_not_told_to_be_one(kind: str, advice: str) -> None:
+    slow = {"kind": "straight", "start": (30, 40), "speed": 0.1}
+    told = overlong(
+        Scenario.model_validate(
+            {
+                "frames": 80,
+                "camera": {"size": (80, 80)},
+                "background": {"kind": "ground", "spread_k": 0},
+                "targets": [{"id": "slow", "shape": {"kind": "point"}, "path": {**slow, "range_m": 2000}}],
+                "occluders": [{"kind": kind, "range_m": 500, "hides": "slow", "frames": (40, 42)}],
+            }
+        )
+    )
+    assert [notice.what.rpartition(": ")[2] for notice in told] == [advice]
 
 
 def test_it_hides_a_point_with_its_skirts() -> None:
