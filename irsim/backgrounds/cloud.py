@@ -72,7 +72,7 @@ class Relief:
     steeper than twice the rms slope is as bright as can be."""
 
     falling: Floats
-    """(side / coarse, side / coarse) float32: how steeply it falls off towards the sun."""
+    """(rows / coarse, columns / coarse) float32: how steeply it falls off towards the sun."""
     coarse: int
 
     @classmethod
