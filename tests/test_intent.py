@@ -124,18 +124,15 @@ def test_what_hides_far_longer_than_asked_is_told(tmp_path: Any, kind: str, told
 
 @pytest.mark.parametrize(("kind", "advice"), [("bar", "try a place"), ("pole", "try a bar, or a place")])
 def test_a_bar_that_hides_a_slow_point_far_longer_than_asked_is_not_told_to_be_one(kind: str, advice: str) -> None:
-    slow = {"kind": "straight", "start": (30, 40), "speed": 0.1}
-    told = overlong(
-        Scenario.model_validate(
-            {
-                "frames": 80,
-                "camera": {"size": (80, 80)},
-                "background": {"kind": "ground", "spread_k": 0},
-                "targets": [{"id": "slow", "shape": {"kind": "point"}, "path": {**slow, "range_m": 2000}}],
-                "occluders": [{"kind": kind, "range_m": 500, "hides": "slow", "frames": (40, 42)}],
-            }
-        )
-    )
+    slow = {"kind": "straight", "start": (30, 40), "speed": 0.1, "range_m": 2000}
+    scenario = {
+        "frames": 80,
+        "camera": {"size": (80, 80)},
+        "background": {"kind": "ground", "spread_k": 0},
+        "targets": [{"id": "slow", "shape": {"kind": "point"}, "path": slow}],
+        "occluders": [{"kind": kind, "range_m": 500, "hides": "slow", "frames": (40, 42)}],
+    }
+    told = overlong(Scenario.model_validate(scenario))
     assert [notice.what.rpartition(": ")[2] for notice in told] == [advice]
 
 
