@@ -73,7 +73,8 @@ def check(
         except InputError as error:
             wrong += 1
             # As `FILE:LINE:COLUMN: ...`, without a prefix, so that editors can jump there.
-            print(error, file=sys.stderr)
+            own = len(scenarios) == 1 or Path(scenario).stem in str(error)
+            print(error if own else f"{scenario}: {error}", file=sys.stderr)
         else:
             for line in told:
                 print(line, file=sys.stderr)

@@ -36,7 +36,7 @@ BESIDE = 2
 """Chunks in memory that is shared beside those that workers have: one that is next, and one that is taken from."""
 
 EACH = 2
-"""Chunks that a worker may have to render: the one that it is at, and the next."""
+"""Chunks that a worker may have to render, where there are places: the one that it is at, and the next."""
 
 OWN = EACH + 1
 """Chunks that this process may have rendered before they are wanted. More than a worker has, or it would wait for those

@@ -30,7 +30,6 @@ Input = Literal["display", "counts"]
 Look = Literal["cloud", "horizon", "trees", "treeline", "ground", "city"]
 """Classes of real backgrounds whose figures are known (`irsim realism`)."""
 
-
 SHOWN = 0.5
 """A target is shown, and not hidden, where at least this fraction of it is visible."""
 

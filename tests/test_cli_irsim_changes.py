@@ -62,3 +62,18 @@ def test_no_part_to_switch_off_is_told(run: Run, folder: Path) -> None:
         done = run(command, "scene.yaml", "--without", "nobody", *extra, cwd=folder)
         assert done.returncode == 2
         assert "override without: without.0: there is no 'nobody'; allowed: jet, white" in done.stderr
+
+
+def test_nothing_is_warned_of_that_is_switched_off(run: Run, folder: Path) -> None:
+    late = SMALL_SCENE.replace("- id: jet", "- id: jet\n    absent: [[30, 40]]")
+    (folder / "scene.yaml").write_text(late)
+    assert "targets.jet.absent.0: warning: it begins at frame 30" in run("check", "scene.yaml", cwd=folder).stderr
+    assert run("check", "scene.yaml", "--without", "jet", cwd=folder).stderr == ""
+
+
+def test_of_several_scenarios_it_is_said_which_is_wrong(run: Run, folder: Path) -> None:
+    (folder / "other.yaml").write_text(SMALL_SCENE.replace("jet", "plane"))
+    done = run("check", "scene.yaml", "other.yaml", "--without", "jet", cwd=folder)
+    assert done.returncode == 2
+    assert done.stdout == "scene.yaml: ok\n"
+    assert done.stderr.startswith("other.yaml: override without: without.0: there is no 'jet'; allowed: plane, white")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from irsim.doubts.air import beyond_fit, long_paths, long_views, unlike_skies
 from irsim.doubts.background import cold_clouds, folded, large_features, off_scale
@@ -22,6 +22,20 @@ DOUBTS = (
 
 
 def doubts(scenario: Scenario) -> Iterator[Notice]:
-    """Warnings, such as of a path longer than any that the atmosphere was fitted to."""
+    """Warnings, such as of a path longer than any that the atmosphere was fitted to; none of what is switched off."""
     for doubt in DOUBTS:
-        yield from doubt(scenario)
+        yield from (notice for notice in doubt(scenario) if _counts(scenario, notice.at))
+
+
+def _counts(scenario: Scenario, at: tuple[str | int, ...]) -> bool:
+    """Whether all parts on the way to a place are switched on."""
+    part: object = scenario
+    for step in at:
+        if isinstance(step, int):
+            part = part[step] if isinstance(part, Sequence) and step < len(part) else None
+        else:
+            part = getattr(part, step, None)
+        name = getattr(part, "id", None) or getattr(part, "name", None)
+        if isinstance(name, str) and not scenario.is_on(name):
+            return False
+    return True
