@@ -12,6 +12,7 @@ import pytest
 from country import gaze, stage
 
 from irsim.backgrounds import Landscape, plane
+from irsim.backgrounds.panorama import Sheet
 from irsim.backgrounds.patches import Roads
 from irsim.geometry import Geometry
 from irsim.radiometry import temperature
@@ -26,6 +27,32 @@ def lying(keys: dict[str, Any], scene: Stage) -> tuple[Floats, Floats]:
     passed, emission = layer.light(gaze(scene))
     assert passed is not None
     return 1 - passed, np.asarray(temperature("lwir", (emission + 1e-9) / np.maximum(1 - passed, 1e-3)))
+
+
+@pytest.mark.parametrize(("finer", "below"), [(1.0, 700), (1.0, 1800), (5.0, 1800)])
+def test_near_ground_shows_texels_as_long_as_wide(finer: float, below: int) -> None:
+    """Seen slantwise, at an angle d below the level, a texel is about d times as high as wide."""
+    ifov_rad, wave = 0.25e-3, np.cos(2 * np.pi * np.arange(1024) / 64).astype(np.float32)
+    rows, columns = np.arange(below - 400.0, below + 401.0), np.arange(-2000.0, 2000.0)
+    depths = np.full((len(rows), len(columns)), rows[:, None])
+    across, along = (
+        plane.laid(texture, Sheet(columns, rows, 0.0), depths, finer, ifov_rad)
+        for texture in (np.tile(wave, (1024, 1)), np.tile(wave[:, None], (1, 1024)))
+    )
+    under = below + plane.VANISHING_PX
+    a_px = 2 * np.pi / 64 * plane.VANISHING_PX * finer / under  # of the wave's phase, across
+    assert np.diff(across, axis=1)[400].std() == pytest.approx(a_px / math.sqrt(2), rel=0.05)
+    phases = np.arccos(np.clip(along[360:441, 0], -1, 1))
+    assert np.abs(np.diff(phases)).mean() == pytest.approx(a_px / (under * ifov_rad), rel=0.05)
+
+
+@pytest.mark.parametrize("depression_deg", [10.0, 20.0, 30.0, 60.0])
+def test_ground_seen_from_above_has_no_streaks_towards_the_camera(depression_deg: float) -> None:
+    """Up and down it changes no slower than across."""
+    scene = replace(stage(elevation_deg=-depression_deg, size=(320, 240)), seed=3)
+    land = Landscape.model_validate({"hills_mrad": 0.0, "camera_height_m": 400.0})
+    light = land.layers(scene)[0].light(gaze(scene))[1]
+    assert np.diff(light, axis=1).std() < np.diff(light, axis=0).std()
 
 
 def test_roads_are_as_wide_as_the_ground_is_near() -> None:

@@ -96,16 +96,17 @@ class Landscape(Sky):
         self, sheet: Sheet, below: Floats, kelvin: Floats, stage: Stage
     ) -> Iterator[tuple[str, Floats | float, Floats]]:
         """Name, cover and temperature of all that lies on ground of temperatures (rows, cols), the lowest first."""
-        px_per_mrad = 1e-3 / stage.geometry.ifov_rad
+        unit = stage.geometry.ifov_rad
+        px_per_mrad = 1e-3 / unit
         if self.fields is not None:
             spread = typical(self.fields.spread_k, self.hour, "fields")
             painted = self.fields.paint((TILE, TILE), px_per_mrad, spread, stage.seed)[1]
-            yield "fields", 1.0, laid(painted, sheet, below, 1.0, 4.0) + (kelvin + self.ground_k) / 2
+            yield "fields", 1.0, laid(painted, sheet, below, 1.0, unit) + (kelvin + self.ground_k) / 2
         for name, even in (("water", self.water), ("roads", self.roads)):
             if even is not None:
                 inside = even.inside((TILE, TILE), px_per_mrad, stage.seed).astype(np.float32)
                 warmth = self.ground_k + typical(even.contrast_k, self.hour, name)
-                yield name, covered(inside, sheet, below, stage.geometry.ifov_rad), np.full_like(kelvin, warmth)
+                yield name, covered(inside, sheet, below, unit), np.full_like(kelvin, warmth)
         if self.clutter is not None:
             spots, offset = self.clutter.stand(below, px_per_mrad, stage.seed)
             yield "clutter", spots, self.ground_k + offset
@@ -123,7 +124,7 @@ class Landscape(Sky):
         near = np.clip((below / VANISHING_PX - 1) / 4, 0, 1)
         # Finer by a factor n, a texture of slope beta is weaker by n^-(beta-2)/2.
         weaker = NEARER ** (1 - np.mean(self.betas) / 2)
-        kelvin = laid(field, sheet, below, 1.0, 3.0) + near * weaker * laid(field, sheet, below, NEARER, 2 * NEARER)
+        kelvin = laid(field, sheet, below, 1.0, unit) + near * weaker * laid(field, sheet, below, NEARER, unit)
         return self.ground_k + self.spread_k * kelvin, cover, below
 
     def _laid(self, name: str, sheet: Sheet, cover: Floats, kelvin: Floats, stage: Stage) -> Laid:

@@ -26,15 +26,17 @@ TURNED = math.atan(((math.sqrt(5) - 1) / 2) ** 3)
 repetitions do not lie behind one another."""
 
 
-def laid(texture: Floats, sheet: Sheet, below: Floats, finer_x: float, finer_y: float) -> Floats:
-    """(rows, cols): a periodic texture laid on the ground; at the horizon one texel is one px, divided by `finer`.
+def laid(texture: Floats, sheet: Sheet, below: Floats, finer: float, ifov_rad: float) -> Floats:
+    """(rows, cols): a periodic texture laid on the ground; at the horizon one texel is 1 / `finer` px wide.
 
-    below: (rows, cols) px below the horizon.
+    below: (rows, cols) px below the horizon. Near ground shows texels as long as wide, seen slantwise; ground so far
+    that a texel would be less than a row high shows one in each row, or what is fine would flicker.
     """
-    shrunk = VANISHING_PX / (below + VANISHING_PX)
-    side = texture.shape[0]
-    places = sheet.columns * shrunk * finer_x, VANISHING_PX * shrunk * finer_y
-    x, y = (np.mod(at, side).astype(np.float32) for at in places)
+    under = below + VANISHING_PX
+    side, steep = texture.shape[0], VANISHING_PX * finer / ifov_rad
+    far = math.sqrt(steep)  # where a texel is a row high, px
+    along = np.where(under < far, under, 2 * far - steep / np.maximum(under, far))
+    x, y = (np.mod(at, side).astype(np.float32) for at in (sheet.columns * VANISHING_PX * finer / under, along))
     return np.asarray(cv2.remap(_closed(texture), x, y, cv2.INTER_LINEAR))
 
 
