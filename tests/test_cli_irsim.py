@@ -57,7 +57,7 @@ def test_check_takes_changes_to_all_scenarios(run: Run, folder: Path) -> None:
     done = run("check", "scene.yaml", "camera.netd_mk=-1", "sky", cwd=folder)
     assert (done.returncode, done.stdout) == (2, "")
     told = "override camera.netd_mk: -1 is out of range; allowed: a number, from 0 to 10000"
-    assert done.stderr.splitlines() == [told, told]
+    assert done.stderr.splitlines() == [f"scene.yaml: {told}", f"sky: {told}"]
     assert run("check", "scene.yaml", "camera.netd_mk=1", cwd=folder).stdout == "scene.yaml: ok\n"
 
 
