@@ -85,17 +85,17 @@ def compose(
     gaze: Gaze,
     band: Band,
     noise: Noise = quiet,
-    exact: bool = False,
+    out: Floats | None = None,
 ) -> tuple[Floats, list[Seen]]:
     """Everything drawn far to near on the first layer: radiance (rows, cols) float32, and the targets seen.
 
     At one range a layer is behind a sprite.
 
     noise  the camera's in this frame, for the targets' SCR
-    exact  sum up in float64
+    out    where it is put, (rows, cols); summed up in float64 if it is so
     """
     under: Floats = layers[0].light(gaze)[1]
-    light = np.empty(under.shape, np.float64 if exact else np.float32)
+    light = np.empty(under.shape, np.float32) if out is None else out
     seen: list[Seen] = []
     things: list[Layer | Piece] = sorted([*layers[1:], *pieces], key=lambda thing: -thing.range_m)
     if not things or isinstance(things[0], Piece) or under.dtype != light.dtype:

@@ -5,25 +5,26 @@ from __future__ import annotations
 import multiprocessing
 import os
 from collections import deque
-from collections.abc import Generator, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import ExitStack, closing
+from dataclasses import dataclass, field
+from functools import partial
+from operator import itemgetter
 
 import numpy as np
 
+from irsim.division import DIVIDED, TRIED, WHOLE, Picture, Trial, Way
 from irsim.errors import IrsimError, whole
-from irsim.interrupts import beginning, interrupts_held
-from irsim.lean import lean
-from irsim.places import COUNT_BYTES, Shared, shared
+from irsim.interrupts import interrupts_held
+from irsim.places import Shared, shared
 from irsim.render import Renderer
 from irsim.scenario import Scenario
 from irsim.shelf import Lock
-from irsim.types import Counts, Frame, Truth
+from irsim.types import Frame, Truth
+from irsim.worker import Answers, Worker, WorkerDiedError
 
 LENGTHS = (32, 16, 8, 4, 2, 1)
-"""Frames that a process may render at a time; neighbours share the memory of noise with memory, and blocks of eight a
-key frame (`irsim.backgrounds.painting.BLOCK`)."""
+"""Frames that a process may be given at a time; blocks of eight share a key frame (`irsim.backgrounds.painting`)."""
 
 MOST_WAITING = 128 << 20
 """Bytes of the frames that wait, as long as a process can render one at a time."""
@@ -36,30 +37,33 @@ BESIDE = 2
 """Chunks in memory that is shared beside those that workers have: one that is next, and one that is taken from."""
 
 EACH = 2
-"""Chunks that a worker may have to render, where there are places: the one that it is at, and the next."""
+"""Chunks that a worker may have to work on, where there are places: the one that it is at, and the next."""
 
 OWN = EACH + 1
-"""Chunks that this process may have rendered before they are wanted. More than a worker has, or it would wait for those
+"""Chunks that this process may have begun before they are wanted. More than a worker has, or it would wait for those
 of one that is slower than itself."""
 
-NOTHING: Counts = np.empty((0, 0), np.uint16)
-"""The picture of a frame whose picture lies elsewhere."""
+Half = tuple[int, Picture | None, Truth]
+"""What a worker sends: its id, the picture where there is no place for it, and the truth."""
 
 
-@lean
 @dataclass(frozen=True, slots=True, eq=False)
 class Rendered:
-    """A frame and its truth, and the id of the process that rendered them."""
+    """A frame and its truth, and the id of the process that rendered them, or the light of their scene."""
 
     pid: int
     frame: Frame
     truth: Truth
 
 
-def chunk_length(jobs: int, size: int, count: int) -> int:
-    """Frames that each of so many processes renders at a time, of `count` pictures of so many bytes."""
-    most = min(MOST_WAITING // ((jobs - 1 + BESIDE + OWN) * size), count // jobs)
-    return next((each for each in LENGTHS if each <= most), LENGTHS[-1])
+def chunk_length(way: Way, jobs: int, size: tuple[int, int], count: int) -> int:
+    """Frames that each of so many processes is given at a time, of `count` pictures of a size (columns, rows)."""
+    most = MOST_WAITING // ((jobs - 1 + BESIDE + OWN) * _bytes(way, size))
+    return next((each for each in LENGTHS if each <= min(most, way.length, count // jobs)), LENGTHS[-1])
+
+
+def _bytes(way: Way, size: tuple[int, int]) -> int:
+    return size[0] * size[1] * np.dtype(way.dtype).itemsize
 
 
 def chunked(wanted: Sequence[int], length: int, jobs: int) -> Iterator[Sequence[int]]:
@@ -80,37 +84,40 @@ def rendered(renderer: Renderer, wanted: Sequence[int], jobs: int) -> Generator[
     """
     jobs = min(whole("jobs", jobs, 1), len(wanted))
     if jobs <= 1:
-        yield from (_here(renderer, index) for index in wanted)
+        yield from (Rendered(os.getpid(), *renderer.frame(index)) for index in wanted)
         return
-    columns, rows = renderer.scenario.camera.size
-    size = columns * rows * COUNT_BYTES
-    length = chunk_length(jobs, size, len(wanted))
-    count = (jobs - 1 + BESIDE) * length
-    chunks = deque(chunked(wanted, length, jobs))
-    context = multiprocessing.get_context("spawn")  # safe with threads, the same on every system
-    with (
-        shared(min(count * size, MOST_WAITING)) as memory,
-        shared(SHELF, at_once=False) as shelf,
-        renderer.shelf.opened(shelf.bytes, lock := context.Lock()),
-        ProcessPoolExecutor(
-            jobs - 1,
-            mp_context=context,
-            **beginning(_prepare, renderer.scenario, inherited=[memory, shelf, lock]),
-        ) as pool,
-    ):
-        crew = _Crew(renderer, chunks, pool, memory, deque(range(count)), jobs - 1)
+    size = renderer.scenario.camera.size
+    lengths = {way: chunk_length(way, jobs, size, len(wanted)) for way in (WHOLE, DIVIDED)}
+    tried = TRIED if jobs == 2 and lengths[DIVIDED] == DIVIDED.length else 0  # shorter chunks would wait for each other
+    places = jobs - 1 + BESIDE
+    room = max(places * length * _bytes(way, size) for way, length in lengths.items())
+    with ExitStack() as ends:
+        memory = ends.enter_context(shared(min(room, MOST_WAITING)))
+        workers = _workers(jobs - 1, renderer, memory, ends)
+        trial = Trial(renderer)
+        for index in wanted[:tried]:
+            yield Rendered(os.getpid(), *trial.frame(index))
+        way = trial.way()
+        chunks = deque(chunked(wanted[tried:], lengths[way], jobs))
+        crew = _Crew(renderer, way, chunks, workers, memory, deque(range(places * lengths[way])))
         try:
             yield from crew.frames()
-        except BrokenProcessPool:
+        except WorkerDiedError:
             when = "while it rendered" if crew.heard else "before its first frames"
             allowed = "the same again" if crew.heard else "what it asks for above"
             raise IrsimError(f"a worker process died {when}; allowed: {allowed}, or fewer jobs") from None
-        finally:
-            pool.shutdown(cancel_futures=True)
 
 
-def _here(renderer: Renderer, index: int, out: Counts | None = None) -> Rendered:
-    return Rendered(os.getpid(), *renderer.frame(index, out))
+def _workers(count: int, renderer: Renderer, memory: Shared, ends: ExitStack) -> list[Worker]:
+    """They are closed with `ends`, before the memory that they share."""
+    context = multiprocessing.get_context("spawn")  # safe with threads, the same on every system
+    shelf = ends.enter_context(shared(SHELF, at_once=False))
+    ends.enter_context(renderer.shelf.opened(shelf.bytes, lock := context.Lock()))
+    with interrupts_held():
+        return [
+            ends.enter_context(closing(Worker(context, _begin, renderer.scenario, inherited=[memory, shelf, lock])))
+            for _ in range(count)
+        ]
 
 
 @dataclass(eq=False)
@@ -118,7 +125,7 @@ class _Own:
     """A chunk of this process."""
 
     left: deque[int]
-    done: deque[Rendered] = field(default_factory=deque)
+    begun: deque[tuple[Picture, Truth]] = field(default_factory=deque)
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,55 +133,54 @@ class _Theirs:
     """A chunk of a worker."""
 
     places: Sequence[int]
-    """Where its frames are put."""
-    coming: Future[list[Rendered]]
+    """Where its pictures are put."""
+    coming: Answers[list[Half]]
+    here: deque[Half] = field(default_factory=deque)
 
 
 class _Crew:
-    """Who renders which chunk. Workers have a few each, this process takes one when it would have to wait for them."""
+    """Who works on which chunk. Workers have a few each, this process takes one when it would have to wait for them."""
 
     def __init__(
         self,
         renderer: Renderer,
+        way: Way,
         chunks: deque[Sequence[int]],
-        pool: ProcessPoolExecutor,
+        workers: Sequence[Worker],
         memory: Shared,
         places: deque[int],
-        workers: int,
     ) -> None:
         self.heard = False
-        """Whether a worker has rendered any."""
+        """Whether a worker has done any."""
         self._renderer = renderer
+        self._way = way
         self._chunks = chunks  # that nobody has
-        self._pool = pool
+        self._workers = workers
         self._memory = memory
         self._places = places  # in it, that are free
-        self._workers = workers
         self._begun: deque[_Own | _Theirs] = deque()  # in the order of frames
 
     def frames(self) -> Iterator[Rendered]:
         while self._chunks or self._begun:
             if not self._begun:
                 self._take()
-            self._hand_out()
             chunk = self._begun[0]
-            yield from self._rendered(chunk) if isinstance(chunk, _Own) else self._fetched(chunk)
+            self._hand_out()
+            for each in self._rendered(chunk) if isinstance(chunk, _Own) else self._fetched(chunk):
+                self._hand_out()
+                yield each
             self._begun.popleft()
 
     def _hand_out(self) -> None:
         """Workers get what there are places for, but leave as much to this process as each of them has."""
-        while (
-            self._chunks
-            and len(self._places) >= len(self._chunks[0])
-            and self._waiting() < self._workers * min(EACH, len(self._chunks))
-        ):
-            places = [self._places.popleft() for _ in self._chunks[0]]
-            with interrupts_held():
-                self._begun.append(_Theirs(places, self._pool.submit(_render, self._chunks.popleft(), places)))
-
-    def _waiting(self) -> int:
-        """Chunks that workers have yet to finish."""
-        return sum(isinstance(chunk, _Theirs) and not chunk.coming.done() for chunk in self._begun)
+        while self._chunks and len(self._places) >= len(self._chunks[0]):
+            pieces, worker = min(((each.pieces(), each) for each in self._workers), key=itemgetter(0))
+            if pieces >= min(EACH, len(self._chunks)):
+                return
+            wanted = self._chunks.popleft()
+            places = [self._places.popleft() for _ in wanted]
+            messages = -(-len(wanted) // self._way.told)
+            self._begun.append(_Theirs(places, worker.give(messages, self._way, wanted, places)))
 
     def _take(self) -> _Own:
         chunk = _Own(deque(self._chunks.popleft()))
@@ -182,60 +188,65 @@ class _Crew:
         return chunk
 
     def _rendered(self, chunk: _Own) -> Iterator[Rendered]:
-        """What is done of it already, and the rest, each frame when it is wanted."""
-        yield from chunk.done
-        for index in chunk.left:
-            yield _here(self._renderer, index)
+        """What is begun of it already, and the rest, each frame when it is wanted."""
+        while chunk.begun or chunk.left:
+            picture, truth = (
+                chunk.begun.popleft() if chunk.begun else self._way.begun(self._renderer, chunk.left.popleft())
+            )
+            yield Rendered(os.getpid(), self._way.ended(self._renderer, picture, truth, lent=False), truth)
 
     def _fetched(self, chunk: _Theirs) -> Iterator[Rendered]:
-        """What a worker has rendered; each picture is copied when it is wanted."""
-        while not chunk.coming.done() and self._get_ahead():
-            pass
-        done = chunk.coming.result()
-        self.heard = True
-        for each, place in zip(done, chunk.places, strict=True):
-            picture = _picture(self._memory, place, self._renderer)
-            fetched = each if picture is None else replace(each, frame=replace(each.frame, image=picture.copy()))
+        """What a worker has done, each as soon as it is there and wanted."""
+        for place in chunk.places:
+            if not chunk.here:
+                while not chunk.coming.has_next() and self._get_ahead():
+                    self._hand_out()
+                chunk.here.extend(chunk.coming.next())
+                self.heard = True
+            pid, sent, truth = chunk.here.popleft()
+            lent = None if sent is not None else _picture(self._memory, place, self._renderer, self._way)
+            picture = sent if lent is None else lent
+            assert picture is not None
+            frame = self._way.ended(self._renderer, picture, truth, lent is not None)
             self._places.append(place)
-            yield fetched
+            yield Rendered(pid, frame, truth)
 
     def _get_ahead(self) -> bool:
-        """A frame more that this process will need is rendered, unless enough are."""
+        """A frame more that this process will need is begun, unless enough are."""
         own = [chunk for chunk in self._begun if isinstance(chunk, _Own)]
         chunk = next((chunk for chunk in own if chunk.left), None)
         if chunk is None and self._chunks and len(own) < OWN:
             chunk = self._take()
         if chunk is None:
             return False
-        chunk.done.append(_here(self._renderer, chunk.left.popleft()))
+        chunk.begun.append(self._way.begun(self._renderer, chunk.left.popleft()))
         return True
 
 
-def _picture(memory: Shared, place: int, renderer: Renderer) -> Counts | None:
+def _picture(memory: Shared, place: int, renderer: Renderer, way: Way) -> Picture | None:
     """Where a picture is put; None where it comes by the pipe."""
     columns, rows = renderer.scenario.camera.size
-    return memory.picture(place, (rows, columns))
+    return memory.picture(place, (rows, columns), way.dtype)
 
 
-_worker: tuple[Renderer, Shared]
-
-
-def _prepare(memory: Shared, shelf: Shared, lock: Lock, scenario: Scenario) -> None:
-    global _worker  # a pool's initializer has no other way to leave something to its tasks
+def _begin(memory: Shared, shelf: Shared, lock: Lock, scenario: Scenario) -> Callable[..., Iterator[list[Half]]]:
     import cv2
 
     cv2.setNumThreads(1)
     renderer = Renderer(scenario)
     renderer.shelf.open(shelf.bytes, lock)
-    _worker = renderer, memory
+    return partial(_halves, renderer, memory)
 
 
-def _render(wanted: Sequence[int], places: Sequence[int]) -> list[Rendered]:
-    """The wanted frames, without the pictures for which there are places in the memory."""
-    renderer, memory = _worker
-    done = []
-    for index, place in zip(wanted, places, strict=True):
-        out = _picture(memory, place, renderer)
-        each = _here(renderer, index, out)
-        done.append(each if out is None else replace(each, frame=replace(each.frame, image=NOTHING)))
-    return done
+def _halves(
+    renderer: Renderer, memory: Shared, way: Way, wanted: Sequence[int], places: Sequence[int]
+) -> Iterator[list[Half]]:
+    for begin in range(0, len(wanted), way.told):
+        these = slice(begin, begin + way.told)
+        yield [_half(renderer, memory, way, *each) for each in zip(wanted[these], places[these], strict=True)]
+
+
+def _half(renderer: Renderer, memory: Shared, way: Way, index: int, place: int) -> Half:
+    out = _picture(memory, place, renderer, way)
+    picture, truth = way.begun(renderer, index, out)
+    return os.getpid(), picture if out is None else None, truth

@@ -13,6 +13,8 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from multiprocessing import resource_tracker
 from multiprocessing.connection import wait
+from multiprocessing.context import BaseContext
+from multiprocessing.process import BaseProcess
 from typing import Any
 
 from irsim.errors import InputError
@@ -92,14 +94,18 @@ def _put_off() -> Iterator[None]:
             signal.raise_signal(came[0])
 
 
-def beginning(function: Callable[..., None], *arguments: Any, inherited: Sequence[Any] = ()) -> dict[str, Any]:
-    """Options of a ProcessPoolExecutor whose workers first call `function(*inherited, *arguments)`, and end with their
-    parent. `inherited`: what is handed to a process only while it is started, such as memory that is shared.
+def process(
+    context: BaseContext, function: Callable[..., None], *arguments: Any, inherited: Sequence[Any] = ()
+) -> BaseProcess:
+    """A process, yet to be started, that calls `function(*inherited, *arguments)`, and ends with its parent.
+    `inherited`: what is handed to a process only while it is started, such as memory that is shared.
 
     Ctrl-C ends such a worker at once and silently, also while it still imports what the function takes; its parent
     tells of it.
     """
-    return {"initializer": _begin, "initargs": (pickle.dumps((function, arguments)), *inherited)}
+    pickled = pickle.dumps((function, arguments))
+    made: BaseProcess = context.Process(target=_begin, args=(pickled, *inherited), daemon=True)  # type: ignore[attr-defined]
+    return made
 
 
 def _begin(pickled: bytes, *inherited: Any) -> None:

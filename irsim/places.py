@@ -12,14 +12,12 @@ import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager, suppress
 from multiprocessing import reduction
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
-from irsim.types import Counts
-
-COUNT_BYTES = 2
+Kind = TypeVar("Kind", bound=np.generic)
 
 
 class Shared:
@@ -40,12 +38,12 @@ class Shared:
         """All of it, (n,)."""
         return np.empty(0, np.uint8) if self._map is None else np.frombuffer(self._map, np.uint8)
 
-    def picture(self, place: int, shape: tuple[int, int]) -> Counts | None:
-        """One of its pictures of a shape (rows, cols); None where it ends before."""
+    def picture(self, place: int, shape: tuple[int, int], dtype: type[Kind]) -> npt.NDArray[Kind] | None:
+        """One of its pictures of a shape (rows, cols) and a dtype; None where it ends before."""
         rows, columns = shape
-        size = rows * columns * COUNT_BYTES
+        size = rows * columns * np.dtype(dtype).itemsize
         part = self.bytes[place * size : (place + 1) * size]
-        return part.view(np.uint16).reshape(shape) if part.size == size else None
+        return part.view(dtype).reshape(shape) if part.size == size else None
 
     def close(self) -> None:
         """It is given back, as soon as nobody looks at a part of it."""

@@ -60,16 +60,29 @@ class Renderer:
         """Frame `index`, in `out` (rows, cols) where it is given, and its truth. IndexError outside 0 .. frames-1."""
         if isinstance(self.layers[0], Footage):
             image, truth = self._put_into(self.layers[0], index)
-            image = _put(image, out)
+            return Frame(_put(image, out), index, truth.time, self.scenario.camera.bits), truth
+        light, truth = self.scene(index)
+        return self.developed(light, truth, spent=True, out=out), truth
+
+    @property
+    def divides(self) -> bool:
+        """Whether a frame is what is `developed` of its `scene`: not where it is put into a recorded one."""
+        return not isinstance(self.layers[0], Footage)
+
+    def developed(self, light: Floats, truth: Truth, spent: bool = False, out: Counts | None = None) -> Frame:
+        """The frame of a scene's light, (rows, cols) float32, in `out` where it is given. The light is not looked at
+        afterwards; a `spent` one is written over."""
+        index = truth.index
+        shown = self.sensor.shown(index)
+        if shown != index:
+            image = _put(self._standing(shown), out)
+        elif self.lag.remembers:
+            own = light if spent else light.copy()
+            settled = self.lag.light(index, lambda k: own if k == index else self.scene(k)[0])
+            image = self.sensor.expose(settled, index, spent=True, out=out)
         else:
-            light, truth = self.scene(index)
-            shown = self.sensor.shown(index)
-            if shown == index:
-                settled = self.lag.light(index, lambda k: light if k == index else self.scene(k)[0])
-                image = self.sensor.expose(settled, index, spent=True, out=out)
-            else:
-                image = _put(self._standing(shown), out)
-        return Frame(image, index, truth.time, self.scenario.camera.bits), truth
+            image = self.sensor.expose(light, index, spent, out)
+        return Frame(image, index, truth.time, self.scenario.camera.bits)
 
     def _put_into(self, footage: Footage, index: int) -> tuple[Counts, Truth]:
         """A recorded frame with all that is drawn into it, each thing once."""
@@ -95,16 +108,17 @@ class Renderer:
         shown = self.sensor.shown(index)
         return self.sensor.variance(self.light(shown), shown, fixed)
 
-    def scene(self, index: int) -> tuple[Floats, Truth]:
-        """The noiseless picture, in-band radiance (rows, cols) float32 in W/m2/sr, and its truth."""
+    def scene(self, index: int, out: Floats | None = None) -> tuple[Floats, Truth]:
+        """The noiseless picture, in-band radiance (rows, cols) float32 in W/m2/sr, and its truth; the picture in `out`,
+        where it is given."""
         self._check(index)
-        light, seen = self._composed(index)
+        light, seen = self._laid(index, self._pieces(index), out)
         return light, self._truth(index, seen)
 
     def seen(self, index: int) -> list[Seen]:
         """The targets as a frame shows them, far to near."""
         self._check(index)
-        return self._composed(index)[1]
+        return self._laid(index, self._pieces(index))[1]
 
     def _check(self, index: int) -> None:
         if not 0 <= index < self.scenario.frames:
@@ -114,16 +128,15 @@ class Renderer:
         """The noiseless picture as `light`, summed up in float64, with targets moved, and one not drawn at all."""
         self._check(index)
         lag = self.scenario.camera.lag(self.scenario.is_on)  # its own: what it keeps is that of these targets
-        return lag.light(index, lambda frame: self._composed(frame, shifts, absent, exact=True)[0])
 
-    def _composed(
-        self, index: int, shifts: Shifts = NOWHERE, absent: str | None = None, exact: bool = False
-    ) -> tuple[Floats, list[Seen]]:
-        return self._laid(index, self._pieces(index, shifts, absent), exact)
+        def scene(frame: int) -> Floats:
+            out = np.empty(self.stage.geometry.size[::-1], np.float64)
+            return self._laid(frame, self._pieces(frame, shifts, absent), out)[0]
 
-    def _laid(self, index: int, pieces: Iterable[Piece], exact: bool = False) -> tuple[Floats, list[Seen]]:
-        gaze = self.now.gaze(index)
-        return compose(self._layers(index), pieces, gaze, self.stage.band, self.noise(index), exact)
+        return lag.light(index, scene)
+
+    def _laid(self, index: int, pieces: Iterable[Piece], out: Floats | None = None) -> tuple[Floats, list[Seen]]:
+        return compose(self._layers(index), pieces, self.now.gaze(index), self.stage.band, self.noise(index), out)
 
     def noise(self, index: int) -> Noise:
         """The camera's in the picture that a frame shows, as light; none where the background holds it already."""

@@ -13,6 +13,7 @@ from hypothesis import HealthCheck, settings
 import irsim
 import irtrack.cli
 from irsim.cli import main
+from irsim.division import DIVIDED, WHOLE, Trial, Way
 
 # No test is timed: on a busy machine drawing is slow, and nothing is wrong.
 settings.register_profile("untimed", deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -27,6 +28,14 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Workers that run tests side by side must collect the same names: an address in one differs in each."""
     if bad := [item.nodeid for item in items if " at 0x" in item.nodeid]:
         raise pytest.UsageError(f"a test's name holds an address: give its parameters ids: {bad[0]}")
+
+
+@pytest.fixture(params=[WHOLE, DIVIDED], ids=["whole", "divided"])
+def way(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Way:
+    """Two processes divide the work so, whatever they find out."""
+    found: Way = request.param
+    monkeypatch.setattr(Trial, "way", lambda _: found)
+    return found
 
 
 @pytest.fixture

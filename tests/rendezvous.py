@@ -9,17 +9,24 @@ from pathlib import Path
 import numpy as np
 
 from irsim.detector import Additive, Moment
+from irsim.division import TRIED
 from irsim.types import Floats
 
 PATIENCE_S = 120.0
 
 
 class Rendezvous(Additive):
-    """Each process leaves its id in `folder` and waits for another's."""
+    """Each process leaves its id in `folder`, at each scene that it works out but for those that one renders before
+    others have any, and waits for another's."""
 
     folder: str
 
     def pattern(self, moment: Moment) -> Floats:
+        return np.zeros((1, 1), np.float32)
+
+    def spread(self, moment: Moment, fixed: bool) -> float:
+        if moment.index < TRIED:
+            return 0.0
         folder = Path(self.folder)
         (folder / str(os.getpid())).touch()
         end = time.monotonic() + PATIENCE_S
@@ -27,7 +34,4 @@ class Rendezvous(Additive):
             if time.monotonic() > end:
                 raise TimeoutError("no second process came")
             time.sleep(0.01)
-        return np.zeros((1, 1), np.float32)
-
-    def spread(self, moment: Moment, fixed: bool) -> float:
         return 0.0

@@ -18,6 +18,7 @@ from processes import runs
 import irsim
 from irsim import crew
 from irsim.crew import rendered
+from irsim.division import DIVIDED, WHOLE, Way
 from irsim.places import shared
 from irsim.render import Renderer
 
@@ -31,13 +32,13 @@ SCENE = ["frames=150", "camera.size=[48, 32]"]
 @pytest.mark.parametrize(("size", "holds"), [(0, 0), (95, 0), (96, 1), (287, 2), (288, 3)])
 def test_memory_holds_whole_pictures(size: int, holds: int) -> None:
     with shared(size) as memory:
-        pictures = [memory.picture(place, (6, 8)) for place in range(4)]
+        pictures = [memory.picture(place, (6, 8), np.uint16) for place in range(4)]
         assert [picture is not None for picture in pictures] == [place < holds for place in range(4)]
         for place, picture in enumerate(pictures[:holds]):
             assert picture is not None
             picture[:] = place
         for place in range(holds):
-            assert np.array_equal(memory.picture(place, (6, 8)), np.full((6, 8), place))  # type: ignore[arg-type]
+            assert np.array_equal(memory.picture(place, (6, 8), np.uint16), np.full((6, 8), place))  # type: ignore[arg-type]
 
 
 def images(jobs: int) -> list[np.ndarray]:
@@ -51,13 +52,15 @@ def expected() -> list[np.ndarray]:
 
 @pytest.mark.parametrize("most", [crew.MOST_WAITING, 0], ids=["long-chunks", "short-chunks"])
 def test_places_that_are_used_again_change_no_frame_that_was_handed_out(
-    most: int, expected: list[np.ndarray], monkeypatch: pytest.MonkeyPatch
+    most: int, way: Way, expected: list[np.ndarray], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(crew, "MOST_WAITING", most)
     assert np.array_equal(images(2), expected)
 
 
-def test_frames_that_are_kept_for_a_while_or_written_to_stay_what_they_are(expected: list[np.ndarray]) -> None:
+def test_frames_that_are_kept_for_a_while_or_written_to_stay_what_they_are(
+    way: Way, expected: list[np.ndarray]
+) -> None:
     kept: dict[int, np.ndarray] = {}
     for index, (frame, _) in enumerate(irsim.frames(irsim.load("sky", SCENE), jobs=2)):
         assert np.array_equal(frame.image, expected[index])
@@ -72,10 +75,18 @@ def test_frames_that_are_kept_for_a_while_or_written_to_stay_what_they_are(expec
 
 
 @pytest.mark.parametrize(
-    ("jobs", "size", "length"),
-    [(2, (640, 512), 32), (2, (1280, 1024), 8), (8, (640, 512), 16), (2, (4096, 4096), 1), (10_000, (640, 512), 1)],
+    ("jobs", "size", "length", "divided"),
+    [
+        (2, (640, 512), 32, 8),
+        (2, (1280, 1024), 8, 4),
+        (8, (640, 512), 16, 8),
+        (2, (4096, 4096), 1, 1),
+        (10_000, (640, 512), 1, 1),
+    ],
 )
-def test_what_waits_is_bounded(jobs: int, size: tuple[int, int], length: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_waits_is_bounded(
+    jobs: int, size: tuple[int, int], length: int, divided: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """However many workers and however large the frames: memory that is shared is taken from the machine at once."""
     asked = []
 
@@ -84,7 +95,8 @@ def test_what_waits_is_bounded(jobs: int, size: tuple[int, int], length: int, mo
         raise InterruptedError
 
     monkeypatch.setattr(crew, "shared", spy)
-    assert crew.chunk_length(jobs, 2 * size[0] * size[1], 100_000) == length
+    assert crew.chunk_length(WHOLE, jobs, size, 100_000) == length
+    assert crew.chunk_length(DIVIDED, jobs, size, 100_000) == divided
     scene = irsim.load("sky", ["frames=100000", f"camera.size=[{size[0]}, {size[1]}]"])
     with pytest.raises(InterruptedError):
         next(rendered(Renderer(scene), range(100_000), jobs))
@@ -117,19 +129,19 @@ def no_file_of(size: int) -> Iterator[None]:
 
 
 @ON_LINUX
-def test_without_shared_memory_frames_come_by_the_pipe(expected: list[np.ndarray]) -> None:
+def test_without_shared_memory_frames_come_by_the_pipe(way: Way, expected: list[np.ndarray]) -> None:
     with no_file_of(size=1000):
         with shared(1000) as enough, shared(1001) as none:
-            assert [memory.picture(0, (20, 25)) is not None for memory in (enough, none)] == [True, False]
+            assert [memory.picture(0, (20, 25), np.uint16) is not None for memory in (enough, none)] == [True, False]
         assert np.array_equal(images(2), expected)
 
 
 def test_where_memory_is_no_file_a_temporary_one_is_shared(
-    expected: list[np.ndarray], monkeypatch: pytest.MonkeyPatch
+    way: Way, expected: list[np.ndarray], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delattr(os, "memfd_create", raising=False)
     with shared(1000) as memory:
-        assert memory.picture(0, (20, 25)) is not None
+        assert memory.picture(0, (20, 25), np.uint16) is not None
     assert np.array_equal(images(2), expected)
 
 
@@ -158,7 +170,7 @@ def killed(pid: int) -> None:
     ids=["worker-killed", "raised"],
 )
 def test_nothing_is_left_of_frames_that_nobody_takes(
-    meanwhile: Callable[[int], None], error: type[Exception], said: str
+    meanwhile: Callable[[int], None], error: type[Exception], said: str, way: Way
 ) -> None:
     workers: set[int] = set()
 

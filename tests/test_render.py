@@ -13,6 +13,7 @@ from mesh_files import GIVEN
 import irsim
 from irsim.compose import overlap
 from irsim.crew import rendered
+from irsim.division import Way
 from irsim.render import Renderer
 from irsim.scenario import Scenario
 from irsim.shapes import SHAPES
@@ -92,13 +93,23 @@ def test_fewer_frames_are_the_same_frames() -> None:
     assert np.array_equal(Rendering(long).frame(4).image, Rendering(short).frame(4).image)
 
 
-def test_two_processes_give_the_same_frames(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "camera",
+    [
+        {},
+        {"detector": {"kind": "stated"}, "time_constant_ms": 60.0},
+        {"correction": {"period_frames": 40, "freeze_frames": 12}},
+    ],
+    ids=["plain", "lag", "corrections"],
+)
+def test_two_processes_give_the_same_frames(way: Way, camera: dict[str, Any], tmp_path: Path) -> None:
     """The noise `rendezvous` adds nothing, and lets neither process render before the other is there."""
     noises = [*NOISY["camera"]["noise"], {"kind": "rendezvous:Rendezvous", "folder": str(tmp_path)}]
-    scenario = scene(frames=40, **NOISY)
-    meeting = scene(frames=40, **{**NOISY, "camera": {**NOISY["camera"], "noise": noises}})
+    with_memory = {**NOISY, "camera": {**NOISY["camera"], **camera}}
+    scenario = scene(frames=100, **with_memory)
+    meeting = scene(frames=100, **{**with_memory, "camera": {**with_memory["camera"], "noise": noises}})
     alone = list(irsim.frames(scenario))
-    found = list(rendered(Renderer(meeting), range(40), 2))
+    found = list(rendered(Renderer(meeting), range(100), 2))
     assert {each.pid for each in found} == {int(file.name) for file in tmp_path.iterdir()}
     assert len({each.pid for each in found}) == 2
     assert [each.truth for each in found] == [truth for _, truth in alone]

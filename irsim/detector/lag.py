@@ -35,9 +35,14 @@ class Lag:
         self.weights = weights(time_constant_s, rate_hz)
         self._kept: dict[int, Floats] = {}
 
+    @property
+    def remembers(self) -> bool:
+        """Whether it needs earlier frames' light."""
+        return len(self.weights) > 1
+
     def light(self, index: int, scene: Callable[[int], Floats]) -> Floats:
         """(rows, cols) float32: scene(index) low-passed over the frames before; before frame 0 the light was its."""
-        if len(self.weights) == 1:
+        if not self.remembers:
             return scene(index)
         wanted = [max(index - back, 0) for back in range(len(self.weights))]
         known = self._kept  # once: another thread may put its own there
