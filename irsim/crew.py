@@ -13,7 +13,7 @@ from operator import itemgetter
 
 import numpy as np
 
-from irsim.division import DIVIDED, TRIED, WHOLE, Picture, Trial, Way
+from irsim.division import DIVIDED, LONG, WHOLE, Picture, Trial, Way
 from irsim.errors import IrsimError, whole
 from irsim.interrupts import interrupts_held
 from irsim.places import Shared, shared
@@ -43,8 +43,8 @@ OWN = EACH + 1
 """Chunks that this process may have begun before they are wanted. More than a worker has, or it would wait for those
 of one that is slower than itself."""
 
-Half = tuple[int, Picture | None, Truth]
-"""What a worker sends: its id, the picture where there is no place for it, and the truth."""
+Half = tuple[Picture | None, Truth]
+"""What a worker sends: the picture where there is no place for it, and the truth."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,24 +88,26 @@ def rendered(renderer: Renderer, wanted: Sequence[int], jobs: int) -> Generator[
         return
     size = renderer.scenario.camera.size
     lengths = {way: chunk_length(way, jobs, size, len(wanted)) for way in (WHOLE, DIVIDED)}
-    tried = TRIED if jobs == 2 and lengths[DIVIDED] == DIVIDED.length else 0  # shorter chunks would wait for each other
+    # Chunks that are shorter than they should be would wait for each other.
+    undecided = jobs == 2 and len(wanted) >= LONG and renderer.divides and lengths[DIVIDED] == DIVIDED.length
     places = jobs - 1 + BESIDE
-    room = max(places * length * _bytes(way, size) for way, length in lengths.items())
+    possible = (WHOLE, DIVIDED) if undecided else (WHOLE,)
+    room = max(places * lengths[way] * _bytes(way, size) for way in possible)
     with ExitStack() as ends:
         memory = ends.enter_context(shared(min(room, MOST_WAITING)))
         workers = _workers(jobs - 1, renderer, memory, ends)
         trial = Trial(renderer)
-        for index in wanted[:tried]:
-            yield Rendered(os.getpid(), *trial.frame(index))
+        for frame, truth in trial.frames(wanted) if undecided else ():
+            yield Rendered(os.getpid(), frame, truth)
         way = trial.way()
-        chunks = deque(chunked(wanted[tried:], lengths[way], jobs))
+        chunks = deque(chunked(wanted[trial.count :], lengths[way], jobs))
         crew = _Crew(renderer, way, chunks, workers, memory, deque(range(places * lengths[way])))
         try:
             yield from crew.frames()
-        except WorkerDiedError:
+        except WorkerDiedError as died:
             when = "while it rendered" if crew.heard else "before its first frames"
-            allowed = "the same again" if crew.heard else "what it asks for above"
-            raise IrsimError(f"a worker process died {when}; allowed: {allowed}, or fewer jobs") from None
+            allowed = "what it asks for above" if died.told and not crew.heard else "the same again"
+            raise IrsimError(f"a worker process died {when} ({died}); allowed: {allowed}, or fewer jobs") from None
 
 
 def _workers(count: int, renderer: Renderer, memory: Shared, ends: ExitStack) -> list[Worker]:
@@ -126,6 +128,8 @@ class _Own:
 
     left: deque[int]
     begun: deque[tuple[Picture, Truth]] = field(default_factory=deque)
+    failed: bool = False
+    """The first that is left cannot be rendered."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,6 +138,7 @@ class _Theirs:
 
     places: Sequence[int]
     """Where its pictures are put."""
+    pid: int
     coming: Answers[list[Half]]
     here: deque[Half] = field(default_factory=deque)
 
@@ -179,8 +184,8 @@ class _Crew:
                 return
             wanted = self._chunks.popleft()
             places = [self._places.popleft() for _ in wanted]
-            messages = -(-len(wanted) // self._way.told)
-            self._begun.append(_Theirs(places, worker.give(messages, self._way, wanted, places)))
+            coming = worker.give(len(_messages(self._way, wanted)), self._way, wanted, places)
+            self._begun.append(_Theirs(places, worker.pid, coming))
 
     def _take(self) -> _Own:
         chunk = _Own(deque(self._chunks.popleft()))
@@ -203,13 +208,12 @@ class _Crew:
                     self._hand_out()
                 chunk.here.extend(chunk.coming.next())
                 self.heard = True
-            pid, sent, truth = chunk.here.popleft()
-            lent = None if sent is not None else _picture(self._memory, place, self._renderer, self._way)
-            picture = sent if lent is None else lent
-            assert picture is not None
-            frame = self._way.ended(self._renderer, picture, truth, lent is not None)
+            sent, truth = chunk.here.popleft()
+            lent = sent is None
+            picture = _picture(self._memory, place, self._renderer, self._way) if lent else sent
+            frame = self._way.ended(self._renderer, picture, truth, lent)
             self._places.append(place)
-            yield Rendered(pid, frame, truth)
+            yield Rendered(chunk.pid, frame, truth)
 
     def _get_ahead(self) -> bool:
         """A frame more that this process will need is begun, unless enough are."""
@@ -217,10 +221,15 @@ class _Crew:
         chunk = next((chunk for chunk in own if chunk.left), None)
         if chunk is None and self._chunks and len(own) < OWN:
             chunk = self._take()
-        if chunk is None:
+        if chunk is None or chunk.failed:
             return False
-        chunk.begun.append(self._way.begun(self._renderer, chunk.left.popleft()))
-        return True
+        index = chunk.left.popleft()
+        try:
+            chunk.begun.append(self._way.begun(self._renderer, index))
+        except Exception:  # raised again when it is wanted, after the frames before it
+            chunk.left.appendleft(index)
+            chunk.failed = True
+        return not chunk.failed
 
 
 def _picture(memory: Shared, place: int, renderer: Renderer, way: Way) -> Picture | None:
@@ -238,15 +247,22 @@ def _begin(memory: Shared, shelf: Shared, lock: Lock, scenario: Scenario) -> Cal
     return partial(_halves, renderer, memory)
 
 
+def _messages(way: Way, wanted: Sequence[int]) -> list[slice]:
+    """The frames that a worker tells of at a time."""
+    return [slice(begin, begin + way.told) for begin in range(0, len(wanted), way.told)]
+
+
 def _halves(
     renderer: Renderer, memory: Shared, way: Way, wanted: Sequence[int], places: Sequence[int]
 ) -> Iterator[list[Half]]:
-    for begin in range(0, len(wanted), way.told):
-        these = slice(begin, begin + way.told)
-        yield [_half(renderer, memory, way, *each) for each in zip(wanted[these], places[these], strict=True)]
-
-
-def _half(renderer: Renderer, memory: Shared, way: Way, index: int, place: int) -> Half:
-    out = _picture(memory, place, renderer, way)
-    picture, truth = way.begun(renderer, index, out)
-    return os.getpid(), picture if out is None else None, truth
+    for these in _messages(way, wanted):
+        done: list[Half] = []
+        try:
+            for index, place in zip(wanted[these], places[these], strict=True):
+                out = _picture(memory, place, renderer, way)
+                picture, truth = way.begun(renderer, index, out)
+                done.append((picture if out is None else None, truth))
+        except Exception:
+            yield done  # those before it
+            raise
+        yield done

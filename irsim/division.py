@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from time import perf_counter
 from typing import Any, ClassVar
@@ -10,6 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from irsim.backgrounds.painting import BLOCK
 from irsim.render import Renderer
 from irsim.types import Frame, Truth
 
@@ -17,8 +19,15 @@ Picture = npt.NDArray[Any]
 """(rows, cols), of the dtype of a `Way`."""
 
 TRIED = 32
-"""Frames by which two processes find out how to divide the work, while the worker starts; the first paints, and does
-not count. As many as a chunk holds at most: what frames share, they share in blocks that begin at multiples of it."""
+"""Frames by which two processes find out how to divide the work; the first paints, and does not count. As many as a
+chunk holds at most: what frames share, they share in blocks that begin at multiples of it."""
+
+LONG = 4 * TRIED
+"""Frames from which on it is found out; fewer are rendered whole, from the first one on by both."""
+
+TRIED_S = 1.0
+"""Time after which so many are not waited for: the worker has started. Those begun of a block that shares a key frame
+(`BLOCK`) are."""
 
 HERE = 0.33, 0.55
 """Least and greatest share of the time of a frame that is left to this process when work is divided. With more the
@@ -64,7 +73,7 @@ class Whole(Way):
 class Divided(Way):
     """Workers work out the light of scenes, this process what the detector makes of it."""
 
-    length = 8
+    length = BLOCK
     told = 2
     dtype = np.float32
 
@@ -83,27 +92,36 @@ class Trial:
     """Frames rendered here, by which is found how this process and one worker divide the others."""
 
     def __init__(self, renderer: Renderer) -> None:
+        self.count = 0
+        """How many there were."""
         self._renderer = renderer
         self._times: list[tuple[float, float, float]] = []
-        """Of each frame: when it was begun, when its scene was there, and when it was."""
+        """For the scenes, the detector and what was done with them, s, of those that do not show an earlier picture."""
 
-    def frame(self, index: int) -> tuple[Frame, Truth]:
-        if not self._renderer.divides:
-            return self._renderer.frame(index)
-        begin = perf_counter()
-        light, truth = self._renderer.scene(index)
-        lit = perf_counter()
-        frame = self._renderer.developed(light, truth, spent=True)
-        self._times.append((begin, lit, perf_counter()))
-        return frame, truth
+    def frames(self, wanted: Sequence[int]) -> Iterator[tuple[Frame, Truth]]:
+        """Some of those that are wanted, the first ones."""
+        first = perf_counter()
+        for index in wanted[:TRIED]:
+            begin = perf_counter()
+            light, truth = self._renderer.scene(index)
+            lit = perf_counter()
+            frame = self._renderer.developed(light, truth, spent=True)
+            end = perf_counter()
+            yield frame, truth
+            taken = perf_counter()
+            self.count += 1
+            if self._renderer.sensor.shown(index) == index:
+                self._times.append((lit - begin, end - lit, taken - end))
+            if self.count % BLOCK == 0 and taken - first > TRIED_S:
+                return
 
     def way(self) -> Way:
         """The one that is faster. What is done with frames where they are taken is for this process alone, too."""
-        if len(self._times) < 2:
+        later = self._times[BLOCK:] or self._times[1:]
+        if not later:
             return WHOLE
-        begins, lits, ends = np.array([*self._times, 3 * (perf_counter(),)]).T
-        scene, detector, taken = (
-            float(np.min(times[1:])) for times in ((lits - begins)[:-1], (ends - lits)[:-1], begins[1:] - ends[:-1])
-        )
+        # The quickest block: others are slower for what else the machine does. Key frames count in each.
+        blocks = [np.mean(later[begin : begin + BLOCK], axis=0) for begin in range(0, len(later), BLOCK)]
+        scene, detector, taken = np.min(blocks, axis=0).tolist()
         here = (detector + taken) / (scene + detector + taken)
         return DIVIDED if HERE[0] <= here <= HERE[1] else WHOLE

@@ -25,7 +25,7 @@ _ENDING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if 
 
 @contextmanager
 def interrupts_held() -> Iterator[None]:
-    """Processes started within hold Ctrl-C back until they have begun: by `beginning`, or with `ignore_interrupts`.
+    """Processes started within hold Ctrl-C back until they have begun, as a `process` or with `ignore_interrupts`.
 
     Else they would die of it with a traceback while they import. It reaches this process at the end of the block.
     InputError where no process can be started.
@@ -75,7 +75,7 @@ def _put_off() -> Iterator[None]:
 
     The mask of one thread is not enough: another thread, such as those of a BLAS, takes the signal then, and Python
     answers it in the main thread all the same. A process that is only half started would end with a traceback, and
-    its pool might wait for it for ever.
+    whoever started it might wait for it for ever.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -110,6 +110,7 @@ def process(
 
 def _begin(pickled: bytes, *inherited: Any) -> None:
     _answer(lambda *_: os._exit(130))
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # a program that ignores it hands that on
     end_with_parent()
     function, arguments = pickle.loads(pickled)
     function(*inherited, *arguments)

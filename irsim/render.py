@@ -70,8 +70,8 @@ class Renderer:
         return not isinstance(self.layers[0], Footage)
 
     def developed(self, light: Floats, truth: Truth, spent: bool = False, out: Counts | None = None) -> Frame:
-        """The frame of a scene's light, (rows, cols) float32, in `out` where it is given. The light is not looked at
-        afterwards; a `spent` one is written over."""
+        """The frame of a scene's light, (rows, cols) float32, in `out` where it is given. A `spent` light is the
+        renderer's from then on, to write over or to keep; another one it only reads now."""
         index = truth.index
         shown = self.sensor.shown(index)
         if shown != index:

@@ -10,7 +10,7 @@ import pickle
 import select
 import traceback
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
@@ -19,13 +19,22 @@ from typing import Any, Generic, TypeVar
 
 from irsim.interrupts import process
 
+END_S = 10.0
+"""How long a process whose pipe has ended may take to end itself."""
+
 Answer = TypeVar("Answer")
 Answering = Callable[..., Iterable[Any]]
 """What answers to a piece of work."""
 
 
 class WorkerDiedError(Exception):
-    """It answers no more."""
+    """It answers no more; its text says how it ended."""
+
+    def __init__(self, status: int | None) -> None:
+        how = f"killed by signal {-status}" if status is not None and status < 0 else f"status {status}"
+        super().__init__(how)
+        self.told = status == 1
+        """Whether it has said why on standard error, as Python does."""
 
 
 class _InWorkerError(Exception):
@@ -44,9 +53,9 @@ class Answers(Generic[Answer]):
     def __init__(self, worker: Worker, count: int) -> None:
         self._worker = worker
         self._to_come = count
-        self._here: deque[Answer | _Raised] = deque()
+        self._here: deque[Answer] = deque()
 
-    def put(self, answer: Answer | _Raised) -> bool:
+    def put(self, answer: Answer) -> bool:
         """One more has come; whether it was the last."""
         self._here.append(answer)
         self._to_come -= 1
@@ -56,16 +65,15 @@ class Answers(Generic[Answer]):
         """Whether `next` need not wait."""
         if not self._here:
             self._worker.listen()
-        return bool(self._here) or self._worker.died
+        return bool(self._here) or self._worker.ended is not None
 
     def next(self) -> Answer:
-        """Waits for the next one. What the worker raised is raised; WorkerDiedError where it died."""
+        """Waits for the next one. What the worker raised instead is raised; WorkerDiedError where it died."""
         while not self._here:
             self._worker.hear()
-        answer = self._here.popleft()
-        if isinstance(answer, _Raised):
-            raise answer.error from _InWorkerError(answer.told)
-        return answer
+            if self._worker.ended is not None and not self._here:
+                raise self._worker.ended
+        return self._here.popleft()
 
 
 class Worker:
@@ -79,12 +87,18 @@ class Worker:
     ) -> None:
         self._pipe, theirs = context.Pipe()
         self._has_come = _ear(self._pipe)
-        self._process = process(context, _serve, begin, given, inherited=(theirs, inherited))
+        self._process = process(context, _serve, pickle.dumps((begin, given)), inherited=(theirs, inherited))
         self._asked: deque[Answers[Any]] = deque()
-        self.died = False
-        """As far as has been heard."""
+        self.ended: Exception | None = None
+        """What it raised, or that it died, as soon as that is heard of."""
         self._process.start()
         theirs.close()  # or its end would not be heard of
+
+    @property
+    def pid(self) -> int:
+        pid = self._process.pid
+        assert pid is not None  # it was started
+        return pid
 
     def pieces(self) -> int:
         """How many it has yet to finish."""
@@ -101,48 +115,73 @@ class Worker:
 
     def listen(self) -> None:
         """What has come so far is taken from the pipe."""
-        with suppress(WorkerDiedError):
-            while self._asked and self._has_come():
-                self.hear()
+        while self._asked and self.ended is None and self._has_come():
+            self.hear()
 
     def hear(self) -> None:
-        """Waits for an answer."""
+        """Waits for an answer, or its end."""
+        if self.ended is not None:
+            return
         try:
             answer = self._pipe.recv()
         except (EOFError, OSError):
-            self.died = True
-            raise WorkerDiedError from None
-        if self._asked[0].put(answer):
+            self._process.join(END_S)
+            self.ended = WorkerDiedError(self._process.exitcode)
+            return
+        if isinstance(answer, _Raised):
+            self.ended = answer.error
+            self.ended.__cause__ = _InWorkerError(answer.told)
+        elif self._asked[0].put(answer):
             self._asked.popleft()
 
     def close(self) -> None:
         """It is ended, whatever it is at."""
-        self._process.terminate()
+        self._process.kill()
         self._process.join()
         self._pipe.close()
 
 
 def _ear(pipe: Connection) -> Callable[[], bool]:
-    """Whether something has come by a pipe. Its own `poll` takes 25 us, as it makes a selector each time."""
+    """Whether something has come by a pipe, or its end. Its own `poll` makes a selector, which takes 25 us."""
     if not hasattr(select, "poll"):
-        return pipe.poll
+        return lambda: _polled(pipe)
     polling = select.poll()
     polling.register(pipe.fileno(), select.POLLIN)
     return lambda: bool(polling.poll(0))
 
 
-def _serve(pipe: Connection, inherited: Sequence[Any], begin: Callable[..., Answering], given: Sequence[Any]) -> None:
+def _polled(pipe: Connection) -> bool:
     try:
+        return pipe.poll()
+    except OSError:  # on Windows, of a pipe that has ended
+        return True
+
+
+def _serve(pipe: Connection, inherited: Sequence[Any], pickled: bytes) -> None:
+    with suppress(OSError):  # nobody listens any more
+        for answer in _answered(pipe, inherited, pickled):
+            pipe.send(answer)
+
+
+def _answered(pipe: Connection, inherited: Sequence[Any], pickled: bytes) -> Iterator[Any]:
+    """Answers until nobody asks any more, or what is raised instead of one."""
+    try:
+        begin, given = pickle.loads(pickled)
         answering = begin(*inherited, *given)
-        while True:
-            for answer in answering(*pipe.recv()):
-                pipe.send(answer)
-    except (EOFError, BrokenPipeError, ConnectionResetError):
-        return  # nobody listens any more
+        while (work := _asked(pipe)) is not None:
+            yield from answering(*work)
     except Exception as error:
         raised = _Raised(error, traceback.format_exc())
         try:
             pickle.loads(pickle.dumps(raised))
         except Exception:
             raised = _Raised(RuntimeError(f"{type(error).__name__}: {error}"), raised.told)
-        pipe.send(raised)
+        yield raised
+
+
+def _asked(pipe: Connection) -> tuple[Any, ...] | None:
+    try:
+        work: tuple[Any, ...] = pipe.recv()
+    except (EOFError, OSError):
+        return None
+    return work

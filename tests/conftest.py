@@ -12,6 +12,7 @@ from hypothesis import HealthCheck, settings
 
 import irsim
 import irtrack.cli
+from irsim import crew
 from irsim.cli import main
 from irsim.division import DIVIDED, WHOLE, Trial, Way
 
@@ -34,6 +35,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def way(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Way:
     """Two processes divide the work so, whatever they find out."""
     found: Way = request.param
+    monkeypatch.setattr(crew, "LONG", 0)
     monkeypatch.setattr(Trial, "way", lambda _: found)
     return found
 

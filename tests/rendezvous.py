@@ -1,4 +1,4 @@
-"""A noise kind of a user's own: silent, but it lets no process go on before a second one is there."""
+"""Noise kinds of a user's own: silent, but one lets no process go on before a second one is there, and one fails."""
 
 from __future__ import annotations
 
@@ -34,4 +34,18 @@ class Rendezvous(Additive):
             if time.monotonic() > end:
                 raise TimeoutError("no second process came")
             time.sleep(0.01)
+        return 0.0
+
+
+class Failing(Additive):
+    """One frame cannot be rendered."""
+
+    at: int
+
+    def pattern(self, moment: Moment) -> Floats:
+        if moment.index == self.at:
+            raise ValueError(f"frame {self.at} cannot be")
+        return np.zeros((1, 1), np.float32)
+
+    def spread(self, moment: Moment, fixed: bool) -> float:
         return 0.0

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Collection, Iterator
 from itertools import repeat
 
 import numpy as np
@@ -10,18 +11,20 @@ import pytest
 
 import irsim
 from irsim import division
-from irsim.division import DIVIDED, WHOLE, Trial, Way
+from irsim.division import DIVIDED, TRIED, WHOLE, Trial, Way
 from irsim.render import Renderer
 
 
-def clock(scene: float, detector: float, taken: float, frames: int) -> Iterator[float]:
-    """Times of a trial whose first frame takes long, and one other too."""
+def clock(scene: float, detector: float, taken: float, frames: int, frozen: Collection[int] = ()) -> Iterator[float]:
+    """Times of a trial whose first frame takes long, and another one too."""
     now = 0.0
+    yield now
     for frame in range(frames):
-        slow = 100.0 if frame in (0, 2) else 1.0
-        for step in (scene, detector, taken):
-            yield now
+        slow = 100.0 if frame in (0, 10) else 1.0
+        yield now
+        for step in (scene, 0.0 if frame in frozen else detector, taken):
             now += slow * step
+            yield now
     yield from repeat(now)
 
 
@@ -39,12 +42,33 @@ def clock(scene: float, detector: float, taken: float, frames: int) -> Iterator[
 def test_work_is_divided_where_both_have_about_as_much(
     scene: float, detector: float, taken: float, way: Way, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    times = clock(scene, detector, taken, 6)
+    times = clock(scene, detector, taken, TRIED)
     monkeypatch.setattr(division, "perf_counter", lambda: next(times))
-    trial = Trial(Renderer(irsim.load("sky", ["frames=6", "camera.size=[16, 16]"])))
-    for index in range(6):
-        trial.frame(index)
+    monkeypatch.setattr(division, "TRIED_S", math.inf)
+    trial = Trial(Renderer(irsim.load("sky", ["frames=100", "camera.size=[16, 16]"])))
+    assert len(list(trial.frames(range(100)))) == trial.count == TRIED
     assert trial.way() == way
+
+
+def test_frames_that_show_an_earlier_picture_do_not_count(monkeypatch: pytest.MonkeyPatch) -> None:
+    still = ["frames=100", "camera.size=[16, 16]", "camera.correction={frames: [12], freeze_frames: 12}"]
+    renderer = Renderer(irsim.load("sky", still))
+    frozen = {index for index in range(TRIED) if renderer.sensor.shown(index) != index}
+    assert len(frozen) == 12
+    times = clock(1.0, 1.0, 0.0, TRIED, frozen)
+    monkeypatch.setattr(division, "perf_counter", lambda: next(times))
+    monkeypatch.setattr(division, "TRIED_S", math.inf)
+    trial = Trial(renderer)
+    assert len(list(trial.frames(range(100)))) == TRIED
+    assert trial.way() == DIVIDED
+
+
+@pytest.mark.parametrize(("step", "count"), [(0.001, TRIED), (0.0035, 16), (0.01, 8)])
+def test_a_trial_ends_with_a_block_when_it_takes_long(step: float, count: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    times = clock(step, step, 0.0, 100)
+    monkeypatch.setattr(division, "perf_counter", lambda: next(times))
+    trial = Trial(Renderer(irsim.load("sky", ["frames=100", "camera.size=[16, 16]"])))
+    assert len(list(trial.frames(range(100)))) == count
 
 
 def test_without_frames_tried_whole_ones_are_rendered() -> None:
@@ -53,20 +77,21 @@ def test_without_frames_tried_whole_ones_are_rendered() -> None:
 
 def test_a_frame_tried_is_the_frame() -> None:
     renderer = Renderer(irsim.load("sky", ["frames=3", "camera.size=[16, 16]"]))
-    trial = Trial(renderer)
-    for index in range(3):
-        frame, truth = trial.frame(index)
+    for index, (frame, truth) in enumerate(Trial(renderer).frames(range(3))):
         expected, expected_truth = renderer.frame(index)
         assert np.array_equal(frame.image, expected.image)
         assert truth == expected_truth
 
 
+@pytest.mark.parametrize("camera", ["camera.time_constant_ms=0", "camera.time_constant_ms=60"])
 @pytest.mark.parametrize("way", [WHOLE, DIVIDED], ids=["whole", "divided"])
-def test_what_is_lent_stays_as_it_is(way: Way) -> None:
-    renderer = Renderer(irsim.load("sky", ["frames=3", "camera.size=[16, 16]"]))
-    picture, truth = way.begun(renderer, 1)
-    before = picture.copy()
-    frame = way.ended(renderer, picture, truth, lent=True)
-    frame.image[:] += 1
-    assert np.array_equal(picture, before)
-    assert np.array_equal(frame.image, renderer.frame(1)[0].image + 1)
+def test_what_is_lent_is_not_written_to_and_not_kept(way: Way, camera: str) -> None:
+    scenario = irsim.load("sky", ["frames=3", "camera.size=[16, 16]", camera])
+    renderer = Renderer(scenario)
+    for index in range(3):
+        picture, truth = way.begun(renderer, index)
+        before = picture.copy()
+        frame = way.ended(renderer, picture, truth, lent=True)
+        assert np.array_equal(picture, before)
+        picture[:] = 0  # another frame is put there
+        assert np.array_equal(frame.image, Renderer(scenario).frame(index)[0].image)

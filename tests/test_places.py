@@ -164,7 +164,7 @@ def killed(pid: int) -> None:
 @pytest.mark.parametrize(
     ("meanwhile", "error", "said"),
     [
-        (killed, irsim.IrsimError, "^a worker process died while it rendered; allowed: "),
+        (killed, irsim.IrsimError, r"^a worker process died while it rendered \(killed by signal 9\); allowed: "),
         (broken, ZeroDivisionError, "in the program"),
     ],
     ids=["worker-killed", "raised"],

@@ -118,6 +118,17 @@ def test_two_processes_give_the_same_frames(way: Way, camera: dict[str, Any], tm
         assert np.array_equal(each.frame.image, expected.image)
 
 
+@pytest.mark.parametrize("fails", [0, 40, 100, 130])
+def test_frames_before_one_that_fails_are_there(way: Way, fails: int) -> None:
+    """Whoever renders it, and however early."""
+    noises = [*NOISY["camera"]["noise"], {"kind": "rendezvous:Failing", "at": fails}]
+    scenario = scene(frames=150, **{**NOISY, "camera": {**NOISY["camera"], "noise": noises}})
+    frames = rendered(Renderer(scenario), range(150), 2)
+    assert [next(frames).frame.index for _ in range(fails)] == list(range(fails))
+    with pytest.raises(ValueError, match=f"^frame {fails} cannot be$"):
+        next(frames)
+
+
 def test_truth_alone_is_the_truth_of_the_frames() -> None:
     rendering = Rendering(scene(frames=3, **NOISY))
     assert list(rendering.truths()) == [truth for _, truth in rendering.pairs()]

@@ -41,6 +41,8 @@ def failing(what: str) -> Callable[[], Iterator[int]]:
             raise OddError(2, 3)
         if what == "killed":
             os.kill(os.getpid(), signal.SIGKILL)
+        if what == "ended":
+            raise EOFError("of a file of its own")
         raise InputError("answer: it cannot")
 
     return answer
@@ -62,8 +64,7 @@ def test_answers_to_several_pieces_come_in_order() -> None:
         assert worker.pieces() == 0
         first = [pieces[0].next() for _ in range(3)] + [pieces[1].next()]
         assert [*first, *last] == [("inherited", "given", number) for number in range(300)]
-        pid = worker._process.pid
-        assert pid is not None
+        pid = worker.pid
     assert not runs(pid)
 
 
@@ -73,7 +74,8 @@ def test_answers_to_several_pieces_come_in_order() -> None:
         ("begin", 0, InputError, "^begin: it cannot$"),
         ("answer", 1, InputError, "^answer: it cannot$"),
         ("odd", 1, RuntimeError, "^OddError: 2 of 3$"),
-        ("killed", 1, WorkerDiedError, None),
+        ("ended", 1, EOFError, "^of a file of its own$"),
+        ("killed", 1, WorkerDiedError, "^killed by signal 9$"),
     ],
 )
 def test_what_ends_a_worker_is_raised_where_its_answer_is_wanted(
@@ -89,5 +91,16 @@ def test_what_ends_a_worker_is_raised_where_its_answer_is_wanted(
             assert "in failing" in str(raised.value.__cause__) or "in answer" in str(raised.value.__cause__)
         wait_until(lambda: not worker._process.is_alive())
         later = worker.give(1)  # who gives it something then is not told, who waits for it is
-        with pytest.raises(WorkerDiedError):
+        with pytest.raises(error):
             later.next()
+
+
+def test_a_worker_ends_where_signals_that_ask_for_it_are_ignored() -> None:
+    before = signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    try:
+        worker = started(counting, "given", inherited=("inherited",))
+        worker.give(1, 0, 1).next()
+        worker.close()
+        assert not runs(worker.pid)
+    finally:
+        signal.signal(signal.SIGTERM, before)
