@@ -209,9 +209,9 @@ class _Crew:
                 chunk.here.extend(chunk.coming.next())
                 self.heard = True
             sent, truth = chunk.here.popleft()
-            lent = sent is None
-            picture = _picture(self._memory, place, self._renderer, self._way) if lent else sent
-            frame = self._way.ended(self._renderer, picture, truth, lent)
+            picture = _picture(self._memory, place, self._renderer, self._way) if sent is None else sent
+            assert picture is not None  # it was sent, or there is a place for it
+            frame = self._way.ended(self._renderer, picture, truth, lent=sent is None)
             self._places.append(place)
             yield Rendered(chunk.pid, frame, truth)
 
@@ -263,6 +263,7 @@ def _halves(
                 picture, truth = way.begun(renderer, index, out)
                 done.append((picture if out is None else None, truth))
         except Exception:
-            yield done  # those before it
+            if done:  # before it
+                yield done
             raise
         yield done

@@ -118,7 +118,7 @@ def test_two_processes_give_the_same_frames(way: Way, camera: dict[str, Any], tm
         assert np.array_equal(each.frame.image, expected.image)
 
 
-@pytest.mark.parametrize("fails", [0, 40, 100, 130])
+@pytest.mark.parametrize("fails", [0, 40, 64, 101, 130])
 def test_frames_before_one_that_fails_are_there(way: Way, fails: int) -> None:
     """Whoever renders it, and however early."""
     noises = [*NOISY["camera"]["noise"], {"kind": "rendezvous:Failing", "at": fails}]
