@@ -139,6 +139,7 @@ class Worker:
         self._process.kill()
         self._process.join()
         self._pipe.close()
+        self.ended = None  # its traceback leads here, and to all that was at hand where it was raised
 
 
 def _ear(pipe: Connection) -> Callable[[], bool]:
