@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from time import perf_counter
 from typing import Any, ClassVar
 
@@ -36,7 +35,6 @@ frames; between the two those cost a tenth more: each process has noise with mem
 read and write for a frame does not fit into the cache that cores share."""
 
 
-@dataclass(frozen=True)
 class Way(ABC):
     """What workers do of a frame (`begun`), and what this process makes of it (`ended`)."""
 

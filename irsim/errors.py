@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import operator
 import re
+import signal
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 _COMMANDS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
@@ -39,6 +41,15 @@ def whole(name: str, given: Any, least: int = 0) -> int:
     if number < least:
         raise InputError(f"{name} {number}: allowed: {least} or more")
     return number
+
+
+def how_it_ended(code: int | None) -> str:
+    """A process's exit code in words: 'SIGKILL', 'exit status 1'."""
+    if code is None or code >= 0:
+        return f"exit status {code}"
+    with suppress(ValueError):
+        return signal.Signals(-code).name
+    return f"signal {-code}"
 
 
 class Notice(NamedTuple):

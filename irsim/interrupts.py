@@ -22,6 +22,9 @@ from irsim.errors import InputError
 _ENDING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 """Signals by which programs are ended that may still tidy up."""
 
+_hinting = threading.Lock()
+"""Taken by who has told how a script asks for workers; this process ends with it."""
+
 
 @contextmanager
 def interrupts_held() -> Iterator[None]:
@@ -65,7 +68,8 @@ def _in_few_words() -> Iterator[None]:
         if "bootstrapping" not in str(error):
             raise
         hint = 'worker processes import this script too: put what it calls under if __name__ == "__main__":'
-        print(hint, file=sys.stderr, flush=True)  # a fork server drops what sys.exit is given
+        if _hinting.acquire(blocking=False):  # of the threads that ask for a worker each, one says it
+            print(hint, file=sys.stderr, flush=True)  # a fork server drops what sys.exit is given
         sys.exit(1)
 
 

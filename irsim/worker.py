@@ -17,6 +17,7 @@ from multiprocessing.connection import Connection
 from multiprocessing.context import BaseContext
 from typing import Any, Generic, TypeVar
 
+from irsim.errors import how_it_ended
 from irsim.interrupts import process
 
 END_S = 10.0
@@ -31,8 +32,7 @@ class WorkerDiedError(Exception):
     """It answers no more; its text says how it ended."""
 
     def __init__(self, status: int | None) -> None:
-        how = f"killed by signal {-status}" if status is not None and status < 0 else f"status {status}"
-        super().__init__(how)
+        super().__init__(how_it_ended(status))
         self.told = status == 1
         """Whether it has said why on standard error, as Python does."""
 

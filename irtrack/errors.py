@@ -8,12 +8,10 @@ WorkerError   worker processes died or failed, and no tracker did it; what was f
 
 from __future__ import annotations
 
-import signal
 import traceback
-from contextlib import suppress
 from types import TracebackType
 
-from irsim.errors import InputError, printable, whole
+from irsim.errors import InputError, how_it_ended, printable, whole
 from irsim.errors import IrsimError as IrtrackError
 
 __all__ = ["InputError", "IrtrackError", "TrackerError", "WorkerError", "how_it_ended", "told", "whole"]
@@ -29,15 +27,6 @@ def told(error: BaseException) -> str:
     except Exception:  # somebody's own exception may fail at this, too
         said = ""
     return printable(f"{type(error).__name__}{said and f': {said}'}")
-
-
-def how_it_ended(code: int | None) -> str:
-    """A process's exit code in words: 'SIGKILL', 'exit status 1'."""
-    if code is None or code >= 0:
-        return f"exit status {code}"
-    with suppress(ValueError):
-        return signal.Signals(-code).name
-    return f"signal {-code}"
 
 
 class WorkerError(IrtrackError):

@@ -164,7 +164,7 @@ def killed(pid: int) -> None:
 @pytest.mark.parametrize(
     ("meanwhile", "error", "said"),
     [
-        (killed, irsim.IrsimError, r"^a worker process died while it rendered \(killed by signal 9\); allowed: "),
+        (killed, irsim.IrsimError, r"^a worker process died while it rendered \(SIGKILL\); allowed: "),
         (broken, ZeroDivisionError, "in the program"),
     ],
     ids=["worker-killed", "raised"],

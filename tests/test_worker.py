@@ -75,7 +75,7 @@ def test_answers_to_several_pieces_come_in_order() -> None:
         ("answer", 1, InputError, "^answer: it cannot$"),
         ("odd", 1, RuntimeError, "^OddError: 2 of 3$"),
         ("ended", 1, EOFError, "^of a file of its own$"),
-        ("killed", 1, WorkerDiedError, "^killed by signal 9$"),
+        ("killed", 1, WorkerDiedError, "^SIGKILL$"),
     ],
 )
 def test_what_ends_a_worker_is_raised_where_its_answer_is_wanted(
