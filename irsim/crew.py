@@ -13,6 +13,7 @@ from operator import itemgetter
 
 import numpy as np
 
+from irsim.balance import Balance
 from irsim.division import DIVIDED, LONG, WHOLE, Picture, Trial, Way
 from irsim.errors import IrsimError, whole
 from irsim.interrupts import interrupts_held
@@ -101,7 +102,8 @@ def rendered(renderer: Renderer, wanted: Sequence[int], jobs: int) -> Generator[
             yield Rendered(os.getpid(), frame, truth)
         way = trial.way()
         chunks = deque(chunked(wanted[trial.count :], lengths[way], jobs))
-        crew = _Crew(renderer, way, chunks, workers, memory, deque(range(places * lengths[way])))
+        balance = Balance(renderer.steps if way is DIVIDED else 0)
+        crew = _Crew(renderer, way, balance, chunks, workers, memory, deque(range(places * lengths[way])))
         try:
             yield from crew.frames()
         except WorkerDiedError as died:
@@ -138,6 +140,8 @@ class _Theirs:
 
     places: Sequence[int]
     """Where its pictures are put."""
+    steps: Sequence[int]
+    """Of the detector, for each frame, that are the worker's, where a frame is divided."""
     pid: int
     coming: Answers[list[Half]]
     here: deque[Half] = field(default_factory=deque)
@@ -150,6 +154,7 @@ class _Crew:
         self,
         renderer: Renderer,
         way: Way,
+        balance: Balance,
         chunks: deque[Sequence[int]],
         workers: Sequence[Worker],
         memory: Shared,
@@ -159,6 +164,7 @@ class _Crew:
         """Whether a worker has done any."""
         self._renderer = renderer
         self._way = way
+        self._balance = balance
         self._chunks = chunks  # that nobody has
         self._workers = workers
         self._memory = memory
@@ -179,13 +185,15 @@ class _Crew:
     def _hand_out(self) -> None:
         """Workers get what there are places for, but leave as much to this process as each of them has."""
         while self._chunks and len(self._places) >= len(self._chunks[0]):
-            pieces, worker = min(((each.pieces(), each) for each in self._workers), key=itemgetter(0))
-            if pieces >= min(EACH, len(self._chunks)):
+            left, worker = min(((each.left(), each) for each in self._workers), key=itemgetter(0))
+            if left > min(EACH, len(self._chunks)) - 1:
                 return
             wanted = self._chunks.popleft()
             places = [self._places.popleft() for _ in wanted]
-            coming = worker.give(len(_messages(self._way, wanted)), self._way, wanted, places)
-            self._begun.append(_Theirs(places, worker.pid, coming))
+            self._balance.heed(left)
+            steps = self._balance.steps(len(wanted))
+            coming = worker.give(len(_messages(self._way, wanted)), self._way, wanted, places, steps)
+            self._begun.append(_Theirs(places, steps, worker.pid, coming))
 
     def _take(self) -> _Own:
         chunk = _Own(deque(self._chunks.popleft()))
@@ -196,13 +204,13 @@ class _Crew:
         """What is begun of it already, and the rest, each frame when it is wanted."""
         while chunk.begun or chunk.left:
             picture, truth = (
-                chunk.begun.popleft() if chunk.begun else self._way.begun(self._renderer, chunk.left.popleft())
+                chunk.begun.popleft() if chunk.begun else self._way.begun(self._renderer, chunk.left.popleft(), 0)
             )
-            yield Rendered(os.getpid(), self._way.ended(self._renderer, picture, truth, lent=False), truth)
+            yield Rendered(os.getpid(), self._way.ended(self._renderer, picture, truth, 0, lent=False), truth)
 
     def _fetched(self, chunk: _Theirs) -> Iterator[Rendered]:
         """What a worker has done, each as soon as it is there and wanted."""
-        for place in chunk.places:
+        for place, steps in zip(chunk.places, chunk.steps, strict=True):
             if not chunk.here:
                 while not chunk.coming.has_next() and self._get_ahead():
                     self._hand_out()
@@ -211,12 +219,15 @@ class _Crew:
             sent, truth = chunk.here.popleft()
             picture = _picture(self._memory, place, self._renderer, self._way) if sent is None else sent
             assert picture is not None  # it was sent, or there is a place for it
-            frame = self._way.ended(self._renderer, picture, truth, lent=sent is None)
+            frame = self._way.ended(self._renderer, picture, truth, steps, lent=sent is None)
             self._places.append(place)
             yield Rendered(chunk.pid, frame, truth)
 
     def _get_ahead(self) -> bool:
-        """A frame more that this process will need is begun, unless enough are."""
+        """A frame more that this process will need is begun, unless enough are, or a worker is to be relieved of work
+        that costs less here."""
+        if self.heard and not self._balance.exhausted:
+            return False
         own = [chunk for chunk in self._begun if isinstance(chunk, _Own)]
         chunk = next((chunk for chunk in own if chunk.left), None)
         if chunk is None and self._chunks and len(own) < OWN:
@@ -225,7 +236,7 @@ class _Crew:
             return False
         index = chunk.left.popleft()
         try:
-            chunk.begun.append(self._way.begun(self._renderer, index))
+            chunk.begun.append(self._way.begun(self._renderer, index, 0))
         except Exception:  # raised again when it is wanted, after the frames before it
             chunk.left.appendleft(index)
             chunk.failed = True
@@ -253,14 +264,14 @@ def _messages(way: Way, wanted: Sequence[int]) -> list[slice]:
 
 
 def _halves(
-    renderer: Renderer, memory: Shared, way: Way, wanted: Sequence[int], places: Sequence[int]
+    renderer: Renderer, memory: Shared, way: Way, wanted: Sequence[int], places: Sequence[int], steps: Sequence[int]
 ) -> Iterator[list[Half]]:
     for these in _messages(way, wanted):
         done: list[Half] = []
         try:
-            for index, place in zip(wanted[these], places[these], strict=True):
+            for index, place, taken in zip(wanted[these], places[these], steps[these], strict=True):
                 out = _picture(memory, place, renderer, way)
-                picture, truth = way.begun(renderer, index, out)
+                picture, truth = way.begun(renderer, index, taken, out)
                 done.append((picture if out is None else None, truth))
         except Exception:
             if done:  # before it

@@ -69,9 +69,24 @@ class Renderer:
         """Whether a frame is what is `developed` of its `scene`: not where it is put into a recorded one."""
         return not isinstance(self.layers[0], Footage)
 
-    def developed(self, light: Floats, truth: Truth, spent: bool = False, out: Counts | None = None) -> Frame:
-        """The frame of a scene's light, (rows, cols) float32, in `out` where it is given. A `spent` light is the
-        renderer's from then on, to write over or to keep; another one it only reads now."""
+    @property
+    def steps(self) -> int:
+        """How many of the detector's (`Sensor.step`) may be taken with the scene: none where it needs earlier light."""
+        return 0 if self.lag.remembers else self.sensor.steps
+
+    def stepped(self, light: Floats, index: int, steps: int) -> Floats:
+        """The light of a frame's scene after so many of the detector's `steps`: written over, but where the frame shows
+        an earlier picture."""
+        if steps == 0 or self.sensor.shown(index) != index:
+            return light
+        return self.sensor.step(light, index, 0, steps, spent=True)
+
+    def developed(
+        self, light: Floats, truth: Truth, spent: bool = False, out: Counts | None = None, steps: int = 0
+    ) -> Frame:
+        """The frame of a scene's light, (rows, cols) float32, or of what it is after so many steps (`stepped`); in
+        `out` where it is given. A `spent` light is the renderer's from then on, to write over or to keep; another one
+        it only reads now."""
         index = truth.index
         shown = self.sensor.shown(index)
         if shown != index:
@@ -81,7 +96,7 @@ class Renderer:
             settled = self.lag.light(index, lambda k: own if k == index else self.scene(k)[0])
             image = self.sensor.expose(settled, index, spent=True, out=out)
         else:
-            image = self.sensor.expose(light, index, spent, out)
+            image = self.sensor.expose(light, index, spent, out, steps)
         return Frame(image, index, truth.time, self.scenario.camera.bits)
 
     def _put_into(self, footage: Footage, index: int) -> tuple[Counts, Truth]:

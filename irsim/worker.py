@@ -52,7 +52,7 @@ class Answers(Generic[Answer]):
 
     def __init__(self, worker: Worker, count: int) -> None:
         self._worker = worker
-        self._to_come = count
+        self._count = self._to_come = count
         self._here: deque[Answer] = deque()
 
     def put(self, answer: Answer) -> bool:
@@ -60,6 +60,11 @@ class Answers(Generic[Answer]):
         self._here.append(answer)
         self._to_come -= 1
         return self._to_come == 0
+
+    @property
+    def left(self) -> float:
+        """Share of them that are yet to come."""
+        return self._to_come / self._count
 
     def has_next(self) -> bool:
         """Whether `next` need not wait."""
@@ -100,10 +105,10 @@ class Worker:
         assert pid is not None  # it was started
         return pid
 
-    def pieces(self) -> int:
-        """How many it has yet to finish."""
+    def left(self) -> float:
+        """Pieces, and shares of them, that it has yet to do."""
         self.listen()
-        return len(self._asked)
+        return sum(answers.left for answers in self._asked)
 
     def give(self, count: int, *work: Any) -> Answers[Any]:
         """A piece of work to which there are so many answers. Whoever waits for them is told if it has died."""

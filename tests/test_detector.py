@@ -119,6 +119,18 @@ def test_every_way_of_a_noise_is_exposed_alike_by_compiled_loops_and_plain_ones(
 
 
 @pytest.mark.parametrize("word", NOISES.kinds)
+def test_a_picture_may_be_exposed_step_by_step(word: str) -> None:
+    noises = build(word, id="one"), build("fixed_pattern", id="other"), build(word, id="two")
+    sensor = Sensor(response(), noises, 50.0, 1)
+    light = np.full((24, 40), radiance("mwir", 300.0), np.float32)
+    for steps in range(sensor.steps + 1):
+        begun = sensor.step(light.copy(), 5, 0, steps, spent=True)
+        before = begun.copy()
+        np.testing.assert_array_equal(sensor.expose(begun, 5, steps=steps), sensor.expose(light, 5))
+        np.testing.assert_array_equal(begun, before)
+
+
+@pytest.mark.parametrize("word", NOISES.kinds)
 def test_a_frame_alone_is_the_frame_in_sequence(word: str) -> None:
     noise = build(word)
     frames = [0, 1, 2, 3, 127, 128, 255, 256, 257, 700]

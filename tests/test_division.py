@@ -4,45 +4,49 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator
-from itertools import repeat
+from itertools import cycle, repeat
 
 import numpy as np
 import pytest
 
 import irsim
-from irsim import division
+from irsim import crew, division
+from irsim.balance import Balance
 from irsim.division import DIVIDED, TRIED, WHOLE, Trial, Way
 from irsim.render import Renderer
 
 
-def clock(scene: float, detector: float, taken: float, frames: int, frozen: Collection[int] = ()) -> Iterator[float]:
-    """Times of a trial whose first frame takes long, and another one too."""
+def clock(parts: tuple[float, ...], frames: int, frozen: Collection[int] = ()) -> Iterator[float]:
+    """Times of a trial, by the parts of a frame: scene, steps, rest, what is done with it. The first frame takes long,
+    and another one too."""
     now = 0.0
     yield now
+    scene, *detector, taken = parts
     for frame in range(frames):
         slow = 100.0 if frame in (0, 10) else 1.0
         yield now
-        for step in (scene, 0.0 if frame in frozen else detector, taken):
-            now += slow * step
+        for part in (scene, *((0.0 for _ in detector) if frame in frozen else detector), taken):
+            now += slow * part
             yield now
     yield from repeat(now)
 
 
 @pytest.mark.parametrize(
-    ("scene", "detector", "taken", "way"),
+    ("scene", "steps", "rest", "taken", "way"),
     [
-        (1.0, 1.0, 0.0, DIVIDED),
-        (1.2, 0.9, 0.05, DIVIDED),
-        (1.0, 0.2, 0.0, WHOLE),  # the worker would do nearly all
-        (1.0, 0.2, 0.6, DIVIDED),  # what is done with frames counts
-        (1.0, 0.9, 1.0, WHOLE),  # and may be too much
-        (0.3, 1.0, 0.0, WHOLE),
+        (1.0, 0.5, 0.5, 0.0, DIVIDED),
+        (1.2, 0.5, 0.4, 0.05, DIVIDED),
+        (1.0, 0.1, 0.1, 0.0, WHOLE),  # the worker would do nearly all
+        (1.0, 0.1, 0.1, 0.6, DIVIDED),  # what is done with frames counts
+        (1.0, 0.3, 0.6, 1.0, WHOLE),  # and may be too much
+        (0.3, 0.7, 0.3, 0.0, DIVIDED),  # the worker takes steps
+        (0.3, 0.2, 0.8, 0.0, WHOLE),  # but these are too few
     ],
 )
 def test_work_is_divided_where_both_have_about_as_much(
-    scene: float, detector: float, taken: float, way: Way, monkeypatch: pytest.MonkeyPatch
+    scene: float, steps: float, rest: float, taken: float, way: Way, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    times = clock(scene, detector, taken, TRIED)
+    times = clock((scene, steps, rest, taken), TRIED)
     monkeypatch.setattr(division, "perf_counter", lambda: next(times))
     monkeypatch.setattr(division, "TRIED_S", math.inf)
     trial = Trial(Renderer(irsim.load("sky", ["frames=100", "camera.size=[16, 16]"])))
@@ -55,7 +59,7 @@ def test_frames_that_show_an_earlier_picture_do_not_count(monkeypatch: pytest.Mo
     renderer = Renderer(irsim.load("sky", still))
     frozen = {index for index in range(TRIED) if renderer.sensor.shown(index) != index}
     assert len(frozen) == 12
-    times = clock(1.0, 1.0, 0.0, TRIED, frozen)
+    times = clock((1.0, 0.5, 0.5, 0.0), TRIED, frozen)
     monkeypatch.setattr(division, "perf_counter", lambda: next(times))
     monkeypatch.setattr(division, "TRIED_S", math.inf)
     trial = Trial(renderer)
@@ -65,7 +69,7 @@ def test_frames_that_show_an_earlier_picture_do_not_count(monkeypatch: pytest.Mo
 
 @pytest.mark.parametrize(("step", "count"), [(0.001, TRIED), (0.0035, 16), (0.01, 8)])
 def test_a_trial_ends_with_a_block_when_it_takes_long(step: float, count: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    times = clock(step, step, 0.0, 100)
+    times = clock((step, step / 2, step / 2, 0.0), 100)
     monkeypatch.setattr(division, "perf_counter", lambda: next(times))
     trial = Trial(Renderer(irsim.load("sky", ["frames=100", "camera.size=[16, 16]"])))
     assert len(list(trial.frames(range(100)))) == count
@@ -89,9 +93,43 @@ def test_what_is_lent_is_not_written_to_and_not_kept(way: Way, camera: str) -> N
     scenario = irsim.load("sky", ["frames=3", "camera.size=[16, 16]", camera])
     renderer = Renderer(scenario)
     for index in range(3):
-        picture, truth = way.begun(renderer, index)
-        before = picture.copy()
-        frame = way.ended(renderer, picture, truth, lent=True)
-        assert np.array_equal(picture, before)
-        picture[:] = 0  # another frame is put there
-        assert np.array_equal(frame.image, Renderer(scenario).frame(index)[0].image)
+        for steps in range(renderer.steps + 1):
+            picture, truth = way.begun(renderer, index, steps)
+            before = picture.copy()
+            frame = way.ended(renderer, picture, truth, steps, lent=True)
+            assert np.array_equal(picture, before)
+            picture[:] = 0  # another frame is put there
+            assert np.array_equal(frame.image, Renderer(scenario).frame(index)[0].image)
+
+
+@pytest.mark.parametrize(
+    "camera",
+    [
+        "noise=[{kind: shot}, {kind: drift, gain: 0.01, age_s: 300}, {kind: noise_3d, t: 1, tv: 1}]",
+        "bloom={fraction: 0.5}",
+        "correction={frames: [1], freeze_frames: 2}",
+        "time_constant_ms=60",
+    ],
+)
+def test_wherever_a_frame_is_divided_it_is_the_frame(camera: str) -> None:
+    scenario = irsim.load(
+        "sky", ["frames=5", "camera.size=[24, 16]", "camera.detector={kind: electrons}", f"camera.{camera}"]
+    )
+    worker, here = Renderer(scenario), Renderer(scenario)
+    assert here.steps == (0 if "time" in camera else 1 + len(here.sensor.noises))
+    for index in range(5):
+        expected = Renderer(scenario).frame(index)[0].image
+        for steps in range(here.steps + 1):
+            picture, truth = DIVIDED.begun(worker, index, steps, np.empty((16, 24), np.float32))
+            assert np.array_equal(DIVIDED.ended(here, picture, truth, steps, lent=True).image, expected)
+            assert np.array_equal(DIVIDED.ended(here, picture, truth, steps, lent=False).image, expected)
+
+
+def test_however_steps_are_dealt_out_two_processes_give_the_same_frames(monkeypatch: pytest.MonkeyPatch) -> None:
+    scenario = irsim.load("sky", ["frames=60", "camera.size=[48, 32]"])
+    expected = [frame.image for frame, _ in irsim.frames(scenario)]
+    dealt = cycle(range(Renderer(scenario).steps + 1))
+    monkeypatch.setattr(crew, "LONG", 0)
+    monkeypatch.setattr(Trial, "way", lambda _: DIVIDED)
+    monkeypatch.setattr(Balance, "steps", lambda _, count: [next(dealt) for _ in range(count)])
+    assert np.array_equal([frame.image for frame, _ in irsim.frames(scenario, jobs=2)], expected)

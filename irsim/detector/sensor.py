@@ -44,17 +44,37 @@ class Sensor:
         last, count = (0, 0) if self.correction is None else self.correction.last(index)
         return Moment(index, shape, self.rate_hz, self.seed, last, count)
 
-    def expose(self, light: Floats, index: int, spent: bool = False, out: Counts | None = None) -> Counts:
-        """(rows, cols) uint16 counts of `light` (rows, cols) float32, in-band radiance in W/m2/sr, at a frame.
+    @property
+    def steps(self) -> int:
+        """Those from light to what is read: pixels hold it, then each noise is added."""
+        return 1 + len(self.noises)
+
+    def step(self, picture: Floats, index: int, begin: int, end: int, spent: bool = False) -> Floats:
+        """A frame's picture, (rows, cols) float32, after the steps before `end`, of one after those before `begin`;
+        before the first it is light, in-band radiance in W/m2/sr, after it a signal in the units of `response`.
+
+        A `spent` picture is needed by nobody any more: its memory, which is in the caches, is written over.
+        """
+        moment = self.moment(index, picture.shape)
+        own = picture if spent else scratch(picture.shape, "signal")
+        if begin == 0 < end:
+            self.held(picture, own, self._gain(moment))
+        elif not spent:
+            np.copyto(own, picture)
+        for noise in self.noises[max(begin, 1) - 1 : max(end, 1) - 1]:
+            noise.add(own, self.response, moment)
+        return own
+
+    def expose(
+        self, light: Floats, index: int, spent: bool = False, out: Counts | None = None, steps: int = 0
+    ) -> Counts:
+        """(rows, cols) uint16 counts of `light` (rows, cols) float32, in-band radiance in W/m2/sr, at a frame; or of
+        what it is after so many steps.
 
         Counts are rounded to the nearest (halves to even) and clipped to the depth of the detector. A `spent` light
-        is needed by nobody any more: its memory, which is in the caches, is written over. The counts are put into
-        `out`, where it is given.
+        is written over (see `step`). The counts are put into `out`, where it is given.
         """
-        moment = self.moment(index, light.shape)
-        signal = self.held(light, light if spent else scratch(light.shape, "signal"), self._gain(moment))
-        for noise in self.noises:
-            noise.add(signal, self.response, moment)
+        signal, moment = self.step(light, index, steps, self.steps, spent), self.moment(index, light.shape)
         counts = self.response.counts(signal, out, self._added(moment))
         for noise in self.noises:
             noise.replace(counts, self.response, moment)
