@@ -102,7 +102,7 @@ def rendered(renderer: Renderer, wanted: Sequence[int], jobs: int) -> Generator[
             yield Rendered(os.getpid(), frame, truth)
         way = trial.way()
         chunks = deque(chunked(wanted[trial.count :], lengths[way], jobs))
-        balance = Balance(renderer.steps if way is DIVIDED else 0)
+        balance = trial.balance() if way is DIVIDED else Balance(1.0, ())
         crew = _Crew(renderer, way, balance, chunks, workers, memory, deque(range(places * lengths[way])))
         try:
             yield from crew.frames()
@@ -224,10 +224,7 @@ class _Crew:
             yield Rendered(chunk.pid, frame, truth)
 
     def _get_ahead(self) -> bool:
-        """A frame more that this process will need is begun, unless enough are, or a worker is to be relieved of work
-        that costs less here."""
-        if self.heard and not self._balance.exhausted:
-            return False
+        """A frame more that this process will need is begun, unless enough are."""
         own = [chunk for chunk in self._begun if isinstance(chunk, _Own)]
         chunk = next((chunk for chunk in own if chunk.left), None)
         if chunk is None and self._chunks and len(own) < OWN:

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from irsim.backgrounds.painting import BLOCK
+from irsim.balance import Balance
 from irsim.render import Renderer
 from irsim.types import Frame, Truth
 
@@ -29,19 +30,20 @@ TRIED_S = 1.0
 (`BLOCK`) are."""
 
 SCENE = 0.67
-"""Greatest share of a frame's time that its scene may take when work is divided. With more this process would have
-scenes to work out as well, where a worker goes on faster with whole frames; between the two those cost a tenth more:
-each process has noise with memory of its own, and what two of them read and write for a frame does not fit into the
-cache that cores share."""
+"""Greatest share of a frame's time that its scene may take when work is divided. From a half on a worker has nothing
+but scenes, and this process some of them too; with more than this a worker goes on faster with whole frames. Between
+the two those cost a tenth more: each process has noise with memory of its own, and what two of them read and write for
+a frame does not fit into the cache that cores share."""
 
-HERE = 0.55
-"""Greatest share that this process may be left with, whatever steps a worker takes; with more the worker would wait."""
+LEFT = 0.55
+"""Greatest share that may be left to this process when a worker takes all the steps it can; with more, those it cannot
+would make it wait, and whole frames leave less."""
 
 
 class Way(ABC):
     """What workers do of a frame (`begun`), and what this process makes of it (`ended`).
 
-    `steps`: how many of those of the detector are for workers, where they are not all.
+    `steps`: how many of the detector's are for workers where a frame is divided.
     """
 
     length: ClassVar[int]
@@ -83,7 +85,7 @@ class Divided(Way):
 
     def begun(self, renderer: Renderer, index: int, steps: int, out: Picture | None = None) -> tuple[Picture, Truth]:
         light, truth = renderer.scene(index, out)
-        return renderer.stepped(light, index, steps), truth
+        return renderer.stepped(light, index, 0, steps), truth
 
     def ended(self, renderer: Renderer, picture: Picture, truth: Truth, steps: int, lent: bool) -> Frame:
         return renderer.developed(picture, truth, spent=not lent, steps=steps)
@@ -100,36 +102,47 @@ class Trial:
         self.count = 0
         """How many there were."""
         self._renderer = renderer
-        self._times: list[tuple[float, float, float, float]] = []
-        """For the scene, the steps of the detector that others may take, the rest and what was done with the frame, s,
-        of those that do not show an earlier picture."""
+        self._times: list[list[float]] = []
+        """For the scene, each step of the detector that a worker may take, the rest and what was done with the frame,
+        s, of those that do not show an earlier picture."""
 
     def frames(self, wanted: Sequence[int]) -> Iterator[tuple[Frame, Truth]]:
         """Some of those that are wanted, the first ones."""
         first = perf_counter()
         for index in wanted[:TRIED]:
-            begin = perf_counter()
-            light, truth = self._renderer.scene(index)
-            lit = perf_counter()
-            signal = self._renderer.stepped(light, index, self._renderer.steps)
-            read = perf_counter()
-            frame = self._renderer.developed(signal, truth, spent=True, steps=self._renderer.steps)
-            end = perf_counter()
+            times = [perf_counter()]
+            picture, truth = self._renderer.scene(index)
+            for step in range(self._renderer.steps):
+                times.append(perf_counter())
+                picture = self._renderer.stepped(picture, index, step, step + 1)
+            times.append(perf_counter())
+            frame = self._renderer.developed(picture, truth, spent=True, steps=self._renderer.steps)
+            times.append(perf_counter())
             yield frame, truth
-            taken = perf_counter()
+            times.append(perf_counter())
             self.count += 1
             if self._renderer.sensor.shown(index) == index:
-                self._times.append((lit - begin, read - lit, end - read, taken - end))
-            if self.count % BLOCK == 0 and taken - first > TRIED_S:
+                self._times.append(np.diff(times).tolist())
+            if self.count % BLOCK == 0 and times[-1] - first > TRIED_S:
                 return
 
     def way(self) -> Way:
         """The one that is faster. What is done with frames where they are taken is for this process alone, too."""
+        shares = self._shares()
+        return DIVIDED if shares and shares[0] <= SCENE and sum(shares[-2:]) <= LEFT else WHOLE
+
+    def balance(self) -> Balance:
+        """That of divided work."""
+        scene, *steps = self._shares()[:-2] or (1.0,)
+        return Balance(scene, steps)
+
+    def _shares(self) -> list[float]:
+        """Of a frame's time, those that `_times` has; none where nothing was timed."""
         later = self._times[BLOCK:] or self._times[1:]
         if not later:
-            return WHOLE
+            return []
         # The quickest block: others are slower for what else the machine does. Key frames count in each.
         blocks = [np.mean(later[begin : begin + BLOCK], axis=0) for begin in range(0, len(later), BLOCK)]
-        scene, steps, rest, taken = np.min(blocks, axis=0).tolist()
-        frame = scene + steps + rest + taken
-        return DIVIDED if scene <= SCENE * frame and rest + taken <= HERE * frame else WHOLE
+        least = np.min(blocks, axis=0)
+        shares: list[float] = (least / least.sum()).tolist()
+        return shares

@@ -74,12 +74,12 @@ class Renderer:
         """How many of the detector's (`Sensor.step`) may be taken with the scene: none where it needs earlier light."""
         return 0 if self.lag.remembers else self.sensor.steps
 
-    def stepped(self, light: Floats, index: int, steps: int) -> Floats:
-        """The light of a frame's scene after so many of the detector's `steps`: written over, but where the frame shows
-        an earlier picture."""
-        if steps == 0 or self.sensor.shown(index) != index:
-            return light
-        return self.sensor.step(light, index, 0, steps, spent=True)
+    def stepped(self, picture: Floats, index: int, begin: int, end: int) -> Floats:
+        """The light of a frame's scene after the detector's `steps` before `end`, of what it is after those before
+        `begin`: written over, but where the frame shows an earlier picture."""
+        if begin == end or self.sensor.shown(index) != index:
+            return picture
+        return self.sensor.step(picture, index, begin, end, spent=True)
 
     def developed(
         self, light: Floats, truth: Truth, spent: bool = False, out: Counts | None = None, steps: int = 0

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Collection, Iterator
 from itertools import cycle, repeat
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,21 +14,24 @@ import pytest
 import irsim
 from irsim import crew, division
 from irsim.balance import Balance
+from irsim.crew import _Crew
 from irsim.division import DIVIDED, TRIED, WHOLE, Trial, Way
+from irsim.places import shared
 from irsim.render import Renderer
+from irsim.worker import Answers, Worker
 
 
 def clock(parts: tuple[float, ...], frames: int, frozen: Collection[int] = ()) -> Iterator[float]:
-    """Times of a trial, by the parts of a frame: scene, steps, rest, what is done with it. The first frame takes long,
-    and another one too."""
+    """Times of a trial of `sky`, by the parts of a frame: scene, steps, rest, what is done with it. The first frame
+    takes long, and another one too."""
     now = 0.0
     yield now
-    scene, *detector, taken = parts
+    scene, step, rest, taken = parts
     for frame in range(frames):
         slow = 100.0 if frame in (0, 10) else 1.0
         yield now
-        for part in (scene, *((0.0 for _ in detector) if frame in frozen else detector), taken):
-            now += slow * part
+        for part in (scene, step, 0.0, 0.0, rest, taken):  # of what three steps take, the first has all
+            now += 0.0 if frame in frozen and part in (step, rest) else slow * part
             yield now
     yield from repeat(now)
 
@@ -52,6 +57,11 @@ def test_work_is_divided_where_both_have_about_as_much(
     trial = Trial(Renderer(irsim.load("sky", ["frames=100", "camera.size=[16, 16]"])))
     assert len(list(trial.frames(range(100)))) == trial.count == TRIED
     assert trial.way() == way
+    whole = scene + steps + rest + taken
+    dealt = trial.balance().steps(1000)
+    assert np.mean(np.asarray(dealt) > 0) == pytest.approx(
+        min(max(0.5 - scene / whole, 0) * whole / steps, 1), abs=0.002
+    )
 
 
 def test_frames_that_show_an_earlier_picture_do_not_count(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -76,7 +86,55 @@ def test_a_trial_ends_with_a_block_when_it_takes_long(step: float, count: int, m
 
 
 def test_without_frames_tried_whole_ones_are_rendered() -> None:
-    assert Trial(Renderer(irsim.load("sky", ["camera.size=[16, 16]"]))).way() == WHOLE
+    trial = Trial(Renderer(irsim.load("sky", ["camera.size=[16, 16]"])))
+    assert trial.way() == WHOLE
+    assert trial.balance().steps(3) == [0, 0, 0]
+
+
+class FakeWorker(Worker):
+    """It answers whatever it is asked when it is heard."""
+
+    pid = 1
+
+    def __init__(self, renderer: Renderer, way: Way, left: float) -> None:
+        self.asked: list[list[int]] = []
+        self.ended = None
+        self._renderer, self._way, self._left = renderer, way, left
+        self._waiting: deque[tuple[Answers[Any], Any]] = deque()
+
+    def left(self) -> float:
+        return self._left if self._waiting else 0.0
+
+    def give(self, count: int, *work: Any) -> Answers[Any]:
+        way, wanted, _, steps = work
+        self.asked.append(steps)
+        answers: Answers[Any] = Answers(self, count)
+        halves = [way.begun(self._renderer, index, taken) for index, taken in zip(wanted, steps, strict=True)]
+        for begin in range(0, len(halves), way.told):
+            self._waiting.append((answers, halves[begin : begin + way.told]))
+        return answers
+
+    def listen(self) -> None:
+        """Nothing comes by itself."""
+
+    def hear(self) -> None:
+        answers, halves = self._waiting.popleft()
+        answers.put(halves)
+
+
+@pytest.mark.parametrize(("left", "last"), [(0.1, 3.0), (0.9, 0.0)])
+def test_how_much_a_worker_has_left_says_what_it_is_given(left: float, last: float) -> None:
+    scenario = irsim.load("sky", ["frames=400", "camera.size=[16, 16]"])
+    renderer = Renderer(scenario)
+    worker = FakeWorker(renderer, DIVIDED, left)
+    chunks = deque(crew.chunked(range(400), DIVIDED.length, 2))
+    with shared(0) as memory:
+        balance = Balance(0.5, [0.1] * renderer.steps)
+        frames = _Crew(renderer, DIVIDED, balance, chunks, [worker], memory, deque(range(24))).frames()
+        assert [frame.truth.index for frame in frames] == list(range(400))
+    means = [float(np.mean(steps)) for steps in worker.asked]
+    assert means[0] < 1
+    assert np.mean(means[-5:]) == pytest.approx(last)
 
 
 def test_a_frame_tried_is_the_frame() -> None:

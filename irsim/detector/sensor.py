@@ -74,7 +74,8 @@ class Sensor:
         Counts are rounded to the nearest (halves to even) and clipped to the depth of the detector. A `spent` light
         is written over (see `step`). The counts are put into `out`, where it is given.
         """
-        signal, moment = self.step(light, index, steps, self.steps, spent), self.moment(index, light.shape)
+        moment = self.moment(index, light.shape)
+        signal = self.step(light, index, steps, self.steps, spent)
         counts = self.response.counts(signal, out, self._added(moment))
         for noise in self.noises:
             noise.replace(counts, self.response, moment)
