@@ -6,12 +6,16 @@ programs on the machine do not count.
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import resource
 import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
+from multiprocessing.connection import Connection
 from pathlib import Path
 from time import perf_counter, process_time
 
@@ -105,7 +109,7 @@ def full_chain(report: Report) -> None:
     report("full_chain_640x512_naive_numpy", 1 / naive, "frames/s of one core")
     report("full_chain_640x512_speedup", naive / whole, "x")
     if irsim.compiled.COMPILED:
-        plain = apart_s(IRSIM_PLAIN="1")
+        plain = plain_s()
         report("full_chain_640x512_compiled_speedup", plain / whole, "x the same without compiled loops")
     for name, seconds in stages(renderer):
         report(f"full_chain_640x512_share_of_{name}", 100 * seconds / whole, "%")
@@ -116,13 +120,10 @@ def full_chain(report: Report) -> None:
     memory(report)
 
 
-def apart_s(programs: int = 1, **environment: str) -> float:
-    """CPU time of a frame in a program of its own; the mean of several that run at once."""
-    running = [
-        subprocess.Popen([sys.executable, __file__], env={**os.environ, **environment}, stdout=subprocess.PIPE)
-        for _ in range(programs)
-    ]
-    return float(np.mean([float(program.communicate()[0]) for program in running]))
+def plain_s() -> float:
+    """CPU time of a frame without compiled loops, s: in a program of its own."""
+    environment = {**os.environ, "IRSIM_PLAIN": "1"}
+    return float(subprocess.run([sys.executable, __file__], env=environment, stdout=subprocess.PIPE, check=True).stdout)
 
 
 def stages(renderer: Renderer) -> Iterator[tuple[str, float]]:
@@ -146,28 +147,67 @@ def recorded(report: Report) -> None:
 
 
 def by_two(report: Report) -> None:
-    """Wall time of one process over that of two, without the file: the median of short turns, for speed changes from
-    second to second. Needs two cores that nobody else uses; what two programs bring at once, which share nothing, tells
-    how far it has them."""
-    turns, timed, ahead = 16, 128, 96  # ahead: more than two have rendered by their turn, so that they are at it again
+    """Wall time of one process over that of two, without the file, and over that of two programs that share nothing,
+    which tells how far the machine has two cores: medians of short turns, for speed changes from second to second."""
+    turns, timed, ahead = 20, 128, 96  # ahead: more than two have rendered by their turn, so that they are at it again
     started = 640  # by then the worker has, and the two have found their balance
-    scenario = irsim.load(str(SCENARIO), [f"frames={started + (turns + 1) * (ahead + timed)}"])
+    frames = started + (turns + 1) * (ahead + timed)
+    scenario = irsim.load(str(SCENARIO), [f"frames={frames}"])
     one, two = (irsim.frames(scenario, jobs=jobs) for jobs in (1, 2))
 
-    def took(frames: Iterator[object]) -> float:
-        for _ in range(ahead):
-            next(frames)
+    def took(step: Callable[[int], None]) -> float:
+        step(ahead)
         begin = perf_counter()
-        for _ in range(timed):
-            next(frames)
+        step(timed)
         return perf_counter() - begin
 
-    for _ in range(started):
-        next(two)
-    times = np.array([(took(two), took(one)) for _ in range(turns)])
-    report("full_chain_640x512_two_processes", float(np.median(times[:, 1] / times[:, 0])), "x one")
-    alone, together = zip(*((apart_s(), apart_s(2)) for _ in range(3)), strict=True)
-    report("full_chain_640x512_two_programs", 2 * sum(alone) / sum(together), "x one, of which neither knows the other")
+    with two_programs(frames) as both:
+        pass_over(two, started)
+        steps = (partial(pass_over, one), partial(pass_over, two), both)
+        times = np.array([[took(step) for step in steps] for _ in range(turns)])
+    alone, by_two_s, by_programs_s = times.T
+    name = "full_chain_640x512_two_processes"
+    report(name, float(np.median(alone / by_two_s)), "x one")
+    report(
+        f"{name}_over_programs", float(np.median(by_programs_s / by_two_s)), "x two programs, of which none knows any"
+    )
+    report("full_chain_640x512_two_programs", float(np.median(alone / by_programs_s)), "x one")
+
+
+@contextmanager
+def two_programs(frames: int) -> Iterator[Callable[[int], None]]:
+    """What has two programs render so many frames together, each as many of its own."""
+    context = multiprocessing.get_context("spawn")
+    pipes = [context.Pipe() for _ in range(2)]
+    running = [context.Process(target=program, args=(theirs, frames)) for _, theirs in pipes]
+    for process in running:
+        process.start()
+
+    def both(count: int) -> None:
+        for ours, _ in pipes:
+            ours.send(count // 2)
+        for ours, _ in pipes:
+            ours.recv()
+
+    try:
+        both(16)  # they have begun
+        yield both
+    finally:
+        for process in running:
+            process.kill()
+            process.join()
+
+
+def program(asked: Connection, frames: int) -> None:
+    rendered = irsim.frames(irsim.load(str(SCENARIO), [f"frames={frames}"]))
+    while True:
+        pass_over(rendered, asked.recv())
+        asked.send(None)
+
+
+def pass_over(frames: Iterator[object], count: int) -> None:
+    for _ in range(count):
+        next(frames)
 
 
 def memory(report: Report) -> None:
