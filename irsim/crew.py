@@ -102,8 +102,8 @@ def rendered(renderer: Renderer, wanted: Sequence[int], jobs: int) -> Generator[
             yield Rendered(os.getpid(), frame, truth)
         way = trial.way()
         chunks = deque(chunked(wanted[trial.count :], lengths[way], jobs))
-        balance = trial.balance() if way is DIVIDED else Balance(1.0, ())
-        crew = _Crew(renderer, way, balance, chunks, workers, memory, deque(range(places * lengths[way])))
+        free = deque(range(places * lengths[way]))
+        crew = _Crew(renderer, way, trial.balance(), chunks, workers, memory, free)
         try:
             yield from crew.frames()
         except WorkerDiedError as died:

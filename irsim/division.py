@@ -132,7 +132,7 @@ class Trial:
         return DIVIDED if shares and shares[0] <= SCENE and sum(shares[-2:]) <= LEFT else WHOLE
 
     def balance(self) -> Balance:
-        """That of divided work."""
+        """How the detector's steps are dealt out; whole frames have all of them, whatever it says."""
         scene, *steps = self._shares()[:-2] or (1.0,)
         return Balance(scene, steps)
 

@@ -168,9 +168,7 @@ def by_two(report: Report) -> None:
     alone, by_two_s, by_programs_s = times.T
     name = "full_chain_640x512_two_processes"
     report(name, float(np.median(alone / by_two_s)), "x one")
-    report(
-        f"{name}_over_programs", float(np.median(by_programs_s / by_two_s)), "x two programs, of which none knows any"
-    )
+    report(f"{name}_over_programs", float(np.median(by_programs_s / by_two_s)), "x two programs that share nothing")
     report("full_chain_640x512_two_programs", float(np.median(alone / by_programs_s)), "x one")
 
 
