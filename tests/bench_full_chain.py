@@ -12,7 +12,7 @@ import resource
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from multiprocessing.connection import Connection
@@ -31,6 +31,8 @@ FRAMES = 250
 """Two states of the nearer clouds are painted for so many."""
 LONG = 10_000
 """Frames over which memory is watched."""
+LOOPS = 1_000_000
+"""Turns of a loop, some 50 ms."""
 
 Report = Callable[[str, float, str], None]
 
@@ -147,60 +149,79 @@ def recorded(report: Report) -> None:
 
 
 def by_two(report: Report) -> None:
-    """Wall time of one process over that of two, without the file, and over that of two programs that share nothing,
-    which tells how far the machine has two cores: medians of short turns, for speed changes from second to second."""
+    """Wall time of one process over that of two, without the file. Beside it, how far the machine has two cores: the
+    same of two programs that share nothing, and of two loops that touch no memory, which two threads of one core do no
+    faster than one. Medians of short turns, for speed changes from second to second."""
     turns, timed, ahead = 20, 128, 96  # ahead: more than two have rendered by their turn, so that they are at it again
     started = 640  # by then the worker has, and the two have found their balance
     frames = started + (turns + 1) * (ahead + timed)
     scenario = irsim.load(str(SCENARIO), [f"frames={frames}"])
     one, two = (irsim.frames(scenario, jobs=jobs) for jobs in (1, 2))
 
-    def took(step: Callable[[int], None]) -> float:
-        step(ahead)
+    def took(step: Callable[[int], None], count: int, before: int) -> float:
+        step(before)
         begin = perf_counter()
-        step(timed)
+        step(count)
         return perf_counter() - begin
 
-    with two_programs(frames) as both:
+    with two_programs(frames) as programs:
         pass_over(two, started)
-        steps = (partial(pass_over, one), partial(pass_over, two), both)
-        times = np.array([[took(step) for step in steps] for _ in range(turns)])
-    alone, by_two_s, by_programs_s = times.T
+        rendered = partial(pass_over, one), partial(pass_over, two), partial(together, programs, "frames")
+        looped = partial(together, programs[:1], "loop"), partial(together, programs, "loop")
+        times = np.array(
+            [
+                [took(step, timed, ahead) for step in rendered] + [took(step, LOOPS, 1) for step in looped]
+                for _ in range(turns)
+            ]
+        )
+    alone, by_two_s, by_programs_s, loop_s, loops_s = times.T
     name = "full_chain_640x512_two_processes"
     report(name, float(np.median(alone / by_two_s)), "x one")
     report(f"{name}_over_programs", float(np.median(by_programs_s / by_two_s)), "x two programs that share nothing")
     report("full_chain_640x512_two_programs", float(np.median(alone / by_programs_s)), "x one")
+    report("two_loops", float(np.median(loop_s / loops_s)), "x one")
 
 
 @contextmanager
-def two_programs(frames: int) -> Iterator[Callable[[int], None]]:
-    """What has two programs render so many frames together, each as many of its own."""
+def two_programs(frames: int) -> Iterator[Sequence[Connection]]:
+    """Two programs that each render so many frames of their own, or loop, as they are asked to (`together`)."""
     context = multiprocessing.get_context("spawn")
     pipes = [context.Pipe() for _ in range(2)]
     running = [context.Process(target=program, args=(theirs, frames)) for _, theirs in pipes]
     for process in running:
         process.start()
-
-    def both(count: int) -> None:
-        for ours, _ in pipes:
-            ours.send(count // 2)
-        for ours, _ in pipes:
-            ours.recv()
-
+    programs = [ours for ours, _ in pipes]
     try:
-        both(16)  # they have begun
-        yield both
+        together(programs, "frames", 16)  # they have begun
+        yield programs
     finally:
         for process in running:
             process.kill()
             process.join()
 
 
+def together(programs: Sequence[Connection], what: str, count: int) -> None:
+    """Programs do so much, each its share, at the same time."""
+    for each in programs:
+        each.send((what, count // len(programs)))
+    for each in programs:
+        each.recv()
+
+
 def program(asked: Connection, frames: int) -> None:
     rendered = irsim.frames(irsim.load(str(SCENARIO), [f"frames={frames}"]))
+    works: dict[str, Callable[[int], None]] = {"frames": partial(pass_over, rendered), "loop": loop}
     while True:
-        pass_over(rendered, asked.recv())
+        what, count = asked.recv()
+        works[what](count)
         asked.send(None)
+
+
+def loop(count: int) -> None:
+    """Sums that stay in the processor's own registers and nearest cache."""
+    total = 0
+    for k in range(count):
+        total += k * k & 255
 
 
 def pass_over(frames: Iterator[object], count: int) -> None:
