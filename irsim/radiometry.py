@@ -25,10 +25,15 @@ a body's own, and the table's coldest temperature gives no light that a float ca
 NARROWEST_UM = 0.05
 """Least width of a band, um."""
 
-# CODATA 2018, exact by definition of the SI: first radiation constant for radiance 2hc^2
-# (W m^2 / sr) and second radiation constant hc/k (m K).
-_C1L = 2 * 6.62607015e-34 * 299_792_458.0**2
-_C2 = 6.62607015e-34 * 299_792_458.0 / 1.380649e-23
+# CODATA 2018, exact by definition of the SI: Planck's constant h (J s), the speed of light c (m/s) and
+# Boltzmann's constant k (J/K); of them the first radiation constant for radiance 2hc^2 (W m^2 / sr) and the
+# second radiation constant hc/k (m K).
+_H, _C, _K = 6.62607015e-34, 299_792_458.0, 1.380649e-23
+_C1L = 2 * _H * _C**2
+_C2 = _H * _C / _K
+
+PHOTON_J_M = _H * _C
+"""Energy of a photon times its wavelength, hc, J m."""
 
 TABLE_K = (10.0, 6000.0)
 """Temperatures that the table covers, K; others are taken for the nearer end (at 10 K nothing shines)."""
@@ -57,8 +62,14 @@ def planck(wavelength_um: float | Floats, temperature_k: float | Floats) -> Floa
     return np.asarray(_C1L / wavelength**5 / np.expm1(exponent) * 1e-6)
 
 
+def planck_slope(wavelength_um: float | Floats, temperature_k: float | Floats) -> Floats:
+    """dL/dT of the spectral radiance, W/m2/sr/um/K: Planck's law differentiated, at 10 K and more."""
+    exponent = _C2 / (np.asarray(wavelength_um) * 1e-6 * temperature_k)
+    return planck(wavelength_um, temperature_k) * exponent / (temperature_k * -np.expm1(-exponent))
+
+
 @lru_cache
-def _nodes(band: Band) -> tuple[Floats, Floats]:
+def quadrature(band: Band) -> tuple[Floats, Floats]:
     """Wavelengths, um, and weights of a Gauss-Legendre quadrature over the band, exact to 1e-12 from 100 K up."""
     nodes, weights = np.polynomial.legendre.leggauss(64)
     low, high = limits(band)
@@ -73,7 +84,7 @@ def _table(band: Band) -> tuple[Floats, Floats]:
     within 2e-6 of Planck (a band of 2 to 20 um: within 1e-5).
     """
     temperatures = np.geomspace(*TABLE_K, 2000)
-    wavelengths, weights = _nodes(band)
+    wavelengths, weights = quadrature(band)
     return -1 / temperatures, np.log(planck(wavelengths, temperatures[:, None]) @ weights)
 
 
@@ -91,7 +102,5 @@ def temperature(band: Band, radiance: float | Floats) -> Floats:
 
 def slope(band: Band, temperature_k: float) -> float:
     """dL/dT of the in-band radiance at a temperature, W/m2/sr/K: Planck's law differentiated, then integrated."""
-    wavelengths, weights = _nodes(band)
-    exponent = _C2 / (wavelengths * 1e-6 * temperature_k)
-    per_kelvin = planck(wavelengths, temperature_k) * exponent / (temperature_k * -np.expm1(-exponent))
-    return float(per_kelvin @ weights)
+    wavelengths, weights = quadrature(band)
+    return float(planck_slope(wavelengths, temperature_k) @ weights)
