@@ -55,6 +55,7 @@ _PUBLIC = {
     "is_recording": "irsim.files",
     "Fit": "irsim.fitting",
     "fit": "irsim.fitting",
+    "measure_noise": "irsim.measure",
     "import_frames": "irsim.convert",
 }
 

@@ -44,7 +44,8 @@ class Path(Kind):
         return None
 
     def dynamics(self, stage: Stage) -> Dynamics | None:
-        """Its transition and noise from frame to frame; None where it is scripted, or not linear in any mode."""
+        """Transition and noise from frame to frame, for filters and for bounds over several frames (docs/moments.md);
+        None where the path is scripted, or linear in no mode."""
         return None
 
 

@@ -1,4 +1,4 @@
-"""What a path's randomness is, as filters and bounds want it: transitions and noises."""
+"""The law of a random path, as filters and Cramer-Rao bounds over several frames want it: transitions and noises."""
 
 from __future__ import annotations
 
