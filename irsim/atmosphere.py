@@ -23,9 +23,9 @@ from pydantic import Field
 from irsim.climate import CLIMATES, FIT_HEIGHT_KM, FIT_KM, FIT_VISIBILITY_KM, FOG, Climate, ClimateName, fitted_band
 from irsim.errors import Notice
 from irsim.kinds import Kelvin, Part
-from irsim.radiometry import Band, BandName, limits, radiance
+from irsim.radiometry import limits, radiance
 from irsim.turbulence import Turbulence
-from irsim.types import Floats
+from irsim.types import Band, BandName, Floats
 
 KOSCHMIEDER = 3.912
 """Extinction at 0.55 um times visibility: -ln 0.02 (Koschmieder 1924: a contrast of 2 % is just seen)."""

@@ -32,8 +32,9 @@ from irsim.kinds import Part, ScaleKelvin, Several
 from irsim.motion import POINTINGS, Pointing
 from irsim.optics import Lens
 from irsim.presets import PRESETS, Preset
-from irsim.radiometry import BandName, band_fault
+from irsim.radiometry import band_fault
 from irsim.smear import Smear
+from irsim.types import BandName
 
 Side = Annotated[int, Field(ge=16, le=4096)]
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from irsim.radiometry import BAND_UM, Band, BandName, limits
+from irsim.radiometry import BAND_UM, limits
+from irsim.types import Band, BandName
 
 ClimateName = Literal["us_standard", "midlatitude_summer", "midlatitude_winter", "tropical"]
 

@@ -12,9 +12,9 @@ import numpy as np
 from irsim.backgrounds import Gaze, Layer, Slices, Veil, veiled
 from irsim.compiled import COMPILED, kernels
 from irsim.contrast import Noise, fulfilled, quiet, scr
-from irsim.radiometry import Band, temperature
+from irsim.radiometry import temperature
 from irsim.sprite import Sprite
-from irsim.types import Floats
+from irsim.types import Band, Floats
 
 HIDES = 0.01
 """Truth names as an occluder what hides at least this share of a target."""

@@ -23,9 +23,9 @@ import numpy as np
 import numpy.typing as npt
 
 from irsim.compiled import COMPILED, kernels
-from irsim.radiometry import Band, radiance, temperature
+from irsim.radiometry import radiance, temperature
 from irsim.sprite import Sprite
-from irsim.types import Box, Floats
+from irsim.types import Band, Box, Floats
 
 RING_PX = 20
 """How far the ring reaches beyond the target."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -17,10 +16,10 @@ from irsim.display import Agc, Linear
 from irsim.kinds import dump
 from irsim.loader import loads
 from irsim.measure import Figures, Measured, Region, measure_figures, taken_by_targets
-from irsim.radiometry import Band, slope, temperature
+from irsim.radiometry import slope, temperature
 from irsim.scenario import Scenario
 from irsim.sources import open_source
-from irsim.types import CameraFacts, Source
+from irsim.types import Band, Source
 
 FRAMES = 300
 """Frames that are looked at where the caller does not say."""
@@ -108,10 +107,14 @@ class _Scene:
     @classmethod
     def of(cls, source: Source, figures: Figures) -> _Scene:
         facts = source.camera
-        band, agc = _band(facts), source.agc
+        agc = source.agc
         unknown = [
             word
-            for word, known in (("its field of view", facts.ifov_rad), ("its band", band), ("its scale", facts.range_k))
+            for word, known in (
+                ("its field of view", facts.ifov_rad),
+                ("its band", facts.band),
+                ("its scale", facts.range_k),
+            )
             if known is None
         ]
         notes = []
@@ -125,7 +128,7 @@ class _Scene:
             rate_hz=source.rate_hz,
             bits=max(source.bits, 8),
             ifov_rad=facts.ifov_rad or NOMINAL_IFOV_RAD,
-            band=band or "lwir",
+            band=facts.band or "lwir",
             range_k=facts.range_k or NOMINAL_RANGE_K,
             agc=agc if isinstance(agc, Agc) else Linear(),
             figures=figures,
@@ -234,14 +237,6 @@ class _Scene:
 
     def _seconds(self, frames: Measured) -> Measured:
         return frames.map(lambda value: value / self.rate_hz)
-
-
-def _band(facts: CameraFacts) -> Band | None:
-    """A band as `CameraFacts` says it: its name, or its limits in words."""
-    if facts.band in ("mwir", "lwir"):
-        return facts.band  # type: ignore[return-value]
-    limits = re.fullmatch(r"([\d.]+) to ([\d.]+) um", facts.band or "")
-    return None if limits is None else (float(limits[1]), float(limits[2]))
 
 
 def _line(key: str, value: Measured) -> str:

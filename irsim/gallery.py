@@ -13,14 +13,14 @@ from irsim.errors import InputError
 from irsim.files import check_output, replacing, replacing_text
 from irsim.geometry import Geometry
 from irsim.motion.attitude import euler
-from irsim.radiometry import Band, radiance, temperature
+from irsim.radiometry import radiance, temperature
 from irsim.rng import normals, stream
 from irsim.shapes import SHAPES, Shape, View
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
 from irsim.sprite import Sprite
 from irsim.stage import Stage
-from irsim.types import Floats, Image
+from irsim.types import Band, Floats, Image
 
 CROP = 64
 """Side of a crop, px."""

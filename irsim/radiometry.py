@@ -4,16 +4,10 @@ from __future__ import annotations
 
 import sys
 from functools import lru_cache
-from typing import Literal
 
 import numpy as np
 
-from irsim.types import Floats
-
-BandName = Literal["mwir", "lwir"]
-
-Band = BandName | tuple[float, float]
-"""A band by its name, or its own limits, um."""
+from irsim.types import Band, BandName, Floats
 
 BAND_UM: dict[BandName, tuple[float, float]] = {"mwir": (3.0, 5.0), "lwir": (8.0, 12.0)}
 """Limits of each named band, um."""

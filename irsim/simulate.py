@@ -64,8 +64,7 @@ class Rendering:
     @property
     def camera(self) -> CameraFacts:
         camera = self.scenario.camera
-        band = camera.band if isinstance(camera.band, str) else "{} to {} um".format(*camera.band)
-        return CameraFacts(camera.geometry.ifov_rad, band, camera.range_k)
+        return CameraFacts(camera.geometry.ifov_rad, camera.band, camera.range_k)
 
     @property
     def size(self) -> tuple[int, int]:

@@ -11,9 +11,9 @@ import numpy as np
 from irsim.atmosphere import Atmosphere
 from irsim.geometry import Geometry
 from irsim.optics import GaussianSpread, PointSpread
-from irsim.radiometry import Band, radiance
+from irsim.radiometry import radiance
 from irsim.shelf import Shelf
-from irsim.types import Floats
+from irsim.types import Band, Floats
 
 
 class Cast(Protocol):

@@ -14,9 +14,9 @@ import numpy as np
 from pydantic import Field
 
 from irsim.kinds import Metres, NotNegative, Part
-from irsim.radiometry import Band, limits
+from irsim.radiometry import limits
 from irsim.rng import stream
-from irsim.types import Floats
+from irsim.types import Band, Floats
 
 TILT_KNEE = 0.6
 """Frequency, in units of wind over aperture, at which the spectrum of tilt bends: 0.3 (n + 1) for Zernike

@@ -1,4 +1,4 @@
-"""The values that pass between rooms: Box, Frame, TargetTruth, Truth, and the Source protocol.
+"""The values that pass between rooms: Band, Box, Frame, TargetTruth, Truth, and the Source protocol.
 
 Conventions, everywhere in irsim and irtrack
     x points right, y down; the centre of the top-left pixel is (0, 0), so pixel i covers
@@ -26,6 +26,11 @@ Held = TypeVar("Held")
 
 Input = Literal["display", "counts"]
 """What a tracker looks at: the 8-bit picture after AGC, or the detector's counts."""
+
+BandName = Literal["mwir", "lwir"]
+
+Band = BandName | tuple[float, float]
+"""A spectral band by its name, or its own limits, um."""
 
 Look = Literal["cloud", "horizon", "trees", "treeline", "ground", "city"]
 """Classes of real backgrounds whose figures are known (`irsim realism`)."""
@@ -209,12 +214,12 @@ class CameraFacts:
     """What is known of the camera behind a source; None: not known.
 
     ifov_rad   angle that a pixel sees, rad
-    band       its name, or its limits
+    band       its name, or its limits, um
     range_k    temperatures of a black body that give count 0 and full scale, K
     """
 
     ifov_rad: float | None = None
-    band: str | None = None
+    band: Band | None = None
     range_k: tuple[float, float] | None = None
 
 

@@ -10,7 +10,8 @@ from scipy import integrate
 
 from irsim.atmosphere import Atmosphere
 from irsim.climate import CLIMATES, ClimateName, fitted_band
-from irsim.radiometry import Band, BandName, radiance, temperature
+from irsim.radiometry import radiance, temperature
+from irsim.types import Band, BandName
 
 FITTED: dict[tuple[ClimateName, BandName, float], tuple[float, float]] = {
     ("us_standard", "mwir", 23): (0.554, 0.47),

@@ -7,7 +7,7 @@ import pytest
 
 from irsim.atmosphere import Atmosphere, rain_extinction
 from irsim.climate import FOG
-from irsim.radiometry import BandName
+from irsim.types import BandName
 
 BANDS: list[BandName] = ["mwir", "lwir"]
 

@@ -13,8 +13,8 @@ from irsim.camera import Camera
 from irsim.detector import Bloom, Electrons, Moment, Sensor, Setting, Shot
 from irsim.detector.photons import photon_radiance, photon_slope
 from irsim.detector.shot import poisson
-from irsim.radiometry import Band, radiance, temperature
-from irsim.types import Floats
+from irsim.radiometry import radiance, temperature
+from irsim.types import Band, Floats
 
 INSB: Band = (3.4, 4.9)
 SHAPE = (256, 256)

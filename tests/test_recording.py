@@ -19,7 +19,7 @@ from irsim.recording import (
     record,
 )
 from irsim.recording.times import EPOCH_NS, from_ns, to_ns
-from irsim.types import Source
+from irsim.types import Band, CameraFacts, Source
 
 
 @pytest.fixture(scope="module")
@@ -164,3 +164,37 @@ def test_info_is_json(recorded: Path) -> None:
 def test_public_names() -> None:
     assert irsim.open_recording is open_recording
     assert irsim.record is record
+
+
+@pytest.mark.parametrize(
+    ("band", "words"),
+    [
+        ("mwir", "mwir"),
+        ("lwir", "lwir"),
+        ((3.4, 4.9), "3.4 to 4.9 um"),
+        ((8.0, 1 / 3 + 9), "8.0 to 9.333333333333334 um"),
+    ],
+)
+def test_a_band_is_kept_in_words_and_comes_back_as_it_was(tmp_path: Path, band: Band, words: str) -> None:
+    @dataclass(frozen=True)
+    class Seen(Noise):
+        camera = CameraFacts(band=band)
+
+    recording = open_recording(record(Seen(), tmp_path / "r.mcap"))
+    assert recording.header.band == words
+    assert recording.camera.band == band
+
+
+def test_words_that_say_no_known_band_are_kept_and_not_understood(tmp_path: Path) -> None:
+    @dataclass(frozen=True)
+    class Seen(Noise):
+        camera = CameraFacts(band="1.4 to um")  # type: ignore[arg-type]
+
+    recording = open_recording(record(Seen(), tmp_path / "r.mcap"))
+    assert recording.header.band == "1.4 to um"
+    assert recording.camera.band is None
+
+
+def test_a_rendered_scene_says_its_band_as_the_scenario_does() -> None:
+    scene = irsim.load("sky", ["camera.band=[3.4, 4.9]"])
+    assert irsim.open_source(scene).camera.band == (3.4, 4.9)

@@ -16,10 +16,10 @@ from irsim.backgrounds.fields import spectral
 from irsim.backgrounds.landscape import Above
 from irsim.backgrounds.sky import ClearSky, Sky
 from irsim.kinds import Degrees, Fraction, Height, Kelvin, Number
-from irsim.radiometry import Band, limits, radiance
+from irsim.radiometry import limits, radiance
 from irsim.rng import normals, stream
 from irsim.stage import Stage
-from irsim.types import Floats
+from irsim.types import Band, Floats
 
 GRAVITY = 9.81
 """m/s2."""

@@ -37,9 +37,9 @@ from irsim.kinds import (
     Range,
     Several,
 )
-from irsim.radiometry import Band, radiance
+from irsim.radiometry import radiance
 from irsim.stage import Stage
-from irsim.types import Floats
+from irsim.types import Band, Floats
 
 SCALE_SIN_ELEVATION = 0.3
 """Clear sky cools from horizon to zenith as exp(-sin(elevation)/0.3). Fitted by eye to 284, 269, 255,

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from irsim.radiometry import PHOTON_J_M, Band, planck, planck_slope, quadrature
+from irsim.radiometry import PHOTON_J_M, planck, planck_slope, quadrature
+from irsim.types import Band
 
 
 @lru_cache

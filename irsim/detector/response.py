@@ -15,8 +15,8 @@ from pydantic import Field
 from irsim.compiled import COMPILED, kernels
 from irsim.detector.photons import photon_radiance, photon_slope
 from irsim.kinds import Family, Kind, NotNegative, Positive
-from irsim.radiometry import Band, radiance, slope
-from irsim.types import Counts, Floats
+from irsim.radiometry import radiance, slope
+from irsim.types import Band, Counts, Floats
 
 NETD_K = 300.0
 """Background temperature at which a camera's NETD is stated, K."""

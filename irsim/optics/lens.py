@@ -10,7 +10,8 @@ from pydantic import Field
 
 from irsim.kinds import Part
 from irsim.optics.lens_spread import LensSpread
-from irsim.radiometry import Band, limits, planck
+from irsim.radiometry import limits, planck
+from irsim.types import Band
 
 AIRY_PX = (0.1, 10.0)
 """Where wavelength x F-number / pitch may lie: below, diffraction is nothing beside a pixel; above, the spread

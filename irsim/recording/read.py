@@ -14,6 +14,7 @@ from typing import Any, NoReturn
 from irsim.cards import source_card, source_line
 from irsim.display import Agc, Screen
 from irsim.errors import InputError
+from irsim.recording.bands import band_of
 from irsim.recording.container import Container, Lane, Packet, open_container
 from irsim.recording.header import Contents, Header
 from irsim.recording.image import decode_image
@@ -50,7 +51,7 @@ class Recording(Source):
 
     @property
     def camera(self) -> CameraFacts:
-        return CameraFacts(self.header.ifov_rad, self.header.band, self.header.range_k)
+        return CameraFacts(self.header.ifov_rad, band_of(self.header.band or ""), self.header.range_k)
 
     @property
     def name(self) -> str:

@@ -20,6 +20,7 @@ from irsim.display import AGCS, Agc, Screen
 from irsim.errors import InputError, whole
 from irsim.files import check_output, replacing
 from irsim.recording.annotate import annotate_truth, stamp
+from irsim.recording.bands import words_of
 from irsim.recording.chunks import ChunkWriter, Compression, Message
 from irsim.recording.header import Contents, Header, TargetEntry
 from irsim.recording.image import OPTICAL_FRAME, encode_image
@@ -225,7 +226,7 @@ def header_of(source: Source, start: int = 0) -> Header:
         agc=source.agc if isinstance(source.agc, Agc) else default_agc(source.bits),
         first_frame=start,
         ifov_rad=camera.ifov_rad,
-        band=camera.band,
+        band=None if camera.band is None else words_of(camera.band),
         range_k=camera.range_k,
     )
 

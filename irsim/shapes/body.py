@@ -10,7 +10,7 @@ from typing import ClassVar
 import numpy as np
 
 from irsim.kinds import Fraction, Kelvin, Length
-from irsim.radiometry import Band, radiance
+from irsim.radiometry import radiance
 from irsim.shapes.base import Shape, View
 from irsim.shapes.joints import Rigid
 from irsim.shapes.mesh import Mesh, mesh
@@ -19,7 +19,7 @@ from irsim.shapes.rims import Joints, rims
 from irsim.shapes.silhouette import Outline, drawn_part, sprite, sprites
 from irsim.shapes.solids import Solid
 from irsim.sprite import Sprite
-from irsim.types import Floats
+from irsim.types import Band, Floats
 
 
 class Body(Shape):

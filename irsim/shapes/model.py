@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from irsim.kinds import Fraction, Kelvin, Length, suggestion
 from irsim.motion.posture import POSTURES, Posture, PostureName
-from irsim.radiometry import Band, radiance
+from irsim.radiometry import radiance
 from irsim.shapes.base import Shape, View
 from irsim.shapes.contours import Ints, contour
 from irsim.shapes.corners import corners
@@ -20,7 +20,7 @@ from irsim.shapes.polygon import as_changes, centroids, coverage
 from irsim.shapes.silhouette import Grid, spread
 from irsim.shapes.zbuffer import nearest
 from irsim.sprite import Sprite
-from irsim.types import Floats
+from irsim.types import Band, Floats
 
 SAMPLES = 3
 """Points to a cell and axis at which it is asked which face is seen, where faces are of unlike temperature."""
