@@ -38,10 +38,9 @@ class Instant:
     @classmethod
     def of(cls, scenario: Scenario, stage: Stage, offset: float = 0.0) -> Instant:
         count = scenario.frames + 1  # one more: frame 0 takes its velocity from frame 1
-        motions = [motion for motion in scenario.camera.motion if scenario.is_on(motion.name)]
         frames = np.arange(float(count)) + offset
         tilt = stage.air.turbulence.turns(frames, stage.band, stage.rate_hz, stage.seed)
-        still = Mount.of(motions, frames, stage)
+        still = Mount.of(scenario.motions, frames, stage)
         courses = (Course.of(target, count, stage, offset) for target in scenario.targets if scenario.is_on(target.id))
         return cls(stage, replace(still, turns=still.turns + tilt), tuple(courses))
 

@@ -51,7 +51,7 @@ def placed(scenario: Scenario) -> tuple[Occluder, ...]:
     """
     if all(occluder.hides is None for occluder in scenario.occluders):
         return scenario.occluders
-    watch = Watch(scenario)
+    watch = Watch(scenario.whole)
     found = []
     for occluder in scenario.occluders:
         try:
@@ -63,7 +63,7 @@ def placed(scenario: Scenario) -> tuple[Occluder, ...]:
 
 def unmet(scenario: Scenario) -> Iterator[Notice]:
     """What the scenario asks for that cannot be, with its place."""
-    watch = Watch(scenario)
+    watch = Watch(scenario.whole)
     for index, target in enumerate(scenario.targets):
         if isinstance(target.path, Crosses):
             try:
@@ -79,16 +79,19 @@ def unmet(scenario: Scenario) -> Iterator[Notice]:
 
 
 def overlong(scenario: Scenario) -> Iterator[Notice]:
-    """Occluders that hide whom they shall hide for much longer than asked. Every intent of the scenario can be met."""
-    watch = Watch(scenario)
+    """Occluders that hide whom they shall hide for much longer than asked. Every intent of the scenario can be met.
+
+    Where they stand does not depend on what is switched off; for how long they hide does.
+    """
+    watch, whole = Watch(scenario), Watch(scenario.whole)
     for index, occluder in enumerate(scenario.occluders):
-        if occluder.hides is None:
+        if occluder.hides is None or occluder.hides not in watch.courses:
             continue
         name, (first, last) = occluder.hides, occluder.frames or (0, 0)
-        begin, end = _hidden(watch, _place(watch, occluder), occluder)
+        begin, end = _hidden(watch, _place(whole, occluder), occluder)
         asked, count = last - first + 1, end - begin + 1
         if count > MUCH * asked + _passing(watch, occluder, name):
-            stands = "foot_px" in occluder.placing and _goes_up_or_down(watch, occluder, name)
+            stands = "foot_px" in occluder.placing and _goes_up_or_down(whole, occluder, name)
             other = "a place" if isinstance(occluder, Bar) else "a bar, or a place"
             why = f"a {occluder.kind} stands on the ground; try a bar, or smoke" if stands else f"try {other}"
             yield Notice(

@@ -20,7 +20,7 @@ from irsim.climate import fitted_band
 from irsim.expectation import EXPECTATIONS, Expectation
 from irsim.identity import scene_code
 from irsim.kinds import Name, Part, Several, suggestion
-from irsim.motion import Company
+from irsim.motion import Company, Pointing
 from irsim.occluders import OCCLUDERS, Occluder
 from irsim.radiometry import BAND_UM, limits
 from irsim.stage import Stage
@@ -71,8 +71,7 @@ class Scenario(Part):
     @property
     def stage(self) -> Stage:
         camera = self.camera
-        motions = tuple(motion for motion in camera.motion if self.is_on(motion.name))
-        cast = Company({target.id: target.path for target in self.targets}, motions)
+        cast = Company({target.id: target.path for target in self.targets}, self.motions)
         air = self.air
         psf_px = math.hypot(camera.psf_px, air.turbulence.blur_rms(camera.band) / camera.geometry.ifov_rad)
         lens = camera.optics if self.is_on("optics") else None
@@ -108,6 +107,16 @@ class Scenario(Part):
     def arrivals(self) -> Sequence[int]:
         """Those of its frames that arrive, in order: all, but for the camera's faults."""
         return self.camera.arrivals(self.frames, self.seed, self.is_on)
+
+    @property
+    def motions(self) -> tuple[Pointing, ...]:
+        """The camera's motions, less what is switched off."""
+        return tuple(motion for motion in self.camera.motion if self.is_on(motion.name))
+
+    @property
+    def whole(self) -> Scenario:
+        """The same scene with nothing switched off."""
+        return self.model_copy(update={"without": ()})
 
     def is_on(self, name: str) -> bool:
         """Is the part of that name not switched off?"""

@@ -24,13 +24,9 @@ LOOKED = 3000
 
 @dataclass(frozen=True)
 class Watch:
-    """A scenario with nothing switched off, looked at target by target."""
+    """A scenario, less what is switched off in it, looked at target by target."""
 
-    given: Scenario
-
-    @cached_property
-    def scenario(self) -> Scenario:
-        return self.given.model_copy(update={"without": ()})
+    scenario: Scenario
 
     @cached_property
     def stage(self) -> Stage:
@@ -38,12 +34,14 @@ class Watch:
 
     @cached_property
     def mount(self) -> Mount:
-        return Mount.of(self.scenario.camera.motion, np.arange(float(self.scenario.frames)), self.stage)
+        return Mount.of(self.scenario.motions, np.arange(float(self.scenario.frames)), self.stage)
 
     @cached_property
     def courses(self) -> dict[str, Course]:
+        """Of each target that is on, by id."""
         scenario = self.scenario
-        return {target.id: Course.of(target, scenario.frames, self.stage) for target in scenario.targets}
+        shown = (target for target in scenario.targets if scenario.is_on(target.id))
+        return {target.id: Course.of(target, scenario.frames, self.stage) for target in shown}
 
     @cached_property
     def _sprites(self) -> dict[tuple[str, int], Sprite | None]:

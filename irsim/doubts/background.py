@@ -117,7 +117,7 @@ def folded(scenario: Scenario) -> Iterator[Notice]:
     if isinstance(scenario.background, Recorded):
         return
     frames = watched(scenario.frames)
-    mount = Mount.of(camera.motion, frames, stage)
+    mount = Mount.of(scenario.motions, frames, stage)
     grid = np.stack(np.meshgrid(*(np.linspace(0, length - 1, 9) for length in camera.size)), axis=-1)
     rotations = [stage.geometry.world_rotation(turns) for turns in mount.turns]
     seen = np.stack([mount.lens(k).directions(grid) @ rotation for k, rotation in enumerate(rotations)])

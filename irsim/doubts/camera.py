@@ -26,7 +26,8 @@ BEADS_PX = 1.2
 def sunken(scenario: Scenario) -> Iterator[Notice]:
     """A camera that is carried below the ground or the sea: the background's, or what targets go on."""
     stage, background = scenario.stage, scenario.background
-    under = [height for target in scenario.targets if (height := getattr(target.path, "ground_m", None)) is not None]
+    shown = (target for target in scenario.targets if scenario.is_on(target.id))
+    under = [height for target in shown if (height := getattr(target.path, "ground_m", None)) is not None]
     height = background.camera_height_m if isinstance(background, Landscape | Sea) else min(under, default=math.inf)
     frames, least = watched(scenario.frames, LOOKED), min(LOWEST_M, height)
     sinks = {

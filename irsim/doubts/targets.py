@@ -94,17 +94,17 @@ def never_seen(scenario: Scenario) -> Iterator[Notice]:
     stage = scenario.stage
     places = []
     if len(frames):
-        mount = Mount.of(scenario.camera.motion, frames, stage)
+        mount = Mount.of(scenario.motions, frames, stage)
         places = mount.seen(target.path.positions(frames, stage, target.id)).tolist()
     if not any(scenario.camera.geometry.inside(x, y) for x, y in places):
         yield Notice(("targets", index, "path"), f"{target.id}, whom trackers follow, is never in the picture")
 
 
 def idle(scenario: Scenario) -> Iterator[Notice]:
-    """Occluders with a place that hide no target in any frame."""
-    if not scenario.targets:
-        return
+    """Occluders with a place that hide no target in any frame, where there are targets."""
     watch = Watch(scenario)
+    if not watch.courses:
+        return
     for index, occluder in enumerate(scenario.occluders):
-        if occluder.hides is None and not any(watch.meets(occluder, target.id) for target in scenario.targets):
+        if occluder.hides is None and not any(watch.meets(occluder, name) for name in watch.courses):
             yield Notice(("occluders", index), "it hides no target in any frame")
