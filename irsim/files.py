@@ -7,9 +7,12 @@ import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import BinaryIO, TextIO
+from typing import TYPE_CHECKING, Any, BinaryIO, TextIO
 
 from irsim.errors import InputError
+
+if TYPE_CHECKING:  # commands that only look at files must not wait for numpy
+    import numpy.typing as npt
 
 MCAP_MAGIC = b"\x89MCAP"
 """First bytes of an MCAP file (MCAP specification, 'Magic')."""
@@ -91,3 +94,13 @@ def replacing_text(path: Path) -> Iterator[TextIO]:
     """The same for text: UTF-8, lines ended as they are written."""
     with replacing(path) as file, io.TextIOWrapper(file, encoding="utf-8", newline="") as text:
         yield text
+
+
+def write_png(path: Path, picture: npt.NDArray[Any]) -> None:
+    """Write a uint8 picture, (rows, columns) or (rows, columns, 3) in BGR, as a PNG file. InputError as `replacing`."""
+    import cv2
+
+    written, data = cv2.imencode(".png", picture)
+    assert written
+    with replacing(path) as file:
+        file.write(data.tobytes())

@@ -9,10 +9,11 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from irsim.compose import overlap
 from irsim.errors import InputError
-from irsim.files import check_output, replacing, replacing_text
+from irsim.files import check_output, replacing_text, write_png
 from irsim.geometry import Geometry
-from irsim.motion.attitude import euler
+from irsim.motion.attitude import AWAY, euler
 from irsim.radiometry import radiance, temperature
 from irsim.rng import normals, stream
 from irsim.shapes import SHAPES, Shape, View
@@ -39,7 +40,6 @@ NOISE_K = 0.08
 """Of the camera, K."""
 SPAN_K = 12.0
 """Least span of temperatures from black to white, K."""
-_AWAY = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
 
 
 def typical(kind: str) -> Shape:
@@ -101,8 +101,8 @@ def write_blind(folder: Path, seed: int) -> Path:
     for number, riddle in enumerate(riddles(seed), start=1):
         picture = crop(typical(riddle.kind), riddle.pose, time=riddle.time)
         larger = cv2.resize(picture, None, fx=BLIND_LARGER, fy=BLIND_LARGER, interpolation=cv2.INTER_CUBIC)
-        _write_png(folder / f"{number:02}.png", picture)
-        _write_png(folder / f"{number:02}-large.png", np.asarray(larger, np.uint8))
+        write_png(folder / f"{number:02}.png", picture)
+        write_png(folder / f"{number:02}-large.png", np.asarray(larger, np.uint8))
         yaw, pitch, roll = riddle.pose
         lines.append(f"{number:02},{riddle.kind},{yaw:.0f},{pitch:.0f},{roll:.0f},{riddle.time:.3f}")
     with replacing_text(key) as file:
@@ -115,7 +115,7 @@ def _framed(shape: Shape, pose: Angles, stage: Stage, time: float) -> Sprite:
     side = stage.geometry.size[0]
     down = np.radians(shape.from_above_deg)
     tilt = np.array([[1, 0, 0], [0, np.cos(down), -np.sin(down)], [0, np.sin(down), np.cos(down)]])
-    attitude = tilt @ _AWAY @ euler(np.array(pose))
+    attitude = tilt @ AWAY @ euler(np.array(pose))
     place, range_m = np.array([(side - 1) / 2] * 2), 3000.0
 
     def drawn() -> Sprite:
@@ -131,12 +131,10 @@ def _framed(shape: Shape, pose: Angles, stage: Stage, time: float) -> Sprite:
 
 
 def _paint(light: Floats, sprite: Sprite) -> None:
-    rows, columns = light.shape
-    top, left = max(sprite.y0, 0), max(sprite.x0, 0)
-    bottom, right = min(sprite.y0 + len(sprite.alpha), rows), min(sprite.x0 + sprite.alpha.shape[1], columns)
-    here = slice(top, bottom), slice(left, right)
-    there = slice(top - sprite.y0, bottom - sprite.y0), slice(left - sprite.x0, right - sprite.x0)
-    light[here] += sprite.emission[there] - sprite.alpha[there] * light[here]
+    met = overlap((sprite.x0, sprite.y0), sprite.alpha.shape, (0, 0), light.shape)
+    if met is not None:
+        there, here = met
+        light[here] += sprite.emission[there] - sprite.alpha[there] * light[here]
 
 
 def bodies() -> Iterator[str]:
@@ -163,12 +161,5 @@ def sheet() -> Image:
 
 def write_sheet(path: Path) -> Path:
     """Write the sheet as a PNG file and return its path. InputError where the file cannot be written."""
-    _write_png(path, sheet())
+    write_png(path, sheet())
     return path
-
-
-def _write_png(path: Path, picture: Image) -> None:
-    written, data = cv2.imencode(".png", picture)
-    assert written
-    with replacing(path) as file:
-        file.write(data.tobytes())

@@ -6,13 +6,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 
 from irsim.compose import Seen, overlap
 from irsim.errors import InputError
-from irsim.files import make_folder, replacing
+from irsim.files import make_folder, write_png
 from irsim.render import Renderer
 from irsim.scenario import Scenario
 from irsim.types import Floats
@@ -62,15 +61,8 @@ def write_masks(
             if target in (None, name):
                 for what in ("whole", "visible"):
                     paths.append(folder / f"{index:06}_{name}_{what}.png")
-                    _write(paths[-1], getattr(mask, what))
+                    write_png(paths[-1], np.rint(255 * getattr(mask, what)).astype(np.uint8))
         yield paths
-
-
-def _write(path: Path, shares: Shares) -> None:
-    written, data = cv2.imencode(".png", np.rint(255 * shares).astype(np.uint8))
-    assert written
-    with replacing(path) as file:
-        file.write(data.tobytes())
 
 
 def _mask(seen: Seen, shape: tuple[int, int]) -> Mask:

@@ -39,7 +39,7 @@ SHOWN = 0.5
 """A target is shown, and not hidden, where at least this fraction of it is visible."""
 
 
-def read_only(held: Held) -> Held:
+def arrays_frozen(held: Held) -> Held:
     """A value whose fields that are arrays cannot be changed any more: what is kept is given to many."""
     for value in vars(held).values():
         if isinstance(value, np.ndarray):

@@ -14,7 +14,7 @@ from irsim.types import Floats
 STANDARD_GRAVITY = 9.80665
 """m/s2, CGPM 1901."""
 
-_AWAY = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
+AWAY = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
 """Body to camera vectors of a level body that flies away: x to z, y to x, z to y."""
 
 
@@ -32,7 +32,7 @@ def euler(angles_deg: Floats) -> Floats:
 
 def angles_deg(rotations: Floats) -> Floats:
     """(..., 3) yaw, pitch, roll degrees of (..., 3, 3) body to camera rotations."""
-    level = np.asarray(_AWAY.T @ np.asarray(rotations))
+    level = np.asarray(AWAY.T @ np.asarray(rotations))
     yaw = np.arctan2(level[..., 1, 0], level[..., 0, 0])
     pitch = np.arctan2(-level[..., 2, 0], np.hypot(level[..., 0, 0], level[..., 1, 0]))
     roll = np.arctan2(level[..., 2, 1], level[..., 2, 2])

@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.kinds import LARGEST, Degrees, Number, Pair, PixelSpeed
+from irsim.motion.arcs import chord
 from irsim.motion.base import PixelPath
 from irsim.rng import stream
 from irsim.stage import Stage
@@ -62,10 +63,7 @@ class Manoeuvre(PixelPath):
         whole = np.maximum(np.floor(frames), 0).astype(np.int64)
         x, y, heading, rate = self._states(int(whole.max(initial=0)) + 1, stage, name)[whole].T
         # Within a frame the turn rate holds: an arc, whose chord is exact at fractions too.
-        part = frames - whole
-        chord = self.speed * part * np.sinc(rate * part / (2 * np.pi))
-        direction = heading + rate * part / 2
-        return np.stack([x + chord * np.cos(direction), y + chord * np.sin(direction)], axis=-1)
+        return np.stack([x, y], axis=-1) + chord(self.speed, heading, rate, frames - whole)
 
     def _states(self, count: int, stage: Stage, name: str) -> Floats:
         """(count, 4) at frames 0 ..: x, y (px), heading (rad), turn rate until the next (rad per frame)."""

@@ -18,7 +18,7 @@ from irsim.shapes.silhouette import Outline, sprite, within_sight
 from irsim.sight import Sight
 from irsim.sprite import Sprite
 from irsim.stage import Stage
-from irsim.types import Box, Floats, read_only
+from irsim.types import Box, Floats, arrays_frozen
 
 T = TypeVar("T")
 
@@ -149,4 +149,4 @@ def _drawn(occluder: Opaque, stage: Stage, lens: Geometry, rotation: bytes, plac
     start, stop = (np.concatenate(ends) for ends in zip(*edges, strict=True))
     layer = np.repeat(np.arange(len(facets)), [len(points) for points in outlines])
     glow = stage.glow(np.array([kelvin for _, kelvin in facets]), occluder.emissivity)
-    return read_only(sprite(Outline((start, stop, layer), glow, box, window, stage.psf, occluder.range_m)))
+    return arrays_frozen(sprite(Outline((start, stop, layer), glow, box, window, stage.psf, occluder.range_m)))

@@ -24,7 +24,7 @@ from irsim.shapes.silhouette import Grid, spread, within_sight
 from irsim.sight import Sight
 from irsim.sprite import Sprite
 from irsim.stage import Stage
-from irsim.types import Box, Floats, read_only
+from irsim.types import Box, Floats, arrays_frozen
 
 Mask = npt.NDArray[np.bool_]
 
@@ -155,7 +155,7 @@ def _form(proportion: float, leaves: float, seed: int, name: str) -> Form:
     part = slice(top, bottom + 1), slice(left, right + 1)
     reach = np.array([[left, top], [right + 1, bottom + 1]]) - [crown.middle + 0.5, rows]
     even = (warmth - warmth[hides].mean()) / warmth[hides].std()
-    return read_only(Form(hides[part], even[part].astype(np.float32), boughs[part] > 0, reach / [wide, high]))
+    return arrays_frozen(Form(hides[part], even[part].astype(np.float32), boughs[part] > 0, reach / [wide, high]))
 
 
 def _gapless(form: Form, wide: float, tall: float) -> tuple[float, Floats]:
@@ -186,7 +186,7 @@ def _lit(form: Form, leaves_k: float, spread_k: float, wood_k: float, emissivity
     kelvin = np.where(form.leaves, leaves_k + spread_k * form.warmth, wood_k)
     cover = (form.leaves | form.wood).astype(np.float32)
     glow = stage.glow(np.maximum(kelvin, 1.0), emissivity).astype(np.float32)
-    return read_only(Picture(np.stack([cover, cover * glow], axis=-1)))
+    return arrays_frozen(Picture(np.stack([cover, cover * glow], axis=-1)))
 
 
 @lru_cache(maxsize=32)
@@ -209,7 +209,7 @@ def _drawn(tree: Tree, stage: Stage, lens: Geometry, rotation: bytes, place: byt
     middle = np.array([box.cx, box.cy])
     area = float(fields[0, 0].sum()) / grid.fine**2
     drawn = spread(grid, as_changes(fields), (middle, middle), area, box, stage.psf, tree.range_m)
-    return read_only(drawn)
+    return arrays_frozen(drawn)
 
 
 def _before(near: Floats, far: Floats) -> Floats:
