@@ -96,11 +96,19 @@ class Atmosphere(Part):
 
     def sky(self, band: Band, elevation_rad: float | Floats) -> Floats:
         """Radiance of the clear sky, W/m2/sr, at elevations, rad; below the horizon as at it."""
+        return self._out(band, elevation_rad)[1]
+
+    def to_space(self, band: Band, elevation_rad: float | Floats) -> Floats:
+        """Transmittance from the camera's height out of the air at elevations, rad; below the horizon as at it."""
+        return self._out(band, elevation_rad)[0]
+
+    def _out(self, band: Band, elevation_rad: float | Floats) -> tuple[Floats, Floats]:
+        """`path` to where there is no more air."""
         elevation = np.maximum(np.asarray(elevation_rad, dtype=np.float64), 0.0)
         below = _EARTH_KM + self.altitude_m * 1e-3
         rise = below * np.sin(elevation)
         to_top = np.sqrt(rise**2 + (_EARTH_KM + _TOP_KM) ** 2 - below**2) - rise
-        return self._path(band, to_top, elevation, _SKY_STEPS)[1]
+        return self._path(band, to_top, elevation, _SKY_STEPS)
 
     def surroundings(self, band: Band) -> float:
         """Radiance that a grey body reflects, W/m2/sr: a mean over the whole sphere."""

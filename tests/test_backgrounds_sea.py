@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from irsim.atmosphere import Atmosphere
 from irsim.backgrounds import Gaze, Sea
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.sea import GRAVITY, PER_WAVE, _train, longest_wave, reflectance, slope_variance
 from irsim.geometry import Geometry
 from irsim.radiometry import radiance, temperature
 from irsim.stage import Stage
+from irsim.types import BandName, Floats
 
 
 def stage(elevation_deg: float = 0.0, size: tuple[int, int] = (161, 121), seed: int = 1) -> Stage:
@@ -94,6 +97,92 @@ def test_the_sun_glints_below_where_it_stands() -> None:
         assert gain.min() >= 0
         middle = float(gain @ np.arange(321) / gain.sum())
         assert (middle - 160) * azimuth > 0  # on the sun's side
+
+
+WATER = {"mwir": 1.351 + 0.0046j, "lwir": 1.218 + 0.0508j}
+"""Hale and Querry 1973, table I, at 4 and 10 um."""
+
+PRINTED = [
+    ("lwir", 40.0, 1.0, 0.095),
+    ("mwir", 40.0, 1.0, 0.132),
+    ("lwir", 10.0, 0.5, 0.530),
+    ("mwir", 10.0, 0.5, 0.573),
+]
+
+
+def direction(azimuth: float, elevation: float) -> Floats:
+    """Unit vector to the right, ahead and up, of angles in rad."""
+    level = math.cos(elevation)
+    return np.array([level * math.sin(azimuth), level * math.cos(azimuth), math.sin(elevation)])
+
+
+def fresnel(band: str, incidence: float) -> float:
+    """Reflectance for unpolarised light at an angle to the normal, by Snell's law and the two amplitudes."""
+    index = WATER[band]
+    cosine, inside = math.cos(incidence), np.sqrt(1 - (math.sin(incidence) / index) ** 2)
+    across = (cosine - index * inside) / (cosine + index * inside)
+    along = (index * cosine - inside) / (index * cosine + inside)
+    return float(abs(across) ** 2 + abs(along) ** 2) / 2
+
+
+@pytest.mark.parametrize("azimuth", [0.0, 2.0])
+@pytest.mark.parametrize(("band", "sun", "down", "rho"), PRINTED)
+def test_glint_is_that_of_the_facet_that_mirrors_the_sun(
+    band: BandName, sun: float, down: float, rho: float, azimuth: float
+) -> None:
+    """rho E p / (4 sin d cos^4 tilt) (Cox and Munk 1954) of a sea so far off that no wave is drawn.
+
+    The facet's normal halves the angle between sun and camera; rho is Fresnel's at half that angle. In place of
+    sin d stands sin d + sigma / 2: facets that hide each other.
+    """
+    wind, depression = 8.0, math.radians(down)
+    scene = Stage(1, Geometry((17, 17), 0.5e-3, -depression), 30.0, band, 0.0)
+    far = {"wind_m_s": wind, "gusts": 0.0, "camera_height_m": 10_000.0}
+    dark, lit = (
+        Sea.model_validate({**far, **more}).layers(scene)[0].light(gaze(scene))[1][8, 8]
+        for more in ({}, {"sun_deg": (azimuth, sun)})
+    )
+
+    to_sun = direction(math.radians(azimuth), math.radians(sun))
+    to_camera = -direction(0.0, -depression)
+    normal = (to_sun + to_camera) / np.linalg.norm(to_sun + to_camera)
+    incidence = math.acos(normal @ to_sun)
+    assert 2 * incidence == pytest.approx(math.acos(to_sun @ to_camera))
+    if azimuth == 0:
+        assert fresnel(band, incidence) == pytest.approx(rho, abs=5e-4)
+    one_axis = (0.003 + 0.00512 * wind) / 2
+    slopes = -normal[:2] / normal[2]
+    density = math.exp(-(slopes @ slopes) / (2 * one_axis)) / (2 * math.pi * one_axis)
+    sunlight = 6.8e-5 * float(radiance(band, 5772.0))
+    hidden = math.sin(depression) + 0.5 * math.sqrt(one_axis)
+    expected = fresnel(band, incidence) * sunlight * density / (4 * hidden * normal[2] ** 4)
+    assert lit - dark == pytest.approx(expected, rel=2e-3)
+
+
+def test_the_air_weakens_the_sun_on_its_way_down_and_on_to_the_camera() -> None:
+    """From space down by the clear depth a g^b of the gas above the sea and haze for what haze there is."""
+    clear = Stage(1, Geometry((17, 17), 0.5e-3, math.radians(-20)), 30.0, "mwir", 0.0)
+    air = Atmosphere(preset="us_standard", altitude_m=300.0)
+    hazy = replace(clear, air=air)
+    sea = {"wind_m_s": 8.0, "gusts": 0.0, "camera_height_m": 300.0}
+
+    def glint(scene: Stage) -> float:
+        dark, lit = (
+            Sea.model_validate({**sea, **more}).layers(scene)[0].light(gaze(scene))[1][8, 8]
+            for more in ({}, {"sun_deg": (0.0, 30.0)})
+        )
+        return float(lit - dark)
+
+    slant = 1 / math.sin(math.radians(30))
+    gas, haze = (scale * math.exp(0.1 / scale) * slant for scale in (2.1, 1.2))  # as far as a level path at 100 m
+    (a5, b5), (a23, b23) = (0.614, 0.57), (0.554, 0.47)
+
+    def of_haze(km: float) -> float:
+        return float(a5 * km**b5 - a23 * km**b23) / (1 / 5 - 1 / 23)
+
+    down = math.exp(-(a23 * gas**b23 - of_haze(gas) / 23 + of_haze(haze) / 23))
+    back = float(air.transmittance("mwir", 300 / math.sin(math.radians(20)), math.radians(-20)))
+    assert glint(hazy) / glint(clear) == pytest.approx(down * back, rel=5e-3)
 
 
 def test_a_sun_that_has_set_is_refused() -> None:

@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from pydantic import Field
 
+from irsim.atmosphere import Atmosphere
 from irsim.backgrounds.air import Column
 from irsim.backgrounds.base import FARTHEST, Gaze, Layer
 from irsim.backgrounds.fields import spectral
@@ -64,6 +65,15 @@ def longest_wave(wind_m_s: float) -> float:
     return float(2 * np.pi * wind_m_s**2 / (0.877**2 * GRAVITY))
 
 
+def sunlight(band: Band, air: Atmosphere, elevation_deg: float) -> float:
+    """In-band irradiance of the sun at an elevation, on a plane across its rays at the sea's level, W/m2."""
+    outside = float(radiance(band, SUN_K)) * SUN_SR
+    if air.is_clear:
+        return outside
+    sea_level = air.model_copy(update={"altitude_m": 0.0})
+    return outside * float(sea_level.to_space(band, math.radians(elevation_deg)))
+
+
 SunPlace = Annotated[tuple[Number, Annotated[float, Field(ge=0, le=90)]], Field(strict=False)]
 """Azimuth and elevation, degrees: a sun below the horizon lights no wave."""
 
@@ -82,7 +92,8 @@ class Sea(Sky):
     gusts: Fraction = 0.3
     """Standard deviation of the slopes from place to place and time to time, as a share of their mean."""
     sun_deg: SunPlace | None = None
-    """[azimuth right of the first pointing, elevation] of a sun that glints, degrees; none where not given."""
+    """[azimuth right of the first pointing, elevation] of a sun that glints, degrees; none where not given. The
+    scenario's atmosphere weakens its light down to the water and on to the camera; without one it is as in space."""
 
     def layers(self, stage: Stage) -> Sequence[Layer]:
         sky, *clouds = super().layers(stage)
@@ -105,6 +116,7 @@ class Water:
         self._reflected = reflectance(stage.band, angles).astype(np.float32)[:, None]
         above = sky.radiance(angles) if isinstance(sky, ClearSky) else np.zeros(STEPS)
         self._heaven = above.astype(np.float32)[:, None]
+        self._sunlight = 0.0 if sea.sun_deg is None else sunlight(stage.band, stage.air, sea.sun_deg[1])
 
     def sky_left(self, gaze: Gaze) -> Floats:
         """(rows, cols): the share of each pixel above the horizon."""
@@ -178,22 +190,24 @@ class Water:
         return slopes[0], slopes[1], rest
 
     def _glint(self, azimuth: Floats, down: Floats, across: Floats, along: Floats, rest: Floats) -> Floats:
-        """Sunlight that facets too fine to be drawn send here: rho E p(slope) / (4 sin d cos^4 tilt) (Cox and Munk)."""
+        """Radiance, W/m2/sr, of the sun in facets too fine to be drawn: rho E p(slope) / (4 sin d cos^4 tilt), with
+        rho at the angle at which the facet that mirrors the sun to the camera is struck (Cox and Munk 1954)."""
         assert self._sea.sun_deg is not None
         where, height = (math.radians(angle) for angle in self._sea.sun_deg)
-        # Half way between the directions to the sun and to the camera stands the facet's normal.
+        # Half way between the directions to the sun and to the camera stands the facet's normal: along the sum of
+        # the two unit vectors, whose length is twice the sine of the light's grazing angle at the facet.
         right = math.cos(height) * math.sin(where) - np.cos(down) * np.sin(azimuth)
         ahead = math.cos(height) * math.cos(where) - np.cos(down) * np.cos(azimuth)
         up = math.sin(height) + np.sin(down)
         tilt_right, tilt_near = -right / up, ahead / up
         rest = np.maximum(rest, 1e-5)
         density = np.exp(-((tilt_right - across) ** 2 + (tilt_near - along) ** 2) / (2 * rest)) / (2 * np.pi * rest)
-        sun = float(radiance(self._stage.band, SUN_K)) * SUN_SR
-        bounce = _looked_up(self._reflected, np.full_like(down, max(height, 0.02)))
+        grazing = np.arcsin(np.minimum(np.sqrt(right**2 + ahead**2 + up**2) / 2, 1))
+        bounce = _looked_up(self._reflected, grazing)
         steep = (1 + tilt_right**2 + tilt_near**2) ** 2
         # Facets hide each other at grazing angles: what is seen of them does not grow beyond their spread.
         seen = np.sin(down) + 0.5 * math.sqrt(slope_variance(self._sea.wind_m_s) / 2)
-        return np.asarray(bounce * sun * density * steep / (4 * seen), dtype=np.float32)
+        return np.asarray(bounce * self._sunlight * density * steep / (4 * seen), dtype=np.float32)
 
 
 class _Waves:
