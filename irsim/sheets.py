@@ -18,6 +18,7 @@ from irsim.types import Box
 _LOOK_UP = {"elevation_deg": 12, "band": "mwir", "range_k": [210, 330]}
 _LOOK_DOWN = {"elevation_deg": -12, "ifov_mrad": 0.6, "band": "lwir", "range_k": [250, 330]}
 _LOOK_OUT = {"elevation_deg": 0.6, "ifov_mrad": 0.25, "band": "lwir", "range_k": [210, 330]}
+_LOOK_AT_SEA = {**_LOOK_OUT, "elevation_deg": -1.2, "ifov_mrad": 0.4}
 _SKY = {"kind": "sky", "horizon_k": 285, "zenith_k": 245}
 _CLOUD = {"temperature_k": 274, "range_m": 6000}
 _HIGH = {"coverage": 0.6, "depth": 0.8, "betas": [2.8, 3.8], "correlation_mrad": 50, "temperature_k": 272}
@@ -41,7 +42,7 @@ BACKGROUNDS: list[tuple[str, dict[str, Any], dict[str, Any]]] = [
     ("ground: the same by night", _LOOK_DOWN, {**_TERRAIN, "hour": "night", **_PATCHES}),
     ("landscape: tree line", _LOOK_OUT, {**_LAND, "hour": "night", **_WOOD}),
     ("landscape: village by day", _LOOK_OUT, {**_LAND, "hour": "day", **_WOOD, **_VILLAGE}),
-    ("sea: wind 5 m/s, glint", {**_LOOK_OUT, "elevation_deg": -1.2}, {**_SEA, "wind_m_s": 5}),
+    ("sea: wind 5 m/s, glint", _LOOK_AT_SEA, {**_SEA, "wind_m_s": 5, "sun_deg": [1, 13]}),
 ]
 """(label, keys of the camera, keys of the background) of each."""
 
