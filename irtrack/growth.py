@@ -15,6 +15,7 @@ import numpy as np
 
 from irsim.rng import stream
 from irsim.types import Floats
+from irtrack.filters import particles
 from irtrack.filters.resampling import systematic_copies
 from irtrack.filters.selection import Restoring, chosen, largest_first, restored
 
@@ -94,7 +95,7 @@ def run(growth: Growth, filter: GrowthFilter, seed: int) -> Filtered:
             x, weights = np.take_along_axis(x, order, axis=1), np.take_along_axis(weights, order, axis=1)
         kept = chosen(weights, count)
         estimates[:, k - 1] = np.einsum("rn,rn->r", kept, x[:, :count])
-        neff[:, k - 1] = effective(weights)
+        neff[:, k - 1] = particles.neff(weights)
         due = neff[:, k - 1] < filter.threshold * n
         x[due, :count] = resampled(x[due, :count], kept[due], rng)
         weights[due] = restored(weights[due], count, filter.restoring)
@@ -102,23 +103,10 @@ def run(growth: Growth, filter: GrowthFilter, seed: int) -> Filtered:
 
 
 def weighed(weights: Floats, y: Floats, x: Floats) -> Floats:
-    """(R, N) weights times p(y | x), each row summing to one; y (R, 1), x (R, N).
-
-    The best particle of those that weigh anything has the likelihood 1, so that rows cannot underflow to nothing.
-    """
-    squares = (y - x * x / 20) ** 2
-    squares -= squares.min(axis=1, keepdims=True, initial=np.inf, where=weights > 0)
-    squares *= -0.5 / MEASUREMENT_VARIANCE
-    likelihood = np.exp(np.minimum(squares, 0, out=squares), out=squares)
-    likelihood *= weights
-    likelihood /= likelihood.sum(axis=1, keepdims=True)
-    return likelihood
-
-
-def effective(weights: Floats) -> Floats:
-    """(R,) 1 / sum w^2."""
-    sizes: Floats = 1 / np.einsum("rn,rn->r", weights, weights)
-    return sizes
+    """(R, N) weights times p(y | x), each row summing to one; y (R, 1), x (R, N)."""
+    after = particles.reweigh(weights, -((y - x * x / 20) ** 2), 0.5 / MEASUREMENT_VARIANCE)
+    assert after is not None  # rows sum to one, and squares are finite: something is left in each
+    return after
 
 
 def resampled(x: Floats, weights: Floats, rng: np.random.Generator) -> Floats:

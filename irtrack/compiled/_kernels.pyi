@@ -91,11 +91,12 @@ def high_pass(
 def bhattacharyya(p: Floats, q: Floats, rho: Floats, /) -> None:
     """Writes rho (N,) of histograms p (N, bins or more) to one, q (bins,)."""
 
-def below_largest(rho: Floats, factor: float, out: Floats, /) -> None:
-    """out = factor (rho - max rho)"""
+def below_best(prior: Floats, score: Floats, factor: float, out: Floats, /) -> bool:
+    """out = factor min(score - best, 0), all (N,), the best being that of a prior above 0; False, with nothing
+    written, where there is none, or it is -inf."""
 
-def normalise(weights: Floats, visible: Floats, /) -> bool:
-    """Weights (N,) of what is not visible become 0, and all sum to one; of nothing, all are equal, and False."""
+def weighted(weights: Floats, prior: Floats, /) -> None:
+    """Weights (N,) times prior (N,), over their sum, in place."""
 
 def sorted_uniforms(exponentials: Floats, /) -> None:
     """Running sums over their total, in place."""

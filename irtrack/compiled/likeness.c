@@ -1,4 +1,4 @@
-/* Likeness of histograms, and the weights that come of it; see irtrack/features/histogram.py, trackers/grey.py. */
+/* Likeness of histograms, and the weights that come of it; see irtrack/features/histogram.py, filters/particles.py. */
 #include "likeness.h"
 
 #include <math.h>
@@ -60,63 +60,71 @@ done:
     return result;
 }
 
-/* below_largest(rho, factor, out): out = factor (rho - max rho). */
-PyObject *below_largest(PyObject *self, PyObject *const *given, Py_ssize_t count)
+/* below_best(prior, score, factor, out) -> whether anything is left: out = factor min(score - best, 0), the best being
+ * that of a prior above 0. False, with nothing written, where there is none, or it is -inf. */
+PyObject *below_best(PyObject *self, PyObject *const *given, Py_ssize_t count)
 {
     (void)self;
     Arrays arrays = {.count = 0};
-    if (count != 3) {
-        PyErr_SetString(PyExc_TypeError, "below_largest takes 3 arguments");
+    if (count != 4) {
+        PyErr_SetString(PyExc_TypeError, "below_best takes 4 arguments");
         return NULL;
     }
     PyObject *result = NULL;
-    Py_ssize_t length, room;
-    const double *rho = array(&arrays, given[0], "d", 0, &length);
-    double *out = rho ? array(&arrays, given[2], "d", 1, &room) : NULL;
-    double factor = out ? PyFloat_AsDouble(given[1]) : 0;
+    Py_ssize_t length, scores, room;
+    const double *prior = array(&arrays, given[0], "d", 0, &length);
+    const double *score = prior ? array(&arrays, given[1], "d", 0, &scores) : NULL;
+    double *out = score ? array(&arrays, given[3], "d", 1, &room) : NULL;
+    double factor = out ? PyFloat_AsDouble(given[2]) : 0;
     if (out == NULL || PyErr_Occurred())
         goto done;
-    if (length < 1 || room != length) {
-        wrong("below_largest: lengths do not agree");
+    if (scores != length || room != length) {
+        wrong("below_best: lengths do not agree");
         goto done;
     }
-    double largest = rho[0];
-    for (Py_ssize_t i = 1; i < length; i++)
-        largest = rho[i] > largest || isnan(rho[i]) ? rho[i] : largest;
+    double best = -INFINITY;
     for (Py_ssize_t i = 0; i < length; i++)
-        out[i] = factor * (rho[i] - largest);
-    result = Py_NewRef(Py_None);
+        if (prior[i] > 0)
+            best = score[i] > best || isnan(score[i]) ? score[i] : best;
+    if (best == -INFINITY) {
+        result = Py_NewRef(Py_False);
+        goto done;
+    }
+    for (Py_ssize_t i = 0; i < length; i++) {
+        double below = score[i] - best;
+        out[i] = factor * (below > 0 ? 0 : below);
+    }
+    result = Py_NewRef(Py_True);
 done:
     release(&arrays);
     return result;
 }
 
-/* normalise(weights, visible) -> whether anything is in view: weights of what is not become 0, the others sum to one;
- * of nothing, all are equal. */
-PyObject *normalise(PyObject *self, PyObject *const *given, Py_ssize_t count)
+/* weighted(weights, prior): weights times prior, over their sum, in place. */
+PyObject *weighted(PyObject *self, PyObject *const *given, Py_ssize_t count)
 {
     (void)self;
     Arrays arrays = {.count = 0};
     if (count != 2) {
-        PyErr_SetString(PyExc_TypeError, "normalise takes 2 arguments");
+        PyErr_SetString(PyExc_TypeError, "weighted takes 2 arguments");
         return NULL;
     }
     PyObject *result = NULL;
-    Py_ssize_t length, seen;
+    Py_ssize_t length, priors;
     double *weights = array(&arrays, given[0], "d", 1, &length);
-    const double *visible = weights ? array(&arrays, given[1], "d", 0, &seen) : NULL;
-    if (visible == NULL)
+    const double *prior = weights ? array(&arrays, given[1], "d", 0, &priors) : NULL;
+    if (prior == NULL)
         goto done;
-    if (seen != length) {
-        wrong("normalise: lengths do not agree");
+    if (priors != length) {
+        wrong("weighted: lengths do not agree");
         goto done;
     }
     for (Py_ssize_t i = 0; i < length; i++)
-        weights[i] *= visible[i] > 0;
+        weights[i] *= prior[i];
     double total = pairwise_sum(weights, length);
     for (Py_ssize_t i = 0; i < length; i++)
-        weights[i] = total == 0 ? 1 / (double)length : weights[i] / total;
-    result = Py_NewRef(total == 0 ? Py_False : Py_True);
+        weights[i] /= total;
+    result = Py_NewRef(Py_None);
 done:
     release(&arrays);
     return result;

@@ -4,7 +4,7 @@
 #include "arrays.h"
 
 PyObject *bhattacharyya(PyObject *self, PyObject *const *given, Py_ssize_t count);
-PyObject *below_largest(PyObject *self, PyObject *const *given, Py_ssize_t count);
-PyObject *normalise(PyObject *self, PyObject *const *given, Py_ssize_t count);
+PyObject *below_best(PyObject *self, PyObject *const *given, Py_ssize_t count);
+PyObject *weighted(PyObject *self, PyObject *const *given, Py_ssize_t count);
 
 #endif

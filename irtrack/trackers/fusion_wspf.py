@@ -142,7 +142,7 @@ class FusionWSPF(TrackerPart):
         mean = chosen(weights, count) @ particles[:count]
         look = look_at(state, field, mean)
         sight = self._sight(state, look) if in_view else state.sight.unseen()
-        neff, covariance = cloud.neff(weights), cloud.covariance(weights, particles[:, :2], mean[:2])
+        neff, covariance = float(cloud.neff(weights)), cloud.covariance(weights, particles[:, :2], mean[:2])
         after_particles, after_weights = self._resampled(particles, weights, count, neff, rng)
 
         if sight.missed >= self.shift_after and self.widening > 0:
@@ -235,11 +235,10 @@ class FusionWSPF(TrackerPart):
 def weigh(before: Floats, rho: Floats, visible: Floats, sigma: float) -> tuple[Floats, bool]:
     """Weights (N,) times p of eq. 12, exp(-(1 - rho) / (2 sigma^2)), summing to one, and whether any window is in view.
 
-    The largest p cancels, so none underflows altogether. A window wholly outside the frame weighs
-    nothing; all outside: equal weights.
+    A window wholly outside the frame weighs nothing. Equal weights where nothing is left: those in view, if any,
+    weighed nothing before.
     """
-    weights = before * np.exp((rho - rho.max()) / (2 * sigma**2)) * (visible > 0)
-    total = weights.sum()
-    if total == 0:
+    weights = cloud.reweigh(before * (visible > 0), rho, 1 / (2 * sigma**2))
+    if weights is None:
         return np.full(len(rho), 1 / len(rho)), bool(visible.any())
-    return weights / total, True
+    return weights, True

@@ -15,7 +15,6 @@ from pydantic import Field
 
 from irsim.kinds import Fraction
 from irsim.types import Box, Floats, Frame, Image
-from irtrack.compiled import COMPILED, kernels
 from irtrack.features.highpass import HighPass, full_kernel, ring_kernel
 from irtrack.features.histogram import (
     Picture,
@@ -183,7 +182,7 @@ class GreyPart(TrackerPart):
             score=seen.judged.score,
             velocity=(vx, vy),
             covariance=cloud.covariance(weights, positions, center),
-            neff=cloud.neff(weights),
+            neff=float(cloud.neff(weights)),
             particles=positions,
             weights=weights,
         )
@@ -209,22 +208,7 @@ def weigh(rho: Floats, visible: Floats, sharpness: float) -> tuple[Floats, bool]
     """Weights (N,) proportional to exp(-sharpness D^2), summing to one, and whether any window is in view.
 
     D^2 = 1 - rho. The sharpness is lambda / 2 in Cheng et al. 2006, eq. 10, and 1 / (2 sigma^2) in
-    Xue et al. 2011, eq. 5. Constant factors cancel, and so does the largest weight, which keeps a
-    large sharpness from underflow. A window wholly outside the frame weighs nothing; all outside:
-    equal weights.
+    Xue et al. 2011, eq. 5. A window wholly outside the frame weighs nothing; all outside: equal weights.
     """
-    if COMPILED:
-        rho, visible = np.ascontiguousarray(rho, np.float64), np.ascontiguousarray(visible, np.float64)
-        weights = np.empty_like(rho)
-        kernels.below_largest(rho, sharpness, weights)
-        np.exp(weights, out=weights)
-        return weights, kernels.normalise(weights, visible)
-    return _weigh_plain(rho, visible, sharpness)
-
-
-def _weigh_plain(rho: Floats, visible: Floats, sharpness: float) -> tuple[Floats, bool]:
-    weights = np.exp(sharpness * (rho - rho.max())) * (visible > 0)
-    total = weights.sum()
-    if total == 0:
-        return np.full(len(rho), 1 / len(rho)), False
-    return weights / total, True
+    weights = cloud.reweigh(np.sign(visible), rho, sharpness)
+    return (np.full(len(rho), 1 / len(rho)), False) if weights is None else (weights, True)

@@ -150,7 +150,8 @@ class GreyPF(GreyPart):
         """The particles drawn and moved by eq. 4 (n, 2), and where they come from."""
         count = self.particles
         if self.adapt == "neff":
-            count = neff_count(len(state.weights), cloud.neff(state.weights), self.neff_wanted, self.n_min, count)
+            neff = float(cloud.neff(state.weights))
+            count = neff_count(len(state.weights), neff, self.neff_wanted, self.n_min, count)
         chosen = RESAMPLERS[self.resampling](state.weights, rng, count)
         if self.adapt == "kld":
             chosen = rng.permutation(chosen)  # so that the first n are a fair sample, too

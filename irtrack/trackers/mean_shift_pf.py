@@ -96,6 +96,5 @@ class MeanShiftPF(ShiftPart, WalkPart):
         """Weights (N,) times prior over proposal; as they were where no place can be reached by the model."""
         prior = random_walk_density(positions, start, self.radius, self.propagation)
         proposal = random_walk_density(positions, climbed, 3 * self.jitter, "gaussian")
-        ratio = weights * prior / proposal
-        total = ratio.sum()
-        return ratio / total if total > 0 else weights
+        made_up_for = cloud.shares(weights * prior / proposal)
+        return weights if made_up_for is None else made_up_for

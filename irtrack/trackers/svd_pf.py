@@ -133,7 +133,7 @@ class SVDPF(TrackerPart):
             particles, weights, score, sight = self._detected(state, particles, z, rng)
         mean = cloud.mean(weights, particles)
         x, y, vx, vy = mean.tolist()
-        neff = cloud.neff(weights)
+        neff = float(cloud.neff(weights))
         estimate = Estimate(
             center=(x, y),
             size=start.size,
@@ -194,23 +194,26 @@ class SVDPF(TrackerPart):
         heights = np.zeros(len(particles))
         heights[inside] = z[rows[inside].astype(np.intp), columns[inside].astype(np.intp)]
         amplitude = min(max(state.sight.level or self.threshold, 0.0), SHARPEST)
-        weights = state.weights * np.exp(amplitude * (heights - heights.max()))
-        total = weights.sum()
-        weights = weights / total if total > 0 else np.full(len(weights), 1 / len(weights))
+        weights = _reweighed(state.weights, heights, amplitude)
         score = float(weights @ heights)
         return particles, weights, score, state.sight.after(score, self.threshold, self.seen)
 
     def _about(self, center: Floats, before: Floats, particles: Floats) -> Floats:
         """Weights by the distance from a candidate, whose place is normal about the target's."""
         squares = ((particles[:, :2] - center) ** 2).sum(axis=1) / self.measurement_sd**2
-        weights = before * np.exp(-0.5 * (squares - squares.min()))
-        total = float(weights.sum())
-        return weights / total if total > 0 else np.full(len(weights), 1 / len(weights))
+        return _reweighed(before, -squares, 0.5)
 
     def _cloud(self, at: Floats, rng: np.random.Generator) -> Floats:
         """(N, 4) particles about a place that is known, and a velocity that is not."""
         spread = np.repeat([self.measurement_sd if self.use != "svd" else 0.0, self.start_speed_sd], 2)
         return at + spread * rng.standard_normal((self.particles, 4))
+
+
+def _reweighed(before: Floats, score: Floats, sharpness: float) -> Floats:
+    """`cloud.reweigh` where something is always left: weights sum to one, and scores are finite."""
+    weights = cloud.reweigh(before, score, sharpness)
+    assert weights is not None
+    return weights
 
 
 def _odd(side: float) -> int:
