@@ -1,4 +1,4 @@
-"""How the steps of a frame that either of two processes may take are dealt out, so that neither waits for the other."""
+"""A controller that divides the steps of a frame between two processes, so that neither waits for the other."""
 
 from __future__ import annotations
 
@@ -6,32 +6,34 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from itertools import accumulate
 
-AT_ONCE, LASTING = 0.1, 0.02
-"""By what share of a frame's time a worker is given more, or less, of the next frames, and of all later ones, for as
-much of a piece of work as it has less, or more, left than half. A share s given makes that left grow by 4 s a piece, so
-that the two swing back as a spring damped by 0.7 of what would be critical, within some ten pieces."""
+PROPORTIONAL, INTEGRAL = 0.1, 0.02
+"""Gains of the controller: change of the worker's share of a frame's time for each piece of work that it is short of
+the half that it should have left when it is given more. A piece of work is `Way.length` frames. As a share s more,
+given throughout one piece, leaves 4 s more of it to do, the loop is damped by 0.7 of critical and settles within some
+ten pieces."""
 
 
 class Balance:
-    """How many of the first steps of a frame are a worker's, beside what always is.
+    """A proportional-integral controller of how many of a frame's first steps a worker takes.
 
-    Each frame has a whole number of them; what they have of a frame's time is right over several frames.
+    Its measurement is the work that the worker has left whenever it is given more, its set point half a piece, its
+    output the worker's share of a frame's time. Steps are whole: what rounding leaves is carried to the next frame.
     """
 
     def __init__(self, always: float, steps: Sequence[float]) -> None:
-        """Of a frame's time: the share that is a worker's always, and that of each step."""
+        """always, the share of a frame's time that the worker has in any case; steps, the share of each step."""
         self._shares = list(accumulate(steps, initial=0.0))
-        self._lasting = self._share = self._within(0.5 - always)
+        self._integral = self._share = self._within(0.5 - always)
         self._owed = 0.0
 
     def heed(self, left: float) -> None:
-        """How much a worker has left, in pieces of work, when it is given another one."""
-        ahead = 0.5 - left
-        self._lasting = self._within(self._lasting + LASTING * ahead)
-        self._share = self._within(self._lasting + AT_ONCE * ahead)
+        """A measurement: the pieces of work that the worker has left when it is given another one."""
+        short = 0.5 - left
+        self._integral = self._within(self._integral + INTEGRAL * short)
+        self._share = self._within(self._integral + PROPORTIONAL * short)
 
     def steps(self, count: int) -> list[int]:
-        """Those of each of so many frames more."""
+        """How many steps the worker takes of each of the next `count` frames."""
         found = []
         for _ in range(count):
             self._owed += self._share
