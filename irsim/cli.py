@@ -16,6 +16,7 @@ from irsim import commands_authoring, commands_info, commands_measure
 from irsim.asked import OverridesArgument, SeedOption, SourceArgument, WithoutOption, open_changed, parts
 from irsim.errors import InputError
 from irsim.files import check_output
+from irsim.span import parsed
 from irsim.terminal import first_options, progress_bar, run
 from irsim.wording import counted
 
@@ -107,14 +108,12 @@ def show(
     opened = open_changed(source, overrides, seed, without)
     path = output or Path(f"{opened.name}.png")
     check_output(path, find(source), endings=(".png", ".webm", ".gif"))
-    start, stop = (0, len(opened)) if frames is None else _frame_range(frames)
-    if stop > len(opened):
-        raise InputError(f"--frames {frames}: {source} has {len(opened)}; allowed: within 0:{len(opened)}")
+    wanted = range(len(opened)) if frames is None else parsed(frames, len(opened))
     if path.suffix.lower() == ".png":
-        print(contact_sheet(opened, path, start, stop))
+        print(contact_sheet(opened, path, wanted.start, wanted.stop))
     else:
-        with progress_bar(f"show {opened.name}", stop - start) as progress:
-            print(moving_picture(opened, path, start, stop, progress))
+        with progress_bar(f"show {opened.name}", len(wanted)) as progress:
+            print(moving_picture(opened, path, wanted.start, wanted.stop, progress))
 
 
 @app.command()
@@ -167,8 +166,9 @@ def render(
     from irsim.recording import record
     from irsim.sources import open_rendering
 
-    wanted = None if frames is None else _frame_range(frames)
-    rendering, start, stop = open_rendering(source, overrides or (), seed, wanted, parts(without))
+    wanted = None if frames is None else parsed(frames)
+    asked = None if wanted is None else (wanted.start, wanted.stop)
+    rendering, start, stop = open_rendering(source, overrides or (), seed, asked, parts(without))
     path = output or Path(f"{Path(source).stem}.mcap")
     check_output(path, find(source), endings=(".mcap",))
     with progress_bar(f"render {rendering.name}", stop - start) as progress:
@@ -194,12 +194,10 @@ def masks(
     from irsim.masking import write_masks
     from irsim.sources import open_rendering
 
-    wanted = None if frames is None else _frame_range(frames)
     rendering, start, stop = open_rendering(source, overrides or (), seed, without=parts(without))
-    if wanted is not None:
-        if start + wanted[1] > stop:
-            raise InputError(f"--frames {frames}: there are {stop - start} frames; allowed: up to {stop - start}")
-        start, stop = start + wanted[0], start + wanted[1]
+    if frames is not None:
+        wanted = parsed(frames, stop - start)
+        start, stop = start + wanted.start, start + wanted.stop
     folder = output or Path(f"{Path(source).stem}-masks")
     count = 0
     with progress_bar(f"masks {rendering.name}", stop - start) as progress:
@@ -258,15 +256,6 @@ def import_(
     for note in open_recording(path).contents.notes:
         print(f"irsim: note: {note}", file=sys.stderr)
     _say_written(path)
-
-
-def _frame_range(text: str) -> tuple[int, int]:
-    """'10' is (0, 10), '5:9' is (5, 9)."""
-    first, colon, last = text.partition(":")
-    start, stop = (first, last) if colon else ("0", first)
-    if not (start.isdecimal() and stop.isdecimal() and int(start) < int(stop)):
-        raise InputError(f"--frames {text}: no such range; allowed: N above 0, or A:B with A below B")
-    return int(start), int(stop)
 
 
 def _agc(text: str) -> Agc:

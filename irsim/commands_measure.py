@@ -13,6 +13,7 @@ import typer
 
 from irsim.asked import OverridesArgument, SeedOption, WithoutOption, open_changed
 from irsim.errors import InputError
+from irsim.span import parsed
 from irsim.terminal import progress_bar
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ Measured = Annotated[
     str, typer.Argument(metavar="SCENARIO|REC", help="A recording, or a scenario, which is rendered for it.")
 ]
 Frames = Annotated[
-    str | None, typer.Option(metavar="N|A:B", help="N frames from the first on, or frames A to B-1; default: 300.")
+    str | None, typer.Option(metavar="N|A:B", help="The first N frames, or frames A to B-1; default: the first 300.")
 ]
 RegionOption = Annotated[
     str | None,
@@ -56,15 +57,15 @@ def noise(
 
     opened = open_changed(source, overrides, seed, without)
     where = None if region is None else parse_region(region, opened.size)
-    start, stop = _span(frames, len(opened))
-    stack = read_stack(opened, start, stop, "counts")
+    wanted = _wanted(frames, opened)
+    stack = read_stack(opened, wanted, "counts")
     try:
-        taken = taken_by_targets(opened, start, stop)
+        taken = taken_by_targets(opened, wanted.start, wanted.stop)
         report = measure_noise(stack, opened.rate_hz, where, 2.0**opened.bits - 1, taken)
     except InputError as error:
         raise InputError(f"{source}: {error}") from None
     if as_json:
-        print(json.dumps({"source": source, "start": start, **report.as_json()}))
+        print(json.dumps({"source": source, "start": wanted.start, **report.as_json()}))
         return
     for label, text in noise_lines(report):
         print(f"{label:8} {text}")
@@ -92,9 +93,9 @@ def fit(
     opened = open_changed(source, overrides, seed, without)
     check_output(output, find(source), endings=(".yaml", ".yml"))
     where = None if region is None else parse_region(region, opened.size)
-    start, stop = _span(frames, len(opened))
+    wanted = _wanted(frames, opened)
     try:
-        found = fit_frames(read_stack(opened, start, stop, "counts"), opened, where, start)
+        found = fit_frames(read_stack(opened, wanted, "counts"), opened, where, wanted.start)
     except InputError as error:
         raise InputError(f"{source}: {error}") from None
     if output is not None:
@@ -151,9 +152,9 @@ def realism(
     try:
         found = None if camera is not None and like is None else texture(backdrops(opened, _PICTURES))
         if camera is not None:
-            start, stop = _span(str(_NOISY), len(opened))
-            stack = read_stack(opened, start, stop, "counts")
-            taken = taken_by_targets(opened, start, stop)
+            looked = range(min(_NOISY, len(opened)))
+            stack = read_stack(opened, looked, "counts")
+            taken = taken_by_targets(opened, looked.start, looked.stop)
             figures = measure_figures(stack, opened.rate_hz, None, 2.0**opened.bits - 1, taken)
             judged, sorts = judge_noise(figures, camera), cameras_of(figures)
     except InputError as error:
@@ -184,23 +185,19 @@ def _claim(source: Source) -> str | None:
     return like
 
 
-def read_stack(source: Source, start: int, stop: int, input: Input) -> npt.NDArray[np.integer]:
-    """Frames start .. stop-1 as one array (T, rows, columns), with a progress bar."""
+def read_stack(source: Source, wanted: range, input: Input) -> npt.NDArray[np.integer]:
+    """The wanted frames as one array (T, rows, columns), with a progress bar."""
     import numpy as np
 
     images = []
-    with progress_bar(f"read {source.name}", stop - start) as progress:
-        for frame in source.frames(input, start, stop):
+    with progress_bar(f"read {source.name}", len(wanted)) as progress:
+        for frame in source.frames(input, wanted.start, wanted.stop):
             images.append(frame.image)
             if progress is not None:
                 progress(len(images))
     return np.stack(images)
 
 
-def _span(text: str | None, length: int) -> tuple[int, int]:
-    """'10' is (0, 10), '5:9' is (5, 9), None the first 300; cut at the source's end."""
-    first, colon, last = ("0", ":", str(_MOST)) if text is None else text.partition(":")
-    start, stop = (first, last) if colon else ("0", first)
-    if not (start.isdecimal() and stop.isdecimal() and int(start) < min(int(stop), length)):
-        raise InputError(f"--frames {text}: no such range; allowed: N, or A:B with A below B, of {length} frames")
-    return int(start), min(int(stop), length)
+def _wanted(frames: str | None, source: Source) -> range:
+    """Numbers of the frames to look at: those that are asked for, or else the first 300."""
+    return range(min(_MOST, len(source))) if frames is None else parsed(frames, len(source))

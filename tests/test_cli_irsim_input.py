@@ -103,10 +103,16 @@ BAD = {
         "irsim: without=white: parts are switched off in scenarios; good.mcap cannot be changed",
     ),
     "seed of a recording": (["show", "good.mcap", "--seed", "1"], "irsim: good.mcap: a recording has no seed; "),
-    "no such frames to show": (
-        ["show", "scene.yaml", "--frames", "2:2000"],
-        "irsim: --frames 2:2000: scene.yaml has ",
-    ),
+    **{
+        f"frames past the end to {command}": (
+            [command, source, "--frames", "2:2000"],
+            "irsim: --frames 2:2000: no such range; allowed: N above 0, or A:B with A below B, within 0:6",
+        )
+        for command, source in (
+            *(("show", "scene.yaml"), ("show", "good.mcap"), ("masks", "scene.yaml"), ("masks", "good.mcap")),
+            *(("noise", "scene.yaml"), ("noise", "good.mcap"), ("fit", "good.mcap")),
+        )
+    },
     "nothing to import": (["import", "none"], "irsim: none: "),
     "empty folder": (["import", "dir"], "irsim: dir: "),
     "import onto itself": (
