@@ -1,6 +1,7 @@
 """irtrack replays infrared recordings into trackers, measures where they break, and reports it.
 
 track = irtrack.run("grey_pf", "sky")
+print(irtrack.score(track, "sky").lost)
 with irtrack.run_bench(["sky", "ground"], ["grey_pf", "kalman"], seeds=10, results="irtrack.db") as results:
     irtrack.write_report(results, "report.html")
 """
@@ -23,7 +24,7 @@ _PUBLIC = {
     "run_anchors": "irtrack.anchors",
     "Reference": "irtrack.metrics",
     "Score": "irtrack.metrics",
-    "score": "irtrack.metrics",
+    "score": "irtrack.scored",
     "vot": "irtrack.metrics",
     "run_bench": "irtrack.bench",
     "Entry": "irtrack.bench",
