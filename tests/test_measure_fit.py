@@ -21,7 +21,7 @@ from irsim.measure import Figures, Measured, Region, measure_figures
 from irsim.measure.field import fit_field, periodogram
 from irsim.measure.level import fit_level
 from irsim.measure.lines import lines, turns, without_turns
-from irsim.measure.steady import moves
+from irsim.measure.steady import slides
 from irsim.types import Floats
 
 REAL = Path(__file__).resolve().parents[2] / "shared" / "real"
@@ -133,8 +133,8 @@ def test_a_target_that_crosses_does_not_move_the_scene() -> None:
     frames = scene + rng.normal(0, 2, (20, 90, 90))
     for k in range(20):
         frames[k, 40:50, 3 * k : 3 * k + 12] += 300
-    assert not moves(frames)
-    assert moves(np.stack([np.roll(scene, k, axis=1) for k in range(20)]) + rng.normal(0, 2, (20, 90, 90)))
+    assert not slides(frames)
+    assert slides(np.stack([np.roll(scene, k, axis=1) for k in range(20)]) + rng.normal(0, 2, (20, 90, 90)))
 
 
 FIELD = {"beta_x": 2.6, "beta_y": 3.2, "correlation_px": 60.0, "stretch": 1.5, "spread": 10.0}

@@ -50,12 +50,12 @@ def test_noise_is_read_where_nothing_moves() -> None:
     for k in range(40):
         frames[k] += 30 * np.exp(-((columns - 90 - 1.5 * k) ** 2 + (rows - 30) ** 2) / 50)
     report = measure_noise(frames)
-    assert not report.moves
+    assert not report.together
     assert report.region.x >= 80
     assert report.region.y >= 30
     assert report.terms.tvh.value == pytest.approx(10, rel=0.02)
     forced = measure_noise(frames, 30.0, Region(88, 4, 64, 56))
-    assert forced.moves
+    assert forced.together
     assert forced.terms.tvh.value > 10.5
     assert any("--region X,Y,W,H names a place that is still" in text for _, text in noise_lines(forced))
 
@@ -98,7 +98,7 @@ def test_a_moving_background_is_told_and_noise_found_all_the_same() -> None:
     scene = np.stack([80 * np.sin((columns + 2 * k) / 9) * np.cos(rows / 11) for k in range(40)])
     frames = rendered(5, (40, 48, 48), {"kind": "white"}) + scene
     report = measure_noise(frames, 30.0, Region(0, 0, 48, 48))
-    assert report.moves
+    assert report.together
     assert report.temporal.pair.value > 11  # the scene's own change is in it
     assert report.fine == pytest.approx(10, rel=0.02)
     assert fine_sigma(np.zeros((4, 8, 8))) == 0
@@ -109,7 +109,7 @@ def test_a_slow_background_is_told_where_neighbouring_frames_are_alike(speed: fl
     rows, columns = np.mgrid[:64, :64]
     scene = np.stack([12 * np.sin((columns + speed * k) / 9) * np.cos(rows / 11) for k in range(80)])
     report = measure_noise(rendered(6, (80, 64, 64), {"kind": "white"}) + scene, 30.0, Region(0, 0, 64, 64))
-    assert report.moves == moves
+    assert report.together == moves
     assert report.fine == pytest.approx(10, rel=0.02)
     assert any("motion" in text for _, text in noise_lines(report)) == moves
 

@@ -80,7 +80,8 @@ def _frozen_from(frames: Values) -> int | None:
 
 
 def patched(frames: Values, bad: Mask) -> Values:
-    """Frames (T, rows, columns) with each bad pixel's values those of the nearest good one; a new array."""
+    """Frames (T, rows, columns) with each bad pixel's values those of the nearest good one: to be read only, for they
+    are the frames given, not a copy, where no pixel is bad (or all are)."""
     if not bad.any() or bad.all():
         return frames
     from scipy.ndimage import distance_transform_edt

@@ -17,7 +17,6 @@ from irsim.measure.memory import Memory, mean_share
 from irsim.measure.noise import NoiseReport, frozen_unknown, measure_noise
 from irsim.measure.points import point_blur
 from irsim.measure.region import Mask, Region, Values
-from irsim.measure.steady import moves
 from irsim.measure.still import Still, still_things
 from irsim.measure.unblurred import fit_unblurred
 from irsim.types import Floats
@@ -117,7 +116,7 @@ def measure_figures(
     passing = point_blur(frames, bad.all | still.all, top)
     seen = [*still.points, *([] if passing is None else [passing])]
     blur = min(seen, key=lambda sigma: sigma.value, default=None)
-    if moves(whole):
+    if report.slides:
         return _of_moving(report, whole, blur, still, flaws(frames, bad, report.fine))
     return _of_still(report, whole, blur, still, flaws(frames, bad, report.terms.tvh.value))
 
@@ -196,7 +195,7 @@ def _notes(report: NoiseReport, memory: Memory | None, level: Measured | None, c
         yield unsure
     if report.crossed:
         yield f"targets pass through {report.region}, where noise is read: --region X,Y,W,H names a place without them"
-    if report.moves:
+    if report.together:
         yield (
             f"neighbouring pixels change together at {report.region}, where noise is read: something moves, or the "
             "camera smooths its noise; --region X,Y,W,H names a place that is still"

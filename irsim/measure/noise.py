@@ -13,10 +13,11 @@ from irsim.measure.interval import Measured
 from irsim.measure.memory import LEAST_FRAMES, Temporal, temporal, time_freedom
 from irsim.measure.noise_3d import TERMS, Noise3dTerms, check_size, noise_3d
 from irsim.measure.region import Mask, Region, Values, windows
+from irsim.measure.steady import slides
 from irsim.types import Floats
 
-_MOVES = 0.1
-"""Correlation of neighbouring pixels' changes above which something moves, where there are many pixels."""
+_TOGETHER = 0.1
+"""Correlation of neighbouring pixels' changes above which they change together, where there are many pixels."""
 _BEYOND_CHANCE = 5.0
 """So many standard errors of such a correlation are no chance."""
 
@@ -29,8 +30,9 @@ class NoiseReport:
                 these frames) and vh is freed of its mean
     temporal    pair differences, lag correlations, memory
     fine        temporal sigma of what is sharp: a moving background does not show in it
-    moves       whether neighbours change together, from frame to frame or over half of the frames: something
-                moves (then only `fine` speaks of noise alone), or noise is blurred over pixels
+    together    whether neighbours in the region change together, from frame to frame or over half of the frames:
+                something moves there (then only `fine` speaks of noise alone), or noise is blurred over pixels
+    slides      whether the whole scene slides before the camera; blurred noise does not
     crossed     whether a target of the truth is in the region in some frame
     drift       sigma of the frames' means
     slope_per_s of the frames' means, by least squares
@@ -45,7 +47,8 @@ class NoiseReport:
     terms: Noise3dTerms
     temporal: Temporal
     fine: float
-    moves: bool
+    together: bool
+    slides: bool
     crossed: bool
     drift: float
     slope_per_s: float
@@ -93,7 +96,8 @@ def measure_noise(
         terms=terms,
         temporal=flow,
         fine=fine_sigma(flat),
-        moves=_moves(flat),
+        together=_change_together(flat),
+        slides=slides(patched(frames, bad.all)),
         crossed=taken is not None and bool(taken[region.rows, region.columns].any()),
         drift=float(means.std(ddof=1)),
         slope_per_s=float(np.polyfit(seconds, means, 1)[0]),
@@ -113,7 +117,7 @@ def _without(bad: Mask, frames: Values, region: Region) -> Floats:
 def _still(frames: Values, bad: Mask, top: float, taken: Mask | None) -> Region:
     """The flattest window in which nothing moves; the flattest of all where something moves in each."""
     offered = list(windows(frames, top, taken))
-    return next((region for region in offered if not _moves(_without(bad, frames, region))), offered[0])
+    return next((region for region in offered if not _change_together(_without(bad, frames, region))), offered[0])
 
 
 def fine_sigma(frames: Floats) -> float:
@@ -128,10 +132,10 @@ def fine_sigma(frames: Floats) -> float:
     return float(np.median(np.abs(bent)) / 0.6745 / (6 * np.sqrt(2)))
 
 
-def _moves(frames: Floats) -> bool:
-    """What moves slowly shows only over many frames."""
+def _change_together(frames: Floats) -> bool:
+    """Whether neighbouring pixels do, in the next frame or over half of them: what moves slowly shows only then."""
     pixels = frames[0].size
-    least = max(_MOVES, _BEYOND_CHANCE / float(np.sqrt(pixels)))  # fixed noise may change once: one picture counts
+    least = max(_TOGETHER, _BEYOND_CHANCE / float(np.sqrt(pixels)))  # fixed noise may change once: one picture counts
     return any(_neighbours_agree(frames, lag) > least for lag in {1, len(frames) // 2})
 
 
@@ -171,8 +175,10 @@ def noise_lines(report: NoiseReport) -> Iterator[tuple[str, str]]:
         yield "", unsure
     if report.crossed:
         yield "note", f"targets pass through {report.region}: --region X,Y,W,H names a place without them"
-    if report.moves:
-        yield "note", "neighbours change together: the scene moves here, or noise itself is blurred over pixels;"
+    if report.slides:
+        yield "note", "the scene moves: it slides before the camera in most of the picture"
+    if report.together:
+        yield "note", "neighbours change together: something moves here, or noise itself is blurred over pixels;"
         yield "", "the figures above hold its motion and texture, too: --region X,Y,W,H names a place that is still;"
         yield "", f"noise that is sharp, whatever moves behind it, is {report.fine:.3g} counts a pixel (fine)"
 
