@@ -119,6 +119,13 @@ def test_first_update_by_hand() -> None:
     assert pytest.approx(np.array([[0.8]])) == P
 
 
+def test_covariance_after_any_gain_by_hand() -> None:
+    """e - K (e + v) of one number: (1 - K)^2 P + K^2 R; least, P R / (P + R) = .8, at K = P / (P + R) = .8."""
+    P, H, R = np.array([[4.0]]), np.eye(1), np.eye(1)
+    for gain, expected in ((0.0, 4.0), (0.5, 1.25), (0.8, 0.8), (1.0, 1.0)):
+        assert kalman.covariance_after(P, np.array([[gain]]), H, R) == pytest.approx(np.array([[expected]]))
+
+
 def test_steady_gain_is_that_of_kalata() -> None:
     """With tracking index L = q T^2 / r: s = (4 + L - sqrt(8 L + L^2)) / 4, alpha = 1 - s^2,
     beta = 2 (2 - alpha) - 4 sqrt(1 - alpha) (Kalata 1984)."""

@@ -28,6 +28,15 @@ _PIXELS_AT_ONCE = 16384
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Judged:
+    """A place looked at: its histogram (bins,), its likeness to the reference, that of the ring around it."""
+
+    histogram: Floats
+    score: float
+    floor: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Surround:
     """A window and the ring around it, counted in one go.
 
@@ -59,6 +68,13 @@ class Surround:
         visible shares (2,). Wholly outside: zeros and 0."""
         left, top = self.outer.corner(center)
         return (self._counted if COMPILED else self._counted_plain)(image, left, top)
+
+    def judge(self, image: Picture, center: tuple[float, float], reference: Floats) -> Judged:
+        """How like a reference (bins,) a place is, and the ring around it; what the frame's edge cuts off counts
+        against the place, as in `likeness`."""
+        histograms, visible = self.histograms(image, center)
+        score, floor = bhattacharyya(histograms, reference).tolist()
+        return Judged(histograms[0], score * float(visible[0]), floor)
 
     def _counted(self, image: Picture, left: int, top: int) -> tuple[Floats, Floats]:
         pixels, x, y = _part(image, left, top, left + self.outer.columns, top + self.outer.rows)

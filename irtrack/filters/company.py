@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from irsim.types import Floats
+from irtrack.filters.kalman import covariance_after
 from irtrack.filters.motion import constant_velocity
 
 DETECTION = 0.9
@@ -113,9 +114,9 @@ def advance(tracks: Tracks, centers: Floats, heights: Floats, moved: tuple[float
         if (np.hypot(*(mean[unpaired, :2] - centers[plot]).T) < rules.beside / BESIDE).any():
             extra = (rules.beside / BESIDE / 2) ** 2  # two things in one plot: it says little of either
         gain = covariance[track, :, :2] @ np.linalg.inv(S[track, plot] + extra * np.eye(2))
-        rest = np.eye(4) - gain @ np.eye(2, 4)
         mean[track] += gain @ nu[track, plot]
-        covariance[track] = rest @ covariance[track] @ rest.T + (noise[track, plot] + extra) * gain @ gain.T
+        R = (noise[track, plot] + extra) * np.eye(2)
+        covariance[track] = covariance_after(covariance[track], gain, np.eye(2, 4), R)
         level[track] += _level_rate(tracks, track, float(relative[track, plot]), bool(near[track] > 0)) * (
             heights[plot] - level[track]
         )

@@ -22,11 +22,20 @@ def innovation(mean: Floats, P: Floats, z: Floats, H: Floats, R: Floats) -> tupl
 
 
 def update(mean: Floats, P: Floats, z: Floats, H: Floats, R: Floats) -> tuple[Floats, Floats]:
-    """The state after a measurement. Joseph's form keeps P symmetric and positive."""
+    """The state after a measurement."""
     nu, S = innovation(mean, P, z, H, R)
     gain = np.linalg.solve(S, H @ P).T
-    rest = np.eye(len(mean)) - gain @ H
-    return mean + gain @ nu, rest @ P @ rest.T + gain @ R @ gain.T
+    return mean + gain @ nu, covariance_after(P, gain, H, R)
+
+
+def covariance_after(P: Floats, gain: Floats, H: Floats, R: Floats) -> Floats:
+    """(n, n) the covariance after a measurement that entered by a gain (n, m).
+
+    Joseph's form, which keeps P symmetric and positive, whatever the gain.
+    """
+    rest = np.eye(len(P)) - gain @ H
+    after: Floats = rest @ P @ rest.T + gain @ R @ gain.T
+    return after
 
 
 def distance2(nu: Floats, S: Floats) -> float:

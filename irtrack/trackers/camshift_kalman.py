@@ -12,16 +12,14 @@ from pydantic import Field
 
 from irsim.kinds import Fraction
 from irsim.types import Box, Floats, Frame, Image
-from irtrack.features.histogram import Surround, bhattacharyya, gaussian_kernel
+from irtrack.features.histogram import Surround, gaussian_kernel
 from irtrack.features.mean_shift import back_projection
 from irtrack.features.quantise import BinsRange, Quantiser, quantiser
 from irtrack.features.window import Window, region
-from irtrack.filters import kalman as filter
-from irtrack.filters.motion import constant_velocity
-from irtrack.trackers.base import Deviation, Footage, Ratio, Sight, Spread, TrackerPart, footage, start_window
+from irtrack.trackers.base import Footage, Sight, footage, start_window
+from irtrack.trackers.gated import GatedPart
 from irtrack.types import Estimate
 
-_H = np.eye(2, 4)
 CONVERGED = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 0.5)
 """Iterations at most, and px of the last step; OpenCV's window moves by whole pixels."""
 SIZES = (0.5, 2.0)
@@ -53,7 +51,7 @@ class CamShiftState:
     sight: Sight
 
 
-class CamShiftKalman(TrackerPart):
+class CamShiftKalman(GatedPart):
     """CamShift in a window that a Kalman filter predicts; through overlap the prediction stands alone.
 
     One of the systems that the digest beside L. An et al. 2007 names: CamShift gives a centroid and an
@@ -79,14 +77,6 @@ class CamShiftKalman(TrackerPart):
     """What a level counts: its share in target and ring that is the target's, or its share in the target (Bradski)."""
     resize: Fraction = 0.1
     """Share of the ellipse's new size that enters the estimate; 0: the size stays."""
-    acceleration: Deviation = 0.5
-    """Standard deviation of the acceleration on each axis, px/frame^2."""
-    measurement_sd: Deviation = 1.0
-    """Standard deviation of the measured place on each axis, px."""
-    start_speed_sd: Spread = 3.0
-    """Standard deviation of the unknown first speed on each axis, px/frame."""
-    gate: Ratio = 13.8
-    """Squared Mahalanobis distance that a measurement may have; chi-square, 2 degrees: 99.9 %."""
     margin: Annotated[float, Field(ge=0, le=10)] = 0.25
     """What the search window has beyond the target on each side, in its sides; the centroid must not be cut."""
     seen: Fraction = 0.5
@@ -115,28 +105,24 @@ class CamShiftKalman(TrackerPart):
             ellipse=(1.0, 1.0),
         )
         found = self._found(start, frame.image, np.array(center), np.ones(2))
-        mean = np.array([box.cx, box.cy, 0.0, 0.0])
-        covariance = np.diag([self.measurement_sd**2] * 2 + [self.start_speed_sd**2] * 2)
         first = replace(start, ellipse=found[1] if found else (1.0, 1.0))
-        return CamShiftState(first, mean, covariance, np.ones(2), Sight())
+        return CamShiftState(first, *self.start(box), np.ones(2), Sight())
 
     def step(self, state: CamShiftState, frame: Frame, rng: np.random.Generator) -> tuple[CamShiftState, Estimate]:
         """Predict the window, shift it, update by the centroid."""
         start, image = state.start, frame.image
         start.footage.check(frame)
-        mean, covariance = filter.predict(state.mean, state.covariance, *constant_velocity(self.acceleration))
-        R = self.measurement_sd**2 * np.eye(2)
+        mean, covariance = self.predict(state.mean, state.covariance)
         found = self._found(start, image, mean[:2], state.scale)
         sight, score, scale = state.sight.unseen(), 0.0, state.scale
         if found is not None:
             place, ellipse = found
-            histograms, shown = start.surround.histograms(image, (float(place[0]), float(place[1])))
-            score, floor = (bhattacharyya(histograms, start.judged) * (shown[0], 1.0)).tolist()
-            nu, S = filter.innovation(mean, covariance, place, _H, R)
-            if filter.distance2(nu, S) <= self.gate:
-                sight = state.sight.after(score, floor, self.seen)
+            judged = start.surround.judge(image, (float(place[0]), float(place[1])), start.judged)
+            score = judged.score
+            if self.within_gate(mean, covariance, place):
+                sight = state.sight.after(score, judged.floor, self.seen)
             if sight.missed == 0:
-                mean, covariance = filter.update(mean, covariance, place, _H, R)
+                mean, covariance = self.update(mean, covariance, place)
                 now = np.clip(np.divide(ellipse, start.ellipse), *SIZES)
                 scale = scale + self.resize * (now - scale)
         x, y, vx, vy = mean.tolist()

@@ -14,7 +14,8 @@ from irsim.types import Box, Frame
 from irtrack.features.backdrop import Backdrop, Hole
 from irtrack.features.foreground import Greys, gathered, peaks
 from irtrack.filters.company import Rules, Tracks, advance
-from irtrack.trackers.base import Deviation, Footage, Ratio, Sight, Spread, TrackerPart, footage, start_window
+from irtrack.trackers.base import Deviation, Footage, Sight, Spread, footage, start_window
+from irtrack.trackers.gated import GatedPart
 from irtrack.types import Estimate
 
 MARGIN = 1.0
@@ -50,7 +51,7 @@ class ChangeState:
     sight: Sight
 
 
-class ChangeKalman(TrackerPart):
+class ChangeKalman(GatedPart):
     """Constant-velocity Kalman filters on what differs from the learned background, one for each thing that moves.
 
     A variant of `kalman`, the baseline of J. Cheng et al. 2006, of no paper's making, for targets among
@@ -75,8 +76,6 @@ class ChangeKalman(TrackerPart):
     """Standard deviation of the measured place on each axis, px."""
     start_speed_sd: Spread = 2.0
     """Standard deviation of the unknown first speed on each axis, px/frame."""
-    gate: Ratio = 13.8
-    """Squared Mahalanobis distance that a measurement may have; chi-square, 2 degrees: 99.9 %."""
     learn: Fraction = 0.1
     """Share of a new frame that enters the background, where it is seen."""
     register_frames: bool = True
@@ -101,13 +100,8 @@ class ChangeKalman(TrackerPart):
         heights = gathered(greys.foreground(look), _kernel((box.w, box.h)))
         column, row = (round(min(max(c, 0), n - 1)) for c, n in zip((box.cx, box.cy), image.shape[::-1], strict=True))
         around = heights[max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2]
-        variances = [self.measurement_sd**2] * 2 + [self.start_speed_sd**2] * 2
-        tracks = Tracks.of(
-            np.array([[box.cx, box.cy, 0.0, 0.0]]),
-            np.diag(variances)[None],
-            np.array([max(float(around.max()), LEAST)]),
-            10,
-        )
+        mean, covariance = self.start(box)
+        tracks = Tracks.of(mean[None], covariance[None], np.array([max(float(around.max()), LEAST)]), 10)
         return ChangeState(footage(frame), (box.w, box.h), backdrop, greys, tracks, Sight())
 
     def step(self, state: ChangeState, frame: Frame, rng: np.random.Generator) -> tuple[ChangeState, Estimate]:

@@ -32,9 +32,9 @@ class EKF(PlacePart):
     """Standard deviation of the unknown first turn rate, rad/frame."""
 
     def start(self, box: Box) -> tuple[Floats, Floats]:
-        """(5,) at rest in the box's centre, and (5, 5)."""
-        variances = [self.measurement_sd**2] * 2 + [self.start_speed_sd**2] * 2 + [self.start_turn_sd**2]
-        return np.array([box.cx, box.cy, 0.0, 0.0, 0.0]), np.diag(variances)
+        """Mean (5,) and covariance (5, 5) in the first frame: those of constant velocity, and no turn."""
+        mean, covariance = super().start(box)
+        return np.append(mean, 0.0), np.diag([*np.diag(covariance), self.start_turn_sd**2])
 
     def predict(self, mean: Floats, covariance: Floats) -> tuple[Floats, Floats]:
         """On along its circle: F P F' + Q, F the Jacobian at the mean."""

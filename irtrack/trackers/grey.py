@@ -17,9 +17,9 @@ from irsim.kinds import Fraction
 from irsim.types import Box, Floats, Frame, Image
 from irtrack.features.highpass import HighPass, full_kernel, ring_kernel
 from irtrack.features.histogram import (
+    Judged,
     Picture,
     Surround,
-    bhattacharyya,
     epanechnikov_kernel,
     gaussian_kernel,
     histogram,
@@ -35,15 +35,6 @@ from irtrack.types import Estimate
 
 LEAST_L = 5
 """px. The ring's radius for targets of up to 6 px: well beyond them, and the filter is still quick."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Judged:
-    """A place looked at: its histogram (bins,), its likeness to the reference, that of the ring around it."""
-
-    histogram: Floats
-    score: float
-    floor: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,9 +77,7 @@ class Appearance:
 
     def judge(self, picture: Picture, center: tuple[float, float], reference: Floats) -> Judged:
         """What is at a centre; what the frame's edge cuts off counts against it, as in `likeness`."""
-        histograms, visible = self.surround.histograms(picture, center)
-        score, floor = bhattacharyya(histograms, reference).tolist()
-        return Judged(histograms[0], score * float(visible[0]), floor)
+        return self.surround.judge(picture, center, reference)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,12 +11,13 @@ from pydantic import Field, model_validator
 
 from irsim.kinds import Fraction
 from irsim.types import Box, Floats, Frame
+from irtrack.features.histogram import Judged
 from irtrack.filters import particles as cloud
 from irtrack.filters.adaptive import kld_count, neff_count
 from irtrack.filters.motion import ar2_drawn
 from irtrack.filters.resampling import RESAMPLERS, Resampling
 from irtrack.trackers.base import Deviation, Ratio, Sight, Spread
-from irtrack.trackers.grey import Appearance, GreyPart, Judged, Seen, blend, weigh
+from irtrack.trackers.grey import Appearance, GreyPart, Seen, blend, weigh
 from irtrack.types import Estimate
 
 

@@ -4,11 +4,6 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-import numpy as np
-
-from irsim.types import Box, Floats
-from irtrack.filters import kalman as filter
-from irtrack.filters.motion import constant_velocity
 from irtrack.trackers.place import PlacePart
 
 
@@ -22,12 +17,3 @@ class Kalman(PlacePart):
     """
 
     source: ClassVar[str] = "Cheng, Zhou, Cai, Yang 2006 (baseline); Bar-Shalom, Li, Kirubarajan 2001"
-
-    def start(self, box: Box) -> tuple[Floats, Floats]:
-        """(4,) at rest in the box's centre, and (4, 4)."""
-        variances = [self.measurement_sd**2] * 2 + [self.start_speed_sd**2] * 2
-        return np.array([box.cx, box.cy, 0.0, 0.0]), np.diag(variances)
-
-    def predict(self, mean: Floats, covariance: Floats) -> tuple[Floats, Floats]:
-        """On by its velocity."""
-        return filter.predict(mean, covariance, *constant_velocity(self.acceleration))

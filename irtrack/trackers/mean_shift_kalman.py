@@ -9,14 +9,11 @@ import numpy as np
 
 from irsim.kinds import Fraction
 from irsim.types import Box, Floats, Frame
-from irtrack.filters import kalman as filter
-from irtrack.filters.motion import constant_velocity
-from irtrack.trackers.base import Deviation, Ratio, Sight, Spread
+from irtrack.trackers.base import Sight
+from irtrack.trackers.gated import GatedPart
 from irtrack.trackers.grey import Appearance, blend
 from irtrack.trackers.shifting import ShiftPart
 from irtrack.types import Estimate
-
-_H = np.eye(2, 4)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,7 +27,7 @@ class MeanShiftKalmanState:
     sight: Sight
 
 
-class MeanShiftKalman(ShiftPart):
+class MeanShiftKalman(ShiftPart, GatedPart):
     """Constant-velocity Kalman filter whose measurement climbs by mean shift from the predicted place.
 
     R. Xu, L. Yang, "Small target tracking approach combined the merits of two tracking frameworks
@@ -43,27 +40,13 @@ class MeanShiftKalman(ShiftPart):
 
     source: ClassVar[str] = "Xu, Yang 2008"
 
-    acceleration: Deviation = 0.5
-    """Standard deviation of the acceleration on each axis, px/frame^2."""
-    measurement_sd: Deviation = 1.0
-    """Standard deviation of the measured place on each axis, px."""
-    start_speed_sd: Spread = 3.0
-    """Standard deviation of the unknown first speed on each axis, px/frame."""
-    gate: Ratio = 13.8
-    """Squared Mahalanobis distance that a measurement may have; chi-square, 2 degrees: 99.9 %."""
     alpha: Fraction = 0.0
     """Share of the measured place's histogram that enters the reference where the target is seen."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> MeanShiftKalmanState:
         """At the box's centre, at rest within `start_speed_sd`."""
         appearance, reference = self.look(frame, box)
-        return MeanShiftKalmanState(
-            appearance=appearance,
-            reference=reference,
-            mean=np.array([box.cx, box.cy, 0.0, 0.0]),
-            covariance=np.diag([self.measurement_sd**2] * 2 + [self.start_speed_sd**2] * 2),
-            sight=Sight(),
-        )
+        return MeanShiftKalmanState(appearance, reference, *self.start(box), Sight())
 
     def step(
         self, state: MeanShiftKalmanState, frame: Frame, rng: np.random.Generator
@@ -71,16 +54,14 @@ class MeanShiftKalman(ShiftPart):
         """Predict, climb from there, update by where the climb ended."""
         appearance, reference = state.appearance, state.reference
         picture = appearance.picture(frame)
-        mean, covariance = filter.predict(state.mean, state.covariance, *constant_velocity(self.acceleration))
-        R = self.measurement_sd**2 * np.eye(2)
+        mean, covariance = self.predict(state.mean, state.covariance)
         shifted = self.climbed(appearance, picture, mean[None, :2], reference)
         measured, in_view = shifted.centers[0], bool(shifted.visible[0] > 0)
         judged = appearance.judge(picture, (float(measured[0]), float(measured[1])), reference)
-        nu, S = filter.innovation(mean, covariance, measured, _H, R)
-        gated = in_view and filter.distance2(nu, S) <= self.gate
+        gated = in_view and self.within_gate(mean, covariance, measured)
         sight = self.sight_after(state.sight, judged, gated)
         if sight.missed == 0:
-            mean, covariance = filter.update(mean, covariance, measured, _H, R)
+            mean, covariance = self.update(mean, covariance, measured)
             reference = blend(reference, judged, self.alpha)
         x, y, vx, vy = mean.tolist()
         after = replace(state, reference=reference, mean=mean, covariance=covariance, sight=sight)

@@ -1,8 +1,7 @@
-"""What the Kalman trackers share: plain measurements of a target's place, and a gated update by them."""
+"""What `kalman` and `ekf` share: plain measurements of a target's place."""
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from dataclasses import dataclass, replace
 from math import ceil, sqrt
 from typing import Literal
@@ -14,12 +13,12 @@ from irsim.kinds import Fraction
 from irsim.types import Box, Floats, Frame, Image
 from irtrack.features.centroid import centroid, contrast
 from irtrack.features.correlation import ncc, peak, rival
-from irtrack.features.histogram import Surround, bhattacharyya, epanechnikov_kernel
+from irtrack.features.histogram import Surround, epanechnikov_kernel
 from irtrack.features.mean_shift import Bandwidth, bandwidth, kernel_histogram, mean_shift
 from irtrack.features.quantise import Quantiser, quantiser
 from irtrack.features.window import Window, region
-from irtrack.filters import kalman as filter
-from irtrack.trackers.base import Deviation, Footage, Ratio, Sight, Spread, TrackerPart, footage, start_window
+from irtrack.trackers.base import Footage, Sight, footage, start_window
+from irtrack.trackers.gated import GatedPart
 from irtrack.types import Estimate
 
 BINS = 32
@@ -92,24 +91,12 @@ class PlaceState:
     sight: Sight
 
 
-class PlacePart(TrackerPart):
-    """A Gaussian filter of the target's motion, measured by its place alone.
-
-    The gate is the chi-square region of the predicted measurement (Bar-Shalom et al. 2001, section
-    2.3.2); a measurement beyond it, or none, leaves the prediction to stand.
-    """
+class PlacePart(GatedPart):
+    """A Gaussian filter whose measurement is one of three; where there is none in the gate, the prediction stands."""
 
     measurement: Literal["centroid", "ncc", "mean_shift"] = "centroid"
     """What gives the target's place in a frame: the centroid of what stands out, the best match of the first
     patch, or the climb to the grey levels most like the target's from the predicted place."""
-    acceleration: Deviation = 0.5
-    """Standard deviation of the acceleration on each axis, px/frame^2."""
-    measurement_sd: Deviation = 1.0
-    """Standard deviation of the measured place on each axis, px."""
-    start_speed_sd: Spread = 3.0
-    """Standard deviation of the unknown first speed on each axis, px/frame."""
-    gate: Ratio = 13.8
-    """Squared Mahalanobis distance that a measurement may have; chi-square, 2 degrees: 99.9 %."""
     threshold: Fraction = 0.5
     """centroid: share of the target's first contrast that a pixel must pass."""
     seen: Fraction = 0.5
@@ -117,14 +104,6 @@ class PlacePart(TrackerPart):
     mean_shift: from the surrounding ring's likeness."""
     lost_after: int = Field(default=10, ge=1, le=1_000_000)
     """Frames in a row without a measurement after which the status is lost."""
-
-    @abstractmethod
-    def start(self, box: Box) -> tuple[Floats, Floats]:
-        """Mean and covariance in the first frame."""
-
-    @abstractmethod
-    def predict(self, mean: Floats, covariance: Floats) -> tuple[Floats, Floats]:
-        """Mean and covariance a frame on."""
 
     def init(self, frame: Frame, box: Box, rng: np.random.Generator) -> PlaceState:
         """At the box's centre, at rest within `start_speed_sd`."""
@@ -135,12 +114,12 @@ class PlacePart(TrackerPart):
         target = state.target
         target.footage.check(frame)
         mean, covariance = self.predict(state.mean, state.covariance)
-        H, R = np.eye(2, len(mean)), self.measurement_sd**2 * np.eye(2)
-        measured, score, sight = self._measure(state, frame.image, mean, np.diag(covariance[:2, :2] + R))
+        variance = np.diag(covariance)[:2] + self.measurement_sd**2
+        measured, score, sight = self._measure(state, frame.image, mean, variance)
         if measured is not None:
-            nu, S = filter.innovation(mean, covariance, np.array(measured), H, R)
-            if filter.distance2(nu, S) <= self.gate:
-                mean, covariance = filter.update(mean, covariance, np.array(measured), H, R)
+            place = np.array(measured)
+            if self.within_gate(mean, covariance, place):
+                mean, covariance = self.update(mean, covariance, place)
             else:
                 sight = state.sight.unseen()
         x, y, vx, vy = mean[:4].tolist()
@@ -182,7 +161,6 @@ class PlacePart(TrackerPart):
         if rest.visible[0] == 0:
             return None, 0.0, sight.unseen()
         x, y = rest.centers[0].tolist()
-        histograms, visible = grey.surround.histograms(image, (x, y))
-        score, floor = (bhattacharyya(histograms, grey.judged) * (visible[0], 1.0)).tolist()
-        sight = sight.after(score, floor, self.seen)
-        return ((x, y) if sight.missed == 0 else None), score, sight
+        judged = grey.surround.judge(image, (x, y), grey.judged)
+        sight = sight.after(judged.score, judged.floor, self.seen)
+        return ((x, y) if sight.missed == 0 else None), judged.score, sight

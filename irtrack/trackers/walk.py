@@ -6,10 +6,11 @@ from typing import Literal
 
 from irsim.kinds import Fraction
 from irsim.types import Floats
+from irtrack.features.histogram import Judged
 from irtrack.filters.motion import Propagation
 from irtrack.filters.resampling import Resampling
 from irtrack.trackers.base import Deviation, Ratio, Sight
-from irtrack.trackers.grey import GreyPart, Judged, blend
+from irtrack.trackers.grey import GreyPart, blend
 
 
 class WalkPart(GreyPart):
