@@ -146,8 +146,28 @@ GivenTracker = Tracker | PlainTracker | type[Tracker] | type[PlainTracker]
 """What Python code may give where a tracker is wanted."""
 
 
+class Estimates:
+    """What has n estimates, and gives their fields as arrays."""
+
+    estimates: tuple[Estimate, ...]
+
+    @property
+    def centers(self) -> Floats:
+        """(n, 2) px."""
+        return np.array([estimate.center for estimate in self.estimates], dtype=np.float64)
+
+    @property
+    def sizes(self) -> Floats:
+        """(n, 2) px."""
+        return np.array([estimate.size for estimate in self.estimates], dtype=np.float64)
+
+    @property
+    def statuses(self) -> tuple[Status, ...]:
+        return tuple(estimate.status for estimate in self.estimates)
+
+
 @dataclass(frozen=True, eq=False)
-class Track:
+class Track(Estimates):
     """A tracker's run over a source: the start box as estimate of the start frame, then each step.
 
     source, source_hash   of the Source
@@ -174,20 +194,6 @@ class Track:
     estimates: tuple[Estimate, ...]
     step_ms: np.ndarray
     cpu_ms: np.ndarray
-
-    @property
-    def centers(self) -> Floats:
-        """(n, 2) px."""
-        return np.array([estimate.center for estimate in self.estimates], dtype=np.float64)
-
-    @property
-    def sizes(self) -> Floats:
-        """(n, 2) px."""
-        return np.array([estimate.size for estimate in self.estimates], dtype=np.float64)
-
-    @property
-    def statuses(self) -> tuple[Status, ...]:
-        return tuple(estimate.status for estimate in self.estimates)
 
     def __repr__(self) -> str:
         followed = self.target or "a given box"

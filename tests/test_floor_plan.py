@@ -28,7 +28,7 @@ ROOT = Path(__file__).parent.parent
 PLAN = (ROOT / "docs" / "architecture.md").read_text()
 PACKAGES = ("irsim", "irtrack")
 SHARED = (
-    *("compiled", "types", "rng", "kinds", "errors", "lazy", "files", "cards", "interrupts", "terminal"),
+    *("compiled", "types", "rng", "kinds", "errors", "lazy", "files", "cards", "interrupts", "terminal", "wording"),
     "strategies",
 )
 SHARED_ROOMS = {f"irsim.{room}" for room in SHARED}

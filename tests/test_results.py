@@ -16,10 +16,10 @@ import pytest
 from bench_fakes import Strip, Walker
 
 from irtrack.bench import Cell, Entry, Key, Results, run_bench
+from irtrack.bench.packing import pack, packed_trace
 from irtrack.bench.results import SCHEMA_VERSION
 from irtrack.errors import InputError
 from irtrack.metrics import Score
-from irtrack.metrics.packing import pack
 
 
 def test_a_results_file_keeps_what_it_is_given(tmp_path: Path) -> None:
@@ -119,7 +119,7 @@ def test_a_damaged_track_is_told_in_one_line(tmp_path: Path) -> None:
         (cell,) = results.cells()
         trace = results.trace(cell.key)
     assert trace is not None
-    blob = trace.to_bytes()
+    blob = packed_trace(trace)
     flipped = blob[:-1] + bytes([blob[-1] ^ 1])
     misnamed = pack({"centres": trace.centers})
     for changed, said in [(flipped, "ValueError"), (blob[:-1], "ValueError"), (misnamed, "TypeError")]:

@@ -16,6 +16,7 @@ from types import TracebackType
 from typing import Any
 
 from irtrack.bench.cell import Cell, Key, Run, SourceRow
+from irtrack.bench.packing import packed_trace, unpacked_trace
 from irtrack.bench.shown import results_card
 from irtrack.errors import InputError
 from irtrack.metrics import FIGURES, Score, Trace
@@ -214,7 +215,7 @@ class Results:
         """Keep a finished cell; its source and that it is wanted are noted before."""
         row = {name: getattr(cell.key, name) for name in _KEY}
         row |= {"digest": cell.key.digest, "status": cell.status, "failure": cell.failure, "outcome": cell.outcome}
-        row |= {"trace": trace.to_bytes() if trace else None}
+        row |= {"trace": packed_trace(trace) if trace else None}
         row |= cell.score.as_dict() if cell.score else {}
         self._insert("cells", row, "REPLACE")
 
@@ -262,7 +263,7 @@ class Results:
         """A cell's track and truth frame by frame; None where it failed or is not there."""
         with self._reading():
             row = self._db.execute("SELECT trace FROM cells WHERE digest = ?", (key.digest,)).fetchone()
-            return Trace.from_bytes(row[0]) if row and row[0] else None
+            return unpacked_trace(row[0]) if row and row[0] else None
 
 
 def _version(cell: Cell) -> tuple[str, ...]:

@@ -15,6 +15,7 @@ import typer
 
 from irsim import terminal
 from irsim.files import check_output
+from irsim.wording import counted
 from irtrack.cli.bench_words import read_words, suite_of
 from irtrack.cli.options import (
     TRACKERS,
@@ -26,7 +27,7 @@ from irtrack.cli.options import (
     command_line,
     input_name,
 )
-from irtrack.cli.output import plural, print_json, print_summary
+from irtrack.cli.output import print_json, print_summary
 from irtrack.errors import IrtrackError, WorkerError
 
 if TYPE_CHECKING:
@@ -151,7 +152,7 @@ def sweep(
 
 
 def _kept(tally: Tally, results: Path) -> str:
-    return f"{plural(tally.done, 'run')} of this call kept in {results}, the same command goes on"
+    return f"{counted(tally.done, 'run')} of this call kept in {results}, the same command goes on"
 
 
 def end_by_failures(cells: Sequence[Cell]) -> None:
@@ -176,13 +177,13 @@ def export(
 
 def _plan(suite: Suite) -> str:
     counts = [
-        plural(len(suite.sources), "source"),
-        plural(len(suite.trackers), "tracker"),
-        plural(suite.seeds, "seed"),
-        *([plural(suite.tracker_seeds, "tracker seed")] if suite.tracker_seeds > 1 else []),
+        counted(len(suite.sources), "source"),
+        counted(len(suite.trackers), "tracker"),
+        counted(suite.seeds, "seed"),
+        *([counted(suite.tracker_seeds, "tracker seed")] if suite.tracker_seeds > 1 else []),
     ]
     runs = len(suite.sources) * len(suite.trackers) * suite.seeds * suite.tracker_seeds
-    return f"ok: {' x '.join(counts)} = {plural(runs, 'run')}"
+    return f"ok: {' x '.join(counts)} = {counted(runs, 'run')}"
 
 
 @dataclass

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from irsim import terminal
+from irsim.wording import counted
 from irtrack.cli.options import FRAME_LIMIT_S, AsJson, FrameLimit, InputName, Jobs, command_line, input_name
-from irtrack.cli.output import plural, print_json
+from irtrack.cli.output import print_json
 from irtrack.errors import InputError
 
 if TYPE_CHECKING:
@@ -94,7 +95,7 @@ def falsify(
         print_json({"scenario": name, "tracker": tried.label, "folder": str(folder), **_row(found)})
     elif isinstance(found, Nearest):
         print(
-            f"{tried.label} breaks nothing in {plural(found.runs, 'run')}; the least margin is {found.margin:.3g}, at"
+            f"{tried.label} breaks nothing in {counted(found.runs, 'run')}; the least margin is {found.margin:.3g}, at"
         )
         for key, value in found.point.items():
             print(f"  {key}={short(value)}")

@@ -8,6 +8,8 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from irsim.wording import counted
+
 if TYPE_CHECKING:
     from irtrack.bench import SummaryRow
     from irtrack.metrics import Score
@@ -61,13 +63,13 @@ def print_run(track: Track, score: Score, has_truth: bool) -> None:
     if score.lost is None:
         print(f"no scores: {_why_unscored(track, has_truth)}")
         counts = [(status, track.statuses.count(status)) for status in ("tracking", "occluded", "lost")]
-        own = ", ".join(f"{status} in {plural(count, 'frame')}" for status, count in counts if count)
+        own = ", ".join(f"{status} in {counted(count, 'frame')}" for status, count in counts if count)
         print(f"it says of itself: {own}")
         print(f"time         {number(score.ms_median, '.3g')} ms a frame (median)")
         return
     after = len(track.indices) - 1
     absent, hidden = after - score.frames, score.frames - score.counted_frames
-    print(f"scored       {score.frames} of {plural(after, 'frame')}{f'; absent in {absent}' if absent else ''}")
+    print(f"scored       {score.frames} of {counted(after, 'frame')}{f'; absent in {absent}' if absent else ''}")
     by = f", by {score.counted_frames} of these; more than half hidden in {hidden}" if hidden else ""
     print(f"lost         {f'at frame {score.lost_at}' if score.lost else 'no'}{by}")
     print(f"|error| x    {number(score.all.abs_x)} ± {number(score.all.sd_x)} px")
@@ -87,11 +89,6 @@ def _why_unscored(track: Track, has_truth: bool) -> str:
     if len(track.indices) == 1:
         return "there is no frame after the start, and the start is given"
     return f"'{track.target}' is in none of the frames after the start"
-
-
-def plural(count: int, thing: str) -> str:
-    """'1 frame', '5 frames'."""
-    return f"{count} {thing}{'' if count == 1 else 's'}"
 
 
 def print_summary(rows: Sequence[SummaryRow]) -> None:

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from irsim import terminal
+from irsim.wording import counted
 from irtrack.cli.options import FRAME_LIMIT_S, AsJson, Jobs
-from irtrack.cli.output import number, plural, print_json, print_table
+from irtrack.cli.output import number, print_json, print_table
 from irtrack.errors import InputError
 
 if TYPE_CHECKING:
@@ -106,7 +107,7 @@ def _print(found: dict[str, Any], bless: bool) -> None:
         print_table(("source", "tracker", "seed", "figure", "golden", "now", ""), rows, left=2)
     verdict = "failed" if found["failed"] else ("incomplete" if found["faults"] else "ok")
     not_judged = f", {len(found['faults'])} not judged" if found["faults"] else ""
-    counts = f"{plural(found['checked'], kind)}, {plural(len(changes), 'change')}{not_judged}"
+    counts = f"{counted(found['checked'], kind)}, {counted(len(changes), 'change')}{not_judged}"
     print(f"{found['place']}: {'blessed' if bless else verdict}: {counts}")
 
 

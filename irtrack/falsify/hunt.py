@@ -13,6 +13,7 @@ import irsim
 from irsim.kinds import suggestion
 from irsim.rng import stream
 from irsim.types import Floats
+from irsim.wording import counted
 from irtrack.errors import InputError, whole
 from irtrack.falsify.case import Case, droppable, moves, shrink
 from irtrack.falsify.rules import UNTRIED, in_words, shortest
@@ -123,7 +124,7 @@ class Hunt:
             self._shrink(rule)
             self._shorten(rule)
         self.failure = replace(self.failure, least_luck=self._luck(self.failure.least, rule))
-        self.say(f"{self.trials.run} new trial{'' if self.trials.run == 1 else 's'}")
+        self.say(counted(self.trials.run, "new trial"))
         return self.failure
 
     def broken(self, rule: int | str) -> str:

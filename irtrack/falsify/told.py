@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 import irsim
+from irsim.wording import counted
 from irtrack.falsify.rules import claims_while_gone, margin, rules_of
 from irtrack.falsify.trial import ENDS, RAISES, RULE
 from irtrack.metrics import Trace
@@ -59,21 +60,16 @@ NOTED = {
 """Of all the ways to break something: what a tracker did, and does."""
 
 
-def _frames(count: int) -> str:
-    return f"{count} frame{'' if count == 1 else 's'}"
-
-
 def _row_off(_: irsim.NeverLost, trace: Trace) -> str:
     """The longest row of frames off, among those that count."""
-    counted = np.flatnonzero(trace.counted)
-    edges = np.diff(np.concatenate([[False], trace.off[counted], [False]]).astype(np.int8))
+    judged = np.flatnonzero(trace.counted)
+    edges = np.diff(np.concatenate([[False], trace.off[judged], [False]]).astype(np.int8))
     begins, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
     if not len(begins):
         return "never off the target"
     worst = int(np.argmax(ends - begins))
-    return (
-        f"{_frames(ends[worst] - begins[worst])} in a row off it, from frame {trace.indices[counted[begins[worst]]]} on"
-    )
+    row = counted(int(ends[worst] - begins[worst]), "frame")
+    return f"{row} in a row off it, from frame {trace.indices[judged[begins[worst]]]} on"
 
 
 def _error(rule: irsim.ErrorBelow, trace: Trace) -> str:
@@ -93,8 +89,8 @@ def _return(rule: irsim.ReacquiredWithin, trace: Trace) -> str:
     back = trace.indices[worst.at]
     if worst.after is None:
         last = trace.indices[worst.at + worst.watched - 1]
-        return f"still not at frame {last}, {_frames(worst.watched - 1)} after it came back at frame {back}"
-    return f"{_frames(worst.after)} after it came back at frame {back}"
+        return f"still not at frame {last}, {counted(worst.watched - 1, 'frame')} after it came back at frame {back}"
+    return f"{counted(worst.after, 'frame')} after it came back at frame {back}"
 
 
 def _claim(_: irsim.HonestWhileHidden, trace: Trace) -> str:
@@ -102,7 +98,7 @@ def _claim(_: irsim.HonestWhileHidden, trace: Trace) -> str:
     if not claims:
         return "no frame without the target"
     begin, frames = max(claims, key=lambda each: each[1])
-    return f"{_frames(frames)} after it went, at frame {trace.indices[begin]}"
+    return f"{counted(frames, 'frame')} after it went, at frame {trace.indices[begin]}"
 
 
 ASKED: dict[type[irsim.Expectation], Callable[[Any], str]] = {
@@ -111,9 +107,11 @@ ASKED: dict[type[irsim.Expectation], Callable[[Any], str]] = {
         f"a centre error of at most {rule.px:g} px in "
         + ("every frame" if rule.share == 1 else f"{100 * rule.share:g} % of the frames")
     ),
-    irsim.ReacquiredWithin: lambda rule: f"on the target again within {_frames(rule.frames)} of its coming back",
+    irsim.ReacquiredWithin: lambda rule: (
+        f"on the target again within {counted(rule.frames, 'frame')} of its coming back"
+    ),
     irsim.HonestWhileHidden: lambda rule: (
-        f'"tracking" said no longer than {_frames(rule.within)} after the target went'
+        f'"tracking" said no longer than {counted(rule.within, "frame")} after the target went'
     ),
 }
 

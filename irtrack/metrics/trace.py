@@ -14,7 +14,6 @@ from irtrack.metrics.centre import centre_errors
 from irtrack.metrics.long_term import LongTerm, long_term
 from irtrack.metrics.loss import loss, off_frames
 from irtrack.metrics.overlap import overlaps, widened
-from irtrack.metrics.packing import pack, unpack
 from irtrack.metrics.reacquire import Return, returns
 from irtrack.metrics.reference import Reference
 from irtrack.types import Track
@@ -157,15 +156,6 @@ class Trace:
                 array = getattr(self, name)
                 digest.update(f"{name} {_words(array.dtype)} {array.shape}\0".encode() + array.tobytes())
         return digest.hexdigest()
-
-    def to_bytes(self) -> bytes:
-        """All its arrays, packed."""
-        return pack({name: getattr(self, name) for name in _ARRAYS})
-
-    @classmethod
-    def from_bytes(cls, blob: bytes) -> Trace:
-        """The inverse of `to_bytes`."""
-        return cls(**unpack(blob))
 
 
 _ARRAYS = tuple(field.name for field in fields(Trace))

@@ -13,7 +13,7 @@ from irsim import strategies
 from irsim.rng import stream
 from irsim.types import Floats
 from irtrack.properties.clip import CAMERA, FRAMES, SIZE, Clip, rendered
-from irtrack.types import Estimate, Tracker, fault
+from irtrack.types import Estimate, Estimates, Tracker, fault
 
 SIGMAS = 4.0
 """How many standard errors beyond what is allowed a mean has to be before it counts.
@@ -33,23 +33,15 @@ class NotAsked(Exception):  # noqa: N818
 
 
 @dataclass(frozen=True, eq=False)
-class Walk:
-    """What a tracker said of the frames after the first: n estimates; centers and sizes (n, 2) px."""
+class Walk(Estimates):
+    """What a tracker said of the n frames after the first."""
 
     estimates: tuple[Estimate, ...]
 
     @property
-    def centers(self) -> Floats:
-        return np.array([estimate.center for estimate in self.estimates], dtype=np.float64)
-
-    @property
-    def sizes(self) -> Floats:
-        return np.array([estimate.size for estimate in self.estimates], dtype=np.float64)
-
-    @property
     def tracking(self) -> np.ndarray:
         """(n,) whether it says that it sees the target."""
-        return np.array([estimate.status == "tracking" for estimate in self.estimates])
+        return np.array([status == "tracking" for status in self.statuses])
 
 
 def walk(tracker: Tracker, clip: Clip, seed: int = 0) -> Walk:

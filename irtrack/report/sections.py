@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from irsim import IrsimError
 from irsim.types import Source
+from irsim.wording import counted
 from irtrack.report.figures import SourceFigures
 from irtrack.report.filmstrip import Follower, Still, moments, still
 from irtrack.report.measured import Measured
@@ -114,10 +115,10 @@ def _facts(measured: Measured) -> tuple[str, ...]:
     return (
         source.kind,
         f"{columns} × {rows} px at {source.rate_hz:g} Hz",
-        f"{source.length} frames",
+        counted(source.length, "frame"),
         f"followed: {', '.join(targets)}",
         f"trackers see: {', '.join(inputs)}",
-        f"{seeds} seed{'s' if seeds > 1 else ''}" + (f" ({varied})" if seeds > 1 else ""),
+        counted(seeds, "seed") + (f" ({varied})" if seeds > 1 else ""),
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from irsim.wording import counted
 from irtrack.bench import SummaryRow
 
 NOTHING = "–"
@@ -41,5 +42,5 @@ def lead(rows: Sequence[SummaryRow]) -> str:
         sentences.append("No run could be scored: there is no truth to compare with, or every run failed")
     failed = sum(row.failed for row in rows)
     if failed:
-        sentences.append(f"{failed} run{'s' if failed > 1 else ''} failed")
+        sentences.append(f"{counted(failed, 'run')} failed")
     return ". ".join(sentences) + "."

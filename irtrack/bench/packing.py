@@ -1,4 +1,4 @@
-"""Arrays as one string of bytes, for short ones as for long ones: what a results file keeps of a track.
+"""Traces as the bytes that a results file keeps of them.
 
 A zip of npy files spends some 60 microseconds and 200 bytes on each array, more than a short track is worth.
 """
@@ -10,8 +10,11 @@ import math
 import struct
 import zlib
 from collections.abc import Mapping
+from dataclasses import fields
 
 import numpy as np
+
+from irtrack.metrics import Trace
 
 _HEAD = struct.Struct("<I")
 """How many bytes the description takes that follows it."""
@@ -40,3 +43,13 @@ def unpack(blob: bytes) -> dict[str, np.ndarray]:
         arrays[name] = np.frombuffer(data, dtype, math.prod(shape), at).reshape(shape)
         at += arrays[name].nbytes
     return arrays
+
+
+def packed_trace(trace: Trace) -> bytes:
+    """All arrays of a trace, packed."""
+    return pack({field.name: getattr(trace, field.name) for field in fields(trace)})
+
+
+def unpacked_trace(blob: bytes) -> Trace:
+    """The inverse of `packed_trace`; ValueError or TypeError where the bytes are not what it gave."""
+    return Trace(**unpack(blob))
