@@ -16,7 +16,15 @@ from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationError
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    ValidationError,
+)
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from irsim.meanings import meanings
@@ -107,6 +115,19 @@ Index = Annotated[int, Field(ge=0, le=LARGEST)]
 Stretch = Annotated[tuple[Index, Index], Field(strict=False)]
 """[first, last] frame, both counted."""
 Triple = Annotated[tuple[Number, Number, Number], Field(strict=False)]
+
+
+def _risen(pair: tuple[float, float]) -> tuple[float, float]:
+    least, most = pair
+    if least > most:
+        raise PydanticCustomError(
+            "falls", "{least} is above {most}; allowed: the lesser first", {"least": least, "most": most}
+        )
+    return pair
+
+
+Rising = AfterValidator(_risen)
+"""Beside a pair [least, greatest]: the wrong way round it is an error."""
 
 Item = TypeVar("Item")
 Several = Annotated[tuple[Item, ...], Field(strict=False)]

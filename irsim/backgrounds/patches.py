@@ -17,7 +17,17 @@ from pydantic import Field
 
 from irsim.backgrounds.fields import spectral
 from irsim.backgrounds.plane import VANISHING_PX
-from irsim.kinds import Feature, Fraction, KelvinDifference, KelvinSpread, NotNegative, Part, Plausible, Positive
+from irsim.kinds import (
+    Feature,
+    Fraction,
+    KelvinDifference,
+    KelvinSpread,
+    NotNegative,
+    Part,
+    Plausible,
+    Positive,
+    Rising,
+)
 from irsim.rng import stream
 from irsim.types import Floats
 
@@ -152,10 +162,10 @@ class Clutter(Part):
     per_mrad2: Annotated[float, Field(ge=0, le=10)] = 0.002
     """How many in a square milliradian; on a landscape, at its horizon, and where all is p times as wide, p^3 times
     fewer."""
-    size_mrad: Annotated[tuple[Length, Length], Field(strict=False)] = (1.0, 4.0)
+    size_mrad: Annotated[tuple[Length, Length], Field(strict=False), Rising] = (1.0, 4.0)
     """Smallest and largest length, mrad; on a landscape, at its horizon, where w metres seen from h metres up are
     40 ifov_mrad w / h; nearer ones are larger."""
-    contrast_k: Annotated[tuple[KelvinSpread, KelvinSpread], Field(strict=False)] = (3.0, 10.0)
+    contrast_k: Annotated[tuple[KelvinSpread, KelvinSpread], Field(strict=False), Rising] = (3.0, 10.0)
     """Least and greatest temperature less the ground's mean, without sign, K."""
     cold: Fraction = 0.2
     """Share of them that is colder than the ground."""
@@ -167,11 +177,9 @@ class Clutter(Part):
         high, wide = shape
         for _ in range(draw.poisson(self.per_mrad2 * (high / px_per_mrad * (wide / px_per_mrad)))):
             x, y, angle = draw.uniform(0, wide), draw.uniform(0, high), draw.uniform(0, np.pi)
-            length = draw.uniform(min(self.size_mrad), max(self.size_mrad)) * px_per_mrad / 2
+            length = draw.uniform(*self.size_mrad) * px_per_mrad / 2
             width = length * draw.uniform(0.5, 1)
-            contrast = draw.uniform(min(self.contrast_k), max(self.contrast_k)) * (
-                -1 if draw.random() < self.cold else 1
-            )
+            contrast = draw.uniform(*self.contrast_k) * (-1 if draw.random() < self.cold else 1)
             columns, rows, inside = _ellipse((x, y), angle, length, width)
             patch = np.ix_(rows % high, columns % wide)
             kelvin[patch] = np.where(inside > cover[patch], contrast, kelvin[patch])
@@ -192,9 +200,9 @@ class Clutter(Part):
         count = draw.poisson(self.per_mrad2 / px_per_mrad**2 * width * VANISHING_PX / 2 * (1 - least))
         nearness = np.sort(draw.uniform(least, 1, count) ** -0.5)  # the nearest last: they hide the others
         xs, angles = draw.uniform(0, width, count), draw.uniform(0, np.pi, count)
-        lengths = draw.uniform(min(self.size_mrad), max(self.size_mrad), count) * px_per_mrad / 2 * nearness
+        lengths = draw.uniform(*self.size_mrad, count) * px_per_mrad / 2 * nearness
         widths = lengths * draw.uniform(0.5, 1, count)
-        contrasts = draw.uniform(min(self.contrast_k), max(self.contrast_k), count)
+        contrasts = draw.uniform(*self.contrast_k, count)
         contrasts *= np.where(draw.random(count) < self.cold, -1, 1)
         ys = height - 1 - lowest[xs.astype(int)] + (nearness - 1) * VANISHING_PX
         for x, y, *turned, contrast in zip(xs, ys, angles, lengths, widths, contrasts, strict=True):

@@ -15,7 +15,7 @@ from irsim.backgrounds.painting import Painting
 from irsim.backgrounds.panorama import Panorama, Sheet, Standing
 from irsim.backgrounds.texture import TILE
 from irsim.foliage import LARGEST, Crown, Foliage, broadleaf, bush, conifer
-from irsim.kinds import Fraction, Kelvin, KelvinDifference, KelvinSpread, Metres, Name, Part, Plausible, Range
+from irsim.kinds import Fraction, Kelvin, KelvinDifference, KelvinSpread, Metres, Name, Part, Plausible, Range, Rising
 from irsim.radiometry import radiance
 from irsim.rng import stream
 from irsim.stage import Stage
@@ -212,9 +212,9 @@ class Buildings(Structure):
     """Its name for --without, and in truth where it hides a target."""
     spacing_m: Spacing = 60.0
     """Mean distance between two buildings, m."""
-    width_m: Annotated[tuple[Wall, Wall], Field(strict=False)] = (10.0, 30.0)
+    width_m: Annotated[tuple[Wall, Wall], Field(strict=False), Rising] = (10.0, 30.0)
     """Least and greatest width, m."""
-    height_m: Annotated[tuple[Wall, Wall], Field(strict=False)] = (5.0, 14.0)
+    height_m: Annotated[tuple[Wall, Wall], Field(strict=False), Rising] = (5.0, 14.0)
     """Least and greatest height of the walls, m."""
     temperature_k: Kelvin | None = None
     """Mean temperature of the walls, K; by the `hour` where not given, else 290."""
@@ -230,7 +230,7 @@ class Buildings(Structure):
         ifov, draw = stage.geometry.ifov_rad, stream(stage.seed, self.id)
         px_per_m = 1 / (self.range_m * ifov)
         base = self.base(sheet, height_m, ifov)
-        sheet = sheet.between(base - (max(self.height_m) + 4) * px_per_m, base)
+        sheet = sheet.between(base - (self.height_m[1] + 4) * px_per_m, base)
         canvas = _Canvas(sheet)
         span = float(sheet.columns[-1] - sheet.columns[0])
         for _ in range(max(1, round(span / (self.spacing_m * px_per_m)))):
@@ -243,7 +243,7 @@ class Buildings(Structure):
     def _building(
         self, canvas: _Canvas, x: float, base: float, px_per_m: float, kelvin: float, draw: np.random.Generator
     ) -> None:
-        width, height = (float(draw.uniform(min(ends), max(ends))) for ends in (self.width_m, self.height_m))
+        width, height = (float(draw.uniform(*ends)) for ends in (self.width_m, self.height_m))
         wall = kelvin + self.spread_k * float(draw.standard_normal())
 
         def box(left: float, low: float, right: float, high: float, own: float) -> None:

@@ -42,6 +42,10 @@ class Agc(Kind):
     def display(self, counts: Image, bits: int) -> Picture:
         """(rows, cols) uint8 picture of `counts` (uint8 or uint16, `bits` deep), as of a first frame."""
 
+    def doubt(self, bits: int) -> tuple[str, str] | None:
+        """A key, and why what it says is legal but may not be meant of counts so deep."""
+        return None
+
     def look(self, counts: Image, bits: int) -> Look:
         """What is kept of a frame for those after it, some numbers; the same number of them each time."""
         return _NOTHING

@@ -42,6 +42,9 @@ class Around(Agc):
     def memory(self) -> int:
         return self.inner.memory
 
+    def doubt(self, bits: int) -> tuple[str, str] | None:
+        return self.inner.doubt(bits)
+
     def display(self, counts: Image, bits: int) -> Picture:
         return self.behind(self.inner.display(self.before(counts, bits), bits))
 

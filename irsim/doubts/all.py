@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from irsim.doubts.air import beyond_fit, long_paths, long_views, unlike_skies
 from irsim.doubts.background import cold_clouds, folded, large_features, off_scale
 from irsim.doubts.camera import beads, sunken
+from irsim.doubts.display import odd_greys
 from irsim.doubts.effect import overruled, without_effect
 from irsim.doubts.targets import buried, idle, never_seen, nowhere, odd_shapes, past_the_end, too_late
 from irsim.errors import Notice
@@ -17,6 +18,7 @@ from irsim.scenario import Scenario
 DOUBTS = (
     *(beyond_fit, overruled, without_effect, long_paths, long_views, unlike_skies),
     *(off_scale, cold_clouds, large_features, folded),
+    *(odd_greys,),
     *(beads, sunken, odd_shapes, out_of_reach, too_late, past_the_end, nowhere, buried, never_seen, idle, overlong),
 )
 

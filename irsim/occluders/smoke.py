@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import Annotated, ClassVar
 
@@ -31,13 +32,15 @@ class Smoke(Occluder):
 
     placing: ClassVar[tuple[str, ...]] = ("center_px", "size_px")
     thins: ClassVar[bool] = True
+    overrules: ClassVar[Mapping[str, tuple[str, ...]]] = {"hides": ("opacity", "begins_frame", "lasts_frames")}
 
     center_px: Pair | None = None
     """[x, y] of its middle when it is full grown, px of the unmoved camera."""
     size_px: Size | None = None
     """[width, height] of its dense part when it is full grown, px."""
     opacity: Annotated[float, Field(ge=0, le=0.999)] = 0.9
-    """Share of the light behind it that its dense part keeps back, when it is full grown."""
+    """Share of the light behind it that its dense part keeps back, when it is full grown; of smoke that
+    `hides` somebody, `fraction` says it."""
     temperature_k: Kelvin = 288.0
     """Kelvin: it emits as much as it keeps back."""
     begins_frame: Number | None = None

@@ -179,9 +179,7 @@ def occlusions(
     first = max(frames // 2 - length // 2, 1)
     last = min(first + length - 1, frames - 2)
     smoke = {"kind": "smoke", "id": "screen", "hides": target, "frames": [first, last], "fraction": fraction}
-    return [
-        {**smoke, "opacity": 0.99, "grow_frames": 1.0, "fade_frames": 1.0, "range_m": 300.0, "temperature_k": 287.0}
-    ]
+    return [{**smoke, "grow_frames": 1.0, "fade_frames": 1.0, "range_m": 300.0, "temperature_k": 287.0}]
 
 
 @st.composite

@@ -1,0 +1,23 @@
+"""No shipped scenario is doubted, at none of its severities, but for a sky whose clouds are what a paper says."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from irsim.loader import load, warnings
+from irsim.shipped import shipped
+
+FOLDERS = ("examples", "new", "regressions", "sources", "stress")
+SCENES = [path for folder in FOLDERS for path in shipped(folder).values()]
+COLD_CLOUDS = "clouds looks 272 K, colder than the clear sky"
+
+
+@pytest.mark.parametrize("path", SCENES, ids=lambda path: f"{path.parent.name}/{path.stem}")
+def test_no_shipped_scenario_is_doubted(path: Path) -> None:
+    most = min(map(len, load(path).severities.values()), default=1) - 1
+    for severity in {0, most}:
+        told = warnings(path, [f"severity={severity}"])
+        assert [line for line in told if COLD_CLOUDS not in line] == []
+        assert len(told) == path.stem.startswith("li-aircraft")
