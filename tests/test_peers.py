@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import json
 import os
+import re
 import shlex
 import signal
 import sys
@@ -12,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import Call
 from processes import PATIENCE_S, runs, wait_until
 
 import irsim
@@ -19,6 +21,7 @@ import irtrack
 from irtrack import peers
 from irtrack.bench import run_bench
 from irtrack.errors import InputError, TrackerError
+from irtrack.peers import environment
 from irtrack.trackers import describe, make
 from irtrack.trackers.foreign import FOREIGN
 
@@ -149,10 +152,70 @@ def test_a_program_that_ends_at_once_is_told_so(name: str, command: object, stat
 
 
 def test_without_the_environment_a_peer_is_refused_with_the_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("IRTRACK_PEERS", "/nowhere/python")
-    with pytest.raises(InputError, match="make peers"):
+    monkeypatch.setattr(environment, "python", lambda: None)
+    with pytest.raises(InputError, match="cv_kcf: runs in an environment that is not there; allowed: after make peers"):
         make("cv_kcf", {})
+    assert peers.offered() == []
     assert not {row.name for row in describe()} & set(peers.PEERS)
+
+
+def broken(folder: Path, script: str) -> Path:
+    """A program that is no Python of the peers."""
+    program = folder / "python"
+    program.write_text(f"#!/bin/sh\n{script}\n")
+    program.chmod(0o755)
+    return program
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no shell scripts")
+@pytest.mark.parametrize(
+    ("script", "said"),
+    [
+        ("echo no library >&2; exit 1", r"it ended \(exit status 1\); it last wrote: no library"),
+        ("exit 1", r"it ended \(exit status 1\)"),
+        ("kill -9 $$", r"it ended \(SIGKILL\)"),
+        ("echo hello", "it does not say which peers it has"),
+        ("echo 7", "it does not say which peers it has"),
+    ],
+)
+def test_a_named_python_that_does_not_run_the_peers_is_told(
+    script: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, call: Call
+) -> None:
+    program = broken(tmp_path, script)
+    monkeypatch.setenv("IRTRACK_PEERS", str(program))
+    line = rf"IRTRACK_PEERS={program}: {said}; allowed: the Python of an environment as make peers installs it"
+    with pytest.raises(InputError, match=f"^{line}$"):
+        make("cv_kcf", {})
+    listed = call("list")
+    assert listed.status == 0
+    assert re.fullmatch(f"warning: {line}\n", listed.err)
+    assert "cv_kcf" not in listed.out  # nor the hint, which names them all
+
+
+@pytest.mark.parametrize("name", ["nowhere", "."])
+def test_a_named_python_that_is_not_there_is_told(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, call: Call
+) -> None:
+    monkeypatch.setenv("IRTRACK_PEERS", str(tmp_path / name))
+    line = (
+        f"IRTRACK_PEERS={tmp_path / name}: there is no such file; allowed: the Python of an environment as make peers"
+    )
+    for command, status in ((("list",), 0), (("run", "dlib", "sky"), 2)):
+        answer = call(*command)
+        assert answer.status == status
+        assert line in answer.err
+        assert answer.err.count("\n") == 1
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no shell scripts")
+def test_a_peer_that_the_environment_does_not_have_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("IRTRACK_PEERS", str(broken(tmp_path, """echo '["dlib"]'""")))
+    assert peers.offered() == ["dlib"]
+    make("dlib", {})
+    with pytest.raises(
+        InputError, match=f"cv_kcf: is not in {tmp_path}/python's environment; allowed: after make peers"
+    ):
+        make("cv_kcf", {})
 
 
 def test_every_peer_has_a_class() -> None:
@@ -174,4 +237,4 @@ def test_a_peer_follows_a_plain_target_with_context(name: str) -> None:
 
 @needs_peers
 def test_installed_peers_are_listed() -> None:
-    assert {row.name for row in describe()} >= set(INSTALLED)
+    assert {row.name for row in describe(INSTALLED)} >= set(INSTALLED)

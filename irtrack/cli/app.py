@@ -25,7 +25,7 @@ from irtrack.cli.output import keep_output, print_json, print_run
 from irtrack.cli.regress import regress
 from irtrack.cli.sources import sources
 from irtrack.cli.stress import stress
-from irtrack.errors import TrackerError
+from irtrack.errors import InputError, TrackerError
 
 if TYPE_CHECKING:
     from irsim.types import Source
@@ -50,17 +50,22 @@ def main() -> None:
 @app.command("list")
 def list_trackers(as_json: AsJson = False) -> None:
     """Show the trackers: name, what each does, and who described it."""
-    from irtrack.peers import HINT, PEERS
+    from irtrack.peers import HINT, offered
     from irtrack.trackers import describe
 
-    rows = describe()
+    try:
+        peers, broken = offered(), False
+    except InputError as error:
+        peers, broken = [], True
+        print(f"warning: {error}", file=sys.stderr)
+    rows = describe(peers)
     if as_json:
         print_json([row._asdict() for row in rows])
         return
     width = max(len(row.name) for row in rows)
     for row in rows:
         print(f"{row.name:{width}}  {row.summary}\n{'':{width}}  {row.source}")
-    if not any(row.name in PEERS for row in rows):
+    if not peers and not broken:
         print(HINT)
     print("or module:Class, a tracker of your own")
 

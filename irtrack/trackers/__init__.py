@@ -10,7 +10,7 @@ from __future__ import annotations
 import importlib
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import redirect_stdout
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
@@ -22,7 +22,7 @@ from pydantic import create_model
 from irsim import build
 from irsim.kinds import Part, suggestion
 from irtrack.errors import InputError, told
-from irtrack.peers import HINT, PEERS, offered, python
+from irtrack.peers import HINT, PEERS, offered, required
 from irtrack.trackers.background_restrained_pf import BackgroundRestrainedPF
 from irtrack.trackers.base import TrackerPart
 from irtrack.trackers.camshift_kalman import CamShiftKalman
@@ -115,8 +115,8 @@ def of(tracker: object) -> Tracker:
 
 def find(name: str) -> type[Any]:
     """The class of a tracker's name; InputError where there is none."""
-    if name in PEERS and python() is None:
-        raise InputError(f"{name}: runs in an environment that is not there; allowed: after {HINT}")
+    if name in PEERS and name not in offered():
+        raise InputError(f"{name}: is not in {required(name)}'s environment; allowed: after {HINT}")
     if name in NAMED:
         return NAMED[name]
     installed = _installed()
@@ -147,9 +147,9 @@ def _command(name: str) -> dict[str, object]:
     return {"command": command} if colon and issubclass(NAMED.get(kind, object), Command) else {}
 
 
-def describe() -> list[Row]:
-    """A row for every tracker that can be named, for `irtrack list`."""
-    present = [*TRACKERS, *(name for name, cls in FOREIGN.items() if issubclass(cls, Command)), *offered()]
+def describe(peers: Sequence[str] = ()) -> list[Row]:
+    """A row for every tracker that can be named, for `irtrack list`; of the peers, for those that are given."""
+    present = [*TRACKERS, *(name for name, cls in FOREIGN.items() if issubclass(cls, Command)), *peers]
     rows = [Row(name, _summary(NAMED[name]), NAMED[name].source) for name in present]
     for name, entry in _installed().items():
         try:

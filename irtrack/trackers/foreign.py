@@ -12,7 +12,7 @@ from pydantic import BeforeValidator, Field
 
 from irsim.types import Box, Frame
 from irtrack.errors import InputError
-from irtrack.peers import HINT, Session, TraxSession, command, python
+from irtrack.peers import Session, TraxSession, command, required
 from irtrack.trackers.base import Footage, TrackerPart, footage, start_window
 from irtrack.types import LEAST_PX, Estimate
 
@@ -108,10 +108,7 @@ class Peer(Foreign):
     """A tracker of OpenCV or dlib in the environment of `make peers`."""
 
     def runs(self) -> tuple[str, ...]:
-        interpreter = python()
-        if interpreter is None:
-            raise InputError(f"{self.name}: runs in an environment that is not there; allowed: after {HINT}")
-        return command(self.name, interpreter)
+        return command(self.name, required(self.name))
 
 
 class Mil(Peer):
