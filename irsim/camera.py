@@ -15,7 +15,6 @@ from irsim.detector import (
     Bloom,
     Correction,
     Detector,
-    Electrons,
     Lag,
     Noise,
     Response,
@@ -102,12 +101,11 @@ class Camera(Part):
 
     @model_validator(mode="after")
     def _detector_fits(self) -> Camera:
-        if isinstance(self.detector, Electrons):
-            if self.detector.integration_ms * self.rate_hz > 1000:
-                raise _too_long(self.detector.integration_ms, self.rate_hz, ("detector", "integration_ms"))
-            return self
+        exposure_ms = self.detector.exposure_ms
+        if exposure_ms is not None and exposure_ms * self.rate_hz > 1000:
+            raise _too_long(exposure_ms, self.rate_hz, ("detector", str(self.detector.timed_by)))
         for index, noise in enumerate(self.noise):
-            if noise.needs_electrons:
+            if noise.needs_electrons and not self.detector.counts_electrons:
                 raise PydanticCustomError(
                     "no_electrons",
                     "{name} counts electrons, and this detector has none; allowed: detector: {kind: electrons}",
@@ -136,7 +134,7 @@ class Camera(Part):
     def _smear_fits(self) -> Camera:
         if self.smear is None:
             return self
-        if self.smear.time_ms is None and not isinstance(self.detector, Electrons):
+        if self.smear.time_ms is None and self.detector.exposure_ms is None:
             raise PydanticCustomError(
                 "no_time",
                 "it is missing; allowed: a time in ms; or a detector of kind electrons, whose integration_ms counts",
@@ -158,9 +156,8 @@ class Camera(Part):
         """Time over which motion blurs a frame, ms; 0 where it does not."""
         if self.smear is None:
             return 0.0
-        if self.smear.time_ms is None and isinstance(self.detector, Electrons):
-            return self.detector.integration_ms
-        return self.smear.time_ms or 0.0
+        time_ms = self.detector.exposure_ms if self.smear.time_ms is None else self.smear.time_ms
+        return time_ms or 0.0
 
     @property
     def geometry(self) -> Geometry:

@@ -11,7 +11,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from irsim.backgrounds import Sky
 from irsim.errors import InputError, Notice
 from irsim.motion import Crosses
 from irsim.occluders import Bar, Occluder
@@ -209,7 +208,7 @@ def _dense_enough(watch: Watch, occluder: Occluder, name: str, window: Box, side
 def _ground(watch: Watch) -> float:
     """The least y, px of the unmoved camera, at which something can stand on the ground: not in the sky."""
     geometry = watch.stage.geometry
-    if not isinstance(watch.scenario.background, Sky):
+    if watch.scenario.background.clear(watch.stage) is None:
         return -math.inf
     return float(geometry.axis_px[1] + math.tan(geometry.elevation_rad) / geometry.ifov_rad)
 

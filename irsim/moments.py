@@ -12,7 +12,6 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from irsim.backgrounds import Footage
 from irsim.errors import InputError
 from irsim.render import NOWHERE, Renderer
 from irsim.scenario import Scenario
@@ -39,7 +38,7 @@ class Moments:
                 raise InputError(f"without: there is no {name!r}; allowed: {', '.join(known) or 'nothing'}")
         self.scenario = scenario.model_copy(update={"without": tuple(dict.fromkeys([*scenario.without, *off]))})
         self._renderer = Renderer(self.scenario)
-        if isinstance(self._renderer.layers[0], Footage):
+        if self.scenario.background.noisy:
             raise InputError(
                 "background: the noise of a recording is not known; allowed: a background that is rendered"
             )

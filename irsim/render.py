@@ -6,11 +6,12 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import combinations, compress
+from typing import cast
 
 import numpy as np
 
 from irsim.arrival import arriving
-from irsim.backgrounds import Footage, Layer
+from irsim.backgrounds import Filmed, Layer
 from irsim.compose import Piece, Seen, compose, contrasts, overlap
 from irsim.contrast import Noise, quiet
 from irsim.instant import Instant, Shifts, Swept
@@ -36,6 +37,7 @@ class Renderer:
         camera = scenario.camera
         farthest, *nearer = scenario.background.layers(self.stage)
         self.layers = [farthest, *(layer for layer in nearer if scenario.is_on(layer.name))]
+        self.film = cast(Filmed, farthest) if scenario.background.noisy else None
         self.occluders = [occluder for occluder in placed(scenario) if scenario.is_on(occluder.name)]
         self.sensor = camera.sensor(scenario.seed, scenario.is_on)
         self.lag = camera.lag(scenario.is_on)
@@ -58,8 +60,8 @@ class Renderer:
 
     def frame(self, index: int, out: Counts | None = None) -> tuple[Frame, Truth]:
         """Frame `index`, in `out` (rows, cols) where it is given, and its truth. IndexError outside 0 .. frames-1."""
-        if isinstance(self.layers[0], Footage):
-            image, truth = self._put_into(self.layers[0], index)
+        if self.film is not None:
+            image, truth = self._put_into(self.film, index)
             return Frame(_put(image, out), index, truth.time, self.scenario.camera.bits), truth
         light, truth = self.scene(index)
         return self.developed(light, truth, spent=True, out=out), truth
@@ -67,7 +69,7 @@ class Renderer:
     @property
     def divides(self) -> bool:
         """Whether a frame is what is `developed` of its `scene`: not where it is put into a recorded one."""
-        return not isinstance(self.layers[0], Footage)
+        return self.film is None
 
     @property
     def steps(self) -> int:
@@ -99,13 +101,13 @@ class Renderer:
             image = self.sensor.expose(light, index, spent, out, steps)
         return Frame(image, index, truth.time, self.scenario.camera.bits)
 
-    def _put_into(self, footage: Footage, index: int) -> tuple[Counts, Truth]:
+    def _put_into(self, film: Filmed, index: int) -> tuple[Counts, Truth]:
         """A recorded frame with all that is drawn into it, each thing once."""
         self._check(index)
         pieces = list(self._pieces(index))
         light, seen = self._laid(index, pieces)
         uncovered = _uncovered(pieces, self.stage.geometry.size[::-1])
-        return footage.developed(light, index, uncovered), self._truth(index, seen)
+        return film.developed(light, index, uncovered), self._truth(index, seen)
 
     def _standing(self, index: int) -> Counts:
         """The picture of a frame that is shown again; the last one is kept, which changes nothing."""

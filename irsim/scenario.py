@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.atmosphere import Atmosphere
-from irsim.backgrounds import BACKGROUNDS, Background, Sky
+from irsim.backgrounds import BACKGROUNDS, Background
 from irsim.camera import Camera
 from irsim.cards import card
 from irsim.climate import fitted_band
@@ -140,7 +140,7 @@ class Scenario(Part):
     @property
     def sky_preset(self) -> str | None:
         """The preset of the clear sky, if any."""
-        return self.background.preset if isinstance(self.background, Sky) else None
+        return self.background.sky_preset
 
     @model_validator(mode="after")
     def _air_is_fitted(self) -> Scenario:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Protocol
 
@@ -12,7 +12,7 @@ import numpy as np
 from irsim.backgrounds.chart import Chart
 from irsim.kinds import Kind
 from irsim.stage import Stage
-from irsim.types import Floats
+from irsim.types import Counts, Floats
 
 Names = Iterator[tuple[str, tuple[str | int, ...]]]
 """Names of a background's parts, each with its place in it."""
@@ -65,6 +65,29 @@ class Veil(Layer, Protocol):
         ...
 
 
+class ClearLayer(Layer, Protocol):
+    """A sky without clouds."""
+
+    def radiance(self, elevation_rad: Floats) -> Floats:
+        """In-band radiance, W/m2/sr, at elevations, rad."""
+        ...
+
+
+class Filmed(Layer, Protocol):
+    """Frames that a camera has taken already: what is drawn is put into their counts."""
+
+    def developed(self, light: Floats, index: int, uncovered: Floats) -> Counts:
+        """(rows, cols) uint16: counts of frame `index` with what was drawn on its light, which gave `light`.
+
+        uncovered: (rows, cols), the share 0..1 of each pixel's light that is still the frame's own.
+        """
+        ...
+
+
+LandLight = Callable[[Gaze], Floats]
+"""Light, W/m2/sr, (n,), of those pixels of a gaze that see nothing but ground or sea; none is written to."""
+
+
 def veiled(under: Floats, light: Floats, passed: Floats, emission: Floats, behind: Sequence[Slices]) -> list[Floats]:
     """light <- under * passed + emission, as `Veil.veil`; `passed` of patches (rows, columns)."""
     np.multiply(under, passed, out=light)
@@ -91,7 +114,11 @@ class Background(Kind):
     """What is behind the targets."""
 
     noisy: ClassVar[bool] = False
-    """Does its light hold a camera's noise already?"""
+    """Does its light hold a camera's noise already? Then the first of its layers is `Filmed`."""
+    mapped: ClassVar[bool] = True
+    """Is it painted over directions, so that a camera that turns sees another part of it?"""
+    surface: ClassVar[str] = "ground"
+    """What its lower part is, in a word for messages."""
 
     @abstractmethod
     def layers(self, stage: Stage) -> Sequence[Layer]:
@@ -100,6 +127,26 @@ class Background(Kind):
     def names(self) -> Names:
         """Name and place of each layer that can be switched off (the opaque one cannot)."""
         yield from ()
+
+    @property
+    def surface_m(self) -> float | None:
+        """How far its level ground or sea lies below the unmoved camera, m, and reaches to the horizon; None where it
+        has none, or does not say."""
+        return None
+
+    @property
+    def sky_preset(self) -> str | None:
+        """The model atmosphere of its clear sky; None where it has no sky, or one of its own."""
+        return None
+
+    def clear(self, stage: Stage) -> ClearLayer | None:
+        """Its sky without clouds; None where it has no sky."""
+        return None
+
+    def land(self, stage: Stage) -> LandLight | None:
+        """How its bare ground or sea looks, without what stands or lies on it; None where it has none, or does not
+        say."""
+        return None
 
     def refuses(self, size: tuple[int, int], bits: int) -> str | None:
         """Why a camera of that size (columns, rows) and depth cannot look at it; None where it can."""

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from irsim.backgrounds.air import through_air
-from irsim.backgrounds.base import FARTHEST, Background, Gaze, Layer, Names
+from irsim.backgrounds.base import FARTHEST, Background, Gaze, LandLight, Layer, Names
 from irsim.backgrounds.fields import Betas, Histogram, shaped, spectral
 from irsim.backgrounds.hours import Hour, filled, typical
 from irsim.backgrounds.painting import Painting
@@ -105,6 +105,10 @@ class Ground(Background):
             ),
         ]
         return through_air(layers, stage)
+
+    def land(self, stage: Stage) -> LandLight:
+        bare = self.model_copy(update=dict.fromkeys(LYING)).layers(stage)[0]
+        return lambda gaze: bare.light(gaze)[1].ravel()
 
     def names(self) -> Names:
         for name in LYING:

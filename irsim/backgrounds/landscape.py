@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from pydantic import model_validator
 
-from irsim.backgrounds.base import FARTHEST, Changed, Gaze, Layer, Names
+from irsim.backgrounds.base import FARTHEST, Changed, Gaze, LandLight, Layer, Names
 from irsim.backgrounds.fields import Betas, profile, spectral
 from irsim.backgrounds.hours import Hour, filled, typical
 from irsim.backgrounds.painting import Painting
@@ -65,6 +65,16 @@ class Landscape(Sky):
     @classmethod
     def _by_hour(cls, data: Any) -> Any:
         return filled(data, {"ground_k": "ground", "spread_k": "spread"})
+
+    @property
+    def surface_m(self) -> float:
+        return self.camera_height_m
+
+    def land(self, stage: Stage) -> LandLight:
+        nothing: dict[str, Any] = {**dict.fromkeys(LYING), "clouds": (), "trees": (), "buildings": ()}
+        country = self.model_copy(update=nothing).layers(stage)[0]
+        assert isinstance(country, Country)
+        return lambda gaze: country.light(gaze)[1][country.sky_left(gaze) == 0]
 
     def layers(self, stage: Stage) -> Sequence[Layer]:
         sky, *clouds = super().layers(stage)

@@ -36,6 +36,7 @@ class Recorded(Background):
     """
 
     noisy: ClassVar[bool] = True
+    mapped: ClassVar[bool] = False
 
     file: str
     """The recording, as found from the working directory."""

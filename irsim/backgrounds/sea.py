@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import cv2
 import numpy as np
@@ -12,7 +12,7 @@ from pydantic import Field
 
 from irsim.atmosphere import Atmosphere
 from irsim.backgrounds.air import Column
-from irsim.backgrounds.base import FARTHEST, Gaze, Layer
+from irsim.backgrounds.base import FARTHEST, Gaze, LandLight, Layer
 from irsim.backgrounds.fields import spectral
 from irsim.backgrounds.landscape import Above
 from irsim.backgrounds.sky import ClearSky, Sky
@@ -94,6 +94,16 @@ class Sea(Sky):
     sun_deg: SunPlace | None = None
     """[azimuth right of the first pointing, elevation] of a sun that glints, degrees; none where not given. The
     scenario's atmosphere weakens its light down to the water and on to the camera; without one it is as in space."""
+
+    surface: ClassVar[str] = "sea"
+
+    @property
+    def surface_m(self) -> float:
+        return self.camera_height_m
+
+    def land(self, stage: Stage) -> LandLight:
+        water = Water(self, self.clear(stage), stage)
+        return lambda gaze: water.light(gaze)[1][water.sky_left(gaze) == 0]
 
     def layers(self, stage: Stage) -> Sequence[Layer]:
         sky, *clouds = super().layers(stage)

@@ -248,6 +248,10 @@ class Sky(Background):
     clouds: Several[Clouds] = ()
     """Cloud layers."""
 
+    @property
+    def sky_preset(self) -> str | None:
+        return self.preset
+
     def clear(self, stage: Stage) -> ClearSky:
         """What is behind all clouds."""
         air = None if self.preset is None else stage.air.model_copy(update={"preset": self.preset})

@@ -140,6 +140,17 @@ class Detector(Kind):
 
     terms: ClassVar[tuple[dict[str, Any], ...]]
     """The noise terms of a camera that names none."""
+    heeds: ClassVar[tuple[str, ...]] = ("netd_mk", "range_k")
+    """Of these two keys of the camera those that its response depends on."""
+    counts_electrons: ClassVar[bool] = False
+    """Is its signal in electrons, so that there may be noise of their number?"""
+    timed_by: ClassVar[str | None] = None
+    """Its key that says over which time it gathers the light of a frame, ms; None where none does."""
+
+    @property
+    def exposure_ms(self) -> float | None:
+        """Time over which it gathers the light of a frame, ms; None where it does not say."""
+        return None if self.timed_by is None else float(getattr(self, self.timed_by))
 
     @abstractmethod
     def response(self, setting: Setting) -> Response:
@@ -180,6 +191,9 @@ class Electrons(Detector):
     """
 
     terms = ({"kind": "shot"},)
+    heeds = ()
+    counts_electrons = True
+    timed_by = "integration_ms"
 
     pitch_um: Annotated[float, Field(gt=0, le=1000)] = 15.0
     """Side of a pixel, um; all of it is sensitive."""

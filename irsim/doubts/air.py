@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from irsim.backgrounds import Sky
 from irsim.doubts.looked import watched
 from irsim.errors import Notice
 from irsim.scenario import Scenario
@@ -50,7 +49,7 @@ def long_views(scenario: Scenario) -> Iterator[Notice]:
 def unlike_skies(scenario: Scenario) -> Iterator[Notice]:
     """A sky that is not that of the air before it, which shines wherever there is some."""
     air, sky = scenario.air, scenario.sky_preset
-    if isinstance(scenario.background, Sky) and not air.is_clear and air.preset != sky:
+    if scenario.background.clear(scenario.stage) is not None and not air.is_clear and air.preset != sky:
         given = "of its own temperatures" if sky is None else f"of {sky}"
         wet = " and ".join(word for word, there in (("rain", air.rain_mm_h), ("fog", air.fog_visibility_km)) if there)
         before = f"{wet} of {float(air.air_k(0.0)):.0f} K" if air.preset == "none" else f"an atmosphere of {air.preset}"

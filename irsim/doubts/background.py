@@ -9,14 +9,9 @@ import numpy as np
 
 from irsim.backgrounds import Sky
 from irsim.backgrounds.chart import STEEPEST_DEG, WIDEST_DEG
-from irsim.backgrounds.ground import Ground
-from irsim.backgrounds.landscape import Country, Landscape
-from irsim.backgrounds.patches import LYING
-from irsim.backgrounds.recorded import Recorded
-from irsim.backgrounds.sea import Sea, Water
 from irsim.backgrounds.sky import FIT_K
 from irsim.backgrounds.texture import tile_side
-from irsim.detector.response import Stated
+from irsim.detector import Detector
 from irsim.doubts.looked import watched
 from irsim.errors import Notice
 from irsim.instant import Instant
@@ -27,8 +22,6 @@ from irsim.types import Floats
 
 LOOKED = 3
 """Frames, evenly spread, at which grounds and seas are looked at."""
-BARE = {**dict.fromkeys(LYING), "clouds": (), "trees": (), "buildings": ()}
-"""A background with these has nothing before the ground or the sea: it is soon painted."""
 
 
 def off_scale(scenario: Scenario) -> Iterator[Notice]:
@@ -40,34 +33,39 @@ def off_scale(scenario: Scenario) -> Iterator[Notice]:
         if full or dark:
             seen = temperature(scenario.stage.band, light)
             beyond = "above: its pixels are full" if full else "below: its pixels are at count 0"
-            key = ("range_k",) if isinstance(camera.detector, Stated) else ("detector", "integration_ms")
-            yield Notice(("camera", *key), f"all of {what}, {seen.min():.0f} to {seen.max():.0f} K, lies {beyond}")
+            yield Notice(
+                ("camera", *_scale(camera.detector)),
+                f"all of {what}, {seen.min():.0f} to {seen.max():.0f} K, lies {beyond}",
+            )
 
 
 def _sky(scenario: Scenario) -> Iterator[tuple[str, Floats]]:
     """The clear sky's light at the heights that the unmoved camera sees."""
     background, stage = scenario.background, scenario.stage
     axis, half = stage.geometry.elevation_rad, math.atan(stage.geometry.ifov_rad * stage.geometry.size[1] / 2)
-    lowest = max(axis - half, 0.0) if isinstance(background, Landscape | Sea) else axis - half
-    if isinstance(background, Sky) and axis + half > lowest:
-        yield "clear sky", background.clear(stage).radiance(np.array([[lowest, axis + half]]))
+    lowest = axis - half if background.surface_m is None else max(axis - half, 0.0)
+    clear = background.clear(stage)
+    if clear is not None and axis + half > lowest:
+        yield "clear sky", clear.radiance(np.array([[lowest, axis + half]]))
 
 
 def _land(scenario: Scenario) -> Iterator[tuple[str, Floats]]:
     """Light of the pixels below the horizon, or of all, in LOOKED frames in which there are some."""
     background, stage = scenario.background, scenario.stage
-    if not isinstance(background, Ground | Landscape | Sea):
+    light = background.land(stage)
+    if light is None:
         return
-    bare = background.model_copy(update={key: value for key, value in BARE.items() if hasattr(background, key)})
-    layer, now = bare.layers(stage)[0], Instant.of(scenario, stage)
-    parts = []
-    for frame in watched(scenario.frames, LOOKED).astype(int).tolist():
-        gaze = now.gaze(frame)
-        light = layer.light(gaze)[1]
-        parts.append(light[layer.sky_left(gaze) == 0] if isinstance(layer, Country | Water) else light.ravel())
-    below = np.concatenate(parts)
+    now = Instant.of(scenario, stage)
+    below = np.concatenate([light(now.gaze(frame)) for frame in watched(scenario.frames, LOOKED).astype(int).tolist()])
     if below.size:
-        yield "sea" if isinstance(background, Sea) else "ground", below
+        yield background.surface, below
+
+
+def _scale(detector: Detector) -> tuple[str, ...]:
+    """The camera's key that decides which light its counts can tell."""
+    if "range_k" in detector.heeds:
+        return ("range_k",)
+    return ("detector",) if detector.timed_by is None else ("detector", detector.timed_by)
 
 
 def cold_clouds(scenario: Scenario) -> Iterator[Notice]:
@@ -114,7 +112,7 @@ def large_features(scenario: Scenario) -> Iterator[Notice]:
 def folded(scenario: Scenario) -> Iterator[Notice]:
     """Pictures of which backgrounds have no true map: near the zenith or the nadir, or too wide."""
     stage, camera = scenario.stage, scenario.camera
-    if isinstance(scenario.background, Recorded):
+    if not scenario.background.mapped:
         return
     frames = watched(scenario.frames)
     mount = Mount.of(scenario.motions, frames, stage)

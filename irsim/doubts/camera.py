@@ -7,8 +7,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from irsim.backgrounds.landscape import Landscape
-from irsim.backgrounds.sea import Sea
 from irsim.doubts.looked import watched
 from irsim.errors import Notice
 from irsim.motion import Mount
@@ -28,7 +26,7 @@ def sunken(scenario: Scenario) -> Iterator[Notice]:
     stage, background = scenario.stage, scenario.background
     shown = (target for target in scenario.targets if scenario.is_on(target.id))
     under = [height for target in shown if (height := getattr(target.path, "ground_m", None)) is not None]
-    height = background.camera_height_m if isinstance(background, Landscape | Sea) else min(under, default=math.inf)
+    height = min(under, default=math.inf) if background.surface_m is None else background.surface_m
     frames, least = watched(scenario.frames, LOOKED), min(LOWEST_M, height)
     sinks = {
         index: motion.shifts(frames, stage) @ stage.geometry.down
@@ -38,11 +36,10 @@ def sunken(scenario: Scenario) -> Iterator[Notice]:
     left = height - np.sum([np.zeros(len(frames)), *sinks.values()], axis=0)
     if left.min() < least:
         first = int(np.argmax(left < least))
-        what = "sea" if isinstance(background, Sea) else "ground"
         yield Notice(
             ("camera", "motion", max(sinks, key=lambda index: sinks[index][first])),
-            f"at frame {frames[first]:.0f} the camera has come down to the {what}, {height:g} m under its first place; "
-            f"it sinks by {height - left.min():.3g} m",
+            f"at frame {frames[first]:.0f} the camera has come down to the {background.surface}, {height:g} m under "
+            f"its first place; it sinks by {height - left.min():.3g} m",
         )
 
 

@@ -6,8 +6,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from irsim.backgrounds.landscape import Landscape
-from irsim.backgrounds.sea import Sea
 from irsim.doubts.looked import watched
 from irsim.errors import Notice
 from irsim.motion import MetrePath, Mount
@@ -63,20 +61,20 @@ def nowhere(scenario: Scenario) -> Iterator[Notice]:
 def buried(scenario: Scenario) -> Iterator[Notice]:
     """Targets whose path in metres goes below the ground or the sea, which does not hide them."""
     background, stage = scenario.background, scenario.stage
-    if not isinstance(background, Landscape | Sea):
+    level = background.surface_m
+    if level is None:
         return
     frames = watched(scenario.frames, LOOKED)
     for index, target in enumerate(scenario.targets):
         there = frames[[target.exists(int(frame)) for frame in frames]]
         if not isinstance(target.path, MetrePath) or not len(there):
             continue
-        deep = target.path.positions(there, stage, target.id) @ stage.geometry.down - background.camera_height_m
+        deep = target.path.positions(there, stage, target.id) @ stage.geometry.down - level
         if deep.max() > DEEP_M:
-            what = "sea" if isinstance(background, Sea) else "ground"
             yield Notice(
                 ("targets", index, "path"),
-                f"at frame {there[np.argmax(deep > DEEP_M)]:.0f} {target.id} goes below the {what}, "
-                f"{background.camera_height_m:g} m under the camera, by {deep.max():.3g} m at most",
+                f"at frame {there[np.argmax(deep > DEEP_M)]:.0f} {target.id} goes below the {background.surface}, "
+                f"{level:g} m under the camera, by {deep.max():.3g} m at most",
             )
 
 
