@@ -11,7 +11,7 @@ import numpy as np
 
 from irsim.backgrounds import Gaze, Layer, Slices, Veil, veiled
 from irsim.compiled import COMPILED, kernels
-from irsim.contrast import Noise, fulfilled, quiet, scr
+from irsim.contrast import Noise, asked_light, lit, quiet, scr
 from irsim.radiometry import temperature
 from irsim.sprite import Sprite
 from irsim.types import Band, Floats
@@ -36,12 +36,14 @@ class Piece:
 @dataclass(eq=False)
 class Seen:
     """A target as it is drawn: the share of each pixel's area that is still seen, and who hides the rest; `levels`
-    are its mean light and that of what it replaces, W/m2/sr, nan outside the picture."""
+    are its mean light and that of what it replaces, W/m2/sr, nan outside the picture; `asked` is the light, W/m2/sr,
+    that gives the contrast or SCR which it asks for, None where it asks for none."""
 
     piece: Piece
     left: Floats
     levels: tuple[float, float]
     scr: float | None
+    asked: float | None = None
     occluders: list[str] = field(default_factory=list)
 
     @property
@@ -118,8 +120,9 @@ def contrasts(seen: Sequence[Seen], band: Band) -> list[float | None]:
 
 
 def _draw(light: Floats, piece: Piece, seen: list[Seen], band: Band, noise: Noise) -> None:
-    if piece.sprite.wanted is not None:
-        piece = replace(piece, sprite=fulfilled(piece.sprite, light, band, noise))
+    asked = asked_light(piece.sprite, light, band, noise)
+    if asked is not None:
+        piece = replace(piece, sprite=lit(piece.sprite, asked))
     if piece.sprite.contrast != 1:
         piece = replace(piece, sprite=_faded(piece.sprite, light))
     sprite = piece.sprite
@@ -133,7 +136,7 @@ def _draw(light: Floats, piece: Piece, seen: list[Seen], band: Band, noise: Nois
     if piece.tracked:
         levels = (own / alpha, replaced / alpha) if alpha > 0 else (math.nan, math.nan)
         ratio = scr(light, sprite.box, noise)
-        seen.append(Seen(piece, left, levels, ratio if math.isfinite(ratio) else None))
+        seen.append(Seen(piece, left, levels, ratio if math.isfinite(ratio) else None, asked))
 
 
 def _laid(light: Floats, sprite: Sprite) -> tuple[Floats, float, float, float]:

@@ -118,15 +118,16 @@ def _shares(places: npt.NDArray[np.int64], middle: float, side: float) -> Floats
     return np.asarray(np.clip(held, 0, 1))
 
 
-def fulfilled(sprite: Sprite, light: Floats, band: Band, noise: Noise = quiet) -> Sprite:
-    """A sprite with the light that gives the contrast or SCR which it asks for, before what is behind it.
+def asked_light(sprite: Sprite, light: Floats, band: Band, noise: Noise = quiet) -> float | None:
+    """The light, W/m2/sr, that gives a sprite the contrast or SCR which it asks for, before what is behind it.
 
-    light  (rows, cols) W/m2/sr: what is behind it. A sprite that asks for nothing, or that lies
-           outside the picture, stays as it is. Darker than without any light it cannot be.
+    light  (rows, cols) W/m2/sr: what is behind it
+
+    None where it asks for nothing, and outside the picture. Darker than without any light it cannot be.
     """
     wanted = sprite.wanted
     if wanted is None:
-        return sprite
+        return None
     rows, columns = (
         slice(max(first, 0), max(min(first + length, count), first, 0))
         for first, length, count in zip((sprite.y0, sprite.x0), sprite.alpha.shape, light.shape, strict=True)
@@ -135,7 +136,7 @@ def fulfilled(sprite: Sprite, light: Floats, band: Band, noise: Noise = quiet) -
         rows.start - sprite.y0 : rows.stop - sprite.y0, columns.start - sprite.x0 : columns.stop - sprite.x0
     ]
     if not alpha.any():
-        return sprite
+        return None
     under = light[rows, columns].astype(np.float64)
     behind = float((alpha * under).sum() / alpha.sum())
     if wanted.contrast_k is not None:
@@ -150,8 +151,12 @@ def fulfilled(sprite: Sprite, light: Floats, band: Band, noise: Noise = quiet) -
             _shares(np.arange(columns.start, columns.stop), box.cx, box.w),
         )
         if math.isnan(level) or not held.any():
-            return sprite
+            return None
         lacking = wanted.scr * math.hypot(spread, noise(level, box)) - signal
         own = float((lacking * down.shares.sum() * across.shares.sum() + (held * under).sum()) / held.sum())
-    own = max(behind + wanted.gain * (own - behind), 0.0)
-    return replace(sprite, emission=own * sprite.alpha, signal_center=sprite.center)
+    return max(behind + wanted.gain * (own - behind), 0.0)
+
+
+def lit(sprite: Sprite, light: float) -> Sprite:
+    """A sprite of one light all over, W/m2/sr, that asks for no contrast or SCR."""
+    return replace(sprite, emission=light * sprite.alpha, signal_center=sprite.center, wanted=None)

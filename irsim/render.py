@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import cached_property, lru_cache
 from itertools import combinations, compress
 from typing import cast
 
@@ -13,7 +14,7 @@ import numpy as np
 from irsim.arrival import arriving
 from irsim.backgrounds import Filmed, Layer
 from irsim.compose import Piece, Seen, compose, contrasts, overlap
-from irsim.contrast import Noise, quiet
+from irsim.contrast import Noise, lit, quiet
 from irsim.instant import Instant, Shifts, Swept
 from irsim.intent import placed
 from irsim.motion import angles_deg
@@ -42,6 +43,7 @@ class Renderer:
         self.sensor = camera.sensor(scenario.seed, scenario.is_on)
         self.lag = camera.lag(scenario.is_on)
         self._held: tuple[int, Counts] | None = None
+        self._asked = lru_cache(maxsize=2)(self._asked_for)
         exposed = camera.smeared_ms * 1e-3 * camera.rate_hz
         nodes = camera.smear.nodes(exposed) if camera.smear is not None and scenario.is_on("smear") else SHARP
         self.now = Instant.of(scenario, self.stage)
@@ -148,7 +150,7 @@ class Renderer:
 
         def scene(frame: int) -> Floats:
             out = np.empty(self.stage.geometry.size[::-1], np.float64)
-            return self._laid(frame, self._pieces(frame, shifts, absent), out)[0]
+            return self._laid(frame, self._pieces(frame, shifts, absent, exactly=True), out)[0]
 
         return lag.light(index, scene)
 
@@ -167,8 +169,28 @@ class Renderer:
         gazes = tuple((share, replace(instant.gaze(index), key=key)) for share, instant in self.exposure)
         return [Swept(layer, gazes) for layer in self.layers]
 
-    def _pieces(self, index: int, shifts: Shifts = NOWHERE, absent: str | None = None) -> Iterator[Piece]:
+    @cached_property
+    def _given(self) -> Renderer:
+        """Of the same scenario with nothing switched off."""
+        without = self.scenario.without
+        return Renderer(self.scenario.model_copy(update={"without": ()})) if without else self
+
+    def _asked_for(self, index: int) -> Mapping[str, float]:
+        """Light, W/m2/sr, of each target that asks for a contrast or an SCR and is in the picture, by its id.
+
+        It is found with nothing switched off and no target moved or left out: what a scene has less of changes
+        nothing else in it.
+        """
+        seen = self._given._laid(index, self._given._pieces(index))[1]
+        return {target.piece.name: target.asked for target in seen if target.asked is not None}
+
+    def _pieces(
+        self, index: int, shifts: Shifts = NOWHERE, absent: str | None = None, exactly: bool = False
+    ) -> Iterator[Piece]:
+        """The things of a frame. exactly: those that ask for a contrast or an SCR have the light that frames show,
+        whatever is moved, left out, or worked out in more digits."""
         sight = self.sight(index)
+        as_given = exactly or bool(self.scenario.without)
         present = [course.target.exists(index) and course.target.id != absent for course in self.courses]
         targets = [course.target for course in compress(self.courses, present)]
         for target, sprite in zip(
@@ -176,6 +198,9 @@ class Renderer:
         ):
             if sprite is not None:
                 arrived = arriving(sprite, sight, target.id)
+                if arrived.wanted is not None and as_given:
+                    asked = self._asked(index).get(target.id)
+                    arrived = arrived if asked is None else lit(arrived, asked)
                 if target.contrast != 1:
                     arrived = replace(arrived, contrast=arrived.contrast * target.contrast)
                 yield Piece(target.id, arrived, tracked=True)

@@ -10,7 +10,7 @@ import pytest
 from pydantic import ValidationError
 from scene_figures import around
 
-from irsim.contrast import GUARD_PX, RING_PX, fulfilled, scr
+from irsim.contrast import GUARD_PX, RING_PX, asked_light, scr
 from irsim.radiometry import radiance, slope, temperature
 from irsim.render import Renderer
 from irsim.scenario import Scenario
@@ -132,12 +132,12 @@ class TestScr:
             x0, y0, alpha = int(box.cx) - 2, int(box.cy) - 2, np.full((6, 6), 0.5)
             center = (box.cx, box.cy)
             wanted = Wanted(scr=3.0)
-            sprite = fulfilled(
-                Sprite(x0, y0, alpha, alpha, alpha, center, center, box, 1.0, 1.0, wanted), light, "mwir"
-            )
+            sprite = Sprite(x0, y0, alpha, alpha, alpha, center, center, box, 1.0, 1.0, wanted)
+            own = asked_light(sprite, light, "mwir")
+            assert own is not None
             drawn = light.copy()
             patch = (slice(y0, y0 + 6), slice(x0, x0 + 6))
-            drawn[patch] = drawn[patch] * (1 - alpha) + sprite.emission
+            drawn[patch] = drawn[patch] * (1 - alpha) + own * alpha
             assert scr(drawn, box) == pytest.approx(3.0, rel=1e-6)
 
     def test_what_hides_a_target_changes_nothing_of_its_own(self) -> None:
@@ -206,14 +206,14 @@ class TestContrast:
         assert renderer.scene(3)[1].targets[0].contrast_k == pytest.approx(5.0, abs=0.01)
         assert renderer.scene(20)[1].targets[0].contrast_k == pytest.approx(0.0, abs=0.01)
 
-    def test_what_asks_for_nothing_stays_as_it_is(self) -> None:
+    def test_what_asks_for_nothing_gets_no_light(self) -> None:
         from irsim.shapes.base import View
 
         scenario = scene({"kind": "point"})
         shape = scenario.targets[0].shape
         sprite = shape.draw(View(np.array([0.0, 0.0, 1000.0]), np.eye(3), scenario.stage))
         assert sprite is not None
-        assert fulfilled(sprite, np.ones((120, 160)), "mwir") is sprite
+        assert asked_light(sprite, np.ones((120, 160)), "mwir") is None
 
     def test_both_at_once_are_refused(self) -> None:
         with pytest.raises(ValidationError, match="contrast_k and scr stand together"):

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from mesh_files import GIVEN
 
+import irsim
 from irsim.backgrounds import BACKGROUNDS, Background, Recorded
 from irsim.detector import NOISES
 from irsim.faults import FAULTS
@@ -199,3 +200,43 @@ def test_every_kind_of_background_is_there() -> None:
     """But for footage, which is one whole: nothing of it has a name."""
     assert Recorded.names is Background.names
     assert {*LANDS, "recording"} == {kind for kind, _ in BACKGROUNDS}
+
+
+ASKING = """
+frames: 2
+camera:
+  size: [160, 120]
+  ifov_mrad: 0.3
+  netd_mk: 200
+  noise: [{kind: white}, {kind: fixed_pattern, pixel: 1}]
+background: {kind: ground, spread_k: 0.1, fields: {}}
+targets:
+  - {id: near, shape: {kind: point, scr: 12}, path: {kind: straight, start: [80, 60], range_m: 1200}}
+  - {id: far, shape: {kind: point, contrast_k: 2}, path: {kind: straight, start: [96, 60], range_m: 1500}}
+"""
+
+
+@pytest.mark.parametrize("name", ["white", "fixed_pattern"])
+def test_a_point_that_asks_for_an_scr_keeps_its_light_without_noise(name: str) -> None:
+    scenario = irsim.loads(ASKING)
+    whole, less = irsim.Moments(scenario), irsim.Moments(scenario, without=[name])
+    for target in ("near", "far"):
+        np.testing.assert_array_equal(less.contribution(0, target), whole.contribution(0, target))
+
+
+def test_a_point_that_asks_for_an_scr_keeps_its_light_without_what_is_behind_it() -> None:
+    """What differs is what the point replaces: (1 - alpha) of what the ground differs by, alpha being at most 1."""
+    scenario = irsim.loads(ASKING)
+    whole, less = irsim.Moments(scenario), irsim.Moments(scenario, without=["fields"])
+    behind = whole.mean(0) - whole.contribution(0, "near") - (less.mean(0) - less.contribution(0, "near"))
+    passed = (whole.mean(0) - less.mean(0))[56:65, 76:85] / behind[56:65, 76:85]
+    assert np.abs(behind[56:65, 76:85]).min() > 10  # counts: fields are seen there
+    assert -1e-6 < passed.min() < 0.8
+    assert passed.max() < 1 + 1e-6
+
+
+def test_a_target_left_out_changes_no_other() -> None:
+    """The other one's ring holds it: asked again without it, the other would change."""
+    added = irsim.Moments(irsim.loads(ASKING)).contribution(0, "far")
+    assert np.abs(added[55:66, 90:103]).max() > 10
+    np.testing.assert_array_equal(added[50:71, 70:90], 0)

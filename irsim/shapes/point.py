@@ -40,10 +40,12 @@ class Point(Shape):
     """Kelvin."""
     emissivity: Fraction = 0.95
     contrast_k: KelvinDifference | None = None
-    """Apparent temperature of the point itself less that of what is behind it, K, in place of its temperature."""
+    """Apparent temperature of the point itself less that of what is behind it, K, in place of its temperature; its
+    light is worked out with nothing switched off."""
     scr: Number | None = None
     """Signal-to-clutter ratio against what is behind it and the camera's noise there, in place of its temperature;
-    negative where it is darker (never darker than without light: a cold one needs an area)."""
+    negative where it is darker (never darker than without light: a cold one needs an area); its light is worked out
+    with nothing switched off."""
 
     @model_validator(mode="after")
     def _one_brightness(self) -> Point:
