@@ -122,7 +122,7 @@ def test_a_process_of_its_own_changes_no_verdict() -> None:
     class Local(Sound):
         pass
 
-    with pytest.raises(InputError, match="cannot be sent to another process: "):
+    with pytest.raises(InputError, match="cannot be sent to a worker process: "):
         check(Local(), only=["gentle"], frame_limit_s=60.0)
 
 

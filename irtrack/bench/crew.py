@@ -1,4 +1,4 @@
-"""Worker processes of this machine, watched: one that hangs or dies costs nobody else a result."""
+"""The worker processes of a bench: a tracker that hangs or kills its process costs no other tracker its results."""
 
 from __future__ import annotations
 

@@ -10,8 +10,8 @@ from time import monotonic
 from typing import Any, Protocol, TypeVar
 
 from irtrack.bench.group import Group, run_group
-from irtrack.errors import InputError, TrackerError
-from irtrack.workers import Blame, Board, Deaths, GoneError, Limit, NotSentError, Pool, Unwatched, Watch, Watched
+from irtrack.errors import TrackerError
+from irtrack.workers import Blame, Board, Limit, Pool, Unwatched, Watch, Watched, answer_or_blame
 
 Outcome = TypeVar("Outcome")
 
@@ -43,8 +43,8 @@ class LostError(TrackerError):
         self.blame, self.limit_s = blame, limit_s
 
 
-class Apart:
-    """Processes as many as there are jobs; another one is started where one hangs or dies."""
+class Processes:
+    """Processes that trackers run in, as many as there are jobs; one that hangs or dies is replaced."""
 
     def __init__(self, jobs: int) -> None:
         self._processes = Pool(jobs, partial(Watched, _begin))
@@ -55,20 +55,12 @@ class Apart:
         return partial(self._run, limit_s)
 
     def _run(self, limit_s: float, function: Callable[..., Outcome], *given: object) -> Outcome:
-        deaths = Deaths()
         with self._processes.one() as process:
-            while True:
-                try:
-                    outcome: Outcome = process.ask((limit_s, function, given))
-                    return outcome
-                except NotSentError as error:
-                    raise InputError(f"the tracker cannot be sent to a worker process: {error}") from None
-                except GoneError as gone:
-                    if process.closed:
-                        raise
-                    blame = deaths.blame(gone, Limit(limit_s, "frame").exceeded())
-                    if blame is not None:
-                        raise LostError(blame, limit_s) from None
+            answer = answer_or_blame(process, (limit_s, function, given), Limit(limit_s, "frame").exceeded())
+        if isinstance(answer, Blame):
+            raise LostError(answer, limit_s)
+        outcome: Outcome = answer
+        return outcome
 
     def close(self) -> None:
         """End the processes, whatever they are at."""
@@ -76,9 +68,9 @@ class Apart:
 
 
 @contextmanager
-def apart(jobs: int) -> Iterator[Apart]:
+def apart(jobs: int) -> Iterator[Processes]:
     """Processes that end with the block."""
-    processes = Apart(jobs)
+    processes = Processes(jobs)
     try:
         yield processes
     finally:

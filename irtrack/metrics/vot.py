@@ -4,11 +4,11 @@ A tracker is started in several frames of a sequence (anchors) and runs from eac
 backwards, to its beginning. Kristan et al., "The eighth visual object tracking VOT2020 challenge results",
 ECCV Workshops 2020, section 3; details as in vot-toolkit 0.9 (analysis/multistart.py), which these figures follow:
 
-Progress is how many frames of a run lie before its failure: a run fails in the first of ten frames in a row
-with an overlap of 0.1 or less (frames without a target break no row in the tracker's favour: they restart it).
-The start frame belongs to the progress with an overlap of 0, which is why a perfect accuracy lies below 1
-and below a perfect EAO. The toolkit has a "burn-in" of 10 too, but it leaves no frame out: in
-this mode it only says that boxes are cut to the picture before they are compared.
+A run fails where ten frames in a row have an overlap of 0.1 or less; the failure is the first of the ten. A
+frame without a target counts as a good one: after it the ten are counted anew. The progress of a run is its
+number of frames before the failure. It includes the start frame, with an overlap of 0; therefore a perfect
+tracker has an accuracy below 1, and below its EAO. The toolkit also has a "burn-in" of 10 frames, but in this
+mode it leaves no frame out: it only has boxes cut to the picture before they are compared.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ import numpy as np
 from irsim.types import Floats
 
 FAILED = 0.1
-"""Overlap of a frame that may be a failure's."""
+"""Overlap up to which a frame is a bad one."""
 GRACE = 10
-"""So many of them in a row are one."""
+"""Bad frames in a row that make a failure."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AnchorRun:
     """A run from one anchor: overlap (n,) 0..1 of each frame, and whether there was a target in it (n,) bool.
 
-    The first frame is the start, whose overlap does not matter.
+    The first frame is the start, whose overlap is not used.
     """
 
     overlap: Floats
@@ -40,7 +40,7 @@ class AnchorRun:
     def progress(self) -> int:
         """Frames before the failure; all n where there is none."""
         row = 0
-        # As in the toolkit the start counts as a bad frame: nothing was told there.
+        # As in the toolkit the start counts as a bad frame: its overlap is taken as 0.
         for position, bad in enumerate(((self.overlap <= FAILED) & self.present).tolist()):
             row = row + 1 if bad or position == 0 else 0
             if row == GRACE:

@@ -13,18 +13,18 @@ import numpy as np
 from hypothesis.configuration import set_hypothesis_home_dir
 
 from irsim.types import Box, Frame
-from irtrack.errors import InputError, told
+from irtrack.errors import told
 from irtrack.properties.examining import Outcome, Profile, examined
 from irtrack.properties.table import PROPERTIES, Property
 from irtrack.types import Estimate, Tracker, resumable
-from irtrack.workers import Board, Deaths, GoneError, Limit, NotSentError, Watched
+from irtrack.workers import Blame, Board, Limit, Watched, answer_or_blame
 
 _NOWHERE = Path(os.devnull) / "hypothesis"
 """Where Hypothesis may put nothing: it would leave a folder of the constants of the tracker's modules behind."""
 
 
-class Apart:
-    """A process that tries one property after the other; another one is started where it hangs or dies."""
+class Examiner:
+    """A process that tries one property after the other; it is replaced where the tracker hangs or kills it."""
 
     def __init__(self, tracker: Tracker, profile: Profile, limit_s: float) -> None:
         self._limit_s = limit_s
@@ -33,20 +33,12 @@ class Apart:
     def examined(self, prop: Property) -> Outcome:
         """As `irtrack.properties.examining.examined`; InputError for a tracker that cannot be sent there. WorkerError
         where processes die again and again before it is at work."""
-        deaths = Deaths(prop.name)
-        while True:
-            try:
-                outcome: Outcome = self._process.ask(prop.name)
-            except NotSentError as error:
-                raise InputError(f"the tracker cannot be sent to another process: {error}") from None
-            except GoneError as gone:
-                if self._process.closed:
-                    raise
-                blame = deaths.blame(gone, Limit(self._limit_s, "frame").exceeded())
-                if blame is not None:
-                    return Outcome(prop, "broken", f"frame {blame.frame}: {blame.what}")
-            else:
-                return outcome
+        exceeded = Limit(self._limit_s, "frame").exceeded()
+        answer = answer_or_blame(self._process, prop.name, exceeded, prop.name)
+        if isinstance(answer, Blame):
+            return Outcome(prop, "broken", f"frame {answer.frame}: {answer.what}")
+        outcome: Outcome = answer
+        return outcome
 
     def close(self) -> None:
         """End the process, whatever it is at."""

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from irsim.kinds import suggestion
 from irtrack.errors import InputError
 from irtrack.identity import tracker_name
-from irtrack.properties.apart import Apart
+from irtrack.properties.apart import Examiner
 from irtrack.properties.examining import Outcome, Profile, examined
 from irtrack.properties.exceptions import EXCEPTIONS
 from irtrack.properties.table import PROPERTIES, Property
@@ -74,11 +74,11 @@ def _examiner(tracker: Tracker, profile: Profile, limit_s: float | None) -> Iter
     if limit_s is None:
         yield lambda prop: examined(prop, tracker, profile)
         return
-    apart = Apart(tracker, profile, limit_s)
+    examiner = Examiner(tracker, profile, limit_s)
     try:
-        yield apart.examined
+        yield examiner.examined
     finally:
-        apart.close()
+        examiner.close()
 
 
 def check_tracker(

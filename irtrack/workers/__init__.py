@@ -1,5 +1,6 @@
 """Worker processes: how they begin, are watched and end with their parent."""
 
+from irtrack.workers.asking import answer_or_blame
 from irtrack.workers.beginning import one_thread
 from irtrack.workers.blame import Blame, Deaths
 from irtrack.workers.board import Board, Unwatched, Watch
@@ -20,5 +21,6 @@ __all__ = [
     "Unwatched",
     "Watch",
     "Watched",
+    "answer_or_blame",
     "one_thread",
 ]

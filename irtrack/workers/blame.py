@@ -1,4 +1,4 @@
-"""Whom it is laid to that a process was lost."""
+"""Which tracker is to blame for a worker process that died or hung."""
 
 from __future__ import annotations
 
@@ -15,10 +15,13 @@ MOST_DEATHS = 2
 
 @dataclass(frozen=True)
 class Blame:
-    """What is said of a tracker.
+    """A tracker that killed worker processes, or hung in one.
 
-    member   its number;  frame  where it was, or had been last
-    at_work  it was at work then; else it had been, and nobody beside it, and the source may have done it
+    member   its number among the trackers of the work
+    frame    the frame that it was at, or had been at last
+    what     what it did, in words
+    at_work  True: it was at work on that frame when the process ended. False: it no longer was, but it was the only
+             tracker in the process; the source of the frames may have done it instead
     """
 
     member: int
@@ -28,18 +31,19 @@ class Blame:
 
 
 class Deaths:
-    """On whom processes died over one piece of work; `name` is what messages call that."""
+    """Counts the processes that died over one piece of work, by tracker; `name` is what messages call the work."""
 
     def __init__(self, name: str = "") -> None:
         self._of: Counter[object] = Counter()
         self._name = name
 
     def blame(self, gone: GoneError, exceeded: str, asked: Sequence[object] = ("the tracker",)) -> Blame | None:
-        """Of those that were asked in this process; None where they are to be asked again.
+        """The tracker to blame for a lost process; None where the work is to be tried once more.
 
-        exceeded   what is said of one that took too long
+        exceeded   what is said of a tracker that took too long
+        asked      the trackers that ran in the process, by number
 
-        WorkerError where processes died while nobody had been at work, more than twice.
+        WorkerError from the third process on that died before any tracker was at work.
         """
         if gone.frame is None:
             self.of_nobody(gone.how)

@@ -1,4 +1,4 @@
-"""What a tracker is at, for whoever waits for it."""
+"""Which frame a tracker is working on, noted where the process that waits for it can read it."""
 
 from __future__ import annotations
 
@@ -27,8 +27,11 @@ class Unwatched:
 
 
 class Board:
-    """A `Watch` in memory that the parent of a process sees: member (-1: none), the frame that one is at, or was last
-    (-1: none was), when it must be done."""
+    """A `Watch` in memory that a process shares with its parent.
+
+    It holds three numbers: the member at work (-1: none), the frame that it is at, or that was worked on last (-1: none
+    yet), and the deadline by time.monotonic(), s.
+    """
 
     EMPTY = (-1.0, -1.0, math.inf)
 

@@ -1,4 +1,4 @@
-"""As many of something as there are jobs, each for one thread at a time."""
+"""A fixed number of workers that threads take turns with."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Each = TypeVar("Each", bound=Closable)
 
 
 class Pool(Generic[Each]):
-    """What `make` gives, so many times."""
+    """As many workers as there are jobs, each made by `make`, and each lent to one thread at a time."""
 
     def __init__(self, jobs: int, make: Callable[[], Each]) -> None:
         self._all = [make() for _ in range(jobs)]
@@ -26,7 +26,7 @@ class Pool(Generic[Each]):
 
     @contextmanager
     def one(self) -> Iterator[Each]:
-        """One of them, which nobody else has within the block; waits for it."""
+        """Lend a worker for the length of the block; waits until one is free."""
         found = self._free.get()
         try:
             yield found
@@ -34,6 +34,6 @@ class Pool(Generic[Each]):
             self._free.put(found)
 
     def close(self) -> None:
-        """All of them, those in use, too."""
+        """Close all workers, also those that are lent."""
         for each in self._all:
             each.close()

@@ -1,4 +1,4 @@
-"""Processes that do what they are asked, and are watched the while."""
+"""Worker processes that are ended when they pass a deadline, and whose end is told."""
 
 from __future__ import annotations
 
@@ -31,10 +31,11 @@ threads that ask at the same time one would read nonsense."""
 
 
 class Watched:
-    """A process that does what it is asked, and says on a board what it is at.
+    """A worker process that does one piece of work after the other, and notes on a `Board` which frame it is at.
 
-    In it begin(board, *given) gives what is called with each piece of work; the board is empty then. It is started
-    when there is work, and another one when there is more after it was lost.
+    The process calls begin(board, *given) once, and what that returns with each piece of work; the board is empty when
+    a piece begins. The process is started for its first piece of work; after it was lost, another is started for the
+    next piece.
     """
 
     def __init__(self, begin: Callable[..., Callable[[Any], Any]], *given: object) -> None:
@@ -43,8 +44,11 @@ class Watched:
         self.closed = False
 
     def ask(self, work: object) -> Any:
-        """What it answers; what it raises is raised. GoneError where it died, or had to be ended for it took too
-        long; NotSentError where the work, or what it begins with, cannot be pickled."""
+        """The answer of the process to a piece of work; what the work raises is raised here.
+
+        GoneError where the process died, or was ended because it passed its deadline; NotSentError where the work, or
+        what `begin` is given, cannot be pickled.
+        """
         sent = _pickled(work)
         try:
             process = self._ready()
