@@ -15,8 +15,6 @@ from irtrack.peers import server
 VARIABLE = "IRTRACK_PEERS"
 HINT = f"make peers installs {', '.join(server.PEERS)} into .venv-peers ({VARIABLE} names another environment's Python)"
 _BIN = ("Scripts", "python.exe") if sys.platform == "win32" else ("bin", "python")
-
-
 LONGEST_S = 60.0
 """How long the peers' Python may take to say which of them it has: it imports OpenCV and dlib, from a cold disk."""
 
