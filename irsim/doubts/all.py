@@ -9,7 +9,9 @@ from irsim.doubts.background import cold_clouds, folded, large_features, off_sca
 from irsim.doubts.camera import beads, sunken
 from irsim.doubts.display import odd_greys
 from irsim.doubts.effect import overruled, without_effect
-from irsim.doubts.targets import buried, idle, never_seen, nowhere, odd_shapes, past_the_end, too_late
+from irsim.doubts.paths import misses, pulls, through_camera
+from irsim.doubts.standing import aloft, buried
+from irsim.doubts.targets import idle, never_seen, nowhere, odd_shapes, past_the_end, too_late
 from irsim.errors import Notice
 from irsim.intent import overlong
 from irsim.reach import out_of_reach
@@ -18,8 +20,21 @@ from irsim.scenario import Scenario
 DOUBTS = (
     *(beyond_fit, overruled, without_effect, long_paths, long_views, unlike_skies),
     *(off_scale, cold_clouds, large_features, folded),
-    *(odd_greys,),
-    *(beads, sunken, odd_shapes, out_of_reach, too_late, past_the_end, nowhere, buried, never_seen, idle, overlong),
+    *(odd_greys, through_camera, pulls, misses),
+    *(
+        beads,
+        sunken,
+        odd_shapes,
+        out_of_reach,
+        too_late,
+        past_the_end,
+        nowhere,
+        buried,
+        aloft,
+        never_seen,
+        idle,
+        overlong,
+    ),
 )
 
 

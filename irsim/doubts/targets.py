@@ -4,16 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import numpy as np
-
 from irsim.doubts.looked import watched
 from irsim.errors import Notice
-from irsim.motion import MetrePath, Mount
+from irsim.motion import Mount
 from irsim.scenario import Scenario
 from irsim.watch import LOOKED, Watch
-
-DEEP_M = 1.0
-"""Ground that is not quite level may be so much lower."""
 
 
 def odd_shapes(scenario: Scenario) -> Iterator[Notice]:
@@ -56,26 +51,6 @@ def nowhere(scenario: Scenario) -> Iterator[Notice]:
     for index, target in enumerate(scenario.targets):
         if target.absent and not any(map(target.exists, range(scenario.frames))):
             yield Notice(("targets", index, "absent"), f"{target.id} is there in no frame")
-
-
-def buried(scenario: Scenario) -> Iterator[Notice]:
-    """Targets whose path in metres goes below the ground or the sea, which does not hide them."""
-    background, stage = scenario.background, scenario.stage
-    level = background.surface_m
-    if level is None:
-        return
-    frames = watched(scenario.frames, LOOKED)
-    for index, target in enumerate(scenario.targets):
-        there = frames[[target.exists(int(frame)) for frame in frames]]
-        if not isinstance(target.path, MetrePath) or not len(there):
-            continue
-        deep = target.path.positions(there, stage, target.id) @ stage.geometry.down - level
-        if deep.max() > DEEP_M:
-            yield Notice(
-                ("targets", index, "path"),
-                f"at frame {there[np.argmax(deep > DEEP_M)]:.0f} {target.id} goes below the {background.surface}, "
-                f"{level:g} m under the camera, by {deep.max():.3g} m at most",
-            )
 
 
 def never_seen(scenario: Scenario) -> Iterator[Notice]:

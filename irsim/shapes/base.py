@@ -41,6 +41,8 @@ class Shape(Kind):
 
     lies: ClassVar[Posture] = ARROW
     """How its kind lies along its path."""
+    grounded: ClassVar[bool] = False
+    """Does its kind stand on the ground, or float on the sea?"""
     poses: ClassVar[tuple[Angles, ...]] = ((90.0, 0.0, 0.0), (50.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     """Yaw, pitch, roll, degrees, that it is often seen at: pictures use them."""
     behind_k: ClassVar[float] = 262.0

@@ -18,6 +18,7 @@ class Boat(Body):
     """A patrol boat above its water line: hull, deck house with windows, mast, and a hot funnel."""
 
     lies: ClassVar[Posture] = UPRIGHT
+    grounded: ClassVar[bool] = True
     poses: ClassVar[tuple[Angles, ...]] = ((115.0, 0.0, 0.0), (90.0, 0.0, 0.0), (60.0, 0.0, 0.0))
     behind_k: ClassVar[float] = 282.0
     from_above_deg: ClassVar[float] = 4.0

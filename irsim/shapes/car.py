@@ -48,6 +48,7 @@ class Car(Body):
     """A saloon car: warm bonnet and wheels, windows that mirror the cold sky."""
 
     lies: ClassVar[Posture] = VEHICLE
+    grounded: ClassVar[bool] = True
     poses: ClassVar[tuple[Angles, ...]] = ((125.0, 0.0, 0.0), (90.0, 0.0, 0.0), (35.0, 0.0, 0.0))
     behind_k: ClassVar[float] = 285.0
     from_above_deg: ClassVar[float] = 14.0

@@ -48,6 +48,7 @@ class Pedestrian(Body):
     """A walking person: warm face and hands, clothes less so, cool shoes; arms swing against the legs."""
 
     lies: ClassVar[Posture] = UPRIGHT
+    grounded: ClassVar[bool] = True
     poses: ClassVar[tuple[Angles, ...]] = ((120.0, 0.0, 0.0), (90.0, 0.0, 0.0), (180.0, 0.0, 0.0))
     behind_k: ClassVar[float] = 287.0
     from_above_deg: ClassVar[float] = 8.0

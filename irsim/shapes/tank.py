@@ -45,6 +45,7 @@ class Tank(Body):
     """Hull, turret and a long barrel, hot road wheels in warm tracks, and a hot engine deck at the rear."""
 
     lies: ClassVar[Posture] = VEHICLE
+    grounded: ClassVar[bool] = True
     poses: ClassVar[tuple[Angles, ...]] = ((90.0, 0.0, 0.0), (110.0, 0.0, 0.0), (60.0, 0.0, 0.0))
     behind_k: ClassVar[float] = 288.0
     from_above_deg: ClassVar[float] = 12.0

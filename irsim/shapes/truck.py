@@ -19,6 +19,7 @@ class Truck(Body):
     """A lorry: cab with cold windows and a hot grille, a cool box, warm wheels, a hot exhaust stack."""
 
     lies: ClassVar[Posture] = VEHICLE
+    grounded: ClassVar[bool] = True
     poses: ClassVar[tuple[Angles, ...]] = ((125.0, 0.0, 0.0), (90.0, 0.0, 0.0), (35.0, 0.0, 0.0))
     behind_k: ClassVar[float] = 284.0
     from_above_deg: ClassVar[float] = 12.0

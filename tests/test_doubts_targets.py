@@ -1,0 +1,122 @@
+"""Targets under the ground or high above it, through the camera, in turns that nothing flies, and that never meet."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any
+
+import pytest
+
+from irsim.doubts import doubts
+from irsim.scenario import Scenario
+
+CAMERA = {"size": (160, 120), "ifov_mrad": 0.3}
+FLAT = {"kind": "sky", "horizon_k": 285.0, "zenith_k": 285.0}
+
+
+def told(path: dict[str, Any], shape: str = "tank", **scene: Any) -> list[str]:
+    """What is said of the path of the last target."""
+    target = {"id": "it", "shape": {"kind": shape}, "path": path}
+    whole = {"frames": 60, "camera": CAMERA, "background": FLAT, **scene}
+    whole["targets"] = [*scene.get("targets", []), target]
+    last = ("targets", len(whole["targets"]) - 1, "path")
+    return [notice.what for notice in doubts(Scenario.model_validate(whole)) if notice.at[:3] == last]
+
+
+def _stands(y: float, range_m: float) -> dict[str, Any]:
+    return {"kind": "straight", "start": (80, y), "speed": 0, "range_m": range_m}
+
+
+@pytest.mark.parametrize("kind", ["landscape", "sea"])
+@pytest.mark.parametrize(("range_m", "said"), [(2000, True), (1200, False), (660, False)])
+def test_a_range_far_beyond_the_ground_in_its_pixel_is_told(kind: str, range_m: float, said: bool) -> None:
+    """Row 110 lies 50.5 px below the level: that ray meets ground 10 m below at 10 / sin(atan(0.3e-3 * 50.5)) m."""
+    lines = told(_stands(110, range_m), background={"kind": kind, "camera_height_m": 10})
+    assert len(lines) == said
+    sine = math.sin(math.atan(0.3e-3 * 50.5))
+    for line in lines:
+        found = re.search(r"by ([\d.]+) m at most, and is drawn before it: it is 2000 m away where .* at (\d+) m", line)
+        assert found is not None
+        assert float(found[1]) == pytest.approx(2000 * sine - 10, rel=5e-3)
+        assert float(found[2]) == pytest.approx(10 / sine, rel=5e-3)
+
+
+def test_a_target_that_is_not_there_while_it_would_be_deep_is_not_told() -> None:
+    """It goes down from the horizon at 2 km, and is gone before it is deep."""
+    path = {**_stands(61, 2000), "speed": 1, "heading_deg": 90}
+    land = {"kind": "landscape", "camera_height_m": 10}
+    assert len(told(path, background=land)) == 1
+    scene = {"frames": 60, "camera": CAMERA, "background": land}
+    gone = {"id": "it", "shape": {"kind": "tank"}, "path": path, "absent": [(10, 59)]}
+    said = [notice.what for notice in doubts(Scenario.model_validate({**scene, "targets": [gone]}))]
+    assert not any("goes below" in line for line in said)
+
+
+@pytest.mark.parametrize(
+    ("shape", "y", "said"),
+    [("tank", 20, True), ("boat", 20, True), ("pedestrian", 20, True), ("helicopter", 20, False), ("tank", 80, False)],
+)
+def test_what_stands_on_the_ground_is_told_high_above_it(shape: str, y: float, said: bool) -> None:
+    """Row 20 lies 39.5 px above the level: 9.5 m at 800 m, and the ground 10 m below it."""
+    lines = told(_stands(y, 800), shape, background={"kind": "landscape", "camera_height_m": 10, "hills_mrad": 0.5})
+    assert len(lines) == said
+    assert all(f"a {shape}, is 19.5 m above the ground, 10 m under the camera" in line for line in lines)
+
+
+def test_on_hills_it_may_stand_as_high_as_they_are() -> None:
+    """800 m away, 5 mrad are 4 m: four times that leaves 3.5 m for a tank of 7 m."""
+    hills = {"kind": "landscape", "camera_height_m": 10, "hills_mrad": 5.0}
+    assert told(_stands(20, 800), background=hills) == []
+
+
+@pytest.mark.parametrize(
+    ("closing_m_s", "frames", "said"),
+    [(900, 60, "at frame 33 it goes through the camera"), (900, 33, None), (500, 60, None), (-900, 60, None)],
+)
+def test_a_range_that_is_used_up_is_told(closing_m_s: float, frames: int, said: str | None) -> None:
+    """1000 m at 900 m/s last for 33.3 frames."""
+    lines = told({**_stands(60, 1000), "closing_m_s": closing_m_s}, "fighter", frames=frames)
+    assert [line[: len(said or "")] for line in lines if "through the camera" in line] == ([said] if said else [])
+
+
+@pytest.mark.parametrize(("aside_m", "said"), [(0.5, 1), (3.0, 0)])
+def test_a_way_past_the_camera_is_told_where_it_is_no_way_past(aside_m: float, said: int) -> None:
+    """Also where it is the camera that is carried."""
+    path = {"kind": "straight_m", "start_m": (aside_m, 0, 300), "velocity_m_s": (0, 0, 0)}
+    carried = {**CAMERA, "motion": [{"kind": "platform", "velocity_m_s": (0, 200, 0)}]}
+    assert len([line for line in told(path, "bird", camera=carried) if "at frame 45 it goes" in line]) == said
+    assert told(path, "bird") == []
+
+
+@pytest.mark.parametrize(("turn_deg_s", "said"), [(400, True), (20, False)])
+@pytest.mark.parametrize("rate_hz", [30.0, 100.0])
+def test_a_turn_that_nothing_flies_is_told_with_its_load(turn_deg_s: float, said: bool, rate_hz: float) -> None:
+    """Speed times rate of turn, over g; chords of a frame's arc make it less, by sin(x) / x squared."""
+    path = {"kind": "turns_m", "start_m": (0, 0, 2000), "speed_m_s": 1000, "turns": [(0, 50, turn_deg_s)]}
+    lines = told(path, "missile", camera={**CAMERA, "rate_hz": rate_hz})
+    loads = [float(found[1]) for line in lines if (found := re.search(r"pulls (\d+) g", line))]
+    omega = math.radians(turn_deg_s)
+    half = omega / rate_hz / 2
+    assert loads == pytest.approx([1000 * omega / 9.80665 * (math.sin(half) / half) ** 2] if said else [], rel=2e-3)
+
+
+def test_a_corner_is_no_turn() -> None:
+    corner = {"kind": "waypoints_m", "points": [[-50, 0, 2000], [0, 0, 2000], [0, -50, 2000]], "speed_m_s": 60}
+    assert not any("pulls" in line for line in told(corner, "quadrotor"))
+
+
+@pytest.mark.parametrize(("miss_px", "said"), [(45, True), (-45, True), (1, False), (0, False)])
+def test_two_that_never_meet_are_told(miss_px: float, said: bool) -> None:
+    first = {"id": "a", "shape": {"kind": "point"}, "path": {"kind": "straight", "start": (30, 60), "speed": 1.5}}
+    path = {"kind": "crosses", "target": "a", "at_frame": 30, "speed": 1, "miss_px": miss_px}
+    lines = [line for line in told(path, "point", targets=[first]) if "never meet" in line]
+    assert len(lines) == said
+    assert all("it and a never meet: they stay 45 px apart; they touch at " in line for line in lines)
+
+
+def test_two_large_ones_meet_at_a_distance_of_their_places() -> None:
+    """Two fighters of 15 m 1000 m away are 50 px long each."""
+    first = {"id": "a", "shape": {"kind": "fighter"}, "path": {"kind": "straight", "start": (30, 60), "speed": 1.5}}
+    path = {"kind": "crosses", "target": "a", "at_frame": 30, "speed": 1, "miss_px": 20}
+    assert told(path, "fighter", targets=[first]) == []
