@@ -190,18 +190,20 @@ def masks(
     seed: SeedOption = None,
     without: WithoutOption = None,
 ) -> None:
-    """Write which pixels each target covers, whole and as far as it is seen, as PNG files of 8 bits."""
+    """Write which pixels each target covers, whole and as far as it is seen, as PNG files of 8 bits.
+
+    Files bear the numbers of the frames that arrive, as a recording of SCENARIO counts them, or of REC's own frames.
+    """
     from irsim.masking import write_masks
     from irsim.sources import open_rendering
 
-    rendering, start, stop = open_rendering(source, overrides or (), seed, without=parts(without))
-    if frames is not None:
-        wanted = parsed(frames, stop - start)
-        start, stop = start + wanted.start, start + wanted.stop
+    rendering, first, stop = open_rendering(source, overrides or (), seed, without=parts(without))
+    wanted = parsed(frames, stop - first) if frames is not None else range(stop - first)
+    start, stop = first + wanted.start, first + wanted.stop
     folder = output or Path(f"{Path(source).stem}-masks")
     count = 0
     with progress_bar(f"masks {rendering.name}", stop - start) as progress:
-        for done, paths in enumerate(write_masks(rendering.scenario, folder, start, stop, target), 1):
+        for done, paths in enumerate(write_masks(rendering.scenario, folder, start, stop, target, first), 1):
             count += len(paths)
             if progress is not None:
                 progress(done)

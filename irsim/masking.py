@@ -14,6 +14,7 @@ from irsim.errors import InputError
 from irsim.files import make_folder, write_png
 from irsim.render import Renderer
 from irsim.scenario import Scenario
+from irsim.span import span
 from irsim.types import Floats
 
 Shares = npt.NDArray[np.float64]
@@ -36,26 +37,31 @@ class Mask:
 
 
 def masks(scenario: Scenario, start: int = 0, stop: int | None = None) -> Iterator[dict[str, Mask]]:
-    """The masks of frames start .. stop-1 in order: of all targets that are there, by id."""
-    renderer = Renderer(scenario)
+    """The masks of frames start .. stop-1 in order: of all targets that are there, by id.
+
+    Frames are those that arrive, as of `irsim.frames`: where the camera's faults drop or double some, the k-th masks
+    are of the k-th that arrives. InputError for a number below 0 and for what is no whole number.
+    """
+    renderer, arrivals = Renderer(scenario), scenario.arrivals
     columns, rows = scenario.camera.size
-    for index in range(start, scenario.frames if stop is None else min(stop, scenario.frames)):
-        yield {seen.piece.name: _mask(seen, (rows, columns)) for seen in renderer.seen(index)}
+    for index in span(start, stop, len(arrivals)):
+        yield {seen.piece.name: _mask(seen, (rows, columns)) for seen in renderer.seen(arrivals[index])}
 
 
 def write_masks(
-    scenario: Scenario, folder: Path, start: int, stop: int, target: str | None = None
+    scenario: Scenario, folder: Path, start: int, stop: int, target: str | None = None, first: int = 0
 ) -> Iterator[list[Path]]:
     """Write the masks of frames start .. stop-1 as `NNNNNN_ID_whole.png` and `NNNNNN_ID_visible.png`, frame by frame.
 
-    8 bits: 255 is a pixel that the target covers wholly. The folder is made where it is missing.
+    8 bits: 255 is a pixel that the target covers wholly. The folder is made where it is missing. NNNNNN is the frame's
+    number less `first`: that of a recording whose frame 0 was the scenario's arriving frame `first`.
     InputError where it cannot be, and where there is no such target.
     """
     names = [each.id for each in scenario.targets if scenario.is_on(each.id)]
     if target is not None and target not in names:
         raise InputError(f"--target {target}: there is no such target; allowed: {', '.join(names) or 'nothing'}")
     make_folder(folder)
-    for index, found in enumerate(masks(scenario, start, stop), start):
+    for index, found in enumerate(masks(scenario, start, stop), start - first):
         paths = []
         for name, mask in found.items():
             if target in (None, name):

@@ -27,6 +27,9 @@ class Moments:
     All are arrays (rows, columns) of float64 in counts (squared counts), of the whole frame or of a
     `region` (first column, first row, columns, rows). Means are before counts are rounded and clipped,
     and follow a target's place smoothly.
+
+    `index` counts the frames that arrive, as those of `irsim.frames` and of a recording: where the camera's faults
+    drop or double some, it is not that of the scenario. IndexError where no frame of that index arrives.
     """
 
     def __init__(self, scenario: Scenario, without: Iterable[str] = ()) -> None:
@@ -37,6 +40,7 @@ class Moments:
             if name not in known:
                 raise InputError(f"without: there is no {name!r}; allowed: {', '.join(known) or 'nothing'}")
         self.scenario = scenario.model_copy(update={"without": tuple(dict.fromkeys([*scenario.without, *off]))})
+        self._arrivals = self.scenario.arrivals
         self._renderer = Renderer(self.scenario)
         if self.scenario.background.noisy:
             raise InputError(
@@ -72,15 +76,22 @@ class Moments:
         Over all draws of the seed; without `fixed`, what changes from frame to frame only. Infinite
         where a pixel says nothing of the light: dead, or saturated.
         """
-        return self._cut(np.asarray(self._renderer.variance(index, fixed), dtype=np.float64), region)
+        return self._cut(np.asarray(self._renderer.variance(self._taken(index), fixed), dtype=np.float64), region)
 
     def _mean(self, index: int, target: str | None = None, shift: tuple[float, float] | None = (0.0, 0.0)) -> Exact:
         """The mean with a target moved by `shift`; None leaves it out."""
         renderer = self._renderer
-        shown = renderer.sensor.shown(index)
+        shown = renderer.sensor.shown(self._taken(index))
         shifts = {target: shift} if target is not None and shift is not None and any(shift) else NOWHERE
         light = renderer.exact(shown, shifts, absent=target if shift is None else None)
         return np.asarray(renderer.sensor.mean(light), dtype=np.float64)
+
+    def _taken(self, index: int) -> int:
+        """The scenario's frame behind the one that arrives as `index`."""
+        arrivals = self._arrivals
+        if not 0 <= index < len(arrivals):
+            raise IndexError(f"frame {index}: there are frames 0 to {len(arrivals) - 1}")
+        return arrivals[index]
 
     def _cut(self, picture: Exact, region: Region | None) -> Exact:
         if region is None:

@@ -30,7 +30,7 @@ class Sprite:
     cover     share of the pixel's area that the thing covers, 0..1, before optics: truth uses it
     alpha     share of the pixel's light that it replaces, after optics
     emission  in-band radiance that it adds, after optics, W/m2/sr: L <- L (1 - alpha) + emission
-    center    (x, y) px, area centroid;  signal_center, weighted by emission
+    center    (x, y) px, area centroid;  signal_center, centroid of `emission`
     box       tight box of the geometry
     area      px2 that the whole thing covers, what lies outside the patch too
     wanted    where its brightness depends on what is behind: what it is to be

@@ -138,10 +138,11 @@ class TargetTruth:
     center        (x, y) px: area centroid of the whole, unhidden target
     box           tight box of the whole, unhidden target; of a point, its PSF's full width at
                   half maximum, or its own where that is larger
-    signal_center (x, y) px: centroid weighted by the signal (hot parts weigh more); for an
-                  isothermal target the same as center
-    velocity      (vx, vy) px per frame period, apparent (the camera's own motion included); frames that were
-                  dropped on the way count
+    signal_center (x, y) px: centroid of the whole, unhidden target's own light as it arrives (hot parts weigh
+                  more), whatever is behind it; for an isothermal target the same as center. The centroid of
+                  what it adds to the picture is another: that of `irsim.Moments.contribution`
+    velocity      (vx, vy) px per frame period, apparent (the camera's own motion included): the step since the
+                  scenario's frame before, dropped or not; in frame 0 that to frame 1
     attitude      (yaw, pitch, roll) degrees in the camera's first frame
     range_m       metres from the camera
     visible       fraction 0..1 of the target's area that is in the frame and not hidden

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import irsim
-from irsim.masking import write_masks
+from irsim.camera import Camera
+from irsim.cli import app
+from irsim.masking import Mask, write_masks
 from irsim.scenario import Scenario
 from irsim.shapes import SHAPES
 from irsim.simulate import Rendering
+from irsim.target import Target
 
 SHIPPED = ["traffic", "clouds", "decoys"]
 
@@ -70,9 +75,59 @@ def test_files_hold_the_masks(tmp_path: Path) -> None:
     np.testing.assert_allclose(read / 255, mask.visible, atol=0.5 / 255 + 1e-9)
 
 
+FAULTS: list[dict[str, object]] = [{"kind": "drop", "frames": [1]}, {"kind": "duplicate", "frames": [3]}]
+"""Of frames 0 .. 4 arrive 0, 2, 3, 3, 4."""
+
+
+def moving(faults: list[dict[str, object]]) -> Scenario:
+    path = {"kind": "straight", "start": (20.0, 50.0), "speed": 15.0, "range_m": 800.0}
+    target = {"id": "one", "shape": {"kind": "hot_spot", "size_m": (4.0, 4.0)}, "path": path}
+    return scene().model_copy(
+        update={
+            "frames": 5,
+            "occluders": (),
+            "camera": Camera.model_validate({"size": (120, 100), "faults": faults}),
+            "targets": (Target.model_validate(target),),
+        }
+    )
+
+
+def places(masks: Iterable[dict[str, Mask]]) -> list[float]:
+    """x of the target's centroid in each mask, px."""
+    covers = [found["one"].whole for found in masks]
+    return [float((np.arange(cover.shape[1]) * cover).sum() / cover.sum()) for cover in covers]
+
+
+def test_masks_are_of_the_frames_that_arrive() -> None:
+    scenario = moving(FAULTS)
+    xs = [truth.targets[0].center[0] for truth in Rendering(scenario).truths()]
+    assert np.diff(xs) == pytest.approx([30, 15, 0, 15])
+    assert places(irsim.masks(scenario)) == pytest.approx(xs, abs=1e-3)
+    assert places(irsim.masks(scenario, 1, 3)) == pytest.approx(xs[1:3], abs=1e-3)
+
+
+def test_files_of_a_recording_bear_its_own_numbers(tmp_path: Path) -> None:
+    """It begins at the third frame that arrives."""
+    made = irsim.record(Rendering(moving(FAULTS)), tmp_path / "late.mcap", start=2)
+    recording = irsim.open_recording(made)
+    folder = tmp_path / "masks"
+    assert CliRunner().invoke(app, ["masks", str(made), "-o", str(folder)]).exit_code == 0
+    assert sorted(path.name for path in folder.glob("*_whole.png")) == [f"{k:06}_one_whole.png" for k in range(3)]
+    for truth in recording.truths():
+        cover = cv2.imread(str(folder / f"{truth.index:06}_one_whole.png"), cv2.IMREAD_UNCHANGED)
+        assert cover is not None
+        assert (np.arange(120) * cover).sum() / cover.sum() == pytest.approx(truth.targets[0].center[0], abs=0.05)
+    part = tmp_path / "part"
+    assert CliRunner().invoke(app, ["masks", str(made), "-o", str(part), "--frames", "1:2"]).exit_code == 0
+    assert (part / "000001_one_whole.png").read_bytes() == (folder / "000001_one_whole.png").read_bytes()
+    assert len(list(part.iterdir())) == 2
+
+
 def test_mistakes_are_told(tmp_path: Path) -> None:
     with pytest.raises(irsim.InputError, match="--target two: there is no such target; allowed: one"):
         next(write_masks(scene(), tmp_path, 0, 1, "two"))
     (tmp_path / "file").write_text("")
     with pytest.raises(irsim.InputError, match="no folder can be made there"):
         next(write_masks(scene(), tmp_path / "file", 0, 1))
+    with pytest.raises(irsim.InputError, match="start"):
+        next(irsim.masks(scene(), -1))

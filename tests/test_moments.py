@@ -120,6 +120,49 @@ def test_what_is_hidden_adds_nothing() -> None:
     np.testing.assert_array_equal(open_.contribution(0, "one"), Moments(scene()).contribution(0, "one"))
 
 
+def test_an_index_is_that_of_a_frame_that_arrives() -> None:
+    """Of frames 0 .. 3 arrive 0, 2, 2, 3: of its own number only the first and the last. Shot noise tells variances."""
+    shape, path = {"kind": "hot_spot", "temperature_k": 315.0}, {**PATH, "speed": 3.0, "start": (8.0, 16.0)}
+    target = {"id": "one", "shape": shape, "path": path}
+    faults = [{"kind": "drop", "frames": [1]}, {"kind": "duplicate", "frames": [2]}]
+    camera = {"detector": {"kind": "electrons", "integration_ms": 5.0}, "noise": [{"kind": "shot"}]}
+    whole = Moments(scene(targets=[target], camera=camera))
+    moments = Moments(scene(targets=[target], camera={**camera, "faults": faults}))
+    for index, taken in enumerate([0, 2, 2, 3]):
+        np.testing.assert_array_equal(moments.mean(index), whole.mean(taken))
+        np.testing.assert_array_equal(moments.variance(index), whole.variance(taken))
+        np.testing.assert_array_equal(moments.contribution(index, "one"), whole.contribution(taken, "one"))
+    assert not np.array_equal(whole.mean(1), whole.mean(2))
+    assert not np.array_equal(whole.variance(1), whole.variance(2))
+    for index in (-1, 4):
+        with pytest.raises(IndexError):
+            moments.mean(index)
+    all_arrive = Moments(moments.scenario, without=("drop", "duplicate"))
+    np.testing.assert_array_equal(all_arrive.mean(1), whole.mean(1))
+
+
+def test_signal_center_is_of_the_targets_own_light_and_a_contribution_of_its_contrast() -> None:
+    """The sky behind is as warm as most of a car: what the car adds has its centroid elsewhere."""
+    car = {"kind": "car"}
+    target = {"id": "one", "shape": car, "path": {**PATH, "start": (32.0, 24.0), "range_m": 150.0}}
+    camera = {"size": (64, 48), "netd_mk": 0.0}
+
+    def found(kelvin: float) -> tuple[tuple[float, float], Exact]:
+        sky = {"kind": "sky", "horizon_k": kelvin, "zenith_k": kelvin}
+        scenario = scene(targets=[target], camera=camera, background=sky)
+        (truth,) = Rendering(scenario).truths(0, 1)
+        added = Moments(scenario).contribution(0, "one")
+        rows, columns = np.indices(added.shape)
+        own = truth.targets[0].signal_center
+        assert own is not None
+        return own, np.array([(columns * added).sum(), (rows * added).sum()]) / added.sum()
+
+    (own, of_cold), (same, of_warm) = found(100.0), found(290.0)
+    assert own == same
+    np.testing.assert_allclose(of_cold, own, atol=0.02)
+    assert np.hypot(*(of_warm - own)) > 0.3
+
+
 def test_mistakes_are_told() -> None:
     moments = Moments(scene())
     with pytest.raises(irsim.InputError, match="there is no 'two'; allowed: one"):
