@@ -130,7 +130,7 @@ def allowed(slot: Slot) -> str:
         return f"a list, each {allowed(item)}"
     if slot.is_table:
         inner = get_args(slot.annotation)[1]
-        return "a mapping" if inner is Any else f"a mapping, under each override key {allowed(Slot.of(inner))}"
+        return "a mapping" if inner is Any else f"a mapping, under each key {allowed(Slot.of(inner))}"
     if slot.family is not None:
         return f"a kind of {slot.family.name}, see below"
     if slot.part(None) is not None:

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mesh_files import GIVEN
+from pydantic import ValidationError
 
 from irsim.geometry import Geometry
 from irsim.motion.attitude import euler
@@ -115,6 +116,34 @@ class TestEveryShape:
 
 @pytest.mark.parametrize("kind", BODIES)
 class TestEveryBody:
+    def test_each_part_has_its_emissivity(self, kind: str) -> None:
+        """Lit alone, all others at emissivity 0, the parts add up to the whole body, each as its emissivity says."""
+        body = shape(kind)
+        assert isinstance(body, Body)
+        keys = [key for key in type(body).model_fields if key.endswith("_emissivity")]
+        parts = {solid.heat.removesuffix("_k") for solid in body.solids} - {"temperature"}
+        named = sorted(parts - {key.removesuffix("_emissivity") for key in keys})
+        given = {"emissivity": 0.9, **dict.fromkeys(keys, 0.6), "emissivities": dict.fromkeys(named, 0.3)}
+        none = dict.fromkeys(named, 0.0)
+        dark: dict[str, Any] = {"emissivity": 0.0, **dict.fromkeys(keys, 0.0), "emissivities": none}
+        alone = [{**dark, key: given[key]} for key in ("emissivity", *keys)]
+        alone += [{**dark, "emissivities": {**none, name: 0.3}} for name in named]
+
+        def emitted(values: dict[str, Any]) -> Floats:
+            return seen(shape(kind, **values), (30, 10, 0)).emission
+
+        whole = emitted(given)
+        assert len(alone) > 1
+        np.testing.assert_allclose(sum(map(emitted, alone)), whole, rtol=1e-9, atol=1e-9 * whole.max())
+        assert emitted(dark).max() == 0
+        if named:  # three times the emissivity, three times the light
+            once, thrice = ({**dark, "emissivities": {**none, named[0]: e}} for e in (0.3, 0.9))
+            np.testing.assert_allclose(emitted(thrice), 3 * emitted(once), rtol=1e-12, atol=1e-12 * whole.max())
+
+    def test_the_emissivity_of_no_part_is_refused(self, kind: str) -> None:
+        with pytest.raises(ValidationError, match="'wing_tip' is no part with an emissivity"):
+            type(shape(kind)).model_validate({"emissivities": {"wing_tip": 0.5}})
+
     def test_blur_keeps_the_light(self, kind: str) -> None:
         sharp, soft = seen(shape(kind), psf_px=0.0), seen(shape(kind), psf_px=1.3)
         assert soft.alpha.sum() == pytest.approx(soft.cover.sum(), rel=1e-12)

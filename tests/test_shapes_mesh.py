@@ -146,6 +146,9 @@ def test_the_nearer_face_hides_the_farther_one(tmp_path: Path) -> None:
     # The near cube's face is (97.5 + 2) / 97.5 times as large as it would be in the plane of the far one's.
     share = (99.5 / 97.5) ** 2 / 9
     assert mean == pytest.approx(share * glow[0] + (1 - share) * glow[1], rel=5e-3)
+    dim = seen(model.model_copy(update={"emissivities": {"hot": 0.4}}), (0, 0, 0), range_m=100.0, psf_px=0.0)
+    mean = dim.emission.sum() / dim.alpha.sum()
+    assert mean == pytest.approx(share * glow[0] + (1 - share) * 0.4 * glow[1], rel=5e-3)
 
 
 def _moved(line: str) -> list[float]:
@@ -279,3 +282,5 @@ def test_a_scenario_names_the_place(tmp_path: Path) -> None:
     path = write_obj(tmp_path / "jet.obj", body("fighter"))
     with pytest.raises(ValidationError, match=r"no material 'engine'.*did you mean 'engine_k'"):
         Model(file=str(path), length_m=3.0, materials_k={"engine": 500.0})
+    with pytest.raises(ValidationError, match=r"no material 'engine'.*did you mean 'engine_k'"):
+        Model(file=str(path), length_m=3.0, emissivities={"engine": 0.5})

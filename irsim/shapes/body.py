@@ -8,8 +8,10 @@ from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
+from pydantic import Field, model_validator
+from pydantic_core import PydanticCustomError
 
-from irsim.kinds import Fraction, Kelvin, Length
+from irsim.kinds import Fraction, Kelvin, Length, suggestion
 from irsim.radiometry import radiance
 from irsim.shapes.base import Shape, View
 from irsim.shapes.joints import Rigid
@@ -26,7 +28,7 @@ class Body(Shape):
     """A body of convex parts, each with its own temperature and emissivity.
 
     A part's heat is the name of a key, such as `engine_k`; the emissivity of those parts is the key
-    `engine_emissivity` where the body has one, else `emissivity`.
+    `engine_emissivity` where the body has one, else what `emissivities` says of `engine`, else `emissivity`.
 
     A part is drawn as the outline that its hull has from where the camera is, exactly, and parts hide
     each other in the order of `Mesh.hiding_order`. Solids of unlike heat that run into each other are
@@ -42,6 +44,26 @@ class Body(Shape):
     temperature_k: Kelvin = 300.0
     """Temperature of the skin, kelvin."""
     emissivity: Fraction = 0.95
+    """Of all parts of which nothing else says it."""
+    emissivities: Mapping[str, Fraction] = Field(default_factory=dict)
+    """Emissivities of parts, by the key of their temperature without `_k`: {engine: 0.8}."""
+
+    @model_validator(mode="after")
+    def _parts_are_there(self) -> Body:
+        allowed = sorted({_name(solid) for solid in self.solids if _emissivity(self, solid) is None} - {_SKIN})
+        for name in self.emissivities:
+            if name not in allowed:
+                what = (
+                    f"{name!r} is no part with an emissivity to be given here; allowed: {', '.join(allowed) or 'none'}"
+                )
+                raise PydanticCustomError(
+                    "part", "{what}", {"what": what + suggestion(name, allowed), "at": ("emissivities", name)}
+                )
+        return self
+
+    def __hash__(self) -> int:
+        values = (getattr(self, key) for key in type(self).model_fields)
+        return hash(tuple(tuple(value.items()) if isinstance(value, Mapping) else value for value in values))
 
     def joints(self, time: float) -> Mapping[str, Rigid]:
         """Where the joints of moving parts are at a time, s, lengths in those of the body."""
@@ -62,6 +84,19 @@ class Body(Shape):
         glow[found.rank] = _glow(self, stage.band, stage.surroundings) * self.brightness(view)
         range_m = math.hypot(*view.position.tolist())
         return Outline(found.edges, glow, found.box, drawn_part(found.box, stage), stage.psf, range_m, found.middle)
+
+
+_SKIN = "temperature"
+
+
+def _name(solid: Solid) -> str:
+    return solid.heat.removesuffix("_k")
+
+
+def _emissivity(body: Body, solid: Solid) -> float | None:
+    """By the part's own key; None where the body has none."""
+    found: float | None = getattr(body, f"{_name(solid)}_emissivity", None)
+    return found
 
 
 @lru_cache(maxsize=64)
@@ -86,9 +121,9 @@ def _glow(body: Body, band: Band, surroundings: float) -> Floats:
     """(parts,) in-band radiance, W/m2/sr."""
     parts = _parts(type(body))
     temperatures = np.array([getattr(body, solid.heat) for solid in parts])
-    emissivities = np.array(
-        [getattr(body, solid.heat.removesuffix("_k") + "_emissivity", body.emissivity) for solid in parts]
-    )
+    own = (_emissivity(body, solid) for solid in parts)
+    others = (body.emissivities.get(_name(solid), body.emissivity) for solid in parts)
+    emissivities = np.array([one if one is not None else other for one, other in zip(own, others, strict=True)])
     return np.asarray(emissivities * radiance(band, temperatures) + (1 - emissivities) * surroundings)
 
 

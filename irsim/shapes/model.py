@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import Literal
 
@@ -60,9 +61,12 @@ class Model(Shape):
     """How the body lies in the file."""
     temperature_k: Kelvin = 300.0
     """Temperature of all materials that `materials_k` does not name, kelvin."""
-    materials_k: dict[str, Kelvin] = Field(default_factory=dict)
+    materials_k: Mapping[str, Kelvin] = Field(default_factory=dict)
     """Temperatures of materials (OBJ: usemtl, else g or o) by name, kelvin."""
     emissivity: Fraction = 0.95
+    """Of all materials that `emissivities` does not name."""
+    emissivities: Mapping[str, Fraction] = Field(default_factory=dict)
+    """Emissivities of materials by name."""
 
     @model_validator(mode="after")
     def _file_can_be_read(self) -> Model:
@@ -70,16 +74,18 @@ class Model(Shape):
             groups = read_mesh(self.file).groups
         except MeshError as error:
             raise PydanticCustomError("mesh", "{what}", {"what": str(error), "at": ("file",)}) from None
-        for name in self.materials_k:
+        named = ((key, name) for key in ("materials_k", "emissivities") for name in getattr(self, key))
+        for key, name in named:
             if name not in groups:
                 what = f"{self.file} has no material {name!r}; allowed: {', '.join(filter(None, groups)) or 'none'}"
                 raise PydanticCustomError(
-                    "material", "{what}", {"what": what + suggestion(name, groups), "at": ("materials_k", name)}
+                    "material", "{what}", {"what": what + suggestion(name, groups), "at": (key, name)}
                 )
         return self
 
     def __hash__(self) -> int:
-        return hash((self.file, self.length_m, self.axes, self.temperature_k, tuple(self.materials_k.items())))
+        named = tuple(self.materials_k.items()), tuple(self.emissivities.items())
+        return hash((self.file, self.length_m, self.axes, self.temperature_k, named))
 
     @property
     def posture(self) -> Posture:
@@ -181,4 +187,5 @@ def _placed(model: Model, triangles: Triangles) -> tuple[Triangles, Floats, Floa
 def _glow(model: Model, groups: tuple[str, ...], band: Band, surroundings: float) -> Floats:
     """(groups,) in-band radiance, W/m2/sr."""
     temperatures = np.array([model.materials_k.get(name, model.temperature_k) for name in groups])
-    return np.asarray(model.emissivity * radiance(band, temperatures) + (1 - model.emissivity) * surroundings)
+    emissivities = np.array([model.emissivities.get(name, model.emissivity) for name in groups])
+    return np.asarray(emissivities * radiance(band, temperatures) + (1 - emissivities) * surroundings)
