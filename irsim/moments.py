@@ -73,8 +73,9 @@ class Moments:
     def variance(self, index: int, region: Region | None = None, fixed: bool = True) -> Exact:
         """Noise of each pixel about the mean, squared counts, that of rounding with it.
 
-        Over all draws of the seed; without `fixed`, what changes from frame to frame only. Infinite
-        where a pixel says nothing of the light: dead, or saturated.
+        The mean square over all draws of the seed: an offset of odd and even rows, the same in all draws, counts,
+        as the mean does not hold it. Without `fixed`, what changes from frame to frame only. Infinite where a pixel
+        says nothing of the light: dead, or saturated.
         """
         return self._cut(np.asarray(self._renderer.variance(self._taken(index), fixed), dtype=np.float64), region)
 
