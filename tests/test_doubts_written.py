@@ -73,6 +73,7 @@ FIXED = {"kind": "fixed", "low": 2000, "high": 6000}
     ],
 )
 def test_greys_of_counts_that_a_camera_does_not_give_are_told(agc: dict[str, Any], bits: int, told: str | None) -> None:
-    scene = {"camera": {"size": (64, 48), "bits": bits, "agc": agc}, "background": {"kind": "ground"}}
+    camera = {"size": (64, 48), "bits": bits, "agc": agc, "range_k": (270, 310)}
+    scene = {"camera": camera, "background": {"kind": "ground"}}
     lines = [f"{notice.at[-1]}: {notice.what}" for notice in doubts(Scenario.model_validate(scene))]
     assert [line[: len(told or "")] for line in lines] == ([] if told is None else [told])

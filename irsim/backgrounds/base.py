@@ -117,6 +117,8 @@ class Background(Kind):
     """Does its light hold a camera's noise already? Then the first of its layers is `Filmed`."""
     mapped: ClassVar[bool] = True
     """Is it painted over directions, so that a camera that turns sees another part of it?"""
+    endless: ClassVar[bool] = False
+    """Does ground fill the picture wherever the camera looks, and stay there wherever it is carried?"""
     surface: ClassVar[str] = "ground"
     """What its lower part is, in a word for messages."""
 

@@ -51,6 +51,7 @@ class Ground(Background):
     """Terrain whose temperature varies about a mean; with `spread_k: 0` and nothing on it it is flat."""
 
     overrules: ClassVar[Mapping[str, tuple[str, ...]]] = {"betas": ("beta",)}
+    endless: ClassVar[bool] = True
 
     mean_k: Kelvin = 290.0
     """Mean temperature, K."""

@@ -152,6 +152,11 @@ class Detector(Kind):
         """Time over which it gathers the light of a frame, ms; None where it does not say."""
         return None if self.timed_by is None else float(getattr(self, self.timed_by))
 
+    @property
+    def optics(self) -> tuple[float, float] | None:
+        """F-number and side of a pixel, um, that its light follows from; None where it does not say."""
+        return None
+
     @abstractmethod
     def response(self, setting: Setting) -> Response:
         """How it answers in a camera of that setting."""
@@ -215,6 +220,10 @@ class Electrons(Detector):
     """Electrons per count; where not given, a full well is the highest count."""
     offset: NotNegative = 0.0
     """Count of no electrons."""
+
+    @property
+    def optics(self) -> tuple[float, float]:
+        return self.f_number, self.pitch_um
 
     def flux_factor(self) -> float:
         """Electrons per unit of in-band photon radiance (1/s/m2/sr) in one integration."""

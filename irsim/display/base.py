@@ -42,8 +42,8 @@ class Agc(Kind):
     def display(self, counts: Image, bits: int) -> Picture:
         """(rows, cols) uint8 picture of `counts` (uint8 or uint16, `bits` deep), as of a first frame."""
 
-    def doubt(self, bits: int) -> tuple[str, str] | None:
-        """A key, and why what it says is legal but may not be meant of counts so deep."""
+    def ends(self, bits: int) -> tuple[int, int] | None:
+        """Counts, `bits` deep, that become black and white in every picture; None where they follow the scene."""
         return None
 
     def look(self, counts: Image, bits: int) -> Look:

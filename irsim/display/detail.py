@@ -42,8 +42,8 @@ class Around(Agc):
     def memory(self) -> int:
         return self.inner.memory
 
-    def doubt(self, bits: int) -> tuple[str, str] | None:
-        return self.inner.doubt(bits)
+    def ends(self, bits: int) -> tuple[int, int] | None:
+        return self.inner.ends(bits)
 
     def display(self, counts: Image, bits: int) -> Picture:
         return self.behind(self.inner.display(self.before(counts, bits), bits))

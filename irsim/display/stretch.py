@@ -54,17 +54,11 @@ class Fixed(Agc):
             )
         return self
 
-    def doubt(self, bits: int) -> tuple[str, str] | None:
-        full = 2**bits - 1
-        of = f"counts of {bits} bits are 0 to {full}"
-        if self.low >= full:
-            return "low", f"{of}: every picture is black; try less than {full}"
-        if self.high is not None and self.high > full:
-            return "high", f"{of}: white is never reached; try {full} at most"
-        return None
+    def ends(self, bits: int) -> tuple[int, int]:
+        return self.low, 2**bits - 1 if self.high is None else self.high
 
     def display(self, counts: Image, bits: int) -> Picture:
-        return shown(stretched(self.low, 2**bits - 1 if self.high is None else self.high), counts)
+        return shown(stretched(*self.ends(bits)), counts)
 
 
 class Plain(Agc):

@@ -9,7 +9,10 @@ from irsim.doubts.background import cold_clouds, folded, large_features, off_sca
 from irsim.doubts.camera import beads, sunken
 from irsim.doubts.display import odd_greys
 from irsim.doubts.effect import overruled, without_effect
+from irsim.doubts.endless import ground_in_the_sky, stays_behind
+from irsim.doubts.lens import two_lenses, unlike_pupils
 from irsim.doubts.paths import misses, pulls, through_camera
+from irsim.doubts.reflection import unreflecting
 from irsim.doubts.standing import aloft, buried
 from irsim.doubts.targets import idle, never_seen, nowhere, odd_shapes, past_the_end, too_late
 from irsim.errors import Notice
@@ -20,6 +23,7 @@ from irsim.scenario import Scenario
 DOUBTS = (
     *(beyond_fit, overruled, without_effect, long_paths, long_views, unlike_skies),
     *(off_scale, cold_clouds, large_features, folded),
+    *(two_lenses, unlike_pupils, unreflecting, ground_in_the_sky, stays_behind),
     *(odd_greys, through_camera, pulls, misses),
     *(
         beads,

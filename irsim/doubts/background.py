@@ -12,22 +12,18 @@ from irsim.backgrounds.chart import STEEPEST_DEG, WIDEST_DEG
 from irsim.backgrounds.sky import FIT_K
 from irsim.backgrounds.texture import tile_side
 from irsim.detector import Detector
+from irsim.doubts.bare import bare
 from irsim.doubts.looked import watched
 from irsim.errors import Notice
-from irsim.instant import Instant
 from irsim.motion import Mount
 from irsim.radiometry import radiance, temperature
 from irsim.scenario import Scenario
-from irsim.types import Floats
-
-LOOKED = 3
-"""Frames, evenly spread, at which grounds and seas are looked at."""
 
 
 def off_scale(scenario: Scenario) -> Iterator[Notice]:
     """A clear sky, a ground or a sea of which no pixel lies within what the counts can tell."""
     camera, response = scenario.camera, scenario.camera.response()
-    for what, light in ((f"the {word}", part) for word, part in (*_sky(scenario), *_land(scenario))):
+    for what, light in bare(scenario):
         signal = response.signal(light.astype(np.float32))
         full, dark = signal.min() >= response.top, signal.max() <= response.bottom
         if full or dark:
@@ -37,28 +33,6 @@ def off_scale(scenario: Scenario) -> Iterator[Notice]:
                 ("camera", *_scale(camera.detector)),
                 f"all of {what}, {seen.min():.0f} to {seen.max():.0f} K, lies {beyond}",
             )
-
-
-def _sky(scenario: Scenario) -> Iterator[tuple[str, Floats]]:
-    """The clear sky's light at the heights that the unmoved camera sees."""
-    background, stage = scenario.background, scenario.stage
-    axis, half = stage.geometry.elevation_rad, math.atan(stage.geometry.ifov_rad * stage.geometry.size[1] / 2)
-    lowest = axis - half if background.surface_m is None else max(axis - half, 0.0)
-    clear = background.clear(stage)
-    if clear is not None and axis + half > lowest:
-        yield "clear sky", clear.radiance(np.array([[lowest, axis + half]]))
-
-
-def _land(scenario: Scenario) -> Iterator[tuple[str, Floats]]:
-    """Light of the pixels below the horizon, or of all, in LOOKED frames in which there are some."""
-    background, stage = scenario.background, scenario.stage
-    light = background.land(stage)
-    if light is None:
-        return
-    now = Instant.of(scenario, stage)
-    below = np.concatenate([light(now.gaze(frame)) for frame in watched(scenario.frames, LOOKED).astype(int).tolist()])
-    if below.size:
-        yield background.surface, below
 
 
 def _scale(detector: Detector) -> tuple[str, ...]:

@@ -4,13 +4,39 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
+
+from irsim.doubts.bare import bare
 from irsim.errors import Notice
 from irsim.scenario import Scenario
 
 
 def odd_greys(scenario: Scenario) -> Iterator[Notice]:
-    """An AGC of counts that the camera does not give."""
-    doubt = scenario.camera.agc.doubt(scenario.camera.bits)
-    if doubt is not None:
-        key, why = doubt
-        yield Notice(("camera", "agc", key), why)
+    """Given counts for black and white that the camera does not give, or that show nothing of the background."""
+    camera = scenario.camera
+    ends, full = camera.agc.ends(camera.bits), 2**camera.bits - 1
+    if ends is None:
+        return
+    black, white = ends
+    of = f"counts of {camera.bits} bits are 0 to {full}"
+    if black >= full:
+        yield Notice(("camera", "agc", "low"), f"{of}: every picture is black; try less than {full}")
+    elif white > full:
+        yield Notice(("camera", "agc", "high"), f"{of}: white is never reached; try {full} at most")
+    else:
+        yield from _even(scenario, black, white)
+
+
+def _even(scenario: Scenario, black: int, white: int) -> Iterator[Notice]:
+    """Where all of the clear sky and of the bare ground or sea is black, or all of it white, noise apart."""
+    response = scenario.camera.response()
+    signals = [response.signal(light.astype(np.float32)).ravel() for _, light in bare(scenario)]
+    if not signals:
+        return
+    counts = np.clip(np.concatenate(signals) / response.gain + response.offset, 0, response.full)
+    least, most = round(float(counts.min())), round(float(counts.max()))
+    seen = f"the background's counts, {least} to {most}, are all"
+    if 0 < black >= most:
+        yield Notice(("camera", "agc", "low"), f"{seen} black; try less than {most}")
+    elif response.full > white <= least:
+        yield Notice(("camera", "agc", "high"), f"{seen} white; try more than {least}")

@@ -1,0 +1,171 @@
+"""Lenses, surroundings, greys and grounds that do not go with the rest of a scene."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+
+from irsim.doubts import doubts
+from irsim.radiometry import radiance, temperature
+from irsim.scenario import Scenario
+
+
+def told(scene: dict[str, Any]) -> dict[str, str]:
+    """What is said, by the place that it is said of."""
+    size = {"size": (64, 48), **scene.get("camera", {})}
+    whole = {"background": {"kind": "sky", "horizon_k": 285.0, "zenith_k": 250.0}, **scene, "camera": size}
+    return {
+        ".".join(map(str, notice.at)): notice.what
+        for notice in doubts(Scenario.model_validate({"frames": 31, **whole}))
+    }
+
+
+@pytest.mark.parametrize(
+    ("lens", "detector", "warned"),
+    [
+        ({"f_number": 2, "pitch_um": 30}, {"f_number": 4, "pitch_um": 15}, ["f_number", "pitch_um"]),
+        ({"f_number": 2}, {"f_number": 2, "pitch_um": 12}, ["pitch_um"]),
+        ({"defocus_px": 1.0}, {"f_number": 2}, ["f_number"]),
+        ({"f_number": 2, "pitch_um": 12}, {"f_number": 2, "pitch_um": 12}, []),
+    ],
+)
+def test_two_lenses_of_one_camera_are_told(lens: dict[str, Any], detector: dict[str, Any], warned: list[str]) -> None:
+    scene = {"camera": {"optics": lens, "detector": {"kind": "electrons", **detector}}}
+    assert list(told(scene)) == [f"camera.optics.{key}" for key in warned]
+    assert told({**scene, "without": ["optics"]}) == {}
+    assert told({"camera": {"optics": lens}}) == {}
+
+
+@pytest.mark.parametrize(
+    ("camera", "aperture_m", "said"),
+    [
+        ({"preset": "cooled_mwir"}, 0.05, "the lens is 0.025 m wide"),
+        ({"preset": "cooled_mwir"}, 0.025, None),
+        ({"optics": {"f_number": 2, "pitch_um": 10}, "ifov_mrad": 0.1}, 0.02, "a focal length of 100 mm, at F/2"),
+        ({"optics": {"f_number": 2, "pitch_um": 10}, "ifov_mrad": 0.1}, 0.05, None),
+        ({}, 0.3, None),
+    ],
+)
+def test_turbulence_seen_through_another_pupil_is_told(
+    camera: dict[str, Any], aperture_m: float, said: str | None
+) -> None:
+    """Focal length is pitch over IFOV: 15 um / 0.15 mrad are the preset's 100 mm, of which F/4 leaves 25."""
+    air = {"turbulence": {"cn2": 1e-14, "aperture_m": aperture_m}}
+    lines = told({"camera": camera, "atmosphere": air})
+    assert list(lines) == (["atmosphere.turbulence.aperture_m"] if said else [])
+    assert all(said is not None and said in line for line in lines.values())
+    assert told({"camera": camera, "atmosphere": {"turbulence": {"aperture_m": aperture_m}}}) == {}
+    assert told({"camera": camera, "atmosphere": air, "without": ["turbulence"]}) == {}
+
+
+@pytest.mark.parametrize(
+    ("shape", "place"),
+    [
+        ({"kind": "car", "emissivity": 0.5}, "targets.0.shape.emissivity"),
+        ({"kind": "car", "windows_emissivity": 0.3}, "targets.0.shape.windows_emissivity"),
+        ({"kind": "point", "emissivity": 0.5}, "targets.0.shape.emissivity"),
+        ({"kind": "point", "emissivity": 0.5, "contrast_k": 5}, None),
+        ({"kind": "car", "emissivity": 0.85}, None),
+        ({"kind": "missile", "plume_emissivity": 0.2}, None),
+    ],
+)
+def test_what_has_nothing_to_reflect_is_told(shape: dict[str, Any], place: str | None) -> None:
+    target = {"id": "it", "shape": shape, "path": {"kind": "straight", "start": (30, 20), "speed": 0.1}}
+    without = ("does not count beside", "asks for")
+    scene = {"camera": {"band": "lwir"}, "targets": [target]}
+    lines = {at: what for at, what in told(scene).items() if not any(word in what for word in without)}
+    assert list(lines) == ([place] if place else [])
+    for what in lines.values():
+        found = re.search(r"so that (\d+) K look like (\d+) K; try atmosphere", what)
+        assert found is not None
+        key = place.rsplit(".", 1)[1] if place else ""
+        seen = temperature("lwir", shape[key] * radiance("lwir", float(found[1])))
+        assert float(found[2]) == pytest.approx(float(seen), abs=0.5)
+    for air in ({"surroundings_k": 280}, {"preset": "us_standard"}):
+        assert not any("reflect" in what for what in told({**scene, "atmosphere": air}).values())
+
+
+def test_an_occluder_that_has_nothing_to_reflect_is_told() -> None:
+    bar = {"kind": "bar", "range_m": 500, "center_px": (30, 20), "size_px": (5, 5), "emissivity": 0.3}
+    assert list(told({"occluders": [bar]})) == ["occluders.0.emissivity"]
+
+
+@pytest.mark.parametrize(("elevation_deg", "said"), [(30, True), (0, False), (-30, False)])
+@pytest.mark.parametrize("kind", ["ground", "landscape"])
+def test_ground_that_fills_the_sky_is_told(elevation_deg: float, kind: str, said: bool) -> None:
+    lines = told({"camera": {"elevation_deg": elevation_deg, "ifov_mrad": 0.5}, "background": {"kind": kind}})
+    assert list(lines) == (["background"] if said and kind == "ground" else [])
+    lowest = 30 - math.degrees(math.atan(23.5 * 0.5e-3))
+    assert all(f"looks {lowest:.1f} degrees above the horizon" in line for line in lines.values())
+
+
+def test_a_camera_that_turns_up_from_the_ground_is_told_when() -> None:
+    """By a degree a frame from the horizon on; half of the picture is 0.7 degrees."""
+    turned = {"elevation_deg": 0.0, "motion": [{"kind": "pan", "elevation_deg_s": 30.0}]}
+    lines = told({"camera": turned, "background": {"kind": "ground"}})
+    assert "at frame 30 the camera looks 29.3 degrees" in lines["background"]
+
+
+CARRIED = {"motion": [{"kind": "platform", "velocity_m_s": (12.0, 0.0, 0.0)}]}
+"""By 12 m in 31 frames."""
+CLOUD = {"kind": "sky", "clouds": [{"range_m": 3000}]}
+
+
+@pytest.mark.parametrize(
+    ("background", "at", "said"),
+    [
+        ({"kind": "ground"}, "background", "car by some 24 px"),
+        ({"kind": "landscape"}, None, ""),
+        ({"kind": "sea"}, None, ""),
+        (CLOUD, "background.clouds.0", "3000 m away, does not pass by, as it should by up to 8 px; try wind_mrad_s"),
+        ({"kind": "sky", "clouds": [{"range_m": 50_000}]}, None, ""),
+    ],
+)
+def test_what_does_not_pass_by_a_carried_camera_is_told(background: dict[str, Any], at: str | None, said: str) -> None:
+    """12 m are 24 px at 1000 m and 0.5 mrad, and 8 px at 3000 m."""
+    path = {"kind": "straight", "start": (40, 40), "range_m": 1000}
+    car = {"id": "car", "shape": {"kind": "point", "area_m2": 3}, "path": path}
+    scene = {"camera": CARRIED, "background": background, "targets": [car]}
+    lines = {place: what for place, what in told(scene).items() if "the camera is carried by 12 m" in what}
+    assert list(lines) == ([at] if at else [])
+    assert all(said in what for what in lines.values())
+    assert not any("carried" in what for what in told({**scene, "without": ["platform"]}).values())
+
+
+def test_without_a_target_the_ground_is_told_from_a_metre_on() -> None:
+    for speed, said in ((12.0, ["background"]), (0.9, [])):
+        motion = [{"kind": "platform", "velocity_m_s": (speed, 0.0, 0.0)}]
+        assert list(told({"camera": {"motion": motion}, "background": {"kind": "ground"}})) == said
+
+
+@pytest.mark.parametrize(
+    ("agc", "said"),
+    [
+        ({"low": 9000}, "are all black; try less than "),
+        ({"high": 2000}, "are all white; try more than "),
+        ({"low": 3000, "high": 9000}, None),
+        ({}, None),
+    ],
+)
+def test_greys_that_show_nothing_of_the_background_are_told(agc: dict[str, Any], said: str | None) -> None:
+    """Counts are linear in radiance, from 220 to 400 K."""
+    camera = {"band": "lwir", "agc": {"kind": "fixed", **agc}}
+    lines = told({"camera": camera, "background": {"kind": "ground", "mean_k": 290, "spread_k": 1}})
+    assert list(lines) == ([f"camera.agc.{next(iter(agc))}"] if said else [])
+    dark, ground, bright = radiance("lwir", np.array([220.0, 290.0, 400.0]))
+    for what in lines.values():
+        found = re.search(r"the background's counts, (\d+) to (\d+), ", what)
+        assert found is not None
+        assert said is not None
+        assert int(found[1]) < 16383 * (ground - dark) / (bright - dark) < int(found[2])
+        assert said + found[2 if "low" in agc else 1] in what
+
+
+def test_a_background_at_the_ends_of_the_counts_is_not_blamed_on_the_greys() -> None:
+    camera = {"band": "lwir", "range_k": (300, 400), "agc": {"kind": "fixed"}}
+    lines = told({"camera": camera, "background": {"kind": "ground", "mean_k": 280, "spread_k": 1}})
+    assert list(lines) == ["camera.range_k"]
