@@ -103,7 +103,8 @@ class Sensor:
         """(rows, cols) float64, counts^2: the noise of each pixel about `mean(light)`, rounding's 1/12 with it.
 
         The mean square over all draws of the seed, noise terms being independent (also of an offset that is the
-        same in all draws, such as that of odd and even rows); without `fixed`, what changes from frame to frame only. Infinite where a pixel says nothing of the light: dead, or saturated.
+        same in all draws, such as that of odd and even rows); without `fixed`, what changes from frame to frame only.
+        Infinite where a pixel says nothing of the light: dead, or saturated.
         """
         signal, moment = self.held(light), self.moment(index, light.shape)
         variance = np.full(light.shape, 1 / 12)
