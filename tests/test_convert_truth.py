@@ -9,6 +9,7 @@ import pytest
 from frame_folders import folder_of, pictures
 
 from irsim.convert import import_frames
+from irsim.convert.labels import read_labels
 from irsim.errors import InputError
 from irsim.recording import open_recording
 from irsim.types import Box, TargetTruth
@@ -59,6 +60,32 @@ def test_boxes_outside_the_picture_are_told(tmp_path: Path, folder: Path, truth:
     beyond = truth(within + "2,-4,5,4,3\n3,5,24,4,2\n")
     recording = open_recording(import_frames(folder, tmp_path / "s.mcap", truth=beyond, rate_hz=30))
     assert recording.contents.notes == ("boxes outside the picture of 32x24 px: 2 of 4, first in frame 2",)
+
+
+def gaps(truth: Callable[[str], Path], rows: str, frames: int = 8) -> tuple[str, ...]:
+    return read_labels(truth("frame,x,y,w,h,id\n" + rows), 1.0).gaps(frames)
+
+
+def test_frames_without_a_row_are_told(tmp_path: Path, folder: Path, truth: Callable[[str], Path]) -> None:
+    note = "no row for target in 2 of 4 frames: taken as absent there; "
+    advice = "write a row for each frame, with blank numbers where a target is absent"
+    table = truth("frame,x,y,w,h\n0,3,5,4,3\n3,4,5,4,3\n")
+    recording = open_recording(import_frames(folder, tmp_path / "r.mcap", truth=table, rate_hz=30))
+    assert recording.contents.notes == (note + advice,)
+    assert [len(truth.targets) for truth in recording.truths()] == [1, 0, 0, 1]
+    every_third = "".join(f"{frame},3,5,4,3,7\n" for frame in (0, 3, 6))
+    assert gaps(truth, every_third) == ("no row for target-7 in 5 of 8 frames: taken as absent there; " + advice,)
+
+
+def test_only_gaps_between_a_targets_rows_are_told(truth: Callable[[str], Path]) -> None:
+    """One that comes late or leaves early has no rows before and after; blank rows, its own or of no id, are rows."""
+    assert gaps(truth, "2,3,5,4,3,a\n3,3,5,4,3,a\n4,3,5,4,3,b\n") == ()
+    assert gaps(truth, "2,3,5,4,3,a\n3,,,,,a\n4,3,5,4,3,a\n") == ()
+    assert gaps(truth, "2,3,5,4,3,a\n3,,,,,\n4,3,5,4,3,a\n") == ()
+    many = gaps(truth, "".join(f"{frame},3,5,4,3,{name}\n" for name in "abcde" for frame in (0, 2)), 3)
+    named = "for a in 1 of 3 frames, for b in 1 of 3 frames, for c in 1 of 3 frames, for 2 more targets"
+    assert len(many) == 1
+    assert many[0].startswith(f"no row {named}: ")
 
 
 def test_numbers_are_read_as_they_are_usually_written(

@@ -113,7 +113,7 @@ def import_frames(
             picture = next(reading, None)
         if labels is not None:
             labels.check_end(done)
-            notes.extend((*labels.notes, *labels.strays(header.size)))
+            notes.extend((*labels.notes, *labels.strays(header.size), *labels.gaps(done)))
         if coloured:
             notes.append(f"{coloured} of {counted(done, 'picture')} had colours: made grey by luma (ITU-R BT.601)")
         if isinstance(pictures, Video) and pictures.stated_count not in (None, done):

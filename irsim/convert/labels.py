@@ -7,17 +7,21 @@ import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 from pathlib import Path
 
 from irsim.errors import InputError
 from irsim.kinds import suggestion
 from irsim.types import Box, TargetTruth, Truth
+from irsim.wording import counted
 
 _NEEDED = ("frame", "x", "y", "w", "h")
 _OPTIONAL = ("id", "cls")
 _ALLOWED = "allowed: frame,x,y,w,h[,id,cls]"
 _ONLY_ID = "target"
 _LONGEST_ID = 64
+_NAMED = 3
+"""Targets that one note names."""
 _NO_SEPARATORS = ";\t| "
 """What other programs put between columns."""
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
@@ -27,12 +31,14 @@ _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 class Labels:
     """The labelled targets of each frame; a frame without an entry has none.
 
+    rows   the frames with a row for each target, those with blank numbers among them
     last   the highest frame with a row, and the line it stands in
     notes  how ids were changed
     """
 
     path: Path
     targets: dict[int, tuple[TargetTruth, ...]]
+    rows: dict[str, frozenset[int]]
     last: tuple[int, int]
     follow: str | None
     notes: tuple[str, ...]
@@ -50,6 +56,22 @@ class Labels:
             return ()
         count = f"{len(outside)} of {len(boxes)}, first in frame {min(outside)}"
         return (f"boxes outside the picture of {columns}x{rows} px: {count}",)
+
+    def gaps(self, frames: int) -> tuple[str, ...]:
+        """A note that names the targets for which frames between their first and last row have none, if there are.
+
+        Labels of every tenth frame, say, would otherwise pass silently for a target that is mostly absent.
+        """
+        gappy = {name: frames - len(rows) for name, rows in self.rows.items() if len(rows) <= max(rows) - min(rows)}
+        if not gappy:
+            return ()
+        named = [f"for {name} in {missing} of {frames} frames" for name, missing in islice(gappy.items(), _NAMED)]
+        if len(gappy) > _NAMED:
+            named.append(f"for {counted(len(gappy) - _NAMED, 'more target')}")
+        return (
+            f"no row {', '.join(named)}: taken as absent there; "
+            "write a row for each frame, with blank numbers where a target is absent",
+        )
 
     def check_end(self, frames: int) -> None:
         """InputError where a row is about a frame that is not there."""
@@ -72,7 +94,9 @@ def _placed(target: TargetTruth, size: tuple[int, int]) -> TargetTruth:
 
 
 def read_labels(path: Path, accuracy_px: float, follow: str | None = None) -> Labels:
-    """Read boxes by top-left corner and size in px, whole or fractional; blank numbers mean absent.
+    """Read boxes by top-left corner and size in px, whole or fractional.
+
+    Blank numbers, and frames without a row, mean absent; a row with blank numbers and no id is about all targets.
 
     `follow` is an id of the file or the name that it becomes; the first target is followed without it.
 
@@ -84,11 +108,13 @@ def read_labels(path: Path, accuracy_px: float, follow: str | None = None) -> La
     rows = list(_rows(path))
     names: dict[str, str] = {}
     boxes: dict[int, dict[str, tuple[TargetTruth, int]]] = {}
+    told: dict[str, set[int]] = {}  # by ids as the file has them
     last = (-1, 0)
     for line, row in rows:
         place = f"{path}:{line}"
         frame = _frame(row["frame"], place)
         last = max(last, (frame, line))
+        told.setdefault(row.get("id", ""), set()).add(frame)
         box = _box(row, place)
         if box is None:
             continue
@@ -102,7 +128,9 @@ def read_labels(path: Path, accuracy_px: float, follow: str | None = None) -> La
         raise InputError(f"{path}: holds no row; {_ALLOWED}")
     targets = {frame: tuple(target for target, _ in there.values()) for frame, there in boxes.items()}
     changed = tuple(f"id {raw!r} is called {name}" for raw, name in names.items() if raw and raw != name)
-    return Labels(path, targets, last, _followed(targets, names, follow, path), changed)
+    of_all = told.get("", set())
+    with_row = {name: frozenset(told[raw] | of_all) for raw, name in names.items()}
+    return Labels(path, targets, with_row, last, _followed(targets, names, follow, path), changed)
 
 
 def _followed(
