@@ -11,15 +11,16 @@ from typing import Any
 
 import numpy as np
 
-from irsim.detector import Response, Setting, Stated
+from irsim.detector import NETD_K, Electrons, Setting, electrons_like
 from irsim.display import Agc, Linear
 from irsim.kinds import dump
 from irsim.loader import loads
 from irsim.measure import Figures, Measured, Region, measure_figures, taken_by_targets
-from irsim.radiometry import slope, temperature
+from irsim.radiometry import radiance, slope, temperature
+from irsim.scale import Scale
 from irsim.scenario import Scenario
 from irsim.sources import open_source
-from irsim.types import Band, Source
+from irsim.types import Band, Curve, Source
 
 FRAMES = 300
 """Frames that are looked at where the caller does not say."""
@@ -100,6 +101,7 @@ class _Scene:
     ifov_rad: float
     band: Band
     range_k: tuple[float, float]
+    curve: Curve | None
     agc: Agc
     figures: Figures
     notes: tuple[str, ...]
@@ -113,7 +115,7 @@ class _Scene:
             for word, known in (
                 ("its field of view", facts.ifov_rad),
                 ("its band", facts.band),
-                ("its scale", facts.range_k),
+                ("its scale", facts.range_k or facts.curve),
             )
             if known is None
         ]
@@ -130,20 +132,39 @@ class _Scene:
             ifov_rad=facts.ifov_rad or NOMINAL_IFOV_RAD,
             band=facts.band or "lwir",
             range_k=facts.range_k or NOMINAL_RANGE_K,
+            curve=facts.curve,
             agc=agc if isinstance(agc, Agc) else Linear(),
             figures=figures,
             notes=tuple(notes),
         )
 
     @cached_property
-    def unit(self) -> Response:
-        """A detector whose NETD is 1 K."""
-        return Stated().response(Setting(self.band, self.bits, 1000.0, self.range_k))
+    def scale(self) -> Scale:
+        """What its counts stand for."""
+        return Scale.known(self.curve, self.band, self.range_k, self.bits)
 
     @property
+    def full(self) -> int:
+        return int(2**self.bits - 1)
+
+    def per_kelvin(self, kelvin: float) -> float:
+        """Counts per kelvin of a black body of that temperature."""
+        return self.scale.slope(float(radiance(self.band, kelvin))) * slope(self.band, kelvin)
+
+    @cached_property
+    def electrons(self) -> Electrons | None:
+        """A detector whose counts stand for the same light; None where two black bodies tell what they stand for."""
+        if self.curve is None:
+            return None
+        return electrons_like(self.curve, self.band, self.bits, self.rate_hz, _least(self.figures.noise.value))
+
+    @cached_property
     def sigma(self) -> float:
         """What noise ratios are in units of, counts: one without noise still has some, for its fixed pattern."""
-        return max(self.figures.noise.value, 0.01)
+        if self.electrons is None:
+            return _least(self.figures.noise.value)
+        response = self.electrons.response(Setting(self.band, self.bits, 0.0, self.range_k))
+        return response.noise / response.gain
 
     def lines(self, frames: int) -> Iterator[str]:
         columns, rows = self.size
@@ -158,9 +179,8 @@ class _Scene:
         yield f"  ifov_mrad: {self.ifov_rad * 1e3:.6g}"
         yield f"  band: {self.band if isinstance(self.band, str) else list(self.band)}"
         yield f"  bits: {self.bits}"
-        yield f"  range_k: [{self.range_k[0]:.6g}, {self.range_k[1]:.6g}]"
         yield _line("  psf_px", found.psf)
-        yield _line("  netd_mk", found.noise.map(lambda counts: max(counts, 0.01) / self.unit.noise * 1000))
+        yield from self.detector()
         yield "  noise:"
         for kind, values in self.noises():
             yield f"    - kind: {kind}"
@@ -168,6 +188,20 @@ class _Scene:
                 yield _line(f"      {key}", value) if isinstance(value, Measured) else f"      {key}: {value}"
         yield f"  agc: {json.dumps(dump(self.agc))}"
         yield from self.background()
+
+    def detector(self) -> Iterator[str]:
+        """What counts stand for, and the NETD: as keys, or beside a detector that has it of itself."""
+        per_kelvin = self.per_kelvin(NETD_K)
+        netd = _line("netd_mk", self.figures.noise.map(lambda counts: _least(counts) / per_kelvin * 1000))
+        if self.electrons is None:
+            yield f"  range_k: [{self.range_k[0]:.6g}, {self.range_k[1]:.6g}]"
+            yield f"  {netd}"
+            return
+        yield "  detector:  # it gives the counts of the recording; how many electrons there were is not known"
+        for key in ("kind", "pitch_um", "integration_ms", "read_noise_e", "well_me", "offset"):
+            value = getattr(self.electrons, key)
+            yield f"    {key}: {value if isinstance(value, str) else _exact(value)}"
+        yield f"  # {netd}"
 
     def noises(self) -> Iterator[tuple[str, dict[str, Any]]]:
         """Kinds of noise with their keys."""
@@ -200,7 +234,7 @@ class _Scene:
         yield "blinking", replace(bad.blinking, value=min(bad.blinking.value, 0.2))
         yield "cluster", f"{bad.cluster:.3g}"
         if bad.dead_level is not None:
-            yield "dead_level", f"{min(max(bad.dead_level / self.unit.full, 0), 1):.4g}"
+            yield "dead_level", f"{min(max(bad.dead_level / self.full, 0), 1):.4g}"
         for key, height in (("hot_ratio", bad.hot_height), ("blink_ratio", bad.jump)):
             if height is not None:
                 yield key, self._ratio(height)
@@ -219,7 +253,7 @@ class _Scene:
             yield "  spread_k: 0  # no texture stands out from the noise"
             return
         texture = found.texture
-        per_kelvin = self.unit.linear * slope(self.band, mean_k)
+        per_kelvin = self.per_kelvin(mean_k)
         px = self.ifov_rad * 1e3
         yield _line("  spread_k", texture.spread.map(lambda counts: counts / per_kelvin))
         yield f"  betas: [{texture.beta_x.value:.3g}, {texture.beta_y.value:.3g}]  # along x {_range(texture.beta_x)}"
@@ -230,13 +264,23 @@ class _Scene:
             yield f"  histogram: [{', '.join(f'{self._kelvin(value):.6g}' for value in found.histogram)}]"
 
     def _kelvin(self, counts: float) -> float:
-        return float(temperature(self.band, (counts - self.unit.zero) / self.unit.linear))
+        return float(temperature(self.band, self.scale.light(np.array(counts))))
 
     def _ratio(self, counts: Measured) -> Measured:
         return counts.map(lambda value: min(value / self.sigma, 1000.0))
 
     def _seconds(self, frames: Measured) -> Measured:
         return frames.map(lambda value: value / self.rate_hz)
+
+
+def _least(counts: float) -> float:
+    """Noise of so many counts, or of so few that nobody sees them: a NETD of 0 would leave noise terms no unit."""
+    return max(counts, 0.01)
+
+
+def _exact(value: float) -> str:
+    """Nine digits, in a way that YAML takes for a number."""
+    return np.format_float_positional(value, precision=9, unique=False, fractional=False, trim="-")
 
 
 def _line(key: str, value: Measured) -> str:

@@ -64,7 +64,13 @@ class Rendering:
     @property
     def camera(self) -> CameraFacts:
         camera = self.scenario.camera
-        return CameraFacts(camera.geometry.ifov_rad, camera.band, camera.range_k)
+        ranged = "range_k" in camera.detector.heeds
+        return CameraFacts(
+            camera.geometry.ifov_rad,
+            camera.band,
+            camera.range_k if ranged else None,
+            None if ranged else camera.response().curve,
+        )
 
     @property
     def size(self) -> tuple[int, int]:

@@ -32,6 +32,9 @@ BandName = Literal["mwir", "lwir"]
 Band = BandName | tuple[float, float]
 """A spectral band by its name, or its own limits, um."""
 
+Curve = tuple[float, float, float]
+"""(linear, root, zero): the noiseless count of in-band radiance L, W/m2/sr, is linear L + root sqrt(L) + zero."""
+
 Look = Literal["cloud", "horizon", "trees", "treeline", "ground", "city"]
 """Classes of real backgrounds whose figures are known (`irsim realism`)."""
 
@@ -216,12 +219,14 @@ class CameraFacts:
 
     ifov_rad   angle that a pixel sees, rad
     band       its name, or its limits, um
-    range_k    temperatures of a black body that give count 0 and full scale, K
+    range_k    temperatures of a black body that give count 0 and full scale, K; counts between are even in light
+    curve      what counts stand for where range_k does not tell it, as of a camera that counts photons
     """
 
     ifov_rad: float | None = None
     band: Band | None = None
     range_k: tuple[float, float] | None = None
+    curve: Curve | None = None
 
 
 @runtime_checkable

@@ -8,10 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from irsim.backgrounds import Footage, Recorded
 from irsim.errors import InputError
 from irsim.loader import dumps, loads
-from irsim.radiometry import radiance
+from irsim.presets import PRESETS
+from irsim.radiometry import radiance, temperature
 from irsim.recording import open_recording, record
+from irsim.scale import Scale
 from irsim.scenario import Scenario
 from irsim.simulate import Rendering
 
@@ -61,8 +64,6 @@ def test_without_targets_frames_are_those_of_the_recording(tmp_path: Path) -> No
 @pytest.mark.parametrize("bits", [8, 14, 16])
 def test_every_count_comes_back(tmp_path: Path, bits: int) -> None:
     """Counts to radiance and back, all of them, by the layer's own way."""
-    from irsim.backgrounds import Footage, Recorded
-
     file = footage(tmp_path, frames=1, bits=bits)
     layer = Footage(Recorded.model_validate({"file": str(file)}), scene(file, camera={"bits": bits}).stage)
     for first in range(0, 2**bits, 48 * 64):
@@ -136,6 +137,63 @@ def test_its_range_of_temperatures_is_taken_from_the_recording(tmp_path: Path) -
     file = footage(tmp_path)
     assert scene(file).background.range_k == (250.0, 330.0)  # type: ignore[attr-defined]
     assert scene(file, {"range_k": (200.0, 500.0)}).background.range_k == (200.0, 500.0)  # type: ignore[attr-defined]
+
+
+def preset_scene(preset: str, **keys: Any) -> Scenario:
+    """Even ground of 290 K, or what is given, as a camera of the trade sees it; two frames."""
+    camera = {"preset": preset, "size": SIZE}
+    ground = {"kind": "ground", "mean_k": 290.0, "spread_k": 0.0}
+    return Scenario.model_validate({"frames": 2, "camera": camera, "background": ground, **keys})
+
+
+@pytest.mark.parametrize("preset", list(PRESETS))
+def test_a_car_put_into_a_recording_stands_out_as_one_seen_there(tmp_path: Path, preset: str) -> None:
+    """320 K on ground of 290 K adds the counts that it adds where all is rendered, within noise and rounding."""
+    file = record(Rendering(preset_scene(preset)), tmp_path / "ground.mcap")
+    camera = preset_scene(preset).camera
+    path = {"kind": "straight", "start": (32.0, 24.0), "range_m": 0.1 / camera.geometry.ifov_rad}
+    cars = [{"id": "car", "shape": {"kind": "car", "temperature_k": 320.0}, "path": path}]
+    put = Rendering(preset_scene(preset, background={"kind": "recording", "file": str(file)}, targets=cars))
+    seen = Rendering(preset_scene(preset, targets=cars))
+    own = Rendering(preset_scene(preset)).frame(1).image.astype(float)
+    added, meant = (each.frame(1).image.astype(float) - own for each in (put, seen))
+    (truth,) = put.truths(1, 2)
+    box, sigma = truth.targets[0].box, max(camera.response().noise / camera.response().gain, 0.3)
+    assert meant.sum() > 1000 * sigma
+    assert added.sum() == pytest.approx(meant.sum(), rel=2e-3, abs=5 * sigma * (box.w * box.h) ** 0.5)
+    (meant_truth,) = seen.truths(1, 2)
+    assert truth.targets[0].contrast_k == pytest.approx(meant_truth.targets[0].contrast_k, abs=0.1)
+
+
+@pytest.mark.parametrize("preset", ["cooled_mwir", "cooled_lwir"])
+def test_counts_of_photons_tell_the_temperature_of_what_was_seen(tmp_path: Path, preset: str) -> None:
+    """Count 0 is no black body's and no range is written, but the camera's own curve."""
+    file = record(Rendering(preset_scene(preset)), tmp_path / "ground.mcap")
+    recording = open_recording(file)
+    band = recording.camera.band
+    assert recording.camera.range_k is None
+    assert band is not None
+    background = preset_scene(preset, background={"kind": "recording", "file": str(file)}).background
+    assert isinstance(background, Recorded)
+    counts = recording.frame(0).image.astype(np.float64).mean(keepdims=True)
+    assert temperature(band, background.scale(band).light(counts)).item() == pytest.approx(290, abs=0.05)
+    again = loads(dumps(preset_scene(preset, background=background))).background
+    assert again == background
+    # In another band its curve says nothing; a range that is given holds.
+    assert background.scale("mwir").root == 0
+    given = Recorded.model_validate({"file": str(file), "range_k": (250.0, 330.0)})
+    assert given.scale(band) == Scale.between(band, (250.0, 330.0), recording.bits)
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+def test_a_curve_with_a_root_is_inverted(kind: type[Any]) -> None:
+    scale = Scale(3784.27, 72.847, 120.0)
+    light = np.linspace(0, 4, 1000).astype(kind)
+    counts = (3784.27 * light + 72.847 * np.sqrt(light) + 120.0).astype(kind)
+    np.testing.assert_allclose(scale.light(counts), light, atol=1e-6 if kind is np.float32 else 1e-13)
+    np.testing.assert_allclose(scale.rise(light[:-1], light[1:]), np.diff(counts), atol=5e-3)
+    assert scale.slope(1.0) == pytest.approx((counts[251] - counts[249]) / (light[251] - light[249]), rel=1e-3)
+    assert scale.light(np.array([100.0], dtype=kind)).item() == 0  # darker than no light at all
 
 
 @pytest.mark.parametrize(

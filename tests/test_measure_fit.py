@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from functools import lru_cache
 from pathlib import Path
 
@@ -13,8 +14,10 @@ from scipy.stats import binom
 from typer.testing import CliRunner
 
 import irsim
+from irsim.backgrounds import Ground
 from irsim.backgrounds.fields import spectral
 from irsim.cli import app
+from irsim.doubts import doubts
 from irsim.errors import InputError
 from irsim.fitting import Fit
 from irsim.measure import Figures, Measured, Region, measure_figures
@@ -22,6 +25,8 @@ from irsim.measure.field import fit_field, periodogram
 from irsim.measure.level import fit_level
 from irsim.measure.lines import lines, turns, without_turns
 from irsim.measure.steady import slides
+from irsim.presets import PRESETS
+from irsim.simulate import Rendering
 from irsim.types import Floats
 
 REAL = Path(__file__).resolve().parents[2] / "shared" / "real"
@@ -111,6 +116,34 @@ def test_the_scenario_says_what_was_found() -> None:
     assert scene.camera.range_k == (270.0, 320.0)
     assert "# Note: no point is seen: the blur is taken to be 0.6 px." in first.text
     assert irsim.loads(first.text) == scene
+
+
+@pytest.mark.parametrize("preset", list(PRESETS))
+def test_cameras_of_the_trade_are_found(preset: str) -> None:
+    """NETD and temperature of even ground, 300 K, without the drift that comes on top of the NETD."""
+    text = f"""\
+frames: 100
+camera: {{preset: {preset}, size: [160, 128]}}
+background: {{kind: ground, spread_k: 0, mean_k: 300}}
+"""
+    scenario = irsim.loads(text)
+    off = [name for name, _ in scenario.names() if name == "drift"]
+    found = irsim.fit(scenario.model_copy(update={"without": tuple(off)}))
+    told = re.search(r"netd_mk: \S+  # (\S+) to (\S+)", found.text)
+    assert told is not None
+    low, high = (float(bound) for bound in told.groups())
+    if scenario.camera.netd():
+        assert low - 0.25 * (high - low) <= scenario.camera.netd() <= high + 0.25 * (high - low)
+        assert low <= found.scenario.camera.netd() <= high
+    else:
+        assert high < 0.1
+    background = found.scenario.background
+    assert isinstance(background, Ground)
+    assert background.mean_k == pytest.approx(300, abs=0.2)
+    response = scenario.camera.response()
+    before, after = (Rendering(each).frame(0).image.mean() for each in (scenario, found.scenario))
+    assert after == pytest.approx(before, abs=3 * response.noise / response.gain + 1)
+    assert not [notice for notice in doubts(found.scenario) if notice.at[0] == "camera"]
 
 
 def test_a_scene_that_slides_says_what_it_cannot_tell() -> None:

@@ -14,9 +14,10 @@ from pydantic_core import PydanticCustomError
 from irsim.backgrounds.base import FARTHEST, Background, Gaze, Layer
 from irsim.errors import InputError
 from irsim.kinds import Index, ScaleKelvin
-from irsim.radiometry import radiance
+from irsim.radiometry import limits
+from irsim.scale import Scale
 from irsim.stage import Stage
-from irsim.types import Counts, Floats, Image
+from irsim.types import Band, Counts, Floats, Image
 
 if TYPE_CHECKING:
     from irsim.recording import Recording
@@ -28,7 +29,8 @@ UNKNOWN_RANGE_K = (220.0, 400.0)
 class Recorded(Background):
     """Frames of a recording, as they are, with targets put into them; its own noise stays the only one.
 
-    Counts stand for radiance evenly between black bodies of `range_k`: L = L0 + (L1 - L0) count / full.
+    Counts stand for the light that gave them by the recording's own camera, where it says so and sees the same band;
+    else for radiance evenly between black bodies of `range_k`: L = L0 + (L1 - L0) count / full.
     What is drawn changes a pixel's light, and its count by that change, but the camera's noise stays: what
     sets the pixel off from the eight about it, which may be fine texture too. Every other pixel keeps its
     count bit for bit. The camera needs the recording's size and depth; its detector, noise and motion
@@ -44,8 +46,9 @@ class Recorded(Background):
     """Its frame that is frame 0 here."""
     past_end: Literal["loop", "hold"] = "loop"
     """After its last frame: from the first again, or the last one on and on."""
-    range_k: Annotated[tuple[ScaleKelvin, ScaleKelvin], Field(strict=False)] = UNKNOWN_RANGE_K
-    """Black bodies that count 0 and full scale stand for, K; the recording's own where not given and known."""
+    range_k: Annotated[tuple[ScaleKelvin, ScaleKelvin], Field(strict=False)] | None = None
+    """Black bodies that count 0 and full scale stand for, K; where not given, the recording's own scale, or 220 to 400
+    where it has none."""
     digest: str = ""
     """Of the recording's bytes; filled in, and compared where given: a changed recording is another scene."""
 
@@ -65,11 +68,11 @@ class Recorded(Background):
             )
         if isinstance(data.get("start"), int) and data["start"] >= len(recording):
             raise _wrong("start", f"{data['file']} has no frame {data['start']}; allowed: 0 to {len(recording) - 1}")
-        return {"range_k": recording.header.range_k or UNKNOWN_RANGE_K, **data, "digest": digest}
+        return {"range_k": recording.header.range_k, **data, "digest": digest}
 
     @model_validator(mode="after")
     def _range_rises(self) -> Recorded:
-        if self.range_k[0] >= self.range_k[1]:
+        if self.range_k is not None and self.range_k[0] >= self.range_k[1]:
             low, high = self.range_k
             raise _wrong("range_k", f"{low} K is not below {high} K; allowed: the lower temperature first")
         return self
@@ -82,6 +85,13 @@ class Recorded(Background):
             f"{self.file} has {recording.size[0]}x{recording.size[1]} px of {recording.bits} bits, the camera "
             f"{size[0]}x{size[1]} of {bits}; allowed: camera size: {list(recording.size)}, bits: {recording.bits}"
         )
+
+    def scale(self, band: Band) -> Scale:
+        """What its counts stand for in the light of a camera of that band."""
+        recording = _opened(self.file)
+        facts = recording.camera
+        curve = facts.curve if self.range_k is None and _same(facts.band, band) else None
+        return Scale.known(curve, band, self.range_k or UNKNOWN_RANGE_K, recording.bits)
 
     def layers(self, stage: Stage) -> Sequence[Layer]:
         return [Footage(self, stage)]
@@ -96,8 +106,7 @@ class Footage:
     def __init__(self, recorded: Recorded, stage: Stage) -> None:
         self._recorded = recorded
         self._rate_hz = stage.rate_hz
-        self._dark, bright = (float(radiance(stage.band, kelvin)) for kelvin in recorded.range_k)
-        self._span = bright - self._dark
+        self._scale = recorded.scale(stage.band)
         self._last: tuple[int, Image] | None = None
 
     @cached_property
@@ -121,7 +130,7 @@ class Footage:
         return None, self._light(self.counts(round(gaze.time * self._rate_hz)))
 
     def _light(self, counts: Image) -> Floats:
-        return counts.astype(np.float32) * np.float32(self._span / self._full) + np.float32(self._dark)
+        return self._scale.light(counts.astype(np.float32))
 
     def developed(self, light: Floats, index: int, uncovered: Floats) -> Counts:
         """Counts (uint16) of frame `index` with what was drawn on its light, which must have come from `light`.
@@ -130,7 +139,7 @@ class Footage:
         camera's noise away, which arises behind it: it is put back, or the body would be a hole in the noise.
         """
         counts = self.counts(index)
-        added = (light - self._light(counts)) * np.float32(self._full / self._span)
+        added = self._scale.rise(self._light(counts), light)
         kept = (1 - uncovered) * _grain(counts)
         return np.clip(np.rint(counts + added + kept), 0, self._full).astype(np.uint16)
 
@@ -139,6 +148,10 @@ def _grain(counts: Image) -> Floats:
     """What single pixels differ by from the median of the 3 x 3 about them, counts: of white noise 97 %, little of
     what optics have blurred."""
     return counts.astype(np.float32) - cv2.medianBlur(counts, 3)
+
+
+def _same(one: Band | None, other: Band) -> bool:
+    return one is not None and limits(one) == limits(other)
 
 
 def _opened(file: str) -> Recording:

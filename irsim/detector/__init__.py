@@ -1,5 +1,6 @@
 """From radiance to counts: the detector's response, its noise terms and its quantisation."""
 
+from irsim.detector.alike import electrons_like
 from irsim.detector.ar1 import Ar1
 from irsim.detector.bad_pixels import BadPixels
 from irsim.detector.base import Additive, Moment, Noise, Steady
@@ -10,7 +11,7 @@ from irsim.detector.fixed_pattern import FixedPattern
 from irsim.detector.lag import Lag
 from irsim.detector.noise_3d import Noise3d
 from irsim.detector.odd_even import OddEven
-from irsim.detector.response import DETECTORS, Detector, Electrons, Response, Setting, Stated
+from irsim.detector.response import DETECTORS, NETD_K, Detector, Electrons, Response, Setting, Stated
 from irsim.detector.sensor import Sensor
 from irsim.detector.shot import Shot
 from irsim.detector.white import White
@@ -34,6 +35,7 @@ NOISES = Family(
 
 __all__ = [
     "DETECTORS",
+    "NETD_K",
     "NOISES",
     "Additive",
     "Ar1",
@@ -56,4 +58,5 @@ __all__ = [
     "Stated",
     "Steady",
     "White",
+    "electrons_like",
 ]

@@ -16,7 +16,7 @@ from irsim.compiled import COMPILED, kernels
 from irsim.detector.photons import photon_radiance, photon_slope
 from irsim.kinds import Family, Kind, NotNegative, Positive
 from irsim.radiometry import radiance, slope
-from irsim.types import Band, Counts, Floats
+from irsim.types import Band, Counts, Curve, Floats
 
 NETD_K = 300.0
 """Background temperature at which a camera's NETD is stated, K."""
@@ -66,6 +66,11 @@ class Response:
     def top(self) -> float:
         """The highest signal that can be told: that of a full well or of the highest count."""
         return min(self.well, (self.full - self.offset) * self.gain)
+
+    @property
+    def curve(self) -> Curve:
+        """How counts follow from light, where they are neither below 0 nor full."""
+        return self.linear / self.gain, self.root / self.gain, self.offset + self.zero / self.gain
 
     @property
     def bottom(self) -> float:

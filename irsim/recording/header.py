@@ -12,6 +12,7 @@ from pydantic import Field, ValidationError
 from irsim.display import AGCS, Agc
 from irsim.errors import InputError
 from irsim.kinds import AboveZero, NotNegative, Part, Several, importing_nothing
+from irsim.types import Curve
 
 FORMAT = 1
 """Version of the file layout; a reader refuses a newer one."""
@@ -102,7 +103,9 @@ class Header(Sealed):
     band: str | None = None
     """Name of the band, or its limits in words."""
     range_k: Annotated[tuple[float, float], Field(strict=False)] | None = None
-    """Scene temperatures of count 0 and full scale."""
+    """Scene temperatures of count 0 and full scale, where these tell what counts stand for."""
+    curve: Annotated[Curve, Field(strict=False)] | None = None
+    """What counts stand for where they do not, as of a camera that counts photons."""
 
 
 class TargetEntry(Part):

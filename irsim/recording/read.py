@@ -51,7 +51,8 @@ class Recording(Source):
 
     @property
     def camera(self) -> CameraFacts:
-        return CameraFacts(self.header.ifov_rad, band_of(self.header.band or ""), self.header.range_k)
+        header = self.header
+        return CameraFacts(header.ifov_rad, band_of(header.band or ""), header.range_k, header.curve)
 
     @property
     def name(self) -> str:

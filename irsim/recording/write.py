@@ -46,6 +46,9 @@ FRAMES_PER_CHUNK = 2
 
 PREVIEWS_PER_CHUNK = 16
 
+CURVE_FACTS = ("counts_per_light", "counts_per_root_light", "count_of_no_light")
+"""What the numbers of a header's curve are called beside the pictures; light is in W/m2/sr."""
+
 _JPEG_QUALITY = 85
 
 
@@ -112,6 +115,8 @@ class RecordingWriter:
         facts: dict[str, Any] = {"bits": header.bits, "display_low": black, "display_high": white, "band": header.band}
         if header.range_k is not None:
             facts |= {"count_0_k": header.range_k[0], "full_scale_k": header.range_k[1]}
+        if header.curve is not None:
+            facts |= dict(zip(CURVE_FACTS, header.curve, strict=True))
         known = {key: str(value) for key, value in facts.items() if value is not None}
         self._channels[IMAGE] = self._chunks.topic(IMAGE, RawImage.DESCRIPTOR, known)
         self._channels[PREVIEW] = self._chunks.topic(PREVIEW, CompressedImage.DESCRIPTOR)
@@ -228,6 +233,7 @@ def header_of(source: Source, start: int = 0) -> Header:
         ifov_rad=camera.ifov_rad,
         band=None if camera.band is None else words_of(camera.band),
         range_k=camera.range_k,
+        curve=camera.curve,
     )
 
 
