@@ -13,7 +13,7 @@ from irsim.errors import InputError
 from irsim.loader import dumps
 from irsim.render import Renderer
 from irsim.scenario import Scenario
-from irsim.span import span
+from irsim.span import check_view, span
 from irsim.types import CameraFacts, Frame, Input, Truth
 
 
@@ -102,6 +102,7 @@ class Rendering:
         return len(self.arrivals)
 
     def frame(self, index: int, input: Input = "counts") -> Frame:
+        check_view(input)
         frame = self._counts(index)
         return frame if input == "counts" else self._screen.show(frame)
 
@@ -121,6 +122,7 @@ class Rendering:
 
         With jobs > 1 the calling script needs the guard ``if __name__ == "__main__"``.
         """
+        check_view(input)
         wanted = span(start, stop, len(self))
         taken = self.arrivals[wanted.start : wanted.stop]
         screen = self._new_screen()

@@ -25,12 +25,17 @@ def open_source(
     """A Source from a scenario's file or name, a recording's file, a Scenario, or a Source as it is.
 
     `overrides` ("camera.netd_mk=80"), `seed` and `without` (parts to switch off besides those that the scenario has
-    off) are for scenarios only: InputError for a recording.
+    off) are for scenarios only: InputError for a recording, as for what is none of the above.
     """
     if isinstance(path, Scenario):
         _refuse(overrides, without, "a Scenario in Python: set its fields instead")
         return Rendering(path if seed is None else path.model_copy(update={"seed": seed}))
     if not isinstance(path, str | PathLike):
+        if not all(callable(getattr(path, method, None)) for method in ("frame", "frames", "truths")):
+            raise InputError(
+                f"a {type(path).__name__} is no source; "
+                "allowed: the path of a scenario or a recording, a shipped scenario's name, a Scenario, or a Source"
+            )
         _refuse(overrides, without, path.name)
         if seed is not None:
             raise InputError(f"{path.name}: a seed is for scenarios, this is a source already opened")

@@ -1,4 +1,4 @@
-"""Which frames are asked for."""
+"""Which frames are asked for, and as which picture."""
 
 from __future__ import annotations
 
@@ -11,6 +11,12 @@ def span(start: int, stop: int | None, length: int) -> range:
     InputError for a number below 0 and for what is no whole number.
     """
     return range(whole("start", start), length if stop is None else min(whole("stop", stop), length))
+
+
+def check_view(input: object) -> None:
+    """InputError for what is no name of a picture of a frame, see `irsim.Input`."""
+    if input not in ("display", "counts"):
+        raise InputError(f"input {input!r}: allowed: 'display' (the 8-bit picture) or 'counts' (the detector's)")
 
 
 def parsed(text: str, length: int | None = None) -> range:

@@ -284,7 +284,8 @@ class Source(Protocol):
     def __len__(self) -> int: ...
 
     def frame(self, index: int, input: Input = "counts") -> Frame:
-        """Frame `index`, the same bit for bit as in the sequence. IndexError past the end."""
+        """Frame `index`, the same bit for bit as in the sequence. IndexError past the end, InputError for
+        another `input`."""
         ...
 
     def frames(self, input: Input = "counts", start: int = 0, stop: int | None = None) -> Iterator[Frame]:

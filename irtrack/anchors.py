@@ -9,6 +9,7 @@ import numpy as np
 
 import irsim
 from irsim.types import Frame, Input, Source, Truth
+from irtrack.errors import whole
 from irtrack.metrics import AnchorRun, Reference, Trace
 from irtrack.replay import Player, named
 from irtrack.start import Start, find_start, shows
@@ -38,7 +39,10 @@ def run_anchors(
     chosen, opened = named(tracker), irsim.open_source(source)
     truths = list(opened.truths())
     followed = find_start(opened, truths, target).target
-    return [_run(chosen, opened, truths, followed, order, input, seed) for order in orders(truths, followed, every)]
+    return [
+        _run(chosen, opened, truths, followed, order, input, whole("seed", seed))
+        for order in orders(truths, followed, every)
+    ]
 
 
 def orders(truths: Sequence[Truth], target: str | None, every: int = EVERY) -> list[range]:

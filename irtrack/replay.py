@@ -15,7 +15,7 @@ import numpy as np
 import irsim
 from irsim.rng import stream
 from irsim.types import Box, Frame, Input, Source, Truth
-from irtrack.errors import IrtrackError, TrackerError, told
+from irtrack.errors import IrtrackError, TrackerError, told, whole
 from irtrack.identity import tracker_config, tracker_name
 from irtrack.start import Start, find_start
 from irtrack.types import Estimate, GivenTracker, Track, Tracker, fault
@@ -137,18 +137,21 @@ def run(
 
     tracker   a name of `irtrack list`, 'module:Class', or a tracker, a plain one and its class too (see
               `irtrack.trackers.plain`);  parameters  of a named one
-    source    a scenario's or recording's path or name, an `irsim.Scenario`, or a Source
+    source    a scenario's or recording's path or name, an `irsim.Scenario`, or a Source; a Scenario does not know
+              its file, so tracks call it 'scenario': `irsim.Rendering(scenario, "mine")` gives it a name
     target, init   see `irtrack.start.find_start`
     seed      of the tracker's generators
-    frames    at most so many, the start frame included
+    frames    at most so many, the start frame included, 1 or more
     progress  called with (frames done, frames to do)
 
     TrackerError for what the tracker raises. InputError for bad input.
     """
     chosen = named(tracker, parameters or {})
     opened = irsim.open_source(source)
-    player = Player(chosen, find_start(opened, opened.truths(), target, init), seed, label)
-    stop = None if frames is None else player.start.frame + frames
+    wanted = None if frames is None else whole("frames", frames, 1)
+    start = find_start(opened, opened.truths(), target, init)
+    player = Player(chosen, start, whole("seed", seed), label)
+    stop = None if wanted is None else start.frame + wanted
     replay(opened, [player.see], input, player.start.frame, stop, progress)
     return player.track(opened, input)
 

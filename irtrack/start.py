@@ -35,7 +35,7 @@ def find_start(
             known only where `target` says so
 
     InputError where the target is unknown or never shows, where there is neither truth nor `init`,
-    or where the box lies outside the frame.
+    or where the box lies outside the frame or is larger than it.
     """
     if init is not None:
         box, frame = init
@@ -85,11 +85,14 @@ def _unknown(source: Source, target: str, ids: Iterable[str]) -> InputError:
 
 
 def _checked(source: Source, box: Box) -> Box:
-    """The box, no side under LEAST_PX; InputError where no pixel of the frame is in it."""
+    """The box, no side under LEAST_PX; InputError where no pixel of the frame is in it, and where it is wider or higher
+    than the frame: trackers keep patches of its size."""
     columns, rows = source.size
     text = f"start box of {box.w:g}x{box.h:g} px around ({box.cx:g}, {box.cy:g})"
     if not (all(map(math.isfinite, (box.cx, box.cy, box.w, box.h))) and box.w > 0 and box.h > 0):
         raise InputError(f"{text}: allowed: finite numbers, width and height above 0")
+    if box.w > columns or box.h > rows:
+        raise InputError(f"{text}: is larger than the frame; allowed: at most {columns}x{rows} px")
     box = box.at_least(LEAST_PX)
     across = math.floor(min(box.right, columns - 1)) - math.ceil(max(box.left, 0)) + 1
     down = math.floor(min(box.bottom, rows - 1)) - math.ceil(max(box.top, 0)) + 1

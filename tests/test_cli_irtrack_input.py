@@ -24,6 +24,7 @@ BAD = [
     (("run", "grey_pf", "scene.yaml", "camera.netd=3"), "did you mean 'netd_mk'?"),
     (("run", "grey_pf", "clip.mcap", "--target", "jett"), "did you mean 'jet'?"),
     (("run", "grey_pf", "clip.mcap", "--init", "500,500,9,9"), "outside the frame"),
+    (("run", "grey_pf", "clip.mcap", "--init", "1,2,1e9,4"), "larger than the frame; allowed: at most"),
     (("run", "grey_pf", "clip.mcap", "--init", "5,5,9"), "X,Y,W,H"),
     (("run", "grey_pf", "clip.mcap", "--init", "5,5,9,9@99"), "no such frame"),
     (("run", "grey_pf", "clip.mcap", "--input", "colour"), "display or counts"),

@@ -88,6 +88,12 @@ def test_frames_and_input_are_as_asked() -> None:
         ({"init": (Box(-2.9, 20.0, 5.0, 5.0), 0)}, ["outside"]),  # ends at -0.4: no pixel's centre inside
         ({"init": (Box(20.0, 20.0, 0.0, 9.0), 0)}, ["width and height above 0"]),
         ({"init": (Box(math.nan, 20.0, 9.0, 9.0), 0)}, ["finite"]),
+        ({"init": (Box(20.0, 20.0, 65.0, 9.0), 0)}, ["65x9 px", "larger than the frame", "allowed: at most 64x48 px"]),
+        ({"init": (Box(20.0, 20.0, 9.0, 1e30), 0)}, ["larger than the frame"]),
+        ({"frames": 0}, ["frames 0: allowed: 1 or more"]),
+        ({"frames": 2.5}, ["frames 2.5: allowed: a whole number, 1 or more"]),
+        ({"seed": "x"}, ["seed 'x': allowed: a whole number, 0 or more"]),
+        ({"seed": -1}, ["seed -1: allowed: 0 or more"]),
         ({"init": (Box(20.0, 20.0, 9.0, 9.0), 20)}, ["start frame 20", "allowed: 0 to 19"]),
         ({"init": (Box(20.0, 20.0, 9.0, 9.0), 3), "target": "b"}, ["no target 'b'"]),
     ],
@@ -97,6 +103,17 @@ def test_bad_starts_are_one_line(keywords: dict[str, object], needles: list[str]
         irtrack.run(Walker(), Strip(), **keywords)
     assert "\n" not in str(caught.value)
     assert all(needle in str(caught.value) for needle in needles)
+
+
+def test_a_box_as_large_as_the_frame_is_taken() -> None:
+    whole = Box.from_pixels(0, 0, 64, 48)
+    assert irtrack.run(Walker(), Strip(), init=(whole, 0)).start_box == whole
+
+
+@pytest.mark.parametrize("given", [None, np.zeros((4, 4)), 7, [], object()], ids=lambda given: type(given).__name__)
+def test_what_is_no_source_is_one_line(given: Any) -> None:
+    with pytest.raises(InputError, match=r"^a \w+ is no source; allowed: .* a Scenario, or a Source$"):
+        irtrack.run(Walker(), given)
 
 
 def test_a_pixel_centre_on_the_boxes_edge_is_inside() -> None:

@@ -66,6 +66,18 @@ def test_a_frame_below_none_is_an_input_error(source: irsim.Source, asked: dict[
             list(items)
 
 
+@pytest.mark.parametrize("input", ["foo", "Counts", "", None])
+def test_a_picture_of_no_name_is_an_input_error(source: irsim.Source, input: Any) -> None:
+    line = rf"^input {input!r}: allowed: 'display' .* or 'counts' .*$"
+    for look in (
+        source.frame,
+        lambda index, view: list(source.frames(view)),
+        lambda index, view: list(source.pairs(input=view)),
+    ):
+        with pytest.raises(irsim.InputError, match=line):
+            look(1, input)
+
+
 @pytest.mark.parametrize("jobs", ["2", None, 1.5, [1], 0, -3])
 def test_a_number_of_jobs_that_is_none_is_one_line(tmp_path: Path, jobs: Any) -> None:
     scene = irsim.load("sky", ["frames=4", "camera.size=[48, 32]"])

@@ -21,7 +21,7 @@ from irsim.recording.image import decode_image
 from irsim.recording.layout import IMAGE, SCENARIO, TRUTH
 from irsim.recording.schema import decode_truth
 from irsim.recording.times import from_ns
-from irsim.span import span
+from irsim.span import check_view, span
 from irsim.types import CameraFacts, Frame, Input, Source, Truth
 
 _HASH_BLOCK = 1 << 20
@@ -108,13 +108,20 @@ class Recording(Source):
         return self.contents.frames
 
     def frame(self, index: int, input: Input = "counts") -> Frame:
-        """Frame `index`. IndexError where there is none, DamageError where its bytes are not what was written."""
+        """Frame `index`. IndexError where there is none, DamageError where its bytes are not what was written.
+
+        InputError for another `input` than 'counts' and 'display'.
+        """
         if not 0 <= operator.index(index) < len(self):
             raise IndexError(f"{self.path}: there is no frame {index}; allowed: 0 to {len(self) - 1}")
         return next(self.frames(input, index, index + 1))
 
     def frames(self, input: Input = "counts", start: int = 0, stop: int | None = None) -> Iterator[Frame]:
-        """Frames start .. stop-1 in order, as detector counts or as the 8-bit picture. InputError below 0."""
+        """Frames start .. stop-1 in order, as detector counts or as the 8-bit picture.
+
+        InputError for another `input`, and for a start or a stop below 0.
+        """
+        check_view(input)
         screen = Screen(self.agc, self.bits, lambda index: self.frame(index).image)
         for index, packet in self._packets(IMAGE, start, stop):
             with self.container.decoded(f"frame {index} cannot be read"):
