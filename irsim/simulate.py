@@ -65,12 +65,13 @@ class Rendering:
     def camera(self) -> CameraFacts:
         camera = self.scenario.camera
         ranged = "range_k" in camera.detector.heeds
-        return CameraFacts(
+        own = CameraFacts(
             camera.geometry.ifov_rad,
             camera.band,
             camera.range_k if ranged else None,
             None if ranged else camera.response().curve,
         )
+        return self.scenario.background.taken_by(own)
 
     @property
     def size(self) -> tuple[int, int]:

@@ -12,7 +12,7 @@ import numpy as np
 from irsim.backgrounds.chart import Chart
 from irsim.kinds import Kind
 from irsim.stage import Stage
-from irsim.types import Counts, Floats
+from irsim.types import CameraFacts, Counts, Floats
 
 Names = Iterator[tuple[str, tuple[str | int, ...]]]
 """Names of a background's parts, each with its place in it."""
@@ -149,6 +149,10 @@ class Background(Kind):
         """How its bare ground or sea looks, without what stands or lies on it; None where it has none, or does not
         say."""
         return None
+
+    def taken_by(self, camera: CameraFacts) -> CameraFacts:
+        """What is known of the camera that its counts are of: the scenario's, or another where it is `Filmed`."""
+        return camera
 
     def refuses(self, size: tuple[int, int], bits: int) -> str | None:
         """Why a camera of that size (columns, rows) and depth cannot look at it; None where it can."""

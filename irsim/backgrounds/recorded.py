@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
@@ -17,7 +18,7 @@ from irsim.kinds import Index, ScaleKelvin
 from irsim.radiometry import limits
 from irsim.scale import Scale
 from irsim.stage import Stage
-from irsim.types import Band, Counts, Floats, Image
+from irsim.types import Band, CameraFacts, Counts, Curve, Floats, Image
 
 if TYPE_CHECKING:
     from irsim.recording import Recording
@@ -78,7 +79,7 @@ class Recorded(Background):
         return self
 
     def refuses(self, size: tuple[int, int], bits: int) -> str | None:
-        recording = _opened(self.file)
+        recording = self.recording
         if (recording.size, recording.bits) == (size, bits):
             return None
         return (
@@ -86,12 +87,24 @@ class Recorded(Background):
             f"{size[0]}x{size[1]} of {bits}; allowed: camera size: {list(recording.size)}, bits: {recording.bits}"
         )
 
+    @property
+    def recording(self) -> Recording:
+        """The recording, opened."""
+        return _opened(self.file)
+
     def scale(self, band: Band) -> Scale:
         """What its counts stand for in the light of a camera of that band."""
-        recording = _opened(self.file)
-        facts = recording.camera
-        curve = facts.curve if self.range_k is None and _same(facts.band, band) else None
-        return Scale.known(curve, band, self.range_k or UNKNOWN_RANGE_K, recording.bits)
+        curve = self.known(band)
+        return Scale.known(curve, band, self.range_k or UNKNOWN_RANGE_K, self.recording.bits)
+
+    def known(self, band: Band) -> Curve | None:
+        """The recording's own curve of counts by light in that band; None where it says none, or `range_k` holds."""
+        facts = self.recording.camera
+        return facts.curve if self.range_k is None and _same(facts.band, band) else None
+
+    def taken_by(self, camera: CameraFacts) -> CameraFacts:
+        known = None if camera.band is None else self.known(camera.band)
+        return replace(camera, range_k=self.range_k, curve=known)
 
     def layers(self, stage: Stage) -> Sequence[Layer]:
         return [Footage(self, stage)]
@@ -111,7 +124,7 @@ class Footage:
 
     @cached_property
     def _recording(self) -> Recording:
-        return _opened(self._recorded.file)
+        return self._recorded.recording
 
     @property
     def _full(self) -> int:

@@ -10,6 +10,7 @@ from irsim.doubts.camera import beads, sunken
 from irsim.doubts.display import odd_greys
 from irsim.doubts.effect import overruled, without_effect
 from irsim.doubts.endless import ground_in_the_sky, stays_behind
+from irsim.doubts.footage import unknown_scale, unlike_recording, untouched
 from irsim.doubts.lens import two_lenses, unlike_pupils
 from irsim.doubts.paths import misses, pulls, through_camera
 from irsim.doubts.reflection import unreflecting
@@ -24,6 +25,7 @@ DOUBTS = (
     *(beyond_fit, overruled, without_effect, long_paths, long_views, unlike_skies),
     *(off_scale, cold_clouds, large_features, folded),
     *(two_lenses, unlike_pupils, unreflecting, ground_in_the_sky, stays_behind),
+    *(unknown_scale, unlike_recording, untouched),
     *(odd_greys, through_camera, pulls, misses),
     *(
         beads,
