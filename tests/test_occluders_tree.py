@@ -169,3 +169,38 @@ def test_a_picture_of_one_colour_covers_its_rectangle() -> None:
     x, y = np.arange(24) / 2 + 0.25, np.arange(24) / 2 + 0.25
     moments = (area[0] * x + right[0] / 2).sum(), (area[0] * y[:, None] + down[0] / 2).sum()
     np.testing.assert_allclose(np.array(moments) / area[0].sum(), [5.75, 5.5], atol=2e-3)
+
+
+def placed_over(window: Box, **keys: Any) -> Tree:
+    intent = tree(foot_px=None, height_px=None, crown_px=None, hides="car", frames=(0, 9), **keys)
+    return intent.over(window, 1.0, STAGE)
+
+
+def test_a_long_trunk_has_crowns_all_the_way() -> None:
+    """Five times as high as its top crown, a tree with one would be a ball on a stick."""
+    small = placed_over(Box(200.0, 60.0, 16.0, 12.0))
+    assert small.height_px is not None
+    assert small.crown_px is not None
+    assert small.height_px > 5 * small.crown_px[1]
+    sprite, lone = drawn(small), drawn(placed_over(Box(200.0, 60.0, 16.0, 12.0), tiers=1))
+    leaves = [(each.cover > 0.5).sum(axis=1) > 0.5 * small.crown_px[0] for each in (sprite, lone)]
+    assert leaves[0].sum() > 0.7 * small.height_px
+    assert leaves[1].sum() < 1.1 * small.crown_px[1]
+    widths = (sprite.cover[: round(0.7 * small.height_px)] > 0.5).sum(axis=1)
+    assert widths[-20:].mean() > 1.5 * widths[5:25].mean()  # wider towards the ground
+
+
+def test_a_crown_that_is_large_on_its_tree_stays_alone() -> None:
+    large = placed_over(Box(160.0, 120.0, 60.0, 40.0))
+    assert large.tiers == 1
+    assert placed_over(Box(160.0, 120.0, 60.0, 40.0), tiers=2).tiers == 2
+    assert tree().crowns(STAGE)[0][0] is tree(tiers=3).crowns(STAGE)[0][0]
+
+
+def test_what_stands_higher_has_fewer_crowns_and_no_leaves_below_its_foot() -> None:
+    small = placed_over(Box(200.0, 60.0, 16.0, 12.0))
+    higher = small.rooted(130.0)
+    assert small.tiers is not None
+    assert higher.tiers is not None
+    assert 1 <= higher.tiers < small.tiers
+    assert higher.extent(STAGE).bottom <= 130.0 + 0.5

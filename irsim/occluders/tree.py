@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import ClassVar
+from functools import lru_cache, reduce
+from itertools import accumulate
+from typing import Annotated, ClassVar
 
 import cv2
 import numpy as np
 import numpy.typing as npt
+from pydantic import Field
 
 from irsim.foliage import Crown, Foliage, broadleaf, wood
 from irsim.geometry import Geometry
@@ -52,6 +54,16 @@ LEAST_TRUNK = 1.15
 """Placed by intent it is so many times as high as its crown at least."""
 FLARE = 1.35
 """How many times wider the trunk is at its foot."""
+LONE = 3.0
+"""A tree up to so many times as high as its crown looks like one with a lone crown."""
+LOWER = 0.38
+"""Where a crown stands below another one: its top so much of the other one's height below the other one's top."""
+WIDER = 1.25
+"""How many times larger it is."""
+MOST_TIERS = 20
+"""Crowns of a tree."""
+BARE = 0.12
+"""Share of a tree's height below which no crown reaches."""
 
 
 class Tree(Occluder):
@@ -68,6 +80,9 @@ class Tree(Occluder):
     """From foot to top, px."""
     crown_px: Size | None = None
     """[width, height] of the crown, px."""
+    tiers: Annotated[int, Field(ge=1, le=MOST_TIERS)] | None = None
+    """Crowns one below the other, each larger than the one above, as of a fir. Where not given: one; placed by whom it
+    hides as many as a trunk that would be long and bare takes."""
     leaves: Fraction = 0.8
     """How much of the crown's outer part hides what is behind: 0.4 is a bare tree; the middle hides all."""
     trunk_k: Kelvin = 292.0
@@ -78,23 +93,28 @@ class Tree(Occluder):
     def draw(self, sight: Sight) -> Sprite | None:
         return _drawn(self, sight.stage, sight.lens, sight.rotation.tobytes(), sight.place.tobytes())
 
-    def crown(self, stage: Stage) -> tuple[Form, Floats]:
-        """The crown with its boughs, and the corners (4, 2) of its arrays, px of the unmoved camera."""
+    def crowns(self, stage: Stage) -> list[tuple[Form, Floats]]:
+        """Each crown with its boughs, the top one first, and the corners (4, 2) of its arrays, px of the unmoved
+        camera."""
         (x, y), high, (wide, tall) = given(self.foot_px), given(self.height_px), given(self.crown_px)
-        form = self._form(tall / wide, stage)
-        (left, top), (right, bottom) = form.reach * [wide, tall] + [x, y - high + tall]
-        return form, np.array([[left, top], [right, top], [right, bottom], [left, bottom]])
+        found = []
+        for tier, (down, times) in enumerate(_stacked(self.tiers or 1)):
+            form, foot_y = self._form(tall / wide, stage, tier), y - high + (down + times) * tall
+            (left, top), (right, bottom) = form.reach * [times * wide, times * tall] + [x, foot_y]
+            found.append((form, np.array([[left, top], [right, top], [right, bottom], [left, bottom]])))
+        return found
 
     def trunk(self) -> Floats:
         """(n, 2) px of the unmoved camera: the trunk below the crown, and a little into it; perhaps none."""
         (x, y), high, (wide, tall) = given(self.foot_px), given(self.height_px), given(self.crown_px)
         if high <= tall:
             return np.empty((0, 2))
-        thin, thick, top = THICK * wide / 2, FLARE * THICK * wide / 2, y - high + 0.95 * tall
+        _, times = _stacked(self.tiers or 1)[-1]
+        thin, thick, top = THICK * wide / 2, FLARE * THICK * times * wide / 2, y - high + 0.95 * tall
         return np.array([[x - thin, top], [x + thin, top], [x + thick, y], [x - thick, y]])
 
     def extent(self, stage: Stage) -> Box:
-        return bounds(np.concatenate([self.crown(stage)[1], self.trunk()]))
+        return bounds(np.concatenate([*(corners for _, corners in self.crowns(stage)), self.trunk()]))
 
     def over(self, window: Box, share: float, stage: Stage) -> Tree:
         # The core's ellipse goes through the window's corners, and the crown is about as high as wide.
@@ -106,17 +126,35 @@ class Tree(Occluder):
         wide, tall = wide / times, tall / times
         x, top = window.cx - right * wide, window.cy - (1 + down) * tall
         y = max(foot(window, stage)[1], top + LEAST_TRUNK * tall)
-        return self.at(foot_px=(x, y), height_px=y - top, crown_px=(wide, tall))
+        tiers = self.tiers or _tiers((y - top) / tall)
+        return self.at(foot_px=(x, y), height_px=y - top, crown_px=(wide, tall), tiers=tiers)
 
     def rooted(self, y: float) -> Tree:
         (x, foot_y), high, (_, tall) = given(self.foot_px), given(self.height_px), given(self.crown_px)
         shorter = min(foot_y - y, high - LEAST_TRUNK * tall)
-        return self.at(foot_px=(x, foot_y - shorter), height_px=high - shorter) if shorter > 0 else self
+        if shorter <= 0:
+            return self
+        tiers = min(self.tiers or 1, _tiers((high - shorter) / tall))
+        return self.at(foot_px=(x, foot_y - shorter), height_px=high - shorter, tiers=tiers)
 
-    def _form(self, slim: float, stage: Stage) -> Form:
-        """Its crown, so many times as high as wide."""
+    def _form(self, slim: float, stage: Stage, tier: int = 0) -> Form:
+        """A crown of its, so many times as high as wide."""
         proportion = round(PROPORTIONS * min(max(math.log2(slim), -SLIMMEST), SLIMMEST)) / PROPORTIONS
-        return _form(proportion, self.leaves, stage.seed, self.name)
+        return _form(proportion, self.leaves, stage.seed, f"{self.name} {tier}" if tier else self.name)
+
+
+def _stacked(tiers: int) -> list[tuple[float, float]]:
+    """For crowns one below the other: how far each top lies below the tree's, and its size, in those of the first."""
+    sizes = [WIDER**tier for tier in range(tiers)]
+    return list(zip(accumulate((LOWER * size for size in sizes[:-1]), initial=0.0), sizes, strict=True))
+
+
+def _tiers(slim: float) -> int:
+    """How many crowns a tree has that is so many times as high as its top one."""
+    if slim <= LONE:
+        return 1
+    reach = (down + size for down, size in _stacked(MOST_TIERS))
+    return max(sum(bottom <= (1 - BARE) * slim for bottom in reach), 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,15 +231,17 @@ def _lit(form: Form, leaves_k: float, spread_k: float, wood_k: float, emissivity
 def _drawn(tree: Tree, stage: Stage, lens: Geometry, rotation: bytes, place: bytes) -> Sprite | None:
     """A tree drawn, and kept for a camera that stands still."""
     sight = Sight(stage, lens, np.frombuffer(rotation).reshape(3, 3), np.frombuffer(place))
-    form, corners = tree.crown(stage)
-    crown, trunk = (sight.pixels(points, tree.range_m) for points in (corners, tree.trunk()))
-    box = bounds(np.concatenate([crown, trunk]))
-    window = within_sight(box, stage) if np.isfinite(crown).all() and np.isfinite(trunk).all() else None
+    forms, corners = zip(*tree.crowns(stage), strict=True)
+    *crowns, trunk = (sight.pixels(points, tree.range_m) for points in (*corners, tree.trunk()))
+    points = np.concatenate([*crowns, trunk])
+    box = bounds(points)
+    window = within_sight(box, stage) if np.isfinite(points).all() else None
     if window is None:
         return None
     grid = Grid.over(window)
-    picture = _lit(form, tree.temperature_k, tree.spread_k, tree.trunk_k, tree.emissivity, stage)
-    fields = picture.fields(crown, grid)
+    heat = tree.temperature_k, tree.spread_k, tree.trunk_k, tree.emissivity
+    pictures = (_lit(form, *heat, stage).fields(crown, grid) for form, crown in zip(forms, crowns, strict=True))
+    fields = reduce(_before, pictures)
     if len(trunk):
         start, stop = ((end - grid.corner) * grid.fine for end in outline(trunk))
         light = np.array([[1.0, float(stage.glow(tree.trunk_k, tree.emissivity))]])
