@@ -12,6 +12,7 @@ import pytest
 from irsim.doubts import doubts
 from irsim.radiometry import radiance, temperature
 from irsim.scenario import Scenario
+from irsim.shapes import Shape, View
 
 
 def told(scene: dict[str, Any]) -> dict[str, str]:
@@ -62,6 +63,21 @@ def test_turbulence_seen_through_another_pupil_is_told(
     assert told({"camera": camera, "atmosphere": air, "without": ["turbulence"]}) == {}
 
 
+class Mirror(Shape):
+    """A user's own, whose emissivity is always written."""
+
+    emissivity: float
+
+    def draw(self, view: View) -> None:
+        """Nothing."""
+
+
+def _leaves(tree: dict[str, Any]) -> list[tuple[str, Any]]:
+    """Keys and values of a tree that are no trees."""
+    pairs = [(_leaves(value) if isinstance(value, dict) else [(key, value)]) for key, value in tree.items()]
+    return [pair for part in pairs for pair in part]
+
+
 @pytest.mark.parametrize(
     ("shape", "place"),
     [
@@ -69,6 +85,9 @@ def test_turbulence_seen_through_another_pupil_is_told(
         ({"kind": "car", "windows_emissivity": 0.3}, "targets.0.shape.windows_emissivity"),
         ({"kind": "point", "emissivity": 0.5}, "targets.0.shape.emissivity"),
         ({"kind": "point", "emissivity": 0.5, "contrast_k": 5}, None),
+        ({"kind": "car", "emissivities": {"engine": 0.4}}, "targets.0.shape.emissivities.engine"),
+        ({"kind": "hot_spot", "emissivity": 0.0}, "targets.0.shape.emissivity"),
+        ({"kind": "test_doubts_scene:Mirror", "emissivity": 0.1}, "targets.0.shape.emissivity"),
         ({"kind": "car", "emissivity": 0.85}, None),
         ({"kind": "missile", "plume_emissivity": 0.2}, None),
     ],
@@ -82,8 +101,8 @@ def test_what_has_nothing_to_reflect_is_told(shape: dict[str, Any], place: str |
     for what in lines.values():
         found = re.search(r"so that (\d+) K look like (\d+) K; try atmosphere", what)
         assert found is not None
-        key = place.rsplit(".", 1)[1] if place else ""
-        seen = temperature("lwir", shape[key] * radiance("lwir", float(found[1])))
+        (emissivity,) = [value for key, value in _leaves(shape) if key != "kind"]
+        seen = temperature("lwir", emissivity * radiance("lwir", float(found[1])))
         assert float(found[2]) == pytest.approx(float(seen), abs=0.5)
     for air in ({"surroundings_k": 280}, {"preset": "us_standard"}):
         assert not any("reflect" in what for what in told({**scene, "atmosphere": air}).values())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from irsim.errors import Notice
 from irsim.kinds import Part
@@ -26,18 +26,36 @@ def unreflecting(scenario: Scenario) -> Iterator[Notice]:
 
 
 def _cold(scenario: Scenario, part: Part, at: tuple[str | int, ...]) -> Iterator[Notice]:
-    """Of a part of the scene at a place in it; gases, whose emissivity is low from the first, reflect nothing."""
+    """Of a part of the scene at a place in it."""
     band = scenario.camera.band
-    overruled = {key for by, keys in part.overrules.items() if getattr(part, by) is not None for key in keys}
-    for key, field in type(part).model_fields.items():
-        if not key.endswith("emissivity") or field.default < CLEARLY or key in overruled:
-            continue
-        emissivity = getattr(part, key)
-        if 0 < emissivity < CLEARLY:
-            own = getattr(part, key.removesuffix("_emissivity") + "_k", getattr(part, "temperature_k", USUAL_K))
+    for key, emissivity in _emissivities(part):
+        if emissivity < CLEARLY:
+            own = _own_k(part, key[-1])
             seen = float(temperature(band, emissivity * radiance(band, own)))
             yield Notice(
-                (*at, key),
+                (*at, *key),
                 f"there is nothing around it to reflect, so that {own:g} K look like {seen:.0f} K; "
                 "try atmosphere: {surroundings_k: 280}, or a preset of the atmosphere",
             )
+
+
+def _emissivities(part: Part) -> Iterator[tuple[tuple[str, ...], float]]:
+    """Place and value of each that counts; not of gases, whose emissivity is low from the first: they reflect
+    nothing."""
+    overruled = {key for by, keys in part.overrules.items() if getattr(part, by) is not None for key in keys}
+    fields = type(part).model_fields
+    gases = {key for key, field in fields.items() if isinstance(field.default, float) and field.default < CLEARLY}
+    for key in fields:
+        value = getattr(part, key)
+        if key == "emissivities" and isinstance(value, Mapping):
+            yield from (((key, name), each) for name, each in value.items())
+        elif key.endswith("emissivity") and isinstance(value, float) and key not in overruled | gases:
+            yield (key,), value
+
+
+def _own_k(part: Part, key: str) -> float:
+    """Temperature, K, of what has the emissivity of that key, or of that name in `emissivities`."""
+    materials = getattr(part, "materials_k", {})
+    name = key.removesuffix("_emissivity")
+    candidates = (materials.get(key), getattr(part, f"{name}_k", None), getattr(part, "temperature_k", None))
+    return float(next((kelvin for kelvin in candidates if isinstance(kelvin, int | float)), USUAL_K))
