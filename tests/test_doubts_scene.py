@@ -140,7 +140,11 @@ CLOUD = {"kind": "sky", "clouds": [{"range_m": 3000}]}
         ({"kind": "ground"}, "background", "car by some 24 px"),
         ({"kind": "landscape"}, None, ""),
         ({"kind": "sea"}, None, ""),
-        (CLOUD, "background.clouds.0", "3000 m away, does not pass by, as it should by up to 8 px; try wind_mrad_s"),
+        (
+            CLOUD,
+            "background.clouds.0",
+            "a layer 3000 m away, does not pass by, as it should by up to 8 px; try wind_mrad_s",
+        ),
         ({"kind": "sky", "clouds": [{"range_m": 50_000}]}, None, ""),
     ],
 )
