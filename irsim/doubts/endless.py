@@ -65,8 +65,8 @@ def stays_behind(scenario: Scenario) -> Iterator[Notice]:
         if slides > SLIDES_PX:
             yield Notice(
                 ("background", "clouds", index),
-                f"the camera is carried by {carried_m:.3g} m, and {cloud.id}, a layer {cloud.range_m:g} m away, does not "
-                f"pass by, as it should by up to {slides:.0f} px; try wind_mrad_s",
+                f"the camera is carried by {carried_m:.3g} m, and {cloud.id}, a layer {cloud.range_m:g} m away, does "
+                f"not pass by, as it should by up to {slides:.0f} px; try wind_mrad_s",
             )
 
 
