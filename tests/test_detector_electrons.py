@@ -10,9 +10,11 @@ import pytest
 from scipy import constants, integrate, stats
 
 from irsim.camera import Camera
-from irsim.detector import Bloom, Electrons, Moment, Sensor, Setting, Shot
+from irsim.detector import Bloom, Electrons, Moment, Sensor, Setting, Shot, electrons_like
 from irsim.detector.photons import photon_radiance, photon_slope
 from irsim.detector.shot import poisson
+from irsim.kinds import dump
+from irsim.presets import Preset
 from irsim.radiometry import radiance, temperature
 from irsim.types import Band, Floats
 
@@ -263,3 +265,24 @@ def test_a_spent_light_gives_the_same_counts_as_one_that_is_kept(falls_off: bool
     kept, spent = light.copy(), light.copy()
     np.testing.assert_array_equal(camera.expose(spent, 2, spent=True), camera.expose(kept, 2))
     np.testing.assert_array_equal(kept, light)
+
+
+@pytest.mark.parametrize("sigma", [0.01, 0.5, 4.0, 300.0])
+@pytest.mark.parametrize("rate_hz", [0.01, 50.0, 10_000.0])
+@pytest.mark.parametrize("preset", ["cooled_mwir", "cooled_lwir"])
+def test_a_detector_like_another_has_its_curve_and_may_be_written(preset: Preset, rate_hz: float, sigma: float) -> None:
+    """Its sigma is the one asked for, or more where no well or pixel holds so many electrons."""
+    camera = Camera(preset=preset)
+    curve = camera.response().curve
+    found = electrons_like(curve, camera.band, camera.bits, rate_hz, sigma)
+    alike = Camera.model_validate(
+        {"band": camera.band, "bits": camera.bits, "rate_hz": rate_hz, "detector": dump(found)}
+    )
+    response = alike.response()
+    assert response.curve == pytest.approx(curve, rel=1e-9)
+    had = response.noise / response.gain
+    if found.pitch_um < 1000 and found.well_me < 10_000:
+        assert had == pytest.approx(sigma, rel=1e-9)
+    else:
+        assert sigma < 1  # no recording of these cameras is so quiet
+        assert had >= sigma

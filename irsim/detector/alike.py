@@ -25,5 +25,6 @@ def electrons_like(curve: Curve, band: Band, bits: int, rate_hz: float, sigma: f
     counts = linear * light + root * math.sqrt(light)
     room = 2**bits - 1 - offset
     gain = min(counts / sigma**2, LARGEST_WELL_ME * 1e6 / room, LARGEST_PITCH_UM**2 * per_um2 / counts)
-    pitch_um = math.sqrt(counts * gain / per_um2)
-    return nominal.model_copy(update={"pitch_um": pitch_um, "well_me": gain * room * 1e-6, "offset": offset})
+    pitch_um = min(math.sqrt(counts * gain / per_um2), LARGEST_PITCH_UM)  # not above by rounding
+    well_me = min(gain * room * 1e-6, LARGEST_WELL_ME)
+    return nominal.model_copy(update={"pitch_um": pitch_um, "well_me": well_me, "offset": offset})
