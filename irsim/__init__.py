@@ -52,6 +52,7 @@ _PUBLIC = {
     "read_tracks": "irsim.recording",
     "write_tracks": "irsim.recording",
     "open_source": "irsim.sources",
+    "unheeded": "irsim.sources",
     "is_recording": "irsim.files",
     "Fit": "irsim.fitting",
     "fit": "irsim.fitting",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -30,7 +31,17 @@ def open_changed(source: str, overrides: list[str] | None, seed: int | None, wit
     """A scenario so changed, or a recording, which can only be opened as it is."""
     from irsim.sources import open_source
 
-    return open_source(source, overrides or (), seed, parts(without))
+    opened = open_source(source, overrides or (), seed, parts(without))
+    tell_unheeded(source, overrides)
+    return opened
+
+
+def tell_unheeded(source: str, overrides: list[str] | None) -> None:
+    """Warn on standard error of each override that counts for nothing."""
+    from irsim.sources import unheeded
+
+    for warning in unheeded(source, overrides or ()):
+        print(warning, file=sys.stderr)
 
 
 def parts(without: str | None) -> list[str]:

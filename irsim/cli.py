@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from irsim import commands_authoring, commands_info, commands_measure
-from irsim.asked import OverridesArgument, SeedOption, SourceArgument, WithoutOption, open_changed, parts
+from irsim.asked import OverridesArgument, SeedOption, SourceArgument, WithoutOption, open_changed, parts, tell_unheeded
 from irsim.errors import InputError
 from irsim.files import check_output
 from irsim.span import parsed
@@ -169,6 +169,7 @@ def render(
     wanted = None if frames is None else parsed(frames)
     asked = None if wanted is None else (wanted.start, wanted.stop)
     rendering, start, stop = open_rendering(source, overrides or (), seed, asked, parts(without))
+    tell_unheeded(source, overrides)
     path = output or Path(f"{Path(source).stem}.mcap")
     check_output(path, find(source), endings=(".mcap",))
     with progress_bar(f"render {rendering.name}", stop - start) as progress:
@@ -198,6 +199,7 @@ def masks(
     from irsim.sources import open_rendering
 
     rendering, first, stop = open_rendering(source, overrides or (), seed, without=parts(without))
+    tell_unheeded(source, overrides)
     wanted = parsed(frames, stop - first) if frames is not None else range(stop - first)
     start, stop = first + wanted.start, first + wanted.stop
     folder = output or Path(f"{Path(source).stem}-masks")

@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from irsim.asked import tell_unheeded
 from irsim.files import check_output, make_folder, replacing_text
 from irsim.terminal import progress_bar
 
@@ -65,6 +66,7 @@ def sample(
     from irsim.loader import find, load
 
     loaded = load(scenario, overrides or ())
+    tell_unheeded(scenario, overrides)
     name = Path(scenario).stem
     folder = output or Path(f"{name}-samples")
     repeat = shlex.join(["irsim", "sample", scenario, *(overrides or ()), "-n", str(count), "--seed", str(seed)])

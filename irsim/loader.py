@@ -9,13 +9,13 @@ from os import PathLike
 from typing import Any, Generic
 
 from irsim import yamlfile
-from irsim.doubts import doubts
+from irsim.doubts import doubts, unheeded
 from irsim.errors import InputError, Notice
-from irsim.explain import AnyPart, formed, line
+from irsim.explain import AnyPart, formed, line, place_of
 from irsim.files import is_binary, is_recording
 from irsim.intent import unmet
 from irsim.kinds import importing_nothing
-from irsim.overrides import override, placed
+from irsim.overrides import override, place_of_override, placed
 from irsim.plausible import implausible
 from irsim.ranges import moved, range_doubts, range_faults, values_at
 from irsim.scenario import Scenario
@@ -37,6 +37,8 @@ __all__ = [
     "read_part",
     "scalar",
     "shipped",
+    "unheeded_in",
+    "unheeded_overrides",
     "warnings",
 ]
 
@@ -114,7 +116,25 @@ def warnings(path: str | PathLike[str], overrides: Iterable[str] = ()) -> list[s
         raise InputError("\n".join(dict.fromkeys(faults)))
     unlikely = implausible(Slot.of(Scenario), document.value)
     notices = [*unlikely, *doubts(scenario), *range_doubts(document, scenario)]
-    return [_told(document, notice, f"warning: {notice.what}") for notice in notices]
+    return [_warning(document, notice) for notice in notices]
+
+
+def unheeded_overrides(path: str | PathLike[str], overrides: Iterable[str]) -> list[str]:
+    """Those of `warnings` that say of an override that it counts for nothing. InputError as `load`."""
+    return _unheeded(_read(path), list(overrides))
+
+
+def unheeded_in(text: str, name: str, overrides: Iterable[str]) -> list[str]:
+    """The same of overrides of a scenario's text that came inside a file (see `loads`)."""
+    with importing_nothing():
+        return _unheeded(yamlfile.parse(text, name), list(overrides))
+
+
+def _unheeded(document: Document, overrides: list[str]) -> list[str]:
+    document = _changed(document, overrides)
+    given = {place_of_override(text) for text in overrides}
+    notices = unheeded(_validated(document))
+    return [_warning(document, notice) for notice in notices if place_of(document, notice.at) in given]
 
 
 def dumps(scenario: Scenario, short: bool = False) -> str:
@@ -199,6 +219,10 @@ def _faults_of_severities(document: Document, scenario: Scenario) -> Iterator[st
             _validated(moved(document, "severity", severity, f"severity {severity}"))
         except InputError as error:
             yield from str(error).splitlines()
+
+
+def _warning(document: Document, notice: Notice) -> str:
+    return _told(document, notice, f"warning: {notice.what}")
 
 
 def _told(document: Document, notice: Notice, what: str) -> str:

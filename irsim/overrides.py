@@ -22,12 +22,17 @@ def override(document: Document, text: str, root: type[Part]) -> tuple[Document,
     key = key.strip()
     if not sign or not key:
         raise InputError(f"override {text!r}: this is no KEY=VALUE; allowed: e.g. camera.netd_mk=80")
-    place = f"override {key}"
+    place = place_of_override(text)
     try:
         value = scalar(written)
     except InputError as error:
         raise InputError(f"{place}: {error}") from None
     return placed(document, key, value, place, root)
+
+
+def place_of_override(text: str) -> str:
+    """Where the value of KEY=VALUE stands, as errors and warnings have it: 'override KEY'."""
+    return f"override {text.partition('=')[0].strip()}"
 
 
 def placed(document: Document, key: str, value: Any, place: str, root: type[Part]) -> tuple[Document, KeyPath]:

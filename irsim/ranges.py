@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from itertools import islice
 from typing import Any
 
+from irsim.doubts import unheeded
 from irsim.errors import InputError, Notice
 from irsim.explain import formed, place_of
 from irsim.intent import unmet
@@ -62,7 +63,16 @@ def range_doubts(document: Document, scenario: Scenario) -> Iterator[Notice]:
         path = placed(document, key, None, "vary", Scenario)[1]
         if any(path[: len(place)] == place for place in off):
             yield Notice(("vary", key), "what it varies is switched off")
+        yield from islice(_unheeded(document, key, path, variation), 1)
         yield from islice(_unmakeable(document, key, variation), 1)
+
+
+def _unheeded(document: Document, key: str, path: KeyPath, variation: Variation) -> Iterator[Notice]:
+    """Of a range's key that counts for nothing beside the others as the document has them."""
+    for value in islice(variation.probes().values(), 1):
+        for notice in unheeded(formed(moved(document, key, value, "vary"), Scenario)):
+            if notice.at[: len(path)] == path or path[: len(notice.at)] == notice.at:
+                yield Notice(("vary", key), notice.what)
 
 
 def _unmakeable(document: Document, key: str, variation: Variation) -> Iterator[Notice]:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from irsim.errors import InputError
 from irsim.files import is_recording
-from irsim.loader import load, loads
+from irsim.loader import load, loads, unheeded_in, unheeded_overrides
 from irsim.recording import Recording, open_recording
 from irsim.scenario import Scenario
 from irsim.simulate import Rendering
@@ -51,6 +51,20 @@ def open_source(
         return open_recording(Path(path))
     changes = [*overrides, *([] if seed is None else [f"seed={seed}"])]
     return Rendering(load(path, [*changes, *switched_off(path, changes, without)]), Path(path).stem)
+
+
+def unheeded(path: str | PathLike[str], overrides: Sequence[str]) -> list[str]:
+    """A warning for each override of a scenario, or of the one in a recording, that counts for nothing beside others.
+
+    As `irsim check` words it: "override camera.netd_mk: warning: does not count for a detector of kind electrons: its
+    own keys decide". InputError as `loader.load`.
+    """
+    if not overrides:
+        return []
+    if not is_recording(Path(path)):
+        return unheeded_overrides(path, overrides)
+    text = open_recording(Path(path)).scenario_text
+    return [] if text is None else unheeded_in(text, f"{path}: scenario", overrides)
 
 
 def switched_off(path: str | PathLike[str], overrides: Sequence[str], without: Sequence[str]) -> list[str]:

@@ -51,6 +51,22 @@ def told(run: Run, folder: Path, command: str, *words: str) -> object:
     return done.stdout, {path.name: path.read_bytes() for path in folder.rglob("*.png")}
 
 
+@pytest.mark.parametrize("command", [*COMMANDS, "sample"])
+def test_commands_warn_once_of_a_change_that_counts_for_nothing(run: Run, tmp_path: Path, command: str) -> None:
+    """And say what they say without it, but for the scenario's hash."""
+    vary = "vary: {targets.jet.path.speed: {kind: uniform, low: 1, high: 3}}\n"
+    (tmp_path / "scene.yaml").write_text(SHAKEN.replace("noise: [{kind: white}]", "detector: {kind: electrons}") + vary)
+    words = COMMANDS.get(command, ["-n", "1"])
+    plain, idle = (run(command, "scene.yaml", *words, *more, cwd=tmp_path) for more in ([], ["camera.netd_mk=3000"]))
+    assert idle.returncode == 0, idle.stderr
+    warning = "override camera.netd_mk: warning: does not count for a detector of kind electrons: its own keys decide"
+    assert [line for line in idle.stderr.splitlines() if "warning: does not count" in line] == [warning]
+    said, without = (
+        [line for line in done.stdout.splitlines() if not line.startswith("hash ")] for done in (idle, plain)
+    )
+    assert said == without
+
+
 def test_check_tells_of_a_scenario_without_its_parts(run: Run, folder: Path) -> None:
     (folder / "scene.yaml").write_text(SMALL_SCENE.replace("start: [10, 16]", "start: [1000, 16]"))
     assert "jet" in run("check", "scene.yaml", cwd=folder).stderr

@@ -100,3 +100,14 @@ def test_wrong_usage_has_status_2(call: Call, words: tuple[str, ...]) -> None:
     assert answer.status == 2
     assert answer.out == ""
     assert "Traceback" not in answer.err
+
+
+@pytest.mark.parametrize(
+    "words", [("run", "kalman", "scene.yaml"), ("bench", "scene.yaml", "again=scene.yaml", "--check")]
+)
+def test_a_change_that_counts_for_nothing_is_warned_of_once(call: Call, words: tuple[str, ...]) -> None:
+    trackers = ("--trackers", "kalman") if words[0] == "bench" else ()
+    answer = call(*words, "camera.detector={kind: electrons}", "camera.netd_mk=5000", *trackers)
+    assert answer.status == 0
+    warning = "override camera.netd_mk: warning: does not count for a detector of kind electrons: its own keys decide"
+    assert answer.err.splitlines() == [warning]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -9,8 +10,11 @@ import pytest
 
 from irsim.doubts import doubts
 from irsim.errors import InputError
-from irsim.loader import loads, warnings
+from irsim.loader import load, loads, warnings
+from irsim.recording import record
 from irsim.scenario import Scenario
+from irsim.simulate import Rendering
+from irsim.sources import unheeded
 
 
 @pytest.mark.parametrize(
@@ -55,6 +59,70 @@ def test_what_the_intent_of_smoke_decides_does_not_count_where_it_is_written(
     told = [line for line in warnings(scene) if "occluders.smoke.frames" not in line]
     assert [line.split()[1].rstrip(":") for line in told] == [f"occluders.smoke.{key}" for key in warned]
     assert all(line.endswith("does not count beside hides, which holds in its place") for line in told)
+
+
+@pytest.mark.parametrize(
+    ("camera", "warned"),
+    [
+        ("netd_mk: 50, detector: {kind: electrons}", ["camera.netd_mk"]),
+        ("detector: {kind: electrons}", []),
+        ("preset: ideal, netd_mk: 50, detector: {kind: electrons}", ["camera.netd_mk"]),
+        ("preset: uncooled_lwir, detector: {kind: electrons}", []),
+        ("preset: uncooled_lwir, range_k: [250, 330], detector: {kind: electrons}", ["camera.range_k"]),
+        ("preset: uncooled_lwir, netd_mk: 50", []),
+        ("preset: cooled_mwir, netd_mk: 50, range_k: [250, 330]", ["camera.netd_mk", "camera.range_k"]),
+    ],
+)
+def test_keys_that_a_detector_does_not_heed_are_told_where_the_text_has_them(
+    tmp_path: Path, camera: str, warned: list[str]
+) -> None:
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(f"frames: 4\ncamera: {{{camera}}}\nbackground: {{kind: sky}}\n")
+    told = [line for line in warnings(scene) if "does not count" in line]
+    assert [line.split()[1].rstrip(":") for line in told] == warned
+
+
+KELVIN = {"targets.p.shape.temperature_k": {"kind": "choice", "values": [300, 310]}}
+SCR = {"targets.p.shape.scr": {"kind": "choice", "values": [3, 5]}}
+NETD = {"camera.netd_mk": {"kind": "uniform", "low": 30, "high": 90}}
+
+
+@pytest.mark.parametrize(
+    ("camera", "vary", "warned"),
+    [
+        ({"preset": "cooled_mwir"}, NETD, "does not count for a detector of kind electrons: its own keys decide"),
+        ({"preset": "uncooled_lwir"}, NETD, None),
+        ({}, KELVIN, "does not count beside scr, which holds"),
+        ({}, SCR, None),
+    ],
+)
+def test_ranges_of_keys_that_count_for_nothing_are_told(
+    tmp_path: Path, camera: dict[str, Any], vary: dict[str, Any], warned: str | None
+) -> None:
+    target = {"id": "p", "shape": {"kind": "point", "scr": 4}, "path": {"kind": "straight", "start": [20, 24]}}
+    scene = tmp_path / "scene.yaml"
+    text = {"frames": 4, "camera": camera, "background": {"kind": "sky"}, "targets": [target], "vary": vary}
+    scene.write_text(json.dumps(text))
+    told = [line for line in warnings(scene) if "does not count" in line]
+    assert len(told) == (warned is not None)
+    assert all(f": vary.{next(iter(vary))}: warning: {warned}" in line for line in told)
+
+
+def test_overrides_that_count_for_nothing_are_told_by_themselves(tmp_path: Path) -> None:
+    """Neither the file's own idle keys nor overrides that count are."""
+    scene = tmp_path / "scene.yaml"
+    camera = "{preset: cooled_mwir, size: [32, 24], range_k: [250, 330]}"
+    scene.write_text(f"frames: 2\ncamera: {camera}\nbackground: {{kind: sky}}\n")
+    idle = "does not count for a detector of kind electrons: its own keys decide"
+    told = [f"override camera.netd_mk: warning: {idle}"]
+    assert unheeded(scene, ["camera.netd_mk=3000", "camera.psf_px=1"]) == told
+    assert unheeded(scene, ["camera.psf_px=1"]) == []
+    assert unheeded(scene, []) == []
+    assert unheeded(scene, ["camera.netd_mk=3000", "camera={preset: uncooled_lwir}"]) == []
+    whole = unheeded(scene, ["camera={preset: cooled_mwir, netd_mk: 3000}"])
+    assert whole == [f"override camera: camera.netd_mk: warning: {idle}"]
+    recording = record(Rendering(load(scene)), tmp_path / "scene.mcap")
+    assert unheeded(recording, ["camera.netd_mk=3000"]) == told
 
 
 FIXED = {"kind": "fixed", "low": 2000, "high": 6000}

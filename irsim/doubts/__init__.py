@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from irsim.doubts.all import doubts
+from irsim.doubts.all import doubts, unheeded
 
-__all__ = ["doubts"]
+__all__ = ["doubts", "unheeded"]

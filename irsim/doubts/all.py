@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from irsim.doubts.air import beyond_fit, long_paths, long_views, unlike_skies
 from irsim.doubts.background import cold_clouds, folded, large_features, off_scale
 from irsim.doubts.camera import beads, sunken
 from irsim.doubts.display import odd_greys
-from irsim.doubts.effect import overruled, without_effect
+from irsim.doubts.effect import overruled, two_exposures, without_effect
 from irsim.doubts.endless import ground_in_the_sky, stays_behind
 from irsim.doubts.footage import unknown_scale, unlike_recording, untouched
 from irsim.doubts.lens import two_lenses, unlike_pupils
@@ -21,8 +21,11 @@ from irsim.intent import overlong
 from irsim.reach import out_of_reach
 from irsim.scenario import Scenario
 
+UNHEEDED = (overruled, without_effect)
+"""Those that say of a key that it counts for nothing."""
+
 DOUBTS = (
-    *(beyond_fit, overruled, without_effect, long_paths, long_views, unlike_skies),
+    *(beyond_fit, *UNHEEDED, two_exposures, long_paths, long_views, unlike_skies),
     *(off_scale, cold_clouds, large_features, folded),
     *(two_lenses, unlike_pupils, unreflecting, ground_in_the_sky, stays_behind),
     *(unknown_scale, unlike_recording, untouched),
@@ -46,7 +49,16 @@ DOUBTS = (
 
 def doubts(scenario: Scenario) -> Iterator[Notice]:
     """Warnings, such as of a path longer than any that the atmosphere was fitted to; none of what is switched off."""
-    for doubt in DOUBTS:
+    yield from _of_what_is_on(scenario, DOUBTS)
+
+
+def unheeded(scenario: Scenario) -> Iterator[Notice]:
+    """Those of the warnings that say of a key that it counts for nothing beside others."""
+    yield from _of_what_is_on(scenario, UNHEEDED)
+
+
+def _of_what_is_on(scenario: Scenario, kinds: Iterable[Callable[[Scenario], Iterator[Notice]]]) -> Iterator[Notice]:
+    for doubt in kinds:
         yield from (notice for notice in doubt(scenario) if _counts(scenario, notice.at))
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from irsim.camera import Camera
 from irsim.errors import Notice
 from irsim.kinds import Part
-from irsim.presets import PRESETS
 from irsim.scenario import Scenario
 
 
@@ -34,15 +34,27 @@ def without_effect(scenario: Scenario) -> Iterator[Notice]:
     """Keys of the camera and the air that what they go with leaves without a meaning."""
     camera, air = scenario.camera, scenario.atmosphere
     detector = camera.detector
-    given = camera.model_fields_set - PRESETS.get(camera.preset or "ideal", {}).keys()
     for key in ("netd_mk", "range_k"):
-        if key in given and key not in detector.heeds:
+        if key not in detector.heeds and _is_written(camera, key):
             what = f"does not count for a detector of kind {detector.kind}: its own keys decide"
             yield Notice(("camera", key), what)
-    if detector.exposure_ms is not None and camera.smeared_ms not in (0, detector.exposure_ms):
-        yield Notice(
-            ("camera", "smear", "time_ms"),
-            f"{camera.smeared_ms:g} ms are smeared, but the detector integrates for {detector.exposure_ms:g} ms",
-        )
     if air.preset == "none" and scenario.sky_preset is None and "visibility_km" in air.model_fields_set:
         yield Notice(("atmosphere", "visibility_km"), "does not count without a preset, whose transmittance it changes")
+
+
+def _is_written(camera: Camera, key: str) -> bool:
+    """Whether the camera's text has the key, and not its preset alone."""
+    if key not in camera.model_fields_set:
+        return False
+    return camera.preset is None or getattr(camera, key) != Camera.default_for(key, {"preset": camera.preset})
+
+
+def two_exposures(scenario: Scenario) -> Iterator[Notice]:
+    """Motion that blurs for another time than the detector looks."""
+    camera = scenario.camera
+    exposure_ms = camera.detector.exposure_ms
+    if exposure_ms is not None and camera.smeared_ms not in (0, exposure_ms):
+        yield Notice(
+            ("camera", "smear", "time_ms"),
+            f"{camera.smeared_ms:g} ms are smeared, but the detector integrates for {exposure_ms:g} ms",
+        )

@@ -21,7 +21,7 @@ from irtrack.cli.compare import compare
 from irtrack.cli.falsify import falsify
 from irtrack.cli.last_words import last_words
 from irtrack.cli.options import AsJson, FilledResults, InputName, command_line, input_name
-from irtrack.cli.output import keep_output, print_json, print_run
+from irtrack.cli.output import keep_output, print_json, print_run, tell_unheeded
 from irtrack.cli.regress import regress
 from irtrack.cli.sources import sources
 from irtrack.cli.stress import stress
@@ -137,6 +137,7 @@ def run(
         split = split_settings(settings or (), found, keys, spec.parameters)
         made = make(spec.name, split.tracker)
         opened = open_source(source, split.scenario)
+        tell_unheeded([source], split.scenario)
         if seed is not None:
             opened = opened.with_seed(seed)
         if tracker_seed is None:

@@ -27,7 +27,7 @@ from irtrack.cli.options import (
     command_line,
     input_name,
 )
-from irtrack.cli.output import print_json, print_summary
+from irtrack.cli.output import print_json, print_summary, tell_unheeded
 from irtrack.errors import IrtrackError, WorkerError
 
 if TYPE_CHECKING:
@@ -84,6 +84,7 @@ def bench(
     from irtrack.bench import summary
 
     suite = suite_of(words, trackers, severities)
+    tell_unheeded([source for _, source in words.sources], words.changes)
     given: dict[str, Any] = {
         "seeds": seeds,
         "tracker_seeds": tracker_seeds,

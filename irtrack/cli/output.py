@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from irsim.wording import counted
@@ -33,6 +33,16 @@ def keep_output() -> None:
         return
     old = sys.stdout
     sys.stdout = open(own, "w", encoding=old.encoding, errors=old.errors, buffering=1 if old.isatty() else -1)  # noqa: SIM115
+
+
+def tell_unheeded(sources: Iterable[str], changes: Sequence[str]) -> None:
+    """Warn on standard error of each change of scenarios, given by file or name, that counts for nothing; once."""
+    from irsim import unheeded
+
+    if not changes:
+        return
+    for warning in dict.fromkeys(line for source in sources for line in unheeded(source, changes)):
+        print(warning, file=sys.stderr)
 
 
 def print_json(value: Any) -> None:
