@@ -207,6 +207,50 @@ def test_it_fits_its_window_and_can_be_read(browser: Browser, report: Report, wi
     page.close()
 
 
+SAY_LONG_WORDS = """
+() => {
+  document.querySelectorAll(".still .name, .now .name").forEach((name) => {
+    name.lastChild.data = "mean_shift_kalman";
+  });
+  for (const said of document.querySelectorAll(".strip:not(.gallery) li span:last-child")) {
+    said.innerHTML = "<small>occluded</small> 176.6";
+  }
+  document.querySelectorAll(".gallery .when small").forEach((when) => {
+    when.textContent = "seed 12, lost at frame 1234";
+  });
+  for (const row of document.querySelectorAll(".now tbody tr")) {
+    const cells = row.querySelectorAll("td");
+    ["occluded", "127.6 lost", "-0.80", "145"].forEach((word, n) => { cells[n].textContent = word; });
+  }
+}
+"""
+CUT_OFF = """
+() => [...document.querySelectorAll(".replay .wide, .still .when, .still .when small, .still li, .still li *")]
+  .filter((each) => !each.closest("svg") && getComputedStyle(each).display !== "inline")
+  .filter((each) => each.scrollWidth > each.clientWidth)
+  .map((each) => each.textContent)
+"""
+BROKEN_NAMES = """
+() => [...document.querySelectorAll(".still .name, .now .name")].filter((each) => {
+  const text = document.createRange();
+  text.selectNodeContents(each.lastChild);
+  return text.getClientRects().length > 1;
+}).length
+"""
+
+
+@pytest.mark.parametrize("width", [1024, 1300])
+def test_names_and_numbers_of_the_replay_and_the_strips_are_whole(browser: Browser, report: Report, width: int) -> None:
+    page = browser.new_page(viewport={"width": width, "height": 800})
+    page.goto(report.path.as_uri())
+    page.locator(".replay").scroll_into_view_if_needed()
+    expect(page.locator("output")).to_contain_text("frame 0")
+    page.evaluate(SAY_LONG_WORDS)
+    assert page.evaluate(CUT_OFF) == []
+    assert page.evaluate(BROKEN_NAMES) == 0
+    page.close()
+
+
 def contrast(first: str, second: str) -> float:
     """The contrast ratio of WCAG 2.1; 4.5 is what its level AA asks of text."""
 
