@@ -67,7 +67,7 @@ def noise(
     if as_json:
         print(json.dumps({"source": source, "start": wanted.start, **report.as_json()}))
         return
-    for label, text in noise_lines(report):
+    for label, text in noise_lines(report, wanted.start):
         print(f"{label:8} {text}")
 
 

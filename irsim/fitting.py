@@ -84,7 +84,7 @@ def fit(
 def fit_frames(stack: Any, source: Source, region: Region | None = None, start: int = 0) -> Fit:
     """The same of frames (T, rows, columns) that were read from a source already, from frame `start` on."""
     taken = taken_by_targets(source, start, start + len(stack))
-    figures = measure_figures(stack, source.rate_hz, region, 2.0**source.bits - 1, taken)
+    figures = measure_figures(stack, source.rate_hz, region, 2.0**source.bits - 1, taken, start)
     scene = _Scene.of(source, figures)
     lines = "\n".join(scene.lines(len(stack)))
     return Fit(source.name, len(stack), figures, lines + "\n", (*figures.notes, *scene.notes))

@@ -145,9 +145,9 @@ def test_a_curve_of_differences_gives_its_parameters() -> None:
 
 
 def test_freedom_of_white_noise_is_one_less_than_the_frames() -> None:
-    assert time_freedom(None, 40) == 39
+    assert time_freedom(None, np.arange(40)) == 39
     memory = remembering()[0].temporal.memory
-    assert 20 < time_freedom(memory, 120) < 119
+    assert 20 < time_freedom(memory, np.arange(120)) < 119
 
 
 def test_a_drifting_frame_is_drift_and_no_memory() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -103,12 +103,15 @@ def measure_figures(
     region: Region | None = None,
     top: float = 65535.0,
     taken: Mask | None = None,
+    start: int = 0,
 ) -> Figures:
     """Figures of frames (T, rows, columns) in counts; noise is read on `region`, or the flattest window.
 
     top, taken  as `measure_noise` has them. InputError where frames are too few or small.
+    start       the number of the first frame, for the notes
     """
     report = measure_noise(frames, rate_hz, region, top, taken)
+    frames = report.stretch.of(frames)
     bad = defects(frames)
     still = still_things(frames, bad, top)
     bad = still.spared(bad)
@@ -117,12 +120,16 @@ def measure_figures(
     seen = [*still.points, *([] if passing is None else [passing])]
     blur = min(seen, key=lambda sigma: sigma.value, default=None)
     if report.slides:
-        return _of_moving(report, whole, blur, still, flaws(frames, bad, report.fine))
-    return _of_still(report, whole, blur, still, flaws(frames, bad, report.terms.tvh.value))
+        found = _of_moving(report, whole, blur, still, flaws(frames, bad, report.fine))
+    else:
+        found = _of_still(report, whole, blur, still, flaws(frames, bad, report.terms.tvh.value))
+    return replace(found, notes=(*report.stretch.left_out(start), *found.notes))
 
 
 def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: Still, bad: Flaws) -> Figures:
     terms, memory, count = report.terms, report.temporal.memory, len(whole)
+    number = np.array(report.stretch.number)
+    slower = report.rate_hz / report.stretch.rate_hz
     levels = report.region.of(whole).mean(axis=(1, 2), dtype=np.float64)
     settled = _settled(whole, float(np.hypot(terms.tvh.value, levels.std())))
     even_rows, even_columns = turns(settled, 0), turns(settled, 1)
@@ -130,10 +137,11 @@ def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: 
     powers = periodogram(picture)
     spectrum, psf = fit_unblurred(powers, picture.shape, blur)
     fixed = lines(powers, spectrum.density, picture.shape)
-    left = mean_share(memory, count) * terms.tvh.value**2  # of temporal noise, in the mean of the frames
+    left = mean_share(memory, number) * terms.tvh.value**2  # of temporal noise, in the mean of the frames
     across, down = report.region.w, report.region.h
     finer = terms.tvh.value**2 / (across * down) + terms.tv.value**2 / down + terms.th.value**2 / across
-    level = fit_level(levels, finer)
+    level = fit_level(levels, finer, number)
+    time_frames = None if level.time_frames is None else level.time_frames.map(lambda time: time * slower)
     return Figures(
         noise=_less(terms.tvh, ROUNDING),
         white=_less(terms.tvh if memory is None else memory.white, ROUNDING),
@@ -142,7 +150,7 @@ def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: 
         row_noise=terms.tv,
         column_noise=terms.th,
         level=level.sigma,
-        level_frames=level.time_frames,
+        level_frames=time_frames,
         pixel=spectrum.floor.map(lambda variance: root(variance - left)),
         row=_less(fixed.row, terms.tv.value**2 / count),
         column=_less(fixed.column, terms.th.value**2 / count),
@@ -155,7 +163,7 @@ def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: 
         histogram=_histogram(picture, spectrum),
         flaws=bad,
         region=report.region,
-        notes=(*_notes(report, memory, level.time_frames, count), *_unseen(blur, psf, still)),
+        notes=(*_notes(report, memory, time_frames), *_unseen(blur, psf, still)),
     )
 
 
@@ -179,14 +187,15 @@ def _of_moving(report: NoiseReport, whole: Values, blur: Measured | None, still:
         notes=(
             "the scene moves: memory of the noise, its rows, columns and level and the fixed pattern cannot be told "
             "from it; record something even, or hold the camera still",
-            *_notes(report, None, None, len(whole)),
+            *_notes(report, None, None),
             *_unseen(blur, psf, still),
         ),
         **dict.fromkeys(_UNTOLD),
     )
 
 
-def _notes(report: NoiseReport, memory: Memory | None, level: Measured | None, count: int) -> Iterator[str]:
+def _notes(report: NoiseReport, memory: Memory | None, level: Measured | None) -> Iterator[str]:
+    count = report.stretch.index[-1] - report.stretch.index[0] + 1
     if memory is not None and memory.time_constant_s.high * report.rate_hz > count / 3:
         yield f"{count} frames are few for noise that remembers so long: its sigma may be larger"
     if level is not None and level.high > count / 2:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from irsim.measure.interval import LEVEL, Measured
+from irsim.measure.repeats import Indices
 from irsim.types import Floats
 
 _TIMES = 30
@@ -23,8 +24,8 @@ class Level:
     time_frames: Measured | None
 
 
-def fit_level(levels: Floats, known: float) -> Level:
-    """Of a series (T,) that holds white noise of variance `known` besides.
+def fit_level(levels: Floats, known: float, number: Indices | None = None) -> Level:
+    """Of a series (T,) that holds white noise of variance `known` besides, of frames taken at `number` (T,) if not all.
 
     Every sigma and time constant on a grid is weighed by the likelihood of the series less its mean
     (D. A. Harville, "Bayesian inference for variance components using only error contrasts", Biometrika
@@ -34,8 +35,9 @@ def fit_level(levels: Floats, known: float) -> Level:
     count = len(levels)
     spread = float(np.std(levels, ddof=1)) + 1e-9
     sigmas = np.geomspace(spread / 100, spread * 20, _SIGMAS)
+    number = np.arange(count) if number is None else number
     times = np.geomspace(1.0, count, _TIMES)
-    apart = np.abs(np.subtract.outer(np.arange(count), np.arange(count)))
+    apart = np.abs(np.subtract.outer(number, number))
     white = _likelihood(levels, np.eye(count), sigmas, known)
     table = np.stack([_likelihood(levels, np.exp(-apart / time), sigmas, known) for time in times])
     top = max(white.max(), table.max())

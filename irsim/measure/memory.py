@@ -7,18 +7,22 @@ w^2 + s^2 (1 - rho^k) for white noise of sigma w and AR(1) noise of sigma s and 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from irsim.measure.interval import Measured, jackknife, root
 from irsim.measure.region import Values
+from irsim.measure.repeats import Indices
 from irsim.types import Floats
 
 LAGS = (1, 2, 3, 5, 9, 18, 36, 72)
 LEAST_FRAMES = 12
 _BLOCKS = 6
 _FLOOR = 1e-12
+_LEAST_PAIRS = 0.25
+"""Share of the frames that must have another one so far on for a lag to be told, but for the first."""
 _LEAST_CORRELATION = 0.02
 """Correlation below which noise is called white: cooled cameras show up to 0.01 of either sign."""
 
@@ -46,7 +50,7 @@ class Temporal:
     """How noise goes on in time.
 
     pair            sigma from differences of neighbouring frames, over sqrt(2)
-    lags            differences' lags, frames
+    lags            differences' lags, frames of the camera
     difference      sigma from differences of frames that many apart, over sqrt(2)
     correlation     of noise over each lag (1 - difference^2 / total^2)
     memory          None where noise is white in time, or the frames too few to tell
@@ -59,8 +63,11 @@ class Temporal:
     memory: Memory | None
 
 
-def temporal(frames: Values, rate_hz: float) -> Temporal:
+def temporal(frames: Values, rate_hz: float, number: Indices | None = None) -> Temporal:
     """Lag correlations and memory of the pixels' noise in frames (T, rows, columns) of a flat scene.
+
+    number  (T,) rising: when the frames were taken, in frames of the camera at `rate_hz`; each after the other where
+            not given. Two neighbours at least must follow each other.
 
     Rows, columns and frames as a whole may have noise of their own: it is taken out first. Intervals
     are those of a jackknife over 36 blocks of pixels.
@@ -68,15 +75,17 @@ def temporal(frames: Values, rate_hz: float) -> Temporal:
     values = centred(np.asarray(frames, np.float64))
     times, rows, columns = values.shape
     scale = rows * columns / ((rows - 1) * (columns - 1))  # what centring took from the variance
-    lags = tuple(lag for lag in LAGS if lag <= max(times // 2, 1))
-    pictures = [np.square(values[lag:] - values[:-lag]).mean(axis=0) / 2 * scale for lag in lags]
+    number = np.arange(times) if number is None else number
+    lags = tuple(_lags(number))
+    pictures = [_squares(values, number, lag) / 2 * scale for lag in lags]
     pictures += [values.var(axis=0) * scale, np.square(values.mean(axis=0)) * scale]
     blocks = _blocks(np.stack(pictures, axis=-1))
+    mean_correlation = _mean_correlation(number)
 
     def statistic(means: Floats) -> Floats:
         white, correlated, decay = fit_memory(lags, means[: len(lags)])
         total = white + correlated
-        mean_part = (white + correlated * _mean_correlation(decay, times)) / times
+        mean_part = (white + correlated * mean_correlation(decay)) / times
         return np.array(
             [
                 means[0],
@@ -113,27 +122,27 @@ def temporal(frames: Values, rate_hz: float) -> Temporal:
     return Temporal(pair.map(root), lags, differences, correlation, memory)
 
 
-def time_freedom(memory: Memory | None, times: int) -> float:
-    """Degrees of freedom of a series of `times` frames about its mean.
+def time_freedom(memory: Memory | None, number: Indices) -> float:
+    """Degrees of freedom of a series about its mean, of frames taken at `number` (T,), in frames of the camera.
 
     (tr R)^2 / tr R^2 of the centred correlation matrix R: F. E. Satterthwaite, "An approximate
     distribution of estimates of variance components", Biometrics Bulletin 2 (1946).
     """
     if memory is None or not memory.total.value:
-        return times - 1
+        return len(number) - 1
     share = (memory.correlated.value / memory.total.value) ** 2
-    apart = np.abs(np.subtract.outer(np.arange(times), np.arange(times)))
-    matrix = share * memory.rho.value**apart + (1 - share) * np.eye(times)
+    apart = np.abs(np.subtract.outer(number, number))
+    matrix = share * memory.rho.value**apart + (1 - share) * np.eye(len(number))
     matrix = matrix - matrix.mean(axis=0) - matrix.mean(axis=1)[:, None] + matrix.mean()
     return float(np.trace(matrix) ** 2 / np.square(matrix).sum())
 
 
-def mean_share(memory: Memory | None, times: int) -> float:
-    """Variance of the mean of `times` frames of noise over the variance of the noise."""
+def mean_share(memory: Memory | None, number: Indices) -> float:
+    """Variance of the mean over that of the noise, of frames taken at `number` (T,), in frames of the camera."""
     if memory is None or not memory.total.value:
-        return 1 / times
+        return 1 / len(number)
     share = (memory.correlated.value / memory.total.value) ** 2
-    return (1 - share + share * _mean_correlation(-math.log(memory.rho.value), times)) / times
+    return (1 - share + share * _mean_correlation(number)(-math.log(memory.rho.value))) / len(number)
 
 
 def centred(values: Floats) -> Floats:
@@ -173,10 +182,31 @@ def _linear(shape: Floats, wanted: Floats) -> tuple[float, float, float]:
     return float(white), float(correlated), float(np.square(white * a + correlated * b - 1).sum())
 
 
-def _mean_correlation(decay: float, times: int) -> float:
-    """T times the variance of the mean of T frames of unit AR(1) noise."""
-    lag = np.arange(1, times)
-    return float(1 + 2 * ((1 - lag / times) * np.exp(-decay * lag)).sum())
+def _lags(number: Indices) -> Iterator[int]:
+    """Those of `LAGS`, up to half of the frames, over which enough frames taken at `number` have another one."""
+    times = len(number)
+    for lag in LAGS:
+        pairs = int(np.isin(number + lag, number, assume_unique=True).sum())
+        if lag == 1 or (lag <= times // 2 and pairs >= _LEAST_PAIRS * times):
+            yield lag
+
+
+def _squares(values: Floats, number: Indices, lag: int) -> Floats:
+    """(rows, columns) mean squared differences of all frames that were taken `lag` apart."""
+    later = np.searchsorted(number, number + lag).clip(max=len(number) - 1)
+    pairs = np.flatnonzero(number[later] == number + lag)
+    total = np.zeros(values.shape[1:])
+    for first, second in zip(pairs, later[pairs], strict=True):
+        total += np.square(values[second] - values[first])
+    return total / len(pairs)
+
+
+def _mean_correlation(number: Indices) -> Callable[[float], float]:
+    """T times the variance of the mean of T frames of unit AR(1) noise, by its decay a frame of the camera."""
+    apart = np.abs(np.subtract.outer(number, number)).ravel()
+    pairs = np.bincount(apart) / len(number)
+    lag = np.arange(len(pairs))
+    return lambda decay: float(pairs @ np.exp(-decay * lag))
 
 
 def _blocks(pictures: Floats) -> Floats:

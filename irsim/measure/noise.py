@@ -8,12 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from irsim.measure.defects import defects, patched
+from irsim.measure.defects import Defects, defects, patched
 from irsim.measure.interval import Measured
 from irsim.measure.memory import LEAST_FRAMES, Temporal, temporal, time_freedom
 from irsim.measure.noise_3d import TERMS, Noise3dTerms, check_size, noise_3d
 from irsim.measure.region import Mask, Region, Values, windows
+from irsim.measure.repeats import new_frames
 from irsim.measure.steady import slides
+from irsim.measure.stretch import Stretch, longest_stretch, pattern_steps
 from irsim.types import Floats
 
 _TOGETHER = 0.1
@@ -26,6 +28,8 @@ _BEYOND_CHANCE = 5.0
 class NoiseReport:
     """Figures in counts; intervals are 95 %.
 
+    stretch     which frames they are read from, and what was left out
+    frames      how many these are
     terms       3-D noise; where noise has memory, tvh is its whole sigma (not only what shows within
                 these frames) and vh is freed of its mean
     temporal    pair differences, lag correlations, memory
@@ -41,6 +45,7 @@ class NoiseReport:
     """
 
     region: Region
+    stretch: Stretch
     frames: int
     rate_hz: float
     mean: float
@@ -60,7 +65,9 @@ class NoiseReport:
 
     def as_json(self) -> dict[str, Any]:
         """Plain values, ready for json.dumps."""
-        return {**asdict(self), "region": list(self.region)}
+        stretch = self.stretch
+        used = {"repeats": stretch.repeats, "steps": list(stretch.steps), "used": list(stretch.index)}
+        return {**asdict(self), "region": list(self.region), "stretch": used}
 
 
 def measure_noise(
@@ -72,24 +79,31 @@ def measure_noise(
 ) -> NoiseReport:
     """Noise of frames (T, rows, columns) in counts, on `region` or the flattest window in which nothing moves.
 
+    Frames that repeat the one before do not count; where the fixed pattern changes, the longest stretch without
+    such a step does.
+
     top     the highest count there can be. InputError where frames are too few or small.
     taken   (rows, columns): where targets are in some frame, so that noise is not measured there
     """
     check_size(frames)
-    bad = defects(frames)
-    region = _still(frames, bad.all, top, taken) if region is None else region
-    flat = _without(bad.all, frames, region)
-    check_size(flat)
-    flow = temporal(flat, rate_hz)
-    terms = noise_3d(flat, time_freedom(flow.memory, len(flat)))
+    new = new_frames(frames, rate_hz)
+    stretch = longest_stretch(new, [], len(frames))
+    bad, place, flat = _read(stretch.of(frames), region, top, taken)
+    if steps := pattern_steps(flat, new.number):
+        stretch = longest_stretch(new, steps, len(frames))
+        bad, place, flat = _read(stretch.of(frames), region, top, taken)
+    frames, region = stretch.of(frames), place
+    number = np.array(stretch.number)
+    flow = temporal(flat, stretch.rate_hz, number)
+    terms = noise_3d(flat, time_freedom(flow.memory, number))
     if flow.memory is not None:
         terms = Noise3dTerms(
             **{name: getattr(terms, name) for name in TERMS[:-2]}, vh=flow.memory.pixel, tvh=flow.memory.total
         )
     means = flat.mean(axis=(1, 2))
-    seconds = np.arange(len(flat)) / rate_hz
     return NoiseReport(
         region=region,
+        stretch=stretch,
         frames=len(frames),
         rate_hz=rate_hz,
         mean=float(flat.mean()),
@@ -100,13 +114,22 @@ def measure_noise(
         slides=slides(patched(frames, bad.all)),
         crossed=taken is not None and bool(taken[region.rows, region.columns].any()),
         drift=float(means.std(ddof=1)),
-        slope_per_s=float(np.polyfit(seconds, means, 1)[0]),
+        slope_per_s=float(np.polyfit(number / stretch.rate_hz, means, 1)[0]),
         dead=int(bad.dead.sum()),
         hot=int(bad.hot.sum()),
         blinking=int(bad.blinking.sum()),
         pixels=bad.dead.size,
         frozen_from=bad.frozen_from,
     )
+
+
+def _read(frames: Values, region: Region | None, top: float, taken: Mask | None) -> tuple[Defects, Region, Floats]:
+    """Bad pixels of frames, the region, or the flattest that is still, and the frames there without bad pixels."""
+    bad = defects(frames)
+    region = _still(frames, bad.all, top, taken) if region is None else region
+    flat = _without(bad.all, frames, region)
+    check_size(flat)
+    return bad, region, flat
 
 
 def _without(bad: Mask, frames: Values, region: Region) -> Floats:
@@ -152,8 +175,8 @@ def _neighbours_agree(frames: Floats, lag: int) -> float:
     return max(along, across) / power
 
 
-def noise_lines(report: NoiseReport) -> Iterator[tuple[str, str]]:
-    """Labels and texts for people."""
+def noise_lines(report: NoiseReport, start: int = 0) -> Iterator[tuple[str, str]]:
+    """Labels and texts for people; `start` is the number of the first frame that was looked at."""
     yield "region", f"{report.region} (x,y,w,h px), {report.frames} frames, mean {report.mean:.1f} counts"
     for term, what in zip(TERMS, _WORDS, strict=True):
         yield term, f"{_ranged(getattr(report.terms, term))}  {what}"
@@ -173,6 +196,7 @@ def noise_lines(report: NoiseReport) -> Iterator[tuple[str, str]]:
     yield "bad", f"{report.dead} dead, {report.hot} hot, {report.blinking} blinking of {report.pixels} pixels"
     if unsure := frozen_unknown(report):
         yield "", unsure
+    yield from (("left out", sentence) for sentence in report.stretch.left_out(start))
     if report.crossed:
         yield "note", f"targets pass through {report.region}: --region X,Y,W,H names a place without them"
     if report.slides:
