@@ -88,6 +88,29 @@ def test_more_wind_makes_more_clutter() -> None:
     assert spreads[0] < spreads[1] < spreads[2]
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("sun", [None, (0.0, 3.0)])
+def test_a_calm_sea_is_the_limit_of_small_winds(sun: tuple[float, float] | None) -> None:
+    """The mean of the water comes ever closer to the mirror's as the wind falls, and nothing overflows on the way."""
+    scene = stage(elevation_deg=-3.0)
+
+    def kelvin(wind: float) -> Floats:
+        light = Sea(wind_m_s=wind, sun_deg=sun).layers(scene)[0].light(gaze(scene, 1.0))[1]
+        return np.asarray(temperature("lwir", light[40:]))
+
+    calm = kelvin(0.0)
+    off = [abs(kelvin(wind) - calm).mean() for wind in (0.3, 0.1, 0.03, 0.01, 1e-4, 1e-6)]
+    assert off == sorted(off, reverse=True)
+    assert off[-1] < 0.01
+    assert all(np.array_equal(kelvin(wind), calm) for wind in (1e-40, 1e-300))
+    assert kelvin(1e-12) == pytest.approx(calm, abs=1e-3)
+
+
+def test_slopes_below_the_winds_that_were_measured_fall_to_none() -> None:
+    """Evenly, from the line of Cox and Munk at 1 m/s."""
+    assert [slope_variance(wind) for wind in (0.0, 0.25, 1.0, 2.0)] == pytest.approx([0, 0.00203, 0.00812, 0.01324])
+
+
 def test_the_sun_glints_below_where_it_stands() -> None:
     scene = stage(elevation_deg=-3.0, size=(321, 121))
     dark = Sea(wind_m_s=4.0).layers(scene)[0].light(gaze(scene))[1]

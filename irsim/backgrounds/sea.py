@@ -40,6 +40,16 @@ BANDS = 6
 OCTAVES = 12
 """Octaves that share the slopes' variance alike: from tens of metres to centimetres."""
 
+LEAST_WIND = 1.0
+"""m/s: Cox and Munk measured slopes in winds of 1 to 14 m/s. Below, their variance falls with the wind to none: the
+constant in their line, 0.003 give or take 0.004, is no roughness of a calm sea."""
+
+SHORTEST_M = 1e-3
+"""A longest wave below this, in winds under 0.035 m/s, is not drawn: no camera tells it from roughness."""
+
+LEAST_VARIANCE = 1e-5
+"""Of the slopes in which the sun glints: the sun itself is so wide, 0.27 degrees to either side of its middle."""
+
 STEPS = 4096
 """Of the tables of angle."""
 
@@ -56,8 +66,8 @@ def reflectance(band: Band, grazing_rad: Floats) -> Floats:
 
 
 def slope_variance(wind_m_s: float) -> float:
-    """Mean square slope of the sea, both axes together, at a wind at 12.5 m height (Cox and Munk 1954)."""
-    return 0.003 + 0.00512 * wind_m_s
+    """Mean square slope of the sea, both axes together, at a wind at 12.5 m height (Cox and Munk 1954); 0 at none."""
+    return (0.003 + 0.00512 * max(wind_m_s, LEAST_WIND)) * min(wind_m_s / LEAST_WIND, 1.0)
 
 
 def longest_wave(wind_m_s: float) -> float:
@@ -120,7 +130,8 @@ class Water:
     def __init__(self, sea: Sea, sky: Layer, stage: Stage) -> None:
         self._sea, self._sky, self._stage = sea, sky, stage
         self._column = None if stage.air.is_clear else Column.of(stage, sea.camera_height_m)
-        self._waves = [_Waves(sea, number, stage.seed) for number in range(BANDS)] if sea.wind_m_s else []
+        drawn = longest_wave(sea.wind_m_s) >= SHORTEST_M
+        self._waves = [_Waves(sea, number, stage.seed) for number in range(BANDS)] if drawn else []
         self._gusts = _padded(spectral((TILE, TILE), 3.0, None, TILE / 8, 1.0, stage.seed, "gusts"))
         angles = np.linspace(0, np.pi / 2, STEPS)
         self._reflected = reflectance(stage.band, angles).astype(np.float32)[:, None]
@@ -175,7 +186,7 @@ class Water:
 
     def _slopes(self, right: Floats, ahead: Floats, footprint: Floats, time: float) -> tuple[Floats, Floats, Floats]:
         """Slopes to the right and towards the camera, and the variance of what is too fine to be drawn."""
-        variance = slope_variance(self._sea.wind_m_s) / 2 if self._sea.wind_m_s else 0.0  # of each axis
+        variance = slope_variance(self._sea.wind_m_s) / 2  # of each axis
         rest = np.full_like(right, variance)
         slopes = [np.zeros_like(right), np.zeros_like(right)]
         for waves in self._waves:
@@ -210,13 +221,13 @@ class Water:
         ahead = math.cos(height) * math.cos(where) - np.cos(down) * np.cos(azimuth)
         up = math.sin(height) + np.sin(down)
         tilt_right, tilt_near = -right / up, ahead / up
-        rest = np.maximum(rest, 1e-5)
+        rest = np.maximum(rest, LEAST_VARIANCE)
         density = np.exp(-((tilt_right - across) ** 2 + (tilt_near - along) ** 2) / (2 * rest)) / (2 * np.pi * rest)
         grazing = np.arcsin(np.minimum(np.sqrt(right**2 + ahead**2 + up**2) / 2, 1))
         bounce = _looked_up(self._reflected, grazing)
         steep = (1 + tilt_right**2 + tilt_near**2) ** 2
         # Facets hide each other at grazing angles: what is seen of them does not grow beyond their spread.
-        seen = np.sin(down) + 0.5 * math.sqrt(slope_variance(self._sea.wind_m_s) / 2)
+        seen = np.sin(down) + 0.5 * math.sqrt(max(slope_variance(self._sea.wind_m_s) / 2, LEAST_VARIANCE))
         return np.asarray(bounce * self._sunlight * density * steep / (4 * seen), dtype=np.float32)
 
 
