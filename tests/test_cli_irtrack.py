@@ -8,11 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from bench_fakes import Strip, Walker
 from command_line import Call
 
 import irsim
 import irtrack
 from irsim.render import Renderer
+from irtrack.cli.output import print_run
 from irtrack.trackers import TRACKERS
 
 
@@ -22,6 +24,26 @@ def test_list_names_every_tracker(call: Call) -> None:
     assert {line.split()[0] for line in answer.out.splitlines() if line[0] != " "} >= set(TRACKERS)
     rows = json.loads(call("list", "--json").out)
     assert {row["name"] for row in rows} >= set(TRACKERS)
+
+
+@pytest.mark.parametrize(
+    ("visible", "line"),
+    [
+        ((1.0,) * 8, "no"),
+        (
+            (1.0, 1.0, 1.0, 0.2, 0.2, 1.0, 1.0, 1.0),
+            "no (judged on 5 of these frames; more than half hidden in the other 2)",
+        ),
+    ],
+)
+def test_a_run_says_on_which_frames_a_loss_is_judged(
+    visible: tuple[float, ...], line: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    strip = Strip(visible=visible)
+    track = irtrack.run(Walker(), strip)
+    print_run(track, irtrack.score(track, strip), True)
+    printed = capsys.readouterr().out.splitlines()
+    assert printed[1:3] == ["scored       7 of 7 frames", f"lost         {line}"]
 
 
 def test_a_source_may_be_given_a_label(call: Call, tmp_path: Path) -> None:

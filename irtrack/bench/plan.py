@@ -14,7 +14,7 @@ from irtrack.bench.cell import Key, SourceRow
 from irtrack.bench.group import Group, Member
 from irtrack.bench.specs import Entry, entry
 from irtrack.errors import InputError, whole
-from irtrack.identity import code_hash, tracker_config
+from irtrack.identity import code_hash, tracker_config, tracker_name
 from irtrack.start import find_start
 from irtrack.types import GivenTracker
 
@@ -44,7 +44,10 @@ def contestants(trackers: Sequence[str | GivenTracker | Entry]) -> list[Contesta
     labels = [one.label for one in entries]
     twice = [label for label in labels if labels.count(label) > 1]
     if twice:
-        raise InputError(f"two trackers are labelled '{twice[0]}'; allowed: labels that differ, as in NEW={twice[0]}")
+        second = [one for one in entries if one.label == twice[0]][1]
+        name = tracker_name(second.tracker)
+        spec = second.label if second.label.startswith(name) else name  # without a label of its own it is its spec
+        raise InputError(f"two trackers are labelled '{twice[0]}'; allowed: labels that differ, as in NEW={spec}")
     return [
         Contestant(one, json.dumps(tracker_config(one.tracker), sort_keys=True), code_hash(one.tracker))
         for one in entries

@@ -80,8 +80,8 @@ def print_run(track: Track, score: Score, has_truth: bool) -> None:
     after = len(track.indices) - 1
     absent, hidden = after - score.frames, score.frames - score.counted_frames
     print(f"scored       {score.frames} of {counted(after, 'frame')}{f'; absent in {absent}' if absent else ''}")
-    by = f", by {score.counted_frames} of these; more than half hidden in {hidden}" if hidden else ""
-    print(f"lost         {f'at frame {score.lost_at}' if score.lost else 'no'}{by}")
+    judged = f" (judged on {score.counted_frames} of these frames; more than half hidden in the other {hidden})"
+    print(f"lost         {f'at frame {score.lost_at}' if score.lost else 'no'}{judged if hidden else ''}")
     print(f"|error| x    {number(score.all.abs_x)} ± {number(score.all.sd_x)} px")
     print(f"|error| y    {number(score.all.abs_y)} ± {number(score.all.sd_y)} px")
     print(f"rmse         {number(score.all.rmse)} px")
