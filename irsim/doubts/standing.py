@@ -16,9 +16,9 @@ from irsim.watch import LOOKED
 
 DEEP_M = 1.0
 """Ground that is not quite level may be so much lower."""
-FARTHER = 2.25
+FARTHER = 1.5
 """A path in pixels says a direction, and its range is written by eye: up to so many times as far away as the ground or
-the sea in that direction, a target looks too small by as much. Shipped scenes have 2.1."""
+the sea in that direction, a target looks too small by as much. Shipped scenes have 1.3."""
 TALL_M = 5.0
 """The middle of what stands on the ground or the sea is no higher above it, but for half its length and
 for hills."""
