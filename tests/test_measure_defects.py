@@ -54,3 +54,27 @@ def test_ridges_and_tracks_are_no_bad_pixels() -> None:
     for k in range(40):
         frames[k, 50, 10 + k] += 400
     assert not defects(frames).all.any()
+
+
+def test_neighbours_that_blink_do_not_hide_each_other() -> None:
+    """Clusters as the kind bad_pixels has them: the noise lies in its interval, or 0.6 % beside it at most."""
+    bad = {"kind": "bad_pixels", "dead": 0.001, "hot": 0.001, "blinking": 0.006, "cluster": 3.0}
+    found = []
+    for seed in range(8):
+        frames = rendered(seed, (120, 96, 96), {"kind": "white"}, bad)
+        tvh = measure_noise(frames).terms.tvh
+        found.append(tvh.low <= 10 <= tvh.high)
+        assert tvh.value == pytest.approx(10, rel=0.006)
+    assert sum(found) >= 6
+    two = rendered(1, (80, 64, 64), {"kind": "white"})
+    two[20:50, 30, 30] += 120
+    two[40:60, 30, 32] -= 100
+    assert np.argwhere(defects(two).blinking).tolist() == [[30, 30], [30, 32]]
+
+
+def test_light_that_flickers_is_no_blinking_pixel() -> None:
+    rows, columns = np.mgrid[:64, :64]
+    light = np.exp(-(np.square(rows - 30.3) + np.square(columns - 30.4)) / (2 * 2.0**2))
+    frames = rendered(2, (80, 64, 64), {"kind": "white"})
+    frames[::2] += (150 * light).astype(np.float32)
+    assert not defects(frames).blinking.any()

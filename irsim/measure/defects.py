@@ -15,6 +15,17 @@ _FAR = 8.0
 """Robust sigmas beyond which a pixel is bad: a Gaussian one of 10^6 pixels is never there."""
 RESTLESS = 3.0
 """Temporal sigma of a blinking pixel over that of those around it, at least."""
+_FAINT = 6.0
+"""Robust sigmas beyond which a pixel's variance is no chance: of 10^6 Gaussian pixels in 20 frames or more none is."""
+_FEW = 0.02
+"""Of a region's pixels no more blink; where more change by themselves, it is the scene that does."""
+_CALM = 1.5
+"""Temporal sigma of a pixel over that of those around it, at most, where no light of what changes beside it falls."""
+_MOST_IN_GROUP = 16
+"""Blinking pixels in a group: clusters of 2 in the mean (`irsim.detector.bad_pixels`) have more in 1 of 10^4."""
+_DISTURBED = 0.1
+"""Share of the pixels beside a group that are not calm, at most: a point of light, of 0.4 px or more, disturbs those on
+all sides."""
 _MEDIAN_TO_SIGMA = 1.4826
 """Sigma over the median of absolute deviations of a Gaussian."""
 _SLOWEST = 0.99
@@ -49,8 +60,8 @@ def defects(frames: Values) -> Defects:
     """Bad pixels of frames (T, rows, columns), each compared with the 5 x 5 px around it.
 
     Ridges and edges of a scene are not bad pixels, nor are tracks of what moves: a bad one stands out
-    from all on the border of those 5 x 5 px (so clusters wider than 3 px are missed). A still bright
-    or dark point of the scene does look like one.
+    from all on the border of those 5 x 5 px (so clusters of dead or hot ones wider than 3 px are missed), or blinks in
+    a small group beside which nothing changes. A still bright or dark point of the scene does look like one.
     """
     values = np.asarray(frames, np.float32)
     level, restless = values.mean(axis=0), values.std(axis=0)
@@ -58,10 +69,25 @@ def defects(frames: Values) -> Defects:
     frozen_from = _frozen_from(frames)
     frozen = (restless == 0) & (frozen_from is not None and len(frames) >= frozen_from)
     out = _far_off(level - around(level))
-    blinking = (restless > RESTLESS * np.maximum(around(restless), usual)) & _alone(restless)
+    calm = np.maximum(around(restless), usual)
+    changing = restless > RESTLESS * calm
+    blinking = changing & (_alone(restless) | _in_islands(changing, restless < _CALM * calm))
     hot = out & _alone(level) & ~blinking
     dead = ((out & _alone(-level)) | frozen) & ~hot & ~blinking
     return Defects(dead, hot, blinking, frozen_from)
+
+
+def faint_blinkers(flat: Values) -> Mask:
+    """Pixels (rows, columns) of a flat region (T, rows, columns) that change more than by chance, if they are few.
+
+    They blink by too little to be told from changes of a scene, but where there is none they are no noise:
+    their variance lies above the median by `_FAINT` robust sigmas of the logarithms of all. Noise of Gaussian pixels
+    never does, so that nothing is cut off from it.
+    """
+    variances = np.log(np.maximum(np.var(flat, axis=0, dtype=np.float64), np.finfo(np.float32).tiny))
+    apart = variances - np.median(variances)
+    found: Mask = apart > _FAINT * _MEDIAN_TO_SIGMA * max(float(np.median(np.abs(apart))), 1 / math.sqrt(len(flat)))
+    return found if found.mean() <= _FEW else np.zeros_like(found)
 
 
 def _frozen_from(frames: Values) -> int | None:
@@ -112,6 +138,23 @@ def _alone(picture: Floats) -> Mask:
     highest = cv2.dilate(np.ascontiguousarray(picture, np.float32), border)
     alone: Mask = picture - highest > (picture - around(picture)) / 2
     return alone
+
+
+def _in_islands(changing: Mask, calm: Mask) -> Mask:
+    """Which of the pixels that change lie in small groups (rows, columns) beside which nearly all are calm.
+
+    Those up to 3 px apart are one group: neighbours that blink do not hide each other. Light that moves or flickers is
+    blurred into the pixels beside it; along a track or an edge the groups are long.
+    """
+    from scipy.ndimage import label
+
+    groups, count = label(cv2.dilate(changing.astype(np.uint8), np.ones((3, 3), np.uint8)), np.ones((3, 3)))
+    members, beside, disturbed = (
+        np.bincount(groups[mask], minlength=count + 1) for mask in (changing, ~changing, ~changing & ~calm)
+    )
+    small = (members <= _MOST_IN_GROUP) & (disturbed <= _DISTURBED * beside)
+    island: Mask = changing & small[groups]
+    return island
 
 
 def around(picture: Floats) -> Floats:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from irsim.measure.defects import Defects, defects, patched
+from irsim.measure.defects import Defects, defects, faint_blinkers, patched
 from irsim.measure.interval import Measured
 from irsim.measure.memory import LEAST_FRAMES, Temporal, temporal, time_freedom
 from irsim.measure.noise_3d import TERMS, Noise3dTerms, check_size, noise_3d
@@ -129,7 +129,7 @@ def _read(frames: Values, region: Region | None, top: float, taken: Mask | None)
     region = _still(frames, bad.all, top, taken) if region is None else region
     flat = _without(bad.all, frames, region)
     check_size(flat)
-    return bad, region, flat
+    return bad, region, np.asarray(patched(flat, faint_blinkers(flat)), np.float64)
 
 
 def _without(bad: Mask, frames: Values, region: Region) -> Floats:
