@@ -6,6 +6,7 @@ with what this script would write, so the documents list what the code has.
 
 from __future__ import annotations
 
+import inspect
 import json
 import re
 import subprocess
@@ -46,6 +47,7 @@ from irsim.smear import Smear
 from irsim.sources import open_source
 from irsim.target import Target
 from irsim.turbulence import Turbulence
+from irsim.types import TargetTruth
 from irsim.variation import VARIATIONS
 from irtrack.bench.suite import SuiteFile, SuiteSource, SuiteTracker
 from irtrack.metrics import LOSS_RULE
@@ -225,6 +227,15 @@ def property_list() -> Iterator[str]:
         yield f"| `{each.name}` | {cell(each.says)} |"
 
 
+def truth_fields() -> Iterator[str]:
+    """From the docstring: a name or several, and what follows, in lines that begin in the same column."""
+    yield "| field | what |"
+    yield "| --- | --- |"
+    listed = inspect.cleandoc(TargetTruth.__doc__ or "").split("\n\n")[1]
+    for names, text in re.findall(r"^(\w+(?:, \w+)*) +(\S.*(?:\n +.*)*)", listed, re.M):
+        yield f"| {', '.join(f'`{name}`' for name in names.split(', '))} | {cell(' '.join(text.split()))} |"
+
+
 def exception_list() -> Iterator[str]:
     yield "| tracker | property | reason |"
     yield "| --- | --- | --- |"
@@ -247,6 +258,7 @@ PARTS: dict[str, Callable[[], Iterator[str]]] = {
     "properties": property_list,
     "exceptions": exception_list,
     "loss rule": loss_rule,
+    "truth fields": truth_fields,
 }
 
 

@@ -136,8 +136,9 @@ class Frame:
 @lean
 @dataclass(frozen=True, slots=True)
 class TargetTruth:
-    """What is true of one target in one frame.
+    """What is true of one target in one frame; None where it is not known.
 
+    id, cls       its name, and what it is: the kind of a rendered body, a label's class
     center        (x, y) px: area centroid of the whole, unhidden target
     box           tight box of the whole, unhidden target; of a point, its PSF's full width at
                   half maximum, or its own where that is larger
