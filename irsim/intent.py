@@ -254,7 +254,8 @@ def _check_crossing(watch: Watch, index: int) -> None:
             "angle_deg", f"at this speed and angle it never parts from {path.target}; allowed: another one"
         )
     if range_m + path.farther_m <= 0:
-        raise UnmetError("farther_m", f"{path.target} is {range_m:.0f} m away; allowed: more than -{range_m:.0f}")
+        away = round(range_m, 1)
+        raise UnmetError("farther_m", f"{path.target} is {away:g} m away; allowed: more than {0 - away:g}")
     for name in (path.target, target.id):
         x, y = watch.mount.seen(watch.courses[name].positions)[frame]
         if not watch.scenario.camera.geometry.inside(x, y):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from bisect import bisect_left
 from collections.abc import Sequence
 from os import PathLike, fspath
@@ -42,7 +43,8 @@ def open_source(
         return path
     if fspath(path) and Path(path).is_dir():
         raise InputError(
-            f"{path}: is a folder; allowed: a scenario or a recording (irsim import {path} makes one of its pictures)"
+            f"{path}: is a folder; allowed: a scenario or a recording (irsim import {shlex.quote(fspath(path))} makes "
+            "one of its pictures)"
         )
     if is_recording(Path(path)):
         _refuse(overrides, without, str(path))

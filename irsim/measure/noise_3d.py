@@ -18,6 +18,7 @@ from irsim.measure.interval import LEVEL, Measured, root
 from irsim.measure.region import LEAST_SIDE, Values
 from irsim.rng import stream
 from irsim.types import Floats
+from irsim.wording import counted
 
 TERMS = ("t", "v", "h", "tv", "th", "vh", "tvh")
 LEAST_FRAMES = 4
@@ -68,7 +69,8 @@ def check_size(frames: Values) -> None:
     """InputError where frames (T, rows, columns) are too few or too small to say anything."""
     times, rows, columns = frames.shape
     if times < LEAST_FRAMES:
-        raise InputError(f"{times} frames are too few to measure noise; allowed: at least {LEAST_FRAMES}")
+        few = f"{counted(times, 'frame')} {'is' if times == 1 else 'are'} too few"
+        raise InputError(f"{few} to measure noise; allowed: at least {LEAST_FRAMES}")
     if min(rows, columns) < LEAST_SIDE:
         raise InputError(
             f"a region of {columns}x{rows} px is too small to measure noise; "
