@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from even_noise import rendered
+from scipy.ndimage import gaussian_filter
 
 from irsim.measure import defects, measure_noise
 from irsim.measure.noise import noise_lines
@@ -78,3 +79,22 @@ def test_light_that_flickers_is_no_blinking_pixel() -> None:
     frames = rendered(2, (80, 64, 64), {"kind": "white"})
     frames[::2] += (150 * light).astype(np.float32)
     assert not defects(frames).blinking.any()
+
+
+SIZE = (150, 200)
+PLACES = [(0, 0), (0, 199), (1, 20), (0, 40), (0, 41), (149, 33), (149, 199), (148, 50), (120, 0), (101, 198), (60, 90)]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_textured_scene_has_no_bad_pixels_at_its_edge_but_the_true_ones(seed: int) -> None:
+    """A slope that ends at the edge is seen from one side only: three of these scenes had false ones there."""
+    rng = np.random.default_rng(seed)
+    texture = gaussian_filter(rng.normal(size=SIZE), [2, 4])
+    rows, columns = np.mgrid[: SIZE[0], : SIZE[1]]
+    land = rows > 95 + 6 * np.sin(columns / 17)
+    frames = 2000 + np.where(land, 250 + 60 * texture / texture.std(), 0) + rng.normal(0, 4, (20, *SIZE))
+    assert not defects(frames).all.any()
+    for height, kind in ((1500, "hot"), (-1500, "dead")):
+        spoilt = frames.copy()
+        spoilt[:, *np.transpose(PLACES)] += height
+        assert sorted(map(tuple, np.argwhere(getattr(defects(spoilt), kind)).tolist())) == sorted(PLACES)

@@ -26,6 +26,8 @@ _MOST_IN_GROUP = 16
 _DISTURBED = 0.1
 """Share of the pixels beside a group that are not calm, at most: a point of light, of 0.4 px or more, disturbs those on
 all sides."""
+_BEYOND = 2
+"""What is around a pixel reaches so far, px, beyond the edge too."""
 _MEDIAN_TO_SIGMA = 1.4826
 """Sigma over the median of absolute deviations of a Gaussian."""
 _SLOWEST = 0.99
@@ -135,7 +137,7 @@ def _alone(picture: Floats) -> Mask:
     By at least half of what it lies above their median.
     """
     border = np.pad(np.zeros((3, 3), np.uint8), 1, constant_values=1)
-    highest = cv2.dilate(np.ascontiguousarray(picture, np.float32), border)
+    highest = cv2.dilate(_continued(picture), border)[_BEYOND:-_BEYOND, _BEYOND:-_BEYOND]
     alone: Mask = picture - highest > (picture - around(picture)) / 2
     return alone
 
@@ -158,5 +160,24 @@ def _in_islands(changing: Mask, calm: Mask) -> Mask:
 
 
 def around(picture: Floats) -> Floats:
-    """Median of the 5 x 5 px around each pixel."""
-    return np.asarray(cv2.medianBlur(np.ascontiguousarray(picture, np.float32), 5))
+    """Median of the 5 x 5 px around each pixel; beyond its edges the picture goes on as `_continued` has it."""
+    return np.asarray(cv2.medianBlur(_continued(picture), 2 * _BEYOND + 1)[_BEYOND:-_BEYOND, _BEYOND:-_BEYOND])
+
+
+def _continued(picture: Floats) -> Floats:
+    """A picture (rows, columns) with 2 px more on every side, each as far above its edge as the picture is below there.
+
+    So a slope goes on, and its end at the edge is no summit. What lies at the edge is the median of 5 px along it: a
+    bad pixel there does not go on. At the corners, the corner's own goes on.
+    """
+    from scipy.ndimage import median_filter
+
+    rows, columns = picture.shape
+    whole = np.empty((rows + 2 * _BEYOND, columns + 2 * _BEYOND), np.float32)
+    whole[_BEYOND:-_BEYOND, _BEYOND:-_BEYOND] = picture
+    for turn in range(4):
+        side, inside = np.rot90(whole, turn), np.rot90(picture, turn)
+        edge = median_filter(inside[0].astype(np.float32), 2 * _BEYOND + 1, mode="mirror")
+        side[:_BEYOND, _BEYOND:-_BEYOND] = 2 * edge - inside.take(range(_BEYOND, 0, -1), axis=0, mode="clip")
+        side[:_BEYOND, :_BEYOND] = edge[0]
+    return whole
