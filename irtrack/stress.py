@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -10,14 +11,24 @@ from irtrack.bench import Entry, Suite, load_suite
 from irtrack.errors import InputError
 
 SUITE = "suites/stress-suite"
-"""All stress scenarios at all of their severities."""
+"""All causes of failure, a stress scenario each at all of its severities."""
 
 
-def stress_suite(trackers: Sequence[Entry], seeds: int, causes: Sequence[str] = ()) -> Suite:
-    """The shipped suite for these trackers, of the causes named, or of all where none is; InputError for no cause."""
-    suite = load_suite(SUITE)
+def stress_suite(trackers: Sequence[Entry], seeds: int, causes: Sequence[str] = (), path: str = SUITE) -> Suite:
+    """A suite of sources at severities for these trackers, of the causes named, or of all where none is.
+
+    path   a suite's file, or the name of a shipped one;  causes  what it calls its sources
+
+    InputError for no such cause, for a source at fewer than two severities, and as `load_suite`.
+    """
+    suite = load_suite(path)
     by_cause = {each.name: each.family for each in suite.sources}
-    known = list(dict.fromkeys(by_cause.values()))
+    known = Counter(by_cause.values())
+    for name, severities in known.items():
+        if severities < 2:
+            raise InputError(
+                f"{path}: {name} is asked for at one severity at most; allowed: two of its `severities`, or more"
+            )
     for cause in causes:
         if cause not in known:
             raise InputError(f"cause '{cause}': allowed: {', '.join(known)}{suggestion(cause, known)}")

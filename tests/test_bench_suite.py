@@ -131,7 +131,7 @@ def test_a_suite_is_known_by_its_name() -> None:
 def test_the_shipped_suites_are_whole() -> None:
     scenarios = Path(__file__).parent.parent / "scenarios"
     shipped = {path.stem: irsim.read_part(path, SuiteFile).part for path in (scenarios / "suites").glob("*.yaml")}
-    assert set(shipped) == {"quick-suite", "hard-suite", "stress-suite"}
+    assert set(shipped) == {"quick-suite", "hard-suite", "stress-suite", "occlusion-suite"}
     for suite in shipped.values():
         assert suite.about
         assert suite.time_limit_s
@@ -141,8 +141,21 @@ def test_the_shipped_suites_are_whole() -> None:
             irtrack.make(tracker.tracker, tracker.parameters)
     stress = {f"stress/{path.stem}": path.read_text() for path in (scenarios / "stress").glob("*.yaml")}
     every = {name for name, text in stress.items() if "severities:" in text}
-    assert {source.source for source in shipped["stress-suite"].sources} == every
+    in_parts = {"stress/occlusion-length", "stress/occlusion-fraction"}
+    assert {source.source for source in shipped["stress-suite"].sources} == every - in_parts
     assert load_suite("suites/quick-suite").seeds == shipped["quick-suite"].seeds
+
+
+def test_the_occlusion_suite_is_length_by_fraction() -> None:
+    """Its sources are the fractions of severities 1 to 5, each at all lengths; what is hidden grows with both."""
+    suite = load_suite("suites/occlusion-suite")
+    rows = [suite.sources[start : start + 6] for start in range(0, len(suite.sources), 6)]
+    fractions = irsim.load("stress/occlusion-fraction").severities["occluders.screen.fraction"][1:]
+    lengths = irsim.load("stress/occlusion-length").severities["occluders.screen.frames.1"]
+    scenes = [[each.source.scenario for each in row if isinstance(each.source, irsim.Rendering)] for row in rows]
+    assert [[scene.occluders[0].fraction for scene in row] for row in scenes] == [[each] * 6 for each in fractions]
+    assert [[scene.occluders[0].frames[1] for scene in row] for row in scenes] == [list(lengths)] * 5
+    assert [[scene.without for scene in row] for row in scenes] == [[("screen",), (), (), (), (), ()]] * 5
 
 
 def test_severities_are_for_scenarios_that_have_them(folder: Path) -> None:

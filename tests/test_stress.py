@@ -89,6 +89,8 @@ CAUSES: dict[str, Callable[[irsim.Rendering], float]] = {
     "clutter": spread,
     "scr": first_scr,
     "occlusion": hidden,
+    "occlusion-length": hidden,
+    "occlusion-fraction": hidden,
     "manoeuvre": turning,
     "crossing": beside,
     "deformation": deforming,
@@ -108,11 +110,15 @@ def test_every_severity_makes_its_cause_worse(name: str) -> None:
 
 
 def test_what_the_files_say_in_numbers_is_so() -> None:
-    assert hidden(at("occlusion", 0)) == pytest.approx(0, abs=1e-3)
+    for name in ("occlusion", "occlusion-length", "occlusion-fraction"):
+        assert hidden(at(name, 0)) == pytest.approx(0, abs=1e-3)
     assert beside(at("crossing", 0)) == missing(at("drops", 0)) == 0
     for severity, (length, fraction) in enumerate([(5, 0.5), (10, 0.8), (15, 1), (30, 1), (50, 1)], 1):
-        truths = seen(at("occlusion", severity))[40 : 40 + length]
-        assert all(1 - (truth.visible or 0) >= fraction - 0.01 for truth in truths)
+        assert_hidden("occlusion", severity, length, fraction)
+    for severity, length in enumerate([5, 10, 20, 35, 50], 1):
+        assert_hidden("occlusion-length", severity, length, 0.9)
+    for severity, fraction in enumerate([0.4, 0.6, 0.8, 0.9, 1], 1):
+        assert_hidden("occlusion-fraction", severity, 35, fraction)
     for severity, scr in enumerate([40, 16, 9, 6, 4, 2]):
         assert -first_scr(at("scr", severity)) == pytest.approx(scr, rel=0.05)
     for severity, rms in enumerate([0, 0.5, 1, 2, 4, 8]):
@@ -120,6 +126,18 @@ def test_what_the_files_say_in_numbers_is_so() -> None:
         assert np.std(shaken - still) == pytest.approx(rms, rel=0.35)  # 110 frames of 0.1 s memory
     for severity, share in enumerate([0, 0.15, 0.3, 0.45, 0.6, 0.75]):
         assert missing(at("drops", severity)) / 110 == pytest.approx(share, abs=3 * (share * (1 - share) / 110) ** 0.5)
+
+
+def assert_hidden(name: str, severity: int, length: int, fraction: float) -> None:
+    """From frame 40 on for so many frames at least that fraction of the target is hidden."""
+    truths = seen(at(name, severity))[40 : 40 + length]
+    assert all(1 - (truth.visible or 0) >= fraction - 0.01 for truth in truths)
+
+
+def test_length_and_fraction_of_occlusion_are_one_scene() -> None:
+    """So that severities of the one with values of the other make a grid: nine tenths for 35 frames is in both."""
+    assert at("occlusion-length", 4).scenario.hash == at("occlusion-fraction", 4).scenario.hash
+    assert at("occlusion-length", 0).frame(60).image.tobytes() == at("occlusion-fraction", 0).frame(60).image.tobytes()
 
 
 @pytest.mark.parametrize("name", STRESSES)

@@ -60,11 +60,34 @@ def test_the_table_says_what_the_results_say(cli: Cli) -> None:
     assert drops["breaking"]["template"]["runs"] == 6 * [1]
 
 
+GRID = """
+about: drops, seen by a camera with more and with less noise
+sources:
+  - {source: stress/drops, severities: [0, 2], name: quiet, changes: {frames: 40, camera.netd_mk: 10}}
+  - {source: stress/drops, severities: [0, 2], name: noisy, changes: {frames: 40, camera.netd_mk: 900}}
+trackers: [kalman]
+"""
+
+
+def test_a_suite_of_ones_own_is_run_at_its_severities(cli: Cli) -> None:
+    Path("grid-suite.yaml").write_text(GRID)
+    words = ("template", "--suite", "grid-suite.yaml", "--seeds", "1", "--results", "grid.db")
+    status, out, _ = cli(*words)
+    assert status == 0
+    head, *rows = out.splitlines()
+    assert head.split() == ["cause", "tracker", "0", "2", "half", "lost", "at"]
+    assert [row.split()[:2] for row in rows[:2]] == [["noisy", "template"], ["quiet", "template"]]
+    assert rows[2].startswith("0 to 2: ")
+    assert [each["source"] for each in json.loads(cli(*words, "--only", "quiet", "--json")[1])["causes"]] == ["quiet"]
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
         (["kalmn"], "unknown tracker 'kalmn'"),
         (["kalman", "--only", "nois"], "cause 'nois': allowed: clutter"),
+        (["kalman", "--suite", "suites/quick-suite"], "sky is asked for at one severity at most"),
+        (["kalman", "--suite", ""], "the name is empty"),
         (["kalman,kalman", "--only", "drops"], "two trackers are labelled 'kalman'"),
         (["kalman", "--seeds", "0"], "--seeds"),
         (["kalman", "--results", "none/stress.db"], "none/stress.db"),

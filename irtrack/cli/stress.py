@@ -26,6 +26,10 @@ def stress(
     only: Annotated[
         str | None, typer.Option(metavar="CAUSE,...", help="Of the causes these; all of them unless said.")
     ] = None,
+    suite: Annotated[
+        str | None,
+        typer.Option(metavar="SUITE", help="The sources of this suite, at its severities, in place of the causes."),
+    ] = None,
     jobs: Jobs = 1,
     results: GrowingResults = Path("stress.db"),
     as_json: AsJson = False,
@@ -33,11 +37,13 @@ def stress(
     """Run trackers over nine causes of failure at severities 0 to 5; print the runs lost and where half are."""
     from irtrack.bench import parse_trackers
     from irtrack.report import severity_figures, severity_values
-    from irtrack.stress import stress_suite
+    from irtrack.stress import SUITE, stress_suite
 
     check_results(results)
-    suite = stress_suite(parse_trackers(trackers), seeds, names("--only", only) or ())
-    cells = sweep(suite, results, jobs)
+    asked = stress_suite(
+        parse_trackers(trackers), seeds, names("--only", only) or (), SUITE if suite is None else suite
+    )
+    cells = sweep(asked, results, jobs)
     figures = severity_figures(cells)
     if as_json:
         print_json({"results": str(results), "causes": [severity_values(each) for each in figures]})
@@ -57,4 +63,5 @@ def _print(figures: Sequence[SeverityFigures]) -> None:
             lost = [number(shares[s], ".0%") if s in shares else NOTHING for s in severities]
             rows.append((each.family, label, *lost, point.in_words()))
     print_table(("cause", "tracker", *(f"{s:g}" for s in severities), "half lost at"), rows, left=2)
-    print("0 to 5: runs lost or failed at that severity; half lost at: the severity, with its 95 % interval")
+    span = f"{severities[0]:g} to {severities[-1]:g}"
+    print(f"{span}: runs lost or failed at that severity; half lost at: the severity, with its 95 % interval")

@@ -16,8 +16,9 @@ from irtrack.bench import Run, SummaryRow
 from irtrack.bench.table import MARKS, RULES
 from irtrack.metrics import Breaking, Survival
 from irtrack.metrics.loss import LOSS_RULE
+from irtrack.report.by_severity import LossTable, loss_tables
 from irtrack.report.figures import Figures, SeverityFigures, SourceFigures
-from irtrack.report.words import lead, ms, percent, px, share
+from irtrack.report.words import NOTHING, lead, ms, percent, px, share
 
 
 def as_json(figures: Figures, runs: Sequence[Run]) -> str:
@@ -132,6 +133,8 @@ def as_markdown(figures: Figures) -> str:
             parts.append(_attributes(source))
     if figures.severities:
         parts += ["## Breaking points", _breaking_points(figures.severities)]
+    for losses in loss_tables(figures.severities):
+        parts += [f"## Lost runs by severity: {_escaped(losses.label)}", _losses(losses)]
     if figures.failures:
         parts.append("## Failures")
         parts.append(
@@ -175,6 +178,13 @@ def _breaking_points(severities: Sequence[SeverityFigures]) -> str:
         for each in severities
     ]
     return _table(("source", *labels), rows)
+
+
+def _losses(losses: LossTable) -> str:
+    """The share of lost runs of each source at each severity."""
+    head = ("source", *map(str, losses.severities), "half lost at")
+    shares = [[NOTHING if cell is None else percent(cell.share) for cell in row.cells] for row in losses.rows]
+    return _table(head, [(row.family, *told, row.breaks) for row, told in zip(losses.rows, shares, strict=True)])
 
 
 def _attributes(source: SourceFigures) -> str:

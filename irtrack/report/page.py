@@ -14,6 +14,7 @@ from irtrack.bench import Cell, Results, Run, summary
 from irtrack.bench.table import MARKS, RULES
 from irtrack.metrics import ATTRIBUTES
 from irtrack.metrics.loss import LOSS_RULE
+from irtrack.report.by_severity import loss_tables
 from irtrack.report.chapters import chapters
 from irtrack.report.figures import failures, severity_figures
 from irtrack.report.gallery import gallery
@@ -31,7 +32,8 @@ def page(results: Results, cells: Sequence[Cell]) -> str:
     """The report as HTML text."""
     # Colours by name, not by rank: a tracker keeps its own from report to report.
     by_label = looks(sorted({cell.label for cell in cells}))
-    found = chapters(measured(results, cells), severity_figures(cells), by_label, Room())
+    severities = severity_figures(cells)
+    found = chapters(measured(results, cells), severities, by_label, Room())
     overall = summary(cells, overall=True)
     losses, lost_pairs = gallery(results, cells, by_label)
     runs = results.runs()
@@ -41,6 +43,7 @@ def page(results: Results, cells: Sequence[Cell]) -> str:
         overall=overall,
         lead=lead(overall),
         looks=by_label,
+        loss_tables=loss_tables(severities),
         chapters=found,
         has_replay=any(chapter.section.pictures.replay for chapter in found),
         failures=failures(cells),

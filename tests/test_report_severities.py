@@ -1,0 +1,67 @@
+"""The report of sources at severities: of each tracker the lost runs, a row a source and a column a severity."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from html_page import Page
+
+import irsim
+from irtrack.bench import Results, SourceEntry, parse_trackers, run_bench
+from irtrack.report import severity_figures, write_report
+from irtrack.report.by_severity import Losses, loss_tables
+
+SCENE = """
+frames: 14
+camera: {size: [128, 48], agc: {kind: fixed}, range_k: [250, 350]}
+severities: {targets.jet.path.speed: [0, 1, 3]}
+background: {kind: sky, horizon_k: 270, zenith_k: 268}
+targets:
+  - id: jet
+    shape: {kind: point, temperature_k: 400, area_m2: 1}
+    path: {kind: straight, start: [12, 20], range_m: 900}
+"""
+HEAD = ["Source", "0", "1", "2", "Half lost at"]
+LONG, SHORT, SOME = ["0 %", "100 %", "100 %"], ["0 %", "0 %", "100 %"], ["0 %", "–", "100 %"]
+"""A tracker that stays where it began is off once the target is 5 px away, and lost when off in 10 frames in a row: at
+1 px a frame not within 14 frames but within 40, at 3 px a frame within both."""
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
+    folder = tmp_path_factory.mktemp("severities")
+    scene = irsim.loads(SCENE)
+    sources = [
+        SourceEntry(irsim.change(scene, {"frames": 40}), severities="all", name="long"),
+        SourceEntry(scene, severities="all", name="short"),
+        SourceEntry(scene, severities=[0, 2], name="some"),
+    ]
+    return run_bench(sources, parse_trackers("still=report_fakes:Still,template"), results=folder / "r.db", seeds=2)
+
+
+def test_the_page_has_a_table_for_each_tracker(results: Results, tmp_path: Path) -> None:
+    page = Page(write_report(results, tmp_path / "report.html").read_text())
+    still, template = (table for table in page.tables if table[0] == HEAD)
+    assert [[row[0], *row[1:4]] for row in still[1:]] == [["long", *LONG], ["short", *SHORT], ["some", *SOME]]
+    assert [row[1:4] for row in template[1:]] == [["0 %"] * 3, ["0 %"] * 3, ["0 %", "–", "0 %"]]
+    assert "#severities" in page.links
+
+
+def test_markdown_says_the_same(results: Results, tmp_path: Path) -> None:
+    text = write_report(results, tmp_path / "report.md").read_text()
+    told = text.split("## Lost runs by severity: still\n\n")[1].split("\n\n")[0].splitlines()
+    cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in told]
+    assert cells[0] == ["source", "0", "1", "2", "half lost at"]
+    assert [row[:4] for row in cells[2:]] == [["long", *LONG], ["short", *SHORT], ["some", *SOME]]
+
+
+def test_cells_count_runs_and_a_single_source_has_no_table(results: Results) -> None:
+    figures = severity_figures(results.cells())
+    still = loss_tables(figures)[0]
+    assert (still.label, still.severities) == ("still", (0, 1, 2))
+    assert still.rows[0].cells == (Losses(2, 0), Losses(2, 2), Losses(2, 2))
+    assert still.rows[2].cells == (Losses(2, 0), None, Losses(2, 2))
+    assert [row.breaks for row in still.rows] == [each.breaking["still"].in_words() for each in figures]
+    assert loss_tables(figures[:1]) == ()
+    assert loss_tables(()) == ()
