@@ -23,7 +23,7 @@ from pydantic import Field
 from irsim.climate import CLIMATES, FIT_HEIGHT_KM, FIT_KM, FIT_VISIBILITY_KM, FOG, Climate, ClimateName, fitted_band
 from irsim.errors import Notice
 from irsim.kinds import Kelvin, Part
-from irsim.radiometry import limits, radiance
+from irsim.radiometry import hemisphere, limits, radiance
 from irsim.turbulence import Turbulence
 from irsim.types import Band, BandName, Floats
 
@@ -58,7 +58,7 @@ class Atmosphere(Part):
     """Air temperature at the sea's level, kelvin; all heights shift with it. The preset's where not given."""
     surroundings_k: Kelvin | None = None
     """Temperature of what targets and occluders reflect, kelvin. Where not given: the mean of the clear sky
-    and of ground as warm as the air; without a preset nothing."""
+    and of ground as warm as the air; without a preset that of the background's own sky and ground."""
     rain_mm_h: Annotated[float, Field(ge=0, le=300)] = 0.0
     """Rain, mm/h."""
     fog_visibility_km: Annotated[float, Field(ge=0.01, le=5)] | None = None
@@ -110,9 +110,11 @@ class Atmosphere(Part):
         to_top = np.sqrt(rise**2 + (_EARTH_KM + _TOP_KM) ** 2 - below**2) - rise
         return self._path(band, to_top, elevation, _SKY_STEPS)
 
-    def surroundings(self, band: Band) -> float:
-        """Radiance that a grey body reflects, W/m2/sr: a mean over the whole sphere."""
-        return _surroundings(self, band)
+    def surroundings(self, band: Band) -> float | None:
+        """Radiance that a grey body reflects, W/m2/sr: a mean over the whole sphere. None where nothing says it."""
+        if self.surroundings_k is not None:
+            return float(radiance(band, self.surroundings_k))
+        return None if self.preset == "none" else _surroundings(self, band)
 
     def air_k(self, height_km: float | Floats) -> Floats:
         """Temperature of the air, K, at heights above the sea, km."""
@@ -254,12 +256,5 @@ def _below(places: Floats, heights: Floats, top_km: float) -> Floats:
 
 @lru_cache(maxsize=64)
 def _surroundings(air: Atmosphere, band: Band) -> float:
-    """Half sky, half ground: the irradiance of the sky over pi, by Gauss-Legendre in the sine of elevation."""
-    if air.surroundings_k is not None:
-        return float(radiance(band, air.surroundings_k))
-    if air.preset == "none":
-        return 0.0
-    nodes, weights = np.polynomial.legendre.leggauss(32)
-    sine = (nodes + 1) / 2
-    above = float(np.sum(weights * sine * air.sky(band, np.arcsin(sine))))
-    return (above + float(radiance(band, air.air_k(0.0)))) / 2
+    """Half sky, half ground."""
+    return (hemisphere(lambda elevation: air.sky(band, elevation)) + float(radiance(band, air.air_k(0.0)))) / 2

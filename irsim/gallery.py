@@ -55,9 +55,10 @@ def crop(shape: Shape, pose: Angles, *, band: Band = "lwir", time: float = 0.0, 
     pose  yaw, pitch, roll, degrees, as for targets; white is the 99th percentile of the temperatures
           in the crop, black the first, at least SPAN_K apart
     """
-    stage = Stage(0, Geometry((side, side), 5e-4), 30.0, band, 0.6)
+    behind = float(radiance(band, shape.behind_k))
+    stage = Stage(0, Geometry((side, side), 5e-4), 30.0, band, 0.6, ambient=behind)
     sprite = _framed(shape, pose, stage, time)
-    light = np.full((side, side), float(radiance(band, shape.behind_k)))
+    light = np.full((side, side), behind)
     _paint(light, sprite)
     shown = temperature(band, light) + NOISE_K * normals((side, side), 0, "gallery", shape.kind, 0)
     low, high = np.percentile(shown, [1.0, 99.0])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
@@ -98,3 +99,11 @@ def slope(band: Band, temperature_k: float) -> float:
     """dL/dT of the in-band radiance at a temperature, W/m2/sr/K: Planck's law differentiated, then integrated."""
     wavelengths, weights = quadrature(band)
     return float(planck_slope(wavelengths, temperature_k) @ weights)
+
+
+def hemisphere(sky: Callable[[Floats], Floats]) -> float:
+    """Radiance, W/m2/sr, that a level matt surface sees of a sky, whose radiance at elevations (rad) is given: its
+    irradiance over pi, by Gauss-Legendre in the sine of elevation."""
+    nodes, weights = np.polynomial.legendre.leggauss(32)
+    sine = (nodes + 1) / 2
+    return float(np.sum(weights * sine * sky(np.arcsin(sine))))

@@ -6,6 +6,7 @@ import hashlib
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Annotated, Any
 
 import numpy as np
@@ -75,7 +76,7 @@ class Scenario(Part):
         air = self.air
         psf_px = math.hypot(camera.psf_px, air.turbulence.blur_rms(camera.band) / camera.geometry.ifov_rad)
         lens = camera.optics if self.is_on("optics") else None
-        return Stage(
+        bare = Stage(
             self.seed,
             camera.geometry,
             camera.rate_hz,
@@ -85,6 +86,8 @@ class Scenario(Part):
             air,
             lens.spread(camera.band, psf_px) if lens else None,
         )
+        told = air.surroundings(camera.band) is not None
+        return bare if told else replace(bare, ambient=self.background.ambient(bare))
 
     @property
     def air(self) -> Atmosphere:

@@ -36,7 +36,8 @@ NOTHING = Atmosphere()
 class Stage:
     """seed of the scene; geometry of the camera; rate_hz; band; psf_px, the optical blur's sigma in px, or
     that of the Gaussian about as wide; cast, who else is in the scene (None: nobody); air, what is between
-    (by default nothing); lens, the point spread where it is no Gaussian; shelf, what other processes that render the
+    (by default nothing); lens, the point spread where it is no Gaussian; ambient, the radiance in W/m2/sr of
+    what is around where the air does not say; shelf, what other processes that render the
     scene have worked out."""
 
     seed: int
@@ -47,6 +48,7 @@ class Stage:
     cast: Cast | None = field(default=None, compare=False, repr=False)
     air: Atmosphere = NOTHING
     lens: PointSpread | None = None
+    ambient: float = 0.0
     shelf: Shelf = field(default_factory=Shelf, compare=False, repr=False)
 
     @cached_property
@@ -57,7 +59,8 @@ class Stage:
     @cached_property
     def surroundings(self) -> float:
         """Radiance that grey bodies reflect, W/m2/sr."""
-        return self.air.surroundings(self.band)
+        said = self.air.surroundings(self.band)
+        return self.ambient if said is None else said
 
     def glow(self, temperature_k: float | Floats, emissivity: float | Floats) -> Floats:
         """Radiance of a grey body, W/m2/sr: what it emits, and what it reflects of its surroundings."""

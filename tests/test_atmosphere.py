@@ -87,7 +87,7 @@ def test_without_an_atmosphere_nothing_changes() -> None:
     tau, light = air.path("mwir", 50e3)
     assert tau == 1
     assert light == 0
-    assert air.surroundings("mwir") == 0
+    assert air.surroundings("mwir") is None
     assert air.is_clear
 
 

@@ -85,7 +85,7 @@ def test_a_target_arrives_weakened_with_the_light_of_its_path() -> None:
     assert near.sum() > 100
     grey = scene(camera=camera, targets=[target(2000.0, emissivity=0.6, engine_k=300.0)])
     found = Renderer(grey).scene(0)[0][near]
-    mixed = 0.6 * radiance("mwir", 300.0) + 0.4 * grey.air.surroundings("mwir")
+    mixed = 0.6 * radiance("mwir", 300.0) + 0.4 * grey.stage.surroundings
     np.testing.assert_allclose(found, tau * mixed + path, rtol=2e-4)
 
 

@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 from irsim.doubts import doubts
-from irsim.radiometry import radiance, temperature
+from irsim.radiometry import radiance
 from irsim.scenario import Scenario
-from irsim.shapes import Shape, View
 
 
 def told(scene: dict[str, Any]) -> dict[str, str]:
@@ -61,56 +60,6 @@ def test_turbulence_seen_through_another_pupil_is_told(
     assert all(said is not None and said in line for line in lines.values())
     assert told({"camera": camera, "atmosphere": {"turbulence": {"aperture_m": aperture_m}}}) == {}
     assert told({"camera": camera, "atmosphere": air, "without": ["turbulence"]}) == {}
-
-
-class Mirror(Shape):
-    """A user's own, whose emissivity is always written."""
-
-    emissivity: float
-
-    def draw(self, view: View) -> None:
-        """Nothing."""
-
-
-def _leaves(tree: dict[str, Any]) -> list[tuple[str, Any]]:
-    """Keys and values of a tree that are no trees."""
-    pairs = [(_leaves(value) if isinstance(value, dict) else [(key, value)]) for key, value in tree.items()]
-    return [pair for part in pairs for pair in part]
-
-
-@pytest.mark.parametrize(
-    ("shape", "place"),
-    [
-        ({"kind": "car", "emissivity": 0.5}, "targets.0.shape.emissivity"),
-        ({"kind": "car", "windows_emissivity": 0.3}, "targets.0.shape.windows_emissivity"),
-        ({"kind": "point", "emissivity": 0.5}, "targets.0.shape.emissivity"),
-        ({"kind": "point", "emissivity": 0.5, "contrast_k": 5}, None),
-        ({"kind": "car", "emissivities": {"engine": 0.4}}, "targets.0.shape.emissivities.engine"),
-        ({"kind": "hot_spot", "emissivity": 0.0}, "targets.0.shape.emissivity"),
-        ({"kind": "test_doubts_scene:Mirror", "emissivity": 0.1}, "targets.0.shape.emissivity"),
-        ({"kind": "car", "emissivity": 0.85}, None),
-        ({"kind": "missile", "plume_emissivity": 0.2}, None),
-    ],
-)
-def test_what_has_nothing_to_reflect_is_told(shape: dict[str, Any], place: str | None) -> None:
-    target = {"id": "it", "shape": shape, "path": {"kind": "straight", "start": (30, 20), "speed": 0.1}}
-    without = ("does not count beside", "asks for")
-    scene = {"camera": {"band": "lwir"}, "targets": [target]}
-    lines = {at: what for at, what in told(scene).items() if not any(word in what for word in without)}
-    assert list(lines) == ([place] if place else [])
-    for what in lines.values():
-        found = re.search(r"so that (\d+) K look like (\d+) K; try atmosphere", what)
-        assert found is not None
-        (emissivity,) = [value for key, value in _leaves(shape) if key != "kind"]
-        seen = temperature("lwir", emissivity * radiance("lwir", float(found[1])))
-        assert float(found[2]) == pytest.approx(float(seen), abs=0.5)
-    for air in ({"surroundings_k": 280}, {"preset": "us_standard"}):
-        assert not any("reflect" in what for what in told({**scene, "atmosphere": air}).values())
-
-
-def test_an_occluder_that_has_nothing_to_reflect_is_told() -> None:
-    bar = {"kind": "bar", "range_m": 500, "center_px": (30, 20), "size_px": (5, 5), "emissivity": 0.3}
-    assert list(told({"occluders": [bar]})) == ["occluders.0.emissivity"]
 
 
 @pytest.mark.parametrize(("elevation_deg", "said"), [(30, True), (0, False), (-30, False)])

@@ -11,6 +11,7 @@ import numpy as np
 
 from irsim.backgrounds.chart import Chart
 from irsim.kinds import Kind
+from irsim.radiometry import hemisphere, radiance
 from irsim.stage import Stage
 from irsim.types import CameraFacts, Counts, Floats
 
@@ -110,6 +111,10 @@ class Changed:
         return self.layer.range_m
 
 
+STANDARD_K = 288.15
+"""Temperature of the air at the level of the sea, K (ICAO Doc 7488, the standard atmosphere)."""
+
+
 class Background(Kind):
     """What is behind the targets."""
 
@@ -149,6 +154,18 @@ class Background(Kind):
         """How its bare ground or sea looks, without what stands or lies on it; None where it has none, or does not
         say."""
         return None
+
+    def ambient(self, stage: Stage) -> float:
+        """Radiance, W/m2/sr, that a grey body in front of it reflects where the scene's air does not say: half its
+        clear sky, half ground as bright as that at the horizon; without a sky all is as warm as the standard air."""
+        sky = self.clear(stage)
+        if sky is None:
+            return float(radiance(stage.band, STANDARD_K))
+        return (hemisphere(sky.radiance) + self._below(sky, stage)) / 2
+
+    def _below(self, sky: ClearLayer, stage: Stage) -> float:
+        """Radiance, W/m2/sr, of what lies under its sky."""
+        return float(sky.radiance(np.zeros(1))[0])
 
     def taken_by(self, camera: CameraFacts) -> CameraFacts:
         """What is known of the camera that its counts are of: the scenario's, or another where it is `Filmed`."""

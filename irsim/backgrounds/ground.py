@@ -107,6 +107,10 @@ class Ground(Background):
         ]
         return through_air(layers, stage)
 
+    def ambient(self, stage: Stage) -> float:
+        """It has no sky: all around is as warm as it is in the mean."""
+        return float(radiance(stage.band, self.mean_k))
+
     def land(self, stage: Stage) -> LandLight:
         bare = self.model_copy(update=dict.fromkeys(LYING)).layers(stage)[0]
         return lambda gaze: bare.light(gaze)[1].ravel()

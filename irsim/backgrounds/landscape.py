@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from pydantic import model_validator
 
-from irsim.backgrounds.base import FARTHEST, Changed, Gaze, LandLight, Layer, Names
+from irsim.backgrounds.base import FARTHEST, Changed, ClearLayer, Gaze, LandLight, Layer, Names
 from irsim.backgrounds.fields import Betas, profile, spectral
 from irsim.backgrounds.hours import Hour, filled, typical
 from irsim.backgrounds.painting import Painting
@@ -69,6 +69,9 @@ class Landscape(Sky):
     @property
     def surface_m(self) -> float:
         return self.camera_height_m
+
+    def _below(self, sky: ClearLayer, stage: Stage) -> float:
+        return float(radiance(stage.band, self.ground_k))
 
     def land(self, stage: Stage) -> LandLight:
         nothing: dict[str, Any] = {**dict.fromkeys(LYING), "clouds": (), "trees": (), "buildings": ()}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import cv2
@@ -106,8 +106,19 @@ class Recorded(Background):
         known = None if camera.band is None else self.known(camera.band)
         return replace(camera, range_k=self.range_k, curve=known)
 
+    def ambient(self, stage: Stage) -> float:
+        """All around is as bright as its first frame in the mean."""
+        return _mean_light(self, stage.band)
+
     def layers(self, stage: Stage) -> Sequence[Layer]:
         return [Footage(self, stage)]
+
+
+@lru_cache(maxsize=16)
+def _mean_light(recorded: Recorded, band: Band) -> float:
+    """Of its first frame, W/m2/sr."""
+    counts = recorded.recording.frame(recorded.start).image
+    return float(np.mean(recorded.scale(band).light(counts.astype(np.float32)), dtype=np.float64))
 
 
 class Footage:

@@ -12,7 +12,7 @@ from pydantic import Field
 
 from irsim.atmosphere import Atmosphere
 from irsim.backgrounds.air import Column
-from irsim.backgrounds.base import FARTHEST, Gaze, LandLight, Layer
+from irsim.backgrounds.base import FARTHEST, ClearLayer, Gaze, LandLight, Layer
 from irsim.backgrounds.fields import spectral
 from irsim.backgrounds.landscape import Above
 from irsim.backgrounds.sky import ClearSky, Sky
@@ -110,6 +110,9 @@ class Sea(Sky):
     @property
     def surface_m(self) -> float:
         return self.camera_height_m
+
+    def _below(self, sky: ClearLayer, stage: Stage) -> float:
+        return float(radiance(stage.band, self.water_k))
 
     def land(self, stage: Stage) -> LandLight:
         water = Water(self, self.clear(stage), stage)

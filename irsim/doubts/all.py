@@ -13,7 +13,6 @@ from irsim.doubts.endless import ground_in_the_sky, stays_behind
 from irsim.doubts.footage import unknown_scale, unlike_recording, untouched
 from irsim.doubts.lens import two_lenses, unlike_pupils
 from irsim.doubts.paths import misses, pulls, through_camera
-from irsim.doubts.reflection import unreflecting
 from irsim.doubts.standing import aloft, buried
 from irsim.doubts.targets import idle, never_seen, nowhere, odd_shapes, past_the_end, too_late
 from irsim.errors import Notice
@@ -27,7 +26,7 @@ UNHEEDED = (overruled, without_effect)
 DOUBTS = (
     *(beyond_fit, *UNHEEDED, two_exposures, long_paths, long_views, unlike_skies),
     *(off_scale, cold_clouds, large_features, folded),
-    *(two_lenses, unlike_pupils, unreflecting, ground_in_the_sky, stays_behind),
+    *(two_lenses, unlike_pupils, ground_in_the_sky, stays_behind),
     *(unknown_scale, unlike_recording, untouched),
     *(odd_greys, through_camera, pulls, misses),
     *(
