@@ -149,7 +149,7 @@ def test_signal_center_is_of_the_targets_own_light_and_a_contribution_of_its_con
 
     def found(kelvin: float) -> tuple[tuple[float, float], Exact]:
         sky = {"kind": "sky", "horizon_k": kelvin, "zenith_k": kelvin}
-        scenario = scene(targets=[target], camera=camera, background=sky)
+        scenario = scene(targets=[target], camera=camera, background=sky, atmosphere={"surroundings_k": 280.0})
         (truth,) = Rendering(scenario).truths(0, 1)
         added = Moments(scenario).contribution(0, "one")
         rows, columns = np.indices(added.shape)
