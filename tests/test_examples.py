@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import irsim
@@ -42,6 +43,23 @@ def test_contrast_goes_and_turns_where_an_example_says_so(name: str) -> None:
     contrasts = [target.contrast_k for target in targets if target is not None and target.contrast_k is not None]
     assert contrasts[0] > 4
     assert min(contrasts) < -0.5
+
+
+@pytest.mark.parametrize("part", ["optics", "falloff", "smear", "bloom"])
+def test_every_part_of_the_lens_shows_in_the_glare(part: str) -> None:
+    """Somewhere by ten times what a pixel's noise is at 300 K, where it is larger than before this sky."""
+    whole, without = (irsim.open_source("glare", without=names).frame(60).image for names in ((), (part,)))
+    response = irsim.load("glare").camera.response()
+    assert np.abs(whole.astype(float) - without).max() > 10 * response.noise / response.gain
+
+
+def test_the_glare_saturates_blooms_and_is_followed_by_a_fast_slew() -> None:
+    rendering, bare = irsim.open_source("glare"), irsim.open_source("glare", without=["bloom"])
+    full = 2**14 - 1
+    first, second = (np.count_nonzero(source.frame(60).image == full) for source in (bare, rendering))
+    assert 1 <= first < second
+    target = [truth.target("rocket") for truth in rendering.truths()]
+    assert all(each is not None and each.in_view for each in target)
 
 
 @pytest.mark.slow
