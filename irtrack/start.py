@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+import reprlib
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 from irsim.kinds import suggestion
 from irsim.types import Box, Source, TargetTruth, Truth
-from irtrack.errors import InputError
+from irtrack.errors import InputError, whole
 from irtrack.types import LEAST_PX
 
 
@@ -35,13 +36,13 @@ def find_start(
             known only where `target` says so
 
     InputError where the target is unknown or never shows, where there is neither truth nor `init`,
-    or where the box lies outside the frame or is larger than it.
+    where `init` is something else, or where the box lies outside the frame or is larger than it.
     """
     if init is not None:
-        box, frame = init
+        box, frame = _given(init)
         if target is not None:
             _check_target(source, truths, target)
-        if not 0 <= frame < len(source):
+        if frame >= len(source):
             raise InputError(f"start frame {frame}: {source.name} has no such frame; allowed: 0 to {len(source) - 1}")
         return Start(target, frame, _checked(source, box))
     if not source.has_truth:
@@ -60,6 +61,14 @@ def find_start(
     if wanted not in ids:
         raise _unknown(source, wanted, ids)
     raise InputError(f"target '{wanted}' of {source.name} never shows at least half of itself; allowed: one that does")
+
+
+def _given(init: object) -> tuple[Box, int]:
+    """The box and the frame that the user gave; InputError for anything else."""
+    if not (isinstance(init, tuple | list) and len(init) == 2 and isinstance(init[0], Box)):
+        raise InputError(f"init {reprlib.repr(init)}: allowed: (irsim.Box(cx, cy, w, h), frame)")
+    box, frame = init
+    return box, whole("start frame", frame)
 
 
 def shows(target: TargetTruth) -> bool:

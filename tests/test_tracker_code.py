@@ -106,3 +106,21 @@ def make_typed(text: str) -> Plain:
     kind = names["Mine"]
     assert isinstance(kind, type)
     return Plain.made(kind, {})
+
+
+def test_the_code_hash_follows_the_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def hash_of(name: str, text: str) -> str:
+        (tmp_path / f"{name}.py").write_text(text)
+        return code_hash(__import__(name).T())
+
+    monkeypatch.syspath_prepend(tmp_path)
+    plain = "class T:\n    pass\n"
+    own = [hash_of("hashed_one", plain), hash_of("hashed_two", plain + "\n")]
+    assert own[0] != own[1]
+    (tmp_path / "hashed_one.py").write_text(plain + "# changed\n")
+    assert code_hash(__import__("hashed_one").T()) != own[0]
+    # what it imports of irtrack counts, through packages and their modules
+    importing = hash_of("hashed_three", "from irtrack.filters import kalman\n" + plain)
+    assert importing != hash_of("hashed_four", "from irtrack.features import window\n" + plain)
+    assert code_hash(make("kalman")) != code_hash(make("template"))
+    assert code_hash(make("kalman")) == code_hash(make("kalman"))
