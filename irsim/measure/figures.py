@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -12,9 +13,10 @@ from irsim.measure.field import Field, Spectrum, periodogram
 from irsim.measure.flaws import Flaws, flaws
 from irsim.measure.interval import Measured, root
 from irsim.measure.level import fit_level
-from irsim.measure.lines import lines, turns, without_turns
+from irsim.measure.lines import turns, without_turns
 from irsim.measure.memory import Memory, mean_share
 from irsim.measure.noise import NoiseReport, frozen_unknown, measure_noise
+from irsim.measure.pattern import Pattern, fixed_pattern
 from irsim.measure.points import point_blur
 from irsim.measure.region import Mask, Region, Values
 from irsim.measure.still import Still, still_things
@@ -32,19 +34,12 @@ _SKEWED = 4.0
 """Standard errors from which a histogram is no Gaussian one."""
 _FINE = (0.7, 1.05)
 """Relative ends of the interval given to the noise of moving scenes: sharp texture that moves adds to it."""
-_UNTOLD = (
-    "memory",
-    "memory_frames",
-    "row_noise",
-    "column_noise",
-    "level",
-    "level_frames",
-    "pixel",
-    "row",
-    "column",
-    "even_rows",
-    "even_columns",
+_NOT_OF_TIME: dict[str, Any] = dict.fromkeys(
+    ("memory", "memory_frames", "row_noise", "column_noise", "level", "level_frames")
 )
+"""Figures that cannot be told where something moves."""
+_NOT_OF_PLACE: dict[str, Any] = dict.fromkeys(("pixel", "row", "column", "even_rows", "even_columns"))
+"""Those that cannot be told, either, where the scene slides."""
 _SHARES = 17
 """Values of a histogram."""
 
@@ -122,7 +117,8 @@ def measure_figures(
     if report.slides:
         found = _of_moving(report, whole, blur, still, flaws(frames, bad, report.fine))
     else:
-        found = _of_still(report, whole, blur, still, flaws(frames, bad, report.terms.tvh.value))
+        usual = report.fine if report.moving else report.terms.tvh.value
+        found = _of_still(report, whole, blur, still, flaws(frames, bad, usual))
     return replace(found, notes=(*report.stretch.left_out(start), *found.notes))
 
 
@@ -131,18 +127,21 @@ def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: 
     number = np.array(report.stretch.number)
     slower = report.rate_hz / report.stretch.rate_hz
     levels = report.region.of(whole).mean(axis=(1, 2), dtype=np.float64)
-    settled = _settled(whole, float(np.hypot(terms.tvh.value, levels.std())))
+    usual = report.fine if report.moving else float(np.hypot(terms.tvh.value, levels.std()))
+    settled = _settled(whole, usual)
     even_rows, even_columns = turns(settled, 0), turns(settled, 1)
     picture = without_turns(settled, even_rows.value, even_columns.value)
-    powers = periodogram(picture)
-    spectrum, psf = fit_unblurred(powers, picture.shape, blur)
-    fixed = lines(powers, spectrum.density, picture.shape)
-    left = mean_share(memory, number) * terms.tvh.value**2  # of temporal noise, in the mean of the frames
+    fixed = fixed_pattern(picture, blur, report.moving)
+    # Of temporal noise, in the mean of the frames: pixels, rows, columns.
+    left, left_rows, left_columns = report.fine**2 / count, 0.0, 0.0
+    if not report.moving:
+        left = mean_share(memory, number) * terms.tvh.value**2
+        left_rows, left_columns = terms.tv.value**2 / count, terms.th.value**2 / count
     across, down = report.region.w, report.region.h
     finer = terms.tvh.value**2 / (across * down) + terms.tv.value**2 / down + terms.th.value**2 / across
     level = fit_level(levels, finer, number)
     time_frames = None if level.time_frames is None else level.time_frames.map(lambda time: time * slower)
-    return Figures(
+    found = Figures(
         noise=_less(terms.tvh, ROUNDING),
         white=_less(terms.tvh if memory is None else memory.white, ROUNDING),
         memory=None if memory is None else memory.correlated,
@@ -151,20 +150,25 @@ def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: 
         column_noise=terms.th,
         level=level.sigma,
         level_frames=time_frames,
-        pixel=spectrum.floor.map(lambda variance: root(variance - left)),
-        row=_less(fixed.row, terms.tv.value**2 / count),
-        column=_less(fixed.column, terms.th.value**2 / count),
+        pixel=fixed.floor.map(lambda variance: root(variance - left)),
+        row=_less(fixed.row, left_rows),
+        column=_less(fixed.column, left_columns),
         even_rows=even_rows,
         even_columns=even_columns,
         blur=blur,
-        psf=psf,
-        texture=spectrum.texture,
+        psf=fixed.blur,
+        texture=fixed.spectrum.texture,
         mean=float(picture.mean()),
-        histogram=_histogram(picture, spectrum),
+        histogram=_histogram(picture, fixed.spectrum),
         flaws=bad,
         region=report.region,
-        notes=(*_notes(report, memory, time_frames), *_unseen(blur, psf, still)),
+        notes=(*_notes(report, memory, time_frames), *_uneven(fixed), *_unseen(blur, fixed.blur, still)),
     )
+    if not report.moving:
+        return found
+    noise = _sharp_noise(report)
+    notes = (*_notes(report, None, None), *_uneven(fixed), *_unseen(blur, fixed.blur, still))
+    return replace(found, noise=noise, white=noise, notes=notes, **_NOT_OF_TIME)
 
 
 def _of_moving(report: NoiseReport, whole: Values, blur: Measured | None, still: Still, bad: Flaws) -> Figures:
@@ -173,7 +177,7 @@ def _of_moving(report: NoiseReport, whole: Values, blur: Measured | None, still:
     pictures = [whole[k].astype(np.float64) for k in picked]
     powers = np.mean([periodogram(picture) for picture in pictures], axis=0)
     spectrum, psf = fit_unblurred(powers, pictures[0].shape, blur)
-    noise = _less(Measured(report.fine, report.fine * _FINE[0], report.fine * _FINE[1]), ROUNDING)
+    noise = _sharp_noise(report)
     return Figures(
         noise=noise,
         white=noise,
@@ -190,8 +194,14 @@ def _of_moving(report: NoiseReport, whole: Values, blur: Measured | None, still:
             *_notes(report, None, None),
             *_unseen(blur, psf, still),
         ),
-        **dict.fromkeys(_UNTOLD),
+        **_NOT_OF_TIME,
+        **_NOT_OF_PLACE,
     )
+
+
+def _sharp_noise(report: NoiseReport) -> Measured:
+    """Sigma of the noise before which something moves."""
+    return _less(Measured(report.fine, report.fine * _FINE[0], report.fine * _FINE[1]), ROUNDING)
 
 
 def _notes(report: NoiseReport, memory: Memory | None, level: Measured | None) -> Iterator[str]:
@@ -204,10 +214,23 @@ def _notes(report: NoiseReport, memory: Memory | None, level: Measured | None) -
         yield unsure
     if report.crossed:
         yield f"targets pass through {report.region}, where noise is read: --region X,Y,W,H names a place without them"
-    if report.together:
+    if report.moving and not report.slides:
         yield (
-            f"neighbouring pixels change together at {report.region}, where noise is read: something moves, or the "
-            "camera smooths its noise; --region X,Y,W,H names a place that is still"
+            f"something moves at {report.region}, where noise is read: of the noise only what is sharp is told, no "
+            "memory, rows, columns or level; --region X,Y,W,H names a place that is still"
+        )
+    elif report.together and not report.moving:
+        yield (
+            f"neighbouring pixels change together at {report.region}, where noise is read: the camera smooths its "
+            "noise, or something moves fast; --region X,Y,W,H names a place that is still"
+        )
+
+
+def _uneven(fixed: Pattern) -> Iterator[str]:
+    if fixed.quietest is not None:
+        yield (
+            f"edges and things of the scene look like fixed pattern: it is told at {fixed.quietest}, where least is "
+            "seen, rows and columns by what all parts of the picture have in common"
         )
 
 

@@ -11,17 +11,14 @@ import numpy as np
 from irsim.measure.defects import Defects, defects, faint_blinkers, patched
 from irsim.measure.interval import Measured
 from irsim.measure.memory import LEAST_FRAMES, Temporal, temporal, time_freedom
+from irsim.measure.neighbours import alike, changes
 from irsim.measure.noise_3d import TERMS, Noise3dTerms, check_size, noise_3d
 from irsim.measure.region import Mask, Region, Values, windows
 from irsim.measure.repeats import new_frames
 from irsim.measure.steady import slides
 from irsim.measure.stretch import Stretch, longest_stretch, pattern_steps
 from irsim.types import Floats
-
-_TOGETHER = 0.1
-"""Correlation of neighbouring pixels' changes above which they change together, where there are many pixels."""
-_BEYOND_CHANCE = 5.0
-"""So many standard errors of such a correlation are no chance."""
+from irsim.wording import counted
 
 
 @dataclass(frozen=True)
@@ -35,7 +32,9 @@ class NoiseReport:
     temporal    pair differences, lag correlations, memory
     fine        temporal sigma of what is sharp: a moving background does not show in it
     together    whether neighbours in the region change together, from frame to frame or over half of the frames:
-                something moves there (then only `fine` speaks of noise alone), or noise is blurred over pixels
+                something moves there, or noise is blurred over pixels
+    moving      whether it can be told that something moves there: then only `fine` speaks of noise alone
+    doubtful    names of those `terms` that may be the scene's: neighbouring pixels, rows or columns are alike in them
     slides      whether the whole scene slides before the camera; blurred noise does not
     crossed     whether a target of the truth is in the region in some frame
     drift       sigma of the frames' means
@@ -53,6 +52,8 @@ class NoiseReport:
     temporal: Temporal
     fine: float
     together: bool
+    moving: bool
+    doubtful: tuple[str, ...]
     slides: bool
     crossed: bool
     drift: float
@@ -101,6 +102,7 @@ def measure_noise(
             **{name: getattr(terms, name) for name in TERMS[:-2]}, vh=flow.memory.pixel, tvh=flow.memory.total
         )
     means = flat.mean(axis=(1, 2))
+    moved = changes(flat)
     return NoiseReport(
         region=region,
         stretch=stretch,
@@ -109,8 +111,10 @@ def measure_noise(
         mean=float(flat.mean()),
         terms=terms,
         temporal=flow,
-        fine=fine_sigma(flat),
-        together=_change_together(flat),
+        fine=moved.fine,
+        together=moved.together,
+        moving=moved.moving,
+        doubtful=TERMS if moved.together else alike(flat.mean(axis=0)),
         slides=slides(patched(frames, bad.all)),
         crossed=taken is not None and bool(taken[region.rows, region.columns].any()),
         drift=float(means.std(ddof=1)),
@@ -138,48 +142,26 @@ def _without(bad: Mask, frames: Values, region: Region) -> Floats:
 
 
 def _still(frames: Values, bad: Mask, top: float, taken: Mask | None) -> Region:
-    """The flattest window in which nothing moves; the flattest of all where something moves in each."""
+    """The flattest window in which nothing moves and no texture is seen; the flattest that is still, where texture is
+    in all of these; the flattest of all, where something moves in each."""
+    textured: Region | None = None
     offered = list(windows(frames, top, taken))
-    return next((region for region in offered if not _change_together(_without(bad, frames, region))), offered[0])
-
-
-def fine_sigma(frames: Floats) -> float:
-    """Sigma of noise that is white in time and place, whatever smooth things move in (T, rows, columns).
-
-    From differences of neighbouring frames under the mask [1 -2 1] x [1 -2 1], which passes no plane:
-    J. Immerkaer, "Fast noise variance estimation", Computer Vision and Image Understanding 64 (1996).
-    The median of absolute values over 0.6745 stands for sigma; the mask gives 6 sigma, a difference sqrt(2).
-    """
-    changes = np.diff(np.asarray(frames, np.float64), axis=0)
-    bent = np.diff(np.diff(changes, n=2, axis=1), n=2, axis=2)
-    return float(np.median(np.abs(bent)) / 0.6745 / (6 * np.sqrt(2)))
-
-
-def _change_together(frames: Floats) -> bool:
-    """Whether neighbouring pixels do, in the next frame or over half of them: what moves slowly shows only then."""
-    pixels = frames[0].size
-    least = max(_TOGETHER, _BEYOND_CHANCE / float(np.sqrt(pixels)))  # fixed noise may change once: one picture counts
-    return any(_neighbours_agree(frames, lag) > least for lag in {1, len(frames) // 2})
-
-
-def _neighbours_agree(frames: Floats, lag: int) -> float:
-    """Correlation of neighbouring pixels' changes over `lag` frames, the greater of both axes; lines taken out."""
-    all_changes = frames[lag:] - frames[:-lag]
-    changes = all_changes - all_changes.mean(axis=1, keepdims=True) - all_changes.mean(axis=2, keepdims=True)
-    changes = changes + all_changes.mean(axis=(1, 2), keepdims=True)
-    power = float(np.square(changes).mean())
-    if power == 0:
-        return 0.0
-    along = float((changes[:, :, 1:] * changes[:, :, :-1]).mean())
-    across = float((changes[:, 1:] * changes[:, :-1]).mean())
-    return max(along, across) / power
+    for region in offered:
+        flat = _without(bad, frames, region)
+        if changes(flat).together:
+            continue
+        if "vh" not in alike(flat.mean(axis=0)):
+            return region
+        textured = textured or region
+    return textured or offered[0]
 
 
 def noise_lines(report: NoiseReport, start: int = 0) -> Iterator[tuple[str, str]]:
     """Labels and texts for people; `start` is the number of the first frame that was looked at."""
-    yield "region", f"{report.region} (x,y,w,h px), {report.frames} frames, mean {report.mean:.1f} counts"
+    yield "region", f"{report.region} (x,y,w,h px), {counted(report.frames, 'frame')}, mean {report.mean:.1f} counts"
     for term, what in zip(TERMS, _WORDS, strict=True):
-        yield term, f"{_ranged(getattr(report.terms, term))}  {what}"
+        doubt = "; may be the scene's" if term in report.doubtful else ""
+        yield term, f"{_ranged(getattr(report.terms, term))}  {what}{doubt}"
     flow = report.temporal
     yield "pair", f"{_ranged(flow.pair)}  pixel, from differences of neighbouring frames"
     shown = "  ".join(f"{lag}: {r.value:.2f}" for lag, r in zip(flow.lags, flow.correlation, strict=True))
@@ -201,8 +183,16 @@ def noise_lines(report: NoiseReport, start: int = 0) -> Iterator[tuple[str, str]
         yield "note", f"targets pass through {report.region}: --region X,Y,W,H names a place without them"
     if report.slides:
         yield "note", "the scene moves: it slides before the camera in most of the picture"
+    if report.doubtful and not report.together:
+        these = "neighbouring pixels are" if "vh" in report.doubtful else "rows or columns beside each other are"
+        yield "note", f"{these} alike in what stays here, as a scene makes them and no detector does:"
+        yield "", f"{', '.join(report.doubtful)} may be the scene's; --region X,Y,W,H names an even place,"
+        yield "", "and irsim fit tells the camera's part from the scene's"
+    if report.moving:
+        yield "note", "neighbours change together, and not as noise does that is blurred: something moves here;"
+    elif report.together:
+        yield "note", "neighbours change together: noise itself is blurred over pixels, or something moves fast here;"
     if report.together:
-        yield "note", "neighbours change together: something moves here, or noise itself is blurred over pixels;"
         yield "", "the figures above hold its motion and texture, too: --region X,Y,W,H names a place that is still;"
         yield "", f"noise that is sharp, whatever moves behind it, is {report.fine:.3g} counts a pixel (fine)"
 

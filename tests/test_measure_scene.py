@@ -1,0 +1,162 @@
+"""What is the scene's is not told as the camera's: texture, slopes, edges, and what moves."""
+
+from __future__ import annotations
+
+import json
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.ndimage import gaussian_filter
+from test_measure_fit import apart
+from typer.testing import CliRunner
+
+import irsim
+from irsim.cli import app
+from irsim.fitting import Fit
+from irsim.measure import Measured, NoiseReport, Region, measure_noise
+from irsim.measure.lines import common_lines
+from irsim.measure.neighbours import alike, changes
+from irsim.measure.noise import noise_lines
+from irsim.types import Floats
+
+NOISE, PIXEL, COLUMN, ROW = 4.0, 2.0, 1.5, 1.0
+SIDE = 64
+
+
+def pattern(rng: np.random.Generator, rows: int, columns: int) -> Floats:
+    """What a camera adds that stays: pixels, columns and rows."""
+    lines = rng.normal(0, ROW, (rows, 1)) + rng.normal(0, COLUMN, (1, columns))
+    return np.asarray(rng.normal(0, PIXEL, (rows, columns)) + lines)
+
+
+def texture(rng: np.random.Generator, rows: int, columns: int, sigma: float) -> Floats:
+    drawn = gaussian_filter(rng.normal(size=(rows, columns)), 2)
+    return np.asarray(sigma * drawn / drawn.std())
+
+
+def filmed(rng: np.random.Generator, scene: Floats, count: int = 40) -> Floats:
+    return np.rint(1000 + scene + rng.normal(0, NOISE, (count, *scene.shape)))
+
+
+@pytest.mark.parametrize("side", [16, 32, 64])
+def test_a_detectors_pattern_is_no_scene(side: int) -> None:
+    for seed in range(200):
+        assert alike(pattern(np.random.default_rng(seed), side, side)) == ()
+
+
+def test_even_and_odd_rows_are_no_scene() -> None:
+    rng = np.random.default_rng(1)
+    assert alike(pattern(rng, SIDE, SIDE) + 30 * (np.arange(SIDE) % 2)[:, None]) == ()
+
+
+@pytest.mark.parametrize(
+    ("seen", "doubtful"),
+    [
+        (0.5 * np.arange(SIDE)[:, None], ("v",)),
+        (0.5 * np.arange(SIDE)[None], ("h",)),
+        (texture(np.random.default_rng(2), SIDE, SIDE, 1.0), ("v", "h", "vh")),
+    ],
+    ids=["slope down", "slope across", "texture"],
+)
+def test_what_a_scene_adds_is_doubted(seen: Floats, doubtful: tuple[str, ...]) -> None:
+    """A texture of half the pattern's sigma makes `vh` 12 % too large."""
+    rng = np.random.default_rng(3)
+    report = measure_noise(filmed(rng, pattern(rng, SIDE, SIDE) + seen), 30.0, Region(0, 0, SIDE, SIDE))
+    assert report.doubtful == doubtful
+    lines = dict(noise_lines(report))
+    for term in ("v", "h", "vh", "tvh"):
+        assert lines[term].endswith("; may be the scene's") == (term in doubtful)
+    assert report.terms.tvh.value == pytest.approx(np.hypot(NOISE, np.sqrt(1 / 12)), rel=0.01)
+
+
+def ridge(seed: int) -> Floats:
+    """A sky that grows brighter downwards above hot textured land, which ends in an edge; a still camera."""
+    rng = np.random.default_rng(seed)
+    rows, columns = np.mgrid[:150, :200]
+    land = rows > 95 + 6 * np.sin(columns / 17)
+    scene = 4.0 * rows + np.where(land, 250 + texture(rng, 150, 200, 60), 0)
+    return filmed(rng, scene + pattern(rng, 150, 200))
+
+
+def held(found: Measured | None, true: float) -> bool:
+    """Within the interval made half as wide again: one in twenty lies outside of it."""
+    if found is None:
+        return False
+    reach = 0.25 * (found.high - found.low)
+    return found.low - reach <= true <= found.high + reach
+
+
+def test_noise_is_read_off_the_texture() -> None:
+    """On land, where 64 x 64 px are, v was 158 and vh 63."""
+    report = measure_noise(ridge(4), 30.0)
+    assert report.doubtful == ("v",)
+    assert held(report.terms.vh, PIXEL)
+    assert held(report.terms.h, COLUMN)
+
+
+def test_where_there_is_texture_everywhere_it_is_said(tmp_path: Path) -> None:
+    scene = tmp_path / "scene.yaml"
+    scene.write_text("frames: 20\ncamera: {size: [96, 80]}\nbackground: {kind: ground, spread_k: 1}\n")
+    told = CliRunner().invoke(app, ["noise", str(scene)]).stdout
+    assert "neighbouring pixels are alike in what stays here" in told
+    assert "row to row, fixed; may be the scene's" in told
+    found = json.loads(CliRunner().invoke(app, ["noise", str(scene), "--json"]).stdout)
+    assert found["doubtful"] == ["v", "h", "vh"]
+
+
+def moved(speed: float) -> NoiseReport:
+    rng = np.random.default_rng(5)
+    wide = texture(rng, SIDE, 4 * SIDE, 20.0)
+    shifts = (speed * np.arange(40)).astype(int)
+    scene = np.stack([wide[:, SIDE + shift : 2 * SIDE + shift] for shift in shifts])
+    return measure_noise(scene + pattern(rng, SIDE, SIDE) + rng.normal(0, NOISE, scene.shape))
+
+
+def test_what_moves_is_told_from_noise_that_is_blurred() -> None:
+    for speed in (0.1, 0.5):
+        assert (moved(speed).together, moved(speed).moving) == (True, True)
+        assert set(moved(speed).doubtful) == {"t", "v", "h", "tv", "th", "vh", "tvh"}
+    rng = np.random.default_rng(6)
+    blurred = np.stack([gaussian_filter(rng.normal(0, 20, (48, 48)), 0.7) for _ in range(40)])
+    assert (changes(blurred).together, changes(blurred).moving) == (True, False)
+
+
+def test_lines_that_all_parts_have_in_common_lie_in_their_interval() -> None:
+    """Beneath edges and texture that are no lines; and beneath a horizon."""
+    hits = 0
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        rows, columns = np.mgrid[:150, :200]
+        scene = np.where(rows > 95 + 6 * np.sin(columns / 17), 250 + texture(rng, 150, 200, 60), 0) + 300 * (rows > 20)
+        found = common_lines(scene + pattern(rng, 150, 200))
+        hits += (found.row.low <= ROW <= found.row.high) + (found.column.low <= COLUMN <= found.column.high)
+    assert hits >= 66  # of 80: a binomial of 0.95 has fewer in 1 of 10^5
+
+
+CAMERA = "[{kind: white}, {kind: fixed_pattern, pixel: 0.5, row: 0.3, column: 0.4}]"
+
+
+@lru_cache
+def fitted(name: str) -> tuple[float, Fit]:
+    """The noise of a pixel in counts, and the fit."""
+    changes = ["frames=60", "camera.motion=[]", "camera.size=[192,144]", f"camera.noise={CAMERA}"]
+    scene = irsim.load(name, changes)
+    response = scene.camera.response()
+    return response.noise / response.gain, irsim.fit(scene)
+
+
+@pytest.mark.parametrize("name", ["countryside", "treeline", "sea", "ground"])
+def test_what_is_seen_is_not_written_as_fixed_pattern(name: str) -> None:
+    noise, found = fitted(name)
+    assert held(found.figures.noise, noise)
+    assert held(found.figures.pixel, 0.5 * noise)
+    assert held(found.figures.row, 0.3 * noise)
+    assert held(found.figures.column, 0.4 * noise)
+
+
+@pytest.mark.parametrize("name", ["treeline", "sea"])
+def test_rendered_and_fitted_again_the_figures_agree(name: str) -> None:
+    first = fitted(name)[1]
+    assert not apart(first.figures, irsim.fit(first.scenario).figures)
