@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shlex
 from pathlib import Path
 from typing import Annotated
@@ -10,7 +11,7 @@ from typing import Annotated
 import typer
 
 from irsim.asked import tell_unheeded
-from irsim.files import check_output, make_folder, replacing_text
+from irsim.files import check_output, make_folder, refuse_leftovers, replacing_text
 from irsim.terminal import progress_bar
 
 
@@ -74,6 +75,8 @@ def sample(
     for path in paths:
         if folder.is_dir():
             check_output(path, find(scenario))
+    ours, alike = {path.name for path in paths}, re.compile(rf"{re.escape(name)}-\d+\.yaml")
+    refuse_leftovers(folder, lambda file: file not in ours and alike.fullmatch(file) is not None, "samples")
     with progress_bar(f"sample {name}", count) as progress:
         texts = sample_texts(loaded, name, count, seed, repeat, progress)
     make_folder(folder)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, TextIO
@@ -67,6 +67,23 @@ def make_folder(path: Path) -> None:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{path}: no folder can be made there: {error.strerror or error}") from None
+
+
+def refuse_leftovers(folder: Path, stays: Callable[[str], bool], what: str) -> None:
+    """InputError where a folder that a command fills holds files like its own of another call: both would be mixed up.
+
+    stays   of a file's name: is it one of `what` the command writes, and not replaced by this call?
+    """
+    try:
+        left = sorted(path.name for path in folder.iterdir() if stays(path.name)) if folder.is_dir() else []
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be read: {error.strerror or error}") from None
+    if left:
+        more = f" and {len(left) - 1} more" if len(left) > 1 else ""
+        raise InputError(
+            f"{folder}: holds {what} of another call that would stay among the new ones, {left[0]}{more}; "
+            "allowed: another folder, or the same without them"
+        )
 
 
 @contextmanager

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,11 +12,14 @@ import numpy.typing as npt
 
 from irsim.compose import Seen, overlap
 from irsim.errors import InputError
-from irsim.files import make_folder, write_png
+from irsim.files import make_folder, refuse_leftovers, write_png
 from irsim.render import Renderer
 from irsim.scenario import Scenario
 from irsim.span import span
 from irsim.types import Floats
+
+KINDS = ("whole", "visible")
+"""Masks of a target in a frame, as files name them."""
 
 Shares = npt.NDArray[np.float64]
 
@@ -54,21 +58,41 @@ def write_masks(
     """Write the masks of frames start .. stop-1 as `NNNNNN_ID_whole.png` and `NNNNNN_ID_visible.png`, frame by frame.
 
     8 bits: 255 is a pixel that the target covers wholly. The folder is made where it is missing. NNNNNN is the frame's
-    number less `first`: that of a recording whose frame 0 was the scenario's arriving frame `first`.
-    InputError where it cannot be, and where there is no such target.
+    number less `first`: that of a recording whose frame 0 was the scenario's arriving frame `first`. Older masks of
+    these frames and targets are replaced, or removed where a target is now absent.
+    InputError where it cannot be, where there is no such target, and where the folder holds masks of other frames or
+    targets: nobody could tell whether they belong to the same scene.
     """
     names = [each.id for each in scenario.targets if scenario.is_on(each.id)]
     if target is not None and target not in names:
         raise InputError(f"--target {target}: there is no such target; allowed: {', '.join(names) or 'nothing'}")
+    wanted, numbers = (names if target is None else [target]), range(start - first, stop - first)
+    refuse_leftovers(folder, lambda file: _stays(file, numbers, wanted), "masks")
     make_folder(folder)
     for index, found in enumerate(masks(scenario, start, stop), start - first):
         paths = []
-        for name, mask in found.items():
-            if target in (None, name):
-                for what in ("whole", "visible"):
-                    paths.append(folder / f"{index:06}_{name}_{what}.png")
-                    write_png(paths[-1], np.rint(255 * getattr(mask, what)).astype(np.uint8))
+        for name in wanted:
+            for kind in KINDS:
+                path = folder / _file(index, name, kind)
+                if name in found:
+                    write_png(path, np.rint(255 * getattr(found[name], kind)).astype(np.uint8))
+                    paths.append(path)
+                else:
+                    path.unlink(missing_ok=True)
         yield paths
+
+
+def _file(number: int, name: str, kind: str) -> str:
+    return f"{number:06}_{name}_{kind}.png"
+
+
+def _stays(file: str, numbers: range, names: Sequence[str]) -> bool:
+    """Is a file a mask, and of another frame or target than these?"""
+    told = re.fullmatch(rf"(\d{{6,}})_(.+)_({'|'.join(KINDS)})\.png", file)
+    if told is None:
+        return False
+    number, name, kind = int(told[1]), told[2], told[3]
+    return not (number in numbers and name in names and file == _file(number, name, kind))
 
 
 def _mask(seen: Seen, shape: tuple[int, int]) -> Mask:

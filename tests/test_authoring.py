@@ -140,6 +140,12 @@ def test_samples_are_files_that_load_and_say_how_to_repeat(tmp_path: Path, run: 
     before = [path.read_bytes() for path in files]
     assert run(*repeat.split()[1:], "-o", "many", cwd=tmp_path).returncode == 0
     assert [path.read_bytes() for path in files] == before
+    (tmp_path / "many" / "mine-other.yaml").write_text("mine")
+    done = run("sample", "mine.yaml", "-n", "10", "-o", "many", cwd=tmp_path)
+    told = "many: holds samples of another call that would stay among the new ones, mine-00.yaml and 10 more; allowed: "
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith(f"irsim: {told}")
+    assert [path.read_bytes() for path in files] == before
 
 
 def test_what_cannot_be_sampled_leaves_nothing(tmp_path: Path, run: Run) -> None:

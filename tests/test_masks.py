@@ -123,6 +123,32 @@ def test_files_of_a_recording_bear_its_own_numbers(tmp_path: Path) -> None:
     assert len(list(part.iterdir())) == 2
 
 
+def written(folder: Path, scenario: Scenario, start: int, stop: int, target: str | None = None) -> list[str]:
+    """What lies in the folder after masks were written."""
+    list(write_masks(scenario, folder, start, stop, target))
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_masks_written_again_are_those_of_this_call_only(tmp_path: Path) -> None:
+    """Those of the same frames are replaced, also by nothing; where others would stay, nothing is touched."""
+    folder = tmp_path / "masks"
+    folder.mkdir()
+    (folder / "notes.txt").write_text("mine")
+    of_three = written(folder, scene(), 0, 3)
+    assert len(of_three) == 7
+    absent = scene().targets[0].model_copy(update={"absent": ((1, 1),)})
+    left = written(folder, scene().model_copy(update={"targets": (absent,)}), 0, 3)
+    assert left == [name for name in of_three if not name.startswith("000001")]
+    before = {path: path.stat().st_mtime_ns for path in folder.iterdir()}
+    for start, stop, names in ((0, 2, {}), (1, 3, {}), (0, 3, {"id": "two"})):
+        target = scene().targets[0].model_copy(update=names)
+        with pytest.raises(
+            irsim.InputError, match=r"masks: holds masks of another call .*_one_visible\.png and .*allowed"
+        ):
+            written(folder, scene().model_copy(update={"targets": (target,)}), start, stop)
+    assert {path: path.stat().st_mtime_ns for path in folder.iterdir()} == before
+
+
 def test_mistakes_are_told(tmp_path: Path) -> None:
     with pytest.raises(irsim.InputError, match="--target two: there is no such target; allowed: one"):
         next(write_masks(scene(), tmp_path, 0, 1, "two"))

@@ -17,7 +17,7 @@ from irsim.watch import LOOKED, Watch
 NEAR_M = 1.0
 """What comes so near to the camera's place goes through it."""
 MOST_G = 60.0
-"""As much as the most agile missiles pull: IRIS-T (Diehl Defence) is stated to turn with 60 g."""
+"""A round bound of our own, no figure of any missile: pilots bear some 9 g, and what flies without them pulls tens."""
 LASTS_S = 0.25
 """A path that is bent so much for less time has a corner, or is random; whoever is shot pulls more for longer."""
 
@@ -66,8 +66,8 @@ def pulls(scenario: Scenario) -> Iterator[Notice]:
             first = int(np.argmax(lasting > MOST_G))
             yield Notice(
                 ("targets", index, "path"),
-                f"from frame {frames[first + 1]:.0f} on {target.id} pulls {lasting.max():.0f} g; the most agile "
-                f"missiles pull some {MOST_G:g}: try less speed, or wider turns",
+                f"from frame {frames[first + 1]:.0f} on {target.id} pulls {lasting.max():.0f} g, and "
+                f"more than {MOST_G:g} is hardly meant, even of a missile: try less speed, or wider turns",
             )
 
 
