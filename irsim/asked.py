@@ -32,15 +32,15 @@ def open_changed(source: str, overrides: list[str] | None, seed: int | None, wit
     from irsim.sources import open_source
 
     opened = open_source(source, overrides or (), seed, parts(without))
-    tell_unheeded(source, overrides)
+    tell_unheeded(source, overrides, without)
     return opened
 
 
-def tell_unheeded(source: str, overrides: list[str] | None) -> None:
-    """Warn on standard error of each override that counts for nothing."""
+def tell_unheeded(source: str, overrides: list[str] | None, without: str | None = None) -> None:
+    """Warn on standard error of each override that counts for nothing, with these parts switched off."""
     from irsim.sources import unheeded
 
-    for warning in unheeded(source, overrides or ()):
+    for warning in unheeded(source, overrides or (), parts(without)):
         print(warning, file=sys.stderr)
 
 

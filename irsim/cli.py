@@ -61,7 +61,7 @@ def check(
 ) -> None:
     """Check scenarios: each is ok, or a line for each thing that is wrong, with its place; doubts are warnings."""
     from irsim.loader import warnings
-    from irsim.sources import switched_off
+    from irsim.sources import switched_off, unheeded
 
     changes = [word for word in words if "=" in word and not Path(word).exists()]
     scenarios = [word for word in words if word not in changes]
@@ -71,6 +71,7 @@ def check(
     for scenario in scenarios:
         try:
             told = warnings(scenario, [*changes, *switched_off(scenario, changes, parts(without))])
+            told += [line for line in unheeded(scenario, changes, parts(without)) if line not in told]
         except InputError as error:
             wrong += 1
             # As `FILE:LINE:COLUMN: ...`, without a prefix, so that editors can jump there.
@@ -169,7 +170,7 @@ def render(
     wanted = None if frames is None else parsed(frames)
     asked = None if wanted is None else (wanted.start, wanted.stop)
     rendering, start, stop = open_rendering(source, overrides or (), seed, asked, parts(without))
-    tell_unheeded(source, overrides)
+    tell_unheeded(source, overrides, without)
     path = output or Path(f"{Path(source).stem}.mcap")
     check_output(path, find(source), endings=(".mcap",))
     with progress_bar(f"render {rendering.name}", stop - start) as progress:
@@ -199,7 +200,7 @@ def masks(
     from irsim.sources import open_rendering
 
     rendering, first, stop = open_rendering(source, overrides or (), seed, without=parts(without))
-    tell_unheeded(source, overrides)
+    tell_unheeded(source, overrides, without)
     wanted = parsed(frames, stop - first) if frames is not None else range(stop - first)
     start, stop = first + wanted.start, first + wanted.stop
     folder = output or Path(f"{Path(source).stem}-masks")

@@ -17,7 +17,7 @@ from irsim.intent import unmet
 from irsim.kinds import importing_nothing
 from irsim.overrides import override, place_of_override, placed
 from irsim.plausible import implausible
-from irsim.ranges import moved, range_doubts, range_faults, values_at
+from irsim.ranges import moved, places_of_parts, range_doubts, range_faults, values_at
 from irsim.scenario import Scenario
 from irsim.schema import Slot, brief, plain, shown
 from irsim.severity import settle
@@ -119,22 +119,31 @@ def warnings(path: str | PathLike[str], overrides: Iterable[str] = ()) -> list[s
     return [_warning(document, notice) for notice in notices]
 
 
-def unheeded_overrides(path: str | PathLike[str], overrides: Iterable[str]) -> list[str]:
-    """Those of `warnings` that say of an override that it counts for nothing. InputError as `load`."""
-    return _unheeded(_read(path), list(overrides))
+def unheeded_overrides(path: str | PathLike[str], overrides: Iterable[str], without: Iterable[str] = ()) -> list[str]:
+    """Those of `warnings` that say of an override that it counts for nothing, where the parts named `without` are
+    switched off; and a warning of each override of such a part. InputError as `load`."""
+    return _unheeded(_read(path), list(overrides), without)
 
 
-def unheeded_in(text: str, name: str, overrides: Iterable[str]) -> list[str]:
+def unheeded_in(text: str, name: str, overrides: Iterable[str], without: Iterable[str] = ()) -> list[str]:
     """The same of overrides of a scenario's text that came inside a file (see `loads`)."""
     with importing_nothing():
-        return _unheeded(yamlfile.parse(text, name), list(overrides))
+        return _unheeded(yamlfile.parse(text, name), list(overrides), without)
 
 
-def _unheeded(document: Document, overrides: list[str]) -> list[str]:
+def _unheeded(document: Document, overrides: list[str], without: Iterable[str]) -> list[str]:
     document = _changed(document, overrides)
-    given = {place_of_override(text) for text in overrides}
-    notices = unheeded(_validated(document))
-    return [_warning(document, notice) for notice in notices if place_of(document, notice.at) in given]
+    scenario = _validated(document)
+    off = scenario.model_copy(update={"without": (*scenario.without, *without)})
+    given = {place_of_override(text): text.partition("=")[0].strip() for text in overrides}
+    idle = (notice for notice in unheeded(off) if place_of(document, notice.at) in given)
+    changed = (placed(document, key, None, place, Scenario)[1] for place, key in given.items())
+    places = places_of_parts(scenario, without)
+    of_parts = (path for path in changed if any(path[: len(place)] == place for place in places))
+    return [
+        *(_warning(document, notice) for notice in idle),
+        *(_warning(document, Notice(path, "what it changes is switched off")) for path in of_parts),
+    ]
 
 
 def dumps(scenario: Scenario, short: bool = False) -> str:

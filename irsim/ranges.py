@@ -58,13 +58,19 @@ def _impossible(document: Document, key: str, values: Mapping[KeyPath, Any]) -> 
 
 def range_doubts(document: Document, scenario: Scenario) -> Iterator[Notice]:
     """Ranges that are legal but may not be meant."""
-    off = [place[:-1] if place[-1] == "id" else place for name, place in scenario.names() if not scenario.is_on(name)]
+    off = places_of_parts(scenario, scenario.without)
     for key, variation in scenario.vary.items():
         path = placed(document, key, None, "vary", Scenario)[1]
         if any(path[: len(place)] == place for place in off):
             yield Notice(("vary", key), "what it varies is switched off")
         yield from islice(_unheeded(document, key, path, variation), 1)
         yield from islice(_unmakeable(document, key, variation), 1)
+
+
+def places_of_parts(scenario: Scenario, names: Iterable[str]) -> list[KeyPath]:
+    """Where the parts of those names stand in the scenario."""
+    wanted = set(names)
+    return [place[:-1] if place[-1] == "id" else place for name, place in scenario.names() if name in wanted]
 
 
 def _unheeded(document: Document, key: str, path: KeyPath, variation: Variation) -> Iterator[Notice]:

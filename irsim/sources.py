@@ -55,8 +55,9 @@ def open_source(
     return Rendering(load(path, [*changes, *switched_off(path, changes, without)]), Path(path).stem)
 
 
-def unheeded(path: str | PathLike[str], overrides: Sequence[str]) -> list[str]:
-    """A warning for each override of a scenario, or of the one in a recording, that counts for nothing beside others.
+def unheeded(path: str | PathLike[str], overrides: Sequence[str], without: Sequence[str] = ()) -> list[str]:
+    """A warning for each override of a scenario, or of the one in a recording, that counts for nothing beside others,
+    or changes a part that `without` switches off.
 
     As `irsim check` words it: "override camera.netd_mk: warning: does not count for a detector of kind electrons: its
     own keys decide". InputError as `loader.load`.
@@ -64,9 +65,9 @@ def unheeded(path: str | PathLike[str], overrides: Sequence[str]) -> list[str]:
     if not overrides:
         return []
     if not is_recording(Path(path)):
-        return unheeded_overrides(path, overrides)
+        return unheeded_overrides(path, overrides, without)
     text = open_recording(Path(path)).scenario_text
-    return [] if text is None else unheeded_in(text, f"{path}: scenario", overrides)
+    return [] if text is None else unheeded_in(text, f"{path}: scenario", overrides, without)
 
 
 def switched_off(path: str | PathLike[str], overrides: Sequence[str], without: Sequence[str]) -> list[str]:

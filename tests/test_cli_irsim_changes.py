@@ -67,6 +67,23 @@ def test_commands_warn_once_of_a_change_that_counts_for_nothing(run: Run, tmp_pa
     assert said == without
 
 
+@pytest.mark.parametrize("command", COMMANDS)
+def test_changes_of_what_is_switched_off_are_warned_of_and_of_nothing_else(
+    run: Run, tmp_path: Path, command: str
+) -> None:
+    """A temperature beside `scr` counts for nothing; where the point is off, that is what is said of it."""
+    point = SHAKEN.replace("temperature_k: 600", "scr: 9, area_m2: 1")
+    (tmp_path / "scene.yaml").write_text(point)
+    words = ["targets.jet.shape.temperature_k=400", "camera.netd_mk=30"]
+    on, off = (
+        run(command, "scene.yaml", *COMMANDS[command], *words, *more, cwd=tmp_path).stderr.splitlines()
+        for more in ([], ["--without", "jet"])
+    )
+    warned = "override targets.jet.shape.temperature_k: warning: "
+    assert [line.removeprefix(warned) for line in off if "override" in line] == ["what it changes is switched off"]
+    assert [line.split(",")[0] for line in on if "override" in line] == [f"{warned}does not count beside scr"]
+
+
 def test_check_tells_of_a_scenario_without_its_parts(run: Run, folder: Path) -> None:
     (folder / "scene.yaml").write_text(SMALL_SCENE.replace("start: [10, 16]", "start: [1000, 16]"))
     assert "jet" in run("check", "scene.yaml", cwd=folder).stderr
