@@ -55,7 +55,8 @@ def test_truth_knows_whether_its_centre_is_in_view(tmp_path: Path, folder: Path,
 def test_boxes_outside_the_picture_are_told(tmp_path: Path, folder: Path, truth: Callable[[str], Path]) -> None:
     """The picture is 32x24: the pixel before it, or after it, is outside; a box that shares an edge of it too."""
     within = "frame,x,y,w,h\n0,-3,5,4,3\n1,31,23,4,2\n"
-    recording = open_recording(import_frames(folder, tmp_path / "r.mcap", truth=truth(within), rate_hz=30))
+    ended = truth(within + "2,,,,\n3,,,,\n")
+    recording = open_recording(import_frames(folder, tmp_path / "r.mcap", truth=ended, rate_hz=30))
     assert recording.contents.notes == ()
     beyond = truth(within + "2,-4,5,4,3\n3,5,24,4,2\n")
     recording = open_recording(import_frames(folder, tmp_path / "s.mcap", truth=beyond, rate_hz=30))
@@ -79,13 +80,21 @@ def test_frames_without_a_row_are_told(tmp_path: Path, folder: Path, truth: Call
 
 def test_only_gaps_between_a_targets_rows_are_told(truth: Callable[[str], Path]) -> None:
     """One that comes late or leaves early has no rows before and after; blank rows, its own or of no id, are rows."""
-    assert gaps(truth, "2,3,5,4,3,a\n3,3,5,4,3,a\n4,3,5,4,3,b\n") == ()
-    assert gaps(truth, "2,3,5,4,3,a\n3,,,,,a\n4,3,5,4,3,a\n") == ()
-    assert gaps(truth, "2,3,5,4,3,a\n3,,,,,\n4,3,5,4,3,a\n") == ()
+    assert gaps(truth, "2,3,5,4,3,a\n3,3,5,4,3,a\n4,3,5,4,3,b\n", 5) == ()
+    assert gaps(truth, "2,3,5,4,3,a\n3,,,,,a\n4,3,5,4,3,a\n", 5) == ()
+    assert gaps(truth, "2,3,5,4,3,a\n3,,,,,\n4,3,5,4,3,a\n", 5) == ()
     many = gaps(truth, "".join(f"{frame},3,5,4,3,{name}\n" for name in "abcde" for frame in (0, 2)), 3)
     named = "for a in 1 of 3 frames, for b in 1 of 3 frames, for c in 1 of 3 frames, for 2 more targets"
     assert len(many) == 1
     assert many[0].startswith(f"no row {named}: ")
+
+
+def test_rows_that_all_end_early_are_told(truth: Callable[[str], Path]) -> None:
+    note = "the rows end at frame 3 of 0 to 7: after it, in 4 frames, nothing is taken to be there; "
+    advice = "write rows with blank numbers where that is so"
+    assert gaps(truth, "2,3,5,4,3,a\n3,3,5,4,3,b\n") == (note + advice,)
+    assert "after it, in 1 frame, nothing" in gaps(truth, "6,3,5,4,3,a\n")[0]
+    assert gaps(truth, "2,3,5,4,3,a\n7,,,,,b\n") == ()
 
 
 def test_numbers_are_read_as_they_are_usually_written(
@@ -105,7 +114,8 @@ def test_accuracy_may_be_told(tmp_path: Path, folder: Path, truth: Callable[[str
 
 
 def test_ids_become_names(tmp_path: Path, folder: Path, truth: Callable[[str], Path]) -> None:
-    table = truth("frame,x,y,w,h,id\n0,1,1,2,2,0\n0,1,1,2,2,big bird\n0,1,1,2,2,ok-1\n")
+    rows = "frame,x,y,w,h,id\n0,1,1,2,2,0\n0,1,1,2,2,big bird\n0,1,1,2,2,ok-1\n"
+    table = truth(rows + "1,,,,,\n2,,,,,\n3,,,,,\n")
     recording = open_recording(import_frames(folder, tmp_path / "r.mcap", truth=table, rate_hz=1))
     assert recording.targets == ("target-0", "big_bird", "ok-1")
     assert recording.contents.notes == ("id '0' is called target-0", "id 'big bird' is called big_bird")

@@ -58,19 +58,30 @@ class Labels:
         return (f"boxes outside the picture of {columns}x{rows} px: {count}",)
 
     def gaps(self, frames: int) -> tuple[str, ...]:
-        """A note that names the targets for which frames between their first and last row have none, if there are.
+        """A note that names the targets for which frames between their first and last row have none, if there are; or
+        else that says where all rows end, if before the last frame.
 
-        Labels of every tenth frame, say, would otherwise pass silently for a target that is mostly absent.
+        Labels of every tenth frame, or of the first minute, would otherwise pass silently for targets mostly absent.
         """
         gappy = {name: frames - len(rows) for name, rows in self.rows.items() if len(rows) <= max(rows) - min(rows)}
         if not gappy:
-            return ()
+            return self._early_end(frames)
         named = [f"for {name} in {missing} of {frames} frames" for name, missing in islice(gappy.items(), _NAMED)]
         if len(gappy) > _NAMED:
             named.append(f"for {counted(len(gappy) - _NAMED, 'more target')}")
         return (
             f"no row {', '.join(named)}: taken as absent there; "
             "write a row for each frame, with blank numbers where a target is absent",
+        )
+
+    def _early_end(self, frames: int) -> tuple[str, ...]:
+        end, _ = self.last
+        if end == frames - 1:
+            return ()
+        after = counted(frames - 1 - end, "frame")
+        return (
+            f"the rows end at frame {end} of 0 to {frames - 1}: after it, in {after}, nothing is taken to be there; "
+            "write rows with blank numbers where that is so",
         )
 
     def check_end(self, frames: int) -> None:
