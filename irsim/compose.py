@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import groupby
 from typing import TypeGuard
 
 import numpy as np
@@ -22,15 +23,20 @@ HIDES = 0.01
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """A sprite in the scene. `tracked` says whether truth is wanted of it: targets, not occluders."""
+    """A sprite in the scene. `tracked` says whether truth is wanted of it: targets, not occluders.
+
+    first_m: how far it is from the camera's first place, where the camera is not there any more: what stands all around
+    that place at a range hides what is farther from it.
+    """
 
     name: str
     sprite: Sprite
     tracked: bool
+    first_m: float | None = None
 
     @property
     def range_m(self) -> float:
-        return self.sprite.range_m
+        return self.sprite.range_m if self.first_m is None else self.first_m
 
 
 @dataclass(eq=False)
@@ -91,7 +97,8 @@ def compose(
 ) -> tuple[Floats, list[Seen]]:
     """Everything drawn far to near on the first layer: radiance (rows, cols) float32, and the targets seen.
 
-    At one range a layer is behind a sprite.
+    At one range a layer is behind a sprite. Between what stands around the camera's first place, targets are far to
+    near from where the camera is.
 
     noise  the camera's in this frame, for the targets' SCR
     out    where it is put, (rows, cols); summed up in float64 if it is so
@@ -99,7 +106,7 @@ def compose(
     under: Floats = layers[0].light(gaze)[1]
     light = np.empty(under.shape, np.float32) if out is None else out
     seen: list[Seen] = []
-    things: list[Layer | Piece] = sorted([*layers[1:], *pieces], key=lambda thing: -thing.range_m)
+    things = list(_far_to_near(layers[1:], pieces))
     if not things or isinstance(things[0], Piece) or under.dtype != light.dtype:
         light[...] = under  # else the first layer is laid over what another one keeps, which saves the copy
         under = light
@@ -110,6 +117,13 @@ def compose(
             _veil(under, light, thing, gaze, seen)
         under = light
     return light, seen
+
+
+def _far_to_near(layers: Sequence[Layer], pieces: Iterable[Piece]) -> Iterator[Layer | Piece]:
+    """All but the first layer, as they are drawn."""
+    things: list[Layer | Piece] = sorted([*layers, *pieces], key=lambda thing: -thing.range_m)
+    for _, run in groupby(things, key=lambda thing: isinstance(thing, Piece) and thing.tracked):
+        yield from sorted(run, key=lambda thing: -thing.sprite.range_m if isinstance(thing, Piece) else 0.0)
 
 
 def contrasts(seen: Sequence[Seen], band: Band) -> list[float | None]:

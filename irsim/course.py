@@ -33,6 +33,11 @@ class Course:
         )
         return cls(target, target.path.positions(numbers, stage, target.id), attitude, offset)
 
+    def first_m(self, index: int, place: Floats) -> float | None:
+        """How far it is from the camera's first place at frame `index`, m; None where the camera's place (3,), m, is
+        that."""
+        return float(np.linalg.norm(self.positions[index])) if place.any() else None
+
     def view(self, index: int, sight: Sight) -> View:
         """How the camera of frame `index` sees it."""
         rotation, rate_hz = sight.rotation, sight.stage.rate_hz

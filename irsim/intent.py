@@ -153,10 +153,11 @@ def _window(watch: Watch, occluder: Occluder, name: str, frames: range) -> Box:
             raise UnmetError(
                 "frames", f"{name} is out of the picture at frame {index}; allowed: frames in which it is seen"
             )
-        if target.range_m <= occluder.range_m:
+        away = watch.first_m(name, index, target)
+        if away <= occluder.range_m:
             raise UnmetError(
                 "range_m",
-                f"{name} is {target.range_m:.0f} m away at frame {index}, nearer than {occluder.range_m:.0f} m; "
+                f"{name} is {away:.0f} m away at frame {index}, nearer than {occluder.range_m:.0f} m; "
                 "allowed: less than its range",
             )
         corners = watch.at_first(_corners(target), occluder.range_m, index)

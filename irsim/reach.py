@@ -14,7 +14,6 @@ from irsim.contrast import scr, stands_out
 from irsim.errors import Notice
 from irsim.render import Renderer
 from irsim.scenario import Scenario
-from irsim.sprite import Sprite
 from irsim.types import Box, Floats
 
 LOOKED = 3
@@ -58,12 +57,13 @@ class _Scene:
 
     def shortfall(self, name: str, frame: int, key: str, wanted: float) -> str | None:
         """What keeps a point from the brightness that it wants; None where nothing does, or it is not there."""
-        sprite = self._sprite(name, frame)
-        if sprite is None:
+        piece = self._piece(name, frame)
+        if piece is None:
             return None
         renderer, band = self.renderer, self.scenario.stage.band
         gaze, noise = renderer.now.gaze(frame), renderer.noise(frame)
-        light, seen = compose(renderer.layers, [Piece(name, sprite, True)], gaze, band, noise)
+        light, seen = compose(renderer.layers, [piece], gaze, band, noise)
+        sprite = piece.sprite
         if key == "scr" and math.isinf(scr(light, sprite.box, noise)):
             return "neither noise nor clutter is around it, and it is invisible; allowed: noise, clutter, or contrast_k"
         found = seen[0].scr if key == "scr" else contrasts(seen, band)[0]
@@ -86,11 +86,13 @@ class _Scene:
                 return f"{max(left / whole, 0):.0%} of that is left, as pixels are {what}"
         return None
 
-    def _sprite(self, name: str, frame: int) -> Sprite | None:
+    def _piece(self, name: str, frame: int) -> Piece | None:
         course = next(course for course in self.renderer.courses if course.target.id == name)
         if not course.target.exists(frame):
             return None
-        sprite = course.target.shape.draw(course.view(frame, self.renderer.sight(frame)))
+        sight = self.renderer.sight(frame)
+        sprite = course.target.shape.draw(course.view(frame, sight))
         if sprite is None or sprite.wanted is None:
             return None
-        return replace(sprite, wanted=replace(sprite.wanted, gain=1.0))
+        steady = replace(sprite, wanted=replace(sprite.wanted, gain=1.0))
+        return Piece(name, steady, True, course.first_m(frame, sight.place))

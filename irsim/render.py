@@ -192,10 +192,11 @@ class Renderer:
         sight = self.sight(index)
         as_given = exactly or bool(self.scenario.without)
         present = [course.target.exists(index) and course.target.id != absent for course in self.courses]
-        targets = [course.target for course in compress(self.courses, present)]
-        for target, sprite in zip(
-            targets, self._exposed(lambda instant: instant.sprites(index, present, shifts)), strict=True
+        courses = list(compress(self.courses, present))
+        for course, sprite in zip(
+            courses, self._exposed(lambda instant: instant.sprites(index, present, shifts)), strict=True
         ):
+            target = course.target
             if sprite is not None:
                 arrived = arriving(sprite, sight, target.id)
                 if arrived.wanted is not None and as_given:
@@ -203,7 +204,7 @@ class Renderer:
                     arrived = arrived if asked is None else lit(arrived, asked)
                 if target.contrast != 1:
                     arrived = replace(arrived, contrast=arrived.contrast * target.contrast)
-                yield Piece(target.id, arrived, tracked=True)
+                yield Piece(target.id, arrived, tracked=True, first_m=course.first_m(index, sight.place))
         standing = self._exposed(lambda instant: [each.draw(instant.sight(index)) for each in self.occluders])
         for occluder, sprite in zip(self.occluders, standing, strict=True):
             if sprite is not None:

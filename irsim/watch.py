@@ -56,6 +56,11 @@ class Watch:
             self._sprites[key] = course.target.shape.draw(view) if course.target.exists(index) else None
         return self._sprites[key]
 
+    def first_m(self, name: str, index: int, target: Sprite) -> float:
+        """How far target `name`, as it is drawn at frame `index`, is from the camera's first place, m."""
+        away = self.courses[name].first_m(index, self.mount.places[index])
+        return target.range_m if away is None else away
+
     def sight(self, index: int) -> Sight:
         """How the camera of frame `index` sees what stands about it."""
         mount, stage = self.mount, self.stage
@@ -64,7 +69,7 @@ class Watch:
     def hidden(self, occluder: Occluder, name: str, index: int) -> float:
         """Share 0..1 of target `name` that this occluder alone hides at frame `index`."""
         target = self.sprite(name, index)
-        if target is None or target.range_m <= occluder.range_m:
+        if target is None or self.first_m(name, index, target) <= occluder.range_m:
             return 0.0
         extent = occluder.extent(self.stage)
         if extent is not None and not self._near(target, extent, occluder.range_m, index):

@@ -21,6 +21,9 @@ Names = Iterator[tuple[str, tuple[str | int, ...]]]
 Slices = tuple[slice, slice]
 """A patch of a picture: its rows and columns."""
 
+Place = tuple[float, float, float]
+"""Right, below and ahead of the camera's first place, m; level, ahead is the azimuth of the first pointing."""
+
 
 @dataclass(frozen=True, eq=False)
 class Gaze:
@@ -28,14 +31,13 @@ class Gaze:
 
     key: the pointing of a frame nearby, its chart with a margin. What is painted for it need only be
     moved for this one (see `irsim.backgrounds.painting`).
-    place: how far right, below and ahead of its first place the camera is, m; level, ahead is the
-    azimuth of the first pointing.
+    place: where the camera is.
     """
 
     time: float
     chart: Chart
     key: Gaze | None = None
-    place: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    place: Place = (0.0, 0.0, 0.0)
 
 
 class Layer(Protocol):
@@ -123,7 +125,8 @@ class Background(Kind):
     mapped: ClassVar[bool] = True
     """Is it painted over directions, so that a camera that turns sees another part of it?"""
     endless: ClassVar[bool] = False
-    """Does ground fill the picture wherever the camera looks, and stay there wherever it is carried?"""
+    """Does ground fill the picture wherever the camera looks? It passes by a camera that is carried where it says how
+    far below (`surface_m`)."""
     surface: ClassVar[str] = "ground"
     """What its lower part is, in a word for messages."""
 
@@ -140,6 +143,11 @@ class Background(Kind):
         """How far its level ground or sea lies below the unmoved camera, m, and reaches to the horizon; None where it
         has none, or does not say."""
         return None
+
+    @property
+    def folds(self) -> bool:
+        """Does it have no true map near the zenith and the nadir, and in very wide pictures?"""
+        return self.mapped
 
     @property
     def sky_preset(self) -> str | None:

@@ -7,8 +7,9 @@ first elevation, so that the map is true to shape around the first pointing.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -115,3 +116,27 @@ class Chart:
     def elevation_rad(self, v: Floats) -> Floats:
         """Elevation of a map coordinate v."""
         return self.geometry.elevation_rad - np.asarray(v) * self.geometry.ifov_rad
+
+    @cached_property
+    def rays(self) -> Floats:
+        """(3, NODES, NODES): unit vectors right, down and level ahead of the first azimuth, that the nodes see."""
+        geometry = self.geometry
+        azimuth, elevation = self.u * geometry.ifov_rad / np.cos(geometry.elevation_rad), self.elevation_rad(self.v)
+        level = np.cos(elevation)
+        return np.stack([level * np.sin(azimuth), -np.sin(elevation), level * np.cos(azimuth)])
+
+    @property
+    def pixel_rad(self) -> float:
+        """Side of the angle that the pixel in the frame's middle sees, rad."""
+        at, slope = at_middle()
+        width, height = (length / 2 - 0.5 + self.margin for length in self.geometry.size)
+        across, along = at @ self.rays @ slope / width, slope @ self.rays @ at / height
+        return math.sqrt(np.linalg.norm(np.cross(across, along)))
+
+
+@lru_cache(maxsize=1)
+def at_middle() -> tuple[Floats, Floats]:
+    """Weights (NODES,) of the nodes' values that give a polynomial's value and slope at 0."""
+    powers = np.vander(PLACES, NODES, increasing=True)
+    inverse = np.linalg.inv(powers)
+    return inverse[0], inverse[1]

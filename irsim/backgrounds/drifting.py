@@ -10,8 +10,9 @@ import cv2
 import numpy as np
 
 from irsim.backgrounds.base import Gaze, Slices, veiled
-from irsim.backgrounds.chart import NODES, PLACES, Chart
+from irsim.backgrounds.chart import PLACES, Chart, at_middle
 from irsim.backgrounds.evolving import STEPS
+from irsim.backgrounds.parallax import is_left_behind, seen_from, sphere, unhidden
 from irsim.backgrounds.texture import repeated_px
 from irsim.backgrounds.tiles import Tiled
 from irsim.compiled import COMPILED, kernels
@@ -24,6 +25,9 @@ by pixel, at ten times the cost."""
 
 STRAIGHT = 0.02
 """Largest displacement of a corner by roll or zoom, px, that is not looked up."""
+
+Shift = float | Floats
+"""How far something has gone along an axis, px: all of it alike, or (NODES, NODES) at the nodes of a chart."""
 
 StateAt = Callable[[float], Tiled]
 """Time in periods -> a layer's state at that time."""
@@ -49,12 +53,14 @@ class Drifting:
 
     def light(self, gaze: Gaze) -> tuple[Floats, Floats]:
         """(transmittance, emission) of a frame, each (rows, cols) float32."""
-        look = _look(gaze.chart, self._drift[0] * gaze.time, self._drift[1] * gaze.time)
-        return look(*self._around(gaze.time))
+        if is_left_behind(gaze, self.range_m, sphere):
+            return unhidden(gaze)
+        return _look(gaze.chart, *self._gone(gaze))(*self._around(gaze.time))
 
     def veil(self, under: Floats, light: Floats, gaze: Gaze, behind: Sequence[Slices]) -> list[Floats]:
         """See `Veil`."""
-        first = _first(gaze.chart, self._drift[0] * gaze.time, self._drift[1] * gaze.time) if COMPILED else None
+        lost = is_left_behind(gaze, self.range_m, sphere)
+        first = _first(gaze.chart, *self._gone(gaze)) if COMPILED and not lost else None
         if first is None or light.dtype != np.float32:
             return veiled(under, light, *self.light(gaze), behind)
         early, late, share = self._around(gaze.time)
@@ -72,6 +78,16 @@ class Drifting:
             patches.append(patch)
         return patches
 
+    def _gone(self, gaze: Gaze) -> tuple[Shift, Shift]:
+        """How far it has gone to the right and down, px: with the wind, and as the camera is carried past it."""
+        right, down = self._drift[0] * gaze.time, self._drift[1] * gaze.time
+        if not any(gaze.place):
+            return right, down
+        across, along = gaze.chart.uv - seen_from(gaze, self.range_m, sphere).chart.uv
+        if max(np.ptp(across), np.ptp(along)) <= STRAIGHT:
+            return right + float(across.mean()), down + float(along.mean())
+        return right + across, down + along
+
     def _around(self, time: float) -> tuple[Tiled, Tiled, float]:
         """The states before and after a time, and the share of the one after."""
         steps = time / self._period_s * STEPS
@@ -85,10 +101,10 @@ def _is_narrow(chart: Chart) -> bool:
     return (math.hypot(*chart.geometry.size) / 2 * chart.geometry.ifov_rad) ** 2 <= NARROW
 
 
-def _first(chart: Chart, right: float, down: float) -> tuple[float, float] | None:
-    """The place (u, v) of the frame's first pixel in a layer that has drifted by (right, down) px; None where it is
-    not moved as a whole."""
-    if not _is_narrow(chart):
+def _first(chart: Chart, right: Shift, down: Shift) -> tuple[float, float] | None:
+    """The place (u, v) of the frame's first pixel in a layer that has gone (right, down) px; None where it is not moved
+    as a whole."""
+    if isinstance(right, np.ndarray) or isinstance(down, np.ndarray) or not _is_narrow(chart):
         return None
     width, height = chart.geometry.size
     u, v, forward, side = _middle(chart)
@@ -105,16 +121,20 @@ def _beyond(length: int, place: float) -> float:
 Seeing = Callable[[Tiled, Tiled, float], tuple[Floats, Floats]]
 
 
-def _look(chart: Chart, right: float, down: float) -> Seeing:
-    """How to see two states, mixed (share of the second), that have drifted by (right, down) px."""
+def _look(chart: Chart, right: Shift, down: Shift) -> Seeing:
+    """How to see two states, mixed (share of the second), that have gone (right, down) px."""
     width, height = chart.geometry.size
     first = _first(chart, right, down)
     if first is None and not _is_narrow(chart):
         return _pixelwise(chart.spread(chart.u - right), chart.spread(chart.v - down), chart)
     if first is None:
         u, v, forward, side = _middle(chart)
-        x, y = np.meshgrid(np.arange(width) - (width - 1) / 2, np.arange(height) - (height - 1) / 2)
-        return _pixelwise(u - right + forward * x - side * y, v - down + side * x + forward * y, chart)
+        at_nodes = isinstance(right, np.ndarray)
+        ends = [(length - 1) / 2 for length in (width, height)]
+        x, y = np.meshgrid(*(PLACES * end if at_nodes else np.arange(2 * end + 1) - end for end in ends))
+        places: list[Floats] = [u - right + forward * x - side * y, v - down + side * x + forward * y]
+        columns, rows = map(chart.spread, places) if at_nodes else places
+        return _pixelwise(columns, rows, chart)
     across, along = first
 
     def move(before: Tiled, after: Tiled, share: float) -> tuple[Floats, Floats]:
@@ -165,18 +185,10 @@ def _middle(chart: Chart) -> tuple[float, float, float, float]:
 
     A camera rolled clockwise by r with IFOVs s times the map's sees forward = s cos r and side = s sin r.
     """
-    at, slope = _middle_weights()
+    at, slope = at_middle()
     u, v = (float(at @ part @ at) for part in (chart.u, chart.v))
     width, height = chart.geometry.size
     # By elevation alone: azimuth has another scale away from the first elevation.
     side = float(at @ chart.v @ slope) / (width / 2 - 0.5)
     forward = float(slope @ chart.v @ at) / (height / 2 - 0.5)
     return u, v, forward, side
-
-
-@lru_cache
-def _middle_weights() -> tuple[Floats, Floats]:
-    """Weights (NODES,) of the nodes' values that give a polynomial's value and slope at 0."""
-    powers = np.vander(PLACES, NODES, increasing=True)
-    inverse = np.linalg.inv(powers)
-    return inverse[0], inverse[1]

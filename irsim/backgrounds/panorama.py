@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from irsim.backgrounds.base import Gaze
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.painting import Painting
+from irsim.backgrounds.parallax import cylinder, is_left_behind, seen_from, unhidden
 from irsim.backgrounds.texture import Tile
 from irsim.geometry import Geometry
 from irsim.types import Floats
@@ -90,38 +90,7 @@ class Standing:
     painting: Painting
 
     def light(self, gaze: Gaze) -> tuple[Floats, Floats]:
-        if _is_left_behind(gaze, self.range_m):
-            columns, rows = gaze.chart.geometry.size
-            return np.ones((rows, columns), np.float32), np.zeros((rows, columns), np.float32)
-        transmittance, emission = self.painting.seen(seen_from(gaze, self.range_m))
+        if is_left_behind(gaze, self.range_m, cylinder):
+            return unhidden(gaze)
+        transmittance, emission = self.painting.seen(seen_from(gaze, self.range_m, cylinder))
         return transmittance, emission
-
-
-def _is_left_behind(gaze: Gaze, range_m: float) -> bool:
-    """Whether a camera has gone through what stands all around its first place: from without it is not drawn."""
-    places = [gaze.place] if gaze.key is None else [gaze.place, gaze.key.place]
-    return any(math.hypot(right, ahead) >= range_m for right, _, ahead in places)
-
-
-def seen_from(gaze: Gaze, range_m: float) -> Gaze:
-    """The pointing from the first place that sees what this one sees of a cylinder of radius `range_m`.
-
-    A camera at (x, y, z) m right, below and ahead of the first place, within the cylinder, looks along azimuth a and
-    elevation e. Its ray passes the first place's axis at p = x cos a - z sin a and meets the cylinder
-    after rho = sqrt(R^2 - p^2) - x sin a - z cos a, on the level. So the first place sees that point at
-    the azimuth a + asin(p/R) and at the elevation whose tangent is (rho tan e - y) / R.
-    """
-    key = None if gaze.key is None else seen_from(gaze.key, range_m)
-    if not any(gaze.place):
-        return gaze if key is gaze.key else replace(gaze, key=key)
-    x, y, z = gaze.place
-    chart = gaze.chart
-    unit = chart.geometry.ifov_rad
-    squeeze = np.cos(chart.geometry.elevation_rad)
-    azimuth, elevation = chart.u * unit / squeeze, chart.elevation_rad(chart.v)
-    off = np.clip((x * np.cos(azimuth) - z * np.sin(azimuth)) / range_m, -1, 1)
-    along = range_m * np.sqrt(1 - off**2) - x * np.sin(azimuth) - z * np.cos(azimuth)
-    first_elevation = np.arctan((along * np.tan(elevation) - y) / range_m)
-    u = (azimuth + np.arcsin(off)) * squeeze / unit
-    v = (chart.geometry.elevation_rad - first_elevation) / unit
-    return replace(gaze, chart=replace(chart, uv=np.stack([u, v])), key=key)

@@ -20,6 +20,7 @@ from irsim.backgrounds.drifting import Drifting
 from irsim.backgrounds.evolving import Evolving
 from irsim.backgrounds.fields import Betas, Histogram, shaped, spectral
 from irsim.backgrounds.painting import Painting
+from irsim.backgrounds.parallax import is_left_behind, seen_from, sphere, unhidden
 from irsim.backgrounds.periodic import coarseness, inner_blur, reach_px, shrunk
 from irsim.backgrounds.texture import Tile, tile_shape, tile_side
 from irsim.backgrounds.tiles import Tiled
@@ -127,7 +128,7 @@ class Clouds(Part):
     stretch: Annotated[float, Field(ge=0.1, le=10)] = 2.0
     """How much wider than high features are."""
     range_m: Range = 5000.0
-    """Distance of the layer, m: targets farther away are behind it."""
+    """Distance of the layer from the camera's first place, m: targets farther away from there are behind it."""
     wind_mrad_s: Annotated[tuple[Drift, Drift], Field(strict=False)] = (0.0, 0.0)
     """Apparent motion, right and down, mrad/s."""
     betas: Betas | None = None
@@ -222,14 +223,16 @@ class Clouds(Part):
 
 @dataclass(frozen=True, eq=False)
 class CloudLayer:
-    """Clouds, painted: their transmittance and their emission."""
+    """Clouds, painted: their transmittance and their emission, and parallax where the camera has moved."""
 
     name: str
     range_m: float
     painting: Painting
 
     def light(self, gaze: Gaze) -> tuple[Floats, Floats]:
-        transmittance, emission = self.painting.seen(gaze)
+        if is_left_behind(gaze, self.range_m, sphere):
+            return unhidden(gaze)
+        transmittance, emission = self.painting.seen(seen_from(gaze, self.range_m, sphere))
         return transmittance, emission
 
 
