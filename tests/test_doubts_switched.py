@@ -45,6 +45,25 @@ SCENES: dict[str, tuple[str, dict[str, Any]]] = {
             background={"kind": "landscape", "camera_height_m": 10.0},
         ),
     ),
+    "stays_behind": (
+        "the ground does not pass by",
+        _scene({"kind": "platform", "velocity_m_s": (30.0, 0.0, 0.0)}),
+    ),
+    "left_behind": (
+        "it has gone through clouds",
+        _scene(
+            {"kind": "platform", "velocity_m_s": (0.0, 30.0, 0.0)},
+            background={"kind": "sky", "clouds": [{"range_m": 50.0}]},
+        ),
+    ),
+    "ground_to_the_horizon": (
+        "the ground is drawn as if it rose",
+        _scene(
+            {"kind": "pan", "elevation_deg_s": 5.0},
+            camera={"elevation_deg": -12.0},
+            background={"kind": "ground", "spread_k": 0, "height_m": 30.0},
+        ),
+    ),
     "long_paths": (
         "frame 60: ",
         _scene({"kind": "platform", "velocity_m_s": (0.0, -60_000.0, 0.0)}, atmosphere=AIR),

@@ -34,11 +34,12 @@ class Column:
     table: Floats
 
     @classmethod
-    def of(cls, stage: Stage, height_m: float) -> Column:
-        """As seen from a height above the ground, m; none is below a metre."""
+    def of(cls, stage: Stage, height_m: float, altitude_m: float = 0.0) -> Column:
+        """As seen from a height above the ground, m; none is below a metre. altitude_m: that above the sea's level,
+        where it is more."""
         height_m = max(height_m, 1.0)
         depression = np.linspace(0, np.pi / 2, COLUMN)
-        air = stage.air.model_copy(update={"altitude_m": height_m})
+        air = stage.air.model_copy(update={"altitude_m": max(height_m, altitude_m)})
         path = air.path(stage.band, ground_range_m(height_m, depression), -depression)
         return cls(np.stack(path, axis=-1).astype(np.float32)[:, None])
 
@@ -61,9 +62,11 @@ class ThroughAir(Changed):
         return passed, np.asarray(tau * emission + (path if passed is None else path * (1 - passed)))
 
 
-def through_air(layers: Sequence[Layer], stage: Stage) -> Sequence[Layer]:
-    """Layers on ground at the sea's level as the camera sees them from its altitude; as they are in clear air."""
+def through_air(layers: Sequence[Layer], stage: Stage, height_m: float | None = None) -> Sequence[Layer]:
+    """Layers on ground so far below the camera as the camera sees them from its altitude, where they are not given on
+    ground at the sea's level; as they are in clear air."""
     if stage.air.is_clear:
         return layers
-    column = Column.of(stage, stage.air.altitude_m)
+    altitude_m = stage.air.altitude_m
+    column = Column.of(stage, altitude_m if height_m is None else height_m, altitude_m)
     return [ThroughAir(layer, column) for layer in layers]

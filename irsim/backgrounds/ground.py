@@ -11,12 +11,13 @@ from pydantic import Field, model_validator
 
 from irsim.backgrounds.air import through_air
 from irsim.backgrounds.base import FARTHEST, Background, Gaze, LandLight, Layer, Names
+from irsim.backgrounds.carpet import Carpet, Level
 from irsim.backgrounds.fields import Betas, Histogram, shaped, spectral
 from irsim.backgrounds.hours import Hour, filled, typical
-from irsim.backgrounds.painting import Painting
+from irsim.backgrounds.painting import Painting, Seen
 from irsim.backgrounds.patches import LYING, Clutter, Fields, Painted, Roads, Water
 from irsim.backgrounds.texture import Tile, tile_shape
-from irsim.kinds import Feature, Kelvin, KelvinSpread
+from irsim.kinds import Feature, Height, Kelvin, KelvinSpread
 from irsim.radiometry import radiance
 from irsim.stage import Stage
 from irsim.types import Floats
@@ -26,7 +27,7 @@ from irsim.types import Floats
 class Terrain:
     """The opaque layer of the ground."""
 
-    painting: Painting
+    painting: Seen
     name: str = "ground"
     range_m: float = FARTHEST
 
@@ -39,7 +40,7 @@ class Patches:
     """What lies on the ground: its transmittance (1 less its cover) and its emission."""
 
     name: str
-    painting: Painting
+    painting: Seen
     range_m: float = FARTHEST
 
     def light(self, gaze: Gaze) -> tuple[Floats, Floats]:
@@ -67,6 +68,10 @@ class Ground(Background):
     """Slopes along x and along y, where they differ; in place of `beta`."""
     histogram: Histogram = ()
     """Temperatures at evenly spaced shares of the ground, least to greatest, in any unit; Gaussian where empty."""
+    height_m: Height | None = None
+    """Height of the camera above the ground, m: it is seen in perspective, passes by as the camera is carried, and
+    sizes in mrad are those where the first pointing meets it. Without it the ground is far off, of one scale all over,
+    and stays."""
     hour: Hour = "any"
     """day or night: temperatures that are not given are typical of it."""
     fields: Fields | None = None
@@ -78,6 +83,14 @@ class Ground(Background):
     @classmethod
     def _by_hour(cls, data: Any) -> Any:
         return filled(data, {"mean_k": "ground", "spread_k": "spread"})
+
+    @property
+    def folds(self) -> bool:
+        return self.height_m is None
+
+    @property
+    def surface_m(self) -> float | None:
+        return self.height_m
 
     def layers(self, stage: Stage) -> Sequence[Layer]:
         geometry = stage.geometry
@@ -95,7 +108,7 @@ class Ground(Background):
         )
         kelvin = np.maximum(self.mean_k + self.spread_k * field, 1.0)
         light = radiance(stage.band, kelvin).astype(np.float32)
-        terrain = Terrain(Painting((Tile.of(light, geometry.size, stage.psf_px),)))
+        terrain = Terrain(self._lain((light,), stage))
         # Fields are made of the ground that they lie on, roads and water are smooth.
         rough = {"fields": 0.5 * self.spread_k * field}
         layers: list[Layer] = [
@@ -105,7 +118,7 @@ class Ground(Background):
                 for name, cover, kelvin in self._on(stage)
             ),
         ]
-        return through_air(layers, stage)
+        return through_air(layers, stage, self.height_m)
 
     def ambient(self, stage: Stage) -> float:
         """It has no sky: all around is as warm as it is in the mean."""
@@ -137,5 +150,12 @@ class Ground(Background):
 
     def _patches(self, name: str, cover: Floats, offset_k: Floats, stage: Stage) -> Patches:
         emission = cover * radiance(stage.band, np.maximum(self.mean_k + offset_k, 1.0))
-        size, psf_px = stage.geometry.size, stage.psf_px
-        return Patches(name, Painting(tuple(Tile.of(part, size, psf_px) for part in (1 - cover, emission))))
+        return Patches(name, self._lain((1 - cover, emission), stage))
+
+    def _lain(self, textures: tuple[Floats, ...], stage: Stage) -> Seen:
+        """Periodic textures, (rows, cols), as they lie on the ground."""
+        geometry, psf_px = stage.geometry, stage.psf_px
+        if self.height_m is None:
+            return Painting(tuple(Tile.of(texture, geometry.size, psf_px) for texture in textures))
+        rows, columns = textures[0].shape
+        return Carpet(Level(geometry, self.height_m, (rows, columns)), textures, psf_px)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Protocol
+
 import cv2
 import numpy as np
 
@@ -19,6 +21,14 @@ BENT = 0.05
 """Largest bend, px, over the frame for which a neighbour counts as moved only. Backgrounds are no
 truth: a twentieth of a pixel at the frame's corner is not seen, and a look-up of every pixel (four a
 frame with two cloud layers, 1 ms each at 640x512) costs ten times a move."""
+
+
+class Seen(Protocol):
+    """Textures, as a camera sees them."""
+
+    def seen(self, gaze: Gaze) -> list[Floats]:
+        """The textures of one frame, each (rows, cols) float32."""
+        ...
 
 
 class Painting:

@@ -37,7 +37,7 @@ def laid(texture: Floats, sheet: Sheet, below: Floats, finer: float, ifov_rad: f
     far = math.sqrt(steep)  # where a texel is a row high, px
     along = np.where(under < far, under, 2 * far - steep / np.maximum(under, far))
     x, y = (np.mod(at, side).astype(np.float32) for at in (sheet.columns * VANISHING_PX * finer / under, along))
-    return np.asarray(cv2.remap(_closed(texture), x, y, cv2.INTER_LINEAR))
+    return np.asarray(cv2.remap(closed(texture), x, y, cv2.INTER_LINEAR))
 
 
 def covered(inside: Floats, sheet: Sheet, below: Floats, ifov_rad: float) -> Floats:
@@ -46,7 +46,7 @@ def covered(inside: Floats, sheet: Sheet, below: Floats, ifov_rad: float) -> Flo
     inside: (side, side) texels inside of its edge, on a periodic map of ground as long as wide. Ground is
     seen VANISHING_PX * ifov below the level at least, where a texel is a px wide, and lower by that angle.
     """
-    wide, side = _closed(inside), inside.shape[0]
+    wide, side = closed(inside), inside.shape[0]
     cosine, sine = math.cos(TURNED) / side, math.sin(TURNED) / side
     # Where the farthest ground shows the map, in sides of it.
     x, y = cosine * sheet.columns - sine / ifov_rad, sine * sheet.columns + cosine / ifov_rad
@@ -74,6 +74,6 @@ def _looked_at(wide: Floats, farthest: tuple[Floats, Floats], px_per_texel: Floa
     return total / np.float32(looks)
 
 
-def _closed(texture: Floats) -> Floats:
+def closed(texture: Floats) -> Floats:
     """A periodic texture, and its first row and column once more past its last."""
     return np.asarray(cv2.copyMakeBorder(texture, 0, 1, 0, 1, cv2.BORDER_WRAP))

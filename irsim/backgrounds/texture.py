@@ -40,7 +40,7 @@ class Tile:
         margins = (most, most) if high == wide else (rows + ROOM, columns + ROOM)
         phase = (columns - 1) / 2 % 1, (rows - 1) / 2 % 1  # (0, 0) is the frame's middle
         return cls(
-            (high, wide), np.pad(_blurred(texture, psf_px), [(0, margin) for margin in margins], mode="wrap"), phase
+            (high, wide), np.pad(blurred(texture, psf_px), [(0, margin) for margin in margins], mode="wrap"), phase
         )
 
     def places(self, chart: Chart, shift_px: tuple[float, float]) -> tuple[Floats, Floats]:
@@ -62,7 +62,7 @@ class Tile:
         return np.asarray(cv2.remap(self.padded, columns, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP))
 
 
-def _blurred(texture: Floats, sigma_px: float) -> Floats:
+def blurred(texture: Floats, sigma_px: float) -> Floats:
     """A periodic texture after a Gaussian blur; its transform is exp(-2 pi^2 sigma^2 f^2)."""
     rows, columns = texture.shape
     square = np.fft.fftfreq(rows)[:, None] ** 2 + np.fft.rfftfreq(columns)[None, :] ** 2

@@ -9,7 +9,7 @@ from irsim.doubts.background import cold_clouds, folded, large_features, off_sca
 from irsim.doubts.camera import beads, sunken
 from irsim.doubts.display import odd_greys
 from irsim.doubts.effect import overruled, two_exposures, without_effect
-from irsim.doubts.endless import ground_in_the_sky, stays_behind
+from irsim.doubts.endless import ground_in_the_sky, ground_to_the_horizon, left_behind, stays_behind
 from irsim.doubts.footage import unknown_scale, unlike_recording, untouched
 from irsim.doubts.lens import two_lenses, unlike_pupils
 from irsim.doubts.paths import misses, pulls, through_camera
@@ -26,7 +26,7 @@ UNHEEDED = (overruled, without_effect)
 DOUBTS = (
     *(beyond_fit, *UNHEEDED, two_exposures, long_paths, long_views, unlike_skies),
     *(off_scale, cold_clouds, large_features, folded),
-    *(two_lenses, unlike_pupils, ground_in_the_sky, stays_behind),
+    *(two_lenses, unlike_pupils, ground_in_the_sky, ground_to_the_horizon, stays_behind, left_behind),
     *(unknown_scale, unlike_recording, untouched),
     *(odd_greys, through_camera, pulls, misses),
     *(

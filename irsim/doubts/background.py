@@ -86,7 +86,7 @@ def large_features(scenario: Scenario) -> Iterator[Notice]:
 def folded(scenario: Scenario) -> Iterator[Notice]:
     """Pictures of which backgrounds have no true map: near the zenith or the nadir, or too wide."""
     stage, camera = scenario.stage, scenario.camera
-    if not scenario.background.mapped:
+    if not scenario.background.folds:
         return
     frames = watched(scenario.frames)
     mount = Mount.of(scenario.motions, frames, stage)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
 
+from irsim.backgrounds.carpet import LEAST
 from irsim.doubts.looked import watched
 from irsim.errors import Notice
 from irsim.motion import Mount
@@ -22,13 +24,8 @@ def ground_in_the_sky(scenario: Scenario) -> Iterator[Notice]:
     """Ground in pictures all of which is above the horizon."""
     if not scenario.background.endless:
         return
-    stage, camera = scenario.stage, scenario.camera
     frames = watched(scenario.frames)
-    mount = Mount.of(scenario.motions, frames, stage)
-    right, bottom = (length - 1 for length in camera.size)
-    corners = np.array([[0, 0], [right, 0], [0, bottom], [right, bottom]])
-    rotations = [stage.geometry.world_rotation(turns) for turns in mount.turns]
-    down = np.array([(mount.lens(k).directions(corners) @ each)[:, 1].max() for k, each in enumerate(rotations)])
+    down = _sines(scenario, frames).max(axis=1)
     if down.min() < 0:
         frame, lowest = frames[down.argmin()], np.degrees(np.arcsin(-down.min()))
         yield Notice(
@@ -38,35 +35,59 @@ def ground_in_the_sky(scenario: Scenario) -> Iterator[Notice]:
         )
 
 
-def stays_behind(scenario: Scenario) -> Iterator[Notice]:
-    """Ground and clouds under a camera that is carried: they do not move with its place."""
-    stage, background = scenario.stage, scenario.background
-    carries = [index for index, motion in enumerate(scenario.camera.motion) if scenario.is_on(motion.name)]
-    frames = watched(scenario.frames)
-    cast = stage.cast
-    if not carries or cast is None:
+def ground_to_the_horizon(scenario: Scenario) -> Iterator[Notice]:
+    """Ground of a given depth below the camera in pictures that reach up to where it is not drawn as a plane."""
+    background = scenario.background
+    if not background.endless or background.surface_m is None:
         return
+    frames = watched(scenario.frames)
+    highest = _sines(scenario, frames).min(axis=1)
+    if highest.min() < LEAST:
+        frame, above = frames[highest.argmin()], np.degrees(np.arcsin(-highest.min()))
+        where = f"{above:.1f} degrees above the horizon" if above > 0 else f"{-above:.1f} degrees below the horizon"
+        yield Notice(
+            ("background", "height_m"),
+            f"at frame {frame:.0f} the picture reaches up to {where}; from {math.degrees(math.asin(LEAST)):.1f} below "
+            "it on the ground is drawn as if it rose; try a landscape",
+        )
+
+
+def stays_behind(scenario: Scenario) -> Iterator[Notice]:
+    """Ground that is infinitely far off under a camera that is carried."""
+    stage, background, cast = scenario.stage, scenario.background, scenario.stage.cast
+    if not background.endless or background.surface_m is not None or cast is None:
+        return
+    frames = watched(scenario.frames)
     places = cast.standpoints(frames, stage)
     carried_m = float(np.linalg.norm(places, axis=1).max())
     if carried_m == 0:
         return
-    unit = stage.geometry.ifov_rad
-    if background.endless:
-        nearest = _nearest(scenario, frames, places)
-        slides = carried_m / (nearest[0] * unit) if nearest else np.inf
-        if slides > SLIDES_PX and (nearest or carried_m > CARRIED_M):
-            what = f": what stands on it slides, as {nearest[1]} by some {slides:.0f} px" if nearest else ""
+    nearest = _nearest(scenario, frames, places)
+    slides = carried_m / (nearest[0] * stage.geometry.ifov_rad) if nearest else np.inf
+    if slides > SLIDES_PX and (nearest or carried_m > CARRIED_M):
+        what = f": what stands on it slides, as {nearest[1]} by some {slides:.0f} px" if nearest else ""
+        yield Notice(
+            ("background",),
+            f"the camera is carried by {carried_m:.3g} m, and the ground does not pass by{what}; try height_m, or a "
+            "landscape",
+        )
+
+
+def left_behind(scenario: Scenario) -> Iterator[Notice]:
+    """Clouds that a camera is carried to: their layer is around its first place, and is not drawn from without."""
+    stage, cast = scenario.stage, scenario.stage.cast
+    clouds = getattr(scenario.background, "clouds", ())
+    if not clouds or cast is None:
+        return
+    frames = watched(scenario.frames)
+    gone = np.linalg.norm(cast.standpoints(frames, stage), axis=1)
+    for index, cloud in enumerate(clouds):
+        if gone.max() >= cloud.range_m:
+            frame = frames[np.argmax(gone >= cloud.range_m)]
             yield Notice(
-                ("background",),
-                f"the camera is carried by {carried_m:.3g} m, and the ground does not pass by{what}; a landscape does",
-            )
-    for index, cloud in enumerate(getattr(background, "clouds", ())):
-        slides = carried_m / (cloud.range_m * unit)
-        if slides > SLIDES_PX:
-            yield Notice(
-                ("background", "clouds", index),
-                f"the camera is carried by {carried_m:.3g} m, and {cloud.id}, a layer {cloud.range_m:g} m away, does "
-                f"not pass by, as it should by up to {slides:.0f} px; try wind_mrad_s",
+                ("background", "clouds", index, "range_m"),
+                f"at frame {frame:.0f} the camera has been carried by {cloud.range_m:g} m: it has gone through "
+                f"{cloud.id}, which is not drawn any more",
             )
 
 
@@ -79,3 +100,13 @@ def _nearest(scenario: Scenario, frames: Floats, places: Floats) -> tuple[float,
             ways = target.path.positions(frames[there], scenario.stage, target.id) - places[there]
             ranges.append((max(float(np.linalg.norm(ways, axis=1).min()), 1.0), target.id))
     return min(ranges, default=None)
+
+
+def _sines(scenario: Scenario, frames: Floats) -> Floats:
+    """(n, 4): sines of the angles below the level at which the picture's corners are seen in frames (n,)."""
+    stage = scenario.stage
+    mount = Mount.of(scenario.motions, frames, stage)
+    right, bottom = (length - 1 for length in scenario.camera.size)
+    corners = np.array([[0, 0], [right, 0], [0, bottom], [right, bottom]])
+    rotations = [stage.geometry.world_rotation(turns) for turns in mount.turns]
+    return np.array([(mount.lens(k).directions(corners) @ each)[:, 1] for k, each in enumerate(rotations)])

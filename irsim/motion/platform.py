@@ -14,7 +14,8 @@ from irsim.types import Floats
 
 
 class Platform(Pointing):
-    """A camera carried along from frame 0 on, evenly or on a path: near things pass by, what is infinitely far stays.
+    """A camera carried along from frame 0 on, evenly or on a path: near things pass by before far ones, clouds as their
+    range has it, and what is infinitely far stays: the clear sky, and ground without a height.
 
     It goes on looking where it looked; other motions turn it.
     """

@@ -1,0 +1,198 @@
+"""A camera that is carried: clouds pass by as their range has it, and hide what is behind them."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from carried import CLOUDS, apart, passed, resampled, scene
+from country import gaze, stage
+
+import irsim
+from irsim.backgrounds import BACKGROUNDS
+from irsim.backgrounds.parallax import seen_from, sphere
+from irsim.render import Renderer
+
+MIDDLE = slice(40, 81), slice(60, 101)
+"""Rows and columns about the picture's middle."""
+LASTING = 1e6
+"""A cloud that evolves in so many seconds does not change in two."""
+
+
+@pytest.mark.parametrize("evolve_s", [0.0, LASTING])
+@pytest.mark.parametrize("ifov_mrad", [0.5, 2.0])
+@pytest.mark.parametrize(("range_m", "shift_px"), [(2000.0, 20.0), (8000.0, 5.0)])
+@pytest.mark.parametrize("way", ["right", "up"])
+def test_a_cloud_layer_passes_by_as_its_range_has_it(
+    way: str, range_m: float, shift_px: float, ifov_mrad: float, evolve_s: float
+) -> None:
+    """Carried across by d, the camera sees a layer at R shifted by d / R: in frame 60, after two seconds, by 20 m in
+    2 km, which is 20 px of 0.5 mrad, and in 8 km, which is 5 px; four times as fast with pixels of 2 mrad."""
+    speed = 10.0 * ifov_mrad / 0.5
+    up = math.radians(10.0)  # across the line of sight, upwards
+    velocity = (speed, 0.0, 0.0) if way == "right" else (0.0, -speed * math.sin(up), speed * math.cos(up))
+    clouds = [{"id": "layer", "range_m": range_m, "evolve_s": evolve_s, **CLOUDS}]
+    renderer = Renderer(scene({"kind": "sky", "clouds": clouds}, velocity, camera={"ifov_mrad": ifov_mrad}))
+    before, after = (passed(renderer, "layer", frame) for frame in (0, 60))
+    across, down = (int(shift_px), 0) if way == "right" else (0, -int(shift_px))
+    rows, columns = MIDDLE
+    moved = before[rows.start + down : rows.stop + down, columns.start + across : columns.stop + across]
+    assert np.std(moved) > 0.1
+    # The picture turns with the sphere: of d / R = 0.04 at most, half the square over the patch's 20 px.
+    assert apart(after[MIDDLE], moved) == pytest.approx((0, 0), abs=0.05)
+    assert np.abs(after[MIDDLE] - moved).mean() < 0.05 * np.std(moved)
+
+
+@pytest.mark.parametrize("evolve_s", [0.0, LASTING])
+def test_a_cloud_layer_that_is_flown_towards_grows(evolve_s: float) -> None:
+    """From 2000 m to 1600 m: what was seen at an angle from the axis is seen at 1.25 times that."""
+    up = math.radians(10.0)
+    velocity = (0.0, 200 * math.cos(up), 200 * math.sin(up))
+    clouds = [{"id": "layer", "range_m": 2000.0, "evolve_s": evolve_s, **CLOUDS}]
+    renderer = Renderer(scene({"kind": "sky", "clouds": clouds}, velocity))
+    before, after = (passed(renderer, "layer", frame) for frame in (0, 60))
+    y, x = (np.asarray(at, np.float32) for at in np.indices(after.shape))
+    grown = resampled(before, 80 + (x - 80) * 0.8, 60 + (y - 60) * 0.8)
+    assert apart(after, grown) == pytest.approx((0, 0), abs=0.05)
+    assert np.abs(after - grown).mean() < 0.02 * np.std(grown)
+
+
+@pytest.mark.parametrize("place", [(30.0, 0.0, 0.0), (-40.0, 25.0, 60.0), (0.0, -80.0, -120.0), (90.0, 10.0, 100.0)])
+@pytest.mark.parametrize("range_m", [300.0, 3000.0])
+@pytest.mark.parametrize("turn", [(0.0, 0.0, 0.0), (1.2, 0.3, 0.4)])
+def test_a_cloud_is_where_a_body_in_it_is(
+    place: tuple[float, float, float], range_m: float, turn: tuple[float, float, float]
+) -> None:
+    """What the moved camera sees at a pixel is the point of the sphere on its ray."""
+    camera = stage(elevation_deg=12.0)
+    here = gaze(camera, place, turn)
+    chart = seen_from(here, range_m, sphere).chart
+    for x, y in ((0, 0), (80, 60), (160, 17)):
+        ray = camera.geometry.directions(np.array([x, y])) @ camera.geometry.world_rotation(np.array(turn))
+        gone = np.array(place)
+        toward = ray @ gone
+        point = gone + ray * (math.sqrt(toward**2 + range_m**2 - gone @ gone) - toward)
+        assert np.linalg.norm(point) == pytest.approx(range_m)
+        u = math.atan2(point[0], point[2]) * math.cos(math.radians(12.0)) / 0.5e-3
+        v = (math.radians(12.0) - math.asin(-point[1] / range_m)) / 0.5e-3
+        assert (chart.spread(chart.u)[y, x], chart.spread(chart.v)[y, x]) == pytest.approx((u, v), abs=0.02)
+
+
+def test_a_camera_that_flies_sees_what_the_wind_would_bring_the_other_way() -> None:
+    """By 3 m/s to the left in front of clouds 3 km away: as clouds that the wind takes to the right by 1 mrad/s."""
+    clouds = {"id": "layer", "range_m": 3000.0, "evolve_s": 5.0, **CLOUDS}
+    flown = Renderer(scene({"kind": "sky", "clouds": [clouds]}, (-3.0, 0.0, 0.0)))
+    blown = Renderer(scene({"kind": "sky", "clouds": [{**clouds, "wind_mrad_s": (1.0, 0.0)}]}, (0.0, 0.0, 0.0)))
+    both = passed(flown, "layer", 60), passed(blown, "layer", 60)
+    assert both[0][MIDDLE] == pytest.approx(both[1][MIDDLE], abs=0.02)
+    assert passed(blown, "layer", 0)[MIDDLE] != pytest.approx(both[1][MIDDLE], abs=0.02)
+
+
+SCENES: dict[str, dict[str, Any]] = {
+    "sky": {
+        "kind": "sky",
+        "clouds": [
+            {"id": "far", "range_m": 3000.0, "wind_mrad_s": (2.0, 0.5), "evolve_s": 4.0, **CLOUDS},
+            {"id": "near", "range_m": 900.0, "wind_mrad_s": (-1.0, 0.5), **CLOUDS},
+        ],
+    },
+    "ground": {"kind": "ground", "height_m": 80.0, "fields": {}, "roads": {}, "water": {}, "clutter": {}},
+    "landscape": {"kind": "landscape", "camera_height_m": 80.0, "trees": [{"id": "row", "range_m": 500.0}]},
+    "sea": {"kind": "sea", "camera_height_m": 80.0, "clouds": [{"range_m": 900.0, "evolve_s": 4.0, **CLOUDS}]},
+}
+
+
+@pytest.mark.parametrize("smear", [None, {"time_ms": 20.0, "steps": 3}])
+@pytest.mark.parametrize("kind", SCENES)
+def test_any_frame_of_a_carried_camera_stands_alone(kind: str, smear: dict[str, Any] | None) -> None:
+    """In any order, and by two processes."""
+    moving = scene(SCENES[kind], (8.0, 20.0, 1.0), camera={"smear": smear, "elevation_deg": -8.0})
+    asked = (0, 7, 8, 31, 60)
+    ahead = Renderer(moving)
+    expected = {frame: ahead.scene(frame)[0].copy() for frame in asked}
+    for frame in reversed(asked):
+        np.testing.assert_array_equal(Renderer(moving).scene(frame)[0], expected[frame])
+    alone = [frame.image.copy() for frame, _ in irsim.frames(moving, jobs=1)]
+    for (frame, _), image in zip(irsim.frames(moving, jobs=2), alone, strict=True):
+        np.testing.assert_array_equal(frame.image, image)
+
+
+@pytest.mark.parametrize("name", [name for name, _ in BACKGROUNDS if name != "recording"])
+@pytest.mark.parametrize("velocity", [(9.0, 0.0, 0.0), (0.0, 30.0, 0.0), (0.0, 0.0, 3.0)])
+def test_all_that_has_a_range_or_a_height_passes_by(name: str, velocity: tuple[float, float, float]) -> None:
+    """Each layer at a range, the ground or the sea and what lies on it; what is infinitely far off stays."""
+    moving = scene(SCENES[name], velocity, camera={"elevation_deg": -8.0 if name in ("ground", "landscape") else -0.5})
+    renderer = Renderer(moving)
+    far = renderer.layers[:1] if moving.background.surface_m is None else []
+    assert len(renderer.layers) > 1
+    here, there = renderer.now.gaze(0), renderer.now.gaze(60)
+    for layer in renderer.layers:
+        before, after = (layer.light(type(there)(0.0, each.chart, None, each.place))[1] for each in (here, there))
+        moved = np.abs(after - before).max() > 0.1 * np.std(before)
+        assert moved == (layer not in far), layer.name
+
+
+JET = {"id": "jet", "shape": {"kind": "fighter"}}
+
+
+@pytest.mark.parametrize(("range_m", "hidden"), [(5200.0, True), (4800.0, False)])
+def test_a_cloud_hides_what_is_behind_it_however_near_it_comes(range_m: float, hidden: bool) -> None:
+    """A layer 5 km from where the camera was; after it has flown 1200 m on, both jets are nearer than that."""
+    up = math.radians(10.0)
+    velocity = (0.0, 600 * math.cos(up), 600 * math.sin(up))
+    path = {"kind": "straight", "start": (80, 60), "speed": 0.0, "range_m": range_m}
+    clouds = [{"id": "thick", "range_m": 5000.0, "coverage": 0.999, "depth": 50.0}]
+    renderer = Renderer(scene({"kind": "sky", "clouds": clouds}, velocity, targets=[{**JET, "path": path}]))
+    for frame in (0, 60):
+        (jet,) = renderer.scene(frame)[1].targets
+        assert jet.visible == pytest.approx(0.0 if hidden else 1.0, abs=0.01)
+        assert jet.occluders == (("thick",) if hidden else ())
+    assert jet.range_m == pytest.approx(range_m - 1200, abs=1)
+
+
+@pytest.mark.parametrize(("range_m", "hidden"), [(520.0, True), (480.0, False)])
+def test_an_occluder_hides_what_is_farther_from_where_the_camera_first_stood(range_m: float, hidden: bool) -> None:
+    up = math.radians(10.0)
+    velocity = (0.0, 50 * math.cos(up), 50 * math.sin(up))
+    path = {"kind": "straight", "start": (80, 60), "speed": 0.0, "range_m": range_m}
+    bar = {"kind": "bar", "center_px": (80, 60), "size_px": (120, 100), "range_m": 500.0}
+    carried = scene({"kind": "sky"}, velocity, targets=[{**JET, "path": path}], occluders=[bar])
+    (jet,) = Renderer(carried).scene(60)[1].targets
+    assert jet.range_m == pytest.approx(range_m - 100, abs=1)
+    assert jet.visible == pytest.approx(0.0 if hidden else 1.0, abs=0.01)
+
+
+def test_of_two_targets_the_one_nearer_to_where_the_camera_is_hides_the_other() -> None:
+    """A camera that has flown past both and looks back at them."""
+    paths = {
+        name: {"kind": "straight_m", "axes": "world", "start_m": (0.0, ahead, 0.0), "velocity_m_s": (0, 0, 0)}
+        for name, ahead in (("first", 600.0), ("second", 800.0))
+    }
+    targets = [{"id": name, "shape": {"kind": "fighter"}, "path": path} for name, path in paths.items()]
+    motion = [
+        {"kind": "platform", "velocity_m_s": (0.0, 500.0, 0.0)},
+        {"kind": "tracks", "target": "first", "lag_s": 0.0},
+    ]
+    camera = {"elevation_deg": 0.0, "motion": motion}
+    renderer = Renderer(scene({"kind": "sky"}, (0.0, 0.0, 0.0), camera=camera, targets=targets))
+    for frame, nearer in ((0, "first"), (60, "second")):
+        seen = {target.id: target for target in renderer.scene(frame)[1].targets}
+        assert seen[nearer].visible == pytest.approx(1.0)
+        ((other, hidden),) = [(name, each) for name, each in seen.items() if name != nearer]
+        assert hidden.occluders == (nearer,), (frame, other)
+
+
+def test_a_cloud_layer_that_a_camera_has_gone_through_is_behind_it() -> None:
+    clouds = [
+        {"id": "near", "range_m": 500.0, **CLOUDS},
+        {"id": "evolves", "range_m": 600.0, "evolve_s": 20.0, **CLOUDS},
+    ]
+    renderer = Renderer(scene({"kind": "sky", "clouds": clouds}, (0.0, 330.0, 0.0)))
+    for name, last in (("near", 45), ("evolves", 54)):  # 11 m a frame
+        assert (passed(renderer, name, last) != 1).any()
+        assert (passed(renderer, name, last + 3) == 1).all()
+    light, _ = renderer.scene(60)
+    bare = Renderer(scene({"kind": "sky"}, (0.0, 330.0, 0.0))).scene(60)[0]
+    np.testing.assert_array_equal(light, bare)
