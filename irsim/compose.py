@@ -122,8 +122,12 @@ def compose(
 def _far_to_near(layers: Sequence[Layer], pieces: Iterable[Piece]) -> Iterator[Layer | Piece]:
     """All but the first layer, as they are drawn."""
     things: list[Layer | Piece] = sorted([*layers, *pieces], key=lambda thing: -thing.range_m)
-    for _, run in groupby(things, key=lambda thing: isinstance(thing, Piece) and thing.tracked):
-        yield from sorted(run, key=lambda thing: -thing.sprite.range_m if isinstance(thing, Piece) else 0.0)
+    for _, run in groupby(things, key=_is_target):
+        yield from sorted(run, key=lambda thing: -thing.sprite.range_m if _is_target(thing) else 0.0)
+
+
+def _is_target(thing: Layer | Piece) -> TypeGuard[Piece]:
+    return isinstance(thing, Piece) and thing.tracked
 
 
 def contrasts(seen: Sequence[Seen], band: Band) -> list[float | None]:

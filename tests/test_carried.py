@@ -13,6 +13,7 @@ from country import gaze, stage
 import irsim
 from irsim.backgrounds import BACKGROUNDS
 from irsim.backgrounds.parallax import seen_from, sphere
+from irsim.radiometry import radiance
 from irsim.render import Renderer
 
 MIDDLE = slice(40, 81), slice(60, 101)
@@ -162,6 +163,19 @@ def test_an_occluder_hides_what_is_farther_from_where_the_camera_first_stood(ran
     (jet,) = Renderer(carried).scene(60)[1].targets
     assert jet.range_m == pytest.approx(range_m - 100, abs=1)
     assert jet.visible == pytest.approx(0.0 if hidden else 1.0, abs=0.01)
+
+
+@pytest.mark.parametrize(("range_m", "hidden"), [(5200.0, True), (4800.0, False)])
+def test_an_occluder_stands_before_clouds_that_are_farther_where_no_target_is_between(
+    range_m: float, hidden: bool
+) -> None:
+    clouds = [{"id": "thick", "range_m": 5000.0, "coverage": 0.999, "depth": 50.0}]
+    bar = {"kind": "bar", "center_px": (80, 60), "size_px": (60, 40), "range_m": range_m, "temperature_k": 320.0}
+    with_bar, without = (
+        Renderer(scene({"kind": "sky", "clouds": clouds}, (0.0, 0.0, 0.0), occluders=bars)).scene(0)[0][60, 80]
+        for bars in ([bar], [])
+    )
+    assert with_bar == pytest.approx(without if hidden else radiance("mwir", 320.0), rel=0.05)
 
 
 def test_of_two_targets_the_one_nearer_to_where_the_camera_is_hides_the_other() -> None:
