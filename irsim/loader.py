@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
 from typing import Any, Generic
@@ -119,19 +119,19 @@ def warnings(path: str | PathLike[str], overrides: Iterable[str] = ()) -> list[s
     return [_warning(document, notice) for notice in notices]
 
 
-def unheeded_overrides(path: str | PathLike[str], overrides: Iterable[str], without: Iterable[str] = ()) -> list[str]:
+def unheeded_overrides(path: str | PathLike[str], overrides: Iterable[str], without: Sequence[str] = ()) -> list[str]:
     """Those of `warnings` that say of an override that it counts for nothing, where the parts named `without` are
     switched off; and a warning of each override of such a part. InputError as `load`."""
     return _unheeded(_read(path), list(overrides), without)
 
 
-def unheeded_in(text: str, name: str, overrides: Iterable[str], without: Iterable[str] = ()) -> list[str]:
+def unheeded_in(text: str, name: str, overrides: Iterable[str], without: Sequence[str] = ()) -> list[str]:
     """The same of overrides of a scenario's text that came inside a file (see `loads`)."""
     with importing_nothing():
         return _unheeded(yamlfile.parse(text, name), list(overrides), without)
 
 
-def _unheeded(document: Document, overrides: list[str], without: Iterable[str]) -> list[str]:
+def _unheeded(document: Document, overrides: list[str], without: Sequence[str]) -> list[str]:
     document = _changed(document, overrides)
     scenario = _validated(document)
     off = scenario.model_copy(update={"without": (*scenario.without, *without)})

@@ -14,7 +14,7 @@ from country import gaze, stage
 from irsim.backgrounds import Landscape
 from irsim.backgrounds.fields import profile
 from irsim.backgrounds.panorama import Sheet
-from irsim.backgrounds.parallax import cylinder, seen_from
+from irsim.backgrounds.parallax import Cylinder, seen_from
 from irsim.backgrounds.structures import Buildings, Trees
 from irsim.radiometry import temperature
 from irsim.scenario import Scenario
@@ -127,7 +127,7 @@ def test_buildings_have_walls_and_warm_windows() -> None:
 def test_parallax_is_that_of_points_at_the_range(place: tuple[float, float, float]) -> None:
     """A point of the cylinder, seen from both places by plain geometry."""
     scene, range_m = stage(elevation_deg=2.0), 800.0
-    moved = seen_from(gaze(scene, place), range_m, cylinder).chart
+    moved = seen_from(gaze(scene, place), Cylinder(range_m)).chart
     first = gaze(scene).chart
     unit, squeeze = 0.5e-3, math.cos(math.radians(2.0))
     for row, column in ((0, 0), (5, 3), (7, 7)):
@@ -219,6 +219,6 @@ def test_a_profile_has_the_slope_of_a_cut_through_a_field() -> None:
 def test_without_a_move_nothing_is_moved() -> None:
     scene = stage()
     here = gaze(scene)
-    assert seen_from(here, 500.0, cylinder) is here
+    assert seen_from(here, Cylinder(500.0)) is here
     keyed = replace(here, key=gaze(scene))
-    assert seen_from(keyed, 500.0, cylinder) is keyed
+    assert seen_from(keyed, Cylinder(500.0)) is keyed

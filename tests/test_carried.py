@@ -12,7 +12,7 @@ from country import gaze, stage
 
 import irsim
 from irsim.backgrounds import BACKGROUNDS
-from irsim.backgrounds.parallax import seen_from, sphere
+from irsim.backgrounds.parallax import Sphere, seen_from
 from irsim.radiometry import radiance
 from irsim.render import Renderer
 
@@ -69,7 +69,7 @@ def test_a_cloud_is_where_a_body_in_it_is(
     """What the moved camera sees at a pixel is the point of the sphere on its ray."""
     camera = stage(elevation_deg=12.0)
     here = gaze(camera, place, turn)
-    chart = seen_from(here, range_m, sphere).chart
+    chart = seen_from(here, Sphere(range_m)).chart
     for x, y in ((0, 0), (80, 60), (160, 17)):
         ray = camera.geometry.directions(np.array([x, y])) @ camera.geometry.world_rotation(np.array(turn))
         gone = np.array(place)
@@ -79,6 +79,14 @@ def test_a_cloud_is_where_a_body_in_it_is(
         u = math.atan2(point[0], point[2]) * math.cos(math.radians(12.0)) / 0.5e-3
         v = (math.radians(12.0) - math.asin(-point[1] / range_m)) / 0.5e-3
         assert (chart.spread(chart.u)[y, x], chart.spread(chart.v)[y, x]) == pytest.approx((u, v), abs=0.02)
+
+
+@pytest.mark.parametrize("right_m", [-30.0, 0.0, 30.0])
+def test_what_is_behind_the_first_place_has_no_seam(right_m: float) -> None:
+    """A camera that has gone back by half of the range and looks steeply up sees beyond the first place's zenith."""
+    chart = seen_from(gaze(stage(elevation_deg=70.0), (right_m, 0.0, -1000.0)), Sphere(2000.0)).chart
+    turns = np.diff(chart.u, axis=1) * 0.5e-3 / math.cos(math.radians(70.0))
+    assert np.abs(turns).max() < math.pi / 2
 
 
 def test_a_camera_that_flies_sees_what_the_wind_would_bring_the_other_way() -> None:

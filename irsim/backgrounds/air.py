@@ -63,8 +63,10 @@ class ThroughAir(Changed):
 
 
 def through_air(layers: Sequence[Layer], stage: Stage, height_m: float | None = None) -> Sequence[Layer]:
-    """Layers on ground so far below the camera as the camera sees them from its altitude, where they are not given on
-    ground at the sea's level; as they are in clear air."""
+    """Layers on ground `height_m` below the camera, as it sees them through the air; in clear air as they are.
+
+    Without a height the ground is at the sea's level, as far below as the camera's altitude above it.
+    """
     if stage.air.is_clear:
         return layers
     altitude_m = stage.air.altitude_m

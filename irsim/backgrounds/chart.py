@@ -93,9 +93,7 @@ class Chart:
         """
         seen = _rays(lens or geometry, margin) @ world_rotation
         east, down, ahead = seen[..., 0], seen[..., 1], seen[..., 2]
-        azimuth = np.arctan2(east, ahead)
-        if azimuth.max() - azimuth.min() > np.pi:  # else there is nothing to unwrap
-            azimuth = np.unwrap(np.unwrap(azimuth, axis=1), axis=0)
+        azimuth = unwrapped(np.arctan2(east, ahead))
         elevation = np.arctan2(-down, np.hypot(east, ahead))
         scale = 1 / geometry.ifov_rad
         u, v = azimuth * np.cos(geometry.elevation_rad) * scale, (geometry.elevation_rad - elevation) * scale
@@ -132,6 +130,13 @@ class Chart:
         width, height = (length / 2 - 0.5 + self.margin for length in self.geometry.size)
         across, along = at @ self.rays @ slope / width, slope @ self.rays @ at / height
         return math.sqrt(np.linalg.norm(np.cross(across, along)))
+
+
+def unwrapped(azimuth: Floats) -> Floats:
+    """Azimuths at the nodes, (NODES, NODES) rad, less the whole turns between neighbours."""
+    if azimuth.max() - azimuth.min() <= np.pi:
+        return azimuth
+    return np.asarray(np.unwrap(np.unwrap(azimuth, axis=1), axis=0))
 
 
 @lru_cache(maxsize=1)

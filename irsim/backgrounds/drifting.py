@@ -12,7 +12,7 @@ import numpy as np
 from irsim.backgrounds.base import Gaze, Slices, veiled
 from irsim.backgrounds.chart import PLACES, Chart, at_middle
 from irsim.backgrounds.evolving import STEPS
-from irsim.backgrounds.parallax import is_left_behind, seen_from, sphere, unhidden
+from irsim.backgrounds.parallax import Sphere, is_left_behind, seen_from, unhidden
 from irsim.backgrounds.texture import repeated_px
 from irsim.backgrounds.tiles import Tiled
 from irsim.compiled import COMPILED, kernels
@@ -46,6 +46,7 @@ class Drifting:
     ) -> None:
         self.name = name
         self.range_m = range_m
+        self._shell = Sphere(range_m)
         self._state_at = state_at
         self._period_s = period_s
         self._drift = drift_px_s
@@ -53,13 +54,13 @@ class Drifting:
 
     def light(self, gaze: Gaze) -> tuple[Floats, Floats]:
         """(transmittance, emission) of a frame, each (rows, cols) float32."""
-        if is_left_behind(gaze, self.range_m, sphere):
+        if is_left_behind(gaze, self._shell):
             return unhidden(gaze)
         return _look(gaze.chart, *self._gone(gaze))(*self._around(gaze.time))
 
     def veil(self, under: Floats, light: Floats, gaze: Gaze, behind: Sequence[Slices]) -> list[Floats]:
         """See `Veil`."""
-        lost = is_left_behind(gaze, self.range_m, sphere)
+        lost = is_left_behind(gaze, self._shell)
         first = _first(gaze.chart, *self._gone(gaze)) if COMPILED and not lost else None
         if first is None or light.dtype != np.float32:
             return veiled(under, light, *self.light(gaze), behind)
@@ -83,7 +84,7 @@ class Drifting:
         right, down = self._drift[0] * gaze.time, self._drift[1] * gaze.time
         if not any(gaze.place):
             return right, down
-        across, along = gaze.chart.uv - seen_from(gaze, self.range_m, sphere).chart.uv
+        across, along = gaze.chart.uv - seen_from(gaze, self._shell).chart.uv
         if max(np.ptp(across), np.ptp(along)) <= STRAIGHT:
             return right + float(across.mean()), down + float(along.mean())
         return right + across, down + along

@@ -10,7 +10,7 @@ import numpy as np
 from irsim.backgrounds.base import Gaze
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.painting import Painting
-from irsim.backgrounds.parallax import cylinder, is_left_behind, seen_from, unhidden
+from irsim.backgrounds.parallax import Cylinder, is_left_behind, seen_from, unhidden
 from irsim.backgrounds.texture import Tile
 from irsim.geometry import Geometry
 from irsim.types import Floats
@@ -90,7 +90,8 @@ class Standing:
     painting: Painting
 
     def light(self, gaze: Gaze) -> tuple[Floats, Floats]:
-        if is_left_behind(gaze, self.range_m, cylinder):
+        shell = Cylinder(self.range_m)
+        if is_left_behind(gaze, shell):
             return unhidden(gaze)
-        transmittance, emission = self.painting.seen(seen_from(gaze, self.range_m, cylinder))
+        transmittance, emission = self.painting.seen(seen_from(gaze, shell))
         return transmittance, emission

@@ -20,7 +20,7 @@ from irsim.backgrounds.drifting import Drifting
 from irsim.backgrounds.evolving import Evolving
 from irsim.backgrounds.fields import Betas, Histogram, shaped, spectral
 from irsim.backgrounds.painting import Painting
-from irsim.backgrounds.parallax import is_left_behind, seen_from, sphere, unhidden
+from irsim.backgrounds.parallax import Sphere, is_left_behind, seen_from, unhidden
 from irsim.backgrounds.periodic import coarseness, inner_blur, reach_px, shrunk
 from irsim.backgrounds.texture import Tile, tile_shape, tile_side
 from irsim.backgrounds.tiles import Tiled
@@ -230,9 +230,10 @@ class CloudLayer:
     painting: Painting
 
     def light(self, gaze: Gaze) -> tuple[Floats, Floats]:
-        if is_left_behind(gaze, self.range_m, sphere):
+        shell = Sphere(self.range_m)
+        if is_left_behind(gaze, shell):
             return unhidden(gaze)
-        transmittance, emission = self.painting.seen(seen_from(gaze, self.range_m, sphere))
+        transmittance, emission = self.painting.seen(seen_from(gaze, shell))
         return transmittance, emission
 
 
