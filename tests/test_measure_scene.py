@@ -123,6 +123,14 @@ def test_what_moves_is_told_from_noise_that_is_blurred() -> None:
     assert (changes(blurred).together, changes(blurred).moving) == (True, False)
 
 
+def test_what_is_said_of_noise_that_is_blurred_is_plain_json() -> None:
+    """Sharp noise of less than 0.3 counts: by rounding alone."""
+    rng = np.random.default_rng(1)
+    counts = np.rint(gaussian_filter(rng.normal(0, 15, (40, 96, 96)), (0, 1.5, 1.5)))
+    told = json.loads(json.dumps(measure_noise(counts).as_json()))
+    assert (told["together"], told["moving"]) == (True, False)
+
+
 def test_lines_that_all_parts_have_in_common_lie_in_their_interval() -> None:
     """Beneath edges and texture that are no lines; and beneath a horizon."""
     hits = 0

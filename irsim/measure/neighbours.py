@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +20,7 @@ _LINES_BEYOND_CHANCE = 4.0
 _SHARPER = 2.0
 """Noise that is blurred is at most so much sharper than a Gaussian blur of the same correlation leaves it: by a box of
 3 x 3 px 1.2 times, by a median 1.3, by a bilateral filter 1.3; beside sharp noise, waves that move made it 2 to 9."""
-_ROUNDED = 2 / np.sqrt(12)
+_ROUNDED = 2 / math.sqrt(12)
 """Sharp noise, counts, that need not be of rounding."""
 
 
