@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from irsim.atmosphere import Atmosphere
 from irsim.backgrounds.cloud import ENTRIES, EXTREME, Look, Relief
 from irsim.backgrounds.fields import spectral
 from irsim.backgrounds.periodic import coarseness, shrunk
@@ -17,20 +14,17 @@ from irsim.radiometry import radiance, slope
 from irsim.stage import Stage
 
 STAGE = Stage(1, Geometry((160, 120), 1.5e-4, 0.2), 30.0, "mwir", 0.6)
-HAZY = replace(STAGE, air=Atmosphere(preset="us_standard"))
 WHOLE = slice(0, 512)
 
 
 @pytest.mark.parametrize("spread_k", [0.0, 0.02, 2.0, 20.0])
-@pytest.mark.parametrize("stage", [STAGE, HAZY])
-def test_the_light_of_a_thick_cloud_is_that_of_its_warmth(spread_k: float, stage: Stage) -> None:
+def test_the_light_of_a_thick_cloud_is_that_of_its_warmth(spread_k: float) -> None:
     warmth = np.random.default_rng(0).standard_normal((40, 50)).astype(np.float32)
     warmth[0, :2] = -3 * EXTREME, 3 * EXTREME
-    look = Look.of(0.0, 1e3, (270.0, spread_k, 0.0), 5000.0, stage)
+    look = Look.of(0.0, 1e3, (270.0, spread_k, 0.0), "mwir")
     passed, found = look.paint(np.ones_like(warmth), warmth, None)
     kelvin = 270 + spread_k * np.clip(warmth.astype(np.float64), -EXTREME, EXTREME)
-    light = radiance("mwir", kelvin)
-    wanted = stage.through(light, np.ones_like(light), 5000.0, 0.2)
+    wanted = radiance("mwir", kelvin)
     assert not passed.any()
     assert found.dtype == np.float32
     # Half of a step, where light grows most.
@@ -40,7 +34,7 @@ def test_the_light_of_a_thick_cloud_is_that_of_its_warmth(spread_k: float, stage
 
 def test_thin_cloud_lets_through_what_its_depth_says() -> None:
     thickness = np.linspace(-1, 2, 301, dtype=np.float32)[None, :]
-    look = Look.of(0.5, 2.0, (270.0, 0.0, 8.0), 5000.0, HAZY)
+    look = Look.of(0.5, 2.0, (270.0, 0.0, 8.0), "mwir")
     lit = np.full_like(thickness, 0.75)
     passed, emitted = look.paint(thickness, np.zeros_like(thickness), lit)
     above = np.maximum(thickness.astype(np.float64) - 0.5, 0)
@@ -48,7 +42,7 @@ def test_thin_cloud_lets_through_what_its_depth_says() -> None:
     light = dark + 0.75 * np.exp(-above) * (bright - dark)
     cover = 1 - np.exp(-2 * above)
     np.testing.assert_allclose(passed, 1 - cover, rtol=1e-5)
-    np.testing.assert_allclose(emitted, HAZY.through(cover * light, cover, 5000.0, 0.2), rtol=1e-5, atol=1e-7)
+    np.testing.assert_allclose(emitted, cover * light, rtol=1e-5, atol=1e-7)
 
 
 @pytest.mark.parametrize(("correlation_mrad", "coarse"), [(60.0, 2), (120.0, 4), (600.0, 16)])

@@ -1,19 +1,28 @@
-"""Ground as it is seen through the air."""
+"""Ground and clouds as they are seen through the air."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import cv2
 import numpy as np
 
 from irsim.backgrounds.base import Changed, Gaze, Layer
+from irsim.backgrounds.chart import Chart
 from irsim.stage import Stage
 from irsim.types import Floats
 
 COLUMN = 4096
-"""Steps of the table between the level and straight down: 0.38 mrad each."""
+"""Steps of the table between the level and straight down, and up: 0.38 mrad each."""
+
+LOOKED = 16
+"""Of so many rows and columns of a picture one is looked at, to see how smooth the air in it is."""
+
+EVEN = 2e-4
+"""Share of the greatest transmittance, and of the greatest light of the path, that may be missed there: of a body at
+300 K in LWIR 0.01 K."""
 
 EARTH_M = 6.371e6
 
@@ -29,37 +38,61 @@ def ground_range_m(height_m: float, depression_rad: Floats) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class Column:
-    """Transmittance and light of the path, (COLUMN, 1, 2) float32, from the level down to ground at sea level."""
+    """Transmittance and light of the path, (n, 1, 2) float32, at evenly spaced angles from `highest`, rad above the
+    level, to straight down."""
 
     table: Floats
+    highest: float = 0.0
 
     @classmethod
     def of(cls, stage: Stage, height_m: float, altitude_m: float = 0.0) -> Column:
-        """As seen from a height above the ground, m; none is below a metre. altitude_m: that above the sea's level,
-        where it is more."""
+        """Down to ground as seen from a height above it, m; none is below a metre. altitude_m: that above the sea's
+        level, where it is more."""
         height_m = max(height_m, 1.0)
         depression = np.linspace(0, np.pi / 2, COLUMN)
         air = stage.air.model_copy(update={"altitude_m": max(height_m, altitude_m)})
         path = air.path(stage.band, ground_range_m(height_m, depression), -depression)
         return cls(np.stack(path, axis=-1).astype(np.float32)[:, None])
 
+    @classmethod
+    def around(cls, stage: Stage, range_m: float) -> Column:
+        """In all directions to one range, m."""
+        depression = np.linspace(-np.pi / 2, np.pi / 2, 2 * COLUMN - 1)
+        path = stage.air.path(stage.band, range_m, -depression)
+        return cls(np.stack(path, axis=-1).astype(np.float32)[:, None], np.pi / 2)
+
     def at(self, depression_rad: Floats) -> tuple[Floats, Floats]:
-        """(transmittance, light of the path) at angles below the level (rows, cols); above it, as at it."""
-        rows = (depression_rad * ((COLUMN - 1) / (np.pi / 2))).astype(np.float32)
+        """(transmittance, light of the path) at angles below the level (rows, cols); above `highest`, as there."""
+        steps = (len(self.table) - 1) / (np.pi / 2 + self.highest)
+        rows = ((depression_rad + self.highest) * steps).astype(np.float32)
         found = cv2.remap(self.table, np.zeros_like(rows), rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         return np.asarray(found[..., 0], np.float32), np.asarray(found[..., 1], np.float32)
 
 
 @dataclass(frozen=True, eq=False)
 class ThroughAir(Changed):
-    """A layer on the ground below, with the air before it."""
+    """A layer with the air before it."""
 
     column: Column
 
     def light(self, gaze: Gaze) -> tuple[Floats | None, Floats]:
-        tau, path = self.column.at(gaze.chart.spread(-gaze.chart.elevation_rad(gaze.chart.v)))
+        tau, path = _seen(self.column, gaze.chart)
         passed, emission = self.layer.light(gaze)
         return passed, np.asarray(tau * emission + (path if passed is None else path * (1 - passed)))
+
+
+@lru_cache(maxsize=4)
+def _seen(column: Column, chart: Chart) -> tuple[Floats, Floats]:
+    """`Column.at` what the pixels see, kept for all layers on one ground, and for a camera that stands still.
+
+    Where the column is smooth, its values at the chart's nodes are enough: a third of the time."""
+    down = -chart.elevation_rad(chart.v)
+    at_nodes, looked = column.at(down), column.at(chart.spread(down, LOOKED))
+    told = (chart.spread(nodes, LOOKED) for nodes in at_nodes)
+    if all(np.abs(one - other).max() <= EVEN * other.max() for one, other in zip(told, looked, strict=True)):
+        tau, path = at_nodes
+        return chart.spread(tau), chart.spread(path)
+    return column.at(chart.spread(down))
 
 
 def through_air(layers: Sequence[Layer], stage: Stage, height_m: float | None = None) -> Sequence[Layer]:
@@ -72,3 +105,10 @@ def through_air(layers: Sequence[Layer], stage: Stage, height_m: float | None = 
     altitude_m = stage.air.altitude_m
     column = Column.of(stage, altitude_m if height_m is None else height_m, altitude_m)
     return [ThroughAir(layer, column) for layer in layers]
+
+
+def through_air_around(layers: Sequence[Layer], stage: Stage) -> Sequence[Layer]:
+    """Layers all around the camera, each at its range, as it sees them; as they are in clear air."""
+    if stage.air.is_clear:
+        return layers
+    return [ThroughAir(layer, Column.around(stage, layer.range_m)) for layer in layers]

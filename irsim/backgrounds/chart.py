@@ -106,9 +106,10 @@ class Chart:
         across, along = _lagrange(nodes.T)
         return np.asarray(along @ self.uv @ across.T)
 
-    def spread(self, nodes: Floats) -> Floats:
-        """(rows, cols) float32, each more by twice the margin, of a smooth quantity from its values at the nodes."""
-        across, along = (_basis(length, self.margin) for length in self.geometry.size)
+    def spread(self, nodes: Floats, every: int = 1) -> Floats:
+        """(rows, cols) float32, each more by twice the margin, of a smooth quantity from its values at the nodes; of
+        `every` so many rows and columns one."""
+        across, along = (_basis(length, self.margin)[::every] for length in self.geometry.size)
         return product(along, product(nodes.astype(np.float32), across.T))
 
     def elevation_rad(self, v: Floats) -> Floats:

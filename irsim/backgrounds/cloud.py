@@ -9,8 +9,7 @@ import numpy as np
 from irsim.backgrounds.periodic import enlarged, wrapped_blur
 from irsim.lookup import lookup
 from irsim.radiometry import radiance
-from irsim.stage import Stage
-from irsim.types import Floats
+from irsim.types import Band, Floats
 
 EXTREME = 6.0
 """Standard deviations of warmth that the table of light covers; what is beyond, once in 1e9, is as at its end."""
@@ -28,22 +27,17 @@ class Look:
     depth: float
     """Optical depth for each unit of thickness above it."""
     glow: Floats
-    """(ENTRIES,) float32: in-band radiance, W/m2/sr, of warmth from -EXTREME to EXTREME, as it arrives at the
-    camera."""
+    """(ENTRIES,) float32: in-band radiance, W/m2/sr, of warmth from -EXTREME to EXTREME."""
     sunlit: float
     """What full sunlight adds to it where the cloud is thin, W/m2/sr."""
 
     @classmethod
-    def of(cls, edge: float, depth: float, kelvin: tuple[float, float, float], range_m: float, stage: Stage) -> Look:
+    def of(cls, edge: float, depth: float, kelvin: tuple[float, float, float], band: Band) -> Look:
         """kelvin: the cloud's temperature, its standard deviation, and what the sun adds."""
         mean, spread, sunlit = kelvin
         warm = np.maximum(mean + spread * np.linspace(-EXTREME, EXTREME, ENTRIES), 1.0)
-        dark, lit = radiance(stage.band, np.array([mean, mean + sunlit]))
-        glow, both = (
-            stage.through(light, np.ones_like(light), range_m, stage.geometry.elevation_rad)
-            for light in (radiance(stage.band, warm), np.array([dark, lit]))
-        )
-        return cls(edge, depth, glow.astype(np.float32), float(both[1] - both[0]))
+        dark, lit = radiance(band, np.array([mean, mean + sunlit]))
+        return cls(edge, depth, radiance(band, warm).astype(np.float32), float(lit - dark))
 
     @property
     def brightest(self) -> float:

@@ -13,6 +13,7 @@ import numpy as np
 from pydantic import Field
 
 from irsim.atmosphere import Atmosphere
+from irsim.backgrounds.air import through_air_around
 from irsim.backgrounds.base import FARTHEST, Background, Gaze, Layer, Names
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.cloud import Look, Relief
@@ -197,7 +198,7 @@ class Clouds(Part):
 
     def _look(self, stage: Stage) -> Look:
         kelvin = self.temperature_k, self.texture_k, self.sunlit_k
-        return Look.of(self._edge, self.depth, kelvin, self.range_m, stage)
+        return Look.of(self._edge, self.depth, kelvin, stage.band)
 
     @property
     def _edge(self) -> float:
@@ -263,10 +264,8 @@ class Sky(Background):
 
     def layers(self, stage: Stage) -> Sequence[Layer]:
         clouds = sorted(self.clouds, key=lambda layer: -layer.range_m)
-        return [
-            self.clear(stage),
-            *(layer.evolving(stage) if layer.evolve_s else layer.layer(stage) for layer in clouds),
-        ]
+        painted = [cloud.evolving(stage) if cloud.evolve_s else cloud.layer(stage) for cloud in clouds]
+        return [self.clear(stage), *through_air_around(painted, stage)]
 
     def names(self) -> Names:
         for index, layer in enumerate(self.clouds):

@@ -57,7 +57,7 @@ def cold_clouds(scenario: Scenario) -> Iterator[Notice]:
         return
     sky_k = float(temperature(stage.band, background.clear(stage).radiance(np.array(low))))
     for index, cloud in enumerate(background.clouds):
-        light = stage.through(radiance(stage.band, cloud.temperature_k), np.array(1.0), cloud.range_m, axis)
+        light = stage.through(radiance(stage.band, cloud.temperature_k), np.array(1.0), cloud.range_m, low)
         seen_k = float(temperature(stage.band, light))
         if seen_k < sky_k - FIT_K:
             yield Notice(
