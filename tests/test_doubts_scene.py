@@ -113,6 +113,18 @@ def test_clouds_that_a_carried_camera_goes_through_are_told(kind: str) -> None:
     assert line == ("background.clouds.1.range_m", said)
 
 
+@pytest.mark.parametrize("key", ["trees", "buildings"])
+@pytest.mark.parametrize(("velocity", "through"), [((0.0, 12.0, 0.0), True), ((0.0, 0.0, -12.0), False)])
+def test_rows_that_a_carried_camera_goes_through_are_told(
+    key: str, velocity: tuple[float, float, float], through: bool
+) -> None:
+    """By 12 m north, or as far down, where a row 10.2 m away is still all around; it looks down from the first."""
+    camera = {"motion": [{"kind": "platform", "velocity_m_s": velocity}], "elevation_deg": -60.0}
+    background = {"kind": "landscape", "camera_height_m": 40.0, key: [{"id": "row", "range_m": 10.2}]}
+    lines = told({"camera": camera, "background": background})
+    assert (f"background.{key}.0.range_m" in lines) == through
+
+
 @pytest.mark.parametrize(
     ("elevation_deg", "said"),
     [(0.0, "0.7 degrees above the horizon; from 2.9"), (-3.0, "2.3 degrees below the horizon"), (-4.0, None)],

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Protocol
+from typing import TYPE_CHECKING, ClassVar, Protocol
 
 import numpy as np
 
@@ -15,8 +15,14 @@ from irsim.radiometry import hemisphere, radiance
 from irsim.stage import Stage
 from irsim.types import CameraFacts, Counts, Floats
 
+if TYPE_CHECKING:
+    from irsim.backgrounds.parallax import Shell
+
 Names = Iterator[tuple[str, tuple[str | int, ...]]]
 """Names of a background's parts, each with its place in it."""
+
+Shells = Iterator[tuple[str, tuple[str, int], "Shell"]]
+"""Names of parts and where they stand in the background, and the shells that they are painted on."""
 
 Slices = tuple[slice, slice]
 """A patch of a picture: its rows and columns."""
@@ -136,6 +142,10 @@ class Background(Kind):
 
     def names(self) -> Names:
         """Name and place of each layer that can be switched off (the opaque one cannot)."""
+        yield from ()
+
+    def shells(self) -> Shells:
+        """Name, place and shell of each part that stands all around the camera's first place."""
         yield from ()
 
     @property

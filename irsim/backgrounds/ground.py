@@ -1,4 +1,4 @@
-"""Ground seen from above: a temperature field in angle, and what lies on it."""
+"""Ground seen from above: a temperature field, in angle or on a plane of a height, and what lies on it."""
 
 from __future__ import annotations
 

@@ -10,11 +10,12 @@ import cv2
 import numpy as np
 from pydantic import model_validator
 
-from irsim.backgrounds.base import FARTHEST, Changed, ClearLayer, Gaze, LandLight, Layer, Names
+from irsim.backgrounds.base import FARTHEST, Changed, ClearLayer, Gaze, LandLight, Layer, Names, Shells
 from irsim.backgrounds.fields import Betas, profile, spectral
 from irsim.backgrounds.hours import Hour, filled, typical
 from irsim.backgrounds.painting import Painting
 from irsim.backgrounds.panorama import Panorama, Sheet
+from irsim.backgrounds.parallax import Cylinder
 from irsim.backgrounds.patches import LYING, Clutter, Fields, Roads, Water
 from irsim.backgrounds.plane import VANISHING_PX, covered, laid
 from irsim.backgrounds.sky import Sky
@@ -104,6 +105,12 @@ class Landscape(Sky):
         for key in ("trees", "buildings"):
             for index, part in enumerate(getattr(self, key)):
                 yield part.id, (key, index, "id")
+
+    def shells(self) -> Shells:
+        yield from super().shells()
+        for key in ("trees", "buildings"):
+            for index, part in enumerate(getattr(self, key)):
+                yield part.id, (key, index), Cylinder(part.range_m)
 
     def _lying(
         self, sheet: Sheet, below: Floats, kelvin: Floats, stage: Stage

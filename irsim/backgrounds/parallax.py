@@ -16,6 +16,9 @@ from irsim.types import Floats
 class Shell(Protocol):
     """What stands all around the first place, without a gap, and is seen from within only."""
 
+    @property
+    def range_m(self) -> float: ...
+
     def from_first(self, azimuth: Floats, elevation: Floats, place: Place) -> tuple[Floats, Floats]:
         """How much farther to the right, and at which elevation, the first place sees the point of the shell that a
         camera at a `place` within it sees at an azimuth and an elevation, rad."""

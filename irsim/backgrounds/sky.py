@@ -14,7 +14,7 @@ from pydantic import Field
 
 from irsim.atmosphere import Atmosphere
 from irsim.backgrounds.air import through_air_around
-from irsim.backgrounds.base import FARTHEST, Background, Gaze, Layer, Names
+from irsim.backgrounds.base import FARTHEST, Background, Gaze, Layer, Names, Shells
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.cloud import Look, Relief
 from irsim.backgrounds.drifting import Drifting
@@ -270,3 +270,7 @@ class Sky(Background):
     def names(self) -> Names:
         for index, layer in enumerate(self.clouds):
             yield layer.id, ("clouds", index, "id")
+
+    def shells(self) -> Shells:
+        for index, cloud in enumerate(self.clouds):
+            yield cloud.id, ("clouds", index), Sphere(cloud.range_m)

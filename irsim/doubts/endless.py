@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import islice
 
 import numpy as np
 
@@ -74,20 +75,21 @@ def stays_behind(scenario: Scenario) -> Iterator[Notice]:
 
 
 def left_behind(scenario: Scenario) -> Iterator[Notice]:
-    """Clouds that a camera is carried to: their layer is around its first place, and is not drawn from without."""
-    stage, cast = scenario.stage, scenario.stage.cast
-    clouds = getattr(scenario.background, "clouds", ())
-    if not clouds or cast is None:
+    """Clouds and rows of trees or buildings that a camera goes through: they are around its first place, and not drawn
+    from without."""
+    stage, cast, shells = scenario.stage, scenario.stage.cast, list(scenario.background.shells())
+    if not shells or cast is None:
         return
     frames = watched(scenario.frames)
-    gone = np.linalg.norm(cast.standpoints(frames, stage), axis=1)
-    for index, cloud in enumerate(clouds):
-        if gone.max() >= cloud.range_m:
-            frame = frames[np.argmax(gone >= cloud.range_m)]
+    level = stage.geometry.world_rotation(np.zeros(3))
+    places = (cast.standpoints(frames, stage) @ level).tolist()
+    for name, at, shell in shells:
+        beyond = (frame for frame, (x, y, z) in zip(frames, places, strict=True) if not shell.holds((x, y, z)))
+        for frame in islice(beyond, 1):
             yield Notice(
-                ("background", "clouds", index, "range_m"),
-                f"at frame {frame:.0f} the camera has been carried by {cloud.range_m:g} m: it has gone through "
-                f"{cloud.id}, which is not drawn any more",
+                ("background", *at, "range_m"),
+                f"at frame {frame:.0f} the camera has been carried by {shell.range_m:g} m: it has gone through "
+                f"{name}, which is not drawn any more",
             )
 
 
