@@ -12,7 +12,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from irsim.errors import InputError, Notice
-from irsim.motion import Crosses
+from irsim.motion import Crosses, Crossing
 from irsim.occluders import Bar, Occluder
 from irsim.scenario import Scenario
 from irsim.sprite import Sprite
@@ -64,7 +64,7 @@ def unmet(scenario: Scenario) -> Iterator[Notice]:
     """What the scenario asks for that cannot be, with its place."""
     watch = Watch(scenario.whole)
     for index, target in enumerate(scenario.targets):
-        if isinstance(target.path, Crosses):
+        if isinstance(target.path, Crossing):
             try:
                 _check_crossing(watch, index)
             except UnmetError as fault:
@@ -238,31 +238,37 @@ def _check_crossing(watch: Watch, index: int) -> None:
     """UnmetError where a crossing cannot happen."""
     target = watch.scenario.targets[index]
     path, stage = target.path, watch.stage
-    assert isinstance(path, Crosses)
+    assert isinstance(path, Crossing)
     if path.at_frame > watch.scenario.frames - 1:
         raise UnmetError("at_frame", _no_frame(path.at_frame, watch.scenario.frames))
     frame = round(path.at_frame)
     for name in (path.target, target.id):
         if not watch.courses[name].target.exists(frame):
             raise UnmetError("at_frame", f"{name} is not there at frame {frame}; allowed: a frame in which it is")
-    here, step, own, range_m = path.meeting(stage)
-    if not np.isfinite(here).all():
-        raise UnmetError(
-            "at_frame", f"{path.target} is not in the picture at frame {frame}; allowed: a frame in which it is"
-        )
-    if np.hypot(*(own - step)) < _STILL_PX:
-        raise UnmetError(
-            "angle_deg", f"at this speed and angle it never parts from {path.target}; allowed: another one"
-        )
-    if range_m + path.farther_m <= 0:
-        away = round(range_m, 1)
-        raise UnmetError("farther_m", f"{path.target} is {away:g} m away; allowed: more than {0 - away:g}")
+    if isinstance(path, Crosses):
+        _check_range(path, watch, frame)
     for name in (path.target, target.id):
         x, y = watch.mount.seen(watch.courses[name].positions)[frame]
         if not watch.scenario.camera.geometry.inside(x, y):
             raise UnmetError(
                 "at_frame", f"{name} is out of the picture at frame {frame}; allowed: a frame in which it is seen"
             )
+    if path.parting_px(stage) < _STILL_PX:
+        raise UnmetError(
+            "angle_deg", f"at this speed and angle it never parts from {path.target}; allowed: another one"
+        )
+
+
+def _check_range(path: Crosses, watch: Watch, frame: int) -> None:
+    """UnmetError where the other is behind the camera at `frame`, or the crossing would be."""
+    here, _, _, range_m = path.meeting(watch.stage)
+    if not np.isfinite(here).all():
+        raise UnmetError(
+            "at_frame", f"{path.target} is not in the picture at frame {frame}; allowed: a frame in which it is"
+        )
+    if range_m + path.farther_m <= 0:
+        away = round(range_m, 1)
+        raise UnmetError("farther_m", f"{path.target} is {away:g} m away; allowed: more than {0 - away:g}")
 
 
 def _no_frame(index: float, frames: int) -> str:

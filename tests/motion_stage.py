@@ -29,3 +29,9 @@ def path(**keys: Any) -> Path:
 
 def pixels(value: Path, frames: npt.ArrayLike, seed: int = 0) -> Floats:
     return GEOMETRY.project(value.positions(np.asarray(frames, dtype=float), stage(seed), "jet"))
+
+
+def level_axes() -> tuple[Floats, Floats, Floats]:
+    """East, north and up in the first camera frame: it is lifted by 0.1 rad about the axis to its right."""
+    c, s = np.cos(0.1), np.sin(0.1)
+    return np.array([1.0, 0, 0]), np.array([0, s, c]), np.array([0, -c, s])

@@ -101,6 +101,24 @@ def test_a_turn_that_nothing_flies_is_told_with_its_load(turn_deg_s: float, said
     assert loads == pytest.approx([1000 * omega / 9.80665 * (math.sin(half) / half) ** 2] if said else [], rel=2e-3)
 
 
+@pytest.mark.parametrize(
+    "keys",
+    [
+        {"kind": "weave_m", "amplitude_m": 40, "period_s": 1},  # 40 m (2 pi / s)^2: 161 g, for 0.38 s of a half
+        {"kind": "jump_m", "rates_deg_s": [300]},  # 200 m/s at 5.2 rad/s: 107 g
+        {
+            "kind": "manoeuvre_m",
+            "keep_in_m": (-200, 1800, 200, 2200),
+        },  # steers with up to 150 g
+        {"kind": "stop_and_go_m", "speed_m_s": 200, "go_s": 0.6, "stop_s": 0.3, "ease_s": 0.3},  # 68 g of braking
+    ],
+)
+def test_every_kind_of_path_in_metres_is_held_to_what_can_be_flown(keys: dict[str, Any]) -> None:
+    assert any(" pulls " in line for line in told({"start_m": (0, 0, 2000), **keys}, "missile"))
+    gentle = {"kind": keys["kind"], "start_m": (0, 0, 2000)}
+    assert not any(" pulls " in line for line in told(gentle, "missile"))
+
+
 def test_a_corner_is_no_turn() -> None:
     corner = {"kind": "waypoints_m", "points": [[-50, 0, 2000], [0, 0, 2000], [0, -50, 2000]], "speed_m_s": 60}
     assert not any("pulls" in line for line in told(corner, "quadrotor"))
@@ -120,3 +138,38 @@ def test_two_large_ones_meet_at_a_distance_of_their_places() -> None:
     first = {"id": "a", "shape": {"kind": "fighter"}, "path": {"kind": "straight", "start": (30, 60), "speed": 1.5}}
     path = {"kind": "crosses", "target": "a", "at_frame": 30, "speed": 1, "miss_px": 20}
     assert told(path, "fighter", targets=[first]) == []
+
+
+@pytest.mark.parametrize(
+    ("keys", "apart"),
+    [
+        # Square to the line of sight, 15 m at 1000 m are 50 px of 0.3 mrad.
+        ({"miss_m": 15, "miss_deg": 90}, 50),
+        ({"miss_m": 30, "angle_deg": -90, "speed_m_s": 40}, None),  # 0.8 s later it is behind the other
+        ({"miss_m": 0}, None),
+    ],
+)
+def test_two_that_pass_far_from_each_other_in_the_picture_are_told(keys: dict[str, Any], apart: int | None) -> None:
+    way = {"kind": "straight_m", "start_m": (-20, 0, 1000), "velocity_m_s": (30, 0, 0)}
+    first = {"id": "a", "shape": {"kind": "point"}, "path": way}
+    path = {"kind": "crosses_m", "target": "a", "at_frame": 30, "angle_deg": 180, "speed_m_s": 30, **keys}
+    lines = [line for line in told(path, "point", targets=[first]) if "never meet" in line]
+    assert [line.split(";")[0] for line in lines] == (
+        [f"it and a never meet: they stay {apart} px apart"] if apart is not None else []
+    )
+
+
+def test_two_that_go_through_each_other_between_two_frames_do_meet() -> None:
+    first = {"id": "a", "shape": {"kind": "point"}, "path": {"kind": "straight", "start": (30, 60), "speed": 1.5}}
+    path = {"kind": "crosses", "target": "a", "at_frame": 30.5, "speed": 15}
+    assert told(path, "point", targets=[first]) == []
+
+
+@pytest.mark.parametrize(("down_m", "said"), [(8, False), (13, True)])
+def test_a_crossing_in_metres_is_held_to_the_ground_as_other_paths_in_metres_are(down_m: float, said: bool) -> None:
+    """The ground is 10 m below the camera; a range written by eye would be forgiven 5 m."""
+    way = {"kind": "straight_m", "start_m": (-20, down_m, 700), "velocity_m_s": (20, 0, 0)}
+    first = {"id": "a", "shape": {"kind": "tank"}, "path": way}
+    path = {"kind": "crosses_m", "target": "a", "at_frame": 30, "speed_m_s": 10, "angle_deg": 45}
+    lines = told(path, "tank", targets=[first], background={"kind": "landscape", "camera_height_m": 10})
+    assert any("goes below the ground" in line for line in lines) == said

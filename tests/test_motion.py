@@ -15,6 +15,12 @@ from irsim.motion.spline import Spline
 EXAMPLES: dict[str, dict[str, Any]] = {
     "straight": {"start": [10, 20], "speed": 2.0, "heading_deg": 30.0, "closing_m_s": 50.0},
     "waypoints": {"points": [[10, 20], [60, 80], [140, 30]], "speed": 1.5},
+    "weave_m": {"start_m": [-100, 0, 2000], "tilt_deg": 60.0, "climb_m_s": 10.0, "axes": "world", "period_s": 4.0},
+    "manoeuvre_m": {"start_m": [-100, 0, 2000], "hold_s": 1.0, "keep_in_m": [-4000, -2000, 4000, 6000]},
+    "jump_m": {"start_m": [-100, 0, 2000], "hold_s": 0.4, "climb_m_s": -5.0},
+    "stop_and_go_m": {"start_m": [-20, 5, 400], "vary": 0.5, "go_s": 7.0, "climb_m_s": 2.0},
+    "crosses_m": {"target": "leader", "at_frame": 40.0, "angle_deg": 40.0, "miss_m": 9.0, "tilt_deg": 30.0},
+    "dive_px": {"start": [10, 20], "at_frame": 10.0, "pull_out_frame": 40.0},
     "weave": {"start": [10, 60], "speed": 1.0, "amplitude_px": 12.0},
     "manoeuvre": {"start": [80, 60], "speed": 2.0},
     "straight_m": {"start_m": [-20, 5, 800], "velocity_m_s": [30, -2, 10]},

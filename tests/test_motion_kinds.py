@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 import pytest
-from motion_stage import GEOMETRY, path
+from motion_stage import GEOMETRY, level_axes, path
 from pydantic import ValidationError
 
 from irsim.motion import PATHS, Company, Path
 from irsim.motion.arcs import arcs
-from irsim.motion.jump import coordinated_turn
+from irsim.motion.jump import Jumps, coordinated_turn
 from irsim.motion.singer import singer
+from irsim.motion.stop_and_go import Stops
 from irsim.stage import Stage
 from irsim.types import Floats
 
@@ -28,12 +29,6 @@ def places(value: Path, frames: npt.ArrayLike, scene: Stage | None = None, name:
 
 def pixels(value: Path, frames: npt.ArrayLike, scene: Stage | None = None) -> Floats:
     return GEOMETRY.project(places(value, frames, scene))
-
-
-def level_axes() -> tuple[Floats, Floats, Floats]:
-    """East, north and up in the first camera frame: it is lifted by 0.1 rad about the axis to its right."""
-    c, s = np.cos(0.1), np.sin(0.1)
-    return np.array([1.0, 0, 0]), np.array([0, s, c]), np.array([0, -c, s])
 
 
 class TestTurns:
@@ -161,8 +156,7 @@ class TestJump:
         np.testing.assert_allclose(dynamics.switching, [[0.9, 0.05, 0.05], [0.05, 0.9, 0.05], [0.05, 0.05, 0.9]])
 
     def test_it_holds_a_rate_as_long_as_asked(self) -> None:
-        value = path(kind="jump", start=[0, 0], rates_deg=[0.0, 5.0, -5.0], hold_frames=10.0)
-        rates = value._rates(20_000, stage(4), "jet")  # type: ignore[attr-defined]
+        rates = Jumps(np.radians([0.0, 5.0, -5.0]), 10.0).drawn(20_000, stage(4), "jet")
         # Changes are Bernoulli with 1/10: 2,000 +- 3 sqrt(20,000 x 0.09) = 127.
         assert np.count_nonzero(np.diff(rates)) == pytest.approx(2000, abs=127)
 
@@ -179,8 +173,7 @@ class TestStopAndGo:
         np.testing.assert_allclose(pixels(value, [40, 50, 60, 100, 120])[:, 0], [80, 80, 80, 140, 140], atol=1e-5)
 
     def test_lengths_vary_as_asked(self) -> None:
-        value = path(kind="stop_and_go", start=[0, 0], speed=1.0, go_frames=40.0, stop_frames=20.0, vary=0.5)
-        times, _ = value._speeds(20_000.0, stage(1), "jet")  # type: ignore[attr-defined]
+        times, _ = Stops(speed=1.0, go=40.0, stop=20.0, ease=6.0, vary=0.5).paces(20_000.0, stage(1), "jet")
         goes = times.reshape(-1, 4)[:, 3] - times.reshape(-1, 4)[:, 0]
         assert 20 <= goes.min() < 22
         assert 58 < goes.max() <= 60.001

@@ -9,9 +9,10 @@ import numpy as np
 
 from irsim.doubts.looked import watched
 from irsim.errors import Notice
-from irsim.motion import Crosses, MetrePath
+from irsim.motion import Crosses, Crossing, MetrePath
 from irsim.motion.attitude import STANDARD_GRAVITY
 from irsim.scenario import Scenario
+from irsim.types import Floats
 from irsim.watch import LOOKED, Watch
 
 NEAR_M = 1.0
@@ -72,18 +73,31 @@ def pulls(scenario: Scenario) -> Iterator[Notice]:
 
 
 def misses(scenario: Scenario) -> Iterator[Notice]:
-    """Crossings so far apart that the two do not meet."""
+    """Crossings so far apart that the two never touch in the picture."""
     watch = Watch(scenario)
     for index, target in enumerate(scenario.targets):
         path = target.path
-        if not isinstance(path, Crosses) or not {target.id, path.target} <= watch.courses.keys():
+        if not isinstance(path, Crossing) or not {target.id, path.target} <= watch.courses.keys():
             continue
-        frame = round(path.at_frame)
-        both = [watch.sprite(name, frame) for name in (target.id, path.target)]
+        pair = [watch.courses[name] for name in (target.id, path.target)]
+        seen = [watch.mount.seen(course.positions) for course in pair]
+        apart = _nearest(seen[1] - seen[0])
+        there = [all(course.target.exists(frame) for course in pair) for frame in range(scenario.frames)]
+        frame = int(np.argmin(np.where(there, apart, np.inf)))
+        both = [watch.sprite(course.target.id, frame) for course in pair]
         reach = sum(one.box.diagonal / 2 for one in both if one is not None)
-        if None not in both and abs(path.miss_px) > reach:
+        if None not in both and apart[frame] > reach:
             yield Notice(
-                ("targets", index, "path", "miss_px"),
-                f"{target.id} and {path.target} never meet: they stay {abs(path.miss_px):g} px apart; "
+                ("targets", index, "path", "miss_px" if isinstance(path, Crosses) else "miss_m"),
+                f"{target.id} and {path.target} never meet: they stay {apart[frame]:.3g} px apart; "
                 f"they touch at {reach:.1f} and less",
             )
+
+
+def _nearest(gaps: Floats) -> Floats:
+    """(n,) px: how near two come from each frame to the next, of gaps (n, 2) px between them; inf where one is behind
+    the camera."""
+    steps = np.diff(gaps, axis=0, append=gaps[-1:])
+    part = -np.sum(gaps * steps, axis=1) / np.maximum(np.sum(steps**2, axis=1), 1e-12)
+    nearest = np.linalg.norm(gaps + part.clip(0, 1)[:, None] * steps, axis=1)
+    return np.where(np.isnan(nearest), np.inf, nearest)

@@ -8,7 +8,7 @@ import numpy as np
 
 from irsim.doubts.looked import watched
 from irsim.errors import Notice
-from irsim.motion import MetrePath
+from irsim.motion import CrossesM, MetrePath
 from irsim.scenario import Scenario
 from irsim.target import Target
 from irsim.types import Floats
@@ -34,7 +34,8 @@ def buried(scenario: Scenario) -> Iterator[Notice]:
     surface = scenario.background.surface
     for index, target in enumerate(scenario.targets):
         frames, deep, range_m = _way(scenario, target, level)
-        too_deep = DEEP_M if isinstance(target.path, MetrePath) else max((FARTHER - 1) * level, DEEP_M)
+        in_metres = isinstance(target.path, MetrePath | CrossesM)
+        too_deep = DEEP_M if in_metres else max((FARTHER - 1) * level, DEEP_M)
         if deep.max(initial=0) > too_deep:
             first = int(np.argmax(deep > too_deep))
             there = range_m[first] * level / (level + deep[first])

@@ -5,10 +5,10 @@ from __future__ import annotations
 from irsim.kinds import Family
 from irsim.motion.attitude import angles_deg
 from irsim.motion.base import MetrePath, Path, PixelPath, Pointing
+from irsim.motion.crosses import Crosses, CrossesM, Crossing
 from irsim.motion.dynamics import Dynamics
 from irsim.motion.jitter import Jitter
 from irsim.motion.mount import Company, Mount
-from irsim.motion.others import Crosses
 from irsim.motion.pan import Pan
 from irsim.motion.paths import PATHS
 from irsim.motion.platform import Platform
@@ -36,6 +36,8 @@ __all__ = [
     "POINTINGS",
     "Company",
     "Crosses",
+    "CrossesM",
+    "Crossing",
     "Dynamics",
     "MetrePath",
     "Mount",

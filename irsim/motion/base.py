@@ -64,6 +64,13 @@ class MetrePath(Path):
         """(..., 3) vectors along `axes` in the first camera frame."""
         return np.asarray(vectors) if self.axes == "camera" else world_to_first(vectors, stage)
 
+    def to_world(self, vectors: Floats, stage: Stage) -> Floats:
+        """(..., 3) vectors along `axes` as east, north, up."""
+        if self.axes == "world":
+            return np.asarray(vectors)
+        east, down, north = np.moveaxis(np.asarray(vectors) @ gimbal(0.0, stage.geometry.elevation_rad, 0.0), -1, 0)
+        return np.stack([east, north, -down], axis=-1)
+
 
 def world_to_first(vectors: Floats, stage: Stage) -> Floats:
     """(..., 3) east, north, up as vectors of the first camera frame."""
