@@ -1,4 +1,4 @@
-"""How the texture of a background falls off with frequency, and how far its grey levels spread."""
+"""How the texture of a background falls off with frequency, how far its grey levels spread, and how evenly."""
 
 from __future__ import annotations
 
@@ -17,6 +17,8 @@ _STRIP = 1.5
 """Half the width of the strips about the axes, cycles a side."""
 _LOWEST = 4
 """Cycles a side from which slopes are fitted: below, too few waves fit in."""
+_TILES = 8
+"""Tiles along the shorter side: as large as the coarsest half wave that slopes are fitted from."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +30,7 @@ class Texture:
     bend            how much steeper the upper half of the frequencies (by log f) falls than the lower
     spread          standard deviation of grey levels, in units of the frames
     rows            share of its square that is between the means of rows: much where a horizon parts the picture
+    uneven          how unevenly the texture lies: 0 where it is alike all over, see `unevenness`
     """
 
     beta: float
@@ -36,6 +39,7 @@ class Texture:
     bend: float
     spread: float
     rows: float
+    uneven: float
 
 
 def texture(frames: Values) -> Texture:
@@ -45,7 +49,12 @@ def texture(frames: Values) -> Texture:
         raise InputError(f"{columns}x{rows} px are too few for a spectrum; allowed: at least {LEAST_SIDE}x{LEAST_SIDE}")
     pictures = [np.asarray(frame, np.float64) for frame in frames]
     found = [
-        (*slopes(picture), float(picture.std()), float(picture.mean(axis=1).var() / picture.var()))
+        (
+            *slopes(picture),
+            float(picture.std()),
+            float(picture.mean(axis=1).var() / picture.var()),
+            unevenness(picture),
+        )
         for picture in pictures
         if picture.std() > 0
     ]
@@ -75,6 +84,19 @@ def slopes(picture: Floats) -> tuple[float, float, float, float]:
         _slope(radius[y], power[y], lowest, HIGHEST),
         _slope(radius, power, middle, HIGHEST) - _slope(radius, power, lowest, middle),
     )
+
+
+def unevenness(picture: Floats) -> float:
+    """How much standard deviations within tiles differ: their standard deviation over their mean.
+
+    picture (rows, columns) is cut into squares of an eighth of the shorter side; what is left over at its right and
+    lower edges does not count. Noise is alike in all of them (0); trees before an even sky fill only some of them.
+    """
+    side = min(picture.shape) // _TILES
+    down, across = (length // side for length in picture.shape)
+    tiles = picture[: down * side, : across * side].reshape(down, side, across, side)
+    within = tiles.std(axis=(1, 3))
+    return float(within.std() / within.mean())
 
 
 def _slope(frequency: Floats, power: Floats, lowest: float, highest: float) -> float:
