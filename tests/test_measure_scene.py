@@ -16,7 +16,7 @@ import irsim
 from irsim.cli import app
 from irsim.fitting import Fit
 from irsim.measure import Measured, NoiseReport, Region, measure_noise
-from irsim.measure.lines import common_lines
+from irsim.measure.lines import common_lines, lines
 from irsim.measure.neighbours import alike, changes
 from irsim.measure.noise import noise_lines
 from irsim.types import Floats
@@ -65,9 +65,9 @@ def test_what_a_scene_adds_is_doubted(seen: Floats, doubtful: tuple[str, ...]) -
     rng = np.random.default_rng(3)
     report = measure_noise(filmed(rng, pattern(rng, SIDE, SIDE) + seen), 30.0, Region(0, 0, SIDE, SIDE))
     assert report.doubtful == doubtful
-    lines = dict(noise_lines(report))
+    told = dict(noise_lines(report))
     for term in ("v", "h", "vh", "tvh"):
-        assert lines[term].endswith("; may be the scene's") == (term in doubtful)
+        assert told[term].endswith("; may be the scene's") == (term in doubtful)
     assert report.terms.tvh.value == pytest.approx(np.hypot(NOISE, np.sqrt(1 / 12)), rel=0.01)
 
 
@@ -141,6 +141,18 @@ def test_lines_that_all_parts_have_in_common_lie_in_their_interval() -> None:
         found = common_lines(scene + pattern(rng, 150, 200))
         hits += (found.row.low <= ROW <= found.row.high) + (found.column.low <= COLUMN <= found.column.high)
     assert hits >= 66  # of 80: a binomial of 0.95 has fewer in 1 of 10^5
+
+
+def test_lines_beside_strong_texture_lie_in_their_interval() -> None:
+    """Where it is strong it is expected to have twice the power that it has, and lines add far less."""
+    rng, across = np.random.default_rng(1), np.fft.rfftfreq(200)
+    texture = np.tile(1e10 * np.maximum(across / 0.01, 1) ** -5.0, (150, 1)) + 4.0
+    expected = np.where(texture > 100, 2 * texture, texture)
+    seen = texture.copy()
+    seen[0] += COLUMN**2 * 150 * 2 / 3
+    drawn = (lines(seen * rng.exponential(size=seen.shape), expected, (150, 200)).column for _ in range(40))
+    hits = sum(found.low <= COLUMN <= found.high for found in drawn)
+    assert hits >= 32  # a binomial of 0.95 has fewer in 1 of 10^4
 
 
 CAMERA = "[{kind: white}, {kind: fixed_pattern, pixel: 0.5, row: 0.3, column: 0.4}]"

@@ -15,6 +15,9 @@ _HANN_GAIN = 2 / 3
 """(sum w)^2 / (N sum w^2) of a Hann window."""
 _OVERLAP = 35 / 128 / (3 / 8) ** 2
 """By how much a Hann window lowers the number of independent frequencies: N sum w^4 / (sum w^2)^2."""
+_FAINT = 1e-3
+"""Least variance of lines that is tried, as a share of the least power that is expected without them; and none."""
+_TRIED = 1000
 _BLOCKS = 8
 _PARTS = 6
 _BENT = 35 / 18
@@ -37,7 +40,7 @@ def lines(periodogram: Floats, density: Floats, shape: tuple[int, int]) -> Lines
     """Lines of a picture (rows, columns) by its periodogram beside the `density` of all else.
 
     Offsets of rows are all in the frequencies with fx = 0, where they have columns x 2/3 times their
-    variance under a Hann window. Intervals: mean powers over chi-squares.
+    variance under a Hann window.
     """
     rows, columns = shape
     down, across = np.fft.fftfreq(rows), np.fft.rfftfreq(columns)
@@ -49,8 +52,25 @@ def lines(periodogram: Floats, density: Floats, shape: tuple[int, int]) -> Lines
 
 
 def _excess(power: Floats, expected: Floats, gain: float) -> Measured:
-    """Sigma of lines from powers at n frequencies beside those expected without them."""
-    return _above(float(power.mean()), float(expected.mean()), gain, 2 * power.size / _OVERLAP)
+    """Sigma of lines from powers at n frequencies beside those expected without them.
+
+    All frequencies count alike in it. Its interval holds that by Whittle's likelihood too, in which they count by how
+    little is expected: how much a texture has on the very axis is not known well where it is strong.
+    """
+    mean = _above(float(power.mean()), float(expected.mean()), gain, 2 * power.size / _OVERLAP)
+    likely = _likely(power, expected) / gain
+    return Measured(mean.value, min(mean.low, root(float(likely[0]))), max(mean.high, root(float(likely[-1]))))
+
+
+def _likely(power: Floats, expected: Floats) -> Floats:
+    """Variances, least to greatest, that all frequencies may have above what is expected, by a ratio of likelihoods."""
+    from scipy.stats import chi2
+
+    least = float(expected.min()) * _FAINT
+    added = np.concatenate([[0.0], np.geomspace(least, max(10 * float(power.max()), 2 * least), _TRIED)])
+    density = expected + added[:, None]
+    loss = (np.log(density) + power / density).sum(axis=1) / _OVERLAP
+    return np.asarray(added[loss <= loss.min() + chi2.ppf(LEVEL, 1) / 2])
 
 
 def _above(power: float, usual: float, gain: float, freedom: float) -> Measured:
