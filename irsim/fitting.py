@@ -50,14 +50,15 @@ class Fit:
 
     def as_json(self) -> dict[str, Any]:
         """Plain values, ready for json.dumps."""
-        told = {name: [m.value, m.low, m.high] for name, m in self.figures.measured()}
+        measured = dict(self.figures.measured())
         return {
             "source": self.name,
             "frames": self.frames,
             "region": list(self.figures.region),
             "mean": self.figures.mean,
             "histogram": list(self.figures.histogram),
-            "figures": told,
+            "figures": {name: [m.value, m.low, m.high] for name, m in measured.items()},
+            "bounds": [name for name, m in measured.items() if m.bound],
             "notes": list(self.notes),
         }
 
@@ -288,7 +289,7 @@ def _line(key: str, value: Measured) -> str:
 
 
 def _range(value: Measured) -> str:
-    return f"{_plain(value.low)} to {_plain(value.high)}"
+    return f"at most {_plain(value.high)}" if value.bound else f"{_plain(value.low)} to {_plain(value.high)}"
 
 
 def _plain(value: float) -> str:

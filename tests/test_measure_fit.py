@@ -156,6 +156,7 @@ def test_a_scene_that_slides_says_what_it_cannot_tell() -> None:
     assert found.notes[0].startswith("the scene moves")
     unit = irsim.loads(text).camera.response()
     assert found.figures.noise.low <= unit.noise <= found.figures.noise.high
+    assert found.figures.noise.value == pytest.approx(unit.noise, rel=0.3)
     assert found.scenario.camera.noise[0].kind == "noise_3d"
 
 

@@ -32,14 +32,15 @@ _FAR = 4.0
 """Sigmas from its median beyond which a pixel's value is not its background's."""
 _SKEWED = 4.0
 """Standard errors from which a histogram is no Gaussian one."""
-_FINE = (0.7, 1.05)
-"""Relative ends of the interval given to the noise of moving scenes: sharp texture that moves adds to it."""
+_CHANCE = 1.05
+"""By how much noise that is sharp may be more than what is measured of it."""
 _NOT_OF_TIME: dict[str, Any] = dict.fromkeys(
     ("memory", "memory_frames", "row_noise", "column_noise", "level", "level_frames")
 )
 """Figures that cannot be told where something moves."""
 _NOT_OF_PLACE: dict[str, Any] = dict.fromkeys(("pixel", "row", "column", "even_rows", "even_columns"))
 """Those that cannot be told, either, where the scene slides."""
+_AT_MOST = "the noise is at most what is told of it: texture that moves and is as sharp as noise is counted with it"
 _SHARES = 17
 """Values of a histogram."""
 
@@ -48,7 +49,8 @@ _SHARES = 17
 class Figures:
     """In counts and frames; None where the recording cannot tell. Rounding's 1/12 is taken out of variances.
 
-    noise                   whole temporal sigma of a pixel; of it white the part without memory, memory that with
+    noise                   whole temporal sigma of a pixel; of it white the part without memory, memory that with.
+                            Where something moves both are upper bounds of what is sharp and has no memory
     memory_frames           in which the part with memory falls to a correlation of 1/e
     row_noise, column_noise temporal sigmas of whole rows and columns, white in time
     level, level_frames     sigma of the whole frame's level, and the time of its memory
@@ -191,6 +193,7 @@ def _of_moving(report: NoiseReport, whole: Values, blur: Measured | None, still:
         notes=(
             "the scene moves: memory of the noise, its rows, columns and level and the fixed pattern cannot be told "
             "from it; record something even, or hold the camera still",
+            _AT_MOST,
             *_notes(report, None, None),
             *_unseen(blur, psf, still),
         ),
@@ -200,8 +203,8 @@ def _of_moving(report: NoiseReport, whole: Values, blur: Measured | None, still:
 
 
 def _sharp_noise(report: NoiseReport) -> Measured:
-    """Sigma of the noise before which something moves."""
-    return _less(Measured(report.fine, report.fine * _FINE[0], report.fine * _FINE[1]), ROUNDING)
+    """Sigma of the noise before which something moves: an upper bound, for sharp texture that moves adds to it."""
+    return _less(Measured(report.fine, 0.0, report.fine * _CHANCE, bound=True), ROUNDING)
 
 
 def _notes(report: NoiseReport, memory: Memory | None, level: Measured | None) -> Iterator[str]:
@@ -219,6 +222,7 @@ def _notes(report: NoiseReport, memory: Memory | None, level: Measured | None) -
             f"something moves at {report.region}, where noise is read: of the noise only what is sharp is told, no "
             "memory, rows, columns or level; --region X,Y,W,H names a place that is still"
         )
+        yield _AT_MOST
     elif report.together and not report.moving:
         yield (
             f"neighbouring pixels change together at {report.region}, where noise is read: the camera smooths its "

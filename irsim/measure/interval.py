@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -16,16 +16,20 @@ LEVEL = 0.95
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """A value and the ends of its 95 % interval."""
+    """A value and the ends of its 95 % interval.
+
+    bound   whether only an upper bound is known: the true value may be anything up to `high`, and `low` is 0
+    """
 
     value: float
     low: float
     high: float
+    bound: bool = field(default=False, kw_only=True)
 
     def map(self, function: Callable[[float], float]) -> Measured:
-        """Each number through a rising or falling function; low stays the lower end."""
+        """Each number through a rising or falling function, a bound through a rising one; low stays the lower end."""
         low, high = sorted((function(self.low), function(self.high)))
-        return Measured(function(self.value), low, high)
+        return Measured(function(self.value), low, high, bound=self.bound)
 
 
 def root(value: float) -> float:

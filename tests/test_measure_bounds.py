@@ -1,0 +1,53 @@
+"""Noise before which something moves is an upper bound, and said to be one."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from test_measure_fit import apart
+from typer.testing import CliRunner
+
+import irsim
+from irsim.cli import app
+from irsim.measure import Measured
+
+SLIDING = """\
+frames: 60
+seed: 2
+camera: {preset: uncooled_lwir, size: [128, 96], netd_mk: 40, noise: [{kind: white}],
+  motion: [{kind: pan, azimuth_deg_s: 2}]}
+background: {kind: ground, spread_k: 3}
+"""
+
+
+def test_a_bound_stays_one() -> None:
+    assert Measured(2.0, 0.0, 3.0, bound=True).map(lambda value: 2 * value) == Measured(4.0, 0.0, 6.0, bound=True)
+    assert not Measured(2.0, 0.0, 3.0).map(lambda value: 2 * value).bound
+
+
+def test_noise_of_a_scene_that_slides_is_said_to_be_a_bound(tmp_path: Path) -> None:
+    """It was said to be 109 to 163 mK."""
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(SLIDING)
+    camera = tmp_path / "camera.yaml"
+    done = CliRunner().invoke(app, ["fit", str(scene), "-o", str(camera)])
+    assert done.exit_code == 0, done.output
+    assert "note: the noise is at most what is told of it" in done.stderr
+    written = camera.read_text()
+    netd = next(line for line in written.splitlines() if "netd_mk" in line)
+    assert " # at most " in netd
+    assert float(netd.split()[-1]) >= 40
+    assert "tvh: 1  # at most 1.05" in written
+    told = json.loads(CliRunner().invoke(app, ["fit", str(scene), "--json"]).stdout)
+    assert told["bounds"] == ["noise", "white"]
+    assert told["figures"]["noise"][1] == 0
+
+
+def test_rendered_and_fitted_again_a_bound_agrees() -> None:
+    """The first knows a bound alone; of what it gives, which stands still, there is an interval."""
+    first = irsim.fit(irsim.loads(SLIDING))
+    second = irsim.fit(first.scenario)
+    assert first.figures.noise.bound
+    assert not second.figures.noise.bound
+    assert not apart(first.figures, second.figures)
