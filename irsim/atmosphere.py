@@ -111,8 +111,8 @@ class Atmosphere(Part):
         return self._path(band, to_top, elevation, _SKY_STEPS)
 
     def surroundings(self, band: Band) -> float | None:
-        """Radiance that a grey body reflects, W/m2/sr, whichever way it faces: the mean of what level surfaces see
-        above and below them. None where nothing says it."""
+        """Radiance that a grey body reflects, W/m2/sr, whose surfaces face all ways: half the mean of the sky,
+        half ground as warm as the air. None where nothing says it."""
         if self.surroundings_k is not None:
             return float(radiance(band, self.surroundings_k))
         return None if self.preset == "none" else _surroundings(self, band)
@@ -257,5 +257,5 @@ def _below(places: Floats, heights: Floats, top_km: float) -> Floats:
 
 @lru_cache(maxsize=64)
 def _surroundings(air: Atmosphere, band: Band) -> float:
-    """Half sky, as a level surface sees it, and half ground as warm as the air."""
+    """Half sky and half ground as warm as the air."""
     return (hemisphere(lambda elevation: air.sky(band, elevation)) + float(radiance(band, air.air_k(0.0)))) / 2

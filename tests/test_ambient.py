@@ -44,11 +44,11 @@ def around_k(scenario: Scenario) -> float:
 
 
 def sky_mean(horizon_k: float, zenith_k: float) -> float:
-    """Irradiance over pi of the sky's stated gradient, exp(-sin(elevation) / 0.3), by another rule."""
+    """Mean over its directions of the sky's stated gradient, exp(-sin(elevation) / 0.3), by another rule."""
 
     def seen(elevation: float) -> float:
         kelvin = zenith_k + (horizon_k - zenith_k) * np.exp(-np.sin(elevation) / 0.3)
-        return float(radiance(BAND, kelvin) * np.sin(2 * elevation))
+        return float(radiance(BAND, kelvin) * np.cos(elevation))
 
     return float(integrate.quad(seen, 0, np.pi / 2, epsrel=1e-8)[0])
 

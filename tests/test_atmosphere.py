@@ -186,8 +186,8 @@ def test_the_sky_is_the_path_to_the_end_of_the_air(climate: ClimateName, band: B
 
 def test_surroundings_are_half_sky_half_ground() -> None:
     air = Atmosphere(preset="us_standard", altitude_m=0)
-    # Irradiance over pi: the integral of L 2 sin cos over elevation, by another rule.
-    sky, _ = integrate.quad(lambda e: float(air.sky("lwir", e)) * np.sin(2 * e), 0, np.pi / 2, epsrel=1e-6)
+    # The mean over all directions: the integral of L cos over elevation, by another rule.
+    sky, _ = integrate.quad(lambda e: float(air.sky("lwir", e)) * np.cos(e), 0, np.pi / 2, epsrel=1e-6)
     expected = (sky + radiance("lwir", 288.15)) / 2
     assert air.surroundings("lwir") == pytest.approx(float(expected), rel=2e-4)
     given = Atmosphere(surroundings_k=250.0)

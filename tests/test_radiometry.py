@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy import constants, integrate
 
-from irsim.radiometry import TABLE_K, band_fault, limits, planck, radiance, slope, temperature
-from irsim.types import Band
+from irsim.radiometry import TABLE_K, band_fault, hemisphere, limits, planck, radiance, slope, temperature
+from irsim.types import Band, Floats
 
 BANDS: list[Band] = ["mwir", "lwir", (3.4, 4.9), (7.5, 14.0), (19.9, 20.0)]
 
@@ -94,3 +94,27 @@ def test_impossible_bands_are_told(band: Band) -> None:
     assert band_fault(band) is not None
     assert band_fault("mwir") is None
     assert band_fault((3.4, 4.9)) is None
+
+
+def test_a_sky_counts_evenly_over_its_directions() -> None:
+    """By Archimedes' hat-box theorem the sine of elevation is spread evenly: the mean of sin^n is 1 / (n + 1)."""
+    assert hemisphere(lambda elevation: 3.0 + 2.0 * np.sin(elevation)) == pytest.approx(4.0, rel=1e-12)
+    assert hemisphere(lambda elevation: np.sin(elevation) ** 5) == pytest.approx(1 / 6, rel=1e-12)
+    steep = hemisphere(lambda elevation: np.exp(-np.sin(elevation) / 0.01))
+    assert steep == pytest.approx(0.01 * (1 - np.exp(-100)), rel=1e-9)
+
+
+def test_surfaces_that_face_all_ways_receive_half_the_mean_of_each_half() -> None:
+    """The irradiance over pi of each of 800 directions, summed over the sphere: in the mean (sky + ground) / 2."""
+
+    def seen(sine: Floats) -> Floats:
+        return np.where(sine > 0, 20.0 + 30.0 * np.exp(-np.maximum(sine, 0) / 0.3), 45.0)
+
+    sine, azimuth = (np.arange(20) + 0.5) / 10 - 1, (np.arange(40) + 0.5) / 40 * 2 * np.pi
+    up, around = (part.ravel() for part in np.meshgrid(sine, azimuth))
+    level = np.sqrt(1 - up**2)
+    ways = np.stack([level * np.cos(around), level * np.sin(around), up], axis=-1)
+    received = np.maximum(ways @ ways.T, 0) @ seen(up) * 4 / len(ways)
+    half = (hemisphere(lambda elevation: seen(np.sin(elevation))) + 45.0) / 2
+    assert received.mean() == pytest.approx(half, rel=2e-3)
+    assert received[up > 0.9].mean() < half - 3 < half < received[up < -0.9].mean()

@@ -174,9 +174,9 @@ class Background(Kind):
         return None
 
     def ambient(self, stage: Stage) -> float:
-        """Radiance, W/m2/sr, that a grey body in front of it reflects where the scene's air does not say: half its
-        clear sky, as a level surface sees it, half ground as bright as that at the horizon; without a sky all is as
-        warm as the standard air."""
+        """Radiance, W/m2/sr, that a grey body in front of it reflects where the scene's air does not say: half the
+        mean of its clear sky (`hemisphere`), half ground as bright as that at the horizon; without a sky all is as warm
+        as the standard air."""
         sky = self.clear(stage)
         if sky is None:
             return float(radiance(stage.band, STANDARD_K))
