@@ -109,5 +109,12 @@ def hemisphere(sky: Callable[[Floats], Floats]) -> float:
     quarter in the mean over all n, whatever w: a body whose surfaces face all ways reflects half the mean of the sky
     and half that of what is below.
     """
+    elevations, weights = _evenly()
+    return float(np.sum(weights * sky(elevations)))
+
+
+@lru_cache(maxsize=1)
+def _evenly() -> tuple[Floats, Floats]:
+    """Elevations, rad, and their weights in the mean over a hemisphere."""
     nodes, weights = np.polynomial.legendre.leggauss(32)
-    return float(np.sum(weights / 2 * sky(np.arcsin((nodes + 1) / 2))))
+    return np.arcsin((nodes + 1) / 2), weights / 2

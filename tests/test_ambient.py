@@ -11,11 +11,12 @@ import pytest
 from scipy import integrate
 
 from irsim import Rendering, Scenario, open_recording, record
+from irsim.atmosphere import Atmosphere
 from irsim.backgrounds import BACKGROUNDS, Background, Ground, Layer
 from irsim.radiometry import radiance, temperature
 from irsim.render import Renderer
 from irsim.stage import Stage
-from irsim.types import Band
+from irsim.types import Band, Floats
 
 BAND: Band = "lwir"
 
@@ -111,3 +112,20 @@ def test_a_grey_body_as_warm_as_all_around_it_is_not_seen() -> None:
     assert np.ptp(light) / light.mean() < 1e-5
     shown = Renderer(scene(flat, targets=[target], atmosphere={"surroundings_k": 250.0})).scene(0)[0]
     assert np.ptp(shown) / shown.mean() > 0.1
+
+
+def test_a_model_sky_is_worked_out_once_for_all_who_ask(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each stage asks for what bodies reflect, and `irsim check` makes some twenty; the layer asks, too."""
+    asked = []
+    worked_out = Atmosphere.sky
+
+    def counted(air: Atmosphere, band: Band, elevation_rad: Floats) -> Floats:
+        asked.append(len(elevation_rad))
+        return worked_out(air, band, elevation_rad)
+
+    monkeypatch.setattr(Atmosphere, "sky", counted)
+    clear = scene({"kind": "sky", "preset": "tropical"}, atmosphere={"altitude_m": 321.0})
+    first, again = clear.stage, clear.stage
+    Renderer(clear).scene(0)
+    assert first.surroundings == again.surroundings
+    assert len(asked) == 1

@@ -73,16 +73,9 @@ class ClearSky:
     def radiance(self, elevation_rad: Floats) -> Floats:
         """In-band radiance at an elevation; below the horizon it stays as at the horizon."""
         if self.air is not None:
-            return np.interp(elevation_rad, *self._model)
+            return np.interp(elevation_rad, *_model(self.air, self.band))
         share = np.exp(-np.maximum(np.sin(elevation_rad), 0) / SCALE_SIN_ELEVATION)
         return radiance(self.band, self.zenith_k + (self.horizon_k - self.zenith_k) * share)
-
-    @cached_property
-    def _model(self) -> tuple[Floats, Floats]:
-        """Elevations, rad, dense at the horizon, and radiance there."""
-        assert self.air is not None
-        elevations = np.linspace(0, 1, 512) ** 2 * np.pi / 2
-        return elevations, self.air.sky(self.band, elevations)
 
     @cached_property
     def _column(self) -> Floats:
@@ -105,6 +98,17 @@ class ClearSky:
 def _seen(sky: ClearSky, chart: Chart) -> Floats:
     """`ClearSky.over`, kept for a camera that stands still."""
     return sky.over(chart)
+
+
+@lru_cache(maxsize=16)
+def _model(air: Atmosphere, band: Band) -> tuple[Floats, Floats]:
+    """Elevations, rad, dense at the horizon, and a model atmosphere's radiance there; kept, as each stage asks anew for
+    what bodies reflect of it. Read only."""
+    elevations = np.linspace(0, 1, 512) ** 2 * np.pi / 2
+    table = elevations, air.sky(band, elevations)
+    for column in table:
+        column.setflags(write=False)
+    return table
 
 
 class Clouds(Part):
