@@ -10,6 +10,7 @@ import pytest
 from pydantic import ValidationError
 
 from irsim.backgrounds import Gaze
+from irsim.backgrounds.air import DriftingThroughAir
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.evolving import STEPS, Evolving, _Pair, weights
 from irsim.backgrounds.fields import shaped, spectral
@@ -18,6 +19,8 @@ from irsim.backgrounds.sky import Clouds
 from irsim.backgrounds.tiles import TILE, Tiled
 from irsim.geometry import Geometry
 from irsim.radiometry import radiance
+from irsim.render import Renderer
+from irsim.scenario import Scenario
 from irsim.stage import Stage
 from irsim.types import Floats
 
@@ -254,3 +257,23 @@ def test_an_evolving_layer_is_kept_to_half_a_unit(ifov_mrad: float) -> None:
     ):
         assert np.abs(words.astype(float) * unit - painted).max() < 0.51 * unit
         assert 0.51 * unit < np.ptp(painted) / 65535
+
+
+def test_an_evolving_layer_in_air_fills_the_picture_as_its_light_says() -> None:
+    """Of `light` comes the plain way: under * transmittance + emission."""
+    cloud = {"id": "cloud", "coverage": 0.5, "evolve_s": 20.0, "range_m": 4000.0, "wind_mrad_s": (1.5, 0.1)}
+    camera = {"size": (160, 128), "ifov_mrad": 0.15, "elevation_deg": 10.0, "band": "lwir"}
+    scene = {"camera": camera, "background": {"kind": "sky", "clouds": [cloud]}, "frames": 50}
+    renderer = Renderer(Scenario.model_validate({**scene, "atmosphere": {"preset": "us_standard"}}))
+    sky, layer = renderer.layers
+    for index in (0, 7, 49):
+        gaze = renderer.now.gaze(index)
+        (transmittance, emission), under = layer.light(gaze), sky.light(gaze)[1]
+        assert transmittance is not None
+        found, patch = np.empty_like(under), (slice(3, 9), slice(20, 50))
+        assert isinstance(layer, DriftingThroughAir)
+        (passed,) = layer.veil(under, found, gaze, [patch])
+        np.testing.assert_allclose(found, under * transmittance + emission, rtol=1e-6)
+        np.testing.assert_allclose(passed, transmittance[patch], rtol=0, atol=1e-6)
+        bare = layer.layer.light(gaze)[1]
+        assert np.abs(emission / bare - 1).max() > 0.1  # the air is there to be seen

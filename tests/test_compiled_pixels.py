@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from irsim import rng
 from irsim.backgrounds import Gaze, evolving, veiled
+from irsim.backgrounds.base import in_air
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.drifting import Drifting, _first
 from irsim.backgrounds.tiles import Tiled
@@ -126,6 +127,10 @@ def test_a_veil_is_laid_as_by_passes(size: tuple[int, int], seed: int, times: li
         atol = 1e-4 if max(place % 1 for place in first) > 0.999 else 1e-6
         np.testing.assert_allclose(passed[0], transmittance[patch], rtol=0, atol=atol)
         np.testing.assert_allclose(found, wanted, rtol=0, atol=4 * atol)
+        tau, path = rng.stream(seed, 7).random((2, *size[::-1])).astype(np.float32)
+        layer.veil(under := np.full_like(wanted, 2.5), under, gaze, [], (tau, path))
+        veiled(np.full_like(wanted, 2.5), wanted, transmittance, in_air(transmittance, emission, (tau, path)), [])
+        np.testing.assert_allclose(under, wanted, rtol=0, atol=6 * atol)
 
 
 @settings(max_examples=30)
@@ -167,6 +172,11 @@ def test_a_veil_of_another_size_is_refused() -> None:
         kernels.veil(light, 0.5, 0.25, 0.0, 0.5, 0.5, light, state, state, state, state[:4])
     with pytest.raises(ValueError, match="as large"):
         kernels.veil(light[1:], 0.5, 0.25, 0.0, 0.5, 0.5, light, state, state, state, state)
+    kernels.veil(light, 0.5, 0.25, 0.0, 0.5, 0.5, light, state, state, state, state, light / 4, light * 2)
+    assert (light == (2 - 4) * 1 + 0.5 * 1 + 4).all()
+    for air in ((light[1:], light), (light, light[:, 1:])):
+        with pytest.raises(ValueError, match="as large"):
+            kernels.veil(light, 0.5, 0.25, 0.0, 0.5, 0.5, light, state, state, state, state, *air)
     with pytest.raises(TypeError, match="uint16"):
         kernels.moved(0.5, 0.25, 0.0, 0.5, light, state, state.astype(np.float32))
 

@@ -9,8 +9,9 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-from irsim.backgrounds.base import Changed, Gaze, Layer
+from irsim.backgrounds.base import AirBefore, Changed, Gaze, Layer, Slices, in_air
 from irsim.backgrounds.chart import Chart
+from irsim.backgrounds.drifting import Drifting
 from irsim.stage import Stage
 from irsim.types import Floats
 
@@ -66,7 +67,8 @@ class Column:
         steps = (len(self.table) - 1) / (np.pi / 2 + self.highest)
         rows = ((depression_rad + self.highest) * steps).astype(np.float32)
         found = cv2.remap(self.table, np.zeros_like(rows), rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        return np.asarray(found[..., 0], np.float32), np.asarray(found[..., 1], np.float32)
+        tau, path = cv2.split(found)
+        return np.asarray(tau, np.float32), np.asarray(path, np.float32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,13 +78,23 @@ class ThroughAir(Changed):
     column: Column
 
     def light(self, gaze: Gaze) -> tuple[Floats | None, Floats]:
-        tau, path = _seen(self.column, gaze.chart)
         passed, emission = self.layer.light(gaze)
-        return passed, np.asarray(tau * emission + (path if passed is None else path * (1 - passed)))
+        return passed, in_air(passed, emission, _seen(self.column, gaze.chart))
+
+
+@dataclass(frozen=True, eq=False)
+class DriftingThroughAir(ThroughAir):
+    """A layer that fills the picture by itself, with the air before it at once."""
+
+    layer: Drifting
+
+    def veil(self, under: Floats, light: Floats, gaze: Gaze, behind: Sequence[Slices]) -> list[Floats]:
+        """See `Veil`."""
+        return self.layer.veil(under, light, gaze, behind, _seen(self.column, gaze.chart))
 
 
 @lru_cache(maxsize=4)
-def _seen(column: Column, chart: Chart) -> tuple[Floats, Floats]:
+def _seen(column: Column, chart: Chart) -> AirBefore:
     """`Column.at` what the pixels see, kept for all layers on one ground, and for a camera that stands still.
 
     Where the column is smooth, its values at the chart's nodes are enough: a third of the time."""
@@ -111,4 +123,8 @@ def through_air_around(layers: Sequence[Layer], stage: Stage) -> Sequence[Layer]
     """Layers all around the camera, each at its range, as it sees them; as they are in clear air."""
     if stage.air.is_clear:
         return layers
-    return [ThroughAir(layer, Column.around(stage, layer.range_m)) for layer in layers]
+    columns = [(layer, Column.around(stage, layer.range_m)) for layer in layers]
+    return [
+        DriftingThroughAir(layer, column) if isinstance(layer, Drifting) else ThroughAir(layer, column)
+        for layer, column in columns
+    ]

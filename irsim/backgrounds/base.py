@@ -104,6 +104,16 @@ def veiled(under: Floats, light: Floats, passed: Floats, emission: Floats, behin
     return [passed[patch] for patch in behind]
 
 
+AirBefore = tuple[Floats, Floats]
+"""What the air before a layer passes, and its own light, W/m2/sr: (rows, cols) float32 each."""
+
+
+def in_air(passed: Floats | None, emission: Floats, air: AirBefore) -> Floats:
+    """Emission, (rows, cols), of a layer as it arrives through the air, which shines where it hides what is behind."""
+    tau, path = air
+    return np.asarray(tau * emission + (path if passed is None else path * (1 - passed)))
+
+
 @dataclass(frozen=True, eq=False)
 class Changed:
     """A layer whose light something changes; its name and range stay."""

@@ -9,7 +9,7 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-from irsim.backgrounds.base import Gaze, Slices, veiled
+from irsim.backgrounds.base import AirBefore, Gaze, Slices, in_air, veiled
 from irsim.backgrounds.chart import PLACES, Chart, at_middle
 from irsim.backgrounds.evolving import STEPS
 from irsim.backgrounds.parallax import Sphere, is_left_behind, seen_from, unhidden
@@ -58,19 +58,22 @@ class Drifting:
             return unhidden(gaze)
         return _look(gaze.chart, *self._gone(gaze))(*self._around(gaze.time))
 
-    def veil(self, under: Floats, light: Floats, gaze: Gaze, behind: Sequence[Slices]) -> list[Floats]:
-        """See `Veil`."""
+    def veil(
+        self, under: Floats, light: Floats, gaze: Gaze, behind: Sequence[Slices], air: AirBefore | None = None
+    ) -> list[Floats]:
+        """See `Veil`. air: what is before it, by which its emission becomes that of `in_air`."""
         lost = is_left_behind(gaze, self._shell)
         first = _first(gaze.chart, *self._gone(gaze)) if COMPILED and not lost else None
         if first is None or light.dtype != np.float32:
-            return veiled(under, light, *self.light(gaze), behind)
+            through, emission = self.light(gaze)
+            return veiled(under, light, through, emission if air is None else in_air(through, emission, air), behind)
         early, late, share = self._around(gaze.time)
         (width, column, right), (height, row, down) = (
             (length + 1, int(place), _beyond(length, place))
             for length, place in zip(light.shape[::-1], np.mod(first, early.side).tolist(), strict=True)
         )
         passed, emitted = zip(*(state.window(column, row, width, height) for state in (early, late)), strict=True)
-        kernels.veil(under, share, right, down, *early.units, light, *passed, *emitted)
+        kernels.veil(under, share, right, down, *early.units, light, *passed, *emitted, *(air or ()))
         patches = []
         for down_to, across_to in behind:
             patch = np.empty((down_to.stop - down_to.start, across_to.stop - across_to.start), np.float32)

@@ -58,9 +58,12 @@ def veil(
     late_passed: Words,
     early_emitted: Words,
     late_emitted: Words,
+    tau: Float32 = ...,
+    path: Float32 = ...,
     /,
 ) -> None:
-    """light = under passed + emitted, of such fields; what is under may be the light itself."""
+    """light = under passed + emitted, of such fields; what is under may be the light itself. tau, path: what the air
+    before them passes, and its own light, both or neither: (under - path) passed + tau emitted + path."""
 
 # What follows draws so, too, and uses each normal at once.
 

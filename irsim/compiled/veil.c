@@ -43,9 +43,15 @@ INLINED void see(const Field *field, float down, const Plane *out, int fused)
     }
 }
 
-/* `under` may be the light itself. */
+/* What the air before it lets through, and its own light: each as large as the picture. */
+typedef struct {
+    Plane passed, lit;
+} Air;
+
+/* `under` may be the light itself; air may be NULL. Behind air that passes tau and shines by p a field of transmittance
+ * t and emission e leaves of u: u t + tau e + p (1 - t) = (u - p) t + tau e + p. */
 INLINED void lay(const Field *passed, const Field *emitted, float down, const Plane *under, const Plane *light,
-                 int fused)
+                 const Air *air, int fused)
 {
     const Field through = *passed, own = *emitted;
     float *restrict through_above = through.above, *restrict own_above = own.above;
@@ -58,13 +64,16 @@ INLINED void lay(const Field *passed, const Field *emitted, float down, const Pl
         const uint16_t *own_late = own.late.data + (row + 1) * own.late.stride;
         const float *seen = under->data + row * under->stride;
         float *values = light->data + row * light->stride;
+        const float *tau = air == NULL ? NULL : air->passed.data + row * air->passed.stride;
+        const float *lit = air == NULL ? NULL : air->lit.data + row * air->lit.stride;
         EACH_ALONE
         for (Py_ssize_t i = 0; i < light->columns; i++) {
             const float below = beside(&through, early, late, i, fused);
             const float own_below = beside(&own, own_early, own_late, i, fused);
             const float left = plus(through_above[i], below - through_above[i], down, fused);
             const float added = plus(own_above[i], own_below - own_above[i], down, fused);
-            values[i] = plus(added, seen[i], left, fused);
+            values[i] = air == NULL ? plus(added, seen[i], left, fused)
+                                    : plus(plus(lit[i], added, tau[i], fused), seen[i] - lit[i], left, fused);
             through_above[i] = below;
             own_above[i] = own_below;
         }
@@ -81,22 +90,32 @@ static void see_twice(const Field *field, float down, const Plane *out)
     see(field, down, out, 0);
 }
 
-FUSING_WIDELY static void lay_widely(const Field *passed, const Field *emitted, float down, const Plane *under,
-                                     const Plane *light)
+/* Both ways are compiled apart: without air nothing of it is read. */
+INLINED void lay_in(const Field *passed, const Field *emitted, float down, const Plane *under, const Plane *light,
+                    const Air *air, int fused)
 {
-    lay(passed, emitted, down, under, light, 1);
+    if (air == NULL)
+        lay(passed, emitted, down, under, light, NULL, fused);
+    else
+        lay(passed, emitted, down, under, light, air, fused);
+}
+
+FUSING_WIDELY static void lay_widely(const Field *passed, const Field *emitted, float down, const Plane *under,
+                                     const Plane *light, const Air *air)
+{
+    lay_in(passed, emitted, down, under, light, air, 1);
 }
 
 FUSING static void lay_fused(const Field *passed, const Field *emitted, float down, const Plane *under,
-                             const Plane *light)
+                             const Plane *light, const Air *air)
 {
-    lay(passed, emitted, down, under, light, 1);
+    lay_in(passed, emitted, down, under, light, air, 1);
 }
 
 static void lay_twice(const Field *passed, const Field *emitted, float down, const Plane *under,
-                      const Plane *light)
+                      const Plane *light, const Air *air)
 {
-    lay(passed, emitted, down, under, light, 0);
+    lay_in(passed, emitted, down, under, light, air, 0);
 }
 
 static int larger(const Words *state, const Plane *picture)
@@ -163,25 +182,37 @@ PyObject *moved(PyObject *self, PyObject *const *given, Py_ssize_t count)
     Py_RETURN_NONE;
 }
 
+static int as_large(const Plane *one, const Plane *other)
+{
+    return one->rows == other->rows && one->columns == other->columns;
+}
+
 /* veil(under, share, right, down, unit passed, unit emitted, light, early passed, late passed, early emitted, late
- * emitted) */
+ * emitted[, what the air passes, its light]) */
 PyObject *veil(PyObject *self, PyObject *const *given, Py_ssize_t count)
 {
     (void)self;
     Arrays arrays = {.count = 0};
     float down;
     Plane light, under;
+    Air before;
     Field fields[2];
-    if (count != 11)
-        return PyErr_Format(PyExc_TypeError, "veil takes 11 arguments, not %zd", count);
+    if (count != 11 && count != 13)
+        return PyErr_Format(PyExc_TypeError, "veil takes 11 or 13 arguments, not %zd", count);
+    const Air *air = count == 13 ? &before : NULL;
     float *room = looked_at(&arrays, given + 1, &down, &light, fields, 2);
     int done = room != NULL && plane(&arrays, given[0], 0, &under) == 0;
-    if (done && (under.rows != light.rows || under.columns != light.columns)) {
-        PyErr_SetString(PyExc_ValueError, "what is under a veil is to be as large as the picture");
+    if (done && air != NULL)
+        done = plane(&arrays, given[11], 0, &before.passed) == 0 && plane(&arrays, given[12], 0, &before.lit) == 0;
+    if (done && (!as_large(&under, &light) ||
+                 (air != NULL && !(as_large(&before.passed, &light) && as_large(&before.lit, &light))))) {
+        PyErr_SetString(PyExc_ValueError, "what is under a veil, and the air before it, is to be as large as the picture");
         done = 0;
     }
     if (done)
-        (fuses_widely() ? lay_widely : fuses() ? lay_fused : lay_twice)(&fields[0], &fields[1], down, &under, &light);
+        (fuses_widely() ? lay_widely
+         : fuses()      ? lay_fused
+                        : lay_twice)(&fields[0], &fields[1], down, &under, &light, air);
     PyMem_Free(room);
     release(&arrays);
     if (!done)
