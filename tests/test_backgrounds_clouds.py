@@ -275,5 +275,4 @@ def test_an_evolving_layer_in_air_fills_the_picture_as_its_light_says() -> None:
         (passed,) = layer.veil(under, found, gaze, [patch])
         np.testing.assert_allclose(found, under * transmittance + emission, rtol=1e-6)
         np.testing.assert_allclose(passed, transmittance[patch], rtol=0, atol=1e-6)
-        bare = layer.layer.light(gaze)[1]
-        assert np.abs(emission / bare - 1).max() > 0.1  # the air is there to be seen
+        assert emission.mean() > 1.1 * layer.layer.light(gaze)[1].mean()  # the air is there to be seen

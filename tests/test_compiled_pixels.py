@@ -172,7 +172,8 @@ def test_a_veil_of_another_size_is_refused() -> None:
         kernels.veil(light, 0.5, 0.25, 0.0, 0.5, 0.5, light, state, state, state, state[:4])
     with pytest.raises(ValueError, match="as large"):
         kernels.veil(light[1:], 0.5, 0.25, 0.0, 0.5, 0.5, light, state, state, state, state)
-    kernels.veil(light, 0.5, 0.25, 0.0, 0.5, 0.5, light, state, state, state, state, light / 4, light * 2)
+    tau, path = np.full_like(light, 0.5), np.full_like(light, 4.0)
+    kernels.veil(light, 0.5, 0.25, 0.0, 0.5, 0.5, light, state, state, state, state, tau, path)
     assert (light == (2 - 4) * 1 + 0.5 * 1 + 4).all()
     for air in ((light[1:], light), (light, light[:, 1:])):
         with pytest.raises(ValueError, match="as large"):
