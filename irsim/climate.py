@@ -8,6 +8,10 @@ from typing import Literal
 from irsim.radiometry import BAND_UM, limits
 from irsim.types import Band, BandName
 
+STANDARD_K = 288.15
+"""Temperature of the air at the level of the sea, K (ICAO Doc 7488, the standard atmosphere; the U.S. Standard
+Atmosphere 1976 has the same)."""
+
 ClimateName = Literal["us_standard", "midlatitude_summer", "midlatitude_winter", "tropical"]
 
 FIT_KM = (0.5, 20.0)
@@ -47,7 +51,7 @@ class Climate:
 CLIMATES: dict[ClimateName, Climate] = {
     "us_standard": Climate(
         {"mwir": ((0.614, 0.57), (0.554, 0.47)), "lwir": ((0.186, 0.86), (0.130, 0.79))},
-        ((0, 288.15), (11, 216.65)),
+        ((0, STANDARD_K), (11, 216.65)),
         2.1,
     ),
     "midlatitude_summer": Climate(

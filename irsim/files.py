@@ -64,6 +64,10 @@ def check_output(path: Path | None, *inputs: Path | None, endings: Sequence[str]
 def make_folder(path: Path) -> None:
     """A folder, there already or made with those above it; InputError where none can be."""
     try:
+        for place in (path, *path.parents):
+            if place.exists() and not place.is_dir():
+                which = "" if place == path else f"{place} "
+                raise InputError(f"{path}: {which}is no folder; allowed: the name of a folder")
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{path}: no folder can be made there: {error.strerror or error}") from None

@@ -100,9 +100,12 @@ class Written(Generic[AnyPart]):
         return line(self.document, at, shown(at, Slot.of(type(self.part)), self.document.value), what)
 
 
-def read_part(path: str | PathLike[str], part: type[AnyPart]) -> Written[AnyPart]:
-    """The part that a YAML file says, or a shipped one by its name; InputError as `load`."""
-    document = _read(path)
+def read_part(path: str | PathLike[str], part: type[AnyPart], wants: str = "examples") -> Written[AnyPart]:
+    """The part that a YAML file says, or a shipped one by its name; InputError as `load`.
+
+    wants   the folder of shipped files whose names are told where there is none of that name
+    """
+    document = _read(path, wants)
     document = replace(document, value=_whole(document.value))
     return Written(formed(document, part), document)
 
@@ -159,9 +162,9 @@ def build(part: type[AnyPart], values: Mapping[str, Any], name: str) -> AnyPart:
     return formed(Document(name, _whole(dict(values)), {(): name}, {}), part)
 
 
-def _read(path: str | PathLike[str]) -> Document:
-    """The document in a file, or in the shipped one of that name."""
-    file = find(path)
+def _read(path: str | PathLike[str], wants: str = "examples") -> Document:
+    """The document in a file, or in the shipped one of that name (see `find`)."""
+    file = find(path, wants)
     if file.is_file() and is_recording(file):
         raise InputError(f"{path}: is a recording, no YAML; irsim info tells what is in it")
     if file.is_file() and is_binary(file):

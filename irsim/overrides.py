@@ -8,7 +8,7 @@ from typing import Any
 from irsim.errors import InputError
 from irsim.explain import listed
 from irsim.kinds import Part
-from irsim.schema import Slot, item_name, item_names, plain
+from irsim.schema import Slot, brief, item_name, item_names
 from irsim.yamlfile import Document, KeyPath, scalar
 
 
@@ -92,7 +92,7 @@ def _beginning(part: type[Part] | None, step: str, slot: Slot | None, below: str
     """What a key that the text, `node`, leaves out holds, for an override to change some of it."""
     if part is None or slot is None:
         return {}
-    default = plain(part.default_for(step, node))
+    default = brief(part.default_for(step, node))
     if isinstance(default, dict | list):
         return default
     if slot.family is None and slot.part(None) is None:

@@ -19,8 +19,11 @@ def shipped(folder: str) -> dict[str, Path]:
     return {path.stem: path for place in _places() for path in sorted((place / folder).glob("*.yaml"))}
 
 
-def find(path: str | PathLike[str]) -> Path:
-    """The file of that path, else the shipped scenario of that name: `sky`, or `sources/xue-sky` with its folder."""
+def find(path: str | PathLike[str], wants: str = "examples") -> Path:
+    """The file of that path, else the shipped scenario of that name: `sky`, or `sources/xue-sky` with its folder.
+
+    wants   the folder whose names are told as those allowed where there is none, and the word has no folder
+    """
     wanted = fspath(path)
     if not wanted:
         raise InputError("'': the name is empty; allowed: a file, or a shipped scenario's name")
@@ -38,8 +41,11 @@ def find(path: str | PathLike[str]) -> Path:
         return Path(path)
     elsewhere = sorted(f"{place.name}/{wanted}" for place in _folders() if (place / f"{wanted}.yaml").is_file())
     hint = f"; did you mean '{elsewhere[0]}'?" if elsewhere else ""
+    if not folder and wants != "examples":
+        names = {f"{wants}/{known}": file for known, file in shipped(wants).items()}
+    what = "suite" if (folder or wants) == "suites" else "scenario"
     raise InputError(
-        f"{wanted}: there is no such file and no shipped scenario of that name"
+        f"{wanted}: there is no such file and no shipped {what} of that name"
         f"{listed(sorted(names), None if hint else wanted)}{hint}"
     )
 

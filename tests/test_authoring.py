@@ -155,7 +155,7 @@ def test_what_cannot_be_sampled_leaves_nothing(tmp_path: Path, run: Run) -> None
     assert done.stderr.startswith("irsim: vary: nothing varies in this scenario; allowed: override keys")
     (tmp_path / "mine-0.yaml").write_text(VARIED)
     done = run("sample", "mine-0.yaml", "-o", "mine-0.yaml", cwd=tmp_path)
-    assert done.stderr.startswith("irsim: mine-0.yaml: no folder can be made there: ")
+    assert done.stderr == "irsim: mine-0.yaml: is no folder; allowed: the name of a folder\n"
     (tmp_path / "mine.yaml").write_text(VARIED)
     (tmp_path / "mine.yaml").rename(tmp_path / "mine-0-0.yaml")
     done = run("sample", "mine-0.yaml", "-n", "1", "-o", ".", cwd=tmp_path)

@@ -9,6 +9,9 @@ import numpy as np
 import pytest
 from carried import apart, layer_of, resampled, scene
 
+from irsim.backgrounds.carpet import Level
+from irsim.backgrounds.chart import Chart
+from irsim.geometry import Geometry
 from irsim.render import Renderer
 
 
@@ -19,7 +22,13 @@ def test_ground_without_a_height_stays() -> None:
 
 @pytest.mark.parametrize(
     ("elevation_deg", "velocity"),
-    [(-20.0, (1.0, 0.0, 0.0)), (-35.0, (0.3, 1.2, 0.0)), (-35.0, (0.0, 0.0, 1.0)), (-70.0, (0.2, -0.5, -0.3))],
+    [
+        (-20.0, (1.0, 0.0, 0.0)),
+        (-35.0, (0.3, 1.2, 0.0)),
+        (-35.0, (0.0, 0.0, 1.0)),
+        (-70.0, (0.2, -0.5, -0.3)),
+        (-80.0, (0.3, -0.5, 0.4)),
+    ],
 )
 @pytest.mark.parametrize("turned", [False, True])
 def test_what_stands_on_the_ground_does_not_slide_over_it(
@@ -59,6 +68,22 @@ def test_what_stands_on_the_ground_does_not_slide_over_it(
         if 45 <= at_x <= 115 and 30 <= at_y <= 90:
             there = resampled(seen, np.array([[at_x - 45]]), np.array([[at_y - 30]]))
             assert there.ravel().tolist() == pytest.approx(starts[name], abs=0.1)
+
+
+def test_ground_is_a_plane_straight_down_and_in_wide_pictures() -> None:
+    """74 degrees wide, turned to the nadir: each pixel sees the texel that its ray meets, 80 m below."""
+    geometry = Geometry((641, 481), 2e-3, math.radians(-80))
+    turned = geometry.world_rotation(np.array([0.3, math.radians(-10), 0.2]))
+    columns, rows, _ = Level(geometry, 80.0, (4096, 4096)).seen(Chart.at(geometry, turned), (0.0, 0.0, 0.0))
+    y, x = np.mgrid[:481, :641].astype(float)
+    right, down, ahead = np.moveaxis(geometry.directions(np.stack([x, y], axis=-1)) @ turned, -1, 0)
+    first = math.sin(
+        math.radians(80)
+    )  # a texel is 2 mrad wide at the range 80 m / sin 80, and so high as seen slantwise
+    across = right / down * first / 2e-3
+    along = (1 / math.tan(math.radians(80)) - ahead / down) * first**2 / 2e-3
+    for seen, met in ((columns, across), (rows, along)):
+        np.testing.assert_allclose((seen - met + 2048) % 4096 - 2048, 0, atol=0.01)
 
 
 def test_the_first_picture_of_ground_is_in_perspective() -> None:

@@ -108,9 +108,21 @@ def test_clouds_that_a_carried_camera_goes_through_are_told(kind: str) -> None:
     """By 0.4 m a frame: at frame 26 it has gone 10.4 m."""
     clouds = [{"id": "far", "range_m": 13}, {"id": "near", "range_m": 10.2}]
     lines = told({"camera": CARRIED, "background": {"kind": kind, "clouds": clouds}})
-    (line,) = [(at, what) for at, what in lines.items() if "carried" in what]
-    said = "at frame 26 the camera has been carried by 10.2 m: it has gone through near, which is not drawn any more"
-    assert line == ("background.clouds.1.range_m", said)
+    assert {at: what for at, what in lines.items() if "carried" in what} == {
+        "background.clouds.0.range_m": "at frame 17 the camera has been carried by 6.5 m: far is painted as its first "
+        "place sees it, and is ever more drawn out, or coarse, from there on",
+        "background.clouds.1.range_m": "at frame 26 the camera has been carried by 10.2 m: it has gone through near, "
+        "which is not drawn any more",
+    }
+
+
+def test_clouds_that_stay_farther_than_a_camera_is_carried_twice_are_not_told() -> None:
+    """It is carried by 12 m in 30 frames."""
+    clouds = [{"id": "far", "range_m": 24.1}]
+    assert not any(
+        "carried" in what
+        for what in told({"camera": CARRIED, "background": {"kind": "sky", "clouds": clouds}}).values()
+    )
 
 
 @pytest.mark.parametrize("key", ["trees", "buildings"])

@@ -241,7 +241,10 @@ def test_where_nothing_breaks_the_nearest_is_told(cli: Cli) -> None:
         (["sky", "--tracker", "kalman"], "sky.yaml: vary: nothing varies that could be searched"),
         (["none.yaml", "--tracker", "kalman"], "none.yaml: cannot read it: there is no such file"),
         (["blind.yaml", "camera.netd=3", "--tracker", "kalman"], "unknown key 'netd'"),
-        (["blind.yaml", "--tracker", "kalman", "-o", "blind.yaml"], "blind.yaml: no folder can be made there"),
+        (
+            ["blind.yaml", "--tracker", "kalman", "-o", "blind.yaml"],
+            "blind.yaml: is no folder; allowed: the name of a folder",
+        ),
         (["blind.yaml", "--tracker", "kalman", "-o", "bad"], "bad/trials.jsonl:1: is no trial"),
         (["blind.yaml", "--tracker", "kalman", "-o", "odd"], "odd/trials.jsonl: is a folder"),
         (["some.mcap", "--tracker", "kalman"], "some.mcap: is a recording, where nothing varies"),

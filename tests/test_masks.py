@@ -153,7 +153,9 @@ def test_mistakes_are_told(tmp_path: Path) -> None:
     with pytest.raises(irsim.InputError, match="--target two: there is no such target; allowed: one"):
         next(write_masks(scene(), tmp_path, 0, 1, "two"))
     (tmp_path / "file").write_text("")
-    with pytest.raises(irsim.InputError, match="no folder can be made there"):
+    with pytest.raises(irsim.InputError, match="file: is no folder; allowed: the name of a folder"):
         next(write_masks(scene(), tmp_path / "file", 0, 1))
+    with pytest.raises(irsim.InputError, match="file is no folder; allowed: the name of a folder"):
+        next(write_masks(scene(), tmp_path / "file" / "below", 0, 1))
     with pytest.raises(irsim.InputError, match="start"):
         next(irsim.masks(scene(), -1))

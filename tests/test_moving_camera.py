@@ -59,6 +59,8 @@ def test_velocity_is_the_displacement_since_the_frame_before(motion: str) -> Non
         ("velocity_m_s: [0, 9, -3]", "ground", ", ground_m: 10", "it sinks by 12 m"),
         ("sway_m: [0, 0, 4]", "sea, camera_height_m: 3", "", "it sinks by 4 m"),
         ("path: {kind: waypoints_m, points: [[0, 0, 50], [0, 99, 20]], speed_m_s: 9}", "landscape", "", "under its fi"),
+        ("velocity_m_s: [0, 7.3, 0]", "ground, height_m: 0.05", "", None),  # level, but for 1e-16 m of rounding
+        ("velocity_m_s: [0, 7.3, 0]", "ground", ", ground_m: 0.05", None),
     ],
 )
 def test_a_camera_that_is_carried_below_the_ground_is_told(

@@ -8,7 +8,7 @@ from scenario_text import TEXT, errors_of
 from irsim.camera import Camera
 from irsim.detector import Ar1, White
 from irsim.display import Linear
-from irsim.loader import loads
+from irsim.loader import loads, unheeded_overrides
 from irsim.motion.straight import Straight
 from irsim.schema import plain
 
@@ -40,6 +40,15 @@ def test_overrides_reach_everything() -> None:
     assert scenario.camera.agc == Linear(tails=(0.1, 0.2))
     assert scenario.occluders == ()
     assert scenario.about == "a=b"
+
+
+def test_an_override_writes_no_key_beside_its_own() -> None:
+    """So that nothing is warned of that nobody has set, and what goes with a key given first follows it."""
+    assert unheeded_overrides("ground", ["atmosphere.surroundings_k=280"]) == []
+    (line,) = unheeded_overrides("ground", ["atmosphere.visibility_km=9"])
+    assert line.startswith("override atmosphere.visibility_km: warning: does not count")
+    camera = loads("background: {kind: sky}", overrides=["camera.preset=uncooled_lwir"]).camera
+    assert camera == loads("background: {kind: sky}\ncamera: {preset: uncooled_lwir}").camera
 
 
 def test_an_override_begins_from_defaults_where_the_text_is_silent() -> None:

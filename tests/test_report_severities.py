@@ -54,6 +54,10 @@ def test_markdown_says_the_same(results: Results, tmp_path: Path) -> None:
     cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in told]
     assert cells[0] == ["source", "0", "1", "2", "half lost at"]
     assert [row[:4] for row in cells[2:]] == [["long", *LONG], ["short", *SHORT], ["some", *SOME]]
+    heads = [line for line in text.splitlines() if line.startswith("## ")]
+    of_severities = ["## Breaking points", "## Lost runs by severity: still", "## Lost runs by severity: template"]
+    assert heads[:4] == ["## All sources", *of_severities]
+    assert len(heads) == 4 + 8  # sources at their severities
 
 
 def test_cells_count_runs_and_a_single_source_has_no_table(results: Results) -> None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, ClassVar, Protocol
 import numpy as np
 
 from irsim.backgrounds.chart import Chart
+from irsim.climate import STANDARD_K
 from irsim.kinds import Kind
 from irsim.radiometry import hemisphere, radiance
 from irsim.stage import Stage
@@ -127,10 +128,6 @@ class Changed:
     @property
     def range_m(self) -> float:
         return self.layer.range_m
-
-
-STANDARD_K = 288.15
-"""Temperature of the air at the level of the sea, K (ICAO Doc 7488, the standard atmosphere)."""
 
 
 class Background(Kind):

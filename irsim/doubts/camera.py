@@ -17,6 +17,8 @@ from irsim.watch import LOOKED, Watch
 
 LOWEST_M = 0.1
 """Backgrounds are drawn from so far above the ground or the sea at least."""
+ROUNDING_M = 1e-6
+"""Sums of metres are off by far less, and nobody sees so little."""
 BEADS_PX = 1.2
 """Two blurs of the usual sigma, 0.6 px: points farther apart than these are told from each other."""
 
@@ -27,7 +29,7 @@ def sunken(scenario: Scenario) -> Iterator[Notice]:
     shown = (target for target in scenario.targets if scenario.is_on(target.id))
     under = [height for target in shown if (height := getattr(target.path, "ground_m", None)) is not None]
     height = min(under, default=math.inf) if background.surface_m is None else background.surface_m
-    frames, least = watched(scenario.frames, LOOKED), min(LOWEST_M, height)
+    frames, least = watched(scenario.frames, LOOKED), min(LOWEST_M, height - ROUNDING_M)
     sinks = {
         index: motion.shifts(frames, stage) @ stage.geometry.down
         for index, motion in enumerate(scenario.camera.motion)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from itertools import islice
 
 import numpy as np
 
@@ -19,6 +18,11 @@ SLIDES_PX = 1.0
 """What slides over what should stand beneath it by no more than this is not seen to slide."""
 CARRIED_M = 1.0
 """Where there is nothing to slide, a camera that is carried so far should see the ground pass."""
+FAR_ACROSS = 0.5
+"""From so much of a range on, what is painted around the first place is seen 1.15 times as wide or as high as it should
+be (1 / cos 30 degrees, carried across), or twice as coarse (carried towards it); at 0.9 of it, 2.3 and 10 times."""
+ASLANT = "{name} is painted as its first place sees it, and is ever more drawn out, or coarse, from there on"
+GONE = "it has gone through {name}, which is not drawn any more"
 
 
 def ground_in_the_sky(scenario: Scenario) -> Iterator[Notice]:
@@ -75,8 +79,8 @@ def stays_behind(scenario: Scenario) -> Iterator[Notice]:
 
 
 def left_behind(scenario: Scenario) -> Iterator[Notice]:
-    """Clouds and rows of trees or buildings that a camera goes through: they are around its first place, and not drawn
-    from without."""
+    """Clouds and rows of trees or buildings that a camera goes through, or half as far: they are around its first
+    place, painted as it is seen from there, and not drawn from without."""
     stage, cast, shells = scenario.stage, scenario.stage.cast, list(scenario.background.shells())
     if not shells or cast is None:
         return
@@ -84,13 +88,15 @@ def left_behind(scenario: Scenario) -> Iterator[Notice]:
     level = stage.geometry.world_rotation(np.zeros(3))
     places = (cast.standpoints(frames, stage) @ level).tolist()
     for name, at, shell in shells:
-        beyond = (frame for frame, (x, y, z) in zip(frames, places, strict=True) if not shell.holds((x, y, z)))
-        for frame in islice(beyond, 1):
-            yield Notice(
-                ("background", *at, "range_m"),
-                f"at frame {frame:.0f} the camera has been carried by {shell.range_m:g} m: it has gone through "
-                f"{name}, which is not drawn any more",
-            )
+        for share, what in ((1.0, GONE), (FAR_ACROSS, ASLANT)):
+            beyond = [not shell.holds((x / share, y / share, z / share)) for x, y, z in places]
+            if any(beyond):
+                yield Notice(
+                    ("background", *at, "range_m"),
+                    f"at frame {frames[beyond.index(True)]:.0f} the camera has been carried by "
+                    f"{share * shell.range_m:g} m: {what.format(name=name)}",
+                )
+                break
 
 
 def _nearest(scenario: Scenario, frames: Floats, places: Floats) -> tuple[float, str] | None:

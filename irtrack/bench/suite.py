@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import Field, model_validator
+from pydantic_core import PydanticCustomError
 
 import irsim
 from irsim.kinds import Index, Name, Part, Positive, Several
@@ -75,6 +76,20 @@ class SuiteFile(Part):
     time_limit_s: Positive | None = None
     """A tracker that takes longer in one run, rendering apart, is stopped; the run failed."""
 
+    @model_validator(mode="before")
+    @classmethod
+    def _is_no_scenario(cls, value: Any) -> Any:
+        """A scenario in a suite's place is one mistake, not one for each of its keys."""
+        if isinstance(value, Mapping):
+            own, of_scenes = cls.model_fields.keys(), irsim.Scenario.model_fields.keys()
+            if value.keys() & (of_scenes - own) and not value.keys() & (own - of_scenes):
+                raise PydanticCustomError(
+                    "scenario",
+                    "has the keys of a scenario, not of a suite; allowed: a suite, with the keys {keys}",
+                    {"keys": ", ".join(own)},
+                )
+        return value
+
 
 @dataclass(frozen=True, eq=False)
 class Suite:
@@ -101,7 +116,7 @@ def load_suite(path: str | Path) -> Suite:
     InputError: a line for each thing that is wrong, 'file:line:column: key: what; allowed: ...'. All
     sources are opened and all trackers made.
     """
-    written = irsim.read_part(path, SuiteFile)
+    written = irsim.read_part(path, SuiteFile, wants="suites")
     suite, folder = written.part, Path(path).parent
     wrong: list[str] = []
 

@@ -127,14 +127,14 @@ def as_markdown(figures: Figures) -> str:
     parts = [f"# {_escaped(figures.results)}", lead(figures.overall)]
     if len(figures.sources) > 1:
         parts += ["## All sources", _ranked(figures.overall)]
-    for source in figures.sources:
-        parts += [f"## {_escaped(source.name)}", _ranked(source.rows)]
-        if source.attributes:
-            parts.append(_attributes(source))
     if figures.severities:
         parts += ["## Breaking points", _breaking_points(figures.severities)]
     for losses in loss_tables(figures.severities):
         parts += [f"## Lost runs by severity: {_escaped(losses.label)}", _losses(losses)]
+    for source in figures.sources:
+        parts += [f"## {_escaped(source.name)}", _ranked(source.rows)]
+        if source.attributes:
+            parts.append(_attributes(source))
     if figures.failures:
         parts.append("## Failures")
         parts.append(
