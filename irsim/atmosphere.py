@@ -53,7 +53,8 @@ class Atmosphere(Part):
     visibility_km: Annotated[float, Field(ge=1, le=300)] = 23.0
     """Visibility, km: haze. Fitted at 5 and 23; extinction goes with its inverse between and beyond."""
     altitude_m: Annotated[float, Field(ge=0, le=20_000)] = 100.0
-    """Height of the camera above the sea, m."""
+    """Height of the camera above the sea, m; no less than that above the background's ground, and before a `sea` just
+    that above it."""
     temperature_k: Kelvin | None = None
     """Air temperature at the sea's level, kelvin; all heights shift with it. The preset's where not given."""
     surroundings_k: Kelvin | None = None

@@ -91,10 +91,11 @@ class Scenario(Part):
 
     @property
     def air(self) -> Atmosphere:
-        """The atmosphere, less what is switched off."""
+        """The atmosphere, less what is switched off, with the camera as high as its background has it."""
         turbulence = self.atmosphere.turbulence if self.is_on("turbulence") else Turbulence()
         still = self.atmosphere if self.is_on("atmosphere") else Atmosphere()
-        return still.model_copy(update={"turbulence": turbulence})
+        altitude_m = self.background.altitude_m(still.altitude_m)
+        return still.model_copy(update={"turbulence": turbulence, "altitude_m": altitude_m})
 
     @property
     def hash(self) -> str:

@@ -150,6 +150,15 @@ def test_ground_of_a_height_that_is_seen_up_to_the_horizon_is_told(elevation_deg
     assert not told({"camera": camera, "background": {"kind": "ground"}})
 
 
+def test_ground_that_fills_the_sky_is_told_once() -> None:
+    """A picture that is all above the horizon is above the end of the plane, too."""
+    for height in ({}, {"height_m": 50}):
+        background = {"kind": "ground", **height}
+        lines = told({"camera": {"elevation_deg": 4.0, "ifov_mrad": 0.5}, "background": background})
+        assert list(lines) == ["background"]
+        assert "looks 3.3 degrees above the horizon" in lines["background"]
+
+
 def test_ground_of_a_height_has_a_true_map_down_to_the_nadir() -> None:
     camera = {"elevation_deg": -79.0, "ifov_mrad": 0.5}
     assert "nadir" in told({"camera": camera, "background": {"kind": "ground"}})["camera.elevation_deg"]

@@ -34,7 +34,8 @@ def ground_range_m(height_m: float, depression_rad: Floats) -> Floats:
     horizon_square = height_m * (2 * EARTH_M + height_m)
     lever = np.maximum(base * np.sin(depression_rad), np.sqrt(horizon_square))
     # lever - sqrt(lever^2 - horizon^2), without the difference of large numbers
-    return np.asarray(horizon_square / (lever + np.sqrt(lever**2 - horizon_square)))
+    beyond = np.maximum(lever**2 - horizon_square, 0.0)  # at the horizon rounding may leave less than nothing
+    return np.asarray(horizon_square / (lever + np.sqrt(beyond)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,13 +47,10 @@ class Column:
     highest: float = 0.0
 
     @classmethod
-    def of(cls, stage: Stage, height_m: float, altitude_m: float = 0.0) -> Column:
-        """Down to ground as seen from a height above it, m; none is below a metre. altitude_m: that above the sea's
-        level, where it is more."""
-        height_m = max(height_m, 1.0)
+    def of(cls, stage: Stage, height_m: float) -> Column:
+        """Down to ground as seen from a height above it, m, in which none is below a metre."""
         depression = np.linspace(0, np.pi / 2, COLUMN)
-        air = stage.air.model_copy(update={"altitude_m": max(height_m, altitude_m)})
-        path = air.path(stage.band, ground_range_m(height_m, depression), -depression)
+        path = stage.air.path(stage.band, ground_range_m(max(height_m, 1.0), depression), -depression)
         return cls(np.stack(path, axis=-1).astype(np.float32)[:, None])
 
     @classmethod
@@ -114,8 +112,7 @@ def through_air(layers: Sequence[Layer], stage: Stage, height_m: float | None = 
     """
     if stage.air.is_clear:
         return layers
-    altitude_m = stage.air.altitude_m
-    column = Column.of(stage, altitude_m if height_m is None else height_m, altitude_m)
+    column = Column.of(stage, stage.air.altitude_m if height_m is None else height_m)
     return [ThroughAir(layer, column) for layer in layers]
 
 

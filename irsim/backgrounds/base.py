@@ -161,6 +161,11 @@ class Background(Kind):
         has none, or does not say."""
         return None
 
+    def altitude_m(self, given: float) -> float:
+        """How high above the sea the unmoved camera is, m, where its air has it at `given`: no lower than above its
+        own ground."""
+        return max(given, self.surface_m or 0.0)
+
     @property
     def folds(self) -> bool:
         """Does it have no true map near the zenith and the nadir, and in very wide pictures?"""

@@ -111,6 +111,9 @@ class Sea(Sky):
     def surface_m(self) -> float:
         return self.camera_height_m
 
+    def altitude_m(self, given: float) -> float:
+        return self.camera_height_m
+
     def _below(self, sky: ClearLayer, stage: Stage) -> float:
         return float(radiance(stage.band, self.water_k))
 

@@ -40,6 +40,16 @@ def without_effect(scenario: Scenario) -> Iterator[Notice]:
             yield Notice(("camera", key), what)
     if air.preset == "none" and scenario.sky_preset is None and "visibility_km" in air.model_fields_set:
         yield Notice(("atmosphere", "visibility_km"), "does not count without a preset, whose transmittance it changes")
+    yield from _elsewhere(scenario)
+
+
+def _elsewhere(scenario: Scenario) -> Iterator[Notice]:
+    """An altitude at which a camera so high above its ground or sea cannot be."""
+    said, air, surface = scenario.atmosphere, scenario.air, scenario.background.surface
+    counts = scenario.is_on("atmosphere") and not (air.is_clear and scenario.sky_preset is None)
+    if counts and "altitude_m" in said.model_fields_set and said.altitude_m != air.altitude_m:
+        what = f"{said.altitude_m:g} m does not count: the camera is {air.altitude_m:g} m above the {surface}"
+        yield Notice(("atmosphere", "altitude_m"), what)
 
 
 def _is_written(camera: Camera, key: str) -> bool:

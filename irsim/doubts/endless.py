@@ -41,9 +41,10 @@ def ground_in_the_sky(scenario: Scenario) -> Iterator[Notice]:
 
 
 def ground_to_the_horizon(scenario: Scenario) -> Iterator[Notice]:
-    """Ground of a given depth below the camera in pictures that reach up to where it is not drawn as a plane."""
+    """Ground of a given depth below the camera in pictures that reach up to where it is not drawn as a plane, none of
+    them all in the sky, which says more."""
     background = scenario.background
-    if not background.endless or background.surface_m is None:
+    if not background.endless or background.surface_m is None or any(ground_in_the_sky(scenario)):
         return
     frames = watched(scenario.frames)
     highest = _sines(scenario, frames).min(axis=1)
