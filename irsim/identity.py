@@ -15,7 +15,7 @@ NOT_PIXELS = {
     # read and check scenarios, and word what is wrong
     *("doubts", "errors", "explain", "loader", "overrides", "plausible", "ranges", "reach", "schema", "severity"),
     *("shipped", "usage", "wording", "yamlfile"),
-    # share frames out among processes: each is the same as drawn alone
+    # share frames out among processes: each is the same as drawn alone (see below)
     *("balance", "crew", "division", "interrupts", "places", "worker"),
     # say what a scene may be instead, make some up, and hold tracks to rules
     *("authoring", "expectation", "space", "strategies", "variation"),
@@ -25,7 +25,13 @@ NOT_PIXELS = {
     *("__main__", "asked", "cli", "commands_authoring", "commands_info", "commands_measure", "lazy", "sources"),
     "terminal",
 }
-"""Rooms that no pixel and no truth depends on: without them, or with other words in them, a frame is the same."""
+"""Rooms that no pixel and no truth depends on: without them, or with other words in them, a frame is the same.
+
+Those that share frames out call `Renderer` and nothing else for a picture, and decide by the clock who draws which
+frame or step: frames that depended on them would differ from run to run, and no digest of code would tell. So it is
+tests that hold frames equal however they are divided: without these rooms at all, alone and backwards, and by two
+processes (test_identity), divided anywhere and dealt out anyhow (test_division), in memory used again (test_places).
+What processes work out for each other, the shelf, stands in the frame's own way and belongs to the digest."""
 
 
 def scene_code(scene: Part) -> str:

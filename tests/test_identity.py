@@ -71,6 +71,7 @@ def test_the_hash_covers_the_rooms_that_a_frame_comes_through_and_no_others() ->
     assert {"render", "motion", "detector", "display"} <= rooms
     assert set(plan("irsim")) - rooms | WORDS | set(ABOUT_ONLY) == NOT_PIXELS
     assert reached("simulate", "loader") - rooms == SPREAD
+    assert "shelf" in rooms - NOT_PIXELS
 
 
 def test_what_a_scene_may_be_and_is_for_is_read_by_no_room_of_a_frame() -> None:
