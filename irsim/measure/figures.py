@@ -40,7 +40,10 @@ _NOT_OF_TIME: dict[str, Any] = dict.fromkeys(
 """Figures that cannot be told where something moves."""
 _NOT_OF_PLACE: dict[str, Any] = dict.fromkeys(("pixel", "row", "column", "even_rows", "even_columns"))
 """Those that cannot be told, either, where the scene slides."""
-_AT_MOST = "the noise is at most what is told of it: texture that moves and is as sharp as noise is counted with it"
+_AT_MOST = (
+    "the noise is at most what is told of it, but for noise that remembers, which is not in it: texture that moves and "
+    "is as sharp as noise is counted with it"
+)
 _SHARES = 17
 """Values of a histogram."""
 

@@ -13,6 +13,7 @@ from irsim.measure.interval import Measured
 from irsim.measure.memory import LEAST_FRAMES, Temporal, temporal, time_freedom
 from irsim.measure.neighbours import alike, changes
 from irsim.measure.noise_3d import TERMS, Noise3dTerms, check_size, noise_3d
+from irsim.measure.quiet import quiet_sigma
 from irsim.measure.region import Mask, Region, Values, windows
 from irsim.measure.repeats import new_frames
 from irsim.measure.steady import slides
@@ -30,7 +31,8 @@ class NoiseReport:
     terms       3-D noise; where noise has memory, tvh is its whole sigma (not only what shows within
                 these frames) and vh is freed of its mean
     temporal    pair differences, lag correlations, memory
-    fine        temporal sigma of what is sharp: a moving background does not show in it
+    fine        temporal sigma of what is sharp and has no memory: of a moving background only what is as sharp shows in
+                it, so that where something moves it is an upper bound
     together    whether neighbours in the region change together, from frame to frame or over half of the frames:
                 something moves there, or noise is blurred over pixels
     moving      whether it can be told that something moves there: then only `fine` speaks of noise alone
@@ -103,6 +105,11 @@ def measure_noise(
         )
     means = flat.mean(axis=(1, 2))
     moved = changes(flat)
+    whole = patched(frames, bad.all)
+    sliding = slides(whole)
+    fine = moved.fine
+    if sliding or moved.moving:
+        fine = min(fine, quiet_sigma(whole if sliding else flat))
     return NoiseReport(
         region=region,
         stretch=stretch,
@@ -111,11 +118,11 @@ def measure_noise(
         mean=float(flat.mean()),
         terms=terms,
         temporal=flow,
-        fine=moved.fine,
+        fine=fine,
         together=moved.together,
         moving=moved.moving,
         doubtful=TERMS if moved.together else alike(flat.mean(axis=0)),
-        slides=slides(patched(frames, bad.all)),
+        slides=sliding,
         crossed=taken is not None and bool(taken[region.rows, region.columns].any()),
         drift=float(means.std(ddof=1)),
         slope_per_s=float(np.polyfit(number / stretch.rate_hz, means, 1)[0]),
