@@ -3,5 +3,6 @@
 from irsim.optics.lens import Lens
 from irsim.optics.lens_spread import LensSpread
 from irsim.optics.spread import GaussianSpread, PointSpread
+from irsim.optics.wings import reaching
 
-__all__ = ["GaussianSpread", "Lens", "LensSpread", "PointSpread"]
+__all__ = ["GaussianSpread", "Lens", "LensSpread", "PointSpread", "reaching"]

@@ -90,8 +90,8 @@ class _Form:
 
     def cosines(self, offsets: Floats, fine: float = np.inf) -> Floats:
         """(m, n) each cosine integrated over pixels (m,) px off, for light that fills a cell of 1/fine px."""
-        factors = self._factors() * np.sinc(self.frequencies / fine)
-        return np.asarray(np.cos(2 * np.pi * np.outer(offsets, self.frequencies)) * factors * self._faded(offsets))
+        factors, ends = self._factors() * np.sinc(self.frequencies / fine), faded(offsets, self.period / 2)[:, None]
+        return np.asarray(np.cos(2 * np.pi * np.outer(offsets, self.frequencies)) * factors * ends)
 
     def slopes(self, offsets: Floats, fine: int) -> Floats:
         """(m, n) the same for light of density 12 t, t from -1/2 to 1/2 across the cell: a first moment of one."""
@@ -99,15 +99,17 @@ class _Form:
         with np.errstate(divide="ignore", invalid="ignore"):
             moment = np.where(half > 0, np.sin(half) / half**2 - np.cos(half) / half, 0.0)
         waves = np.sin(2 * np.pi * np.outer(offsets, self.frequencies))
-        return np.asarray(waves * (6 * moment * self._factors()) * self._faded(offsets))
+        return np.asarray(waves * (6 * moment * self._factors()) * faded(offsets, self.period / 2)[:, None])
 
     def _factors(self) -> Floats:
         counts = np.where(self.frequencies > 0, 2.0, 1.0)
         return np.asarray(counts / self.period * np.sinc(self.frequencies))
 
-    def _faded(self, offsets: Floats) -> Floats:
-        outward = np.clip((np.abs(offsets) / (self.period / 2) - FADE) / (1 - FADE), 0, 1)
-        return np.asarray(np.cos(np.pi / 2 * outward) ** 2)[:, None]
+
+def faded(offsets: Floats, reach_px: float) -> Floats:
+    """What is left, 1 to 0, at offsets (n,) px along an axis of a spread that fades to nothing at its reach."""
+    outward = np.clip((np.abs(offsets) / reach_px - FADE) / (1 - FADE), 0, 1)
+    return np.asarray(np.cos(np.pi / 2 * outward) ** 2)
 
 
 @lru_cache(maxsize=8)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
@@ -12,11 +13,16 @@ from pydantic import model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.kinds import Area, Fraction, Kelvin, KelvinDifference, Number
+from irsim.optics import reaching
+from irsim.radiometry import slope
 from irsim.shapes.base import Shape, View
 from irsim.shapes.ellipse import ellipse
 from irsim.sprite import Sprite, Wanted
 from irsim.stage import Stage
-from irsim.types import Box, Floats
+from irsim.types import Band, Box, Floats
+
+FAINT_K = 0.01
+"""Light in which a point's spread may end, as what is so much warmer at 300 K adds; brighter points have far wings."""
 
 SMALL_PX = 1.0
 """Diameter from which on it is drawn as a disc."""
@@ -81,9 +87,17 @@ def _point(middle: Floats, phi: float, glow: float, range_m: float, wanted: Want
     """What fills `phi` of a pixel's area, its light spread as that of a Gaussian with a disc's variance."""
     x, y = middle.tolist()
     spread = stage.psf.wider(math.sqrt(phi / math.pi) / 2)
+    if phi * glow > 0:
+        spread = reaching(spread, _faint(stage.band) / (phi * glow))
     reach = spread.reach_px
     x0, y0 = round(x) - reach, round(y) - reach
     pixels = np.arange(2 * reach + 1)
     cover = spread.share(y0 + pixels - y, x0 + pixels - x)
     alpha, width = phi * cover, stage.psf.fwhm_px
     return Sprite(x0, y0, cover, alpha, glow * alpha, (x, y), (x, y), Box(x, y, width, width), range_m, 1.0, wanted)
+
+
+@lru_cache
+def _faint(band: Band) -> float:
+    """FAINT_K as radiance, W/m2/sr."""
+    return FAINT_K * slope(band, 300.0)
