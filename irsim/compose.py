@@ -10,7 +10,7 @@ from typing import TypeGuard
 
 import numpy as np
 
-from irsim.backgrounds import Gaze, Layer, Slices, Veil, veiled
+from irsim.backgrounds import Gaze, Layer, Slices, is_veil, veiled
 from irsim.compiled import COMPILED, kernels
 from irsim.contrast import Noise, asked_light, lit, quiet, scr
 from irsim.radiometry import temperature
@@ -201,7 +201,7 @@ def _veil(under: Floats, light: Floats, layer: Layer, gaze: Gaze, seen: list[See
         if (met := overlap((sprite.x0, sprite.y0), sprite.cover.shape, (0, 0), light.shape)) is not None
     ]
     patches = [outer for _, _, outer in behind]
-    if _is_veil(layer):
+    if is_veil(layer):
         passed = layer.veil(under, light, gaze, patches)
     else:
         through, emission = layer.light(gaze)
@@ -210,8 +210,3 @@ def _veil(under: Floats, light: Floats, layer: Layer, gaze: Gaze, seen: list[See
         passed = veiled(under, light, through, emission, patches)
     for (target, inner, _), part in zip(behind, passed, strict=True):
         target.hide(layer.name, inner, part)
-
-
-def _is_veil(layer: Layer) -> TypeGuard[Veil]:
-    """isinstance would ask for all that the protocol names: 20 us."""
-    return hasattr(layer, "veil")

@@ -1,6 +1,6 @@
 """Backgrounds: sky with clouds, ground. They live in angle, so a turning camera moves them rightly."""
 
-from irsim.backgrounds.base import Background, ClearLayer, Filmed, Gaze, LandLight, Layer, Slices, Veil, veiled
+from irsim.backgrounds.base import Background, ClearLayer, Filmed, Gaze, LandLight, Layer, Slices, Veil, is_veil, veiled
 from irsim.backgrounds.ground import Ground
 from irsim.backgrounds.landscape import Landscape
 from irsim.backgrounds.recorded import Footage, Recorded
@@ -28,5 +28,6 @@ __all__ = [
     "Sky",
     "Slices",
     "Veil",
+    "is_veil",
     "veiled",
 ]

@@ -10,7 +10,19 @@ import cv2
 import numpy as np
 from pydantic import model_validator
 
-from irsim.backgrounds.base import FARTHEST, Changed, ClearLayer, Gaze, LandLight, Layer, Names, Shells
+from irsim.backgrounds.base import (
+    FARTHEST,
+    Changed,
+    ClearLayer,
+    Gaze,
+    LandLight,
+    Layer,
+    Names,
+    Shells,
+    Slices,
+    Veil,
+    is_veil,
+)
 from irsim.backgrounds.fields import Betas, profile, spectral
 from irsim.backgrounds.hours import Hour, filled, typical
 from irsim.backgrounds.painting import Painting
@@ -95,7 +107,7 @@ class Landscape(Sky):
             for parts, what in ((self.trees, "trees"), (self.buildings, "walls"))
             for part in parts
         ]
-        return [country, *lying, *(Above(layer, country) for layer in clouds), *standing]
+        return [country, *lying, *above(clouds, country), *standing]
 
     def names(self) -> Names:
         for name in LYING:
@@ -234,3 +246,24 @@ class Above(Changed):
         assert transmittance is not None
         left = self.country.sky_left(gaze)
         return 1 - (1 - transmittance) * left, emission * left
+
+
+@dataclass(frozen=True, eq=False)
+class VeilAbove(Above):
+    """One that fills the picture by itself."""
+
+    layer: Veil
+
+    def veil(self, under: Floats, light: Floats, gaze: Gaze, behind: Sequence[Slices]) -> list[Floats]:
+        """See `Veil`. Of what the layer changes in the light, the share that is not hidden."""
+        filled, left = np.empty_like(light), self.country.sky_left(gaze)
+        passed = self.layer.veil(under, filled, gaze, behind)
+        filled -= under
+        filled *= left
+        np.add(under, filled, out=light)
+        return [1 - (1 - part) * left[patch] for part, patch in zip(passed, behind, strict=True)]
+
+
+def above(layers: Sequence[Layer], country: Hides) -> Sequence[Layer]:
+    """Cloud layers, where the ground or the sea hides them."""
+    return [VeilAbove(layer, country) if is_veil(layer) else Above(layer, country) for layer in layers]

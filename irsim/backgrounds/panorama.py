@@ -1,4 +1,4 @@
-"""A picture of all that stands around the horizon, and how it moves as the camera does."""
+"""A picture of all that stands around the horizon."""
 
 from __future__ import annotations
 
@@ -7,10 +7,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from irsim.backgrounds.base import Gaze
 from irsim.backgrounds.chart import Chart
-from irsim.backgrounds.painting import Painting
-from irsim.backgrounds.parallax import Cylinder, is_left_behind, seen_from, unhidden
 from irsim.backgrounds.texture import Tile
 from irsim.geometry import Geometry
 from irsim.types import Floats
@@ -79,19 +76,3 @@ class Panorama(Tile):
     def at(self, columns: Floats, rows: Floats) -> Floats:
         """The picture at places between its pixels, linearly."""
         return np.asarray(cv2.remap(self.padded, columns, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT_101))
-
-
-@dataclass(frozen=True, eq=False)
-class Standing:
-    """A layer that stands at a range: transmittance and emission, and parallax where the camera has moved."""
-
-    name: str
-    range_m: float
-    painting: Painting
-
-    def light(self, gaze: Gaze) -> tuple[Floats, Floats]:
-        shell = Cylinder(self.range_m)
-        if is_left_behind(gaze, shell):
-            return unhidden(gaze)
-        transmittance, emission = self.painting.seen(seen_from(gaze, shell))
-        return transmittance, emission

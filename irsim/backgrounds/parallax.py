@@ -10,6 +10,7 @@ import numpy as np
 
 from irsim.backgrounds.base import Gaze, Place
 from irsim.backgrounds.chart import unwrapped
+from irsim.backgrounds.painting import Painting
 from irsim.types import Floats
 
 
@@ -100,3 +101,22 @@ def unhidden(gaze: Gaze) -> tuple[Floats, Floats]:
     """Transmittance and emission, (rows, cols) float32, of what is not there."""
     columns, rows = gaze.chart.geometry.size
     return np.ones((rows, columns), np.float32), np.zeros((rows, columns), np.float32)
+
+
+@dataclass(frozen=True, eq=False)
+class Standing:
+    """A layer that stands all around: transmittance and emission, and parallax where the camera has moved."""
+
+    name: str
+    shell: Shell
+    painting: Painting
+
+    @property
+    def range_m(self) -> float:
+        return self.shell.range_m
+
+    def light(self, gaze: Gaze) -> tuple[Floats, Floats]:
+        if is_left_behind(gaze, self.shell):
+            return unhidden(gaze)
+        transmittance, emission = self.painting.seen(seen_from(gaze, self.shell))
+        return transmittance, emission

@@ -14,7 +14,7 @@ from irsim.atmosphere import Atmosphere
 from irsim.backgrounds.air import Column
 from irsim.backgrounds.base import FARTHEST, ClearLayer, Gaze, LandLight, Layer
 from irsim.backgrounds.fields import spectral
-from irsim.backgrounds.landscape import Above
+from irsim.backgrounds.landscape import above
 from irsim.backgrounds.sky import ClearSky, Sky
 from irsim.kinds import Degrees, Fraction, Height, Kelvin, Number
 from irsim.radiometry import limits, radiance
@@ -124,7 +124,7 @@ class Sea(Sky):
     def layers(self, stage: Stage) -> Sequence[Layer]:
         sky, *clouds = super().layers(stage)
         water = Water(self, sky, stage)
-        return [water, *(Above(layer, water) for layer in clouds)]
+        return [water, *above(clouds, water)]
 
 
 class Water:

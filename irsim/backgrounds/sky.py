@@ -21,7 +21,7 @@ from irsim.backgrounds.drifting import Drifting
 from irsim.backgrounds.evolving import Evolving
 from irsim.backgrounds.fields import Betas, Histogram, shaped, spectral
 from irsim.backgrounds.painting import Painting
-from irsim.backgrounds.parallax import Sphere, is_left_behind, seen_from, unhidden
+from irsim.backgrounds.parallax import Sphere, Standing
 from irsim.backgrounds.periodic import coarseness, inner_blur, reach_px, shrunk
 from irsim.backgrounds.texture import Tile, tile_shape, tile_side
 from irsim.backgrounds.tiles import Tiled
@@ -149,7 +149,7 @@ class Clouds(Part):
     sun_deg: Degrees = -45.0
     """Where the sun stands in the picture: clockwise from up, degrees."""
 
-    def layer(self, stage: Stage) -> CloudLayer:
+    def layer(self, stage: Stage) -> Standing:
         """The textures of transmittance and emission of a cloud that only drifts, ready to be sampled."""
         geometry = stage.geometry
         shape = tile_shape(geometry.size)
@@ -159,7 +159,7 @@ class Clouds(Part):
         )
         painted = self.paint(thickness, warmth, stage)
         tiles = tuple(Tile.of(field, geometry.size, stage.psf_px) for field in painted)
-        return CloudLayer(self.id, self.range_m, Painting(tiles, self._drift_px_s(geometry.ifov_rad)))
+        return Standing(self.id, Sphere(self.range_m), Painting(tiles, self._drift_px_s(geometry.ifov_rad)))
 
     def paint(self, thickness: Floats, warmth: Floats, stage: Stage) -> tuple[Floats, Floats]:
         """Transmittance and emission, before optics, of two periodic fields, (rows, columns), mean 0, variance 1."""
@@ -224,22 +224,6 @@ class Clouds(Part):
     def _coarse(self, stage: Stage) -> int:
         """How many times smaller the cloud's relief may be worked out."""
         return coarseness(self._smoothed_px(stage), min(tile_shape(stage.geometry.size)))
-
-
-@dataclass(frozen=True, eq=False)
-class CloudLayer:
-    """Clouds, painted: their transmittance and their emission, and parallax where the camera has moved."""
-
-    name: str
-    range_m: float
-    painting: Painting
-
-    def light(self, gaze: Gaze) -> tuple[Floats, Floats]:
-        shell = Sphere(self.range_m)
-        if is_left_behind(gaze, shell):
-            return unhidden(gaze)
-        transmittance, emission = self.painting.seen(seen_from(gaze, shell))
-        return transmittance, emission
 
 
 class Sky(Background):

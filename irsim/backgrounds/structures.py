@@ -12,7 +12,8 @@ from pydantic import Field
 
 from irsim.backgrounds.fields import spectral
 from irsim.backgrounds.painting import Painting
-from irsim.backgrounds.panorama import Panorama, Sheet, Standing
+from irsim.backgrounds.panorama import Panorama, Sheet
+from irsim.backgrounds.parallax import Cylinder, Standing
 from irsim.backgrounds.texture import TILE
 from irsim.foliage import LARGEST, Crown, Foliage, broadleaf, bush, conifer
 from irsim.kinds import Fraction, Kelvin, KelvinDifference, KelvinSpread, Metres, Name, Part, Plausible, Range, Rising
@@ -84,7 +85,7 @@ class _Canvas:
         kelvin = np.maximum(mean + texture_k, 1.0)
         emission = stage.through(cover * radiance(stage.band, kelvin), cover, range_m, 0.0)
         pictures = tuple(Panorama.on(self.sheet, np.asarray(part), stage.psf_px) for part in (1 - cover, emission))
-        return Standing(name, range_m, Painting(pictures))
+        return Standing(name, Cylinder(range_m), Painting(pictures))
 
 
 def _texture(sheet: Sheet, beta: float, size_px: float, seed: int, *address: str) -> Floats:
