@@ -13,6 +13,7 @@ import typer
 from irsim.asked import tell_unheeded
 from irsim.files import check_output, make_folder, refuse_leftovers, replacing_text
 from irsim.terminal import progress_bar
+from irsim.wording import counted
 
 
 def new(
@@ -83,4 +84,4 @@ def sample(
     for path, text in zip(paths, texts, strict=True):
         with replacing_text(path) as file:
             file.write(text)
-    print(f"{folder}: {len(paths)} scenarios, {paths[0].name} to {paths[-1].name}")
+    print(f"{folder}: {counted(len(paths), 'scenario')}, {paths[0].name} to {paths[-1].name}")

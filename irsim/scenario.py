@@ -29,6 +29,7 @@ from irsim.target import Target
 from irsim.turbulence import Turbulence
 from irsim.types import Look
 from irsim.variation import VARIATIONS, Variation
+from irsim.wording import counted
 
 KeyPath = tuple[str | int, ...]
 
@@ -206,7 +207,7 @@ class Scenario(Part):
     def __repr__(self) -> str:
         columns, rows = self.camera.size
         targets = ", ".join(target.id for target in self.targets) or "none"
-        size = f"{self.frames} frames at {self.camera.rate_hz:g} Hz, {columns} x {rows} px"
+        size = f"{counted(self.frames, 'frame')} at {self.camera.rate_hz:g} Hz, {columns} x {rows} px"
         return f"Scenario({size}, background {self.background.kind}, targets {targets}, seed {self.seed})"
 
     __str__ = __repr__

@@ -16,6 +16,7 @@ from irsim.loader import change, reach
 from irsim.rng import stream
 from irsim.scenario import Scenario
 from irsim.variation import Variation
+from irsim.wording import counted
 
 Point = Mapping[str, Any]
 """Values by override key."""
@@ -97,7 +98,8 @@ class Variations:
     def _expect(self, coordinates: Sequence[float]) -> None:
         if len(coordinates) != len(self.knobs):
             names = ", ".join(knob.key for knob in self.knobs)
-            raise InputError(f"{len(coordinates)} coordinates; allowed: {len(self.knobs)}, for {names or 'nothing'}")
+            found = counted(len(coordinates), "coordinate")
+            raise InputError(f"{found}; allowed: {len(self.knobs)}, for {names or 'nothing'}")
 
 
 def variations(scenario: Scenario) -> Variations:

@@ -11,6 +11,7 @@ from typing import Any, Literal, Protocol, get_args
 import numpy as np
 
 from irsim.types import Box, Floats, Frame, Input
+from irsim.wording import counted
 from irtrack.cards import track_card
 
 LEAST_PX = 5.0
@@ -100,8 +101,8 @@ _SHAPES: dict[str, tuple[int | None, ...]] = {
 
 def _fault_of_weights(weights: Floats, particles: Floats | None) -> str | None:
     if particles is None or len(particles) != len(weights):
-        there = "no" if particles is None else str(len(particles))
-        return f"{len(weights)} weights for {there} particles; allowed: one for each"
+        there = "no particles" if particles is None else counted(len(particles), "particle")
+        return f"{counted(len(weights), 'weight')} for {there}; allowed: one for each"
     if np.min(weights) < 0 or abs(np.sum(weights) - 1) > 1e-6:
         return f"the weights sum to {np.sum(weights):g}, the least is {np.min(weights):g}; allowed: 0 or more, sum 1"
     return None

@@ -19,6 +19,7 @@ from irsim.errors import InputError
 from irsim.measure import Region, measure_noise, noise_3d, temporal
 from irsim.measure.memory import fit_memory, time_freedom
 from irsim.measure.noise_3d import TERMS, components, mean_squares
+from irsim.measure.stretch import Stretch
 
 
 def test_components_undo_the_expected_mean_squares() -> None:
@@ -198,3 +199,8 @@ def test_the_command_measures_a_rendered_scene(tmp_path: Path) -> None:
     assert "2 frames are too few" in str(few.exception)
     many = CliRunner().invoke(app, ["noise", str(scene), "--frames", "9999"])
     assert "--frames 9999: no such range; allowed: " in str(many.exception)
+
+
+def test_one_frame_that_repeats_is_told_as_one() -> None:
+    one = Stretch(recorded=3, repeats=1, steps=(), index=(0, 2), number=(0, 1), rate_hz=30.0)
+    assert list(one.left_out(0)) == ["1 of 3 frames repeats the one before bit for bit: it does not count"]

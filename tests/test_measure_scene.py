@@ -14,8 +14,9 @@ from typer.testing import CliRunner
 
 import irsim
 from irsim.cli import app
+from irsim.errors import InputError
 from irsim.fitting import Fit
-from irsim.measure import Measured, NoiseReport, Region, measure_noise
+from irsim.measure import Measured, NoiseReport, Region, measure_figures, measure_noise
 from irsim.measure.lines import common_lines, lines
 from irsim.measure.neighbours import alike, changes
 from irsim.measure.noise import noise_lines
@@ -66,7 +67,7 @@ def test_what_a_scene_adds_is_doubted(seen: Floats, doubtful: tuple[str, ...]) -
     report = measure_noise(filmed(rng, pattern(rng, SIDE, SIDE) + seen), 30.0, Region(0, 0, SIDE, SIDE))
     assert report.doubtful == doubtful
     told = dict(noise_lines(report))
-    for term in ("v", "h", "vh", "tvh"):
+    for term in ("v", "h", "vh", "tvh", "pair", "lags", "memory", "drift"):
         assert told[term].endswith("; may be the scene's") == (term in doubtful)
     assert report.terms.tvh.value == pytest.approx(np.hypot(NOISE, np.sqrt(1 / 12)), rel=0.01)
 
@@ -117,7 +118,10 @@ def moved(speed: float) -> NoiseReport:
 def test_what_moves_is_told_from_noise_that_is_blurred() -> None:
     for speed in (0.1, 0.5):
         assert (moved(speed).together, moved(speed).moving) == (True, True)
-        assert set(moved(speed).doubtful) == {"t", "v", "h", "tv", "th", "vh", "tvh"}
+        report = moved(speed)
+        told = dict(noise_lines(report))
+        assert {term for term, text in told.items() if text.endswith("; may be the scene's")} == set(report.doubtful)
+        assert set(report.doubtful) == {"t", "v", "h", "tv", "th", "vh", "tvh", "pair", "lags", "memory", "drift"}
     rng = np.random.default_rng(6)
     blurred = np.stack([gaussian_filter(rng.normal(0, 20, (48, 48)), 0.7) for _ in range(40)])
     assert (changes(blurred).together, changes(blurred).moving) == (True, False)
@@ -141,6 +145,31 @@ def test_lines_that_all_parts_have_in_common_lie_in_their_interval() -> None:
         found = common_lines(scene + pattern(rng, 150, 200))
         hits += (found.row.low <= ROW <= found.row.high) + (found.column.low <= COLUMN <= found.column.high)
     assert hits >= 66  # of 80: a binomial of 0.95 has fewer in 1 of 10^5
+
+
+@pytest.mark.parametrize("shape", [(3, 3), (4, 4), (5, 64), (64, 5)])
+def test_lines_of_tiny_pictures_are_numbers(shape: tuple[int, int]) -> None:
+    """Of fewer than six columns there are fewer than six parts; they were nan."""
+    drawn = np.random.default_rng(1).normal(0, ROW, (shape[0], 1)) + np.zeros(shape)
+    found = common_lines(drawn)
+    assert 0 <= found.row.low <= found.row.value <= found.row.high
+    assert found.row.low <= ROW <= found.row.high
+    assert found.column == Measured(0, 0, 0)
+
+
+def test_what_has_no_lines_has_none_in_common() -> None:
+    even = common_lines(np.full((20, 30), 7.0))
+    assert even.row == even.column == Measured(0, 0, 0)
+
+
+def test_pictures_that_are_all_equal_have_no_noise_and_tiny_ones_are_one_clear_error() -> None:
+    picture = np.random.default_rng(1).integers(0, 200, (40, 40)).astype(np.float64)
+    found = measure_figures(np.repeat(picture[None], 8, axis=0), 30.0)
+    assert (found.noise.value, found.noise.high) == (0, 0)
+    assert found.row is not None
+    assert found.row.low == 0
+    with pytest.raises(InputError, match="a picture of 7x40 px is too small to be fitted; allowed: at least 8x8"):
+        measure_figures(np.zeros((8, 40, 7)), 30.0)
 
 
 def test_lines_beside_strong_texture_lie_in_their_interval() -> None:

@@ -167,7 +167,7 @@ def test_plain_trackers_are_checked_as_they_are() -> None:
 
 def test_one_line_for_tests_of_ones_own() -> None:
     check_tracker(Sound(), only=["deterministic", "flip"])
-    with pytest.raises(AssertionError, match=r"(?s)1 of 2 properties are broken\nflip: A mirrored picture.*off by"):
+    with pytest.raises(AssertionError, match=r"(?s)1 of 2 properties is broken\nflip: A mirrored picture.*off by"):
         check_tracker(PLANTED["flip"](), only=["deterministic", "flip"])
     check_tracker(PLANTED["flip"](), only=["flip"], excused={"flip": "it leans"})
     with pytest.raises(InputError, match=r"unknown property 'flop'; .*did you mean 'flip'\?"):

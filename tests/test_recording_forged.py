@@ -109,7 +109,7 @@ def test_tables_of_contents_that_mean_nothing(tmp_path: Path, change: dict[str, 
 
 def test_more_frames_than_there_are(tmp_path: Path) -> None:
     path = forge(tmp_path / "r.mcap", contents={"frames": "3"})
-    assert "has 1 messages for 3 frames" in refused(path)
+    assert "has 1 message for 3 frames" in refused(path)
     assert len(open_recording(recover(path, tmp_path / "out.mcap"))) == 1
 
 

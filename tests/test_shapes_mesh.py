@@ -204,10 +204,10 @@ def test_polygons_and_inside_out_files_are_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "line", "words"),
     [
-        ("v 0 0\n", 1, "2 coordinates; allowed: three"),
+        ("v 0 0\n", 1, "coordinates of a vertex: 2; allowed: three"),
         ("v 0 0 0\nv 1 b 0\n", 2, "no coordinates"),
         ("v 0 0 0\n\nf 1 2 3\n", 3, "vertex 2 does not exist; allowed: 1 to 1"),
-        ("v 0 0 0\nf 1 1\n", 2, "a face of 2 corners"),
+        ("v 0 0 0\nf 1 1\n", 2, "corners of a face: 2"),
         ("v 0 0 0\nf a b c\n", 2, "'a' is no corner"),
     ],
 )

@@ -132,7 +132,7 @@ def test_a_search_moves_what_is_no_nuisance_and_a_seed_what_is() -> None:
 def test_points_that_are_none_are_refused() -> None:
     space = irsim.variations(loads(VARIED))
     cases: list[tuple[Callable[[], object], str]] = [
-        (lambda: space.at([0.5]), "1 coordinates; allowed: 3, for targets.jet.path.speed, frames,"),
+        (lambda: space.at([0.5]), "1 coordinate; allowed: 3, for targets.jet.path.speed, frames,"),
         (lambda: space.at([0.5, 0.5, math.nan]), "no place in the unit cube"),
         (lambda: space.at_severities([6, 0, 0]), "there is no severity 6; allowed: -5 to 5"),
         (lambda: space.concrete({"camera.bits": 9}), "there is no 'camera.bits'; allowed: targets.jet"),

@@ -175,7 +175,9 @@ def _rows(path: Path) -> Iterator[tuple[int, dict[str, str]]]:
             if not any(field.strip() for field in fields):
                 continue
             if len(fields) > len(columns):
-                raise InputError(f"{path}:{reader.line_num}: {len(fields)} fields for {len(columns)} columns")
+                raise InputError(
+                    f"{path}:{reader.line_num}: {counted(len(fields), 'field')} for {counted(len(columns), 'column')}"
+                )
             padded = [*fields, *[""] * (len(columns) - len(fields))]
             yield reader.line_num, {column: field.strip() for column, field in zip(columns, padded, strict=True)}
     except csv.Error as error:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from irsim.errors import InputError
 from irsim.measure.defects import defects, patched, without_specks
 from irsim.measure.field import Field, Spectrum, periodogram
 from irsim.measure.flaws import Flaws, flaws
@@ -22,9 +23,12 @@ from irsim.measure.region import Mask, Region, Values
 from irsim.measure.still import Still, still_things
 from irsim.measure.unblurred import fit_unblurred
 from irsim.types import Floats
+from irsim.wording import counted
 
 ROUNDING = 1 / 12
 """Variance of rounding to whole counts, which every measured white noise holds."""
+_LEAST_SIDE = 8
+"""Of smaller pictures, px, no spectrum is fitted."""
 _PICTURES = 9
 """Frames over the whole length whose texture is measured where the scene moves."""
 _MEDIANS = 48
@@ -107,9 +111,14 @@ def measure_figures(
 ) -> Figures:
     """Figures of frames (T, rows, columns) in counts; noise is read on `region`, or the flattest window.
 
-    top, taken  as `measure_noise` has them. InputError where frames are too few or small.
+    top, taken  as `measure_noise` has them. InputError where frames are too few or small, less than 8 x 8 px.
     start       the number of the first frame, for the notes
     """
+    if min(frames.shape[1:]) < _LEAST_SIDE:
+        raise InputError(
+            f"a picture of {frames.shape[2]}x{frames.shape[1]} px is too small to be fitted; "
+            f"allowed: at least {_LEAST_SIDE}x{_LEAST_SIDE}"
+        )
     report = measure_noise(frames, rate_hz, region, top, taken)
     frames = report.stretch.of(frames)
     bad = defects(frames)
@@ -247,10 +256,10 @@ def _unseen(blur: Measured | None, psf: Measured, still: Still) -> Iterator[str]
         yield f"texture and fixed pattern are told for any blur of {psf.low:.1g} to {psf.high:.1g} px"
     if still.points:
         yield f"points that stand still: {len(still.points)}; they are no texture, fixed pattern or hot pixels"
-    if still.full.any():
+    if full := int(still.full.sum()):
         yield (
-            f"{int(still.full.sum())} pixels are full of light all the time: they and what is beside them are left out "
-            "of texture, fixed pattern and bad pixels"
+            f"{counted(full, 'pixel')} {'is' if full == 1 else 'are'} full of light all the time: what is there and "
+            "beside it is left out of texture, fixed pattern and bad pixels"
         )
 
 

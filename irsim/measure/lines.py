@@ -82,7 +82,7 @@ def _above(power: float, usual: float, gain: float, freedom: float) -> Measured:
 
 
 def common_lines(picture: Floats) -> Lines:
-    """Lines of a picture (rows, columns) in which things are seen: what all parts of it have in common.
+    """Lines of a picture (rows, columns; 3 or more of each) in which things are seen: what all parts have in common.
 
     Each row less the mean of its neighbours has 3/2 of the variance of rows' offsets. The median over a sixth of the
     columns passes edges by, and the product of two such parts that do not touch holds, in the mean, the offsets alone.
@@ -94,7 +94,7 @@ def common_lines(picture: Floats) -> Lines:
 def _common(picture: Floats) -> Measured:
     """Sigma of a picture's rows."""
     bent = picture[1:-1] - (picture[:-2] + picture[2:]) / 2
-    parts = np.stack([np.median(part, axis=1) for part in np.array_split(bent, _PARTS, axis=1)])
+    parts = np.stack([np.median(part, axis=1) for part in np.array_split(bent, min(_PARTS, bent.shape[1]), axis=1)])
     mean = parts.mean(axis=0)
     apart = np.abs(mean - np.median(mean))
     parts = parts[:, apart <= _OUTSTANDING * _MEDIAN_TO_SIGMA * np.median(apart)]

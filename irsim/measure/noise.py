@@ -36,7 +36,9 @@ class NoiseReport:
     together    whether neighbours in the region change together, from frame to frame or over half of the frames:
                 something moves there, or noise is blurred over pixels
     moving      whether it can be told that something moves there: then only `fine` speaks of noise alone
-    doubtful    names of those `terms` that may be the scene's: neighbouring pixels, rows or columns are alike in them
+    doubtful    names of what may be the scene's. Where neighbours change together these are all `terms` and "pair",
+                "lags", "memory" and "drift"; else those of the terms in which neighbouring pixels, rows or columns are
+                alike
     slides      whether the whole scene slides before the camera; blurred noise does not
     crossed     whether a target of the truth is in the region in some frame
     drift       sigma of the frames' means
@@ -121,7 +123,7 @@ def measure_noise(
         fine=fine,
         together=moved.together,
         moving=moved.moving,
-        doubtful=TERMS if moved.together else alike(flat.mean(axis=0)),
+        doubtful=(*TERMS, *_OF_TIME) if moved.together else alike(flat.mean(axis=0)),
         slides=sliding,
         crossed=taken is not None and bool(taken[region.rows, region.columns].any()),
         drift=float(means.std(ddof=1)),
@@ -165,23 +167,24 @@ def _still(frames: Values, bad: Mask, top: float, taken: Mask | None) -> Region:
 
 def noise_lines(report: NoiseReport, start: int = 0) -> Iterator[tuple[str, str]]:
     """Labels and texts for people; `start` is the number of the first frame that was looked at."""
+    doubts = dict.fromkeys(report.doubtful, "; may be the scene's")
     yield "region", f"{report.region} (x,y,w,h px), {counted(report.frames, 'frame')}, mean {report.mean:.1f} counts"
     for term, what in zip(TERMS, _WORDS, strict=True):
-        doubt = "; may be the scene's" if term in report.doubtful else ""
-        yield term, f"{_ranged(getattr(report.terms, term))}  {what}{doubt}"
+        yield term, f"{_ranged(getattr(report.terms, term))}  {what}{doubts.get(term, '')}"
     flow = report.temporal
-    yield "pair", f"{_ranged(flow.pair)}  pixel, from differences of neighbouring frames"
+    yield "pair", f"{_ranged(flow.pair)}  pixel, from differences of neighbouring frames{doubts.get('pair', '')}"
     shown = "  ".join(f"{lag}: {r.value:.2f}" for lag, r in zip(flow.lags, flow.correlation, strict=True))
-    yield "lags", f"correlation over frames  {shown}"
+    yield "lags", f"correlation over frames  {shown}{doubts.get('lags', '')}"
     if flow.memory is not None:
         m = flow.memory
-        yield "memory", f"rho {_ranged(m.rho)}, time constant {_ranged(m.time_constant_s)} s"
+        yield "memory", f"rho {_ranged(m.rho)}, time constant {_ranged(m.time_constant_s)} s{doubts.get('memory', '')}"
         yield "", f"white {_ranged(m.white)}, with memory {_ranged(m.correlated)} counts"
     elif report.frames >= LEAST_FRAMES:
-        yield "memory", "none: white in time"
+        yield "memory", f"none: white in time{doubts.get('memory', '')}"
     else:
         yield "memory", f"not known: needs {LEAST_FRAMES} frames"
-    yield "drift", f"{report.drift:.3g} counts of the frames' mean, slope {report.slope_per_s:.3g} a second"
+    drifted = f"{report.drift:.3g} counts of the frames' mean, slope {report.slope_per_s:.3g} a second"
+    yield "drift", drifted + doubts.get("drift", "")
     yield "bad", f"{report.dead} dead, {report.hot} hot, {report.blinking} blinking of {report.pixels} pixels"
     if unsure := frozen_unknown(report):
         yield "", unsure
@@ -201,7 +204,7 @@ def noise_lines(report: NoiseReport, start: int = 0) -> Iterator[tuple[str, str]
         yield "note", "neighbours change together: noise itself is blurred over pixels, or something moves fast here;"
     if report.together:
         yield "", "the figures above hold its motion and texture, too: --region X,Y,W,H names a place that is still;"
-        yield "", f"noise that is sharp, whatever moves behind it, is {report.fine:.3g} counts a pixel (fine)"
+        yield "", f"noise that each pixel draws anew in each frame is at most {report.fine:.3g} counts, whatever moves"
 
 
 def frozen_unknown(report: NoiseReport) -> str | None:
@@ -216,6 +219,8 @@ def frozen_unknown(report: NoiseReport) -> str | None:
     return None
 
 
+_OF_TIME = ("pair", "lags", "memory", "drift")
+"""What is told beside the terms, and holds what moves as they do."""
 _WORDS = (
     "frame to frame, the whole picture",
     "row to row, fixed",

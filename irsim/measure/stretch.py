@@ -70,7 +70,8 @@ class Stretch:
     def left_out(self, start: int) -> Iterator[str]:
         """Sentences for people; `start` is the number of the first recorded frame."""
         if self.repeats:
-            yield f"{self.repeats} of {self.recorded} frames repeat the one before bit for bit: they do not count"
+            repeat, they_do = ("repeats", "it does") if self.repeats == 1 else ("repeat", "they do")
+            yield f"{self.repeats} of {self.recorded} frames {repeat} the one before bit for bit: {they_do} not count"
         if self.steps:
             steps = ", ".join(str(start + step) for step in self.steps)
             yield (

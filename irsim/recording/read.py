@@ -23,6 +23,7 @@ from irsim.recording.schema import decode_truth
 from irsim.recording.times import from_ns
 from irsim.span import check_view, span
 from irsim.types import CameraFacts, Frame, Input, Source, Truth
+from irsim.wording import counted
 
 _HASH_BLOCK = 1 << 20
 
@@ -180,7 +181,9 @@ class Recording(Source):
     def _lane(self, topic: str) -> Lane:
         lane = self.container.lanes.get(topic)
         if lane is None or len(lane) != len(self):
-            raise self.container.damage(f"{topic} has {len(lane or ())} messages for {len(self)} frames")
+            raise self.container.damage(
+                f"{topic} has {counted(len(lane or ()), 'message')} for {counted(len(self), 'frame')}"
+            )
         return lane
 
     def _damaged(self, index: int) -> NoReturn:

@@ -105,7 +105,7 @@ def _obj(path: str, data: bytes) -> _Parsed:
             elif word == "f":
                 ring = [_index(each, len(corners)) for each in rest]
                 if len(ring) < 3:
-                    raise ValueError(f"a face of {len(ring)} corners; allowed: three or more")
+                    raise ValueError(f"corners of a face: {len(ring)}; allowed: three or more")
                 faces += [(ring[0], ring[k], ring[k + 1]) for k in range(1, len(ring) - 1)]
                 group += [names.setdefault(current, len(names))] * (len(ring) - 2)
             elif word == "usemtl" or (word in ("g", "o") and not by_material):
@@ -122,7 +122,7 @@ def _obj(path: str, data: bytes) -> _Parsed:
 
 def _three(words: list[str]) -> tuple[float, ...]:
     if len(words) != 3:
-        raise ValueError(f"{len(words)} coordinates; allowed: three")
+        raise ValueError(f"coordinates of a vertex: {len(words)}; allowed: three")
     try:
         return tuple(float(word) for word in words)
     except ValueError:

@@ -160,7 +160,7 @@ def end_by_failures(cells: Sequence[Cell]) -> None:
     """End with status 1 where a tracker raised or took too long."""
     failed = sum(cell.status == "failed" for cell in cells)
     if failed:
-        print(f"irtrack: {failed} of {len(cells)} runs failed; the report shows why", file=sys.stderr)
+        print(f"irtrack: {failed} of {counted(len(cells), 'run')} failed; the report shows why", file=sys.stderr)
         raise typer.Exit(1)
 
 

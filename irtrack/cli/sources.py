@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from irsim import terminal
+from irsim.wording import counted
 from irtrack.cli.options import Jobs, command_line, names
 
 
@@ -48,5 +49,6 @@ class Told:
 
     def __call__(self, scene: str, done: int, total: int) -> None:
         if scene != self._scene:
-            print(f"{datetime.now():%H:%M:%S} {scene}: {done} of {total} runs done", file=sys.stderr, flush=True)
+            told = f"{done} of {counted(total, 'run')} done"
+            print(f"{datetime.now():%H:%M:%S} {scene}: {told}", file=sys.stderr, flush=True)
         self._scene = scene

@@ -100,7 +100,8 @@ def check_tracker(
         f"{each.property.name}: {each.property.says}\n  {each.why}" for each in outcomes if each.verdict == "broken"
     ]
     if lines:
-        raise AssertionError("\n".join([f"{len(lines)} of {len(outcomes)} properties are broken", *lines]))
+        broken = f"{len(lines)} of {len(outcomes)} properties {'is' if len(lines) == 1 else 'are'} broken"
+        raise AssertionError("\n".join([broken, *lines]))
 
 
 def _excused(outcome: Outcome, excuses: Mapping[str, str]) -> Outcome:

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from irsim.rng import stream
 from irsim.types import Box, Frame
+from irsim.wording import counted
 from irtrack.properties.case import Broken, Case, NotAsked, Walk, expect_same, numbers, walk
 from irtrack.properties.clip import Clip
 from irtrack.properties.process import in_another_process
@@ -146,7 +147,8 @@ def gentle(case: Case) -> None:
     changed = np.argwhere(writable.images != clip.images)
     if len(changed):
         k, row, column = changed[0]
-        raise Broken(f"{len(changed)} pixels were written on, the first at ({column}, {row}) of frame {k}")
+        many = f"{counted(len(changed), 'pixel')} {'was' if len(changed) == 1 else 'were'}"
+        raise Broken(f"{many} written on, the first at ({column}, {row}) of frame {k}")
 
 
 def layout(case: Case) -> None:

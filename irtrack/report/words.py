@@ -36,7 +36,7 @@ def lead(rows: Sequence[SummaryRow]) -> str:
     scored = [row for row in rows if row.scored]
     if scored:
         best, worst = scored[0], scored[-1]
-        sentence = f"{best.label} lost the target in {best.lost} of {best.scored} runs"
+        sentence = f"{best.label} lost the target in {best.lost} of {counted(best.scored, 'run')}"
         sentences.append(sentence if worst is best else f"{sentence}, {worst.label} in {worst.lost} of {worst.scored}")
     else:
         sentences.append("No run could be scored: there is no truth to compare with, or every run failed")
