@@ -20,7 +20,7 @@ from irsim.cards import card
 from irsim.climate import fitted_band
 from irsim.expectation import EXPECTATIONS, Expectation
 from irsim.identity import scene_code
-from irsim.kinds import Name, Part, Several, suggestion
+from irsim.kinds import Name, Part, Several, suggestion, together
 from irsim.motion import Company, Pointing
 from irsim.occluders import OCCLUDERS, Occluder
 from irsim.radiometry import BAND_UM, limits
@@ -226,10 +226,8 @@ class Scenario(Part):
     @model_validator(mode="after")
     def _paths_are_possible(self) -> Scenario:
         frames, stage = np.arange(float(self.frames)), self.stage
-        for index, target in enumerate(self.targets):
-            why = target.path.obstacle(frames, stage, target.id)
-            if why is not None:
-                raise PydanticCustomError("obstacle", "{why}", {"why": why, "at": ("targets", index, "path")})
+        met = [(target.path.obstacle(frames, stage, target.id), index) for index, target in enumerate(self.targets)]
+        together("obstacle", ((why, ("targets", index, "path")) for why, index in met if why is not None))
         return self
 
     @model_validator(mode="after")
@@ -282,16 +280,10 @@ class Scenario(Part):
         if self.follow is not None:
             wanted.append((self.follow, ("follow",), targets))
         wanted += [(whom, place, targets) for _, whom, place in self.references()]
-        for name, place, allowed in wanted:
-            if name not in allowed:
-                raise PydanticCustomError(
-                    "unknown_id",
-                    "there is no '{name}'; allowed: {allowed}{hint}",
-                    {
-                        "name": name,
-                        "allowed": ", ".join(allowed) or "nothing, there are none",
-                        "hint": suggestion(name, allowed),
-                        "at": place,
-                    },
-                )
+        together("unknown_id", ((_no(name, allowed), at) for name, at, allowed in wanted if name not in allowed))
         return self
+
+
+def _no(name: str, allowed: list[str]) -> str:
+    known = ", ".join(allowed) or "nothing, there are none"
+    return f"there is no '{name}'; allowed: {known}{suggestion(name, allowed)}"

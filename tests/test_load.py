@@ -177,6 +177,26 @@ def test_an_error_says_place_key_what_is_wrong_and_what_is_allowed(case: str) ->
     assert lines[0].endswith(end)
 
 
+def test_several_ids_that_are_not_there_are_told_at_once() -> None:
+    text = TEXT.replace("follow: jet", "follow: jat\nwithout: [jeet, far, fog]")
+    assert [line.split("; ")[0] for line in errors_of(text)] == [
+        "f.yaml:25:9: follow: there is no 'jat'",
+        "f.yaml:26:11: without.0: there is no 'jeet'",
+        "f.yaml:26:22: without.2: there is no 'fog'",
+    ]
+
+
+def test_several_paths_that_cannot_be_are_told_at_once() -> None:
+    text = "background: {kind: ground}\ntargets:\n"
+    for name in ("one", "two"):
+        path = "{kind: straight, start: [30, 50], ground_m: 10}"
+        text += f"  - {{id: {name}, shape: {{kind: car}}, path: {path}}}\n"
+    assert [line.split(" px ")[0] for line in errors_of(text)] == [
+        "f.yaml:3:41: targets.one.path: at (30, 50)",
+        "f.yaml:4:41: targets.two.path: at (30, 50)",
+    ]
+
+
 def test_an_id_that_the_preset_or_a_default_has_is_told_where_the_user_wrote_it() -> None:
     """The camera's parts come after the targets, but nobody wrote them."""
     noise = "  noise:" + TEXT.split("  noise:")[1].split("  motion:")[0]
