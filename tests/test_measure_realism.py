@@ -164,6 +164,30 @@ def test_even_and_small_pictures_are_one_clear_error() -> None:
         texture(np.zeros((2, 40, 64), np.uint8))
 
 
+@pytest.mark.parametrize(
+    ("side", "frames", "asked", "told"),
+    [
+        (96, 1, ["--like", "cloud"], "cloud 2.70 to 4.30  OUTSIDE"),
+        (96, 1, ["--camera", "cooled"], "1 frame is too few to measure noise; allowed: at least 4"),
+        (96, 12, ["--like", "cloud", "--camera", "cooled"], "its noise is like: that of no real camera"),
+        (16, 12, ["--like", "cloud"], "16x16 px are too few for a spectrum; allowed: at least 64x64"),
+        (16, 12, ["--camera", "uncorrected"], "uncorrected 2.35 to 9.60  OUTSIDE"),
+        (6, 12, ["--camera", "cooled"], "a picture of 6x6 px is too small to be fitted; allowed: at least 8x8"),
+    ],
+)
+def test_recordings_of_8_bits_tiny_ones_and_single_frames_are_judged_or_refused_in_a_line(
+    side: int, frames: int, asked: list[str], told: str, tmp_path: Path
+) -> None:
+    rng = np.random.default_rng(1)
+    for k in range(frames):
+        cv2.imwrite(str(tmp_path / f"{k:03}.png"), rng.integers(0, 256, (side, side), np.uint8))
+    recording = tmp_path / "eight.mcap"
+    import_frames(tmp_path, recording)
+    done = CliRunner().invoke(app, ["realism", str(recording), *asked])
+    assert done.exit_code == 1
+    assert told in (str(done.exception) if isinstance(done.exception, InputError) else done.stdout)
+
+
 def test_the_command_says_so_by_its_status() -> None:
     good = CliRunner().invoke(app, ["realism", "clouds", "--like", "cloud", "--json"])
     assert good.exit_code == 0, good.output

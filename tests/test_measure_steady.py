@@ -36,7 +36,7 @@ def test_a_still_scene_does_not_slide(noise: float) -> None:
     assert not slides(sliding(0.0, noise))
 
 
-@pytest.mark.parametrize("side", [32, 48, 64, 128])
+@pytest.mark.parametrize("side", [8, 20, 27, 28, 32, 48, 64, 128])
 @pytest.mark.parametrize("blur", [0.0, 1.0])
 def test_noise_alone_does_not_slide(side: int, blur: float) -> None:
     rng = np.random.default_rng(3)
