@@ -45,6 +45,28 @@ def test_contrast_goes_and_turns_where_an_example_says_so(name: str) -> None:
     assert min(contrasts) < -0.5
 
 
+def test_what_is_hidden_is_hidden_as_it_is_written_and_stands_on_the_ground() -> None:
+    scene = irsim.load("hiding")
+    level = scene.background.surface_m
+    assert level is not None
+    stage = scene.stage
+    for target in scene.targets:  # a car's place is on the level of its wheels
+        below = target.path.positions(np.arange(200.0), stage, target.id) @ stage.geometry.down
+        np.testing.assert_allclose(below, level, atol=0.01)
+    lowest = stage.geometry.directions(np.array([160.0, 239.0])) @ stage.geometry.down
+    for occluder in scene.occluders[:2]:  # they reach down to the picture's lower edge, where the ground is no nearer
+        assert occluder.range_m < level / lowest
+    truths = list(irsim.Rendering(scene).truths())
+    shares = np.array([car.visible for each in truths if (car := each.target("car")) is not None], dtype=float)
+    assert len(shares) == 200
+    for frames, least, most in [((35, 42), 0.4, 0.52), ((66, 78), 0.0, 0.02), ((150, 165), 0.05, 0.12)]:
+        part = shares[frames[0] : frames[1] + 1]
+        assert least <= part.min()
+        assert part.max() <= most
+    assert shares[:15].min() > 0.99
+    assert shares[122:132].min() > 0.99  # between the crossing and the smoke
+
+
 @pytest.mark.parametrize("part", ["optics", "falloff", "smear", "bloom"])
 def test_every_part_of_the_lens_shows_in_the_glare(part: str) -> None:
     """Somewhere by ten times what a pixel's noise is at 300 K, where it is larger than before this sky."""
