@@ -78,6 +78,13 @@ def fit(
         Path | None,
         typer.Option("-o", "--output", metavar="YAML", help="The scenario to write; default: standard output."),
     ] = None,
+    display: Annotated[
+        str | None,
+        typer.Option(
+            metavar="PICTURES",
+            help="What the camera showed of the same frames, a recording of 8 bits: the AGC is fitted to it.",
+        ),
+    ] = None,
     region: RegionOption = None,
     frames: Frames = None,
     as_json: Json = False,
@@ -85,17 +92,24 @@ def fit(
     without: WithoutOption = None,
 ) -> None:
     """Fit a camera and a background to a recording: a scenario that has them, figures with 95 % intervals."""
+    from irsim.displayed import FITS
     from irsim.files import check_output, replacing_text
-    from irsim.fitting import fit_frames
+    from irsim.fitting import fit_frames, open_pictures
     from irsim.loader import find
     from irsim.measure import parse_region
 
     opened = open_changed(source, overrides, seed, without)
-    check_output(output, find(source), endings=(".yaml", ".yml"))
+    pictures = None if display is None else open_pictures(display, opened)
+    check_output(output, find(source), None if display is None else find(display), endings=(".yaml", ".yml"))
     where = None if region is None else parse_region(region, opened.size)
     wanted = _wanted(frames, opened)
+    stack = read_stack(opened, wanted, "counts")
     try:
-        found = fit_frames(read_stack(opened, wanted, "counts"), opened, where, wanted.start)
+        if pictures is None:
+            found = fit_frames(stack, opened, where, wanted.start)
+        else:
+            with progress_bar("fit display", len(FITS)) as progress:
+                found = fit_frames(stack, opened, where, wanted.start, pictures, progress)
     except InputError as error:
         raise InputError(f"{source}: {error}") from None
     if output is not None:

@@ -20,7 +20,8 @@ NOT_PIXELS = {
     # say what a scene may be instead, make some up, and hold tracks to rules
     *("authoring", "expectation", "space", "strategies", "variation"),
     # show, write and measure what is rendered
-    *("cards", "convert", "draw", "fitting", "gallery", "masking", "measure", "moments", "moving", "sheets", "survey"),
+    *("cards", "convert", "displayed", "draw", "fitting", "gallery", "masking", "measure", "moments", "moving"),
+    *("sheets", "survey"),
     # commands, and ways in
     *("__main__", "asked", "cli", "commands_authoring", "commands_info", "commands_measure", "lazy", "sources"),
     "terminal",

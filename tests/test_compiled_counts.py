@@ -11,7 +11,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from irsim.compiled import COMPILED, kernels
-from irsim.display import stretch
+from irsim.display import base
 from irsim.lookup import lookup
 
 pytestmark = pytest.mark.skipif(not COMPILED, reason="there is no compiler here")
@@ -32,9 +32,9 @@ def test_a_histogram_is_that_of_numpy(rows: int, columns: int, bits: int, deepes
     counts = np.random.default_rng(seed).integers(0, deepest, (rows, columns), np.uint16, endpoint=True)
     for each in (counts, counts[:, ::2]):
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(stretch, "COMPILED", False)
-            wanted = stretch.histogram(each, bits)
-        np.testing.assert_array_equal(stretch.histogram(each, bits), wanted, strict=True)
+            patch.setattr(base, "COMPILED", False)
+            wanted = base.histogram(each, bits)
+        np.testing.assert_array_equal(base.histogram(each, bits), wanted, strict=True)
 
 
 @given(

@@ -2,8 +2,8 @@
 
 from typing import Annotated
 
-from irsim.display.base import MID_GREY, Adaptive, Agc, Look, Picture
-from irsim.display.detail import CURVES, Clahe, Unsharp
+from irsim.display.base import MID_GREY, Adaptive, Agc, Look, Picture, Pixels, Ranking, histogram
+from irsim.display.detail import CURVES, Around, Clahe, Unsharp
 from irsim.display.plateau import Plateau
 from irsim.display.screen import Screen
 from irsim.display.stretch import Fixed, Linear, Plain
@@ -26,14 +26,18 @@ __all__ = [
     "MID_GREY",
     "Adaptive",
     "Agc",
+    "Around",
     "Clahe",
     "Fixed",
     "Linear",
     "Look",
     "Picture",
+    "Pixels",
     "Plain",
     "Plateau",
+    "Ranking",
     "Screen",
     "Shown",
     "Unsharp",
+    "histogram",
 ]

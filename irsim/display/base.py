@@ -12,11 +12,14 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
+from irsim.compiled import COMPILED, kernels
 from irsim.kinds import Kind
 from irsim.lookup import lookup
 from irsim.types import Floats, Image
 
 Picture = npt.NDArray[np.uint8]
+Pixels = npt.NDArray[np.int64]
+"""(2^bits,) number of pixels of each count."""
 Look = npt.NDArray[np.float64]
 """What one frame alone asks of the curve from counts to greys: counts, which may be averaged over frames."""
 
@@ -82,9 +85,30 @@ class Adaptive(Agc):
         return shown(self.greys(faded(looks, self.time_constant_frames), bits), counts)
 
 
+class Ranking(Adaptive):
+    """An adaptive AGC to which a frame is how many of its pixels have each count, wherever they are."""
+
+    def look(self, counts: Image, bits: int) -> Look:
+        return self.asked(histogram(counts, bits), counts.size)
+
+    @abstractmethod
+    def asked(self, pixels: Pixels, size: int) -> Look:
+        """A look by the pixels of each count, of `size` in all."""
+
+
 def shown(greys: Picture, counts: Image) -> Picture:
     """The picture of counts by a table (65536,) of greys."""
     return lookup(greys, counts.astype(np.uint16, copy=False))
+
+
+def histogram(counts: Image, bits: int) -> Pixels:
+    """(2^bits,) number of pixels of each count; counts beyond are left out."""
+    levels = 2**bits
+    if COMPILED and counts.dtype == np.uint16:
+        pixels = np.empty(levels, np.int64)
+        kernels.histogram(np.ascontiguousarray(counts, np.uint16), pixels)
+        return pixels
+    return np.bincount(counts.ravel(), minlength=levels)[:levels].astype(np.int64, copy=False)
 
 
 def faded(looks: Sequence[Look], time_constant: float) -> Look:

@@ -7,9 +7,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from irsim.display.base import Adaptive, Look, Picture
-from irsim.display.stretch import histogram
-from irsim.types import Image
+from irsim.display.base import Look, Picture, Pixels, Ranking
 
 _LEVELS = np.arange(1, 256) - 0.5
 """From where on the curve rounds to each grey but the first."""
@@ -18,7 +16,7 @@ _NO_LIMIT = 2 * 255.0
 """A gain, greys per count, that no curve of 255 greys reaches."""
 
 
-class Plateau(Adaptive):
+class Plateau(Ranking):
     """Plateau equalisation: the curve is as steep at a count as pixels have it, up to a plateau.
 
     With p(x) pixels of count x and the plateau T, the curve rises from one count to the next by
@@ -35,18 +33,18 @@ class Plateau(Adaptive):
     """How many greys the curve may rise from one count to the next: an even scene's noise is not blown up;
     null: no limit."""
 
-    def look(self, counts: Image, bits: int) -> Look:
+    def asked(self, pixels: Pixels, size: int) -> Look:
         """(255,) the counts from which on each grey but black begins.
 
         Beyond the counts that there are, the curve goes on as steeply as the limit allows.
         """
-        pixels = np.minimum(histogram(counts, bits), self.plateau * counts.size)
-        present = np.flatnonzero(pixels)
+        weights = np.minimum(pixels, self.plateau * size)
+        present = np.flatnonzero(weights)
         if not present.size:  # all counts lie beyond their depth
-            return np.full(255, 2.0**bits)
+            return np.full(255, float(pixels.size))
         first, last = int(present[0]), int(present[-1])
         gain = _NO_LIMIT if self.gain_limit is None else self.gain_limit
-        rises = pixels[first : last + 1]
+        rises = weights[first : last + 1]
         rises[0] = 0
         if first < last:
             rises = np.minimum(rises * (255 / rises.sum()), gain)

@@ -6,30 +6,28 @@ import math
 from typing import Annotated
 
 import numpy as np
-import numpy.typing as npt
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.compiled import COMPILED, kernels
-from irsim.display.base import MID_GREY, Adaptive, Agc, Look, Picture, shown
+from irsim.display.base import MID_GREY, Agc, Look, Picture, Pixels, Ranking, shown
 from irsim.types import Image
 
 Tail = Annotated[float, Field(ge=0, lt=0.5)]
 Count = Annotated[int, Field(ge=0, le=65_535)]
 
 
-class Linear(Adaptive):
+class Linear(Ranking):
     """Stretched linearly between two counts of the frame itself, a share of its pixels left outside."""
 
     tails: Annotated[tuple[Tail, Tail], Field(strict=False)] = (0.005, 0.005)
     """Shares of the pixels that may be darker than black and brighter than white."""
 
-    def look(self, counts: Image, bits: int) -> Look:
+    def asked(self, pixels: Pixels, size: int) -> Look:
         """(2,) the counts that become black and white."""
-        below = np.cumsum(histogram(counts, bits))  # pixels up to and with each count
+        below = np.cumsum(pixels)  # pixels up to and with each count
         # At most the first share is below `low`, at most the second above `high`.
-        low = np.searchsorted(below, self.tails[0] * counts.size, side="right")
-        high = np.searchsorted(below, (1 - self.tails[1]) * counts.size, side="left")
+        low = np.searchsorted(below, self.tails[0] * size, side="right")
+        high = np.searchsorted(below, (1 - self.tails[1]) * size, side="left")
         return np.array([low, high], dtype=np.float64)
 
     def greys(self, look: Look, bits: int) -> Picture:
@@ -67,16 +65,6 @@ class Plain(Agc):
     def display(self, counts: Image, bits: int) -> Picture:
         top: Image = np.minimum(counts >> max(bits - 8, 0), 255)
         return top.astype(np.uint8)
-
-
-def histogram(counts: Image, bits: int) -> npt.NDArray[np.int64]:
-    """(2^bits,) number of pixels of each count; counts beyond are left out."""
-    levels = 2**bits
-    if COMPILED and counts.dtype == np.uint16:
-        pixels = np.empty(levels, np.int64)
-        kernels.histogram(np.ascontiguousarray(counts, np.uint16), pixels)
-        return pixels
-    return np.bincount(counts.ravel(), minlength=levels)[:levels].astype(np.int64, copy=False)
 
 
 def stretched(low: float, high: float) -> Picture:

@@ -1,4 +1,4 @@
-"""From somebody's own recording to a scenario: its camera, and a background like the one it saw."""
+"""What was measured in a recording, in the words of a scenario."""
 
 from __future__ import annotations
 
@@ -6,93 +6,25 @@ import json
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from os import PathLike
 from typing import Any
 
 import numpy as np
 
 from irsim.detector import NETD_K, Electrons, Setting, electrons_like
-from irsim.display import Agc, Linear
-from irsim.kinds import dump
-from irsim.loader import loads
-from irsim.measure import Figures, Measured, Region, measure_figures, taken_by_targets
+from irsim.displayed import FittedDisplay
+from irsim.fitting.shown import Shown
+from irsim.measure import Figures, Measured
 from irsim.radiometry import radiance, slope, temperature
 from irsim.scale import Scale
-from irsim.scenario import Scenario
-from irsim.sources import open_source
 from irsim.types import Band, Curve, Source
 
-FRAMES = 300
-"""Frames that are looked at where the caller does not say."""
 NOMINAL_RANGE_K = (220.0, 400.0)
 NOMINAL_IFOV_RAD = 0.5e-3
 """What a camera is taken to be where the recording does not say: counts are right all the same."""
 
 
 @dataclass(frozen=True)
-class Fit:
-    """What a recording tells of its camera and background, and a scenario that has it.
-
-    figures     in counts, px and frames, with intervals
-    text        the scenario as YAML, with the intervals as comments; `irsim render` takes it
-    notes       what could not be told, and what was taken for it
-    """
-
-    name: str
-    frames: int
-    figures: Figures
-    text: str
-    notes: tuple[str, ...]
-
-    @cached_property
-    def scenario(self) -> Scenario:
-        return loads(self.text, f"fit of {self.name}")
-
-    def as_json(self) -> dict[str, Any]:
-        """Plain values, ready for json.dumps."""
-        measured = dict(self.figures.measured())
-        return {
-            "source": self.name,
-            "frames": self.frames,
-            "region": list(self.figures.region),
-            "mean": self.figures.mean,
-            "histogram": list(self.figures.histogram),
-            "figures": {name: [m.value, m.low, m.high] for name, m in measured.items()},
-            "bounds": [name for name, m in measured.items() if m.bound],
-            "notes": list(self.notes),
-        }
-
-
-def fit(
-    source: str | PathLike[str] | Scenario | Source,
-    region: Region | None = None,
-    start: int = 0,
-    stop: int | None = None,
-) -> Fit:
-    """Measure a recording (or a scenario, rendered for it) and write a scenario with its camera and background.
-
-    region      where only noise is seen, px; the flattest still window, off truth's boxes, where not given
-    start, stop frames that are looked at; the first 300 where not given
-
-    InputError where frames are too few or too small, or the source cannot be opened.
-    """
-    opened = open_source(source)
-    last = min(start + FRAMES, len(opened)) if stop is None else min(stop, len(opened))
-    stack = np.stack([frame.image for frame in opened.frames("counts", start, last)])
-    return fit_frames(stack, opened, region, start)
-
-
-def fit_frames(stack: Any, source: Source, region: Region | None = None, start: int = 0) -> Fit:
-    """The same of frames (T, rows, columns) that were read from a source already, from frame `start` on."""
-    taken = taken_by_targets(source, start, start + len(stack))
-    figures = measure_figures(stack, source.rate_hz, region, 2.0**source.bits - 1, taken, start)
-    scene = _Scene.of(source, figures)
-    lines = "\n".join(scene.lines(len(stack)))
-    return Fit(source.name, len(stack), figures, lines + "\n", (*figures.notes, *scene.notes))
-
-
-@dataclass(frozen=True)
-class _Scene:
+class Scene:
     """Counts, px and frames in the words of a scenario."""
 
     name: str
@@ -103,14 +35,14 @@ class _Scene:
     band: Band
     range_k: tuple[float, float]
     curve: Curve | None
-    agc: Agc
+    shown: Shown
     figures: Figures
     notes: tuple[str, ...]
 
     @classmethod
-    def of(cls, source: Source, figures: Figures) -> _Scene:
+    def of(cls, source: Source, figures: Figures, display: FittedDisplay | str | None) -> Scene:
         facts = source.camera
-        agc = source.agc
+        shown = Shown.of(source, display)
         unknown = [
             word
             for word, known in (
@@ -134,9 +66,9 @@ class _Scene:
             band=facts.band or "lwir",
             range_k=facts.range_k or NOMINAL_RANGE_K,
             curve=facts.curve,
-            agc=agc if isinstance(agc, Agc) else Linear(),
+            shown=shown,
             figures=figures,
-            notes=tuple(notes),
+            notes=(*notes, *shown.notes),
         )
 
     @cached_property
@@ -187,7 +119,7 @@ class _Scene:
             yield f"    - kind: {kind}"
             for key, value in values.items():
                 yield _line(f"      {key}", value) if isinstance(value, Measured) else f"      {key}: {value}"
-        yield f"  agc: {json.dumps(dump(self.agc))}"
+        yield from (f"  {line}" for line in self.shown.lines())
         yield from self.background()
 
     def detector(self) -> Iterator[str]:

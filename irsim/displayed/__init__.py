@@ -1,0 +1,8 @@
+"""Which AGC showed counts as pictures: fitted to both."""
+
+from irsim.displayed.choice import FittedDisplay, fit_display
+from irsim.displayed.fitted import FITS
+from irsim.displayed.knobs import KNOBS, Path
+from irsim.displayed.pairs import paired
+
+__all__ = ["FITS", "KNOBS", "FittedDisplay", "Path", "fit_display", "paired"]

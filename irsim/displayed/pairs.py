@@ -1,0 +1,153 @@
+"""Counts and the pictures that a camera showed of them, frame by frame, and what they say together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from irsim.display import Picture
+from irsim.types import Floats, Image, Source
+
+SCORED = 12
+"""Frames whose pictures are compared, spread over the recording: their differences tell a standard error."""
+LEAD = 0.25
+"""Share of the frames at the beginning that only feed the memory of an AGC: a camera that ran before the recording
+began remembers frames that are not in it."""
+MOST = 300
+"""Frames that are looked at, the last ones: their memory reaches through several of the longer time constants."""
+LEVELS = 2048
+"""Steps of the counts between which a free curve may rise: an eighth of a grey each, where all greys are used."""
+
+PLACE = 32
+"""Side of places whose mean greys are compared, px."""
+PATCH = 8
+"""Side of patches in which a curve that changes over the picture is one line, px."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pairs:
+    """Frames of counts in order, and the pictures of some of them.
+
+    counts      (T, rows, columns) unsigned, `bits` deep
+    pictures    frame -> (rows, columns) uint8, as it was shown
+    """
+
+    counts: npt.NDArray[Any]
+    bits: int
+    pictures: dict[int, Picture]
+
+    @property
+    def scored(self) -> tuple[int, ...]:
+        return tuple(sorted(self.pictures))
+
+
+def scored_frames(count: int) -> tuple[int, ...]:
+    """Which of so many frames are compared."""
+    first = int(LEAD * count)
+    return tuple(sorted({int(k) for k in np.linspace(first, count - 1, SCORED)}))
+
+
+def paired(stack: npt.NDArray[Any], bits: int, pictures: Source, start: int = 0) -> Pairs:
+    """Frames (T, rows, columns) from frame `start` on, and what a source has as pictures of some of them."""
+    frames = stack[-MOST:]
+    first = start + len(stack) - len(frames)
+    shown = {k: pictures.frame(first + k).image for k in scored_frames(len(frames))}
+    return Pairs(frames, bits, {k: image.astype(np.uint8) for k, image in shown.items()})
+
+
+@dataclass(frozen=True, eq=False)
+class Tally:
+    """What a frame's pictures have at each count: enough to know the error of any single curve.
+
+    present     (1, P) counts that there are
+    pixels      (P,) how many pixels have each
+    greys       (P,) their mean grey
+    within      squared greys by which pixels of one count differ, summed
+    """
+
+    present: Image
+    pixels: Floats
+    greys: Floats
+    within: float
+
+    @classmethod
+    def of(cls, counts: Image, picture: Picture) -> Tally:
+        flat = counts.ravel()
+        pixels = np.bincount(flat)
+        sums = np.bincount(flat, weights=picture.ravel())
+        present = np.flatnonzero(pixels)
+        many, greys = pixels[present].astype(np.float64), sums[present] / pixels[present]
+        square = float((picture.astype(np.float64) ** 2).sum())
+        within = max(square - float((many * greys**2).sum()), 0.0)
+        return cls(present[np.newaxis].astype(np.uint16), many, greys, within)
+
+    def error(self, shown: Picture) -> float:
+        """Mean squared error, greys, of a curve that shows the present counts so, (1, P)."""
+        apart = float((self.pixels * (shown[0] - self.greys) ** 2).sum())
+        return (apart + self.within) / float(self.pixels.sum())
+
+
+def scatter(counts: Image, picture: Picture) -> float:
+    """Variance of grey among pixels of one count, or nearly: what no single curve of the frame explains."""
+    apart, free = _apart(counts, picture)
+    return float((apart * apart).sum()) / max(free, 1)
+
+
+def parted(counts: Image, picture: Picture) -> float:
+    """Share of that variance that is between places: as where each has a curve of its own."""
+    apart, _ = _apart(counts, picture)
+    rows, columns = (side // PLACE * PLACE for side in apart.shape)
+    if not rows or not columns:
+        return 0.0
+    means = apart[:rows, :columns].reshape(rows // PLACE, PLACE, -1, PLACE).mean(axis=(1, 3))
+    return float((means * means).mean()) / max(float((apart * apart).mean()), 1 / 12)
+
+
+def _apart(counts: Image, picture: Picture) -> tuple[Floats, int]:
+    """Each grey less the mean of pixels whose count is the same, or nearly; and how many of these are free."""
+    flat = counts.ravel().astype(np.float64)
+    low, high = np.percentile(flat[:: max(flat.size // 20_000, 1)], (0.1, 99.9))
+    steps = np.clip((flat - low) * (LEVELS / max(high - low, LEVELS / 4)), -1, LEVELS).astype(np.int64) + 1
+    pixels = np.bincount(steps)
+    sums = np.bincount(steps, weights=picture.ravel())
+    apart = picture - (sums / np.maximum(pixels, 1))[steps].reshape(picture.shape)
+    return apart, flat.size - int(np.count_nonzero(pixels))
+
+
+def patched(counts: Image, picture: Picture) -> float:
+    """Variance of grey about a line on the counts in each patch: what no curve that changes slowly over the picture
+    explains."""
+    rows, columns = (side // PATCH * PATCH for side in counts.shape)
+    x, y = (
+        image[:rows, :columns].astype(np.float64).reshape(rows // PATCH, PATCH, -1, PATCH).swapaxes(1, 2)
+        for image in (counts, picture)
+    )
+    x = x - x.mean(axis=(2, 3), keepdims=True)
+    y = y - y.mean(axis=(2, 3), keepdims=True)
+    square = (x * x).sum(axis=(2, 3))
+    left = (y * y).sum(axis=(2, 3)) - (x * y).sum(axis=(2, 3)) ** 2 / np.maximum(square, 1e-12)
+    return float(left.mean()) / (PATCH * PATCH - 2)
+
+
+def silent(pairs: Pairs) -> str | None:
+    """Why the pictures say nothing of the display, where they do not."""
+    shown = list(pairs.pictures.values())
+    if all(picture.min() == picture.max() for picture in shown):
+        return "every picture has one grey throughout"
+    if all(frame.min() == frame.max() for frame in _scored(pairs)):
+        return "every frame has one count throughout"
+    if len(shown) > 1 and _still(shown) and not _still(list(_scored(pairs))):
+        return "the pictures stand still while the counts change"
+    return None
+
+
+def _scored(pairs: Pairs) -> Iterator[Image]:
+    return (pairs.counts[k] for k in pairs.scored)
+
+
+def _still(frames: Sequence[Image]) -> bool:
+    return all(np.array_equal(frames[0], frame) for frame in frames[1:])

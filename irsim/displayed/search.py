@@ -1,0 +1,105 @@
+"""The best numbers of one kind of AGC, and how far each may be turned before its pictures are others."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from irsim.display import Agc
+from irsim.displayed.knobs import Knob
+from irsim.measure import Measured
+from irsim.types import Floats
+
+ROUNDING = 1 / 12
+"""Variance of rounding to whole greys: pictures that differ by less are told from none."""
+GROWS = 1.3
+"""How much longer a step becomes where it was a good one."""
+
+
+def descend(error: Callable[[Agc], float], start: Agc, turn: Sequence[Knob], rough: float = 1.0) -> Agc:
+    """The AGC of the least error that is reached from a start by turning knobs one after the other.
+
+    Hooke and Jeeves, "'Direct search' solution of numerical and statistical problems", J. ACM 8, 1961: steps along
+    the axes, then once more as far in the direction that these made together, and shorter steps where none helps.
+    Errors of pictures have steps themselves, on which a search by slopes, or by a simplex, ends.
+
+    rough   how much coarser than `Knob.fine` the last step may be
+    """
+    best, least = start, error(start)
+    steps = [knob.step for knob in turn]
+    while least > 0 and any(step >= _last(knob, rough) for step, knob in zip(steps, turn, strict=True)):
+        before, improved = best, False
+        for i, knob in enumerate(turn):
+            for sign in (1, -1):
+                tried = knob.turned(best, sign * steps[i])
+                if tried is not None and (found := error(tried)) < least:
+                    best, least, improved = tried, found, True
+                    steps[i] *= sign * GROWS
+                    break
+            steps[i] = abs(steps[i])
+        if not improved:
+            steps = [step / 2 for step in steps]
+            continue
+        further = _further(before, best, turn)
+        if further is not None and (found := error(further)) < least:
+            best, least = further, found
+    return best
+
+
+def _last(knob: Knob, rough: float) -> float:
+    return knob.fine if knob.whole else rough * knob.fine
+
+
+def _further(before: Agc, now: Agc, turn: Sequence[Knob]) -> Agc | None:
+    """As far again from `now` as it is from `before`."""
+    moved: Agc = now
+    changed = 0
+    for knob in turn:
+        old, new = knob.of(before), knob.of(now)
+        if old == new:
+            continue
+        by = new - old if knob.whole else math.log((new + knob.soft) / (old + knob.soft))
+        tried = knob.turned(moved, by)
+        if tried is None:
+            return None
+        moved, changed = tried, changed + 1
+    return moved if changed > 1 else None
+
+
+def as_good(errors: Floats, best: Floats, margin: float) -> bool:
+    """Whether pictures of these mean squared errors, frame by frame, may be as good as the best.
+
+    Their mean is larger by no more than the margin and two standard errors of the difference, which is chance only as
+    far as the best leaves something unexplained; and no frame's is larger than twice the best's and four margins: where
+    something happens in a few frames only, these tell.
+    """
+    more = errors - best
+    error = 2 * more.std(ddof=1) / math.sqrt(more.size) if more.size > 1 else 0.0
+    return bool(more.mean() <= margin + min(error, float(best.mean())) and np.all(more <= 4 * margin + best))
+
+
+def interval(errors: Callable[[Agc], Floats], agc: Agc, knob: Knob, share: float = 0.0) -> Measured:
+    """A knob's number, and how far it may be turned, the others held, until the pictures are told from those.
+
+    share   of the error by which they may be worse besides
+    """
+    best = errors(agc)
+    margin = ROUNDING + share * float(best.mean())
+
+    def farthest(sign: int) -> float:
+        good, step = agc, knob.fine
+        if not knob.whole:  # what a search does not tell apart, it cannot tell
+            good = knob.turned(agc, sign * knob.fine) or agc
+        while (tried := knob.turned(good, sign * step)) is not None:
+            if as_good(errors(tried), best, margin):
+                good, step = tried, 2 * step
+            elif step <= knob.fine:
+                break
+            else:
+                step /= 4
+                step = max(step, knob.fine)
+        return knob.of(good)
+
+    return Measured(knob.of(agc), farthest(-1), farthest(1))

@@ -1,0 +1,164 @@
+"""How far the pictures of an AGC lie from those that were shown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import cv2
+import numpy as np
+
+from irsim.display import CURVES, Adaptive, Agc, Around, Look, Picture, Pixels, Ranking, histogram
+from irsim.displayed.pairs import Pairs, Tally, parted, patched, scatter
+from irsim.types import Floats, Image
+
+KEPT = 4
+"""Sets of looks that are kept: a search goes back and forth between few."""
+
+LOCAL = 0.1
+"""Share of what no single curve explains that whole places of 32 x 32 px have in common: JPEG of qualities 60 and 85
+makes 0.0005 to 0.006, unsharp masking 0.08, CLAHE 0.16 to 0.57 (the scene and AGCs of tests/test_displayed.py)."""
+
+
+class Trial:
+    """Tries AGCs on pairs of counts and pictures, by what they really do with the counts.
+
+    It keeps what trials share: the counts as they reach the curve, looks at them, and where the picture is one
+    curve of the counts a tally of both, by which its error is known without drawing it.
+    """
+
+    def __init__(self, pairs: Pairs) -> None:
+        self.pairs = pairs
+        self._before: tuple[Around, ...] = ()
+        self._counts: dict[int, Image] = {}
+        self._tallies: dict[int, Tally] = {}
+        self._pixels: dict[int, Pixels] = {}
+        self._looks: dict[Agc, dict[int, Look]] = {}
+
+    @cached_property
+    def few(self) -> tuple[int, ...]:
+        """Half of the scored frames, for first guesses."""
+        return self.pairs.scored[::2]
+
+    def error(self, agc: Agc, few: bool = False) -> float:
+        """Mean squared error, greys, over the scored frames, or over few of them."""
+        return float(self.errors(agc, self.few if few else self.pairs.scored).mean())
+
+    def errors(self, agc: Agc, frames: Sequence[int] | None = None) -> Floats:
+        """(S,) mean squared error of each scored frame, greys."""
+        around, curve = _peeled(agc)
+        self._reach(tuple(each.model_copy(update={"base": None}) for each in around if _changes_counts(each)))
+        behind = [each for each in reversed(around) if _changes_picture(each)]
+        whole = self.is_whole(agc)
+        found = []
+        for k in self.pairs.scored if frames is None else frames:
+            looks = self._window(curve, k)
+            if not whole:
+                tally = self._tally(k)
+                found.append(tally.error(curve.picture(tally.present, self.pairs.bits, looks)))
+                continue
+            picture = curve.picture(self._reached(k), self.pairs.bits, looks)
+            for each in behind:
+                picture = each.behind(picture)
+            found.append(_apart(picture, self.pairs.pictures[k]))
+        return np.array(found)
+
+    def scatter(self, mask: Agc | None = None, local: bool = False) -> float:
+        """Variance of few frames' greys that no curve of the counts explains, or of what a mask makes of these.
+
+        local   the curve may be another in each part of the picture
+        """
+        return float(self.scatters(mask, local, self.few).mean())
+
+    def scatters(self, mask: Agc | None = None, local: bool = False, frames: Sequence[int] | None = None) -> Floats:
+        """(S,) the same of each scored frame."""
+        pairs, left = self.pairs, patched if local else scatter
+        found = []
+        for k in pairs.scored if frames is None else frames:
+            counts = pairs.counts[k]
+            if isinstance(mask, Around):
+                counts = mask.before(counts, pairs.bits)
+            found.append(left(counts, pairs.pictures[k]))
+        return np.array(found)
+
+    @staticmethod
+    def is_whole(agc: Agc) -> bool:
+        """Whether an AGC's picture is more than one curve of the counts that reach it."""
+        around, curve = _peeled(agc)
+        return any(map(_changes_picture, around)) or curve.kind not in CURVES.kinds
+
+    @cached_property
+    def is_local(self) -> bool:
+        """Whether greys of the same counts differ from place to place, more than what compression leaves."""
+        pairs = self.pairs
+        shares = [parted(pairs.counts[k], pairs.pictures[k]) for k in self.few]
+        return float(np.mean(shares)) > LOCAL
+
+    def behind(self, mask: Around) -> Trial:
+        """Trials of what comes behind a mask that changes the counts."""
+        pairs = self.pairs
+        changed = np.stack([mask.before(counts, pairs.bits) for counts in pairs.counts])
+        return Trial(Pairs(changed, pairs.bits, pairs.pictures))
+
+    def _reach(self, before: tuple[Around, ...]) -> None:
+        """Forget what was kept of other counts than those that reach the curve now."""
+        if before != self._before:
+            self._before, self._counts, self._tallies, self._pixels, self._looks = before, {}, {}, {}, {}
+
+    def _reached(self, k: int) -> Image:
+        counts: Image = self.pairs.counts[k]
+        if not self._before:
+            return counts
+        if k not in self._counts:
+            for each in self._before:
+                counts = each.before(counts, self.pairs.bits)
+            self._counts[k] = counts
+        return self._counts[k]
+
+    def _tally(self, k: int) -> Tally:
+        if k not in self._tallies:
+            self._tallies[k] = Tally.of(self._reached(k), self.pairs.pictures[k])
+        return self._tallies[k]
+
+    def _window(self, curve: Agc, k: int) -> list[Look]:
+        """Looks at as many frames before k as the curve remembers, and at k itself."""
+        if not isinstance(curve, Adaptive):
+            return [curve.look(self._reached(k), self.pairs.bits)]
+        key = curve.model_copy(update={"time_constant_frames": 0.0})
+        kept = self._looks.pop(key, {})
+        window = range(max(0, k - curve.memory), k + 1)
+        for index in window:
+            if index not in kept:
+                kept[index] = self._look(curve, index)
+        self._looks[key] = kept
+        while len(self._looks) > KEPT:
+            del self._looks[next(iter(self._looks))]
+        return [kept[index] for index in window]
+
+    def _look(self, curve: Agc, k: int) -> Look:
+        if not isinstance(curve, Ranking):
+            return curve.look(self._reached(k), self.pairs.bits)
+        if k not in self._pixels:
+            self._pixels[k] = histogram(self._reached(k), self.pairs.bits)
+        return curve.asked(self._pixels[k], self._reached(k).size)
+
+
+def _peeled(agc: Agc) -> tuple[list[Around], Agc]:
+    """An AGC's layers, the outermost first, and the one of a single curve that they lie around."""
+    around = []
+    while isinstance(agc, Around):
+        around.append(agc)
+        agc = agc.inner
+    return around, agc
+
+
+def _changes_counts(agc: Around) -> bool:
+    return type(agc).before is not Around.before
+
+
+def _changes_picture(agc: Around) -> bool:
+    return type(agc).behind is not Around.behind
+
+
+def _apart(one: Picture, other: Picture) -> float:
+    return float(cv2.norm(one, other, cv2.NORM_L2SQR)) / one.size

@@ -1,0 +1,108 @@
+"""From somebody's own recording to a scenario: its camera, and a background like the one it saw."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from os import PathLike
+from typing import Any
+
+import numpy as np
+
+from irsim.displayed import FittedDisplay, fit_display, paired
+from irsim.fitting.pictures import open_pictures
+from irsim.fitting.scene import Scene
+from irsim.loader import loads
+from irsim.measure import Figures, Region, measure_figures, taken_by_targets
+from irsim.scenario import Scenario
+from irsim.sources import open_source
+from irsim.types import Source
+
+FRAMES = 300
+"""Frames that are looked at where the caller does not say."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """What a recording tells of its camera and background, and a scenario that has it.
+
+    figures     in counts, px and frames, with intervals
+    display     its AGC, fitted to what the camera showed; None where no pictures tell it
+    text        the scenario as YAML, with the intervals as comments; `irsim render` takes it
+    notes       what could not be told, and what was taken for it
+    """
+
+    name: str
+    frames: int
+    figures: Figures
+    display: FittedDisplay | None
+    text: str
+    notes: tuple[str, ...]
+
+    @cached_property
+    def scenario(self) -> Scenario:
+        return loads(self.text, f"fit of {self.name}")
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain values, ready for json.dumps."""
+        measured = dict(self.figures.measured())
+        return {
+            "source": self.name,
+            "frames": self.frames,
+            "region": list(self.figures.region),
+            "mean": self.figures.mean,
+            "histogram": list(self.figures.histogram),
+            "figures": {name: [m.value, m.low, m.high] for name, m in measured.items()},
+            "bounds": [name for name, m in measured.items() if m.bound],
+            "display": None if self.display is None else self.display.as_json(),
+            "notes": list(self.notes),
+        }
+
+
+def fit(
+    source: str | PathLike[str] | Scenario | Source,
+    region: Region | None = None,
+    start: int = 0,
+    stop: int | None = None,
+    display: str | PathLike[str] | Source | None = None,
+) -> Fit:
+    """Measure a recording (or a scenario, rendered for it) and write a scenario with its camera and background.
+
+    region      where only noise is seen, px; the flattest still window, off truth's boxes, where not given
+    start, stop frames that are looked at; the first 300 where not given
+    display     what the camera showed of the same frames, picture k of frame k: a recording of 8 bits, to which the AGC
+                is fitted
+
+    InputError where frames are too few or too small, a source cannot be opened, or the pictures are none of its frames.
+    """
+    opened = open_source(source)
+    pictures = None if display is None else open_pictures(display, opened)
+    last = min(start + FRAMES, len(opened)) if stop is None else min(stop, len(opened))
+    stack = np.stack([frame.image for frame in opened.frames("counts", start, last)])
+    return fit_frames(stack, opened, region, start, pictures)
+
+
+def fit_frames(
+    stack: Any,
+    source: Source,
+    region: Region | None = None,
+    start: int = 0,
+    pictures: Source | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> Fit:
+    """The same of frames (T, rows, columns) that were read from a source already, from frame `start` on.
+
+    pictures    what was shown of the source's frames, as `open_pictures` gives it
+    progress    called with the number of kinds of AGC tried, of `irsim.displayed.KINDS`
+    """
+    taken = taken_by_targets(source, start, start + len(stack))
+    figures = measure_figures(stack, source.rate_hz, region, 2.0**source.bits - 1, taken, start)
+    shown = None if pictures is None else fit_display(paired(stack, source.bits, pictures, start), progress)
+    scene = Scene.of(source, figures, shown)
+    lines = "\n".join(scene.lines(len(stack)))
+    fitted = shown if isinstance(shown, FittedDisplay) else None
+    return Fit(source.name, len(stack), figures, fitted, lines + "\n", (*figures.notes, *scene.notes))
+
+
+__all__ = ["FRAMES", "Fit", "fit", "fit_frames", "open_pictures"]

@@ -1,0 +1,136 @@
+"""The AGC behind pictures is found with its numbers; rendered with it and fitted again, the figures agree."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import cv2
+import numpy as np
+import pytest
+
+import irsim
+from irsim.display import AGCS, Agc, Linear, Picture, Screen
+from irsim.displayed import FITS, KNOBS, FittedDisplay, fit_display
+from irsim.displayed.knobs import knobs
+from irsim.displayed.pairs import Pairs, scored_frames
+from irsim.types import Image
+
+FRAMES = 60
+SCENE = f"""\
+frames: {FRAMES}
+seed: 3
+camera: {{size: [160, 128], range_k: [270, 330], netd_mk: 60, motion: [{{kind: pan, azimuth_deg_s: 1.5}}]}}
+background: {{kind: ground, spread_k: 2, betas: [2.4, 2.8], correlation_mrad: 40}}
+targets:
+  - id: hot
+    shape: {{kind: truck}}
+    path: {{kind: straight, range_m: 150, start: [-30, 60], speed: 4}}
+"""
+"""A camera pans over ground while something hot comes in: the gain has to follow."""
+
+TRUE = {
+    "none": "{kind: none}",
+    "fixed": "{kind: fixed, low: 1900, high: 6000}",
+    "linear": "{kind: linear, tails: [0.01, 0.002], time_constant_frames: 6}",
+    "plateau": "{kind: plateau, plateau: 0.002, gain_limit: 0.12, time_constant_frames: 5}",
+    "clahe": "{kind: clahe, clip_limit: 3, tiles: [8, 6], base: {kind: linear, tails: [0.004, 0.01]}}",
+    "unsharp": "{kind: unsharp, amount: 1.5, sigma_px: 2, base: {kind: plateau, plateau: 0.002, gain_limit: 0.3}}",
+}
+"""One of each kind."""
+
+
+def agc_of(text: str) -> Agc:
+    agc = irsim.loads(f"frames: 1\ncamera: {{agc: {text}}}\nbackground: {{kind: ground}}\n").camera.agc
+    assert isinstance(agc, Agc)
+    return agc
+
+
+@lru_cache
+def counts() -> tuple[Image, ...]:
+    return tuple(frame.image for frame in irsim.open_source(irsim.loads(SCENE)).frames("counts"))
+
+
+def shown(agc: Agc, quality: int | None = None) -> Pairs:
+    """The scene as an AGC shows it, through JPEG of that quality."""
+    screen = Screen(agc, 14, lambda index: counts()[index])
+    pictures = [screen.picture(image, index) for index, image in enumerate(counts())]
+    if quality is not None:
+        pictures = [packed(picture, quality) for picture in pictures]
+    return Pairs(np.stack(counts()), 14, {k: pictures[k] for k in scored_frames(FRAMES)})
+
+
+def packed(picture: Picture, quality: int) -> Picture:
+    _, data = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, quality])
+    return np.asarray(cv2.imdecode(data, cv2.IMREAD_GRAYSCALE), np.uint8)
+
+
+@lru_cache
+def found(kind: str, quality: int | None = None) -> FittedDisplay:
+    display = fit_display(shown(agc_of(TRUE[kind]), quality))
+    assert isinstance(display, FittedDisplay)
+    return display
+
+
+def test_every_kind_has_a_fit_and_its_numbers_and_a_true_one_here() -> None:
+    kinds = {word for word, _ in AGCS}
+    assert set(FITS) == set(KNOBS) == set(TRUE) == kinds
+
+
+LONG = pytest.mark.slow
+"""What is searched for place by place, or through JPEG, takes half a minute on a busy machine."""
+RUNS = [
+    *(pytest.param(kind, None, marks=LONG if kind in ("clahe", "unsharp") else ()) for kind in TRUE),
+    *(pytest.param(kind, 85, marks=() if kind in ("none", "fixed", "linear") else LONG) for kind in TRUE),
+]
+
+
+@pytest.mark.parametrize(("kind", "quality"), RUNS)
+def test_what_showed_the_pictures_is_found(kind: str, quality: int | None) -> None:
+    """In its intervals made half as wide again: JPEG smooths pictures, and that is no chance."""
+    true, display = agc_of(TRUE[kind]), found(kind, quality)
+    assert display.agc.kind == kind
+    assert display.rms_grey < (6 if quality else 0.5)
+    assert [path for path, _ in display.figures] == [knob.path for knob in knobs(true)]
+    for knob, (path, told) in zip(knobs(true), display.figures, strict=True):
+        reach = 0.25 * (told.high - told.low)
+        assert told.low - reach <= knob.of(true) <= told.high + reach, (path, told)
+
+
+@pytest.mark.parametrize(("kind", "quality"), RUNS)
+def test_shown_and_fitted_again_the_figures_agree(kind: str, quality: int | None) -> None:
+    first = found(kind, quality)
+    second = fit_display(shown(first.agc))
+    assert isinstance(second, FittedDisplay)
+    assert second.agc.kind == kind
+    again = dict(second.figures)
+    assert [path for path, _ in first.figures] == list(again)
+    apart = [
+        (path, told, again[path])
+        for path, told in first.figures
+        if told.low > again[path].high or again[path].low > told.high
+    ]
+    assert not apart
+
+
+@pytest.mark.parametrize("bits", [8, 12, 16])
+def test_counts_of_any_depth_and_saturated_ones(bits: int) -> None:
+    """A third of the pixels lie at the highest count."""
+    rng = np.random.default_rng(bits)
+    full = 2**bits - 1
+    drift = np.linspace(0.4, 0.7, 24)[:, np.newaxis, np.newaxis]
+    frames = np.clip(full * (drift + 0.4 * rng.normal(size=(24, 64, 80))), 0, full)
+    deep = np.rint(frames).astype(np.uint8 if bits == 8 else np.uint16)
+    agc = Linear(tails=(0.02, 0.0))
+    pairs = Pairs(deep, bits, {k: agc.display(deep[k], bits) for k in scored_frames(24)})
+    before = deep.copy()
+    display = fit_display(pairs)
+    assert isinstance(display, FittedDisplay)
+    assert display.rms_grey < 0.3
+    np.testing.assert_array_equal(deep, before)
+
+
+def test_scored_frames_are_few_and_leave_the_first_ones_to_the_memory() -> None:
+    assert scored_frames(1) == (0,)
+    assert scored_frames(8) == (2, 3, 4, 5, 6, 7)
+    assert len(scored_frames(300)) == 12
+    assert (scored_frames(300)[0], scored_frames(300)[-1]) == (75, 299)

@@ -1,0 +1,134 @@
+"""`irsim fit --display`: the AGC of a recording by what the camera showed; what cannot be told, and bad pictures."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import irsim
+from irsim.cli import app
+from irsim.errors import InputError
+from irsim.types import Image
+
+SCENE = """\
+frames: 24
+camera: {{size: [96, 80], range_k: [280, 320], netd_mk: 60, agc: {agc}}}
+background: {{kind: ground, spread_k: 2}}
+"""
+FIXED = "{kind: fixed, low: 2000, high: 9000}"
+
+
+def counts(agc: str = FIXED) -> irsim.Source:
+    return irsim.open_source(irsim.loads(SCENE.format(agc=agc)))
+
+
+def imported(folder: Path, name: str, images: Iterable[Image], bits: int | None = None) -> Path:
+    pictures = folder / name
+    pictures.mkdir()
+    for k, image in enumerate(images):
+        cv2.imwrite(str(pictures / f"{k:04}.png"), image)
+    path: Path = irsim.import_frames(pictures, folder / f"{name}.mcap", bits=bits)
+    return path
+
+
+@pytest.fixture
+def footage(tmp_path: Path) -> tuple[Path, Path]:
+    """A user's own: counts of 14 bits of which nobody says how they are shown, and what was shown."""
+    frames, shown = ([frame.image for frame in counts().frames(input)] for input in ("counts", "display"))
+    return imported(tmp_path, "mine", frames, 14), imported(tmp_path, "shown", shown)
+
+
+def test_the_command_writes_the_display_with_its_intervals(footage: tuple[Path, Path], tmp_path: Path) -> None:
+    mine, shown = footage
+    camera = tmp_path / "camera.yaml"
+    done = CliRunner().invoke(app, ["fit", str(mine), "--display", str(shown), "-o", str(camera)])
+    assert done.exit_code == 0, done.output
+    text = camera.read_text()
+    assert "  agc:  # fitted to 12 pictures, from which its own differ by 0 greys rms\n    kind: fixed\n" in text
+    assert "    low: 2000  # 19" in text
+    assert "display" not in done.stderr
+    assert irsim.load(camera).camera.agc == counts().agc
+    told = json.loads(CliRunner().invoke(app, ["fit", str(mine), "--display", str(shown), "--json"]).stdout)["display"]
+    assert told["agc"] == {"kind": "fixed", "low": 2000, "high": 9000}
+    assert (told["rms_grey"], told["frames"]) == (0, 12)
+    value, low, high = told["figures"]["high"]
+    assert low <= value == 9000 <= high
+
+
+def test_without_pictures_it_says_where_the_display_comes_from(footage: tuple[Path, Path]) -> None:
+    mine, shown = footage
+    unknown = irsim.fit(mine)
+    assert unknown.scenario.camera.agc.kind == "linear"
+    assert unknown.display is None
+    assert any("cannot be told without pictures" in note and "--display" in note for note in unknown.notes)
+    said = irsim.fit(counts())
+    assert "# as the recording says" in said.text
+    assert not [note for note in said.notes if "display" in note]
+    picture = irsim.fit(shown)
+    assert picture.scenario.camera.agc.kind == "none"
+    assert "8 bits: the counts are shown as they are" in picture.notes
+
+
+def test_what_was_seen_wins_over_what_the_recording_says(footage: tuple[Path, Path]) -> None:
+    found = irsim.fit(counts("{kind: linear}"), display=footage[1])
+    assert found.display is not None
+    assert found.scenario.camera.agc == counts().agc
+
+
+def test_pictures_that_tell_nothing_are_a_note(tmp_path: Path) -> None:
+    source = counts()
+    still = imported(tmp_path, "still", [source.frame(0, "display").image] * len(source))
+    grey = imported(tmp_path, "grey", [np.full((80, 96), 90, np.uint8)] * len(source))
+    for shown, why in (
+        (still, "the pictures stand still while the counts change"),
+        (grey, "every picture has one grey"),
+    ):
+        found = irsim.fit(source, display=shown)
+        assert found.display is None
+        assert any(note.startswith(f"the display cannot be told: {why}") for note in found.notes), found.notes
+        assert found.scenario.camera.agc == source.agc
+
+
+def test_a_display_of_no_kind_of_ours_is_said_to_be_none(tmp_path: Path) -> None:
+    """Brightness that turns around is no curve that any kind has."""
+    source = counts()
+    turned = [np.abs(255 - 2 * frame.image.astype(int)).astype(np.uint8) for frame in source.frames("display")]
+    found = irsim.fit(source, display=imported(tmp_path, "turned", turned))
+    assert found.display is not None
+    assert found.display.rms_grey > 8
+    assert any(note.startswith("no kind of AGC known here explains the pictures") for note in found.notes)
+
+
+@pytest.mark.parametrize(
+    ("make", "what"),
+    [
+        (lambda folder: imported(folder, "p", [np.zeros((80, 64), np.uint8)] * 24), "64x80 px, but mine has 96x80"),
+        (
+            lambda folder: imported(folder, "p", [np.zeros((80, 96), np.uint8)] * 20),
+            "20 pictures, but mine has 24 fram",
+        ),
+        (lambda folder: imported(folder, "p", [np.zeros((80, 96), np.uint16)] * 24, 12), "12 bits deep; allowed: what"),
+        (lambda folder: folder / "mine.mcap", "14 bits deep; allowed: what"),
+        (lambda folder: folder / "shown", "is a folder; allowed"),
+        (lambda folder: folder / "none.mcap", "no such file"),
+    ],
+)
+def test_bad_pictures_are_one_line(footage: tuple[Path, Path], make: object, what: str, tmp_path: Path) -> None:
+    assert callable(make)
+    done = CliRunner().invoke(app, ["fit", str(footage[0]), "--display", str(make(tmp_path))])
+    assert isinstance(done.exception, InputError)
+    assert what in str(done.exception)
+    assert "\n" not in str(done.exception)
+
+
+def test_the_pictures_are_not_written_over(footage: tuple[Path, Path]) -> None:
+    mine, shown = footage
+    done = CliRunner().invoke(app, ["fit", str(mine), "--display", str(shown), "-o", str(shown)])
+    assert isinstance(done.exception, InputError)
+    assert "would replace" in str(done.exception)
