@@ -224,6 +224,23 @@ def test_blinking_pixels_jump_between_two_levels() -> None:
         assert np.unique(column).size == 2
 
 
+def test_variance_about_the_mean_holds_what_bad_pixels_lie_off() -> None:
+    """Hot pixels their height's square, exactly; blinking ones, whose mean is off too, that in their time on."""
+    shape, frames = (60, 80), 1000
+    level = np.full(shape, LEVEL, np.float32)
+    hot = BadPixels(dead=0, hot=0.05, blinking=0)
+    seen = effect(hot, at(3, shape))
+    expected = hot.variance(level, response(), at(3, shape), True) / response().noise ** 2
+    np.testing.assert_allclose(seen**2, expected, rtol=1e-3, atol=1e-3)
+    assert not np.any(hot.variance(level, response(), at(3, shape), False))
+
+    blinking = BadPixels(dead=0, hot=0, blinking=0.08, blink_ratio=10, on_s=0.1, off_s=0.3)
+    squares = np.mean([effect(blinking, at(index, shape)) ** 2 for index in range(frames)], axis=0)
+    expected = np.asarray(blinking.variance(level, response(), at(3, shape), True)) / response().noise ** 2
+    np.testing.assert_array_equal(squares > 0, expected > 0)
+    assert (squares[expected > 0] / expected[expected > 0]).mean() == pytest.approx(1, abs=0.03)
+
+
 def test_a_telegraph_has_exponential_stays_and_no_seam() -> None:
     """P(on at k + d | on at k) = p + (1 - p) exp(-d (1/on + 1/off)), wherever k stands; stays of mean 12 and 36."""
     chain = Telegraph(12.0, 36.0, 20_000, (1, "noise", "bad", "telegraph"))

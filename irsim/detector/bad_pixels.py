@@ -67,11 +67,15 @@ class BadPixels(Noise):
         return Variance()  # the others have nothing of it
 
     def variance(self, signal: Floats, response: Response, moment: Moment, fixed: bool) -> Floats | float:
-        """Of the pixels where they are: infinite for dead ones, p (1 - p) height^2 for blinking ones."""
+        """Of the pixels where they are: infinite for dead ones; for blinking ones height^2 in their share p of time on,
+        p (1 - p) height^2 about their own mean; for hot ones height^2, nothing about their own mean."""
         variance = np.zeros(signal.size)
         on = self.on_s / (self.on_s + self.off_s)
         blinking, jumps = self._blinking(moment)
-        variance[blinking] = on * (1 - on) * (jumps * response.noise) ** 2
+        variance[blinking] = (on if fixed else on * (1 - on)) * (jumps * response.noise) ** 2
+        raised = self.steady(moment) if fixed else None
+        if raised is not None:
+            variance += (raised.ravel().astype(np.float64) * response.noise) ** 2
         variance[self._places("dead", self.dead, moment)] = math.inf
         return variance.reshape(signal.shape)
 
