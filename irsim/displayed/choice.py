@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -22,9 +23,9 @@ EXACT = ROUNDING / 4
 """Mean squared error, greys, below which no other kind is asked: one pixel in fifty is one grey off."""
 CHEAPER = 0.02
 """Share of the error by which a kind of more numbers has to be better."""
-ROUGHNESS = 0.5
-"""Share of its error by which pictures may be worse that are equalised place by place: their error has valleys of about
-as much, in which a search ends."""
+ROUGHNESS = (0.5, 1.0)
+"""Share of its error, and squared greys at most, by which pictures may be worse that are equalised place by place:
+their error has valleys of about as much, in which a search ends."""
 SLOW = 30.0
 """Frames: of what may be as slow and at once, nothing is known."""
 STRANGE_GREYS = 8.0
@@ -70,11 +71,13 @@ def fit_display(pairs: Pairs, progress: Callable[[int], None] | None = None) -> 
         return why
     trial = Trial(pairs)
     tried: list[tuple[Agc, Floats]] = []
+    least = math.inf
     for done, fits in enumerate(FITS.values(), 1):
-        tried.extend((agc, trial.errors(agc)) for agc in fits(trial))
+        tried.extend((agc, trial.errors(agc)) for agc in fits(trial, least))
+        least = min(float(errors.mean()) for _, errors in tried)
         if progress is not None:
             progress(done)
-        if min(errors.mean() for _, errors in tried) <= EXACT:
+        if least <= EXACT:
             break
     agc = _chosen(tried)
     figures = []
@@ -103,7 +106,10 @@ def _told(trial: Trial, agc: Agc, knob: Knob) -> Measured:
         inner = inner.inner
     if isinstance(agc, Unsharp) and agc.base is inner and knob in own_knobs(agc):
         return interval(lambda tried: trial.scatters(tried), agc, knob)
-    return interval(trial.errors, agc, knob, ROUGHNESS if trial.is_whole(agc) else 0.0)
+    if not trial.is_whole(agc):
+        return interval(trial.errors, agc, knob)
+    share, most = ROUGHNESS
+    return interval(trial.errors, agc, knob, min(share * trial.error(agc), most))
 
 
 def _notes(agc: Agc, rms: float, figures: list[tuple[Path, Measured]]) -> Iterator[str]:

@@ -22,7 +22,8 @@ SHORT = 3
 WORTH = 0.9
 """Share to which a mask has to bring down what no curve explains."""
 
-Fits = Callable[[Trial], Iterator[Agc]]
+Fits = Callable[[Trial, float], Iterator[Agc]]
+"""Of a trial, and the least error of kinds that were tried before."""
 
 
 def refined(trial: Trial, guess: Guess) -> Agc:
@@ -33,7 +34,11 @@ def refined(trial: Trial, guess: Guess) -> Agc:
 
     starts = sorted(guess(trial), key=error)[:STARTS]
     near = min((descend(error, start, knobs(start), ROUGH) for start in starts), key=error)
-    near = _over_ridges(error, near)
+    return _settled(trial, near)
+
+
+def _settled(trial: Trial, agc: Agc) -> Agc:
+    near = _over_ridges(lambda tried: trial.error(tried, few=True), agc)
     return descend(trial.error, near, _closer(near))
 
 
@@ -57,22 +62,22 @@ def _over_ridges(error: Callable[[Agc], float], agc: Agc) -> Agc:
 
 
 def _by(guess: Guess) -> Fits:
-    def fits(trial: Trial) -> Iterator[Agc]:
+    def fits(trial: Trial, _: float) -> Iterator[Agc]:
         yield refined(trial, guess)
 
     return fits
 
 
-def _clahe(trial: Trial) -> Iterator[Agc]:
+def _clahe(trial: Trial, _: float) -> Iterator[Agc]:
     if trial.is_local:
         yield refined(trial, clahe)
 
 
-def _unsharp(trial: Trial) -> Iterator[Agc]:
+def _unsharp(trial: Trial, least: float) -> Iterator[Agc]:
     """Around a curve: the mask under which pixels of one count have one grey, and the curves that then fit best. Around
-    `clahe`: the mask under which greys are a line on the counts in every small patch."""
+    `clahe`: the mask under which greys are a parabola of the counts in every small patch."""
     mask = _mask(trial, local=False)
-    if mask is not None:
+    if mask is not None and trial.scatter(mask) < least:  # no curve leaves less than that
         behind = trial.behind(mask)
         for guess in CURVED:
             around = mask.model_copy(update={"base": refined(behind, guess)})
@@ -83,7 +88,7 @@ def _unsharp(trial: Trial) -> Iterator[Agc]:
     mask = _mask(trial, local=True)
     if mask is not None and (behind := trial.behind(mask)).is_local:
         whole = mask.model_copy(update={"base": refined(behind, clahe)})
-        yield descend(trial.error, whole, _closer(whole), ROUGH)
+        yield _settled(trial, descend(lambda agc: trial.error(agc, few=True), whole, knobs(whole), ROUGH))
 
 
 def _mask(trial: Trial, local: bool) -> Unsharp | None:

@@ -84,7 +84,7 @@ KNOBS: dict[str, tuple[Knob, ...]] = {
         replace(_TILES, path=("tiles", 0)),
         replace(_TILES, path=("tiles", 1)),
     ),
-    "unsharp": (Knob(("amount",), 0.02, 20, soft=0.2), Knob(("sigma_px",), 0.3, 20)),
+    "unsharp": (Knob(("amount",), 0.02, 20, soft=0.2, ridges=(0.15, 0.4)), Knob(("sigma_px",), 0.3, 20)),
 }
 """Of each kind, from the simplest on; what lies around another AGC has that one's besides."""
 

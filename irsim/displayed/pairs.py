@@ -119,18 +119,32 @@ def _apart(counts: Image, picture: Picture) -> tuple[Floats, int]:
 
 
 def patched(counts: Image, picture: Picture) -> float:
-    """Variance of grey about a line on the counts in each patch: what no curve that changes slowly over the picture
+    """Variance of grey about a parabola on the counts in each patch: what no curve that changes slowly over the picture
     explains."""
-    rows, columns = (side // PATCH * PATCH for side in counts.shape)
-    x, y = (
-        image[:rows, :columns].astype(np.float64).reshape(rows // PATCH, PATCH, -1, PATCH).swapaxes(1, 2)
-        for image in (counts, picture)
-    )
-    x = x - x.mean(axis=(2, 3), keepdims=True)
-    y = y - y.mean(axis=(2, 3), keepdims=True)
-    square = (x * x).sum(axis=(2, 3))
-    left = (y * y).sum(axis=(2, 3)) - (x * y).sum(axis=(2, 3)) ** 2 / np.maximum(square, 1e-12)
-    return float(left.mean()) / (PATCH * PATCH - 2)
+    x, left = (_patches(image) for image in (counts, picture))
+    x = x / np.maximum(np.abs(x).max(axis=1, keepdims=True), 1e-9)
+    for each in (x, _without(_centred(x * x), x)):
+        left = _without(left, each)
+    return float((left * left).sum(axis=1).mean()) / (PATCH * PATCH - 3)
+
+
+def _patches(image: Image) -> Floats:
+    """(P, PATCH x PATCH) patches less their means."""
+    rows, columns = (side // PATCH * PATCH for side in image.shape)
+    parts = image[:rows, :columns].astype(np.float64).reshape(rows // PATCH, PATCH, -1, PATCH).swapaxes(1, 2)
+    return _centred(parts.reshape(-1, PATCH * PATCH))
+
+
+def _centred(values: Floats) -> Floats:
+    centred: Floats = values - values.mean(axis=1, keepdims=True)
+    return centred
+
+
+def _without(values: Floats, of: Floats) -> Floats:
+    """Each row less what it has of another."""
+    shares = (values * of).sum(axis=1, keepdims=True) / np.maximum((of * of).sum(axis=1, keepdims=True), 1e-12)
+    left: Floats = values - shares * of
+    return left
 
 
 def silent(pairs: Pairs) -> str | None:

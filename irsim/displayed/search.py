@@ -72,21 +72,21 @@ def as_good(errors: Floats, best: Floats, margin: float) -> bool:
     """Whether pictures of these mean squared errors, frame by frame, may be as good as the best.
 
     Their mean is larger by no more than the margin and two standard errors of the difference, which is chance only as
-    far as the best leaves something unexplained; and no frame's is larger than twice the best's and four margins: where
+    far as the best leaves something unexplained; and no frame's is larger by a quarter and four margins: where
     something happens in a few frames only, these tell.
     """
     more = errors - best
     error = 2 * more.std(ddof=1) / math.sqrt(more.size) if more.size > 1 else 0.0
-    return bool(more.mean() <= margin + min(error, float(best.mean())) and np.all(more <= 4 * margin + best))
+    return bool(more.mean() <= margin + min(error, float(best.mean()) / 4) and np.all(more <= 4 * margin + best / 4))
 
 
-def interval(errors: Callable[[Agc], Floats], agc: Agc, knob: Knob, share: float = 0.0) -> Measured:
+def interval(errors: Callable[[Agc], Floats], agc: Agc, knob: Knob, rough: float = 0.0) -> Measured:
     """A knob's number, and how far it may be turned, the others held, until the pictures are told from those.
 
-    share   of the error by which they may be worse besides
+    rough   squared greys by which they may be worse besides
     """
     best = errors(agc)
-    margin = ROUNDING + share * float(best.mean())
+    margin = ROUNDING + rough
 
     def farthest(sign: int) -> float:
         good, step = agc, knob.fine
