@@ -55,6 +55,7 @@ def test_the_command_writes_the_display_with_its_intervals(footage: tuple[Path, 
     assert "display" not in done.stderr
     assert irsim.load(camera).camera.agc == counts().agc
     told = json.loads(CliRunner().invoke(app, ["fit", str(mine), "--display", str(shown), "--json"]).stdout)["display"]
+    assert told["kind"] == "fixed"
     assert told["agc"] == {"kind": "fixed", "low": 2000, "high": 9000}
     assert (told["rms_grey"], told["frames"]) == (0, 12)
     value, low, high = told["figures"]["high"]

@@ -53,6 +53,7 @@ class FittedDisplay:
     def as_json(self) -> dict[str, Any]:
         """Plain values, ready for json.dumps."""
         return {
+            "kind": self.agc.kind,
             "agc": dump(self.agc),
             "figures": {".".join(map(str, path)): [m.value, m.low, m.high] for path, m in self.figures},
             "rms_grey": self.rms_grey,
