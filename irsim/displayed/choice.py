@@ -29,8 +29,8 @@ their error has valleys of about as much, in which a search ends."""
 SLOW = 30.0
 """Frames: of what may be as slow and at once, nothing is known."""
 STRANGE_GREYS = 8.0
-"""Rms error, greys, above which no kind of ours explains a display: JPEG of quality 80 leaves 2 to 4, and AGCs of
-another kind than the one that is taken for them 6 to 40 (docs/measure.md)."""
+"""Rms error, greys, above which no kind of ours explains a display: JPEG of quality 85 leaves 1 to 5 (docs/measure.md),
+and the nearest wrong kind often more (a line fitted to what a plateau showed: 15)."""
 
 
 @dataclass(frozen=True)
