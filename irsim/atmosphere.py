@@ -41,6 +41,8 @@ FOG_TOP_KM = 0.2
 _EARTH_KM = 6371.0
 _TOP_KM = 40.0
 """Above this there is no air that counts."""
+HIGHEST_M = 20_000.0
+"""How high above the sea a camera may be, m."""
 _STEPS = 40
 _SKY_STEPS = 120
 
@@ -52,7 +54,7 @@ class Atmosphere(Part):
     """Model atmosphere: its absorption and its temperatures."""
     visibility_km: Annotated[float, Field(ge=1, le=300)] = 23.0
     """Visibility, km: haze. Fitted at 5 and 23; extinction goes with its inverse between and beyond."""
-    altitude_m: Annotated[float, Field(ge=0, le=20_000)] = 100.0
+    altitude_m: Annotated[float, Field(ge=0, le=HIGHEST_M)] = 100.0
     """Height of the camera above the sea, m; no less than that above the background's ground, and before a `sea` just
     that above it."""
     temperature_k: Kelvin | None = None

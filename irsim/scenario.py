@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.atmosphere import Atmosphere
+from irsim.atmosphere import HIGHEST_M, Atmosphere
 from irsim.backgrounds import BACKGROUNDS, Background
 from irsim.camera import Camera
 from irsim.cards import card
@@ -159,6 +159,11 @@ class Scenario(Part):
                 "no atmosphere is fitted to a band of {band}; allowed with one: at least half of it within {named}",
                 {"band": f"{low:g} to {high:g} um", "named": named, "at": ("camera", "band")},
             )
+        altitude_m = self.background.altitude_m(air.altitude_m)
+        if needed and altitude_m > HIGHEST_M:
+            above = f"{altitude_m:g} m above the {self.background.surface}"
+            why = f"the camera is {above}; allowed with an atmosphere: up to {HIGHEST_M:g} m"
+            raise PydanticCustomError("above_the_air", "{why}", {"why": why, "at": ("background",)})
         return self
 
     @model_validator(mode="after")

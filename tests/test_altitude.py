@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
 from irsim import Scenario
 from irsim.backgrounds.air import ground_range_m
@@ -55,6 +56,19 @@ def test_a_camera_is_as_high_as_its_background_has_it(
         assert notice.what.startswith(f"500 m does not count: the camera is {altitude_m:g} m above the ")
     for change in ({"atmosphere": {**AIR, **given}, "without": ["atmosphere"]}, {"atmosphere": given}):
         assert not list(unheeded(scene(background, **change)))
+
+
+@pytest.mark.parametrize(
+    ("background", "what"),
+    [({**GROUND, "height_m": 49_000.0}, "ground"), ({**SEA, "camera_height_m": 21_000.0}, "sea")],
+)
+def test_a_camera_above_the_air_is_refused_with_an_atmosphere(background: dict[str, Any], what: str) -> None:
+    height_m = background.get("height_m") or background["camera_height_m"]
+    with pytest.raises(
+        ValidationError, match=f"{height_m:g} m above the {what}; allowed with an atmosphere: up to 20000"
+    ):
+        scene(background)
+    assert scene(background, atmosphere={}).stage.air.is_clear
 
 
 def test_ground_above_the_horizon_is_as_far_as_the_horizon_from_any_height() -> None:

@@ -172,7 +172,7 @@ def test_even_and_small_pictures_are_one_clear_error() -> None:
         (96, 12, ["--like", "cloud", "--camera", "cooled"], "its noise is like: that of no real camera"),
         (16, 12, ["--like", "cloud"], "16x16 px are too few for a spectrum; allowed: at least 64x64"),
         (16, 12, ["--camera", "uncorrected"], "uncorrected 2.35 to 9.60  OUTSIDE"),
-        (6, 12, ["--camera", "cooled"], "a picture of 6x6 px is too small to be fitted; allowed: at least 8x8"),
+        (6, 12, ["--camera", "cooled"], "a picture of 6x6 px is too small to be measured; allowed: at least 8x8"),
     ],
 )
 def test_recordings_of_8_bits_tiny_ones_and_single_frames_are_judged_or_refused_in_a_line(

@@ -168,7 +168,7 @@ def test_pictures_that_are_all_equal_have_no_noise_and_tiny_ones_are_one_clear_e
     assert (found.noise.value, found.noise.high) == (0, 0)
     assert found.row is not None
     assert found.row.low == 0
-    with pytest.raises(InputError, match="a picture of 7x40 px is too small to be fitted; allowed: at least 8x8"):
+    with pytest.raises(InputError, match="a picture of 7x40 px is too small to be measured; allowed: at least 8x8"):
         measure_figures(np.zeros((8, 40, 7)), 30.0)
 
 

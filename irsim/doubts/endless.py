@@ -44,11 +44,12 @@ def ground_to_the_horizon(scenario: Scenario) -> Iterator[Notice]:
     """Ground of a given depth below the camera in pictures that reach up to where it is not drawn as a plane, none of
     them all in the sky, which says more."""
     background = scenario.background
-    if not background.endless or background.surface_m is None or any(ground_in_the_sky(scenario)):
+    if not background.endless or background.surface_m is None:
         return
     frames = watched(scenario.frames)
-    highest = _sines(scenario, frames).min(axis=1)
-    if highest.min() < LEAST:
+    sines = _sines(scenario, frames)
+    highest = sines.min(axis=1)
+    if sines.max(axis=1).min() >= 0 and highest.min() < LEAST:
         frame, above = frames[highest.argmin()], np.degrees(np.arcsin(-highest.min()))
         where = f"{above:.1f} degrees above the horizon" if above > 0 else f"{-above:.1f} degrees below the horizon"
         yield Notice(

@@ -36,8 +36,6 @@ _FAR = 4.0
 """Sigmas from its median beyond which a pixel's value is not its background's."""
 _SKEWED = 4.0
 """Standard errors from which a histogram is no Gaussian one."""
-_CHANCE = 1.05
-"""By how much noise that is sharp may be more than what is measured of it."""
 _NOT_OF_TIME: dict[str, Any] = dict.fromkeys(
     ("memory", "memory_frames", "row_noise", "column_noise", "level", "level_frames")
 )
@@ -45,8 +43,8 @@ _NOT_OF_TIME: dict[str, Any] = dict.fromkeys(
 _NOT_OF_PLACE: dict[str, Any] = dict.fromkeys(("pixel", "row", "column", "even_rows", "even_columns"))
 """Those that cannot be told, either, where the scene slides."""
 _AT_MOST = (
-    "the noise is at most what is told of it, but for noise that remembers, which is not in it: texture that moves and "
-    "is as sharp as noise is counted with it"
+    "the noise is at most what is told of it, but for noise that remembers or that neighbours share, which is not in "
+    "it: texture that moves and is as sharp as noise is counted with it"
 )
 _SHARES = 17
 """Values of a histogram."""
@@ -116,7 +114,7 @@ def measure_figures(
     """
     if min(frames.shape[1:]) < _LEAST_SIDE:
         raise InputError(
-            f"a picture of {frames.shape[2]}x{frames.shape[1]} px is too small to be fitted; "
+            f"a picture of {frames.shape[2]}x{frames.shape[1]} px is too small to be measured; "
             f"allowed: at least {_LEAST_SIDE}x{_LEAST_SIDE}"
         )
     report = measure_noise(frames, rate_hz, region, top, taken)
@@ -216,7 +214,7 @@ def _of_moving(report: NoiseReport, whole: Values, blur: Measured | None, still:
 
 def _sharp_noise(report: NoiseReport) -> Measured:
     """Sigma of the noise before which something moves: an upper bound, for sharp texture that moves adds to it."""
-    return _less(Measured(report.fine, 0.0, report.fine * _CHANCE, bound=True), ROUNDING)
+    return _less(Measured(report.fine, 0.0, report.fine_most, bound=True), ROUNDING)
 
 
 def _notes(report: NoiseReport, memory: Memory | None, level: Measured | None) -> Iterator[str]:

@@ -18,7 +18,7 @@ _LEAST_SIDE, _LEAST_FRAMES = 64, 32
 _CELLS = 8
 """Parts of the frequencies along each axis: of 8 x 8 some are free of a scene's texture."""
 _SLOWEST = 3
-"""Frequencies in time, the lowest, that are left out: what stays is in them under a Hann window."""
+"""Frequencies in time, the lowest above 0, that are left out: what stays is in them under a Hann window."""
 _QUIETEST = 0.25
 """Share of the frequencies in time, and then of the cells, that noise is read off as the quietest.
 
@@ -45,8 +45,8 @@ def quiet_sigma(frames: Values) -> float:
     windows = [np.hanning(length + 2)[1:-1] for length in middle.shape]
     window = windows[0][:, None, None] * windows[1][:, None] * windows[2]
     power = np.square(np.abs(np.fft.rfftn(middle * window))) / np.square(window).sum()
-    time, down = (np.abs(np.fft.fftfreq(length)) for length in middle.shape[:2])
-    power = power[time > _SLOWEST / len(middle)]
+    power = power[_SLOWEST + 1 : len(power) - _SLOWEST]  # 0 and the lowest, above and below it
+    down = np.abs(np.fft.fftfreq(middle.shape[1]))
     across = np.fft.rfftfreq(middle.shape[2])
     cells = [np.quantile(power[:, y][:, :, x], _QUIETEST) for y, x in itertools.product(_parts(down), _parts(across))]
     sigma = math.sqrt(float(np.quantile(cells, _QUIETEST)) / -math.log1p(-_QUIETEST))

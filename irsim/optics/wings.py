@@ -39,7 +39,7 @@ class Winged(LensSpread):
         return TIMES * super().reach_px
 
     def share(self, rows: Floats, columns: Floats) -> Floats:
-        return _bare(self, rows, columns) / _light(self)
+        return _bare(self, rows, columns) / _light(replace(self, sigma_px=0.0))
 
     @property
     def near(self) -> LensSpread:
@@ -64,7 +64,8 @@ def _bare(spread: Winged, rows: Floats, columns: Floats) -> Floats:
     near, period = spread.near, 2.0 * spread.near.reach_px
     strength = spread.width_px / math.pi**3
     ends = [faded(at, spread.reach_px)[:, None] for at in (rows, columns)]
-    square = np.maximum(np.add.outer(rows**2, columns**2), near.reach_px / 2)  # further in there are none
+    core = (near.reach_px / 2) ** 2  # further in there are none; none is divided by 0 there
+    square = np.maximum(np.add.outer(rows**2, columns**2), core)
     wings = _falling(square) * (strength * ends[0] @ ends[1].T)
     within = [np.flatnonzero(np.abs(at) <= near.reach_px) for at in (rows, columns)]
     if within[0].size and within[1].size:
@@ -84,6 +85,6 @@ def _falling(square: Floats) -> Floats:
 
 @lru_cache(maxsize=8)
 def _light(spread: Winged) -> float:
-    """All that falls on the pixels about a point in the middle of one."""
+    """All that falls on the pixels about a point in the middle of one: by the lens alone, not kept for each blur."""
     pixels = np.arange(-spread.reach_px, spread.reach_px + 1.0)
-    return float(_bare(replace(spread, sigma_px=0.0), pixels, pixels).sum())
+    return float(_bare(spread, pixels, pixels).sum())
