@@ -35,8 +35,6 @@ RegionOption = Annotated[
 ]
 Json = Annotated[bool, typer.Option("--json", help="One JSON document instead of lines.")]
 
-_MOST = 300
-"""Frames that are looked at where the user does not say: 200 MB of 640x512 px."""
 _NOISY = 120
 """Frames whose noise is compared with real cameras'."""
 _PICTURES = 9
@@ -91,7 +89,8 @@ def fit(
     seed: SeedOption = None,
     without: WithoutOption = None,
 ) -> None:
-    """Fit a camera and a background to a recording: a scenario that has them, figures with 95 % intervals."""
+    """Fit a camera and a background to a recording: a scenario that has them, its figures with 95 %
+    intervals; of the display, how far each number may be turned before the pictures tell."""
     from irsim.displayed import FITS
     from irsim.files import check_output, replacing_text
     from irsim.fitting import fit_frames, open_pictures
@@ -213,5 +212,7 @@ def read_stack(source: Source, wanted: range, input: Input) -> npt.NDArray[np.in
 
 
 def _wanted(frames: str | None, source: Source) -> range:
-    """Numbers of the frames to look at: those that are asked for, or else the first 300."""
-    return range(min(_MOST, len(source))) if frames is None else parsed(frames, len(source))
+    """Numbers of the frames to look at: those that are asked for, or else the first ones."""
+    from irsim.measure import FRAMES
+
+    return range(min(FRAMES, len(source))) if frames is None else parsed(frames, len(source))

@@ -88,12 +88,12 @@ RUNS = [
 
 @pytest.mark.parametrize(("words", "quality"), RUNS)
 def test_what_showed_the_pictures_is_found(words: str, quality: int | None) -> None:
-    """In its intervals made half as wide again: JPEG smooths pictures, and that is no chance."""
+    """In its tolerances made half as wide again: JPEG smooths pictures, and that is no chance."""
     true, display = agc_of(TRUE[words]), found(words, quality)
     assert display.agc.kind == true.kind
     assert display.rms_grey < (9 if quality else 3)
-    assert [path for path, _ in display.figures] == [knob.path for knob in knobs(true)]
-    for knob, (path, told) in zip(knobs(true), display.figures, strict=True):
+    assert [path for path, _ in display.tolerances] == [knob.path for knob in knobs(true)]
+    for knob, (path, told) in zip(knobs(true), display.tolerances, strict=True):
         reach = 0.25 * (told.high - told.low)
         assert told.low - reach <= knob.of(true) <= told.high + reach, (path, told)
 
@@ -104,11 +104,11 @@ def test_shown_and_fitted_again_the_figures_agree(words: str, quality: int | Non
     second = fit_display(shown(first.agc))
     assert isinstance(second, FittedDisplay)
     assert second.agc.kind == first.agc.kind
-    again = dict(second.figures)
-    assert [path for path, _ in first.figures] == list(again)
+    again = dict(second.tolerances)
+    assert [path for path, _ in first.tolerances] == list(again)
     apart = [
         (path, told, again[path])
-        for path, told in first.figures
+        for path, told in first.tolerances
         if told.low > again[path].high or again[path].low > told.high
     ]
     assert not apart
@@ -116,7 +116,7 @@ def test_shown_and_fitted_again_the_figures_agree(words: str, quality: int | Non
 
 @LONG
 def test_a_mask_around_equalised_places_is_nearly_found() -> None:
-    """Of that many numbers that make up for each other some come out of their intervals; the pictures are alike."""
+    """Of that many numbers that make up for each other some come out of their tolerances; the pictures are alike."""
     display = fit_display(shown(agc_of("{kind: unsharp, amount: 1.5, base: {kind: clahe, clip_limit: 4}}")))
     assert isinstance(display, FittedDisplay)
     assert isinstance(display.agc, Unsharp)

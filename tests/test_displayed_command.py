@@ -44,12 +44,13 @@ def footage(tmp_path: Path) -> tuple[Path, Path]:
     return imported(tmp_path, "mine", frames, 14), imported(tmp_path, "shown", shown)
 
 
-def test_the_command_writes_the_display_with_its_intervals(footage: tuple[Path, Path], tmp_path: Path) -> None:
+def test_the_command_writes_the_display_with_its_tolerances(footage: tuple[Path, Path], tmp_path: Path) -> None:
     mine, shown = footage
     camera = tmp_path / "camera.yaml"
     done = CliRunner().invoke(app, ["fit", str(mine), "--display", str(shown), "-o", str(camera)])
     assert done.exit_code == 0, done.output
     text = camera.read_text()
+    assert "each number may be turned by itself before the pictures tell.\n" in text
     assert "  agc:  # fitted to 12 pictures, from which its own differ by 0 greys rms\n    kind: fixed\n" in text
     assert "    low: 2000  # 19" in text
     assert "display" not in done.stderr
@@ -58,7 +59,7 @@ def test_the_command_writes_the_display_with_its_intervals(footage: tuple[Path, 
     assert told["kind"] == "fixed"
     assert told["agc"] == {"kind": "fixed", "low": 2000, "high": 9000}
     assert (told["rms_grey"], told["frames"]) == (0, 12)
-    value, low, high = told["figures"]["high"]
+    value, low, high = told["tolerances"]["high"]
     assert low <= value == 9000 <= high
 
 
@@ -86,7 +87,9 @@ def test_pictures_that_tell_nothing_are_a_note(tmp_path: Path) -> None:
     source = counts()
     still = imported(tmp_path, "still", [source.frame(0, "display").image] * len(source))
     grey = imported(tmp_path, "grey", [np.full((80, 96), 90, np.uint8)] * len(source))
+    inverted = imported(tmp_path, "inverted", [255 - frame.image for frame in source.frames("display")])
     for shown, why in (
+        (inverted, "the pictures are inverted, black-hot"),
         (still, "the pictures stand still while the counts change"),
         (grey, "every picture has one grey"),
     ):
@@ -99,8 +102,8 @@ def test_pictures_that_tell_nothing_are_a_note(tmp_path: Path) -> None:
 def test_a_display_of_no_kind_of_ours_is_said_to_be_none(tmp_path: Path) -> None:
     """Brightness that turns around is no curve that any kind has."""
     source = counts()
-    turned = [np.abs(255 - 2 * frame.image.astype(int)).astype(np.uint8) for frame in source.frames("display")]
-    found = irsim.fit(source, display=imported(tmp_path, "turned", turned))
+    turned = [np.minimum(abs(frame.image - np.median(frame.image)) * 8, 255) for frame in source.frames("display")]
+    found = irsim.fit(source, display=imported(tmp_path, "turned", [image.astype(np.uint8) for image in turned]))
     assert found.display is not None
     assert found.display.rms_grey > 8
     assert any(note.startswith("no kind of AGC known here explains the pictures") for note in found.notes)

@@ -18,7 +18,7 @@ from irsim.lookup import lookup
 from irsim.types import Floats, Image
 
 Picture = npt.NDArray[np.uint8]
-Pixels = npt.NDArray[np.int64]
+Pixels = npt.NDArray[np.integer]
 """(2^bits,) number of pixels of each count."""
 Look = npt.NDArray[np.float64]
 """What one frame alone asks of the curve from counts to greys: counts, which may be averaged over frames."""

@@ -1,4 +1,4 @@
-"""Which AGC made pictures of counts, with the intervals of its numbers."""
+"""Which AGC made pictures of counts, with the tolerances of its numbers."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from irsim.display import Agc, Around, Unsharp
 from irsim.displayed.fitted import FITS
 from irsim.displayed.knobs import Knob, Path, knobs, own_knobs
 from irsim.displayed.pairs import Pairs, silent
-from irsim.displayed.search import ROUNDING, as_good, interval
+from irsim.displayed.search import Tolerance, as_good, tolerance
 from irsim.displayed.trial import Trial
 from irsim.kinds import dump
-from irsim.measure import Measured
+from irsim.measure import ROUNDING
 from irsim.types import Floats
 
 EXACT = ROUNDING / 4
@@ -38,14 +38,15 @@ class FittedDisplay:
     """An AGC that shows counts as they were shown.
 
     agc         it
-    figures     its numbers by their paths, ("base", "tails", 0), with intervals
+    tolerances  its numbers by their paths, ("base", "tails", 0), and how far each may be turned by itself before the
+                pictures tell
     rms_grey    what its pictures differ by from those that were shown, greys
     frames      how many pictures were compared
     notes       what could not be told
     """
 
     agc: Agc
-    figures: tuple[tuple[Path, Measured], ...]
+    tolerances: tuple[tuple[Path, Tolerance], ...]
     rms_grey: float
     frames: int
     notes: tuple[str, ...] = ()
@@ -55,7 +56,7 @@ class FittedDisplay:
         return {
             "kind": self.agc.kind,
             "agc": dump(self.agc),
-            "figures": {".".join(map(str, path)): [m.value, m.low, m.high] for path, m in self.figures},
+            "tolerances": {".".join(map(str, path)): [t.value, t.low, t.high] for path, t in self.tolerances},
             "rms_grey": self.rms_grey,
             "frames": self.frames,
         }
@@ -80,45 +81,53 @@ def fit_display(pairs: Pairs, progress: Callable[[int], None] | None = None) -> 
             progress(done)
         if least <= EXACT:
             break
-    agc = _chosen(tried)
-    figures = []
-    for knob in knobs(agc):
-        found = _told(trial, agc, knob)
-        if knob.idle is not None and found.low <= knob.idle <= found.high:
-            agc = knob.set(agc, knob.idle) or agc
-            found = Measured(knob.idle, found.low, found.high)
-        figures.append((knob.path, found))
-    rms = float(np.sqrt(trial.errors(agc).mean()))
-    return FittedDisplay(agc, tuple(figures), rms, len(pairs.pictures), tuple(_notes(agc, rms, figures)))
-
-
-def _chosen(tried: list[tuple[Agc, Floats]]) -> Agc:
-    """Of those that are as good as the best, the one of fewest numbers; of these the better."""
+    if progress is not None:
+        progress(len(FITS))
     best = min((errors for _, errors in tried), key=lambda errors: float(errors.mean()))
-    margin = ROUNDING / 8 + CHEAPER * float(best.mean())
-    good = [each for each in tried if each[1] is best or as_good(each[1], best, margin)]
+    agc = _idled(trial, _chosen(tried, best), best)
+    tolerances = tuple((knob.path, _told(trial, agc, knob)) for knob in knobs(agc))
+    rms = float(np.sqrt(trial.errors(agc).mean()))
+    return FittedDisplay(agc, tolerances, rms, len(pairs.pictures), tuple(_notes(agc, rms, tolerances)))
+
+
+def _chosen(tried: list[tuple[Agc, Floats]], best: Floats) -> Agc:
+    """Of those that are as good as the best, the one of fewest numbers; of these the better."""
+    good = [each for each in tried if each[1] is best or _no_worse(each[1], best)]
     return min(good, key=lambda each: (len(knobs(each[0])), float(each[1].mean())))[0]
 
 
-def _told(trial: Trial, agc: Agc, knob: Knob) -> Measured:
-    """A knob's number with its interval: of a mask before a single curve with this free, else the others held."""
+def _idled(trial: Trial, agc: Agc, best: Floats) -> Agc:
+    """The AGC whose numbers do nothing that could as well do nothing."""
+    for knob in knobs(agc):
+        idle = None if knob.idle is None else knob.set(agc, knob.idle)
+        if idle is not None and _no_worse(trial.errors(idle), best):
+            agc = idle
+    return agc
+
+
+def _no_worse(errors: Floats, best: Floats) -> bool:
+    return as_good(errors, best, ROUNDING / 8 + CHEAPER * float(best.mean()))
+
+
+def _told(trial: Trial, agc: Agc, knob: Knob) -> Tolerance:
+    """A knob's number with its tolerance: of a mask before a single curve with this free, else the others held."""
     inner = agc
     while isinstance(inner, Around):
         inner = inner.inner
     if isinstance(agc, Unsharp) and agc.base is inner and knob in own_knobs(agc):
-        return interval(lambda tried: trial.scatters(tried), agc, knob)
+        return tolerance(trial.scatters, agc, knob)
     if not trial.is_whole(agc):
-        return interval(trial.errors, agc, knob)
+        return tolerance(trial.errors, agc, knob)
     share, most = ROUGHNESS
-    return interval(trial.errors, agc, knob, min(share * trial.error(agc), most))
+    return tolerance(trial.errors, agc, knob, min(share * trial.error(agc), most))
 
 
-def _notes(agc: Agc, rms: float, figures: list[tuple[Path, Measured]]) -> Iterator[str]:
+def _notes(agc: Agc, rms: float, tolerances: tuple[tuple[Path, Tolerance], ...]) -> Iterator[str]:
     if rms > STRANGE_GREYS:
         yield (
             f"no kind of AGC known here explains the pictures: {agc.kind} is nearest, "
             f"and its pictures differ from them by {rms:.1f} greys rms"
         )
-    for path, found in figures:
+    for path, found in tolerances:
         if path[-1] == "time_constant_frames" and found.low == 0 and found.high >= SLOW:
             yield "how slowly the display follows cannot be told: the scene changes too little"

@@ -7,9 +7,10 @@ from itertools import product
 
 from irsim.display import Agc, Unsharp
 from irsim.displayed.knobs import Knob, knobs, own_knobs
-from irsim.displayed.search import ROUNDING, descend
+from irsim.displayed.search import descend
 from irsim.displayed.starts import CURVED, Guess, clahe, fixed, linear, none, plateau
 from irsim.displayed.trial import Trial
+from irsim.measure import ROUNDING
 
 AMOUNTS = (0.5, 1.0, 2.0, 4.0)
 SIGMAS = (0.7, 1.2, 2.5, 5.0, 10.0)
@@ -54,7 +55,7 @@ def _over_ridges(error: Callable[[Agc], float], agc: Agc) -> Agc:
         others = [each for each in knobs(agc) if each != knob]
         while shifts and least > ROUNDING / 4:
             over = [tried for shift in shifts if (tried := knob.turned(best, shift)) is not None]
-            found = min((descend(error, tried, others, ROUGH) for tried in over), key=error)
+            found = min((descend(error, tried, others, ROUGH) for tried in over), key=error, default=best)
             if error(found) >= least:
                 break
             best, least = found, error(found)

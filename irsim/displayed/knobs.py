@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
-from pydantic import ValidationError
+from pydantic_core import PydanticCustomError
 
 from irsim.display import AGCS, Agc, Around
 from irsim.kinds import dump
@@ -42,7 +42,7 @@ class Knob:
         value: Any = agc
         for key in self.path:
             value = value[key] if isinstance(key, int) else getattr(value, key)
-        return self.most if value is None else float(value)
+        return float(value)
 
     def turned(self, agc: Agc, by: float) -> Agc | None:
         """The AGC with this number turned by so much, no farther than it goes; None where that is none or the same."""
@@ -56,7 +56,7 @@ class Knob:
         changed: Agc = _put(agc, self.path, round(value) if self.whole else value)
         try:
             AGCS.parse(dump(changed))
-        except (ValidationError, ValueError):  # two counts the wrong way round
+        except PydanticCustomError:  # two counts the wrong way round
             return None
         return changed
 

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from irsim.display import Picture
+from irsim.measure import FRAMES, ROUNDING
 from irsim.types import Floats, Image, Source
 
 SCORED = 12
@@ -17,8 +18,9 @@ SCORED = 12
 LEAD = 0.25
 """Share of the frames at the beginning that only feed the memory of an AGC: a camera that ran before the recording
 began remembers frames that are not in it."""
-MOST = 300
-"""Frames that are looked at, the last ones: their memory reaches through several of the longer time constants."""
+INVERTED = -0.8
+"""Correlation of ranks below which a picture is black-hot: of the kinds here, inverted, it is -1 to -0.91, through JPEG
+of quality 50, too (the scene of tests/test_displayed.py)."""
 LEVELS = 2048
 """Steps of the counts between which a free curve may rise: an eighth of a grey each, where all greys are used."""
 
@@ -53,7 +55,7 @@ def scored_frames(count: int) -> tuple[int, ...]:
 
 def paired(stack: npt.NDArray[Any], bits: int, pictures: Source, start: int = 0) -> Pairs:
     """Frames (T, rows, columns) from frame `start` on, and what a source has as pictures of some of them."""
-    frames = stack[-MOST:]
+    frames = stack[-FRAMES:]
     first = start + len(stack) - len(frames)
     shown = {k: pictures.frame(first + k).image for k in scored_frames(len(frames))}
     return Pairs(frames, bits, {k: image.astype(np.uint8) for k, image in shown.items()})
@@ -104,7 +106,7 @@ def parted(counts: Image, picture: Picture) -> float:
     if not rows or not columns:
         return 0.0
     means = apart[:rows, :columns].reshape(rows // PLACE, PLACE, -1, PLACE).mean(axis=(1, 3))
-    return float((means * means).mean()) / max(float((apart * apart).mean()), 1 / 12)
+    return float((means * means).mean()) / max(float((apart * apart).mean()), ROUNDING)
 
 
 def _apart(counts: Image, picture: Picture) -> tuple[Floats, int]:
@@ -156,7 +158,19 @@ def silent(pairs: Pairs) -> str | None:
         return "every frame has one count throughout"
     if len(shown) > 1 and _still(shown) and not _still(list(_scored(pairs))):
         return "the pictures stand still while the counts change"
+    if all(_falls(pairs.counts[k], pairs.pictures[k]) for k in pairs.scored):
+        return "the pictures are inverted, black-hot: no kind of AGC known here"
     return None
+
+
+def _falls(counts: Image, picture: Picture) -> bool:
+    """Whether the mean greys of counts fall where these rise, by ranks (Spearman)."""
+    from scipy.stats import spearmanr
+
+    tally = Tally.of(counts, picture)
+    if tally.greys.min() == tally.greys.max():
+        return False
+    return bool(spearmanr(tally.present[0], tally.greys).statistic < INVERTED)
 
 
 def _scored(pairs: Pairs) -> Iterator[Image]:

@@ -4,18 +4,29 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from irsim.display import Agc
 from irsim.displayed.knobs import Knob
-from irsim.measure import Measured
+from irsim.measure import ROUNDING
 from irsim.types import Floats
 
-ROUNDING = 1 / 12
-"""Variance of rounding to whole greys: pictures that differ by less are told from none."""
 GROWS = 1.3
 """How much longer a step becomes where it was a good one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tolerance:
+    """A number, and how far it may be turned by itself before the pictures tell.
+
+    No interval in which the true one lies: numbers may make up for each other, and compression moves them.
+    """
+
+    value: float
+    low: float
+    high: float
 
 
 def descend(error: Callable[[Agc], float], start: Agc, turn: Sequence[Knob], rough: float = 1.0) -> Agc:
@@ -80,8 +91,10 @@ def as_good(errors: Floats, best: Floats, margin: float) -> bool:
     return bool(more.mean() <= margin + min(error, float(best.mean()) / 4) and np.all(more <= 4 * margin + best / 4))
 
 
-def interval(errors: Callable[[Agc], Floats], agc: Agc, knob: Knob, rough: float = 0.0) -> Measured:
-    """A knob's number, and how far it may be turned, the others held, until the pictures are told from those.
+def tolerance(errors: Callable[[Agc], Floats], agc: Agc, knob: Knob, rough: float = 0.0) -> Tolerance:
+    """A knob's number, and how far it may be turned, the others held, before the pictures tell.
+
+    They tell by `as_good`, with a margin of the variance of rounding.
 
     rough   squared greys by which they may be worse besides
     """
@@ -102,4 +115,4 @@ def interval(errors: Callable[[Agc], Floats], agc: Agc, knob: Knob, rough: float
                 step = max(step, knob.fine)
         return knob.of(good)
 
-    return Measured(knob.of(agc), farthest(-1), farthest(1))
+    return Tolerance(knob.of(agc), farthest(-1), farthest(1))

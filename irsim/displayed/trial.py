@@ -139,7 +139,7 @@ class Trial:
         if not isinstance(curve, Ranking):
             return curve.look(self._reached(k), self.pairs.bits)
         if k not in self._pixels:
-            self._pixels[k] = histogram(self._reached(k), self.pairs.bits)
+            self._pixels[k] = histogram(self._reached(k), self.pairs.bits).astype(np.int32)
         return curve.asked(self._pixels[k], self._reached(k).size)
 
 

@@ -14,13 +14,10 @@ from irsim.displayed import FittedDisplay, fit_display, paired
 from irsim.fitting.pictures import open_pictures
 from irsim.fitting.scene import Scene
 from irsim.loader import loads
-from irsim.measure import Figures, Region, measure_figures, taken_by_targets
+from irsim.measure import FRAMES, Figures, Region, measure_figures, taken_by_targets
 from irsim.scenario import Scenario
 from irsim.sources import open_source
 from irsim.types import Source
-
-FRAMES = 300
-"""Frames that are looked at where the caller does not say."""
 
 
 @dataclass(frozen=True)
@@ -28,8 +25,8 @@ class Fit:
     """What a recording tells of its camera and background, and a scenario that has it.
 
     figures     in counts, px and frames, with intervals
-    display     its AGC, fitted to what the camera showed; None where no pictures tell it
-    text        the scenario as YAML, with the intervals as comments; `irsim render` takes it
+    display     its AGC, fitted to what the camera showed, with tolerances; None where no pictures tell it
+    text        the scenario as YAML, with the ranges as comments; `irsim render` takes it
     notes       what could not be told, and what was taken for it
     """
 
@@ -94,7 +91,7 @@ def fit_frames(
     """The same of frames (T, rows, columns) that were read from a source already, from frame `start` on.
 
     pictures    what was shown of the source's frames, as `open_pictures` gives it
-    progress    called with the number of kinds of AGC tried, of `irsim.displayed.KINDS`
+    progress    called with the number of kinds of AGC tried, of `irsim.displayed.FITS`
     """
     taken = taken_by_targets(source, start, start + len(stack))
     figures = measure_figures(stack, source.rate_hz, region, 2.0**source.bits - 1, taken, start)
@@ -105,4 +102,4 @@ def fit_frames(
     return Fit(source.name, len(stack), figures, fitted, lines + "\n", (*figures.notes, *scene.notes))
 
 
-__all__ = ["FRAMES", "Fit", "fit", "fit_frames", "open_pictures"]
+__all__ = ["Fit", "fit", "fit_frames", "open_pictures"]

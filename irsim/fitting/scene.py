@@ -12,6 +12,7 @@ import numpy as np
 
 from irsim.detector import NETD_K, Electrons, Setting, electrons_like
 from irsim.displayed import FittedDisplay
+from irsim.fitting.numbers import plain, ranged
 from irsim.fitting.shown import Shown
 from irsim.measure import Figures, Measured
 from irsim.radiometry import radiance, slope, temperature
@@ -133,7 +134,7 @@ class Scene:
         yield "  detector:  # it gives the counts of the recording; how many electrons there were is not known"
         for key in ("kind", "pitch_um", "integration_ms", "read_noise_e", "well_me", "offset"):
             value = getattr(self.electrons, key)
-            yield f"    {key}: {value if isinstance(value, str) else _exact(value)}"
+            yield f"    {key}: {value if isinstance(value, str) else plain(value, 9)}"
         yield f"  # {netd}"
 
     def noises(self) -> Iterator[tuple[str, dict[str, Any]]]:
@@ -211,19 +212,9 @@ def _least(counts: float) -> float:
     return max(counts, 0.01)
 
 
-def _exact(value: float) -> str:
-    """Nine digits, in a way that YAML takes for a number."""
-    return np.format_float_positional(value, precision=9, unique=False, fractional=False, trim="-")
-
-
 def _line(key: str, value: Measured) -> str:
-    return f"{key}: {_plain(value.value)}  # {_range(value)}"
+    return f"{key}: {plain(value.value)}  # {_range(value)}"
 
 
 def _range(value: Measured) -> str:
-    return f"at most {_plain(value.high)}" if value.bound else f"{_plain(value.low)} to {_plain(value.high)}"
-
-
-def _plain(value: float) -> str:
-    """Four digits, in a way that YAML takes for a number."""
-    return f"{value:.4g}" if value == 0 or 1e-4 <= abs(value) < 1e9 else f"{value:.7f}"
+    return f"at most {plain(value.high)}" if value.bound else ranged(value.low, value.high)

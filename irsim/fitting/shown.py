@@ -7,12 +7,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from irsim.display import Agc
-from irsim.displayed import FittedDisplay, Path
+from irsim.displayed import FittedDisplay, Path, Tolerance
+from irsim.fitting.numbers import plain, ranged
 from irsim.kinds import dump
-from irsim.measure import Measured
 from irsim.recording.write import default_agc
 from irsim.types import Source
 from irsim.wording import counted
@@ -53,14 +51,15 @@ class Shown:
         if self.fitted is None:
             yield f"agc: {json.dumps(dump(self.agc))}  # {self.why}"
             return
+        yield "# Ranges under agc are how far each number may be turned by itself before the pictures tell."
         yield f"agc:  # fitted to {counted(self.fitted.frames, 'picture')}, from which its own differ by " + (
-            f"{self.fitted.rms_grey:.2g} greys rms"
+            f"{self.fitted.rms_grey:.3g} greys rms"
         )
-        yield from _block(dump(self.agc), dict(self.fitted.figures), ())
+        yield from _block(dump(self.agc), dict(self.fitted.tolerances), ())
 
 
-def _block(values: Mapping[str, Any], told: Mapping[Path, Measured], above: Path) -> Iterator[str]:
-    """Keys with their values, and the intervals of those that have some."""
+def _block(values: Mapping[str, Any], told: Mapping[Path, Tolerance], above: Path) -> Iterator[str]:
+    """Keys with their values, and the tolerances of those that have some."""
     for key, value in values.items():
         path = (*above, key)
         if isinstance(value, Mapping):
@@ -68,17 +67,17 @@ def _block(values: Mapping[str, Any], told: Mapping[Path, Measured], above: Path
             yield from (f"  {line}" for line in _block(value, told, path))
         elif isinstance(value, list | tuple):
             ranges = [_range(told[(*path, k)]) for k in range(len(value)) if (*path, k) in told]
-            yield f"  {key}: [{', '.join(map(_plain, value))}]" + (f"  # {', '.join(ranges)}" if ranges else "")
+            yield f"  {key}: [{', '.join(map(_word, value))}]" + (f"  # {', '.join(ranges)}" if ranges else "")
         else:
-            yield f"  {key}: {_plain(value)}" + (f"  # {_range(told[path])}" if path in told else "")
+            yield f"  {key}: {_word(value)}" + (f"  # {_range(told[path])}" if path in told else "")
 
 
-def _range(value: Measured) -> str:
-    return f"{_plain(value.low)} to {_plain(value.high)}"
-
-
-def _plain(value: Any) -> str:
-    """Six digits, as YAML reads it."""
+def _word(value: Any) -> str:
+    """As YAML reads it."""
     if isinstance(value, float):
-        return np.format_float_positional(float(f"{value:.6g}"), trim="-")
+        return plain(value, 6)
     return value if isinstance(value, str) else json.dumps(value)
+
+
+def _range(told: Tolerance) -> str:
+    return ranged(told.low, told.high)

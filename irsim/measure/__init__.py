@@ -2,7 +2,7 @@
 
 from irsim.measure.backdrop import backdrops
 from irsim.measure.defects import Defects, defects
-from irsim.measure.figures import Figures, measure_figures
+from irsim.measure.figures import FRAMES, ROUNDING, Figures, measure_figures
 from irsim.measure.interval import Measured
 from irsim.measure.memory import Memory, Temporal, temporal
 from irsim.measure.noise import NoiseReport, measure_noise, noise_lines
@@ -15,6 +15,8 @@ from irsim.measure.spectrum import Texture, texture
 __all__ = [
     "CAMERAS",
     "CLASSES",
+    "FRAMES",
+    "ROUNDING",
     "Defects",
     "Figures",
     "Measured",

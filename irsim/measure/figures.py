@@ -27,6 +27,8 @@ from irsim.wording import counted
 
 ROUNDING = 1 / 12
 """Variance of rounding to whole counts, which every measured white noise holds."""
+FRAMES = 300
+"""Frames that are looked at where the caller does not say: 200 MB of 640x512 px."""
 _LEAST_SIDE = 8
 """Of smaller pictures, px, no spectrum is fitted."""
 _PICTURES = 9
