@@ -32,7 +32,7 @@ from irsim.draw import contact_sheet
 from irsim.expectation import EXPECTATIONS
 from irsim.falloff import Falloff
 from irsim.faults import FAULTS
-from irsim.kinds import LARGEST, Family, Kind, Name, NamedKind, Part
+from irsim.kinds import LARGEST, Family, Kind, Name, NamedKind, Part, Switch
 from irsim.loader import examples, load, shipped
 from irsim.meanings import meanings
 from irsim.motion import PATHS, POINTINGS
@@ -138,6 +138,7 @@ def allowed(slot: Slot) -> str:
     if slot.part(None) is not None:
         return "a mapping, see below"
     words = slot.words().replace(Slot.of(Name).words(), "a name")
+    words = words.replace(Slot.of(Switch).words(), "a name, or NAME.WHAT (see above)")
     for bounds, short in BOUNDS.items():
         words = words.replace(bounds, short)
     return words

@@ -13,16 +13,17 @@ path everything has the temperature of the air.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from functools import lru_cache
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
 from irsim.climate import CLIMATES, FIT_HEIGHT_KM, FIT_KM, FIT_VISIBILITY_KM, FOG, Climate, ClimateName, fitted_band
 from irsim.errors import Notice
-from irsim.kinds import Kelvin, Part
+from irsim.kinds import Kelvin, Part, Switches
 from irsim.radiometry import hemisphere, limits, radiance
 from irsim.turbulence import Turbulence
 from irsim.types import Band, BandName, Floats
@@ -49,6 +50,12 @@ _SKY_STEPS = 120
 
 class Atmosphere(Part):
     """The air. As it stands by default there is none: everything is seen as it is."""
+
+    switches: ClassVar[Switches] = {
+        "haze": ("visibility_km", math.inf),
+        "rain": ("rain_mm_h", 0.0),
+        "fog": ("fog_visibility_km", None),
+    }
 
     preset: ClimateName | Literal["none"] = "none"
     """Model atmosphere: its absorption and its temperatures."""

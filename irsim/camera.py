@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, TypeAdapter, model_validator
 from pydantic_core import PydanticCustomError
@@ -23,11 +23,11 @@ from irsim.detector import (
     Stated,
     White,
 )
-from irsim.display import AGCS, Agc, Linear
+from irsim.display import AGCS, Agc, Linear, Plain
 from irsim.falloff import Falloff
 from irsim.faults import FAULTS, Fault, arrivals
 from irsim.geometry import Geometry
-from irsim.kinds import Part, ScaleKelvin, Several
+from irsim.kinds import Part, ScaleKelvin, Several, Switches
 from irsim.motion import POINTINGS, Pointing
 from irsim.optics import Lens
 from irsim.presets import PRESETS, Preset
@@ -40,6 +40,8 @@ Side = Annotated[int, Field(ge=16, le=4096)]
 
 class Camera(Part):
     """An infrared camera, from direction to counts. With `netd_mk: 0` it has no noise at all."""
+
+    switches: ClassVar[Switches] = {"psf": ("psf_px", 0.0), "agc": ("agc", Plain())}
 
     preset: Preset | None = None
     """A camera of the trade; keys given beside it override its own."""

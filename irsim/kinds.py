@@ -43,6 +43,11 @@ class Plausible:
         return f"{self.low:g} to {self.high:g} {self.unit}" + (f" ({self.hint})" if self.hint else "")
 
 
+KeyPath = tuple[str | int, ...]
+Switches = Mapping[str, tuple[str, Any]]
+"""Name of what can be switched off within a part -> its key, and the value at which that does nothing."""
+
+
 class Part(BaseModel):
     """A frozen value whose fields are its YAML keys; unknown keys and wrong types are errors."""
 
@@ -50,6 +55,8 @@ class Part(BaseModel):
 
     overrules: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     """Keys beside which others do not count: `irsim check` warns where such are written."""
+    switches: ClassVar[Switches] = {}
+    """What within it can be switched off with --without, by names of their own; those of its bases count, too."""
 
     @classmethod
     def default_for(cls, key: str, given: Mapping[str, Any]) -> Any:
@@ -69,6 +76,9 @@ class Part(BaseModel):
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_-]*$", max_length=64)]
 """An id: what --without, overrides and truth call a part of the scene."""
+
+Switch = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_-]*(\.[A-Za-z_]+)?$", max_length=128)]
+"""What --without switches off: a part by its id, or what is set within one (`jet.flicker`)."""
 
 LARGEST = 10_000_000
 """No number of a scene is larger, and squares of all of them stay far within what floats can hold."""

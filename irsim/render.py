@@ -33,10 +33,11 @@ class Renderer:
 
     def __init__(self, scenario: Scenario) -> None:
         self.scenario = scenario
-        self.stage = scenario.stage
+        shown = scenario.shown
+        self.stage = shown.stage
         self.shelf = self.stage.shelf
-        camera = scenario.camera
-        farthest, *nearer = scenario.background.layers(self.stage)
+        camera = shown.camera
+        farthest, *nearer = shown.background.layers(self.stage)
         self.layers = [farthest, *(layer for layer in nearer if scenario.is_on(layer.name))]
         self.film = cast(Filmed, farthest) if scenario.background.noisy else None
         self.occluders = [occluder for occluder in placed(scenario) if scenario.is_on(occluder.name)]
@@ -46,9 +47,9 @@ class Renderer:
         self._asked = lru_cache(maxsize=2)(self._asked_for)
         exposed = camera.smeared_ms * 1e-3 * camera.rate_hz
         nodes = camera.smear.nodes(exposed) if camera.smear is not None and scenario.is_on("smear") else SHARP
-        self.now = Instant.of(scenario, self.stage)
+        self.now = Instant.of(shown, self.stage)
         self.exposure = [
-            (share, self.now if offset == 0 else Instant.of(scenario, self.stage, offset)) for share, offset in nodes
+            (share, self.now if offset == 0 else Instant.of(shown, self.stage, offset)) for share, offset in nodes
         ]
         self.courses = self.now.courses
         self.angles_deg = [angles_deg(course.attitudes) for course in self.courses]

@@ -20,18 +20,17 @@ from irsim.cards import card
 from irsim.climate import fitted_band
 from irsim.expectation import EXPECTATIONS, Expectation
 from irsim.identity import scene_code
-from irsim.kinds import Name, Part, Several, suggestion, together
+from irsim.kinds import KeyPath, Name, Part, Several, Switch, suggestion, together
 from irsim.motion import Company, Pointing
 from irsim.occluders import OCCLUDERS, Occluder
 from irsim.radiometry import BAND_UM, limits
 from irsim.stage import Stage
+from irsim.switches import less, switches
 from irsim.target import Target
 from irsim.turbulence import Turbulence
 from irsim.types import Look
 from irsim.variation import VARIATIONS, Variation
 from irsim.wording import counted
-
-KeyPath = tuple[str | int, ...]
 
 Levels = Annotated[tuple[Any, ...], Field(strict=False, min_length=2, max_length=100)]
 """The values of a key by severity, from 0 on."""
@@ -59,8 +58,8 @@ class Scenario(Part):
     occluders: Several[Annotated[Occluder, OCCLUDERS]] = ()
     follow: Name | None = None
     """Id of the target to track; the first where not given."""
-    without: Several[Name] = ()
-    """Names of parts that are switched off; everything else stays as it is, bit for bit."""
+    without: Several[Switch] = ()
+    """Names of what is switched off; everything else stays as it is, bit for bit."""
     severity: Annotated[int, Field(ge=0, le=99)] = 0
     """Which values of `severities` hold; 0 is the benign case."""
     severities: Mapping[str, Levels] = {}
@@ -94,7 +93,7 @@ class Scenario(Part):
     def air(self) -> Atmosphere:
         """The atmosphere, less what is switched off, with the camera as high as its background has it."""
         turbulence = self.atmosphere.turbulence if self.is_on("turbulence") else Turbulence()
-        still = self.atmosphere if self.is_on("atmosphere") else Atmosphere()
+        still = less(self.atmosphere if self.is_on("atmosphere") else Atmosphere(), self._off)
         altitude_m = self.background.altitude_m(still.altitude_m)
         return still.model_copy(update={"turbulence": turbulence, "altitude_m": altitude_m})
 
@@ -123,12 +122,36 @@ class Scenario(Part):
         """The same scene with nothing switched off."""
         return self.model_copy(update={"without": ()})
 
+    @property
+    def shown(self) -> Scenario:
+        """The same scene with what is switched off within its parts at the value that does nothing."""
+        return less(self, self._off)
+
+    @property
+    def _off(self) -> set[str]:
+        """What of `without` is no part but set within one."""
+        return set(self.without) - {name for name, _ in self._parts()}
+
     def is_on(self, name: str) -> bool:
         """Is the part of that name not switched off?"""
         return name not in self.without
 
-    def names(self) -> Iterator[tuple[str, tuple[str | int, ...]]]:
-        """Every name that `without` may hold, with its place in the tree."""
+    def names(self) -> Iterator[tuple[str, KeyPath]]:
+        """Every name that `without` may hold, with its place in the tree. What is set within a part gives way to a
+        part that has its name for an id."""
+        yield from self._parts()
+        yield from self.settings()
+
+    def settings(self) -> Iterator[tuple[str, KeyPath]]:
+        """Those of the names that are of what is set within a part."""
+        parts = {name for name, _ in self._parts()}
+        airless = self.atmosphere.preset == "none" and self.sky_preset is None
+        for name, place in switches(self):
+            if name not in parts and not (name == "haze" and airless):
+                yield name, place
+
+    def _parts(self) -> Iterator[tuple[str, KeyPath]]:
+        """Those that are of whole parts."""
         for index, target in enumerate(self.targets):
             yield target.id, ("targets", index, "id")
         for index, occluder in enumerate(self.occluders):
@@ -186,7 +209,7 @@ class Scenario(Part):
     @model_validator(mode="after")
     def _names_are_unique(self) -> Scenario:
         seen: dict[str, KeyPath] = {}
-        for name, place in self.names():
+        for name, place in self._parts():
             if name in seen:
                 raise PydanticCustomError(
                     "duplicate_id", "the id '{name}' is used twice", {"name": name, "at": place, "first": seen[name]}
@@ -291,4 +314,5 @@ class Scenario(Part):
 
 def _no(name: str, allowed: list[str]) -> str:
     known = ", ".join(allowed) or "nothing, there are none"
-    return f"there is no '{name}'; allowed: {known}{suggestion(name, allowed)}"
+    within = next((f"; did you mean '{each}'?" for each in allowed if each.endswith(f".{name}")), None)
+    return f"there is no '{name}'; allowed: {known}{within or suggestion(name, allowed)}"

@@ -87,7 +87,7 @@ class Rendering:
 
     @property
     def agc(self) -> Agc:
-        return self.scenario.camera.agc
+        return self.scenario.shown.camera.agc
 
     @cached_property
     def arrivals(self) -> Sequence[int]:

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.kinds import Name, Part, Several, Stretch, Triple, Turning
+from irsim.kinds import Name, Part, Several, Stretch, Switches, Triple, Turning
 from irsim.motion import PATHS, Path
 from irsim.shapes import SHAPES, Shape
 
 
 class Target(Part):
     """Something to be tracked, or to be mistaken for it."""
+
+    switches: ClassVar[Switches] = {"spin": ("spin_deg_s", (0.0, 0.0, 0.0))}
 
     id: Name
     """Its name in truth, overrides and --without."""

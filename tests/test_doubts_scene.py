@@ -198,3 +198,38 @@ def test_a_background_at_the_ends_of_the_counts_is_not_blamed_on_the_greys() -> 
     camera = {"band": "lwir", "range_k": (300, 400), "agc": {"kind": "fixed"}}
     lines = told({"camera": camera, "background": {"kind": "ground", "mean_k": 280, "spread_k": 1}})
     assert list(lines) == ["camera.range_k"]
+
+
+@pytest.mark.parametrize(
+    ("background", "key", "said"),
+    [
+        (
+            {"kind": "ground", "roads": {"contrast_k": -500}},
+            "roads.contrast_k",
+            "-500 K from ground of 290 K is -210 K",
+        ),
+        ({"kind": "ground", "mean_k": 280, "water": {"contrast_k": -278}}, "water.contrast_k", "is 2 K, colder than"),
+        ({"kind": "ground", "fields": {"lane_k": -6000}}, "fields.lane_k", "is -5710 K"),
+        ({"kind": "ground", "clutter": {"contrast_k": (3, 400)}}, "clutter.contrast_k", "is -110 K"),
+        ({"kind": "landscape", "hour": "day", "roads": {"contrast_k": -302}}, "roads.contrast_k", "of 303 K is 1 K"),
+        ({"kind": "landscape", "buildings": [{"roof_k": -5000}]}, "buildings.0.roof_k", "from walls of 290 K"),
+        ({"kind": "landscape", "buildings": [{"windows_k": -225}]}, "buildings.0.windows_k", "is -2.5 K"),
+    ],
+)
+def test_what_a_difference_makes_colder_than_space_is_told(background: dict[str, Any], key: str, said: str) -> None:
+    lines = told({"background": background})
+    assert list(lines) == [f"background.{key}"]
+    assert said in lines[f"background.{key}"]
+    assert told({"background": background, "without": [key.partition(".")[0]]}) == {}
+
+
+@pytest.mark.parametrize(
+    "background",
+    [
+        {"kind": "ground", "roads": {"contrast_k": -287}, "water": {"contrast_k": 500}},
+        {"kind": "ground", "clutter": {"contrast_k": (3, 400), "cold": 0}},
+        {"kind": "landscape", "buildings": [{"roof_k": -287, "windows_k": -220}]},
+    ],
+)
+def test_what_is_warmer_than_space_is_not(background: dict[str, Any]) -> None:
+    assert told({"background": background}) == {}

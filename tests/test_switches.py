@@ -94,7 +94,8 @@ def lacking(scene: dict[str, Any], name: str) -> dict[str, Any]:
 
 
 BODIES = [kind for kind, _ in SHAPES]
-OTHERS = [name for name, _ in Scenario.model_validate(everything()).names() if name not in BODIES]
+SETTINGS = {name for name, _ in Scenario.model_validate(everything()).settings()}  # see test_switches_settings.py
+OTHERS = [name for name, _ in Scenario.model_validate(everything()).names() if name not in {*BODIES, *SETTINGS}]
 
 
 def test_every_kind_is_there() -> None:

@@ -17,7 +17,7 @@ from irsim.backgrounds.hours import Hour, filled, typical
 from irsim.backgrounds.painting import Painting, Seen
 from irsim.backgrounds.patches import LYING, Clutter, Fields, Painted, Roads, Water
 from irsim.backgrounds.texture import Tile, tile_shape
-from irsim.kinds import Feature, Height, Kelvin, KelvinSpread
+from irsim.kinds import Feature, Height, Kelvin, KelvinSpread, Switches
 from irsim.radiometry import radiance
 from irsim.stage import Stage
 from irsim.types import Floats
@@ -52,6 +52,7 @@ class Ground(Background):
     """Terrain whose temperature varies about a mean; with `spread_k: 0` and nothing on it it is flat."""
 
     overrules: ClassVar[Mapping[str, tuple[str, ...]]] = {"betas": ("beta",)}
+    switches: ClassVar[Switches] = {"texture": ("spread_k", 0.0)}
     endless: ClassVar[bool] = True
 
     mean_k: Kelvin = 290.0

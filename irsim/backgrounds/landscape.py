@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, Protocol
+from typing import Annotated, Any, ClassVar, Protocol
 
 import cv2
 import numpy as np
@@ -33,7 +33,7 @@ from irsim.backgrounds.plane import VANISHING_PX, covered, laid
 from irsim.backgrounds.sky import Sky
 from irsim.backgrounds.structures import Buildings, Trees
 from irsim.backgrounds.texture import TILE
-from irsim.kinds import Feature, Height, Kelvin, KelvinSpread, NotNegative, Plausible, Several
+from irsim.kinds import Feature, Height, Kelvin, KelvinSpread, NotNegative, Plausible, Several, Switches
 from irsim.radiometry import radiance
 from irsim.stage import Stage
 from irsim.types import Floats
@@ -47,6 +47,8 @@ FAR_M = 20_000.0
 
 class Landscape(Sky):
     """Country under a sky: ground to the horizon, rows of trees and buildings at their ranges."""
+
+    switches: ClassVar[Switches] = {"texture": ("spread_k", 0.0), "hills": ("hills_mrad", 0.0)}
 
     camera_height_m: Height = 10.0
     """Height of the camera above the ground, m."""

@@ -16,7 +16,7 @@ from irsim.backgrounds.base import FARTHEST, ClearLayer, Gaze, LandLight, Layer
 from irsim.backgrounds.fields import spectral
 from irsim.backgrounds.landscape import above
 from irsim.backgrounds.sky import ClearSky, Sky
-from irsim.kinds import Degrees, Fraction, Height, Kelvin, Number
+from irsim.kinds import Degrees, Fraction, Height, Kelvin, Number, Switches
 from irsim.radiometry import limits, radiance
 from irsim.rng import normals, stream
 from irsim.stage import Stage
@@ -105,6 +105,7 @@ class Sea(Sky):
     """[azimuth right of the first pointing, elevation] of a sun that glints, degrees; none where not given. The
     scenario's atmosphere weakens its light down to the water and on to the camera; without one it is as in space."""
 
+    switches: ClassVar[Switches] = {"waves": ("wind_m_s", 0.0), "gusts": ("gusts", 0.0), "sun": ("sun_deg", None)}
     surface: ClassVar[str] = "sea"
 
     @property

@@ -38,6 +38,7 @@ from irsim.kinds import (
     Plausible,
     Range,
     Several,
+    Switches,
 )
 from irsim.radiometry import radiance
 from irsim.stage import Stage
@@ -115,6 +116,11 @@ class Clouds(Part):
     """A layer of cloud at its own range: it hides what is behind it, partly where it is thin."""
 
     overrules: ClassVar[Mapping[str, tuple[str, ...]]] = {"betas": ("beta",)}
+    switches: ClassVar[Switches] = {
+        "texture": ("texture_k", 0.0),
+        "sunlit": ("sunlit_k", 0.0),
+        "wind": ("wind_mrad_s", (0.0, 0.0)),
+    }
 
     id: Name = "clouds"
     """Its name for --without."""

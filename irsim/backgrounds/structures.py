@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import cv2
 import numpy as np
@@ -16,7 +16,19 @@ from irsim.backgrounds.panorama import Panorama, Sheet
 from irsim.backgrounds.parallax import Cylinder, Standing
 from irsim.backgrounds.texture import TILE
 from irsim.foliage import LARGEST, Crown, Foliage, broadleaf, bush, conifer
-from irsim.kinds import Fraction, Kelvin, KelvinDifference, KelvinSpread, Metres, Name, Part, Plausible, Range, Rising
+from irsim.kinds import (
+    Fraction,
+    Kelvin,
+    KelvinDifference,
+    KelvinSpread,
+    Metres,
+    Name,
+    Part,
+    Plausible,
+    Range,
+    Rising,
+    Switches,
+)
 from irsim.radiometry import radiance
 from irsim.rng import stream
 from irsim.stage import Stage
@@ -110,6 +122,8 @@ class Structure(Part):
 
 class Trees(Structure):
     """A row of trees: broadleaf ones and conifers, leafy or bare, with undergrowth."""
+
+    switches: ClassVar[Switches] = {"texture": ("spread_k", 0.0)}
 
     id: Name = "trees"
     """Its name for --without, and in truth where it hides a target."""
@@ -208,6 +222,8 @@ def _along(sheet: Sheet, spacing_px: float, draw: np.random.Generator) -> Floats
 
 class Buildings(Structure):
     """Houses and blocks with roofs and rows of windows."""
+
+    switches: ClassVar[Switches] = {"texture": ("spread_k", 0.0), "windows": ("windows_k", 0.0)}
 
     id: Name = "buildings"
     """Its name for --without, and in truth where it hides a target."""

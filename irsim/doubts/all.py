@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from irsim.doubts.air import beyond_fit, long_paths, long_views, unlike_skies
 from irsim.doubts.background import cold_clouds, folded, large_features, off_scale
 from irsim.doubts.camera import beads, sunken
+from irsim.doubts.cold import colder_than_space
 from irsim.doubts.display import odd_greys
 from irsim.doubts.effect import overruled, two_exposures, without_effect
 from irsim.doubts.endless import ground_in_the_sky, ground_to_the_horizon, left_behind, stays_behind
@@ -25,7 +26,7 @@ UNHEEDED = (overruled, without_effect)
 
 DOUBTS = (
     *(beyond_fit, *UNHEEDED, two_exposures, long_paths, long_views, unlike_skies),
-    *(off_scale, cold_clouds, large_features, folded),
+    *(off_scale, cold_clouds, colder_than_space, large_features, folded),
     *(two_lenses, unlike_pupils, ground_in_the_sky, ground_to_the_horizon, stays_behind, left_behind),
     *(unknown_scale, unlike_recording, untouched),
     *(odd_greys, through_camera, pulls, misses),
@@ -57,8 +58,11 @@ def unheeded(scenario: Scenario) -> Iterator[Notice]:
 
 
 def _of_what_is_on(scenario: Scenario, kinds: Iterable[Callable[[Scenario], Iterator[Notice]]]) -> Iterator[Notice]:
+    off = [place for name, place in scenario.settings() if not scenario.is_on(name)]
     for doubt in kinds:
-        yield from (notice for notice in doubt(scenario) if _counts(scenario, notice.at))
+        for notice in doubt(scenario):
+            if _counts(scenario, notice.at) and not any(notice.at[: len(place)] == place for place in off):
+                yield notice
 
 
 def _counts(scenario: Scenario, at: tuple[str | int, ...]) -> bool:

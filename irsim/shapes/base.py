@@ -7,7 +7,7 @@ from abc import abstractmethod
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-from irsim.kinds import Kind
+from irsim.kinds import Kind, Switches
 from irsim.motion.posture import ARROW, Posture
 from irsim.shapes.flicker import FLICKERS, Flicker, Steady
 from irsim.sprite import Sprite
@@ -38,6 +38,8 @@ class View:
 
 class Shape(Kind):
     """A target's geometry and temperatures."""
+
+    switches: ClassVar[Switches] = {"flicker": ("flicker", Steady())}
 
     lies: ClassVar[Posture] = ARROW
     """How its kind lies along its path."""

@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from irsim.kinds import Kelvin, Length, NotNegative
+from irsim.kinds import Kelvin, Length, NotNegative, Switches
 from irsim.motion.posture import BIRD, Posture
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
@@ -25,6 +25,7 @@ class Bird(Body):
     """A gull-like bird: warm head and body, cooler wings that beat and bend, a fan of a tail."""
 
     lies: ClassVar[Posture] = BIRD
+    switches: ClassVar[Switches] = {"beat": ("beat_hz", 0.0)}
     poses: ClassVar[tuple[Angles, ...]] = ((55.0, 15.0, 15.0), (90.0, 0.0, 0.0), (20.0, 5.0, 0.0))
     solids: ClassVar[tuple[Solid, ...]] = (
         tube(

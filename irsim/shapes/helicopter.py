@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
-from irsim.kinds import Fraction, Kelvin, Length, NotNegative
+from irsim.kinds import Fraction, Kelvin, Length, NotNegative, Switches
 from irsim.motion.posture import HELICOPTER, Posture
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
@@ -43,6 +43,7 @@ class Helicopter(Body):
     """A four-bladed helicopter: cabin, tail boom, turning main and tail rotor, hot exhausts below the mast."""
 
     lies: ClassVar[Posture] = HELICOPTER
+    switches: ClassVar[Switches] = {"rotor": ("rotor_hz", 0.0)}
     poses: ClassVar[tuple[Angles, ...]] = ((65.0, -4.0, 8.0), (90.0, 0.0, 0.0), (150.0, 0.0, 0.0))
     solids: ClassVar[tuple[Solid, ...]] = (
         tube(

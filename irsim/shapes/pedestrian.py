@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from irsim.kinds import Kelvin, Length, NotNegative
+from irsim.kinds import Kelvin, Length, NotNegative, Switches
 from irsim.motion.posture import UPRIGHT, Posture
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
@@ -48,6 +48,7 @@ class Pedestrian(Body):
     """A walking person: warm face and hands, clothes less so, cool shoes; arms swing against the legs."""
 
     lies: ClassVar[Posture] = UPRIGHT
+    switches: ClassVar[Switches] = {"stride": ("stride_hz", 0.0)}
     grounded: ClassVar[bool] = True
     poses: ClassVar[tuple[Angles, ...]] = ((120.0, 0.0, 0.0), (90.0, 0.0, 0.0), (180.0, 0.0, 0.0))
     behind_k: ClassVar[float] = 287.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
-from irsim.kinds import Kelvin, Length, NotNegative
+from irsim.kinds import Kelvin, Length, NotNegative, Switches
 from irsim.motion.posture import MULTIROTOR, Posture
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
@@ -38,6 +38,7 @@ class Quadrotor(Body):
     """A drone: body with a warm battery, four arms with warm motors and turning rotors, a camera below."""
 
     lies: ClassVar[Posture] = MULTIROTOR
+    switches: ClassVar[Switches] = {"rotor": ("rotor_hz", 0.0)}
     poses: ClassVar[tuple[Angles, ...]] = ((30.0, 0.0, 0.0), (60.0, -20.0, 0.0), (80.0, -4.0, 8.0))
     from_above_deg: ClassVar[float] = -20.0
     solids: ClassVar[tuple[Solid, ...]] = (

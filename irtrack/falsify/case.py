@@ -64,8 +64,10 @@ def moves(space: irsim.Variations, droppable: Sequence[str]) -> list[Move]:
 
 
 def droppable(scenario: irsim.Scenario, needed: Collection[str | None]) -> list[str]:
-    """Names of the parts that can be switched off; `needed` are those of targets that rules are about."""
-    return [name for name, _ in scenario.names() if scenario.is_on(name) and name not in needed]
+    """Names of the parts that can be switched off; `needed` are those of targets that rules are about. What is set
+    within parts stays: without gain control, blur or texture a scene is another one, not a simpler one."""
+    kept = {*needed, *(name for name, _ in scenario.settings())}
+    return [name for name, _ in scenario.names() if scenario.is_on(name) and name not in kept]
 
 
 def _dropping(names: Sequence[str]) -> Move:

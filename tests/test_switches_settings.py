@@ -1,0 +1,190 @@
+"""What is set within parts is switched off by name: the scene is, bit for bit, that with a value that does nothing."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+import irsim
+from irsim.atmosphere import Atmosphere
+from irsim.doubts import doubts
+from irsim.kinds import Part
+from irsim.loader import loads, unheeded_in
+from irsim.types import Frame, Truth
+
+CAMERA = "camera: {size: [96, 64], ifov_mrad: 1, netd_mk: 20, noise: [{kind: white}, {kind: fixed_pattern}]}"
+CLOUDS = "[{id: low, coverage: 0.6, sunlit_k: 8, wind_mrad_s: [9, 0], correlation_mrad: 20}, {id: haze, range_m: 9000}]"
+BODIES = """
+targets:
+  - {id: gull, shape: {kind: bird}, path: {kind: straight, start: [20, 12], range_m: 60, speed: 1}}
+  - {id: walker, shape: {kind: pedestrian}, path: {kind: straight, start: [40, 30], range_m: 60, speed: 1}}
+  - {id: drone, shape: {kind: quadrotor}, path: {kind: straight, start: [60, 12], range_m: 30, speed: 1}}
+  - {id: heli, shape: {kind: helicopter}, path: {kind: straight, start: [70, 40], range_m: 600, speed: 1}}
+  - {id: jet, shape: {kind: fighter, flicker: {kind: wave, hz: 5}}, spin_deg_s: [0, 0, 90],
+     path: {kind: straight, start: [24, 50], range_m: 600, speed: 1}}
+"""
+SCENES = {
+    "sky": f"""
+frames: 4
+{CAMERA}
+atmosphere: {{preset: us_standard, rain_mm_h: 3, fog_visibility_km: 2}}
+background: {{kind: sky, clouds: {CLOUDS}}}
+{BODIES}""",
+    "landscape": f"""
+frames: 4
+{CAMERA}
+atmosphere: {{preset: us_standard}}
+background:
+  kind: landscape
+  fields: {{}}
+  trees: [{{id: wood, range_m: 400}}]
+  buildings: [{{id: town, range_m: 200, spacing_m: 20}}]
+""",
+    "ground": f"frames: 4\n{CAMERA}\nbackground: {{kind: ground, fields: {{}}, roads: {{}}}}\n{BODIES}",
+    "sea": f"""
+frames: 4
+{CAMERA}
+background: {{kind: sea, sun_deg: [0, 12], clouds: [{{id: low, sunlit_k: 8}}]}}
+""",
+}
+OFF: list[tuple[str, str, str]] = [
+    ("sky", "psf", "camera.psf_px=0"),
+    ("sky", "rain", "atmosphere.rain_mm_h=0"),
+    ("sky", "fog", "atmosphere.fog_visibility_km=null"),
+    ("sky", "low.texture", "background.clouds.low.texture_k=0"),
+    ("sky", "low.sunlit", "background.clouds.low.sunlit_k=0"),
+    ("sky", "low.wind", "background.clouds.low.wind_mrad_s=[0, 0]"),
+    ("sky", "gull.beat", "targets.gull.shape.beat_hz=0"),
+    ("sky", "walker.stride", "targets.walker.shape.stride_hz=0"),
+    ("sky", "drone.rotor", "targets.drone.shape.rotor_hz=0"),
+    ("sky", "heli.rotor", "targets.heli.shape.rotor_hz=0"),
+    ("sky", "jet.spin", "targets.jet.spin_deg_s=[0, 0, 0]"),
+    ("sky", "jet.flicker", "targets.jet.shape.flicker={kind: steady}"),
+    ("ground", "psf", "camera.psf_px=0"),
+    ("ground", "texture", "background.spread_k=0"),
+    ("landscape", "texture", "background.spread_k=0"),
+    ("landscape", "hills", "background.hills_mrad=0"),
+    ("landscape", "wood.texture", "background.trees.wood.spread_k=0"),
+    ("landscape", "town.texture", "background.buildings.town.spread_k=0"),
+    ("landscape", "town.windows", "background.buildings.town.windows_k=0"),
+    ("sea", "waves", "background.wind_m_s=0"),
+    ("sea", "gusts", "background.gusts=0"),
+    ("sea", "sun", "background.sun_deg=null"),
+    ("sea", "low.sunlit", "background.clouds.low.sunlit_k=0"),
+]
+"""Scene, name, and the override that has the same done by a key."""
+NO_KEY = {"haze", "agc", "flicker"}
+"""Names that tests of their own are for."""
+
+
+def pairs(scenario: irsim.Scenario) -> list[tuple[Frame, Truth]]:
+    return [(frame, truth) for frame, truth in irsim.frames(scenario)]
+
+
+def without(scenario: irsim.Scenario, *names: str) -> irsim.Scenario:
+    return irsim.change(scenario, {"without": list(names)})
+
+
+@lru_cache
+def _whole(name: str) -> list[tuple[Frame, Truth]]:
+    return pairs(loads(SCENES[name]))
+
+
+def _same(one: list[tuple[Frame, Truth]], other: list[tuple[Frame, Truth]]) -> bool:
+    return all(np.array_equal(a.image, b.image) and s == t for (a, s), (b, t) in zip(one, other, strict=True))
+
+
+@pytest.mark.parametrize(("scene", "name", "key"), OFF)
+def test_switched_off_is_the_value_that_does_nothing(scene: str, name: str, key: str) -> None:
+    off = pairs(without(loads(SCENES[scene]), name))
+    assert _same(off, pairs(loads(SCENES[scene], overrides=[key])))
+    assert not _same(off, _whole(scene))
+
+
+def test_every_switch_is_tried() -> None:
+    def kinds(part: type[Part]) -> set[type[Part]]:
+        return {part}.union(*(kinds(each) for each in part.__subclasses__()))
+
+    said = {name for part in kinds(Part) if part.__module__.startswith("irsim.") for name in part.switches}
+    assert said == {name.rpartition(".")[2] for _, name, _ in OFF} | NO_KEY
+
+
+def test_without_gain_control_counts_stay_and_are_shown_as_they_are() -> None:
+    scenario = loads(SCENES["ground"])
+    off = irsim.Rendering(without(scenario, "agc"))
+    plain = irsim.Rendering(loads(SCENES["ground"], overrides=["camera.agc={kind: none}"]))
+    assert _same(list(off.pairs()), _whole("ground"))
+    assert off.agc == plain.agc
+    shown, wanted, usual = (
+        np.stack([frame.image for frame in each.frames("display")]) for each in (off, plain, irsim.Rendering(scenario))
+    )
+    np.testing.assert_array_equal(shown, wanted)
+    assert (shown != usual).any()
+
+
+def test_without_haze_the_air_is_that_of_the_farthest_visibility() -> None:
+    """Extinction by haze goes with the inverse of visibility, of which 300 km is the most that can be written."""
+    hazy, far, none = (
+        Atmosphere(preset="us_standard", visibility_km=5),
+        Atmosphere(preset="us_standard", visibility_km=300),
+        without(loads(SCENES["landscape"], overrides=["atmosphere.visibility_km=5"]), "haze").air,
+    )
+    ranges = np.array([100.0, 1000.0, 5000.0, 20_000.0])
+    for band in ("mwir", "lwir"):
+        seen = [air.transmittance(band, ranges) for air in (hazy, far, none)]
+        assert (seen[0] < seen[1]).all()
+        assert (seen[1] < seen[2]).all()
+        assert (seen[2] <= 1).all()
+        # ln tau is linear in 1 / V: from 5 km to 300 km, and 1 / 300 of it farther on
+        least = np.log(seen[1]) + (np.log(seen[1]) - np.log(seen[0])) * (1 / 300) / (1 / 5 - 1 / 300)
+        np.testing.assert_allclose(np.log(seen[2]), least, rtol=1e-9)
+    assert not _same(pairs(without(loads(SCENES["landscape"]), "haze")), _whole("landscape"))
+
+
+def test_haze_stays_off_where_all_the_air_is_off() -> None:
+    """The clear sky of a preset has haze of its own, however clear the way to the targets is."""
+    text = "frames: 2\natmosphere: {preset: us_standard}\nbackground: {kind: sky, preset: us_standard}"
+    airless = without(loads(text), "atmosphere")
+    assert not _same(pairs(irsim.change(airless, {"without": ["atmosphere", "haze"]})), pairs(airless))
+
+
+def test_an_id_of_the_scene_comes_first() -> None:
+    scenario = loads(SCENES["sky"])
+    assert [place for name, place in scenario.names() if name == "haze"] == [("background", "clouds", 1, "id")]
+    off = without(scenario, "haze")
+    assert off.air.visibility_km == scenario.air.visibility_km
+    assert off.shown.atmosphere == scenario.atmosphere
+
+
+def test_what_does_nothing_has_no_name() -> None:
+    names = dict(loads("camera: {psf_px: 0, agc: {kind: none}}\nbackground: {kind: ground, spread_k: 0}").names())
+    assert list(names) == ["white"]
+
+
+def test_a_point_that_asks_for_an_scr_keeps_its_light_without_texture() -> None:
+    """Asked of the even ground, it would be as faint as its noise is."""
+    point = "{id: lamp, shape: {kind: point, scr: 12}, path: {kind: straight, start: [48, 32], range_m: 500}}"
+    text = f"frames: 1\n{CAMERA}\nbackground: {{kind: ground}}\ntargets: [{point}]"
+    scenario = loads(text)
+    whole, off, even = (
+        irsim.Moments(each).contribution(0, "lamp").max()
+        for each in (scenario, without(scenario, "texture"), loads(text, overrides=["background.spread_k=0"]))
+    )
+    assert off > 0.5 * whole
+    assert even < 0.1 * whole
+
+
+def test_names_within_a_part_are_suggested() -> None:
+    with pytest.raises(irsim.InputError, match=r"there is no 'spin'; allowed: .*; did you mean 'jet\.spin'\?"):
+        without(loads(SCENES["sky"]), "spin")
+
+
+def test_what_is_off_is_told_where_it_is_changed_and_raises_no_doubt() -> None:
+    text = "camera: {agc: {kind: fixed, low: 16383, high: 16384}}\nbackground: {kind: ground}"
+    assert unheeded_in(text, "x", ["camera.psf_px=2"], ["psf"]) == [
+        "override camera.psf_px: warning: what it changes is switched off"
+    ]
+    assert [notice.at for notice in doubts(loads(text))] == [("camera", "agc", "low")]
+    assert list(doubts(without(loads(text), "agc"))) == []
