@@ -98,3 +98,32 @@ def test_a_textured_scene_has_no_bad_pixels_at_its_edge_but_the_true_ones(seed: 
         spoilt = frames.copy()
         spoilt[:, *np.transpose(PLACES)] += height
         assert sorted(map(tuple, np.argwhere(getattr(defects(spoilt), kind)).tolist())) == sorted(PLACES)
+
+
+@pytest.mark.parametrize("speed_px", [1.0, 1.7, 2.5, 4.0, 7.0])
+def test_a_point_that_passes_leaves_no_bad_pixels_and_hides_none(speed_px: float) -> None:
+    """Fast ones light up a pixel here and a pixel there, each for a frame."""
+    from irsim.optics import GaussianSpread
+
+    shape, spread = (60, 64, 96), GaussianSpread(0.6)
+    frames = rendered(5, shape, {"kind": "white"})
+    frames[10:30, 50, 50] += 300  # two that do blink: one of them once
+    frames[20:31:5, 20, 70] += 300
+    for k in range(shape[0]):
+        x, y = 3.3 + speed_px * k, 20.4 + 0.31 * k
+        frames[k] += 4000 * spread.share(np.arange(64) - y, np.arange(96) - x)
+    assert sorted(map(tuple, np.argwhere(defects(frames).all).tolist())) == [(20, 70), (50, 50)]
+
+
+def test_what_targets_of_the_truth_do_is_not_counted() -> None:
+    frames = rendered(6, (60, 64, 96), {"kind": "white"})
+    frames[:, 10, 20] += 500  # a hot pixel
+    frames[:, 40, 60] += 500  # a target that stands
+    frames[15:30, 42, 66] += 500  # one that flickers
+    taken = np.zeros((64, 96), bool)
+    taken[36:48, 56:70] = True
+    assert (measure_noise(frames).hot, measure_noise(frames).blinking) == (2, 1)
+    report = measure_noise(frames, taken=taken)
+    assert (report.hot, report.blinking, report.pixels) == (1, 0, 64 * 96 - 12 * 14)
+    nearly_all = np.ones((64, 96), bool)
+    assert measure_noise(frames, taken=nearly_all).hot == 2

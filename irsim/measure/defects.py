@@ -30,6 +30,10 @@ _BEYOND = 2
 """What is around a pixel reaches so far, px, beyond the edge too."""
 _MEDIAN_TO_SIGMA = 1.4826
 """Sigma over the median of absolute deviations of a Gaussian."""
+_PASSES = 3
+"""Frames, at most, for which what passes lights up a pixel that blinks only then; what is slower leaves a track."""
+_NEXT_PX = 8.0
+"""How far on the next pixel lies, at most, that what passes lights up."""
 _SLOWEST = 0.99
 """Share of the pixels that change at least as often as those that chance may freeze: whole counts make some slow."""
 _BY_CHANCE = 0.1
@@ -45,17 +49,27 @@ class Defects:
     blinking    changes far more in time than those around it
     frozen_from frames from which on one that never changes is called dead: in fewer, good ones may not happen to
                 change; None where most pixels never do, as in pictures whose noise is far below one count
+    judged      how many pixels there are of which it can be told
     """
 
     dead: Mask
     hot: Mask
     blinking: Mask
     frozen_from: int | None
+    judged: int
 
     @property
     def all(self) -> Mask:
         bad: Mask = self.dead | self.hot | self.blinking
         return bad
+
+    def off(self, taken: Mask | None) -> Defects:
+        """Those where no target was (rows, columns): one that stands, passes or flickers looks like a bad pixel. All,
+        where targets were in more than half of the picture."""
+        if taken is None or 2 * taken.sum() > taken.size:
+            return self
+        masks = (mask & ~taken for mask in (self.dead, self.hot, self.blinking))
+        return Defects(*masks, self.frozen_from, int((~taken).sum()))
 
 
 def defects(frames: Values) -> Defects:
@@ -63,7 +77,8 @@ def defects(frames: Values) -> Defects:
 
     Ridges and edges of a scene are not bad pixels, nor are tracks of what moves: a bad one stands out
     from all on the border of those 5 x 5 px (so clusters of dead or hot ones wider than 3 px are missed), or blinks in
-    a small group beside which nothing changes. A still bright or dark point of the scene does look like one.
+    a small group beside which nothing changes, and not only while something passes that lights up one pixel after the
+    other. A still bright or dark point of the scene does look like one.
     """
     values = np.asarray(frames, np.float32)
     level, restless = values.mean(axis=0), values.std(axis=0)
@@ -74,9 +89,11 @@ def defects(frames: Values) -> Defects:
     calm = np.maximum(around(restless), usual)
     changing = restless > RESTLESS * calm
     blinking = changing & (_alone(restless) | _in_islands(changing, restless < _CALM * calm))
-    hot = out & _alone(level) & ~blinking
+    passed = _passed(values, changing & (blinking | out), restless > RESTLESS * usual)
+    blinking &= ~passed
+    hot = out & _alone(level) & ~blinking & ~passed
     dead = ((out & _alone(-level)) | frozen) & ~hot & ~blinking
-    return Defects(dead, hot, blinking, frozen_from)
+    return Defects(dead, hot, blinking, frozen_from, dead.size)
 
 
 def faint_blinkers(flat: Values) -> Mask:
@@ -157,6 +174,27 @@ def _in_islands(changing: Mask, calm: Mask) -> Mask:
     small = (members <= _MOST_IN_GROUP) & (disturbed <= _DISTURBED * beside)
     island: Mask = changing & small[groups]
     return island
+
+
+def _passed(values: Floats, doubtful: Mask, changing: Mask) -> Mask:
+    """Which of some pixels, among all that change (rows, columns), were lit up once by something that did so with another
+    one just before or after: a point too fast to leave a track."""
+    from scipy.spatial import cKDTree
+
+    reach = 2 * int(_NEXT_PX) + 1
+    near = changing & (cv2.dilate(doubtful.astype(np.uint8), np.ones((reach, reach), np.uint8)) > 0)
+    places, series = np.argwhere(near), values[:, near]
+    far = np.abs(series - np.median(series, axis=0))
+    lit = far > far.max(axis=0, initial=0) / 2
+    first, last = lit.argmax(axis=0), len(lit) - 1 - lit[::-1].argmax(axis=0)
+    short = last - first < _PASSES
+    passed = np.zeros_like(doubtful)
+    asked = np.flatnonzero(doubtful[near] & short)
+    if asked.size:
+        for one, others in zip(asked, cKDTree(places).query_ball_point(places[asked], _NEXT_PX), strict=True):
+            apart = np.abs(first[others] - first[one])[short[others]]
+            passed[tuple(places[one])] = bool(((apart > 0) & (apart <= _PASSES)).any())
+    return passed
 
 
 def around(picture: Floats) -> Floats:

@@ -129,10 +129,10 @@ def measure_figures(
     seen = [*still.points, *([] if passing is None else [passing])]
     blur = min(seen, key=lambda sigma: sigma.value, default=None)
     if report.slides:
-        found = _of_moving(report, whole, blur, still, flaws(frames, bad, report.fine))
+        found = _of_moving(report, whole, blur, still, flaws(frames, bad.off(taken), report.fine))
     else:
         usual = report.fine if report.moving else report.terms.tvh.value
-        found = _of_still(report, whole, blur, still, flaws(frames, bad, usual))
+        found = _of_still(report, whole, blur, still, flaws(frames, bad.off(taken), usual))
     return replace(found, notes=(*report.stretch.left_out(start), *found.notes))
 
 

@@ -45,10 +45,10 @@ def flaws(frames: Values, bad: Defects, noise: float) -> Flaws:
     level = frames.mean(axis=0, dtype=np.float64)
     heights = (level - around(level))[bad.hot]
     jump, on, off, seen = _blinks(frames[:, bad.blinking], noise)
-    blinking = _share(bad.blinking)
+    blinking = _share(bad.blinking, bad.judged)
     return Flaws(
-        dead=_share(bad.dead),
-        hot=_share(bad.hot),
+        dead=_share(bad.dead, bad.judged),
+        hot=_share(bad.hot, bad.judged),
         blinking=blinking.map(lambda share: share / seen),
         cluster=_cluster(bad.all),
         dead_level=float(np.median(level[bad.dead])) if bad.dead.any() else None,
@@ -89,14 +89,14 @@ def _rate(total: int, events: int) -> Measured | None:
     return Measured(total / events, total / high, total / max(low, 1e-3))
 
 
-def _share(mask: Mask) -> Measured:
-    """Of the pixels in a mask; clusters of them count once for the interval."""
+def _share(mask: Mask, judged: int) -> Measured:
+    """Of so many pixels that were judged, those in a mask; clusters of them count once for the interval."""
     from scipy.ndimage import label
 
-    share = float(mask.mean())
+    share = float(mask.sum()) / judged
     clusters = int(label(mask)[1])
     if not clusters:
-        return Measured(0.0, 0.0, _poisson(0)[1] / mask.size)
+        return Measured(0.0, 0.0, _poisson(0)[1] / judged)
     low, high = _poisson(clusters / _UNEVEN)
     return Measured(share, share * low * _UNEVEN / clusters, share * high * _UNEVEN / clusters)
 

@@ -47,7 +47,8 @@ class NoiseReport:
     crossed     whether a target of the truth is in the region in some frame
     drift       sigma of the frames' means
     slope_per_s of the frames' means, by least squares
-    dead, hot, blinking     pixels in the whole picture
+    dead, hot, blinking     pixels in the whole picture, where no target of the truth was
+    pixels      how many of it these are among
     frozen_from frames from which on a pixel that never changes counts as dead; None where most never do
     """
 
@@ -118,6 +119,7 @@ def measure_noise(
     moved = changes(flat)
     whole = patched(frames, bad.all)
     sliding = slides(whole)
+    told = bad.off(taken)
     fine = moved.fine
     if sliding or moved.moving:
         fine = min(fine, quiet_sigma(whole if sliding else flat))
@@ -137,10 +139,10 @@ def measure_noise(
         crossed=taken is not None and bool(taken[region.rows, region.columns].any()),
         drift=float(means.std(ddof=1)),
         slope_per_s=float(np.polyfit(number / stretch.rate_hz, means, 1)[0]),
-        dead=int(bad.dead.sum()),
-        hot=int(bad.hot.sum()),
-        blinking=int(bad.blinking.sum()),
-        pixels=bad.dead.size,
+        dead=int(told.dead.sum()),
+        hot=int(told.hot.sum()),
+        blinking=int(told.blinking.sum()),
+        pixels=told.judged,
         frozen_from=bad.frozen_from,
     )
 
