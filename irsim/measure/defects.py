@@ -177,8 +177,8 @@ def _in_islands(changing: Mask, calm: Mask) -> Mask:
 
 
 def _passed(values: Floats, doubtful: Mask, changing: Mask) -> Mask:
-    """Which of some pixels, among all that change (rows, columns), were lit up once by something that did so with another
-    one just before or after: a point too fast to leave a track."""
+    """Which of some pixels, among all that change (rows, columns), were lit up once by what did so with another one just
+    before or after: a point too fast to leave a track."""
     from scipy.spatial import cKDTree
 
     reach = 2 * int(_NEXT_PX) + 1
