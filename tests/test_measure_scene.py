@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from functools import lru_cache
 from pathlib import Path
 
@@ -210,3 +211,20 @@ def test_what_is_seen_is_not_written_as_fixed_pattern(name: str) -> None:
 def test_rendered_and_fitted_again_the_figures_agree(name: str) -> None:
     first = fitted(name)[1]
     assert not apart(first.figures, irsim.fit(first.scenario).figures)
+
+
+def test_a_gradient_that_is_no_texture_is_told_of() -> None:
+    text = """\
+frames: 30
+camera: {size: [96, 72], elevation_deg: 5, ifov_mrad: 1, noise: [{kind: white}], netd_mk: 40}
+background: {kind: sky, horizon_k: 288, zenith_k: 211}
+"""
+    found = irsim.fit(irsim.loads(text))
+    image = irsim.open_source(irsim.loads(text)).frame(0).image.astype(float)
+    rise = image[-1].mean() - image[0].mean()
+    (told,) = [re.search(r"rises by (\d+) counts from (.*), which", note) for note in found.notes if "rises" in note]
+    assert told is not None
+    assert float(told[1]) == pytest.approx(rise, rel=0.1)
+    assert told[2] == "top to bottom"
+    even = irsim.fit(irsim.loads(text.replace("211", "288")))
+    assert not any("rises" in note for note in even.notes)

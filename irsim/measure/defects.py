@@ -68,8 +68,8 @@ class Defects:
         where targets were in more than half of the picture."""
         if taken is None or 2 * taken.sum() > taken.size:
             return self
-        masks = (mask & ~taken for mask in (self.dead, self.hot, self.blinking))
-        return Defects(*masks, self.frozen_from, int((~taken).sum()))
+        free = ~taken
+        return Defects(self.dead & free, self.hot & free, self.blinking & free, self.frozen_from, int(free.sum()))
 
 
 def defects(frames: Values) -> Defects:
@@ -177,8 +177,8 @@ def _in_islands(changing: Mask, calm: Mask) -> Mask:
 
 
 def _passed(values: Floats, doubtful: Mask, changing: Mask) -> Mask:
-    """Which of some pixels, among all that change (rows, columns), were lit up once by what did so with another one just
-    before or after: a point too fast to leave a track."""
+    """Which of some pixels, among all that change (rows, columns), were lit up once by what did so with another
+    one just before or after: a point too fast to leave a track."""
     from scipy.spatial import cKDTree
 
     reach = 2 * int(_NEXT_PX) + 1

@@ -12,6 +12,7 @@ from irsim.errors import InputError
 from irsim.measure.defects import defects, patched, without_specks
 from irsim.measure.field import Field, Spectrum, periodogram
 from irsim.measure.flaws import Flaws, flaws
+from irsim.measure.gradient import gradient_notes
 from irsim.measure.interval import Measured, root
 from irsim.measure.level import fit_level
 from irsim.measure.lines import turns, without_turns
@@ -155,6 +156,7 @@ def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: 
     finer = terms.tvh.value**2 / (across * down) + terms.tv.value**2 / down + terms.th.value**2 / across
     level = fit_level(levels, finer, number)
     time_frames = None if level.time_frames is None else level.time_frames.map(lambda time: time * slower)
+    scene = (*_uneven(fixed, picture, terms.tvh.value), *_unseen(blur, fixed.blur, still))
     found = Figures(
         noise=_less(terms.tvh, ROUNDING),
         white=_less(terms.tvh if memory is None else memory.white, ROUNDING),
@@ -176,13 +178,12 @@ def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: 
         histogram=_histogram(picture, fixed.spectrum),
         flaws=bad,
         region=report.region,
-        notes=(*_notes(report, memory, time_frames), *_uneven(fixed), *_unseen(blur, fixed.blur, still)),
+        notes=(*_notes(report, memory, time_frames), *scene),
     )
     if not report.moving:
         return found
     noise = _sharp_noise(report)
-    notes = (*_notes(report, None, None), *_uneven(fixed), *_unseen(blur, fixed.blur, still))
-    return replace(found, noise=noise, white=noise, notes=notes, **_NOT_OF_TIME)
+    return replace(found, noise=noise, white=noise, notes=(*_notes(report, None, None), *scene), **_NOT_OF_TIME)
 
 
 def _of_moving(report: NoiseReport, whole: Values, blur: Measured | None, still: Still, bad: Flaws) -> Figures:
@@ -242,7 +243,9 @@ def _notes(report: NoiseReport, memory: Memory | None, level: Measured | None) -
         )
 
 
-def _uneven(fixed: Pattern) -> Iterator[str]:
+def _uneven(fixed: Pattern, picture: Floats, noise: float) -> Iterator[str]:
+    if fixed.spectrum.texture is None:
+        yield from gradient_notes(picture, noise)
     if fixed.quietest is not None:
         yield (
             f"edges and things of the scene look like fixed pattern: it is told at {fixed.quietest}, where least is "
