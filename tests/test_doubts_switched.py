@@ -9,7 +9,7 @@ import pytest
 
 from irsim.doubts import doubts
 from irsim.doubts.all import DOUBTS
-from irsim.intent import overlong
+from irsim.intent import overdone
 from irsim.scenario import Scenario
 
 
@@ -68,7 +68,7 @@ SCENES: dict[str, tuple[str, dict[str, Any]]] = {
         "frame 60: ",
         _scene({"kind": "platform", "velocity_m_s": (0.0, -60_000.0, 0.0)}, atmosphere=AIR),
     ),
-    "overlong": (
+    "overdone": (
         "of them where 3 are asked",
         # From a camera that goes a third as far the other way, less a little, the point hardly leaves the bar.
         _scene(
@@ -100,7 +100,7 @@ def test_a_motion_that_is_off_is_doubted_as_one_that_is_not_there(name: str) -> 
     less["camera"]["motion"] = []
     off = Scenario.model_validate({**scene, "without": ["culprit"]})
     for doubt in DOUBTS:
-        if doubt is not overlong:
+        if doubt is not overdone:
             assert list(doubt(off)) == list(doubt(Scenario.model_validate(less))), doubt.__name__
 
 

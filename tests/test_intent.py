@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from irsim import InputError, Scenario, loads, open_recording, record
+from irsim import InputError, loads, open_recording, record
 from irsim.cli import app
-from irsim.intent import overlong
 from irsim.loader import warnings
 from irsim.occluders import OCCLUDERS
 from irsim.render import Renderer
@@ -100,40 +99,6 @@ def test_what_stands_on_the_ground_hides_what_goes_up_or_down_no_longer_than_a_b
     )
     assert 7 <= len(bar) <= 10
     assert own == bar
-
-
-@pytest.mark.parametrize(
-    ("kind", "told"),
-    [("pole", True), ("building", True), ("bar", False), ("smoke", False)],
-)
-def test_what_hides_far_longer_than_asked_is_told(tmp_path: Any, kind: str, told: bool) -> None:
-    """Before a sky nothing can stand above the horizon."""
-    change = {**UPRIGHT[90.0], "kind: ground, spread_k: 0": "kind: sky", "elevation_deg: -5": "elevation_deg: 3"}
-    text = scene(kind, heading=90.0, change=change)
-    (tmp_path / "one.yaml").write_text(text)
-    lines = [line for line in warnings(tmp_path / "one.yaml") if "occluders" in line]
-    held = [index for index, share in enumerate(visible(text, range(60))) if share <= 0.02]
-    if told:
-        (line,) = lines
-        assert f": occluders.{kind}.frames: warning: it hides tank in frames {held[0]} to 6" in line
-        assert f"of them where 7 are asked: a {kind} stands on the ground; try a bar, or smoke" in line
-        assert len(held) > 30
-    else:
-        assert lines == []
-
-
-@pytest.mark.parametrize(("kind", "advice"), [("bar", "try a place"), ("pole", "try a bar, or a place")])
-def test_a_bar_that_hides_a_slow_point_far_longer_than_asked_is_not_told_to_be_one(kind: str, advice: str) -> None:
-    slow = {"kind": "straight", "start": (30, 40), "speed": 0.1, "range_m": 2000}
-    scenario = {
-        "frames": 80,
-        "camera": {"size": (80, 80)},
-        "background": {"kind": "ground", "spread_k": 0},
-        "targets": [{"id": "slow", "shape": {"kind": "point"}, "path": slow}],
-        "occluders": [{"kind": kind, "range_m": 500, "hides": "slow", "frames": (40, 42)}],
-    }
-    told = overlong(Scenario.model_validate(scenario))
-    assert [notice.what.rpartition(": ")[2] for notice in told] == [advice]
 
 
 def test_it_hides_a_point_with_its_skirts() -> None:

@@ -13,7 +13,7 @@ import irsim
 from irsim.backgrounds import Background, ClearLayer, Ground, LandLight, Layer, Sky
 from irsim.detector import Detector, Response, Setting, Stated
 from irsim.doubts import doubts
-from irsim.intent import overlong
+from irsim.intent import overdone
 from irsim.render import Renderer
 from irsim.scenario import Scenario
 from irsim.stage import Stage
@@ -131,7 +131,7 @@ def test_what_stands_stands_below_its_horizon() -> None:
     pole = {"kind": "pole", "range_m": 500, "hides": "jet", "frames": (2, 4)}
     for background, expected in (("Lake", 1), ("sky", 1), ("ground", 0)):
         value = scene(background, camera={"elevation_deg": 3}, targets=[target], occluders=[pole])
-        assert len(list(overlong(Scenario.model_validate(value)))) == expected
+        assert len(list(overdone(Scenario.model_validate(value)))) == expected
 
 
 def test_a_picture_that_is_not_mapped_is_not_folded_and_is_put_into() -> None:

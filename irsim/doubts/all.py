@@ -17,7 +17,7 @@ from irsim.doubts.paths import misses, pulls, through_camera
 from irsim.doubts.standing import aloft, buried
 from irsim.doubts.targets import idle, never_seen, nowhere, odd_shapes, past_the_end, too_late
 from irsim.errors import Notice
-from irsim.intent import overlong
+from irsim.intent import overdone
 from irsim.reach import out_of_reach
 from irsim.scenario import Scenario
 
@@ -42,7 +42,7 @@ DOUBTS = (
         aloft,
         never_seen,
         idle,
-        overlong,
+        overdone,
     ),
 )
 

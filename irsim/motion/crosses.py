@@ -40,7 +40,9 @@ class Crosses(Crossing):
     """A straight line in the picture that meets another target's way at a given frame and angle."""
 
     angle_deg: Angle = 90.0
-    """Its direction less the other's, degrees, positive clockwise; a target that stands counts as going right."""
+    """Its direction less the other's, degrees, positive clockwise, as a camera that stands still sees them; in the
+    picture of one that turns, moves or zooms both have its motion, too, and the angle between them is another. A target
+    that stands counts as going right."""
     miss_px: Number = 0.0
     """How near they come: distance of their places at that frame, across their relative motion, px."""
     speed: PixelSpeed = 2.0

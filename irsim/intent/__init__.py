@@ -1,0 +1,7 @@
+"""What a scenario asks for by its effect: occluders that hide a target in given frames, crossings."""
+
+from __future__ import annotations
+
+from irsim.intent.all import overdone, placed, unmet
+
+__all__ = ["overdone", "placed", "unmet"]
