@@ -87,7 +87,9 @@ def fit_display(pairs: Pairs, progress: Callable[[int], None] | None = None) -> 
     agc = _idled(trial, _chosen(tried, best), best)
     tolerances = tuple((knob.path, _told(trial, agc, knob)) for knob in knobs(agc))
     rms = float(np.sqrt(trial.errors(agc).mean()))
-    return FittedDisplay(agc, tolerances, rms, len(pairs.pictures), tuple(_notes(agc, rms, tolerances)))
+    return FittedDisplay(
+        agc, tolerances, rms, len(pairs.pictures), tuple(_notes(agc, trial.is_whole(agc), rms, tolerances))
+    )
 
 
 def _chosen(tried: list[tuple[Agc, Floats]], best: Floats) -> Agc:
@@ -122,10 +124,11 @@ def _told(trial: Trial, agc: Agc, knob: Knob) -> Tolerance:
     return tolerance(trial.errors, agc, knob, min(share * trial.error(agc), most))
 
 
-def _notes(agc: Agc, rms: float, tolerances: tuple[tuple[Path, Tolerance], ...]) -> Iterator[str]:
+def _notes(agc: Agc, whole: bool, rms: float, tolerances: tuple[tuple[Path, Tolerance], ...]) -> Iterator[str]:
     if rms > STRANGE_GREYS:
+        beside = ", unless the search ended beside its best numbers" if whole else ""
         yield (
-            f"no kind of AGC known here explains the pictures: {agc.kind} is nearest, "
+            f"no kind of AGC known here explains the pictures{beside}: {agc.kind} is nearest, "
             f"and its pictures differ from them by {rms:.1f} greys rms"
         )
     for path, found in tolerances:

@@ -24,8 +24,8 @@ of quality 50, too (the scene of tests/test_displayed.py)."""
 LEVELS = 2048
 """Steps of the counts between which a free curve may rise: an eighth of a grey each, where all greys are used."""
 
-PLACE = 32
-"""Side of places whose mean greys are compared, px."""
+PLACE = 16
+"""Side of places whose mean greys are compared, px; of pictures of less than two of them a half of their side."""
 PATCH = 8
 """Side of patches in which a curve that changes over the picture is one line, px."""
 
@@ -102,10 +102,9 @@ def scatter(counts: Image, picture: Picture) -> float:
 def parted(counts: Image, picture: Picture) -> float:
     """Share of that variance that is between places: as where each has a curve of its own."""
     apart, _ = _apart(counts, picture)
-    rows, columns = (side // PLACE * PLACE for side in apart.shape)
-    if not rows or not columns:
-        return 0.0
-    means = apart[:rows, :columns].reshape(rows // PLACE, PLACE, -1, PLACE).mean(axis=(1, 3))
+    place = max(min(PLACE, min(apart.shape) // 2), 1)
+    rows, columns = (side // place * place for side in apart.shape)
+    means = apart[:rows, :columns].reshape(rows // place, place, -1, place).mean(axis=(1, 3))
     return float((means * means).mean()) / max(float((apart * apart).mean()), ROUNDING)
 
 

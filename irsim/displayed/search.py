@@ -13,6 +13,8 @@ from irsim.displayed.knobs import Knob
 from irsim.measure import ROUNDING
 from irsim.types import Floats
 
+NORMAL = 1.4826
+"""Standard deviation of what is normally distributed, per median distance from the median."""
 GROWS = 1.3
 """How much longer a step becomes where it was a good one."""
 
@@ -83,12 +85,16 @@ def as_good(errors: Floats, best: Floats, margin: float) -> bool:
     """Whether pictures of these mean squared errors, frame by frame, may be as good as the best.
 
     Their mean is larger by no more than the margin and two standard errors of the difference, which is chance only as
-    far as the best leaves something unexplained; and no frame's is larger by a quarter and four margins: where
-    something happens in a few frames only, these tell.
+    far as the best leaves something unexplained; and no frame's is larger by four margins and the less of a quarter and
+    of four standard deviations above the usual. The usual and deviations are by medians: where something happens in
+    a few frames only, these tell, and are no chance.
     """
     more = errors - best
-    error = 2 * more.std(ddof=1) / math.sqrt(more.size) if more.size > 1 else 0.0
-    return bool(more.mean() <= margin + min(error, float(best.mean()) / 4) and np.all(more <= 4 * margin + best / 4))
+    usual = float(np.median(more))
+    spread = min(float(more.std()), NORMAL * float(np.median(np.abs(more - usual))))
+    chance = min(2 * spread / math.sqrt(more.size), float(best.mean()) / 4)
+    most = 4 * margin + np.minimum(best / 4, max(usual, 0) + 4 * spread)
+    return bool(more.mean() <= margin + chance and np.all(more <= most))
 
 
 def tolerance(errors: Callable[[Agc], Floats], agc: Agc, knob: Knob, rough: float = 0.0) -> Tolerance:

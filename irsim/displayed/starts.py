@@ -76,7 +76,7 @@ def clahe(trial: Trial) -> Iterator[Agc]:
     assert isinstance(tiles, Clahe)
     lines: list[Agc] = [
         Linear(tails=(low, high), time_constant_frames=time)
-        for low, high, time in product(TAILS[::4], TAILS[::4], TIMES[::3])
+        for low, high, time in product(TAILS[::4], TAILS[::4], TIMES[:5:2])
     ]
     steep: list[Agc] = [
         Plateau(plateau=plateau, gain_limit=gain) for plateau, gain in product(PLATEAUS[1::2], GAINS[1::2])
