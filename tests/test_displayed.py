@@ -167,6 +167,14 @@ def test_one_frame_tells() -> None:
     assert as_good(best + np.minimum(more, 0.2), best, margin)
 
 
+def test_a_slow_gain_is_told_through_poor_compression() -> None:
+    """A fixed one leaves no more than 2.7 greys rms."""
+    agc = found("linear", 50).agc
+    assert isinstance(agc, Linear)
+    assert agc.tails == pytest.approx((0.013, 0.0031), rel=0.02)
+    assert agc.time_constant_frames == pytest.approx(4.3, rel=0.05)
+
+
 @LONG
 def test_a_mask_around_equalised_places_is_nearly_found() -> None:
     """Of that many numbers that make up for each other some come out of their tolerances; the pictures are alike."""

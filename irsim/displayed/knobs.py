@@ -71,7 +71,7 @@ class Knob:
 
 _TIME = Knob(("time_constant_frames",), 0, 100, soft=0.5, idle=0, ridges=(0.5, 1.2, 2.4))
 _COUNT = Knob((), 0, 65_535, whole=True, step=64, fine=1)
-_TAIL = Knob((), 0, 0.499, soft=2e-5)
+_TAIL = Knob((), 0, 0.499, soft=2e-5, ridges=(0.02, 0.06))  # one hot pixel more, and the other tail follows
 _TILES = Knob((), 1, 64, whole=True, step=2, fine=1)
 
 KNOBS: dict[str, tuple[Knob, ...]] = {
