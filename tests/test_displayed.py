@@ -122,6 +122,25 @@ def test_shown_and_fitted_again_the_figures_agree(words: str, quality: int | Non
     assert not apart
 
 
+def test_a_display_that_ran_before_the_recording_had_seen_its_first_frame() -> None:
+    """Something hot comes in soon after: a display that began with the first frame would have followed at once."""
+    agc, before, count = agc_of("{kind: linear, tails: [0.013, 0.0031], time_constant_frames: 6}"), 60, 40
+    draws = np.random.default_rng(4)
+    scene = draws.normal(3000, 200, (64, 80))
+    frames = (scene + draws.normal(0, 10, (before + count, 64, 80))).astype(np.uint16)
+    frames[before + 8 :, 20:40, 30:50] += 5000
+    screen = Screen(agc, 14, lambda index: frames[index])
+    pictures = {k: screen.picture(frames[before + k], before + k) for k in scored_frames(count)}
+    pairs = Pairs(frames[before:], 14, pictures)
+    assert Trial(pairs).error(agc) > 2  # squared greys, of the true one
+    display = fit_display(pairs)
+    assert isinstance(display, FittedDisplay)
+    assert isinstance(display.agc, Linear)
+    assert display.agc.time_constant_frames == pytest.approx(6, rel=0.05)
+    assert display.agc.tails == pytest.approx((0.013, 0.0031), rel=0.1)
+    assert display.rms_grey < 1
+
+
 def corner(agc: Agc, quality: int | None = None, side: int = 64) -> Pairs:
     """The last frames' corner, in which something hot drives, as an AGC without memory shows it."""
     few = np.ascontiguousarray(np.stack(counts())[-12:, -side:, : side * 5 // 4])

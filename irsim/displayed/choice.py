@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -84,7 +84,8 @@ def fit_display(pairs: Pairs, progress: Callable[[int], None] | None = None) -> 
     if progress is not None:
         progress(len(FITS))
     best = min((errors for _, errors in tried), key=lambda errors: float(errors.mean()))
-    agc = _idled(trial, _chosen(tried, best), best)
+    trial, agc = _running(trial, _chosen(tried, best))
+    agc = _idled(trial, agc, trial.errors(agc))
     tolerances = tuple((knob.path, _told(trial, agc, knob)) for knob in knobs(agc))
     rms = float(np.sqrt(trial.errors(agc).mean()))
     return FittedDisplay(
@@ -96,6 +97,17 @@ def _chosen(tried: list[tuple[Agc, Floats]], best: Floats) -> Agc:
     """Of those that are as good as the best, the one of fewest numbers; of these the better."""
     good = [each for each in tried if each[1] is best or _no_worse(each[1], best)]
     return min(good, key=lambda each: (len(knobs(each[0])), float(each[1].mean())))[0]
+
+
+def _running(trial: Trial, agc: Agc) -> tuple[Trial, Agc]:
+    """The same where the display may have begun with the first frame; else trials by one that had run before, and the
+    best of the kind then."""
+    least = trial.error(agc)
+    if agc.memory == 0 or least <= EXACT:
+        return trial, agc
+    ran = Trial(replace(trial.pairs, ran=True))
+    other = min(FITS[agc.kind](ran, math.inf), key=ran.error, default=agc)
+    return (ran, other) if ran.error(other) < least else (trial, agc)
 
 
 def _idled(trial: Trial, agc: Agc, best: Floats) -> Agc:

@@ -36,11 +36,13 @@ class Pairs:
 
     counts      (T, rows, columns) unsigned, `bits` deep
     pictures    frame -> (rows, columns) uint8, as it was shown
+    ran         whether the display had seen the first frame all along, and did not begin with it
     """
 
     counts: npt.NDArray[Any]
     bits: int
     pictures: dict[int, Picture]
+    ran: bool = False
 
     @property
     def scored(self) -> tuple[int, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 
 import cv2
@@ -99,7 +100,7 @@ class Trial:
         """Trials of what comes behind a mask that changes the counts."""
         pairs = self.pairs
         changed = np.stack([mask.before(counts, pairs.bits) for counts in pairs.counts])
-        return Trial(Pairs(changed, pairs.bits, pairs.pictures))
+        return Trial(replace(pairs, counts=changed))
 
     def _reach(self, before: tuple[Around, ...]) -> None:
         """Forget what was kept of other counts than those that reach the curve now."""
@@ -122,12 +123,13 @@ class Trial:
         return self._tallies[k]
 
     def _window(self, curve: Agc, k: int) -> list[Look]:
-        """Looks at as many frames before k as the curve remembers, and at k itself."""
+        """Looks at as many frames before k as the curve remembers, and at k itself; before the first of all, at that
+        one, where the display had run before."""
         if not isinstance(curve, Adaptive):
             return [curve.look(self._reached(k), self.pairs.bits)]
         key = curve.model_copy(update={"time_constant_frames": 0.0})
         kept = self._looks.pop(key, {})
-        window = range(max(0, k - curve.memory), k + 1)
+        window = [index if index > 0 else 0 for index in range(k - curve.memory, k + 1) if index >= 0 or self.pairs.ran]
         for index in window:
             if index not in kept:
                 kept[index] = self._look(curve, index)
