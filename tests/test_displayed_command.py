@@ -99,6 +99,7 @@ def test_pictures_that_tell_nothing_are_a_note(tmp_path: Path) -> None:
         assert found.scenario.camera.agc == source.agc
 
 
+@pytest.mark.slow
 def test_a_display_of_no_kind_of_ours_is_said_to_be_none(tmp_path: Path) -> None:
     """Brightness that turns around is no curve that any kind has."""
     source = counts()

@@ -225,6 +225,7 @@ def test_odd_and_even_rows_are_told_apart() -> None:
     assert evened.value == pytest.approx(0, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_a_level_lies_in_its_intervals_at_the_stated_rate() -> None:
     sigmas, times = [], []
     for seed in range(20):
