@@ -70,8 +70,13 @@ def _by(guess: Guess) -> Fits:
 
 
 def _clahe(trial: Trial, _: float) -> Iterator[Agc]:
+    """A slow gain makes up for wrong limits and tails: where one is found, the best without it is looked for, too."""
     if trial.is_local:
-        yield refined(trial, clahe)
+        near = refined(trial, clahe)
+        yield near
+        if near.memory:
+            (slow,) = (knob for knob in knobs(near) if knob.path[-1] == "time_constant_frames")
+            yield _settled(trial, slow.set(near, 0.0) or near)
 
 
 def _unsharp(trial: Trial, least: float) -> Iterator[Agc]:
