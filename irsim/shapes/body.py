@@ -62,8 +62,7 @@ class Body(Shape):
         return self
 
     def __hash__(self) -> int:
-        values = (getattr(self, key) for key in type(self).model_fields)
-        return hash(tuple(tuple(value.items()) if isinstance(value, Mapping) else value for value in values))
+        return hash((type(self), self.length_m, self.temperature_k))  # of each in each frame; few bodies share these
 
     def joints(self, time: float) -> Mapping[str, Rigid]:
         """Where the joints of moving parts are at a time, s, lengths in those of the body."""
