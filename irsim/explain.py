@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Container, Iterable, Iterator, Mapping
 from typing import Any, TypeVar, get_args
 
 from pydantic import ValidationError
@@ -25,6 +26,7 @@ _EXPECTED = {
     "mapping_type": "a mapping",
 }
 _RANGES = {"greater_than", "greater_than_equal", "less_than", "less_than_equal", "finite_number"}
+_OF_IDS = {"duplicate_id", "unknown_id"}
 _LONGEST = 40
 
 
@@ -36,14 +38,25 @@ def formed(document: Document, part: type[AnyPart]) -> AnyPart:
     try:
         return part.model_validate(document.value)
     except ValidationError as error:
-        raise InputError("\n".join(explain(error, document, part))) from None
+        lines = explain(error, document, part)
+        known = _known(error, document, part)
+    if known != document.value:
+        try:
+            part.model_validate(known)
+        except ValidationError as error:
+            lines += explain(error, document, part, _OF_IDS)
+    raise InputError("\n".join(sorted(lines, key=_order)))
 
 
-def explain(error: ValidationError, document: Document, root: type[Part]) -> list[str]:
-    """A line for each thing that is wrong with a document that was meant to be a `root`."""
+def explain(
+    error: ValidationError, document: Document, root: type[Part], kinds: Container[str] | None = None
+) -> list[str]:
+    """A line for each thing (of those kinds) that is wrong with a document that was meant to be a `root`."""
     top = Slot.of(root)
     lines: dict[tuple[KeyPath, str], str] = {}
     for raw, detail in _flat(error.errors(include_url=False), ()):
+        if kinds is not None and detail["type"] not in kinds:
+            continue
         if detail["type"] == "duplicate_id":
             raw, detail = _twice(raw, detail, top, document.value)
         path, slot = _resolve(raw, top, document.value)
@@ -73,6 +86,25 @@ def place_of(document: Document, path: KeyPath, at_key: bool = False) -> str:
         return document.keys[path]
     above = (path[:length] for length in range(len(path), -1, -1))
     return next((document.values[place] for place in above if place in document.values), document.name)
+
+
+def _known(error: ValidationError, document: Document, root: type[Part]) -> Any:
+    """The document's values without unknown keys: ids are looked at when all keys are known. Not without what may
+    have, or be, an id to which others refer: text."""
+    value = copy.deepcopy(document.value)
+    for raw, detail in _flat(error.errors(include_url=False), ()):
+        path, _ = _resolve(raw, Slot.of(root), document.value)
+        if detail["type"] == "extra_forbidden" and not _has_text(detail["input"]):
+            above = value
+            for step in path[:-1]:
+                above = member(above, step)
+            above.pop(path[-1], None)
+    return value
+
+
+def _has_text(value: Any) -> bool:
+    inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    return isinstance(value, str) or any(map(_has_text, inner))
 
 
 def _order(text: str) -> tuple[int, int]:

@@ -140,14 +140,6 @@ Rising = AfterValidator(_risen)
 """Beside a pair [least, greatest]: the wrong way round it is an error."""
 
 
-def together(kind: str, faults: Iterable[tuple[str, tuple[str | int, ...]]]) -> None:
-    """Raise one error that tells all the faults, each in words with its place; nothing where there are none."""
-    found = [{"type": kind, "loc": (), "msg": what, "ctx": {"at": at}} for what, at in faults]
-    if found:
-        what = "; ".join(str(each["msg"]) for each in found)
-        raise PydanticCustomError("inside", "{what}", {"what": what, "errors": found})
-
-
 Item = TypeVar("Item")
 Several = Annotated[tuple[Item, ...], Field(strict=False)]
 """A YAML list, kept as a tuple."""

@@ -9,21 +9,28 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Annotated, Any
 
-import numpy as np
 from pydantic import Field, model_validator
-from pydantic_core import PydanticCustomError
 
-from irsim.atmosphere import HIGHEST_M, Atmosphere
+from irsim.atmosphere import Atmosphere
 from irsim.backgrounds import BACKGROUNDS, Background
 from irsim.camera import Camera
 from irsim.cards import card
-from irsim.climate import fitted_band
+from irsim.consistency import (
+    Reference,
+    Wanted,
+    air_is_fitted,
+    camera_fits,
+    frames_arrive,
+    ids_are_sound,
+    nobody_waits_for_himself,
+    paths_are_possible,
+    severity_exists,
+)
 from irsim.expectation import EXPECTATIONS, Expectation
 from irsim.identity import scene_code
-from irsim.kinds import KeyPath, Name, Part, Several, Switch, suggestion, together
+from irsim.kinds import KeyPath, Name, Part, Several, Switch
 from irsim.motion import Company, Pointing
 from irsim.occluders import OCCLUDERS, Occluder
-from irsim.radiometry import BAND_UM, limits
 from irsim.stage import Stage
 from irsim.switches import less, switches
 from irsim.target import Target
@@ -171,54 +178,29 @@ class Scenario(Part):
         return self.background.sky_preset
 
     @model_validator(mode="after")
-    def _air_is_fitted(self) -> Scenario:
-        air, band = self.atmosphere, self.camera.band
-        needed = air.preset != "none" or air.fog_visibility_km is not None or self.sky_preset is not None
-        if needed and fitted_band(band) is None:
-            low, high = limits(band)
-            named = " or ".join(f"{name} ({first:g} to {last:g} um)" for name, (first, last) in BAND_UM.items())
-            raise PydanticCustomError(
-                "unfitted_band",
-                "no atmosphere is fitted to a band of {band}; allowed with one: at least half of it within {named}",
-                {"band": f"{low:g} to {high:g} um", "named": named, "at": ("camera", "band")},
-            )
-        altitude_m = self.background.altitude_m(air.altitude_m)
-        if needed and altitude_m > HIGHEST_M:
-            above = f"{altitude_m:g} m above the {self.background.surface}"
-            why = f"the camera is {above}; allowed with an atmosphere: up to {HIGHEST_M:g} m"
-            raise PydanticCustomError("above_the_air", "{why}", {"why": why, "at": ("background",)})
+    def _agrees(self) -> Scenario:
+        air_is_fitted(self.atmosphere, self.background, self.camera)
+        camera_fits(self.background, self.camera)
+        frames_arrive(self.arrivals, self.frames)
+        ids_are_sound(self._parts(), self._wanted())
+        paths_are_possible(self.targets, self.frames, self.stage)
+        nobody_waits_for_himself(self.references())
+        severity_exists(self.severity, self.severities)
         return self
 
-    @model_validator(mode="after")
-    def _camera_fits(self) -> Scenario:
-        why = self.background.refuses(self.camera.size, self.camera.bits)
-        if why is not None:
-            raise PydanticCustomError("background_refuses", "{why}", {"why": why, "at": ("background",)})
-        return self
+    def _wanted(self) -> Iterator[Wanted]:
+        """Every name that is used, and those of which it must be one."""
+        names = [name for name, _ in self.names()]
+        targets = [target.id for target in self.targets]
+        for index, name in enumerate(self.without):
+            yield name, ("without", index), names
+        if self.follow is not None:
+            yield self.follow, ("follow",), targets
+        for _, whom, place in self.references():
+            yield whom, place, targets
 
-    @model_validator(mode="after")
-    def _frames_arrive(self) -> Scenario:
-        if not self.arrivals:
-            raise PydanticCustomError(
-                "none_arrive",
-                "no frame of {frames} arrives; allowed: faults that leave one",
-                {"frames": self.frames, "at": ("camera", "faults")},
-            )
-        return self
-
-    @model_validator(mode="after")
-    def _names_are_unique(self) -> Scenario:
-        seen: dict[str, KeyPath] = {}
-        for name, place in self._parts():
-            if name in seen:
-                raise PydanticCustomError(
-                    "duplicate_id", "the id '{name}' is used twice", {"name": name, "at": place, "first": seen[name]}
-                )
-            seen[name] = place
-        return self
-
-    def references(self) -> Iterator[tuple[str, str, KeyPath]]:
-        """(who, whom, place) of everything that refers to a target by its id; `who` is a target's id or ''."""
+    def references(self) -> Iterator[Reference]:
+        """Everything that refers to a target by its id."""
         for index, target in enumerate(self.targets):
             for key, name in target.path.refers().items():
                 yield target.id, name, ("targets", index, "path", key)
@@ -250,69 +232,3 @@ class Scenario(Part):
             "seed": self.seed,
         }
         return card(self.about or "A scenario", {name: fact for name, fact in facts.items() if fact != ""})
-
-    @model_validator(mode="after")
-    def _paths_are_possible(self) -> Scenario:
-        frames, stage = np.arange(float(self.frames)), self.stage
-        met = [(target.path.obstacle(frames, stage, target.id), index) for index, target in enumerate(self.targets)]
-        together("obstacle", ((why, ("targets", index, "path")) for why, index in met if why is not None))
-        return self
-
-    @model_validator(mode="after")
-    def _nobody_waits_for_himself(self) -> Scenario:
-        waits = {who: (whom, place) for who, whom, place in self.references() if who}
-        for first in waits:
-            chain = [first]
-            while chain[-1] in waits:
-                whom, place = waits[chain[-1]]
-                if whom == first:
-                    raise PydanticCustomError(
-                        "circle",
-                        "{chain} refer to each other in a circle; allowed: one of them with a path of its own",
-                        {"chain": ", ".join(chain), "at": place},
-                    )
-                if whom in chain:
-                    break  # the circle is further on, and found from one of its own
-                chain.append(whom)
-        return self
-
-    @model_validator(mode="after")
-    def _severity_exists(self) -> Scenario:
-        lengths = {key: len(values) for key, values in self.severities.items()}
-        most = min(lengths.values(), default=1) - 1
-        for key, length in lengths.items():
-            if length - 1 > most:
-                raise PydanticCustomError(
-                    "severities",
-                    "{length} values where another key has {fewer}; allowed: as many under each key",
-                    {"length": length, "fewer": most + 1, "at": ("severities", key)},
-                )
-        if self.severity > most:
-            raise PydanticCustomError(
-                "severity",
-                "{given} is out of range; allowed: {allowed}",
-                {
-                    "given": self.severity,
-                    "allowed": f"0 to {most}" if most else "0, for there are no severities",
-                    "at": ("severity",),
-                },
-            )
-        return self
-
-    @model_validator(mode="after")
-    def _names_exist(self) -> Scenario:
-        names = [name for name, _ in self.names()]
-        targets = [target.id for target in self.targets]
-        wanted: list[tuple[str, KeyPath, list[str]]]
-        wanted = [(name, ("without", index), names) for index, name in enumerate(self.without)]
-        if self.follow is not None:
-            wanted.append((self.follow, ("follow",), targets))
-        wanted += [(whom, place, targets) for _, whom, place in self.references()]
-        together("unknown_id", ((_no(name, allowed), at) for name, at, allowed in wanted if name not in allowed))
-        return self
-
-
-def _no(name: str, allowed: list[str]) -> str:
-    known = ", ".join(allowed) or "nothing, there are none"
-    within = next((f"; did you mean '{each}'?" for each in allowed if each.endswith(f".{name}")), None)
-    return f"there is no '{name}'; allowed: {known}{within or suggestion(name, allowed)}"

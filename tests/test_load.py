@@ -177,15 +177,6 @@ def test_an_error_says_place_key_what_is_wrong_and_what_is_allowed(case: str) ->
     assert lines[0].endswith(end)
 
 
-def test_several_ids_that_are_not_there_are_told_at_once() -> None:
-    text = TEXT.replace("follow: jet", "follow: jat\nwithout: [jeet, far, fog]")
-    assert [line.split("; ")[0] for line in errors_of(text)] == [
-        "f.yaml:25:9: follow: there is no 'jat'",
-        "f.yaml:26:11: without.0: there is no 'jeet'",
-        "f.yaml:26:22: without.2: there is no 'fog'",
-    ]
-
-
 def test_several_paths_that_cannot_be_are_told_at_once() -> None:
     text = "background: {kind: ground}\ntargets:\n"
     for name in ("one", "two"):
@@ -194,33 +185,6 @@ def test_several_paths_that_cannot_be_are_told_at_once() -> None:
     assert [line.split(" px ")[0] for line in errors_of(text)] == [
         "f.yaml:3:41: targets.one.path: at (30, 50)",
         "f.yaml:4:41: targets.two.path: at (30, 50)",
-    ]
-
-
-def test_an_id_that_the_preset_or_a_default_has_is_told_where_the_user_wrote_it() -> None:
-    """The camera's parts come after the targets, but nobody wrote them."""
-    noise = "  noise:" + TEXT.split("  noise:")[1].split("  motion:")[0]
-    unwritten = TEXT.replace(noise, "")
-    assert errors_of(unwritten.replace("id: far", "id: white")) == [
-        "f.yaml:17:9: targets.white.id: the id 'white' is used twice, also by camera.noise of the defaults; "
-        "allowed: each id once"
-    ]
-    preset = unwritten.replace("camera:\n", "camera:\n  preset: uncooled_lwir\n")
-    assert errors_of(preset.replace("id: far", "id: level")) == [
-        "f.yaml:18:9: targets.level.id: the id 'level' is used twice, also by camera.noise of the preset "
-        "'uncooled_lwir'; allowed: each id once"
-    ]
-    assert errors_of(TEXT.replace("id: far", "id: flicker")) == [
-        "f.yaml:9:23: camera.noise.flicker.id: the id 'flicker' is used twice, also by targets.flicker; "
-        "allowed: each id once"
-    ]
-
-
-def test_an_id_that_two_parts_of_the_background_have_is_told_at_the_second() -> None:
-    clouds = "frames: 3\nbackground:\n  kind: sky\n  clouds:\n    - {id: low}\n    - {id: low}\n"
-    assert errors_of(clouds) == [
-        "f.yaml:6:12: background.clouds.1.id: the id 'low' is used twice, also by background.clouds.0; "
-        "allowed: each id once"
     ]
 
 
