@@ -7,7 +7,7 @@ import shlex
 import sys
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
-    from irsim.measure import Verdict
+    from irsim.measure import Figures, Verdict
     from irsim.types import Input, Source
 
 Measured = Annotated[
@@ -147,45 +147,73 @@ def realism(
     """Compare a background's texture, and a camera's noise, with real recordings: cloud, trees, ground and so on."""
     from irsim.measure import (
         backdrops,
-        cameras_of,
-        classes_of,
+        camera_lines,
+        cameras_apart,
+        check_sort,
+        classes_apart,
         judge,
         judge_noise,
-        measure_figures,
-        taken_by_targets,
+        noise_figures,
         texture,
         verdict_lines,
     )
-    from irsim.measure.realism import lines_of
 
+    if camera is not None:
+        check_sort(camera)
     opened = open_changed(source, overrides, seed, without)
     like = like or _claim(opened)
-    judged: tuple[Verdict, ...] = ()
-    sorts: tuple[str, ...] = ()
-    try:
-        found = None if camera is not None and like is None else texture(backdrops(opened, _PICTURES))
-        if camera is not None:
-            looked = range(min(_NOISY, len(opened)))
-            stack = read_stack(opened, looked, "counts")
-            taken = taken_by_targets(opened, looked.start, looked.stop)
-            figures = measure_figures(stack, opened.rate_hz, None, 2.0**opened.bits - 1, taken)
-            judged, sorts = judge_noise(figures, camera), cameras_of(figures)
-    except InputError as error:
-        raise InputError(f"{source}: {error}") from None
-    verdicts = () if like is None or found is None else judge(found, like)
-    if as_json:
-        ranges = {v.figure: {"low": v.low, "high": v.high, "inside": v.inside} for v in (*verdicts, *judged)}
-        told = {} if found is None else {**asdict(found), "like": like, "classes": classes_of(found)}
-        noise = {} if camera is None else {"camera": camera, **{v.figure: v.value for v in judged}, "cameras": sorts}
-        print(json.dumps({"source": source, **told, **noise, "ranges": ranges}))
-    else:
-        if found is not None:
+    told: dict[str, Any] = {"source": source}
+    outside: dict[str, list[str]] = {}
+    verdicts: tuple[Verdict, ...] = ()
+    if camera is None or like is not None:
+        try:
+            found = texture(backdrops(opened, _PICTURES))
+        except InputError as error:
+            raise InputError(f"{source}: {error}") from None
+        verdicts = () if like is None else judge(found, like)
+        classes = classes_apart(found)
+        told |= {**asdict(found), "like": like, "classes": [name for name, kept in classes.items() if not kept]}
+        outside |= {name: [verdict.figure for verdict in kept] for name, kept in classes.items() if kept}
+        if not as_json:
             print(*verdict_lines(found, like), sep="\n")
+    noise = _noise_to_judge(opened, camera is not None)
+    if isinstance(noise, str):
+        told["noise_unknown"] = noise
+    else:
+        verdicts += () if camera is None else judge_noise(noise, camera)
+        sorts = cameras_apart(noise)
+        told |= {"camera": camera, **{figure: value.value for figure, value in noise_figures(noise).items()}}
+        told["cameras"] = [sort for sort, kept in sorts.items() if not kept]
+        outside |= {sort: [verdict.figure for verdict in kept] for sort, kept in sorts.items() if kept}
+        if not as_json:
+            print(*camera_lines(noise, camera), sep="\n")
+    if as_json:
+        ranges = {v.figure: {"low": v.low, "high": v.high, "inside": v.inside} for v in verdicts}
+        print(json.dumps({**told, "outside": outside, "ranges": ranges}))
+    if isinstance(noise, str):
         if camera is not None:
-            print(*lines_of(judged, camera), sep="\n")
-            print(f"its noise is like: {', '.join(sorts) or 'that of no real camera'}")
-    if not all(verdict.inside for verdict in (*verdicts, *judged)):
+            raise InputError(f"{source}: {noise}")
+        if not as_json:
+            print(noise)
+    if not all(verdict.inside for verdict in verdicts):
         sys.exit(1)
+
+
+def _noise_to_judge(source: Source, asked: bool) -> Figures | str:
+    """Figures whose noise can be compared with real cameras', or in a line why there are none."""
+    from irsim.measure import measure_figures, noise_figures, taken_by_targets
+
+    if source.bits <= 8 and not asked:
+        return "its noise is not judged, for pictures of 8 bits hold no sensor's; allowed: a sensor's counts"
+    looked = range(min(_NOISY, len(source)))
+    stack = read_stack(source, looked, "counts")
+    taken = taken_by_targets(source, looked.start, looked.stop)
+    try:
+        found = measure_figures(stack, source.rate_hz, None, 2.0**source.bits - 1, taken)
+        noise_figures(found)
+    except InputError as error:
+        return str(error)
+    return found
 
 
 def _claim(source: Source) -> str | None:

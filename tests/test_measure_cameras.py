@@ -70,3 +70,33 @@ def test_the_command_compares_noise(tmp_path: Path) -> None:
     none = CliRunner().invoke(app, ["realism", str(scene), "--camera", "cheap"])
     assert isinstance(none.exception, InputError)
     assert f"allowed: {', '.join(CAMERAS)}" in str(none.exception)
+
+
+def test_without_a_sort_noise_is_compared_with_all_and_status_is_0(tmp_path: Path) -> None:
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(PRESET.replace("PRESET", "uncooled_lwir"))
+    told = CliRunner().invoke(app, ["realism", str(scene), "frames=40"])
+    assert told.exit_code == 0, told.output
+    assert "looks like: no class of real recordings" in told.stdout
+    assert "its noise is like: uncooled" in told.stdout
+    (kept,) = [line for line in told.stdout.splitlines() if line.startswith("  not cooled: ")]
+    assert "correlation" in kept
+    assert "(-0.05 to 0.05)" in kept
+    assert "  not uncooled" not in told.stdout
+    found = json.loads(CliRunner().invoke(app, ["realism", str(scene), "frames=40", "--json"]).stdout)
+    assert found["cameras"] == ["uncooled"]
+    assert found["correlation"] > 0.5
+    assert "correlation" in found["outside"]["cooled"]
+    assert "uncooled" not in found["outside"]
+
+
+def test_where_a_scene_moves_the_picture_is_judged_all_the_same() -> None:
+    moving = ["realism", "clouds", "frames=12", "--like", "cloud"]
+    why = "its noise cannot be judged, for the scene moves; allowed: a still camera"
+    alone = CliRunner().invoke(app, moving)
+    assert alone.exit_code == 0, alone.output
+    assert alone.stdout.splitlines()[-2:] == ["looks like: cloud", why]
+    asked = CliRunner().invoke(app, [*moving, "--camera", "cooled"])
+    assert asked.stdout.splitlines()[-1] == "looks like: cloud"
+    assert isinstance(asked.exception, InputError)
+    assert str(asked.exception) == f"clouds: {why}"

@@ -191,16 +191,30 @@ def test_recordings_of_8_bits_tiny_ones_and_single_frames_are_judged_or_refused_
     assert told in (str(done.exception) if isinstance(done.exception, InputError) else done.stdout)
 
 
+def test_it_says_which_figures_keep_a_picture_from_a_class(tmp_path: Path) -> None:
+    """White noise: its spectrum is flat, and it lies evenly. It is of 8 bits, and no camera's noise."""
+    for k in range(4):
+        cv2.imwrite(str(tmp_path / f"{k}.png"), np.clip(white(k), 0, 255).astype(np.uint8))
+    import_frames(tmp_path, tmp_path / "white.mcap")
+    told = CliRunner().invoke(app, ["realism", str(tmp_path / "white.mcap")])
+    assert told.exit_code == 0, told.output
+    kept = {line.split(":")[0]: line for line in told.stdout.splitlines() if line.startswith("  not ")}
+    assert set(kept) == {f"  not {name}" for name in CLASSES}
+    assert "uneven 0.02 (0.41 to 1.74)" in kept["  not cloud"]
+    assert "spread" not in kept["  not cloud"]
+    assert told.stdout.splitlines()[-1].startswith("its noise is not judged, for pictures of 8 bits hold no sensor's")
+
+
 def test_the_command_says_so_by_its_status() -> None:
-    good = CliRunner().invoke(app, ["realism", "clouds", "--like", "cloud", "--json"])
+    good = CliRunner().invoke(app, ["realism", "clouds", "frames=12", "--like", "cloud", "--json"])
     assert good.exit_code == 0, good.output
     told = json.loads(good.stdout)
     assert "cloud" in told["classes"]
     assert told["ranges"]["bend"]["inside"]
-    bad = CliRunner().invoke(app, ["realism", "clouds", "--like", "trees"])
+    bad = CliRunner().invoke(app, ["realism", "clouds", "frames=12", "--like", "trees"])
     assert bad.exit_code == 1
     assert "OUTSIDE" in bad.stdout
-    alone = CliRunner().invoke(app, ["realism", "clouds"])
+    alone = CliRunner().invoke(app, ["realism", "clouds", "frames=12"])
     assert alone.exit_code == 0
     assert "looks like: " in alone.stdout
     none = CliRunner().invoke(app, ["realism", "clouds", "--like", "cheese"])

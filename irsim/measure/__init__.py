@@ -7,8 +7,16 @@ from irsim.measure.interval import Measured
 from irsim.measure.memory import Memory, Temporal, temporal
 from irsim.measure.noise import NoiseReport, measure_noise, noise_lines
 from irsim.measure.noise_3d import Noise3dTerms, noise_3d
-from irsim.measure.realism import CLASSES, Verdict, classes_of, judge, verdict_lines
-from irsim.measure.realism_noise import CAMERAS, cameras_of, judge_noise, noise_figures
+from irsim.measure.realism import CLASSES, Verdict, classes_apart, classes_of, judge, verdict_lines
+from irsim.measure.realism_noise import (
+    CAMERAS,
+    camera_lines,
+    cameras_apart,
+    cameras_of,
+    check_sort,
+    judge_noise,
+    noise_figures,
+)
 from irsim.measure.region import Region, flattest, parse_region, taken_by_targets
 from irsim.measure.spectrum import Texture, texture
 
@@ -28,7 +36,11 @@ __all__ = [
     "Texture",
     "Verdict",
     "backdrops",
+    "camera_lines",
+    "cameras_apart",
     "cameras_of",
+    "check_sort",
+    "classes_apart",
     "classes_of",
     "defects",
     "flattest",

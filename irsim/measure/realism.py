@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from irsim.errors import InputError
@@ -107,19 +107,33 @@ def judge(found: Texture, like: str) -> tuple[Verdict, ...]:
     )
 
 
+def classes_apart(found: Texture) -> dict[str, tuple[Verdict, ...]]:
+    """Class -> the figures that keep a picture out of it; of one that it looks like, none."""
+    return {name: tuple(verdict for verdict in judge(found, name) if not verdict.inside) for name in CLASSES}
+
+
 def classes_of(found: Texture) -> tuple[str, ...]:
     """Classes whose ranges hold all figures."""
-    return tuple(name for name in CLASSES if all(verdict.inside for verdict in judge(found, name)))
+    return fitting(classes_apart(found))
+
+
+def fitting(apart: Mapping[str, tuple[Verdict, ...]]) -> tuple[str, ...]:
+    """Names out of which no figure keeps it."""
+    return tuple(name for name, verdicts in apart.items() if not verdicts)
 
 
 def verdict_lines(found: Texture, like: str | None) -> Iterator[str]:
-    """For people: the figures beside a class's ranges, or alone; then the classes that fit."""
+    """For people: the figures beside a class's ranges, or alone; then the classes that fit, and of none asked for also
+    what keeps it out of the others."""
+    apart = classes_apart(found)
     if like is None:
         for figure in Texture.__slots__:
             yield f"{figure:11} {getattr(found, figure):7.2f}"
     else:
         yield from lines_of(judge(found, like), like)
-    yield f"looks like: {', '.join(classes_of(found)) or 'no class of real recordings'}"
+    yield f"looks like: {', '.join(fitting(apart)) or 'no class of real recordings'}"
+    if like is None:
+        yield from apart_lines(apart)
 
 
 def lines_of(verdicts: tuple[Verdict, ...], like: str) -> Iterator[str]:
@@ -127,3 +141,11 @@ def lines_of(verdicts: tuple[Verdict, ...], like: str) -> Iterator[str]:
     for verdict in verdicts:
         word = "ok" if verdict.inside else "OUTSIDE"
         yield f"{verdict.figure:11} {verdict.value:7.2f}  {like} {verdict.low:.2f} to {verdict.high:.2f}  {word}"
+
+
+def apart_lines(apart: Mapping[str, tuple[Verdict, ...]]) -> Iterator[str]:
+    """For people: the figures that keep it out of each that does not fit, and where they would have to lie."""
+    for name, verdicts in apart.items():
+        if verdicts:
+            kept = (f"{each.figure} {each.value:.2f} ({each.low:.2f} to {each.high:.2f})" for each in verdicts)
+            yield f"  not {name}: {', '.join(kept)}"
