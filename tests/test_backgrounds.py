@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -191,6 +192,18 @@ def test_a_move_that_would_not_do_is_looked_up() -> None:
     wide = Gaze(0.0, Chart.at(scene.geometry, scene.geometry.world_rotation(np.zeros(3)), MARGIN))
     for turn, moves in [((1e-3, 0.0, 0.0), True), ((0.05, 0.0, 0.0), False), ((0.0, 0.0, 1e-2), False)]:
         assert (painting._move(gaze(scene, turn), wide) is not None) == moves
+
+
+def test_a_camera_that_stands_sees_the_same_picture_until_something_moves() -> None:
+    scene = stage(size=(64, 48))
+    painting = Clouds().layer(scene).painting
+    wide = Gaze(0.0, Chart.at(scene.geometry, scene.geometry.world_rotation(np.zeros(3)), MARGIN))
+    first, turned = (Gaze(0.0, gaze(scene, (turn, 0.0, 0.0)).chart, wide) for turn in (0.0, 1e-3))
+    before, moved, after = painting.seen(first), painting.seen(turned), painting.seen(first)
+    assert painting.seen(replace(first, time=0.5))[0] is after[0]
+    assert not after[0].flags.writeable
+    assert np.array_equal(before, after)
+    assert not np.array_equal(before, moved)
 
 
 def test_benign_backgrounds_are_flat() -> None:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import lru_cache
 from typing import Protocol
 
 import cv2
 import numpy as np
 
 from irsim.backgrounds.base import Gaze
+from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.texture import Tile
 from irsim.types import Floats
 
@@ -23,28 +26,33 @@ truth: a twentieth of a pixel at the frame's corner is not seen, and a look-up o
 frame with two cloud layers, 1 ms each at 640x512) costs ten times a move."""
 
 
+Move = tuple[float, float]
+"""px to the right and down."""
+
+
 class Seen(Protocol):
     """Textures, as a camera sees them."""
 
     def seen(self, gaze: Gaze) -> list[Floats]:
-        """The textures of one frame, each (rows, cols) float32."""
+        """The textures of one frame, each (rows, cols) float32, only to be read."""
         ...
 
 
 class Painting:
     """Textures that lie in one place and drift together.
 
-    The key frame's pictures are kept until another key is asked for: what a frame looks like does
-    not depend on which frames were asked for before.
+    The key frame's pictures are kept until another key is asked for, and what was last seen of them as long as nothing
+    moves: what a frame looks like does not depend on which frames were asked for before.
     """
 
     def __init__(self, tiles: tuple[Tile, ...], drift_px_s: tuple[float, float] = (0.0, 0.0)) -> None:
         self.tiles = tiles
         self.drift_px_s = drift_px_s
         self._kept: tuple[Floats, list[Floats]] | None = None
+        self._last: tuple[list[Floats], Move, list[Floats]] | None = None
 
     def seen(self, gaze: Gaze) -> list[Floats]:
-        """The textures of one frame, each (rows, cols) float32."""
+        """The textures of one frame, each (rows, cols) float32, only to be read."""
         move = None if gaze.key is None else self._move(gaze, gaze.key)
         if gaze.key is None or move is None:
             return self._look_up(gaze)
@@ -52,9 +60,10 @@ class Painting:
         kept = self._kept  # once: another thread may put its own there
         if kept is None or not np.array_equal(key, kept[0]):
             kept = self._kept = key, self._look_up(gaze.key)
-        width, height = gaze.chart.geometry.size
-        middle = (MARGIN + (width - 1) / 2 + move[0], MARGIN + (height - 1) / 2 + move[1])
-        return [np.asarray(cv2.getRectSubPix(wide, (width, height), middle)) for wide in kept[1]]
+        last = self._last
+        if last is None or last[0] is not kept[1] or last[1] != move:
+            last = self._last = kept[1], move, _shifted(kept[1], gaze.chart.geometry.size, move)
+        return last[2]
 
     def _drift(self, gaze: Gaze) -> Floats:
         """(2,) px, right and down."""
@@ -65,13 +74,31 @@ class Painting:
         columns, rows = self.tiles[0].places(gaze.chart, (right, down))
         return [tile.at(columns, rows) for tile in self.tiles]
 
-    def _move(self, gaze: Gaze, key: Gaze) -> Floats | None:
-        """(dx, dy) px by which the key frame's picture has to be moved; None where that would not do."""
-        wanted = gaze.chart.uv + (self._drift(key) - self._drift(gaze))[:, None, None]
-        move = np.zeros(2)
-        for _ in range(3):  # Newton: the map's slope is one within a few percent
-            move = move + (wanted - key.chart.moved(move)).mean(axis=(1, 2))
-            if np.abs(move).max() > MARGIN - 1:
-                return None
-        bent = np.abs(wanted - key.chart.moved(move)).max()
-        return move if bent <= BENT else None
+    def _move(self, gaze: Gaze, key: Gaze) -> Move | None:
+        """By how much the key frame's picture has to be moved; None where that would not do."""
+        right, down = (self._drift(key) - self._drift(gaze)).tolist()
+        return _move_to(gaze.chart, key.chart, (right, down))
+
+
+@lru_cache(maxsize=32)
+def _move_to(chart: Chart, key: Chart, drift: Move) -> Move | None:
+    """The same of two charts. Those of a camera that stands are the same ones in all frames, and textures that stand
+    have one drift."""
+    wanted = chart.uv + np.array(drift)[:, None, None]
+    move = np.zeros(2)
+    for _ in range(3):  # Newton: the map's slope is one within a few percent
+        move = move + (wanted - key.moved(move)).mean(axis=(1, 2))
+        if np.abs(move).max() > MARGIN - 1:
+            return None
+    bent = np.abs(wanted - key.moved(move)).max()
+    right, down = move.tolist()
+    return (right, down) if bent <= BENT else None
+
+
+def _shifted(pictures: Sequence[Floats], size: tuple[int, int], move: Move) -> list[Floats]:
+    """What of wider pictures is seen, only to be read."""
+    middle = tuple(MARGIN + (length - 1) / 2 + by for length, by in zip(size, move, strict=True))
+    shifted: list[Floats] = [np.asarray(cv2.getRectSubPix(wide, size, middle)) for wide in pictures]
+    for each in shifted:
+        each.flags.writeable = False
+    return shifted
