@@ -173,3 +173,26 @@ def test_a_crossing_in_metres_is_held_to_the_ground_as_other_paths_in_metres_are
     path = {"kind": "crosses_m", "target": "a", "at_frame": 30, "speed_m_s": 10, "angle_deg": 45}
     lines = told(path, "tank", targets=[first], background={"kind": "landscape", "camera_height_m": 10})
     assert any("goes below the ground" in line for line in lines) == said
+
+
+@pytest.mark.parametrize(
+    ("motion", "shown"),
+    [
+        ([], None),
+        # The pan of 15 px a frame to the right takes (1.5, 0) to (-13.5, 0) and (0, 1) to (-15, 1).
+        ([{"kind": "pan", "azimuth_deg_s": math.degrees(15 * 0.3e-3 * 25)}], -4),
+        ([{"kind": "shake", "rms_px": 0.3}], None),
+    ],
+)
+def test_a_crossing_whose_angle_the_camera_s_motion_changes_is_told(
+    motion: list[dict[str, Any]], shown: int | None
+) -> None:
+    camera = {**CAMERA, "rate_hz": 25, "motion": motion}
+    first = {"id": "a", "shape": {"kind": "point"}, "path": {"kind": "straight", "start": (80, 60), "speed": 1.5}}
+    path = {"kind": "crosses", "target": "a", "at_frame": 2, "speed": 1}
+    lines = [line for line in told(path, "point", targets=[first], camera=camera) if "cross at" in line]
+    assert [line.split(":")[0] for line in lines] == (
+        [f"in the picture it and a cross at {shown} degrees, and for a camera that stands still at 90"]
+        if shown is not None
+        else []
+    )

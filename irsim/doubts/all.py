@@ -8,12 +8,13 @@ from irsim.doubts.air import beyond_fit, long_paths, long_views, unlike_skies
 from irsim.doubts.background import cold_clouds, folded, large_features, off_scale
 from irsim.doubts.camera import beads, sunken
 from irsim.doubts.cold import colder_than_space
+from irsim.doubts.crossing import misses, turned
 from irsim.doubts.display import odd_greys
 from irsim.doubts.effect import overruled, two_exposures, without_effect
 from irsim.doubts.endless import ground_in_the_sky, ground_to_the_horizon, left_behind, stays_behind
 from irsim.doubts.footage import unknown_scale, unlike_recording, untouched
 from irsim.doubts.lens import two_lenses, unlike_pupils
-from irsim.doubts.paths import misses, pulls, through_camera
+from irsim.doubts.paths import pulls, through_camera
 from irsim.doubts.standing import aloft, buried
 from irsim.doubts.targets import idle, never_seen, nowhere, odd_shapes, past_the_end, too_late
 from irsim.errors import Notice
@@ -29,7 +30,7 @@ DOUBTS = (
     *(off_scale, cold_clouds, colder_than_space, large_features, folded),
     *(two_lenses, unlike_pupils, ground_in_the_sky, ground_to_the_horizon, stays_behind, left_behind),
     *(unknown_scale, unlike_recording, untouched),
-    *(odd_greys, through_camera, pulls, misses),
+    *(odd_greys, through_camera, pulls, misses, turned),
     *(
         beads,
         sunken,

@@ -1,4 +1,4 @@
-"""Ways that nothing goes, or that miss what they are for."""
+"""Ways that nothing goes."""
 
 from __future__ import annotations
 
@@ -9,11 +9,10 @@ import numpy as np
 
 from irsim.doubts.looked import watched
 from irsim.errors import Notice
-from irsim.motion import Crosses, Crossing, MetrePath
+from irsim.motion import MetrePath
 from irsim.motion.attitude import STANDARD_GRAVITY
 from irsim.scenario import Scenario
-from irsim.types import Floats
-from irsim.watch import LOOKED, Watch
+from irsim.watch import LOOKED
 
 NEAR_M = 1.0
 """What comes so near to the camera's place goes through it."""
@@ -70,34 +69,3 @@ def pulls(scenario: Scenario) -> Iterator[Notice]:
                 f"from frame {frames[first + 1]:.0f} on {target.id} pulls {lasting.max():.0f} g, and "
                 f"more than {MOST_G:g} is hardly meant, even of a missile: try less speed, or wider turns",
             )
-
-
-def misses(scenario: Scenario) -> Iterator[Notice]:
-    """Crossings so far apart that the two never touch in the picture."""
-    watch = Watch(scenario)
-    for index, target in enumerate(scenario.targets):
-        path = target.path
-        if not isinstance(path, Crossing) or not {target.id, path.target} <= watch.courses.keys():
-            continue
-        pair = [watch.courses[name] for name in (target.id, path.target)]
-        seen = [watch.mount.seen(course.positions) for course in pair]
-        apart = _nearest(seen[1] - seen[0])
-        there = [all(course.target.exists(frame) for course in pair) for frame in range(scenario.frames)]
-        frame = int(np.argmin(np.where(there, apart, np.inf)))
-        both = [watch.sprite(course.target.id, frame) for course in pair]
-        reach = sum(one.box.diagonal / 2 for one in both if one is not None)
-        if None not in both and apart[frame] > reach:
-            yield Notice(
-                ("targets", index, "path", "miss_px" if isinstance(path, Crosses) else "miss_m"),
-                f"{target.id} and {path.target} never meet: they stay {apart[frame]:.3g} px apart; "
-                f"they touch at {reach:.1f} and less",
-            )
-
-
-def _nearest(gaps: Floats) -> Floats:
-    """(n,) px: how near two come from each frame to the next, of gaps (n, 2) px between them; inf where one is behind
-    the camera."""
-    steps = np.diff(gaps, axis=0, append=gaps[-1:])
-    part = -np.sum(gaps * steps, axis=1) / np.maximum(np.sum(steps**2, axis=1), 1e-12)
-    nearest = np.linalg.norm(gaps + part.clip(0, 1)[:, None] * steps, axis=1)
-    return np.where(np.isnan(nearest), np.inf, nearest)
