@@ -55,6 +55,7 @@ class Atmosphere(Part):
         "haze": ("visibility_km", math.inf),
         "rain": ("rain_mm_h", 0.0),
         "fog": ("fog_visibility_km", None),
+        "surroundings": ("surroundings_k", 1.0),  # nothing that cold shines
     }
 
     preset: ClimateName | Literal["none"] = "none"

@@ -34,9 +34,19 @@ def info(
     for label, text in (
         ("scenario" if kept is None else "recording", source),
         *_facts(opened, len(opened) / opened.rate_hz if kept is None else kept.info()["duration_s"]),
-        *(() if kept is None else _of_the_file(kept)),
+        *(_names(opened) if kept is None else _of_the_file(kept)),
     ):
         print(f"{label:10} {text}")
+
+
+def _names(source: Source) -> Iterator[tuple[str, str]]:
+    """What --without may name in a scenario."""
+    from irsim.simulate import Rendering
+
+    assert isinstance(source, Rendering)
+    scenario = source.scenario
+    names = [name if scenario.is_on(name) else f"{name} (off)" for name, _ in scenario.names()]
+    yield "names", ", ".join(names) or "none"
 
 
 def _facts(source: Source, duration_s: float) -> Iterator[tuple[str, str]]:

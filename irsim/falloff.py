@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import ClassVar
 
 import numpy as np
 
 from irsim.geometry import Geometry
-from irsim.kinds import Fraction, Part
+from irsim.kinds import Fraction, Part, Switches
 from irsim.types import Floats
 
 
 class Falloff(Part):
     """Less light off the axis: the cosine law, and vignetting by the lens's rims."""
+
+    switches: ClassVar[Switches] = {"cos4": ("cos4", False), "vignetting": ("vignetting", 0.0)}
 
     cos4: bool = True
     """Light falls as the fourth power of the cosine of the angle off the axis."""

@@ -44,8 +44,8 @@ class Plausible:
 
 
 KeyPath = tuple[str | int, ...]
-Switches = Mapping[str, tuple[str, Any]]
-"""Name of what can be switched off within a part -> its key, and the value at which that does nothing."""
+Switches = Mapping[str, tuple[Any, ...]]
+"""Name of what can be switched off within a part -> its key, the value that does so, others that do nothing either."""
 
 
 class Part(BaseModel):

@@ -16,7 +16,7 @@ from irsim.backgrounds import Filmed, Layer
 from irsim.compose import Piece, Seen, compose, contrasts, overlap
 from irsim.contrast import Noise, lit, quiet
 from irsim.instant import Instant, Shifts, Swept
-from irsim.intent import placed
+from irsim.intent import built
 from irsim.motion import angles_deg
 from irsim.scenario import Scenario
 from irsim.sight import Sight
@@ -33,14 +33,14 @@ class Renderer:
 
     def __init__(self, scenario: Scenario) -> None:
         self.scenario = scenario
-        shown = scenario.shown
+        shown = built(scenario)
         self.stage = shown.stage
         self.shelf = self.stage.shelf
         camera = shown.camera
         farthest, *nearer = shown.background.layers(self.stage)
         self.layers = [farthest, *(layer for layer in nearer if scenario.is_on(layer.name))]
         self.film = cast(Filmed, farthest) if scenario.background.noisy else None
-        self.occluders = [occluder for occluder in placed(scenario) if scenario.is_on(occluder.name)]
+        self.occluders = [occluder for occluder in shown.occluders if scenario.is_on(occluder.name)]
         self.sensor = camera.sensor(scenario.seed, scenario.is_on)
         self.lag = camera.lag(scenario.is_on)
         self._held: tuple[int, Counts] | None = None

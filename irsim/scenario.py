@@ -122,7 +122,7 @@ class Scenario(Part):
     @property
     def motions(self) -> tuple[Pointing, ...]:
         """The camera's motions, less what is switched off."""
-        return tuple(motion for motion in self.camera.motion if self.is_on(motion.name))
+        return tuple(motion for motion in self.shown.camera.motion if self.is_on(motion.name))
 
     @property
     def whole(self) -> Scenario:
@@ -152,9 +152,13 @@ class Scenario(Part):
     def settings(self) -> Iterator[tuple[str, KeyPath]]:
         """Those of the names that are of what is set within a part."""
         parts = {name for name, _ in self._parts()}
-        airless = self.atmosphere.preset == "none" and self.sky_preset is None
+        idle = set()
+        if self.atmosphere.preset == "none" and self.sky_preset is None:
+            idle.add("haze")
+        if not (self.targets or self.occluders):
+            idle.add("surroundings")
         for name, place in switches(self):
-            if name not in parts and not (name == "haze" and airless):
+            if name not in parts and name not in idle:
                 yield name, place
 
     def _parts(self) -> Iterator[tuple[str, KeyPath]]:

@@ -15,8 +15,8 @@ def switches(part: Part, owner: str = "") -> Iterator[tuple[str, KeyPath]]:
 
     owner   what the names begin with: 'ID.' of the nearest part that has an id
     """
-    for name, (key, nothing) in _own(part).items():
-        if getattr(part, key) != nothing:
+    for name, (key, *nothing) in _own(part).items():
+        if getattr(part, key) not in nothing:
             yield owner + name, (key,)
     for key in type(part).model_fields:
         value = getattr(part, key)
@@ -31,7 +31,7 @@ def less(part: AnyPart, names: Collection[str], owner: str = "") -> AnyPart:
     """The same part with what is of those names at the value that does nothing; itself where that is nothing."""
     if not names:
         return part
-    changes = {key: nothing for name, (key, nothing) in _own(part).items() if owner + name in names}
+    changes = {key: nothing for name, (key, nothing, *_) in _own(part).items() if owner + name in names}
     for key in type(part).model_fields:
         if key not in changes:
             value = getattr(part, key)
@@ -46,7 +46,7 @@ def _less(value: Any, names: Collection[str], owner: str) -> Any:
     return less(value, names, _owner(value, owner)) if isinstance(value, Part) else value
 
 
-def _own(part: Part) -> dict[str, tuple[str, Any]]:
+def _own(part: Part) -> dict[str, tuple[Any, ...]]:
     """The switches of a part's class and its bases."""
     bases = reversed(type(part).__mro__)
     return {name: what for base in bases for name, what in vars(base).get("switches", {}).items()}

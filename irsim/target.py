@@ -15,7 +15,7 @@ from irsim.shapes import SHAPES, Shape
 class Target(Part):
     """Something to be tracked, or to be mistaken for it."""
 
-    switches: ClassVar[Switches] = {"spin": ("spin_deg_s", (0.0, 0.0, 0.0))}
+    switches: ClassVar[Switches] = {"spin": ("spin_deg_s", (0.0, 0.0, 0.0)), "absences": ("absent", ())}
 
     id: Name
     """Its name in truth, overrides and --without."""

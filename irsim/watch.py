@@ -29,19 +29,22 @@ class Watch:
     scenario: Scenario
 
     @cached_property
+    def shown(self) -> Scenario:
+        return self.scenario.shown
+
+    @cached_property
     def stage(self) -> Stage:
-        return self.scenario.stage
+        return self.shown.stage
 
     @cached_property
     def mount(self) -> Mount:
-        return Mount.of(self.scenario.motions, np.arange(float(self.scenario.frames)), self.stage)
+        return Mount.of(self.shown.motions, np.arange(float(self.scenario.frames)), self.stage)
 
     @cached_property
     def courses(self) -> dict[str, Course]:
         """Of each target that is on, by id."""
-        scenario = self.scenario
-        shown = (target for target in scenario.targets if scenario.is_on(target.id))
-        return {target.id: Course.of(target, scenario.frames, self.stage) for target in shown}
+        there = (target for target in self.shown.targets if self.shown.is_on(target.id))
+        return {target.id: Course.of(target, self.shown.frames, self.stage) for target in there}
 
     @cached_property
     def _sprites(self) -> dict[tuple[str, int], Sprite | None]:

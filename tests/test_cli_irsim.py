@@ -90,7 +90,13 @@ def test_info_says_of_a_scenario_what_it_says_of_its_recording(run: Run, folder:
     told = [run("info", name, cwd=folder).stdout.splitlines() for name in ("scene.yaml", "scene.mcap")]
     assert told[0][0] == "scenario   scene.yaml"
     assert any("px/frame, SCR" in line for line in told[0])
-    assert told[0][1:-1] == told[1][1 : len(told[0]) - 1]  # the last is the hash: each has its own
+    assert told[0][1:-2] == told[1][1 : len(told[0]) - 2]  # next is the hash: each has its own
+    assert told[0][-1] == f"names      {', '.join(name for name, _ in irsim.load(folder / 'scene.yaml').names())}"
+
+
+def test_info_says_what_is_switched_off(run: Run, folder: Path) -> None:
+    done = run("info", "scene.yaml", "--without", "white", cwd=folder)
+    assert "white (off)" in done.stdout.splitlines()[-1]
 
 
 @pytest.mark.parametrize("source", ["scene.yaml", "scene.mcap"])

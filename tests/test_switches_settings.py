@@ -48,6 +48,29 @@ frames: 4
 {CAMERA}
 background: {{kind: sea, sun_deg: [0, 12], clouds: [{{id: low, sunlit_k: 8}}]}}
 """,
+    "camera": """
+frames: 4
+camera:
+  size: [96, 64]
+  ifov_mrad: 1
+  noise:
+    - {kind: noise_3d, t: 4, v: 4, h: 4, tv: 4, th: 4, vh: 4, tvh: 1}
+    - {kind: fixed_pattern, id: stays, pixel: 4, column: 4, row: 4}
+    - {kind: drift, pixel: 4, column: 4, row: 4, gain: 0.05, age_s: 900}
+    - {kind: bad_pixels, dead: 0.01, hot: 0.01, blinking: 0.02}
+  correction: {frames: [2], freeze_frames: 1}
+  falloff: {vignetting: 0.3}
+  optics: {defocus_px: 2}
+  motion: [{kind: platform, sway_m: [1, 0, 0.5], sway_period_s: 1}]
+background: {kind: ground, height_m: 30}
+targets:
+  - {id: tank, shape: {kind: tank, emissivity: 0.7}, absent: [[1, 1]],
+     path: {kind: straight, start: [40, 30], range_m: 200}}
+occluders:
+  - {kind: pole, foot_px: [20, 60], height_px: 40, width_px: 3, arm_px: 12, range_m: 100}
+  - {kind: building, id: house, foot_px: [70, 60], size_px: [24, 30], range_m: 100}
+  - {kind: smoke, center_px: [40, 30], size_px: [20, 12], drift_px_s: [60, 0], range_m: 100}
+""",
 }
 OFF: list[tuple[str, str, str]] = [
     ("sky", "psf", "camera.psf_px=0"),
@@ -64,18 +87,36 @@ OFF: list[tuple[str, str, str]] = [
     ("sky", "jet.flicker", "targets.jet.shape.flicker={kind: steady}"),
     ("ground", "psf", "camera.psf_px=0"),
     ("ground", "texture", "background.spread_k=0"),
+    ("ground", "lanes", "background.fields.lane_mrad=0"),
     ("landscape", "texture", "background.spread_k=0"),
     ("landscape", "hills", "background.hills_mrad=0"),
     ("landscape", "wood.texture", "background.trees.wood.spread_k=0"),
+    ("landscape", "wood.undergrowth", "background.trees.wood.undergrowth=0"),
     ("landscape", "town.texture", "background.buildings.town.spread_k=0"),
     ("landscape", "town.windows", "background.buildings.town.windows_k=0"),
+    ("landscape", "town.roofs", "background.buildings.town.roof_k=0"),
     ("sea", "waves", "background.wind_m_s=0"),
     ("sea", "gusts", "background.gusts=0"),
     ("sea", "sun", "background.sun_deg=null"),
     ("sea", "low.sunlit", "background.clouds.low.sunlit_k=0"),
+    *(("camera", f"noise_3d.{term}", f"camera.noise.noise_3d.{term}=0") for term in ("t", "v", "h", "tv", "th", "vh")),
+    ("camera", "noise_3d.tvh", "camera.noise.noise_3d.tvh=0"),
+    *(("camera", f"stays.{term}", f"camera.noise.stays.{term}=0") for term in ("pixel", "column", "row")),
+    *(("camera", f"drift.{term}", f"camera.noise.drift.{term}=0") for term in ("pixel", "column", "row", "gain")),
+    *(("camera", f"bad_pixels.{what}", f"camera.noise.bad_pixels.{what}=0") for what in ("dead", "hot", "blinking")),
+    ("camera", "freeze", "camera.correction.freeze_frames=0"),
+    ("camera", "cos4", "camera.falloff.cos4=false"),
+    ("camera", "vignetting", "camera.falloff.vignetting=0"),
+    ("camera", "defocus", "camera.optics.defocus_px=0"),
+    ("camera", "platform.sway", "camera.motion.platform.sway_m=[0, 0, 0]"),
+    ("camera", "tank.absences", "targets.tank.absent=[]"),
+    ("camera", "surroundings", "atmosphere.surroundings_k=1"),
+    ("camera", "pole.arm", "occluders.pole.arm_px=0"),
+    ("camera", "house.windows", "occluders.house.windows=[0, 0]"),
+    ("camera", "smoke.drift", "occluders.smoke.drift_px_s=[0, 0]"),
 ]
 """Scene, name, and the override that has the same done by a key."""
-NO_KEY = {"haze", "agc", "flicker"}
+NO_KEY = {"haze", "agc", "flicker", "evolve"}
 """Names that tests of their own are for."""
 
 
@@ -188,3 +229,61 @@ def test_what_is_off_is_told_where_it_is_changed_and_raises_no_doubt() -> None:
     ]
     assert [notice.at for notice in doubts(loads(text))] == [("camera", "agc", "low")]
     assert list(doubts(without(loads(text), "agc"))) == []
+
+
+CHANGING = "{id: low, coverage: 0.6, evolve_s: 0.5, wind_mrad_s: [9, 0]}"
+STEADY = "camera: {size: [96, 64], ifov_mrad: 1, netd_mk: 0}"
+
+
+def test_a_cloud_that_does_not_evolve_stays_as_it_is_at_first() -> None:
+    """And drifts on: with the key's 0 it would be another cloud from the first frame on."""
+    scenario = loads(f"frames: 4\n{STEADY}\nbackground: {{kind: sky, clouds: [{CHANGING}]}}")
+    whole, off = pairs(scenario), pairs(without(scenario, "low.evolve"))
+    assert _same(off[:1], whole[:1])
+    assert not _same(off[1:], whole[1:])
+    calm = pairs(without(scenario, "low.evolve", "low.wind"))
+    assert _same(calm, [(calm[0][0], truth) for _, truth in calm])
+    assert not _same(off, calm)
+
+
+def test_a_cloud_that_only_drifts_has_nothing_to_evolve() -> None:
+    names = dict(loads("background: {kind: sky, clouds: [{id: low}]}").names())
+    assert "low.texture" in names
+    assert "low.evolve" not in names
+
+
+def test_lanes_of_no_width_leave_no_trace_on_the_seams_of_fields() -> None:
+    even = "background: {kind: ground, spread_k: 0, fields: {spread_k: 0, lane_mrad: 0, lane_k: 20}}"
+    ((frame, _),) = pairs(loads(f"frames: 1\n{STEADY}\n{even}"))
+    assert np.ptp(frame.image) == 0
+
+
+def test_what_is_off_within_an_occluder_stays_off_where_its_place_is_found() -> None:
+    text = (
+        f"frames: 9\n{STEADY}\nbackground: {{kind: ground}}\ntargets: [{{id: jet, shape: {{kind: point}}, "
+        "path: {kind: straight, start: [20, 30], speed: 6}}]\n"
+        "occluders: [{kind: building, hides: jet, frames: [4, 4], range_m: 100}]"
+    )
+    bare = "occluders.building.windows=[0, 0]"
+    off, whole = (pairs(each) for each in (without(loads(text), "building.windows"), loads(text)))
+    assert _same(off, pairs(loads(text, overrides=[bare])))
+    assert not _same(off, whole)
+
+
+def test_what_is_off_raises_no_doubt_by_another_key() -> None:
+    """Lanes colder than space, a camera that sways below the ground, and a target that is there again."""
+    text = """
+frames: 20
+camera: {size: [96, 64], motion: [{kind: platform, sway_m: [0, 0, 3], sway_period_s: 0.6}]}
+background: {kind: ground, height_m: 2, fields: {lane_k: -300}}
+targets: [{id: tank, shape: {kind: tank}, absent: [[0, 9]],
+           path: {kind: waypoints, points: [[40, 30], [300, 30]], frames: [9, 10]}}]
+"""
+    scenario = loads(text)
+    for name, at in (
+        ("lanes", ("background", "fields", "lane_k")),
+        ("platform.sway", ("camera", "motion", 0)),
+        ("tank.absences", ("targets", 0, "path")),
+    ):
+        assert at in [notice.at for notice in doubts(scenario)], name
+        assert at not in [notice.at for notice in doubts(without(scenario, name))], name

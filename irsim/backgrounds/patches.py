@@ -8,7 +8,7 @@ however large the map is drawn.
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import cv2
 import numpy as np
@@ -27,6 +27,7 @@ from irsim.kinds import (
     Plausible,
     Positive,
     Rising,
+    Switches,
 )
 from irsim.rng import stream
 from irsim.types import Floats
@@ -45,6 +46,8 @@ LYING = ("fields", "water", "roads", "clutter")
 
 class Fields(Part):
     """A patchwork of fields, each of one temperature, with lanes between them."""
+
+    switches: ClassVar[Switches] = {"lanes": ("lane_mrad", 0.0)}
 
     size_mrad: Feature = 60.0
     """Side of a field, mrad; they vary by a factor of two about it."""
@@ -73,9 +76,10 @@ class Fields(Part):
                 continue
             rows, columns = slice(round(y), round(y + h)), slice(round(x), round(x + w))
             offsets[rows, columns] = draw.standard_normal()
-            along = _within(np.arange(float(columns.start), columns.stop), x, x + w, half)
-            down = _within(np.arange(float(rows.start), rows.stop), y, y + h, half)
-            lanes[rows, columns] = 1 - down[:, None] * along
+            if half:  # or a trace of them would be left, where a seam goes through a pixel
+                along = _within(np.arange(float(columns.start), columns.stop), x, x + w, half)
+                down = _within(np.arange(float(rows.start), rows.stop), y, y + h, half)
+                lanes[rows, columns] = 1 - down[:, None] * along
         bent = _bend((offsets * spread_k) * (1 - lanes) + self.lane_k * lanes, self.size_mrad * px_per_mrad, seed)
         return np.ones_like(bent), bent
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -120,6 +121,7 @@ class Clouds(Part):
         "texture": ("texture_k", 0.0),
         "sunlit": ("sunlit_k", 0.0),
         "wind": ("wind_mrad_s", (0.0, 0.0)),
+        "evolve": ("evolve_s", math.inf, 0.0),  # with 0 it is another cloud, which never changes
     }
 
     id: Name = "clouds"

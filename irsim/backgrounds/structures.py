@@ -123,7 +123,7 @@ class Structure(Part):
 class Trees(Structure):
     """A row of trees: broadleaf ones and conifers, leafy or bare, with undergrowth."""
 
-    switches: ClassVar[Switches] = {"texture": ("spread_k", 0.0)}
+    switches: ClassVar[Switches] = {"texture": ("spread_k", 0.0), "undergrowth": ("undergrowth", 0.0)}
 
     id: Name = "trees"
     """Its name for --without, and in truth where it hides a target."""
@@ -223,7 +223,11 @@ def _along(sheet: Sheet, spacing_px: float, draw: np.random.Generator) -> Floats
 class Buildings(Structure):
     """Houses and blocks with roofs and rows of windows."""
 
-    switches: ClassVar[Switches] = {"texture": ("spread_k", 0.0), "windows": ("windows_k", 0.0)}
+    switches: ClassVar[Switches] = {
+        "texture": ("spread_k", 0.0),
+        "windows": ("windows_k", 0.0),
+        "roofs": ("roof_k", 0.0),
+    }
 
     id: Name = "buildings"
     """Its name for --without, and in truth where it hides a target."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +15,7 @@ from irsim.detector.base import Moment, Noise, Ratio, read_only
 from irsim.detector.bridge import Bridge
 from irsim.detector.response import Response
 from irsim.detector.variance import Variance
-from irsim.kinds import Fraction, Positive
+from irsim.kinds import Fraction, Positive, Switches
 from irsim.rng import stream
 from irsim.types import Counts, Floats
 
@@ -29,6 +29,8 @@ class BadPixels(Noise):
     A blinking pixel jumps between two levels at random (random telegraph signal). Heights of hot and
     blinking pixels differ from pixel to pixel: exponential, in blinking ones up or down.
     """
+
+    switches: ClassVar[Switches] = {what: (what, 0.0) for what in ("dead", "hot", "blinking")}
 
     dead: Share = 0.0005
     """Share of pixels that do not answer."""

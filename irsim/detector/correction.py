@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.kinds import Part, Several
+from irsim.kinds import Part, Several, Switches
 
 Later = Annotated[int, Field(ge=1, le=10_000_000)]
 
 
 class Correction(Part):
     """Non-uniformity corrections: each sets drift back to nothing, and the picture may stand still for it."""
+
+    switches: ClassVar[Switches] = {"freeze": ("freeze_frames", 0)}
 
     frames: Several[Later] = ()
     """Frames at which a correction begins."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import cv2
 import numpy as np
@@ -13,7 +13,7 @@ from pydantic import Field
 from irsim.detector.ar1 import Over, Process, over
 from irsim.detector.base import Moment, Noise, Ratio, read_only
 from irsim.detector.variance import Variance
-from irsim.kinds import Fraction, NotNegative
+from irsim.kinds import Fraction, NotNegative, Switches
 from irsim.types import Floats
 
 Term = tuple[str, Over, float]
@@ -33,6 +33,8 @@ class Drift(Noise):
     Each is D[k] = X[k] - rho^(k-c) X[c], with X a stationary Ornstein-Uhlenbeck process and c the frame of
     the last correction: from 0 it grows to the sigmas below as 1 - rho^(2(k-c)) in variance.
     """
+
+    switches: ClassVar[Switches] = {term: (term, 0.0) for term in ("pixel", "column", "row", "gain")}
 
     pixel: Ratio = 0.5
     """Sigma from pixel to pixel that offsets tend to, in units of the camera's NETD."""

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import ClassVar
 
 import numpy as np
 
 from irsim.detector.base import Moment, Ratio, Steady, read_only
+from irsim.kinds import Switches
 from irsim.rng import normals
 from irsim.types import Floats
 
@@ -17,6 +19,8 @@ class FixedPattern(Steady):
     The defaults are those of a fresh correction, tvh:vh:h:v = 1:0.3:0.15:0.08. The terms are those of
     D'Agostino and Webb, Proc. SPIE 1488 (1991).
     """
+
+    switches: ClassVar[Switches] = {term: (term, 0.0) for term in ("pixel", "column", "row")}
 
     pixel: Ratio = 0.3
     """Sigma from pixel to pixel (vh), in units of the camera's NETD."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import ClassVar
 
 import cv2
 import numpy as np
@@ -11,6 +12,7 @@ from irsim.compiled import COMPILED, kernels
 from irsim.detector.base import Additive, Moment, Ratio, read_only
 from irsim.detector.grain import add_normals
 from irsim.detector.response import Response
+from irsim.kinds import Switches
 from irsim.rng import begun, normals
 from irsim.types import Floats
 
@@ -22,6 +24,8 @@ class Noise3d(Additive):
     for imaging system noise", Proc. SPIE 1488 (1991): t time, v vertical (from row to row), h
     horizontal (from column to column). All are in units of the camera's NETD.
     """
+
+    switches: ClassVar[Switches] = {term: (term, 0.0) for term in ("t", "v", "h", "tv", "th", "vh", "tvh")}
 
     t: Ratio = 0.0
     """Sigma of the level of the whole frame, anew in each frame."""

@@ -32,7 +32,7 @@ def sunken(scenario: Scenario) -> Iterator[Notice]:
     frames, least = watched(scenario.frames, LOOKED), min(LOWEST_M, height - ROUNDING_M)
     sinks = {
         index: motion.shifts(frames, stage) @ stage.geometry.down
-        for index, motion in enumerate(scenario.camera.motion)
+        for index, motion in enumerate(scenario.shown.camera.motion)
         if scenario.is_on(motion.name)
     }
     left = height - np.sum([np.zeros(len(frames)), *sinks.values()], axis=0)

@@ -30,7 +30,7 @@ def colder_than_space(scenario: Scenario) -> Iterator[Notice]:
 
 def _differences(scenario: Scenario) -> Iterator[tuple[KeyPath, str, float, float]]:
     """Place in the background, what a difference is to, that one's temperature and the least difference, K."""
-    background = scenario.background
+    background = scenario.shown.background
     if not isinstance(background, Ground | Landscape):
         return
     mean_k = background.mean_k if isinstance(background, Ground) else background.ground_k

@@ -104,7 +104,7 @@ def left_behind(scenario: Scenario) -> Iterator[Notice]:
 def _nearest(scenario: Scenario, frames: Floats, places: Floats) -> tuple[float, str] | None:
     """Least range, m, and id of the target that comes nearest; None where there is none."""
     ranges = []
-    for target in scenario.targets:
+    for target in scenario.shown.targets:
         there = np.array([target.exists(int(frame)) for frame in frames])
         if scenario.is_on(target.id) and there.any():
             ways = target.path.positions(frames[there], scenario.stage, target.id) - places[there]

@@ -56,6 +56,7 @@ def nowhere(scenario: Scenario) -> Iterator[Notice]:
 def never_seen(scenario: Scenario) -> Iterator[Notice]:
     """The target to follow, where its middle is outside the picture in all frames in which it is (of long scenarios:
     in LOOKED evenly spread ones)."""
+    scenario = scenario.shown
     index, target = next(
         ((index, target) for index, target in enumerate(scenario.targets) if scenario.follow in (None, target.id)),
         (0, None),
@@ -78,6 +79,6 @@ def idle(scenario: Scenario) -> Iterator[Notice]:
     watch = Watch(scenario)
     if not watch.courses:
         return
-    for index, occluder in enumerate(scenario.occluders):
+    for index, occluder in enumerate(watch.shown.occluders):
         if occluder.hides is None and not any(watch.meets(occluder, name) for name in watch.courses):
             yield Notice(("occluders", index), "it hides no target in any frame")

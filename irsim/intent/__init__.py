@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from irsim.intent.all import overdone, placed, unmet
+from irsim.intent.all import built, overdone, placed, unmet
 
-__all__ = ["overdone", "placed", "unmet"]
+__all__ = ["built", "overdone", "placed", "unmet"]

@@ -32,6 +32,11 @@ def placed(scenario: Scenario) -> tuple[Occluder, ...]:
     return tuple(found)
 
 
+def built(scenario: Scenario) -> Scenario:
+    """The scenario with every occluder in its place, and what is off within parts at the value that switches it off."""
+    return scenario.model_copy(update={"occluders": placed(scenario)}).shown
+
+
 def unmet(scenario: Scenario) -> Iterator[Notice]:
     """What the scenario asks for that cannot be, with its place."""
     watch = Watch(scenario.whole)
@@ -55,12 +60,11 @@ def overdone(scenario: Scenario) -> Iterator[Notice]:
 
     Where they stand does not depend on what is switched off; for how long they hide does.
     """
-    whole = Watch(scenario.whole)
-    watch = whole if scenario.whole == scenario else Watch(scenario)
-    for index, occluder in enumerate(scenario.occluders):
+    watch = Watch(scenario)
+    for index, (occluder, screen) in enumerate(zip(scenario.occluders, built(scenario).occluders, strict=True)):
         if occluder.hides is None or occluder.hides not in watch.courses:
             continue
-        hold = Hold(watch, place(whole, occluder), occluder)
+        hold = Hold(watch, screen, occluder)
         for key, why in (("frames", hold.too_long()), ("fraction", hold.too_much())):
             if why is not None:
                 yield Notice(("occluders", index, key), why)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import numpy as np
 
-from irsim.kinds import Positive, Triple, Velocity
+from irsim.kinds import Positive, Switches, Triple, Velocity
 from irsim.motion.base import MetrePath, Pointing, world_to_first
 from irsim.motion.paths import METRE_PATHS
 from irsim.stage import Stage
@@ -19,6 +19,8 @@ class Platform(Pointing):
 
     It goes on looking where it looked; other motions turn it.
     """
+
+    switches: ClassVar[Switches] = {"sway": ("sway_m", (0.0, 0.0, 0.0))}
 
     velocity_m_s: Velocity = (0.0, 0.0, 0.0)
     """[east, north, up], metres a second; north is level ahead at the first pointing."""

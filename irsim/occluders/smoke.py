@@ -10,7 +10,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 from pydantic import Field
 
-from irsim.kinds import Kelvin, NotNegative, Number, Pair
+from irsim.kinds import Kelvin, NotNegative, Number, Pair, Switches
 from irsim.occluders.bar import Size
 from irsim.occluders.base import Occluder, given
 from irsim.rng import stream
@@ -33,6 +33,8 @@ class Smoke(Occluder):
     placing: ClassVar[tuple[str, ...]] = ("center_px", "size_px")
     thins: ClassVar[bool] = True
     overrules: ClassVar[Mapping[str, tuple[str, ...]]] = {"hides": ("opacity", "begins_frame", "lasts_frames")}
+
+    switches: ClassVar[Switches] = {"drift": ("drift_px_s", (0.0, 0.0))}
 
     center_px: Pair | None = None
     """[x, y] of its middle when it is full grown, px of the unmoved camera."""

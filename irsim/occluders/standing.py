@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from irsim.kinds import Kelvin, NotNegative, Pair, Positive
+from irsim.kinds import Kelvin, NotNegative, Pair, Positive, Switches
 from irsim.occluders.bar import Size, rectangle
 from irsim.occluders.base import Facet, Opaque, given
 from irsim.stage import Stage
@@ -27,6 +27,8 @@ class Pole(Opaque):
     """An upright pole, with a cross-arm if wanted."""
 
     placing: ClassVar[tuple[str, ...]] = ("foot_px", "height_px", "width_px")
+
+    switches: ClassVar[Switches] = {"arm": ("arm_px", 0.0)}
 
     foot_px: Pair | None = None
     """[x, y] of the middle of its foot, px of the unmoved camera."""
@@ -58,6 +60,8 @@ class Building(Opaque):
     """A house front: a wall with rows of windows under a flat roof."""
 
     placing: ClassVar[tuple[str, ...]] = ("foot_px", "size_px")
+
+    switches: ClassVar[Switches] = {"windows": ("windows", (0, 0))}
 
     foot_px: Pair | None = None
     """[x, y] of the middle of its foot, px of the unmoved camera."""

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import numpy as np
 from pydantic import Field
 
-from irsim.kinds import Part
+from irsim.kinds import Part, Switches
 from irsim.optics.lens_spread import LensSpread
 from irsim.radiometry import limits, planck
 from irsim.types import Band
@@ -30,6 +30,8 @@ class Lens(Part):
     frequency times wavelength times F-number, averaged over the band; of the disc of defocus
     2 J1(pi d f) / (pi d f); of the Gaussian (Goodman, Introduction to Fourier Optics, 3rd ed., sec. 6.3 and 6.4).
     """
+
+    switches: ClassVar[Switches] = {"defocus": ("defocus_px", 0.0)}
 
     f_number: Annotated[float, Field(ge=0.5, le=100)] = 4.0
     """Focal length over the diameter of the aperture."""
