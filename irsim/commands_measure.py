@@ -80,7 +80,8 @@ def fit(
         str | None,
         typer.Option(
             metavar="PICTURES",
-            help="What the camera showed of the same frames, a recording of 8 bits: the AGC is fitted to it.",
+            help="What the camera showed of the same frames: a folder of PNG, a video or a recording of 8 bits. The "
+            "AGC is fitted to it.",
         ),
     ] = None,
     region: RegionOption = None,
@@ -98,19 +99,19 @@ def fit(
     from irsim.measure import parse_region
 
     opened = open_changed(source, overrides, seed, without)
-    pictures = None if display is None else open_pictures(display, opened)
     check_output(output, find(source), None if display is None else find(display), endings=(".yaml", ".yml"))
     where = None if region is None else parse_region(region, opened.size)
     wanted = _wanted(frames, opened)
-    stack = read_stack(opened, wanted, "counts")
-    try:
-        if pictures is None:
-            found = fit_frames(stack, opened, where, wanted.start)
-        else:
-            with progress_bar("fit display", len(FITS)) as progress:
-                found = fit_frames(stack, opened, where, wanted.start, pictures, progress)
-    except InputError as error:
-        raise InputError(f"{source}: {error}") from None
+    with open_pictures(display, opened) as pictures:
+        stack = read_stack(opened, wanted, "counts")
+        try:
+            if pictures is None:
+                found = fit_frames(stack, opened, where, wanted.start)
+            else:
+                with progress_bar("fit display", len(FITS)) as progress:
+                    found = fit_frames(stack, opened, where, wanted.start, pictures, progress)
+        except InputError as error:
+            raise InputError(f"{source}: {error}") from None
     if output is not None:
         with replacing_text(output) as file:
             file.write(found.text)
@@ -121,6 +122,8 @@ def fit(
     else:
         for note in found.notes:
             print(f"irsim: note: {note}", file=sys.stderr)
+        for label, text in found.summary():
+            print(f"{label:8} {text}")
         print(output)
         print(f"render it: irsim render {shlex.quote(str(output))}")
 

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 import irsim
-from irsim.display import AGCS, Agc, Clahe, Linear, Picture, Screen, Unsharp
-from irsim.displayed import FITS, KNOBS, FittedDisplay, fit_display
+from irsim.display import AGCS, Agc, Clahe, Linear, Picture, Plateau, Screen, Unsharp
+from irsim.displayed import FITS, KNOBS, FittedDisplay, Tolerance, fit_display
+from irsim.displayed.choice import cut_short
 from irsim.displayed.knobs import knobs
 from irsim.displayed.pairs import Pairs, scored_frames
 from irsim.displayed.search import as_good
@@ -71,6 +72,30 @@ def found(words: str, quality: int | None = None) -> FittedDisplay:
     display = fit_display(shown(agc_of(TRUE[words]), quality))
     assert isinstance(display, FittedDisplay)
     return display
+
+
+def test_a_range_that_ends_where_the_search_does_is_told_of() -> None:
+    agc = agc_of(TRUE["plateau"])
+    assert isinstance(agc, Plateau)
+    share, gain, time = knobs(agc)
+    assert next(cut_short(time, Tolerance(80.0, 25.4, 100.0))) == (
+        "time_constant_frames may be anything from 25.4 on: its range ends at 100, as far as is searched"
+    )
+    assert next(cut_short(gain, Tolerance(255.0, 0.53, 255.0))) == (
+        "gain_limit may be anything from 0.53 on: its range ends at 255, which is none"
+    )
+    assert next(cut_short(share, Tolerance(1e-5, 1e-6, 1e-4))) == (
+        "plateau may be anything up to 0.0001: its range ends at 1e-06, as far as is searched"
+    )
+    assert not [*cut_short(time, Tolerance(0.0, 0.0, 2.0)), *cut_short(share, Tolerance(0.002, 0.001, 0.003))]
+
+
+@pytest.mark.slow
+def test_a_gain_that_hardly_moves_is_as_slow_as_is_searched() -> None:
+    display = fit_display(shown(agc_of("{kind: linear, tails: [0.013, 0.0031], time_constant_frames: 80}")))
+    assert isinstance(display, FittedDisplay)
+    assert dict(display.tolerances)["time_constant_frames",].low > 10
+    assert any(note.startswith("time_constant_frames may be anything from ") for note in display.notes)
 
 
 def test_every_kind_has_a_fit_and_its_numbers_and_a_true_one_here() -> None:

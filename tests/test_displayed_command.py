@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -55,6 +56,11 @@ def test_the_command_writes_the_display_with_its_tolerances(footage: tuple[Path,
     assert "    low: 2000  # 19" in text
     assert "display" not in done.stderr
     assert irsim.load(camera).camera.agc == counts().agc
+    said = {label: text.strip() for label, _, text in (line.partition(" ") for line in done.stdout.splitlines())}
+    assert said["display"] == "fixed, 0 greys rms"
+    assert re.fullmatch(r"[\d.]+ \([\d.]+ to [\d.]+\) counts in time, of each pixel", said["noise"])
+    assert said["bad"].startswith("dead 0 (0 to 0.000")
+    assert said["psf"].endswith(" px, taken: no point is seen")
     told = json.loads(CliRunner().invoke(app, ["fit", str(mine), "--display", str(shown), "--json"]).stdout)["display"]
     assert told["kind"] == "fixed"
     assert told["agc"] == {"kind": "fixed", "low": 2000, "high": 9000}
@@ -120,7 +126,8 @@ def test_a_display_of_no_kind_of_ours_is_said_to_be_none(tmp_path: Path) -> None
         ),
         (lambda folder: imported(folder, "p", [np.zeros((80, 96), np.uint16)] * 24, 12), "12 bits deep; allowed: what"),
         (lambda folder: folder / "mine.mcap", "14 bits deep; allowed: what"),
-        (lambda folder: folder / "shown", "is a folder; allowed"),
+        (lambda folder: folder / "mine", "16 bits deep; allowed: what"),
+        (lambda folder: folder, "holds no .png"),
         (lambda folder: folder / "none.mcap", "no such file"),
     ],
 )
@@ -130,6 +137,54 @@ def test_bad_pictures_are_one_line(footage: tuple[Path, Path], make: object, wha
     assert isinstance(done.exception, InputError)
     assert what in str(done.exception)
     assert "\n" not in str(done.exception)
+
+
+@pytest.mark.parametrize("name", ["shown", "shown.avi"])
+def test_a_folder_and_a_video_are_read_as_import_does(name: str, footage: tuple[Path, Path], tmp_path: Path) -> None:
+    """FFV1 keeps each grey as it is; it states another rate than the recording has."""
+    mine, shown = footage
+    video = cv2.VideoWriter(str(tmp_path / "shown.avi"), cv2.VideoWriter.fourcc(*"FFV1"), 25, (96, 80), isColor=False)
+    for frame in irsim.open_recording(shown).frames():
+        video.write(frame.image)
+    video.release()
+    found = irsim.fit(mine, display=tmp_path / name)
+    assert found.display is not None
+    assert found.display.rms_grey == 0
+    assert found.scenario.camera.agc == counts().agc
+    assert not [note for note in found.notes if "Hz assumed" in note]
+
+
+def test_of_colours_it_says_that_they_were_made_grey(footage: tuple[Path, Path], tmp_path: Path) -> None:
+    (tmp_path / "warm").mkdir()
+    for file in (tmp_path / "shown").iterdir():
+        grey = cv2.imread(str(file), cv2.IMREAD_GRAYSCALE)
+        assert grey is not None
+        colours = cv2.cvtColor(grey, cv2.COLOR_GRAY2BGR)
+        colours[..., 0] = np.minimum(grey, 254) + 1  # blue has 0.114 of the luma: the grey stays
+        cv2.imwrite(str(tmp_path / "warm" / file.name), colours)
+    found = irsim.fit(footage[0], display=tmp_path / "warm")
+    assert any(note.startswith("24 of 24 pictures had colours: made grey") for note in found.notes)
+
+
+@pytest.mark.parametrize("name", ["shown.mcap", "shown", "copy.mcap"])
+def test_pictures_that_are_the_source_itself_are_refused(name: str, footage: tuple[Path, Path], tmp_path: Path) -> None:
+    (tmp_path / "copy.mcap").write_bytes(footage[1].read_bytes())
+    done = CliRunner().invoke(app, ["fit", str(footage[1]), "--display", str(tmp_path / name)])
+    assert isinstance(done.exception, InputError)
+    assert "its pictures are the frames of shown themselves, which tell of no display; allowed" in str(done.exception)
+
+
+def test_frames_before_the_first_that_is_looked_at_run_a_slow_gain_in(tmp_path: Path) -> None:
+    """Frame 12's picture has a memory of those before it, of which frames 12 to 23 tell nothing."""
+    slow = "{kind: linear, tails: [0.01, 0.01], time_constant_frames: 4}"
+    pan = SCENE.replace("netd_mk: 60", "netd_mk: 60, motion: [{{kind: pan, azimuth_deg_s: 4}}]")
+    source = irsim.open_source(irsim.loads(pan.format(agc=slow)))
+    shown = imported(tmp_path, "shown", [frame.image for frame in source.frames("display")])
+    found = irsim.fit(source, display=shown, start=12)
+    assert found.display is not None
+    assert found.display.rms_grey < 0.05
+    assert found.display.frames == 12
+    assert found.display.agc.memory > 0
 
 
 def test_the_pictures_are_not_written_over(footage: tuple[Path, Path]) -> None:

@@ -143,6 +143,18 @@ def _notes(agc: Agc, whole: bool, rms: float, tolerances: tuple[tuple[Path, Tole
             f"no kind of AGC known here explains the pictures{beside}: {agc.kind} is nearest, "
             f"and its pictures differ from them by {rms:.1f} greys rms"
         )
-    for path, found in tolerances:
+    for knob, (path, found) in zip(knobs(agc), tolerances, strict=True):
         if path[-1] == "time_constant_frames" and found.low == 0 and found.high >= SLOW:
             yield "how slowly the display follows cannot be told: the scene changes too little"
+        else:
+            yield from cut_short(knob, found)
+
+
+def cut_short(knob: Knob, found: Tolerance) -> Iterator[str]:
+    """A note where the range of a number ends where the search does, and not by the pictures."""
+    name = ".".join(map(str, knob.path))
+    if found.high >= knob.most:
+        which = "which is none" if knob.most == knob.idle else "as far as is searched"
+        yield f"{name} may be anything from {found.low:.3g} on: its range ends at {knob.most:g}, {which}"
+    if found.low <= knob.least and knob.least > 0 and not knob.whole:
+        yield f"{name} may be anything up to {found.high:.3g}: its range ends at {knob.least:g}, as far as is searched"

@@ -49,17 +49,20 @@ class Pairs:
         return tuple(sorted(self.pictures))
 
 
-def scored_frames(count: int) -> tuple[int, ...]:
-    """Which of so many frames are compared."""
-    first = int(LEAD * count)
+def scored_frames(count: int, lead: int = 0) -> tuple[int, ...]:
+    """Which of so many frames are compared, of which the first `lead` are not."""
+    first = max(int(LEAD * count), lead)
     return tuple(sorted({int(k) for k in np.linspace(first, count - 1, SCORED)}))
 
 
-def paired(stack: npt.NDArray[Any], bits: int, pictures: Source, start: int = 0) -> Pairs:
-    """Frames (T, rows, columns) from frame `start` on, and what a source has as pictures of some of them."""
+def paired(stack: npt.NDArray[Any], bits: int, pictures: Source, start: int = 0, lead: int = 0) -> Pairs:
+    """Frames (T, rows, columns) from frame `start` on, and what a source has as pictures of some of them.
+
+    lead    how many frames, the first, only feed the memory of an AGC, at least
+    """
     frames = stack[-FRAMES:]
-    first = start + len(stack) - len(frames)
-    shown = {k: pictures.frame(first + k).image for k in scored_frames(len(frames))}
+    cut = len(stack) - len(frames)
+    shown = {k: pictures.frame(start + cut + k).image for k in scored_frames(len(frames), lead - cut)}
     return Pairs(frames, bits, {k: image.astype(np.uint8) for k, image in shown.items()})
 
 

@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from os import PathLike
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from irsim.displayed import FittedDisplay, fit_display, paired
-from irsim.fitting.pictures import open_pictures
+from irsim.displayed import FittedDisplay, Pairs, fit_display, paired
+from irsim.fitting.pictures import Pictures, open_pictures
 from irsim.fitting.scene import Scene
+from irsim.fitting.summary import summary_lines
 from irsim.loader import loads
 from irsim.measure import FRAMES, Figures, Region, measure_figures, taken_by_targets
 from irsim.scenario import Scenario
 from irsim.sources import open_source
 from irsim.types import Source
+
+Counts = npt.NDArray[np.integer]
 
 
 @dataclass(frozen=True)
@@ -40,6 +44,10 @@ class Fit:
     @cached_property
     def scenario(self) -> Scenario:
         return loads(self.text, f"fit of {self.name}")
+
+    def summary(self) -> Iterator[tuple[str, str]]:
+        """Labels and texts of what was found, for people."""
+        return summary_lines(self.figures, self.display)
 
     def as_json(self) -> dict[str, Any]:
         """Plain values, ready for json.dumps."""
@@ -68,24 +76,28 @@ def fit(
 
     region      where only noise is seen, px; the flattest still window, off truth's boxes, where not given
     start, stop frames that are looked at; the first 300 where not given
-    display     what the camera showed of the same frames, picture k of frame k: a recording of 8 bits, to which the AGC
-                is fitted
+    display     what the camera showed of the same frames, picture k of frame k: a folder of PNG, a video or a recording
+                of 8 bits, to which the AGC is fitted; frames before `start` run it in
 
     InputError where frames are too few or too small, a source cannot be opened, or the pictures are none of its frames.
     """
     opened = open_source(source)
-    pictures = None if display is None else open_pictures(display, opened)
     last = min(start + FRAMES, len(opened)) if stop is None else min(stop, len(opened))
-    stack = np.stack([frame.image for frame in opened.frames("counts", start, last)])
-    return fit_frames(stack, opened, region, start, pictures)
+    with open_pictures(display, opened) as pictures:
+        return fit_frames(_counts(opened, start, last), opened, region, start, pictures)
+
+
+def _counts(source: Source, start: int, stop: int) -> Counts:
+    """(T, rows, columns)"""
+    return np.stack([frame.image for frame in source.frames("counts", start, stop)])
 
 
 def fit_frames(
-    stack: Any,
+    stack: Counts,
     source: Source,
     region: Region | None = None,
     start: int = 0,
-    pictures: Source | None = None,
+    pictures: Pictures | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Fit:
     """The same of frames (T, rows, columns) that were read from a source already, from frame `start` on.
@@ -95,11 +107,19 @@ def fit_frames(
     """
     taken = taken_by_targets(source, start, start + len(stack))
     figures = measure_figures(stack, source.rate_hz, region, 2.0**source.bits - 1, taken, start)
-    shown = None if pictures is None else fit_display(paired(stack, source.bits, pictures, start), progress)
-    scene = Scene.of(source, figures, shown)
+    shown = None if pictures is None else fit_display(_pairs(stack, source, pictures.source, start), progress)
+    scene = Scene.of(source, figures, shown, () if pictures is None else pictures.notes)
     lines = "\n".join(scene.lines(len(stack)))
     fitted = shown if isinstance(shown, FittedDisplay) else None
     return Fit(source.name, len(stack), figures, fitted, lines + "\n", (*figures.notes, *scene.notes))
+
+
+def _pairs(stack: Counts, source: Source, pictures: Source, start: int) -> Pairs:
+    """Counts of `stack` and their pictures, with frames before it, of which a slow gain has a memory."""
+    lead = min(start, max(FRAMES - len(stack), 0))
+    if lead:
+        stack = np.concatenate([_counts(source, start - lead, start), stack])
+    return paired(stack, source.bits, pictures, start - lead, lead)
 
 
 __all__ = ["Fit", "fit", "fit_frames", "open_pictures"]

@@ -4,11 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
+from irsim.measure import Measured
+
 
 def plain(value: float, digits: int = 4) -> str:
     """So many digits, in a way that YAML takes for a number."""
     return np.format_float_positional(float(f"{value:.{digits}g}"), trim="-")
 
 
-def ranged(low: float, high: float) -> str:
-    return f"{plain(low)} to {plain(high)}"
+def ranged(low: float, high: float, digits: int = 4) -> str:
+    return f"{plain(low, digits)} to {plain(high, digits)}"
+
+
+def interval(value: Measured, digits: int = 4) -> str:
+    """In which it lies: between two ends, or below one."""
+    return f"at most {plain(value.high, digits)}" if value.bound else ranged(value.low, value.high, digits)

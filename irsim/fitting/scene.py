@@ -12,7 +12,7 @@ import numpy as np
 
 from irsim.detector import NETD_K, Electrons, Setting, electrons_like
 from irsim.displayed import FittedDisplay
-from irsim.fitting.numbers import plain, ranged
+from irsim.fitting.numbers import interval, plain
 from irsim.fitting.shown import Shown
 from irsim.measure import Figures, Measured
 from irsim.radiometry import radiance, slope, temperature
@@ -41,7 +41,10 @@ class Scene:
     notes: tuple[str, ...]
 
     @classmethod
-    def of(cls, source: Source, figures: Figures, display: FittedDisplay | str | None) -> Scene:
+    def of(
+        cls, source: Source, figures: Figures, display: FittedDisplay | str | None, read: tuple[str, ...] = ()
+    ) -> Scene:
+        """`display` as `Shown.of` has it, `read` notes on how its pictures were read."""
         facts = source.camera
         shown = Shown.of(source, display)
         unknown = [
@@ -69,7 +72,7 @@ class Scene:
             curve=facts.curve,
             shown=shown,
             figures=figures,
-            notes=(*notes, *shown.notes),
+            notes=(*notes, *read, *shown.notes),
         )
 
     @cached_property
@@ -190,8 +193,8 @@ class Scene:
         per_kelvin = self.per_kelvin(mean_k)
         px = self.ifov_rad * 1e3
         yield _line("  spread_k", texture.spread.map(lambda counts: counts / per_kelvin))
-        yield f"  betas: [{texture.beta_x.value:.3g}, {texture.beta_y.value:.3g}]  # along x {_range(texture.beta_x)}"
-        yield f"  # along y {_range(texture.beta_y)}"
+        yield f"  betas: [{texture.beta_x.value:.3g}, {texture.beta_y.value:.3g}]  # along x {interval(texture.beta_x)}"
+        yield f"  # along y {interval(texture.beta_y)}"
         yield _line("  correlation_mrad", texture.correlation_px.map(lambda length: length * px))
         yield _line("  stretch", texture.stretch)
         if found.histogram:
@@ -213,8 +216,4 @@ def _least(counts: float) -> float:
 
 
 def _line(key: str, value: Measured) -> str:
-    return f"{key}: {plain(value.value)}  # {_range(value)}"
-
-
-def _range(value: Measured) -> str:
-    return f"at most {plain(value.high)}" if value.bound else ranged(value.low, value.high)
+    return f"{key}: {plain(value.value)}  # {interval(value)}"

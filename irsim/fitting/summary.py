@@ -1,0 +1,35 @@
+"""What was found, in a few lines for people."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from irsim.displayed import FittedDisplay
+from irsim.fitting.numbers import interval, plain
+from irsim.measure import Figures, Measured
+
+
+def summary_lines(found: Figures, display: FittedDisplay | None) -> Iterator[tuple[str, str]]:
+    """Labels and texts: noise in counts, bad pixels as shares of all, the blur, the display."""
+    yield "noise", f"{_told(found.noise)} counts in time, of each pixel"
+    if found.memory is not None and found.memory_frames is not None:
+        yield "", f"of it {_told(found.memory)} with a memory of {_told(found.memory_frames)} frames"
+    rest = (("rows", found.row_noise), ("columns", found.column_noise), ("level", found.level))
+    if anew := _named(rest):
+        yield "", f"{anew}, anew in each frame"
+    if stays := _named((("pixels", found.pixel), ("rows", found.row), ("columns", found.column))):
+        yield "pattern", f"{stays}, fixed"
+    bad = found.flaws
+    shares = (("dead", bad.dead), ("hot", bad.hot), ("blinking", bad.blinking))
+    yield "bad", f"{_named(shares)} of all pixels"
+    yield "psf", f"{_told(found.psf)} px" + ("" if found.blur is not None else ", taken: no point is seen")
+    if display is not None:
+        yield "display", f"{display.agc.kind}, {plain(display.rms_grey, 2)} greys rms"
+
+
+def _named(values: tuple[tuple[str, Measured | None], ...]) -> str:
+    return ", ".join(f"{name} {_told(value)}" for name, value in values if value is not None)
+
+
+def _told(value: Measured) -> str:
+    return interval(value, 3) if value.bound else f"{plain(value.value, 3)} ({interval(value, 3)})"
