@@ -112,9 +112,17 @@ SCENES: dict[str, dict[str, Any]] = {
     "sea": {"kind": "sea", "camera_height_m": 80.0, "clouds": [{"range_m": 900.0, "evolve_s": 4.0, **CLOUDS}]},
 }
 
+SMEAR = {"time_ms": 20.0, "steps": 3}
 
-@pytest.mark.parametrize("smear", [None, {"time_ms": 20.0, "steps": 3}])
-@pytest.mark.parametrize("kind", SCENES)
+
+@pytest.mark.parametrize(
+    ("kind", "smear"),
+    [
+        *((kind, None) for kind in SCENES),
+        ("sky", SMEAR),
+        *(pytest.param(kind, SMEAR, marks=pytest.mark.slow) for kind in SCENES if kind != "sky"),
+    ],
+)
 def test_any_frame_of_a_carried_camera_stands_alone(kind: str, smear: dict[str, Any] | None) -> None:
     """In any order, and by two processes."""
     moving = scene(SCENES[kind], (8.0, 20.0, 1.0), camera={"smear": smear, "elevation_deg": -8.0})
