@@ -19,8 +19,8 @@ what hides so little of a target, well before and after, as nothing."""
 LONG = 2
 FEW = 4
 """It is warned of one that hides, as much as asked, in more than LONG times as many frames as are asked for (or FEW
-more, where those are more), besides the frames in which its target goes by the margins on both its sides, and half of
-those in which it grows and fades.
+more, where those are more), besides the frames in which its target goes by the margins on both its sides. Smoke that
+takes long to grow and to fade is told of, too.
 
 A box is hidden in the frames that are asked for and those of the margins. The rest is the target's: a body whose ends
 are thin is all but hidden for long where it takes long for its own length, a tank of 73 px that goes 0.5 px a frame in
@@ -71,7 +71,7 @@ class Hold:
         held = np.flatnonzero(self.shares >= self.occluder.fraction * (1 - LEEWAY))
         wanted, pace = last - first + 1, speed(self.watch, self.occluder)
         margins = 2 * MARGIN_PX / pace if pace > STILL_PX else 0.0
-        allowed = max(LONG * wanted, wanted + FEW) + math.ceil(margins + sum(self._fades()) / 2)
+        allowed = max(LONG * wanted, wanted + FEW) + math.ceil(margins)
         if len(held) <= allowed:
             return None
         return (
@@ -110,8 +110,5 @@ class Hold:
         excess = 0.0 if drawn is None else max(drawn.box.w - covered.w, drawn.box.h - covered.h, 0.0)
         size = 0.0 if own is None else own.box.diagonal
         slack = math.ceil((size + excess + 6) / pace) if pace > STILL_PX else 0
-        return slack + math.ceil(max(self._fades()))
-
-    def _fades(self) -> tuple[float, float]:
-        """Frames in which it grows, and fades, where it does."""
-        return getattr(self.screen, "grow_frames", 0.0), getattr(self.screen, "fade_frames", 0.0)
+        fades = (getattr(self.screen, key, 0.0) for key in ("grow_frames", "fade_frames"))
+        return slack + math.ceil(max(fades))
