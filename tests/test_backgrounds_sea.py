@@ -12,7 +12,8 @@ from pydantic import ValidationError
 from irsim.atmosphere import Atmosphere
 from irsim.backgrounds import Gaze, Sea
 from irsim.backgrounds.chart import Chart
-from irsim.backgrounds.sea import GRAVITY, PER_WAVE, _train, longest_wave, reflectance, slope_variance
+from irsim.backgrounds.sea import reflectance, slope_variance
+from irsim.backgrounds.waves import GRAVITY, PER_WAVE, longest_wave, wave_train
 from irsim.geometry import Geometry
 from irsim.radiometry import radiance, temperature
 from irsim.stage import Stage
@@ -46,7 +47,7 @@ def test_printed_figures_of_the_sea() -> None:
 
 
 def test_waves_are_as_long_as_they_say() -> None:
-    power = np.mean([np.abs(np.fft.fft2(_train(seed, 0, 0))) ** 2 for seed in range(4)], axis=0)
+    power = np.mean([np.abs(np.fft.fft2(wave_train(seed, 0, 0))) ** 2 for seed in range(4)], axis=0)
     line = power.sum(axis=1)[: len(power) // 2]
     assert len(power) / np.argmax(line) == pytest.approx(PER_WAVE, rel=0.25)
     assert power.sum(axis=1)[20:50].sum() > 3 * power.sum(axis=0)[20:50].sum()  # crests lie across the way

@@ -16,23 +16,17 @@ from irsim.backgrounds.base import FARTHEST, ClearLayer, Gaze, LandLight, Layer
 from irsim.backgrounds.fields import spectral
 from irsim.backgrounds.landscape import above
 from irsim.backgrounds.sky import ClearSky, Sky
+from irsim.backgrounds.waves import TILE, Octave, longest_wave, mixed, padded, sampled
 from irsim.kinds import Degrees, Fraction, Height, Kelvin, Number, Switches
 from irsim.radiometry import limits, radiance
-from irsim.rng import normals, stream
 from irsim.stage import Stage
 from irsim.types import Band, Floats
-
-GRAVITY = 9.81
-"""m/s2, rounded: with the `STANDARD_GRAVITY` of paths, 0.03 % less, each seed would have slightly other waves."""
 
 INDEX = {4.0: (1.351, 0.0046), 10.0: (1.218, 0.0508)}
 """Complex refractive index (n, k) of water at wavelengths in um (Hale and Querry 1973, table I)."""
 
 SUN_K, SUN_SR = 5772.0, 6.8e-5
 """The sun as a black body (IAU 2015) and its solid angle."""
-
-TILE, PER_WAVE = 512, 16
-"""Side of a wave texture, texels, and texels for each wavelength at its middle."""
 
 BANDS = 6
 """Octaves of waves that are drawn, from the longest; shorter ones roughen the surface within a pixel."""
@@ -68,11 +62,6 @@ def reflectance(band: Band, grazing_rad: Floats) -> Floats:
 def slope_variance(wind_m_s: float) -> float:
     """Mean square slope of the sea, both axes together, at a wind at 12.5 m height (Cox and Munk 1954); 0 at none."""
     return (0.003 + 0.00512 * max(wind_m_s, LEAST_WIND)) * min(wind_m_s / LEAST_WIND, 1.0)
-
-
-def longest_wave(wind_m_s: float) -> float:
-    """Wavelength, m, at the peak of a full sea: w = 0.877 g / U (Pierson and Moskowitz 1964), k = w^2 / g."""
-    return float(2 * np.pi * wind_m_s**2 / (0.877**2 * GRAVITY))
 
 
 def sunlight(band: Band, air: Atmosphere, elevation_deg: float) -> float:
@@ -137,9 +126,9 @@ class Water:
     def __init__(self, sea: Sea, sky: Layer, stage: Stage) -> None:
         self._sea, self._sky, self._stage = sea, sky, stage
         self._column = None if stage.air.is_clear else Column.of(stage, sea.camera_height_m)
-        drawn = longest_wave(sea.wind_m_s) >= SHORTEST_M
-        self._waves = [_Waves(sea, number, stage.seed) for number in range(BANDS)] if drawn else []
-        self._gusts = _padded(spectral((TILE, TILE), 3.0, None, TILE / 8, 1.0, stage.seed, "gusts"))
+        octaves = range(BANDS if longest_wave(sea.wind_m_s) >= SHORTEST_M else 0)
+        self._waves = [Octave(sea.wind_m_s, sea.wind_deg, number, stage.seed) for number in octaves]
+        self._gusts = padded(spectral((TILE, TILE), 3.0, None, TILE / 8, 1.0, stage.seed, "gusts"))
         angles = np.linspace(0, np.pi / 2, STEPS)
         self._reflected = reflectance(stage.band, angles).astype(np.float32)[:, None]
         above = sky.radiance(angles) if isinstance(sky, ClearSky) else np.zeros(STEPS)
@@ -207,10 +196,10 @@ class Water:
             period = 400.0 * 8
             angle = math.radians(self._sea.wind_deg)
             run = self._sea.wind_m_s * time / period
-            gust = _sampled(
+            gust = sampled(
                 self._gusts,
-                _mixed(right, 1 / period, ahead, 0, -run * math.sin(angle)),
-                _mixed(right, 0, ahead, 1 / period, -run * math.cos(angle)),
+                mixed(right, 1 / period, ahead, 0, -run * math.sin(angle)),
+                mixed(right, 0, ahead, 1 / period, -run * math.cos(angle)),
             )
             factor = np.maximum(1 + self._sea.gusts * gust, 0.1)
             slopes = [slope * factor for slope in slopes]
@@ -236,63 +225,6 @@ class Water:
         # Facets hide each other at grazing angles: what is seen of them does not grow beyond their spread.
         seen = np.sin(down) + 0.5 * math.sqrt(max(slope_variance(self._sea.wind_m_s) / 2, LEAST_VARIANCE))
         return np.asarray(bounce * self._sunlight * density * steep / (4 * seen), dtype=np.float32)
-
-
-class _Waves:
-    """An octave of waves: two trains, twenty degrees to either side of the wind, each with its own groups."""
-
-    def __init__(self, sea: Sea, number: int, seed: int) -> None:
-        self.length_m = longest_wave(sea.wind_m_s) / 2**number
-        self._speed = math.sqrt(GRAVITY * self.length_m / (2 * math.pi))  # of deep water
-        self._angles = [math.radians(sea.wind_deg + side) for side in (-20.0, 20.0)]
-        self._trains = [_padded(_train(seed, number, side)) for side in range(2)]
-        draw = stream(seed, "waves", number)
-        self._starts = draw.uniform(0, TILE, (2, 2)).tolist()
-
-    def at(self, right: Floats, ahead: Floats, time: float) -> tuple[Floats, Floats]:
-        """Slopes to the right and towards the camera, each axis of variance 1 if waves ran all ways, (rows, cols)."""
-        per_m = PER_WAVE / self.length_m / TILE
-        across, along = np.zeros_like(right), np.zeros_like(right)
-        for angle, train, (run, beside) in zip(self._angles, self._trains, self._starts, strict=True):
-            sine, cosine = math.sin(angle), math.cos(angle)
-            # The train has run so many of its periods: the whole ones do not tell.
-            run = math.fmod(run / TILE - self._speed * time * per_m, 1)
-            wave = _sampled(
-                train,
-                _mixed(right, cosine * per_m, ahead, -sine * per_m, beside / TILE),
-                _mixed(right, sine * per_m, ahead, cosine * per_m, run),
-            )
-            cv2.scaleAdd(wave, sine, across, dst=across)
-            cv2.scaleAdd(wave, -cosine, along, dst=along)
-        return across, along
-
-
-def _train(seed: int, number: int, side: int) -> Floats:
-    """(TILE, TILE) periodic waves that run along the rows' axis, PER_WAVE texels long, long-crested; variance 1."""
-    fx, fy = np.fft.rfftfreq(TILE)[None, :], np.fft.fftfreq(TILE)[:, None]
-    length = np.hypot(fx, fy) * PER_WAVE
-    with np.errstate(divide="ignore"):
-        octave = np.exp(-0.5 * (np.log2(np.maximum(length, 1e-9)) / 0.4) ** 2)
-    spread = np.exp(-0.5 * (np.arctan2(fx, np.abs(fy)) / np.radians(25)) ** 2)
-    white = np.fft.rfft2(normals((TILE, TILE), seed, "waves", number, side))
-    field = np.fft.irfft2(white * octave * spread, s=(TILE, TILE))
-    return np.asarray(field / field.std(), dtype=np.float32)
-
-
-def _padded(texture: Floats) -> Floats:
-    """A periodic texture with its first row and column once more at its end, for `_sampled`."""
-    return np.asarray(cv2.copyMakeBorder(np.asarray(texture, np.float32), 0, 1, 0, 1, cv2.BORDER_WRAP))
-
-
-def _mixed(one: Floats, share: float, other: Floats, others: float, shift: float) -> Floats:
-    """one * share + other * others + shift, in one pass."""
-    return np.asarray(cv2.addWeighted(one, share, other, others, shift), dtype=np.float32)
-
-
-def _sampled(padded: Floats, columns: Floats, rows: Floats) -> Floats:
-    """A periodic texture at places (any size) between its texels; places are float32, in periods."""
-    x, y = ((at - np.floor(at)) * np.float32(TILE) for at in (columns, rows))
-    return np.asarray(cv2.remap(padded, x, y, cv2.INTER_LINEAR))
 
 
 def _looked_up(table: Floats, angle: Floats) -> Floats:
