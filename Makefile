@@ -44,8 +44,8 @@ bench: $(INSTALLED)
 docs: $(INSTALLED)
 	$(BIN)/python docs/generate.py
 
-pictures: demo
-	$(BIN)/python docs/generate.py --pictures
+pictures: docs demo
+	$(BIN)/python docs/pictures.py
 
 # OpenCV's contrib wheel owns the same files as the plain one: side by side they break each other.
 peers:

@@ -1,4 +1,4 @@
-"""Rewrites the generated parts of the documents: `make docs`; with --pictures their pictures too.
+"""Rewrites the generated parts of the documents: `make docs`. Their pictures: `docs/pictures.py`.
 
 A generated part stands between `<!-- generated: name -->` and `<!-- end -->`. The tests compare each
 with what this script would write, so the documents list what the code has.
@@ -9,15 +9,11 @@ from __future__ import annotations
 import inspect
 import json
 import re
-import subprocess
-import sys
-import tempfile
 import textwrap
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, get_args
 
-from PIL import Image
 from pydantic.fields import FieldInfo
 
 from irsim.atmosphere import Atmosphere
@@ -28,7 +24,6 @@ from irsim.backgrounds.structures import Buildings, Trees
 from irsim.camera import Camera
 from irsim.detector import DETECTORS, NOISES, Bloom, Correction
 from irsim.display import AGCS
-from irsim.draw import contact_sheet
 from irsim.expectation import EXPECTATIONS
 from irsim.falloff import Falloff
 from irsim.faults import FAULTS
@@ -42,9 +37,7 @@ from irsim.scenario import Scenario
 from irsim.schema import Slot, plain
 from irsim.shapes import SHAPES
 from irsim.shapes.flicker import FLICKERS
-from irsim.sheets import SHEETS
 from irsim.smear import Smear
-from irsim.sources import open_source
 from irsim.target import Target
 from irsim.turbulence import Turbulence
 from irsim.types import TargetTruth
@@ -55,8 +48,6 @@ from irtrack.properties import EXCEPTIONS, PROPERTIES
 from irtrack.trackers import TRACKERS
 
 DOCS = Path(__file__).parent
-WIDTH, COLOURS = 960, 128
-"""Of the pictures: small enough to be kept in git."""
 
 FAMILIES: tuple[Family, ...] = (
     BACKGROUNDS,
@@ -272,31 +263,9 @@ def generated(text: str) -> str:
     return re.sub(r"<!-- generated: ([a-z ]+) -->\n.*?<!-- end -->", fill, text, flags=re.DOTALL)
 
 
-def pictures() -> None:
-    """docs/img: the examples as `irsim show` draws them, the sheets of `irsim gallery`, and the head of the report of
-    `make demo`."""
-    images = DOCS / "img"
-    for word, write in SHEETS.items():
-        write(images / f"all-{word}.png")
-    for name in examples():
-        contact_sheet(open_source(name), images / f"{name}.png")
-    shot = images / "report.png"
-    report = (DOCS.parent / "report.html").as_uri()
-    with tempfile.TemporaryDirectory() as profile:
-        browser = ["chromium", "--headless", "--no-sandbox", "--hide-scrollbars", f"--user-data-dir={profile}"]
-        subprocess.run([*browser, "--window-size=1100,1265", f"--screenshot={shot}", report], check=True)
-    for path in images.glob("*.png"):
-        with Image.open(path) as picture:
-            picture.thumbnail((WIDTH, 4 * WIDTH))
-            small = picture.convert("RGB").quantize(COLOURS, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
-            small.save(path, optimize=True)
-
-
 def main() -> None:
     for path in sorted(DOCS.glob("*.md")):
         path.write_text(generated(path.read_text()))
-    if "--pictures" in sys.argv:
-        pictures()
 
 
 if __name__ == "__main__":
