@@ -77,10 +77,8 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def call(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Call:
-    """The command irtrack in this process, in a folder that holds what `made` holds."""
-    for file in made.iterdir():
-        (tmp_path / file.name).symlink_to(file)
+def bare_call(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Call:
+    """The command irtrack in this process, in an empty folder."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", list(sys.path))
 
@@ -93,3 +91,11 @@ def call(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: py
         return Answer(status if isinstance(status, int) else int(status is not None), out, err)
 
     return run
+
+
+@pytest.fixture
+def call(made: Path, tmp_path: Path, bare_call: Call) -> Call:
+    """The same in a folder that holds what `made` holds."""
+    for file in made.iterdir():
+        (tmp_path / file.name).symlink_to(file)
+    return bare_call

@@ -1,4 +1,4 @@
-"""Noise terms: the contract of every kind, and white, fixed and autoregressive ones."""
+"""Noise terms: the contract of every kind, and white and fixed ones."""
 
 from __future__ import annotations
 
@@ -10,13 +10,11 @@ from typing import Any, Literal, get_args, get_origin
 import even_noise
 import numpy as np
 import pytest
-from pydantic import ValidationError
 from pydantic_core import PydanticCustomError
 
 from irsim import rng
 from irsim.detector import (
     NOISES,
-    Ar1,
     FixedPattern,
     Moment,
     Noise,
@@ -253,68 +251,6 @@ def test_fixed_pattern_stays_and_has_its_three_sigmas() -> None:
     assert columns.var(ddof=1) == pytest.approx(2.0**2 + 0.5**2 / 400, rel=4.5 * np.sqrt(2 / 500))
     assert rows.var(ddof=1) == pytest.approx(1.0**2 + 0.5**2 / 500, rel=4.5 * np.sqrt(2 / 400))
     assert pixels.var() == pytest.approx(0.5**2 * (399 / 400) * (499 / 500), rel=4.5 * np.sqrt(2 / pattern.size))
-
-
-# AR(1)
-
-
-@pytest.mark.parametrize("rho", [0.0, 0.3, 0.9, 0.97])
-def test_ar1_has_variance_one_in_every_frame(rho: float) -> None:
-    noise = Ar1(rho=rho)
-    for index in (0, 1, 2, 7, 64, 127, 128, 200, 255, 256, 257, 300, 511, 512, 513, 1000):
-        pattern = noise.pattern(at(index, SHAPE, 3))
-        assert pattern.var(dtype=np.float64) == pytest.approx(1, abs=4.5 * np.sqrt(2 / N)), index
-        assert pattern.mean(dtype=np.float64) == pytest.approx(0, abs=4.5 / np.sqrt(N)), index
-
-
-@pytest.mark.parametrize("lag", [1, 2, 5, 20])
-@pytest.mark.parametrize("rho", [0.3, 0.9, 0.97])
-def test_ar1_correlation_falls_as_rho_to_the_lag_with_no_seam(rho: float, lag: int) -> None:
-    noise = Ar1(rho=rho)
-    # Anchors stand at multiples of 16 (rho 0.3), 256 (0.9) and 512 (0.97).
-    for start in (0, 5, 100, 125, 255, 256, 257, 512 - lag, 513 - lag, 512, 1019):
-        first, second = (noise.pattern(at(index, SHAPE, 3)).ravel() for index in (start, start + lag))
-        expected = rho**lag
-        error = (1 - expected**2) / np.sqrt(N)  # of a sample correlation
-        assert np.corrcoef(first, second)[0, 1] == pytest.approx(expected, abs=4.5 * error), start
-
-
-@pytest.mark.parametrize("now", [1, 2, 64, 255, 256, 257, 300, 512])
-def test_ar1_remembers_nothing_but_the_frame_before(now: int) -> None:
-    noise = Ar1(rho=0.9)
-    patterns = {
-        index: noise.pattern(at(index, SHAPE, 4)).astype(np.float64) for index in range(max(now - 9, 0), now + 1)
-    }
-    innovation = patterns[now] - 0.9 * patterns[now - 1]
-    assert innovation.var() == pytest.approx(1 - 0.9**2, rel=4.5 * np.sqrt(2 / N))
-    for index, earlier in patterns.items():
-        if index < now:
-            assert abs(np.corrcoef(innovation.ravel(), earlier.ravel())[0, 1]) < 4.5 / np.sqrt(N), index
-
-
-def test_ar1_without_correlation_is_white() -> None:
-    np.testing.assert_array_equal(Ar1(rho=0.0, id="n").pattern(at(9, SHAPE, 1)), White(id="n").pattern(at(9, SHAPE, 1)))
-
-
-def test_ar1_time_constant_is_a_rho_at_a_rate() -> None:
-    # DESIGN: 1.05 s is rho 0.9 at 9 Hz and 0.97 at 30 Hz.
-    noise = Ar1(time_constant_s=1.05)
-    assert np.exp(-noise.decay(9.0)) == pytest.approx(0.9, abs=5e-4)
-    assert np.exp(-noise.decay(30.0)) == pytest.approx(0.97, abs=2e-3)
-    assert Ar1(rho=0.9).decay(30.0) == pytest.approx(-np.log(0.9))
-
-
-def test_ar1_far_out_in_a_long_memory_is_quick() -> None:
-    noise = Ar1(time_constant_s=1e6)
-    first, second = (noise.pattern(at(index, SHAPE, 1, 10_000.0)) for index in (9_999_998, 9_999_999))
-    assert np.corrcoef(first.ravel(), second.ravel())[0, 1] > 1 - 1e-6
-    assert first.var() == pytest.approx(1, abs=4.5 * np.sqrt(2 / N))
-
-
-@pytest.mark.parametrize("fields", [{}, {"rho": 0.9, "time_constant_s": 1.0}, {"rho": 1.0}, {"rho": -0.1}])
-def test_ar1_wants_exactly_one_way(fields: dict[str, float]) -> None:
-    with pytest.raises(ValidationError):
-        Ar1.model_validate(fields)
 
 
 def test_an_unknown_noise_says_what_is_allowed() -> None:

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import planted_failure
 import pytest
+from command_line import Call
 
 import irsim
-from irtrack.cli import main
-from irtrack.errors import InputError
 from irtrack.falsify import Failure, Nearest, find_failure
 from irtrack.falsify.hunt import UNSURE, Hunt
 from irtrack.falsify.order import in_order
@@ -22,23 +20,12 @@ from irtrack.falsify.trial import Subject, examine
 from irtrack.falsify.trials import Trials
 from irtrack.metrics import wilson
 
-Cli = Callable[..., tuple[int, str, str]]
-
 
 @pytest.fixture
-def cli(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Cli:
-    """`irtrack falsify WORDS` in a folder that holds blind.yaml: (exit status, output, errors)."""
-    monkeypatch.chdir(tmp_path)
+def cli(bare_call: Call, tmp_path: Path) -> Call:
+    """`irtrack falsify WORDS` in a folder that holds blind.yaml."""
     (tmp_path / "blind.yaml").write_text(planted_failure.SCENE)
-
-    def call(*words: str) -> tuple[int, str, str]:
-        monkeypatch.setattr("sys.argv", ["irtrack", "falsify", *words])
-        with pytest.raises(SystemExit) as caught:
-            main()
-        said = capsys.readouterr()
-        return int(caught.value.code or 0), said.out, said.err
-
-    return call
+    return lambda *words: bare_call("falsify", *words)
 
 
 def hunt(
@@ -106,7 +93,7 @@ def test_it_is_found_in_nine_of_ten_searches(tmp_path: Path) -> None:
     assert all(map(is_least, failures))
 
 
-def test_the_command_leaves_a_scene_its_frames_and_a_report(cli: Cli, known: tuple[Path, Failure | Nearest]) -> None:
+def test_the_command_leaves_a_scene_its_frames_and_a_report(cli: Call, known: tuple[Path, Failure | Nearest]) -> None:
     """By two workers it finds what one process has found, and has tried the same."""
     status, out, _ = cli("blind.yaml", "--tracker", "planted_failure:Blind", "--jobs", "2", "-o", "out")
     assert status == 1
@@ -140,7 +127,7 @@ def test_what_was_tried_is_not_tried_again(known: tuple[Path, Failure | Nearest]
 
 
 def test_ctrl_c_loses_nothing_that_was_found(
-    cli: Cli, known: tuple[Path, Failure | Nearest], monkeypatch: pytest.MonkeyPatch
+    cli: Call, known: tuple[Path, Failure | Nearest], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Stopped in the midst of shrinking: what it had is there, and the same command ends as if never stopped."""
     shutil.copytree(known[0], "out", ignore=shutil.ignore_patterns("[!t]*"))
@@ -156,7 +143,7 @@ def test_ctrl_c_loses_nothing_that_was_found(
     assert irsim.load("out/minimal.yaml").frames == 11
 
 
-def test_ctrl_c_before_the_first_trial_is_done_says_so(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ctrl_c_before_the_first_trial_is_done_says_so(cli: Call, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Trials, "verdicts", stop)
     status, _, err = cli("blind.yaml", "--tracker", "planted_failure:Blind", "-o", "out")
     assert (status, err) == (130, "irtrack: stopped before the first trial was done: nothing is known yet\n")
@@ -191,7 +178,7 @@ def test_a_tracker_that_does_not_repeat_itself_is_told(tmp_path: Path) -> None:
     assert "NOT the same again" in (tmp_path / "report.md").read_text()
 
 
-def test_a_rule_that_nothing_puts_to_the_test_is_told(cli: Cli) -> None:
+def test_a_rule_that_nothing_puts_to_the_test_is_told(cli: Call) -> None:
     words = ("blind.yaml", "targets.point.path.start.0=4", "--tracker", "planted_failure:Blind", "--budget", "2")
     rules = "expect=[{kind: reacquired_within, frames: 3}, {kind: error_below, px: 900}]"
     status, out, _ = cli(*words, rules)
@@ -209,7 +196,7 @@ def test_a_tracker_that_breaks_nothing_and_does_not_repeat_itself_is_warned_of(t
     assert said == [UNSURE]
 
 
-def test_where_nothing_breaks_the_nearest_is_told(cli: Cli) -> None:
+def test_where_nothing_breaks_the_nearest_is_told(cli: Call) -> None:
     words = ("blind.yaml", "targets.point.path.start.0=4", "--tracker", "planted_failure:Blind", "--budget", "20")
     status, out, _ = cli(*words)
     assert status == 0
@@ -225,62 +212,6 @@ def test_where_nothing_breaks_the_nearest_is_told(cli: Cli) -> None:
     (folder / "mine.txt").write_text("nobody else's")
     assert cli(*words)[0] == 0
     assert {path.name for path in folder.iterdir()} == {"trials.jsonl", "mine.txt"}
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["blind.yaml", "--tracker", "kalmn"], "unknown tracker 'kalmn'"),
-        (
-            ["blind.yaml", "--tracker", "kalman", "--search", "cmaes"],
-            "search 'cmaes': allowed: cma, sobol, random; did",
-        ),
-        (["blind.yaml", "--tracker", "kalman", "--budget", "0"], "--budget"),
-        (["blind.yaml", "--tracker", "kalman", "--fresh", "4"], "fresh 4: allowed: 5 or more"),
-        (["blind.yaml", "--tracker", "kalman", "--input", "bits"], "--input bits: allowed: display or counts"),
-        (["sky", "--tracker", "kalman"], "sky.yaml: vary: nothing varies that could be searched"),
-        (["none.yaml", "--tracker", "kalman"], "none.yaml: cannot read it: there is no such file"),
-        (["blind.yaml", "camera.netd=3", "--tracker", "kalman"], "unknown key 'netd'"),
-        (
-            ["blind.yaml", "--tracker", "kalman", "-o", "blind.yaml"],
-            "blind.yaml: is no folder; allowed: the name of a folder",
-        ),
-        (["blind.yaml", "--tracker", "kalman", "-o", "bad"], "bad/trials.jsonl:1: is no trial"),
-        (["blind.yaml", "--tracker", "kalman", "-o", "odd"], "odd/trials.jsonl: is a folder"),
-        (["some.mcap", "--tracker", "kalman"], "some.mcap: is a recording, where nothing varies"),
-    ],
-)
-def test_bad_input_is_one_line(cli: Cli, words: list[str], said: str) -> None:
-    Path("bad").mkdir()
-    Path("odd/trials.jsonl").mkdir(parents=True)
-    Path("bad/trials.jsonl").write_text("{}\n")
-    Path("some.mcap").write_bytes(b"\x89MCAP")
-    status, out, err = cli(*words)
-    assert (status, out, err.count("\n")) == (2, "", 1)
-    assert said in err
-
-
-@pytest.mark.parametrize("word", ["jobs", "budget", "fresh"])
-def test_what_is_no_whole_number_is_one_line(tmp_path: Path, word: str) -> None:
-    scene = irsim.loads(planted_failure.SCENE)
-    with pytest.raises(InputError, match=rf"^{word} None: allowed: a whole number, \d or more$"):
-        find_failure(scene, "kalman", tmp_path, **{word: None})  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize("name", ["minimal.yaml", "report.md", "trials.jsonl"])
-def test_the_scenario_itself_is_not_replaced(cli: Cli, name: str) -> None:
-    """Nor looked for a failure in: a search of hours would end with nowhere to put it."""
-    Path(name).write_text(planted_failure.SCENE)
-    words = (name, "--tracker", "planted_failure:Blind", "-o", ".")
-    assert cli(*words) == (
-        2,
-        "",
-        f"irtrack: {name}: would replace {name}, which this command needs; allowed: another name\n",
-    )
-    assert {path.name for path in Path().iterdir()} == {"blind.yaml", name}
-    assert Path(name).read_text() == planted_failure.SCENE
-    with pytest.raises(InputError, match="would replace"):
-        find_failure(name, "planted_failure:Blind", ".")
 
 
 def test_what_other_code_has_judged_is_tried_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

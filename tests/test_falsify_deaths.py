@@ -11,9 +11,9 @@ import numpy as np
 import planted_failure
 import pytest
 from bench_fakes import Closer, Killer, LateMute, Strip, Walker
+from command_line import Call
 
 import irsim
-from irtrack.cli import main
 from irtrack.cli.options import FRAME_LIMIT_S
 from irtrack.errors import InputError, IrtrackError
 from irtrack.falsify import Failure, Revisited, find_failure, kept_failures, revisit
@@ -34,23 +34,12 @@ SCENE = "".join(
 LIMIT_S = 30.0
 """So long that nothing but what sleeps for minutes takes it."""
 
-Cli = Callable[..., tuple[int, str, str]]
-
 
 @pytest.fixture
-def cli(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Cli:
-    """`irtrack WORDS` in a folder that holds blind.yaml: (exit status, output, errors)."""
-    monkeypatch.chdir(tmp_path)
+def cli(bare_call: Call, tmp_path: Path) -> Call:
+    """`irtrack WORDS` in a folder that holds blind.yaml."""
     (tmp_path / "blind.yaml").write_text(SCENE)
-
-    def call(*words: str) -> tuple[int, str, str]:
-        monkeypatch.setattr("sys.argv", ["irtrack", *words])
-        with pytest.raises(SystemExit) as caught:
-            main()
-        said = capsys.readouterr()
-        return int(caught.value.code or 0), said.out, said.err
-
-    return call
+    return bare_call
 
 
 def found_of(tracker: str, folder: Path, **options: object) -> Failure:
@@ -99,7 +88,7 @@ def test_a_scene_on_which_a_tracker_ends_its_process_is_found_and_made_small(kno
     assert all((a.image == b.image).all() for a, b in zip(drawn, recording.frames(), strict=True))
 
 
-def test_the_command_finds_a_crash_by_two_workers(cli: Cli, known: tuple[Path, Failure]) -> None:
+def test_the_command_finds_a_crash_by_two_workers(cli: Call, known: tuple[Path, Failure]) -> None:
     """The same scenes are tried with the same outcome as by one worker, but for how the process ends."""
     words = ("--tracker", "planted_failure:Crashing", "--fresh", "5", "--jobs", "2", "--keep", "-o", "out")
     status, out, err = cli("falsify", "blind.yaml", *words)
@@ -230,7 +219,7 @@ def test_a_time_limit_is_above_0(tmp_path: Path) -> None:
 # -- what is kept
 
 
-def test_a_kept_death_is_tried_apart(known: tuple[Path, Failure], cli: Cli) -> None:
+def test_a_kept_death_is_tried_apart(known: tuple[Path, Failure], cli: Call) -> None:
     """In a test too, where nobody says so: its note does."""
     shutil.copytree(known[0].parent / "kept", "kept")
     (kept,) = kept_failures("kept")
@@ -241,7 +230,7 @@ def test_a_kept_death_is_tried_apart(known: tuple[Path, Failure], cli: Cli) -> N
         revisit([kept], jobs="2")  # type: ignore[arg-type]
 
 
-def test_a_death_that_is_mended_or_new_is_told_and_others_go_on(known: tuple[Path, Failure], cli: Cli) -> None:
+def test_a_death_that_is_mended_or_new_is_told_and_others_go_on(known: tuple[Path, Failure], cli: Call) -> None:
     (kept,) = kept_failures(known[0].parent / "kept")
     Path("kept").mkdir()
     trackers = {"dying": ("Crashing", False), "mended": ("Offset", True), "other": ("Raising", True)}

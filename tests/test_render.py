@@ -1,4 +1,4 @@
-"""Rendering: truth against noiseless pictures, order and processes, switches, hiding."""
+"""Rendering: truth against noiseless pictures, order and processes, switches."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import pytest
 from mesh_files import GIVEN
 
 import irsim
-from irsim.compose import overlap
 from irsim.crew import rendered
 from irsim.division import Way
 from irsim.render import Renderer
@@ -175,112 +174,6 @@ def test_a_target_that_comes_from_behind_the_camera_has_no_velocity_at_first() -
     assert truths[2].targets[0].velocity == pytest.approx((0, 0), abs=1e-9)
 
 
-@pytest.mark.parametrize("kind", ["fighter", "tank"])
-def test_a_body_that_outgrows_the_frame_is_seen_less_and_less(kind: str) -> None:
-    """Coming straight at the middle of the frame, all of which it fills in the end: its size goes with 1/range."""
-    shape, shares, widths = {"kind": kind, "length_m": 15.0}, [], []
-    for range_m in (360.0, 30.0, 12.0):
-        path = {"kind": "straight", "start": (80.0, 60.0), "speed": 0.0, "range_m": range_m}
-        target = {"id": "one", "shape": shape, "path": path, "attitude_deg": (0.0, 0.0, 90.0)}
-        (truth,) = next(iter(Rendering(scene(targets=[target])).truths())).targets
-        assert truth.visible is not None
-        shares.append(truth.visible)
-        widths.append(truth.box.w)
-    assert shares[0] == pytest.approx(1, abs=1e-6)
-    assert widths[1] > 5 * 160
-    assert 0 < shares[2] < shares[1] < 0.5
-    # Of a frame that it fills, the share is the frame's area over its own: 19,200 px2 over what grew by the range.
-    whole = Rendering(scene(targets=[target]))._renderer
-    (piece,) = whole._pieces(0)
-    assert shares[2] * piece.sprite.area == pytest.approx(160 * 120, rel=1e-6)
-
-
-def test_a_body_out_of_sight_is_still_there() -> None:
-    path = {"kind": "straight", "start": (-9000.0, 60.0), "speed": 0.0, "range_m": 100.0}
-    target = {"id": "one", "shape": {"kind": "fighter"}, "path": path}
-    (truth,) = next(iter(Rendering(scene(targets=[target])).truths())).targets
-    assert truth.visible == 0
-    assert truth.in_view is False
-    assert truth.center[0] == pytest.approx(-9000, abs=truth.box.w)
-
-
-def bar(**keys: object) -> list[dict[str, object]]:
-    return [{"kind": "bar", "center_px": (80.0, 60.0), "size_px": (40.0, 40.0), "range_m": 500.0, **keys}]
-
-
-def test_a_bar_before_the_whole_target_hides_it() -> None:
-    (target,) = next(iter(Rendering(scene(occluders=bar())).truths())).targets
-    assert target.visible == pytest.approx(0, abs=1e-9)
-    assert target.occluders == ("bar",)
-
-
-def test_a_bar_behind_the_target_hides_nothing() -> None:
-    (target,) = next(iter(Rendering(scene(occluders=bar(range_m=2000.0))).truths())).targets
-    assert target.visible == pytest.approx(1, abs=1e-9)
-    assert target.occluders == ()
-
-
-@pytest.mark.parametrize("edge", [-2.0, 0.0, 1.3])
-def test_the_visible_fraction_is_the_share_of_area_that_no_bar_covers(edge: float) -> None:
-    """The share of a target right of a straight edge, against its own coverage counted per column."""
-    renderer = Renderer(scene())
-    (piece,) = renderer._pieces(0)
-    sprite = piece.sprite
-    left = sprite.center[0] + edge  # the bar covers everything left of this
-    columns = sprite.x0 + np.arange(sprite.cover.shape[1])
-    kept = np.clip(columns + 0.5 - left, 0, 1)
-    expected = (sprite.cover * kept).sum() / sprite.cover.sum()
-    hidden = scene(occluders=bar(center_px=(left - 30, 60.0), size_px=(60.0, 80.0)))
-    (target,) = next(iter(Rendering(hidden).truths())).targets
-    assert target.visible == pytest.approx(expected, abs=0.01)
-
-
-def test_a_target_at_the_edge_is_partly_visible() -> None:
-    (target,) = next(iter(Rendering(scene(x=4.0)).truths())).targets
-    assert target.visible is not None
-    assert 0.2 < target.visible < 0.8
-    assert target.in_view
-
-
-def test_a_target_outside_is_not_in_view_and_changes_no_pixel() -> None:
-    outside = Rendering(scene(x=-100.0))
-    (target,) = next(iter(outside.truths())).targets
-    assert target.visible == 0
-    assert target.in_view is False
-    empty = Rendering(scene(targets=[]))
-    assert np.array_equal(outside.frame(0).image, empty.frame(0).image)
-
-
-def test_a_thick_cloud_hides_what_is_behind_it_only() -> None:
-    cloud = {"coverage": 0.999, "depth": 1000.0}
-    for cloud_range, visible in ((500.0, 0.0), (5000.0, 1.0)):
-        sky = {"kind": "sky", "clouds": [{**cloud, "range_m": cloud_range}]}
-        (target,) = next(iter(Rendering(scene(background=sky)).truths())).targets
-        assert target.visible == pytest.approx(visible, abs=1e-6)
-        assert target.occluders == (("clouds",) if visible == 0 else ())
-
-
-def test_the_nearer_target_hides_the_farther_and_both_cross() -> None:
-    targets = [
-        {
-            "id": name,
-            "shape": {"kind": "fighter"},
-            "path": {"kind": "straight", "start": (80.0, 60.0), "speed": 0.0, "range_m": range_m},
-        }
-        for name, range_m in (("near", 1000.0), ("far", 2000.0))
-    ]
-    truth = next(iter(Rendering(scene(targets=targets)).truths()))
-    near, far = truth.target("near"), truth.target("far")
-    assert near is not None
-    assert far is not None
-    assert near.visible == pytest.approx(1, abs=1e-9)
-    assert far.visible is not None
-    assert far.visible < 0.2
-    assert far.occluders == ("near",)
-    assert near.crossing
-    assert far.crossing
-
-
 def test_a_panning_camera_moves_a_standing_target_by_rate_over_ifov() -> None:
     """0.3 deg/s at 30 frames/s and 0.5 mrad a px: 0.3491 px per frame to the left."""
     camera = {"size": (160, 120), "netd_mk": 0.0, "motion": [{"kind": "pan", "azimuth_deg_s": 0.3}]}
@@ -299,11 +192,6 @@ def test_contrast_is_the_difference_of_temperatures() -> None:
     targets = [{"id": "one", "shape": shape, "path": path}]
     (target,) = next(iter(Rendering(scene(targets=targets, background=sky)).truths())).targets
     assert target.contrast_k == pytest.approx(150, abs=0.1)
-
-
-def test_overlap_of_patches() -> None:
-    assert overlap((0, 0), (2, 2), (2, 0), (2, 2)) is None
-    assert overlap((1, 2), (4, 6), (3, 0), (3, 10)) == ((slice(0, 1), slice(2, 6)), (slice(2, 3), slice(0, 4)))
 
 
 def test_a_frame_past_the_end_is_an_index_error() -> None:

@@ -1,0 +1,209 @@
+"""Warnings of the air, of sky and ground behind it, and of what lies beyond the fit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from test_atmosphere_scenes import scene, target
+
+from irsim.cli import check
+from irsim.doubts import doubts
+from irsim.loader import warnings
+
+
+@pytest.mark.parametrize(
+    ("change", "place", "words"),
+    [
+        ({"targets": [target(400.0)]}, ("targets", 0, "path"), "frame 0: a range of 0.4 km lies beyond"),
+        ({"targets": [target(25e3)]}, ("targets", 0, "path"), "a range of 25 km lies beyond the fitted 0.5 to 20 km"),
+        ({"atmosphere": {"preset": "tropical", "visibility_km": 2}}, ("atmosphere", "visibility_km"), "2 km lies"),
+        ({"atmosphere": {"preset": "tropical", "altitude_m": 3000}}, ("targets", 0, "path"), "holds 14% of the gas"),
+        ({"camera": {"band": (3.4, 4.9)}}, ("atmosphere", "preset"), "that of mwir is used"),
+    ],
+)
+def test_beyond_the_fit_is_told_with_its_place(change: dict[str, Any], place: tuple[str, ...], words: str) -> None:
+    (notice,) = doubts(scene(**change))
+    assert notice.at == place
+    assert words in notice.what
+
+
+def test_things_beyond_the_fit_are_told_too() -> None:
+    """Whatever stands at a range of its own: a pole too near, cloud, trees and houses too far."""
+    pole = {"kind": "bar", "range_m": 300.0, "center_px": (32.0, 24.0), "size_px": (9.0, 9.0)}
+    (near,) = doubts(scene(occluders=[pole]))
+    assert near == (("occluders", 0, "range_m"), "a range of 0.3 km lies beyond the fitted 0.5 to 20 km")
+    for family in ("clouds", "trees", "buildings"):
+        country = {"kind": "landscape", "preset": "us_standard", family: [{"id": "ok"}, {"id": "far", "range_m": 4e4}]}
+        (far,) = doubts(scene(background=country, camera={"elevation_deg": -2.0}))
+        assert far == (("background", family, 1, "range_m"), "a range of 40 km lies beyond the fitted 0.5 to 20 km")
+
+
+def test_within_the_fit_nothing_is_told() -> None:
+    assert list(doubts(scene())) == []
+    assert list(doubts(scene(atmosphere={}, targets=[target(50e3)]))) == []
+
+
+def test_a_sky_unlike_the_air_before_it_is_told() -> None:
+    for sky, words in (({}, "of its own temperatures"), ({"preset": "tropical"}, "of tropical")):
+        (notice,) = doubts(scene(background={"kind": "sky", **sky}))
+        assert notice.at == ("background", "preset")
+        assert words in notice.what
+    assert list(doubts(scene(background={"kind": "sky", "preset": "us_standard"}))) == []
+    wet = {"preset": "none", "rain_mm_h": 5.0, "fog_visibility_km": 1.0}
+    (notice,) = doubts(scene(atmosphere=wet, background={"kind": "sky"}))
+    assert "of its own temperatures behind rain and fog of 288 K" in notice.what
+
+
+@pytest.mark.parametrize(
+    ("background", "range_k", "told"),
+    [
+        ({"kind": "ground", "mean_k": 330, "spread_k": 2}, (250, 310), ["ground above"]),
+        ({"kind": "ground", "mean_k": 250, "spread_k": 1}, (270, 310), ["ground below"]),
+        ({"kind": "ground", "mean_k": 310, "spread_k": 3}, (250, 310), []),
+        ({"kind": "landscape", "ground_k": 330}, (200, 310), ["ground above"]),
+        (
+            {"kind": "landscape", "ground_k": 330, "horizon_k": 340, "zenith_k": 340},
+            (200, 310),
+            ["clear sky above", "ground above"],
+        ),
+        ({"kind": "landscape", "ground_k": 290}, (200, 310), []),
+        (
+            {"kind": "sea", "water_k": 275, "horizon_k": 270, "zenith_k": 270},
+            (280, 310),
+            ["clear sky below", "sea below"],
+        ),
+    ],
+)
+def test_a_ground_that_no_count_can_tell_is_told(
+    background: dict[str, Any], range_k: tuple[float, float], told: list[str]
+) -> None:
+    camera = {"size": (64, 48), "ifov_mrad": 1.0, "range_k": range_k}
+    found = [notice.what for notice in doubts(scene(camera=camera, atmosphere={}, background=background))]
+    found = [line for line in found if line.startswith("all of the ")]
+    assert [
+        f"{line.split(',')[0].removeprefix('all of the ')} {line.split('lies ')[1].split(':')[0]}" for line in found
+    ] == told
+
+
+@pytest.mark.parametrize(("elevation", "what"), [(-5, "ground"), (0, "clear sky"), (5, "clear sky")])
+def test_of_a_landscape_only_what_is_in_the_picture_is_told(elevation: float, what: str) -> None:
+    """It is 2.7 degrees high."""
+    camera = {"size": (64, 48), "ifov_mrad": 1.0, "range_k": (300, 310), "elevation_deg": elevation}
+    land = {"kind": "landscape", "ground_k": 290 if elevation < 0 else 305, "horizon_k": 280, "zenith_k": 280}
+    lines = [notice.what for notice in doubts(scene(camera=camera, atmosphere={}, background=land))]
+    (line,) = [line for line in lines if "its pixels are" in line]
+    assert line.startswith(f"all of the {what}, ")
+
+
+def test_a_sky_that_no_count_can_tell_is_told() -> None:
+    """The picture reaches from 8.6 to 11.4 degrees: the sky is 245 + 45 exp(-sin / 0.3), 268.3 to 272.3 K."""
+    sky = {"kind": "sky", "horizon_k": 290, "zenith_k": 245}
+
+    def told(range_k: tuple[float, float], **detector: Any) -> list[str]:
+        camera = {"size": (64, 48), "ifov_mrad": 1.0, "elevation_deg": 10, "range_k": range_k, **detector}
+        return [notice.what for notice in doubts(scene(camera=camera, atmosphere={}, background=sky))]
+
+    assert told((220, 268)) == ["all of the clear sky, 268 to 272 K, lies above: its pixels are full"]
+    assert told((273, 300)) == ["all of the clear sky, 268 to 272 K, lies below: its pixels are at count 0"]
+    assert told((220, 269)) == told((272, 300)) == []
+    (other,) = told((220, 268), detector={"kind": "electrons"})
+    assert other.startswith("does not count for a detector of kind electrons")
+    longwave = told((220, 400), detector={"kind": "electrons"}, band="lwir")  # its well is full after 10 ms
+    assert "all of the clear sky, 268 to 272 K, lies above: its pixels are full" in longwave
+
+
+def test_a_cloud_colder_than_the_sky_behind_it_is_told() -> None:
+    """The picture reaches down to 10 degrees: there the sky is 245 + 45 exp(-sin 10 / 0.3) = 270.2 K."""
+    camera = {"size": (64, 48), "ifov_mrad": 1.0, "elevation_deg": 10 + np.degrees(np.arctan(0.024))}
+
+    def told(temperature_k: float, **other: Any) -> list[Any]:
+        clouds = [{"id": "high", "temperature_k": 290}, {"id": "low", "temperature_k": temperature_k}]
+        sky = {"kind": "sky", "horizon_k": 290, "zenith_k": 245, "clouds": clouds}
+        return list(doubts(scene(**{"camera": camera, "atmosphere": {}, "background": sky, **other})))
+
+    (notice,) = told(265.1)
+    assert notice.at == ("background", "clouds", 1, "temperature_k")
+    assert notice.what.startswith("low looks 265 K, colder than the clear sky of 270 K behind it low in the picture")
+    assert "at 10.0 degrees" in notice.what
+    assert told(265.3) == []  # the sky's own figures are good to 5 K
+    assert told(200.0, camera={**camera, "elevation_deg": -20}) == []
+
+
+def test_through_air_a_cloud_as_warm_as_the_air_is_warmer_than_the_sky() -> None:
+    """At 4 km and 3 degrees it is 310 m high: the US standard atmosphere of 1976 has 286.1 K there (288.15 - 6.5 z)."""
+    for kelvin, warned in ((286.0, False), (230.0, True)):
+        sky = {"kind": "sky", "preset": "us_standard", "clouds": [{"temperature_k": kelvin, "range_m": 4000}]}
+        camera = {"size": (64, 48), "elevation_deg": 3}
+        assert bool(list(doubts(scene(camera=camera, background=sky, targets=[])))) == warned
+
+
+def test_warnings_have_their_place_in_the_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = """\
+frames: 3
+camera: {size: [64, 48]}
+atmosphere:
+  preset: us_standard
+  visibility_km: 40
+background: {kind: ground}
+targets:
+  - {id: jet, shape: {kind: fighter}, path: {kind: straight, start: [32, 24], range_m: 30000}}
+"""
+    file = tmp_path / "far.yaml"
+    file.write_text(text)
+    hazy, far = warnings(file)
+    assert hazy == (
+        f"{file}:5:18: atmosphere.visibility_km: warning: 40 km lies beyond the fitted 5 to 23 km; "
+        "haze goes with the inverse of visibility"
+    )
+    assert far == (
+        f"{file}:8:45: targets.jet.path: warning: frame 0: a range of 30 km lies beyond the fitted 0.5 to 20 km"
+    )
+    (idle,) = warnings(file, ["atmosphere.preset=none"])
+    assert idle.startswith(f"{file}:5:18: atmosphere.visibility_km: warning: does not count without a preset")
+    check([str(file)])
+    printed = capsys.readouterr()
+    assert printed.out == f"{file}: ok\n"
+    assert printed.err.splitlines() == [hazy, far]
+
+
+def test_features_wider_than_a_clouds_period_are_told() -> None:
+    """60 mrad are 1,000 px at 0.06 mrad and 1,200 at 0.05; textures of so small a picture repeat after 1,024."""
+
+    def told(ifov_mrad: float) -> list[Any]:
+        clouds = [{"id": "a", "temperature_k": 290, "correlation_mrad": 60}]
+        sky = {"kind": "sky", "horizon_k": 290, "zenith_k": 245, "clouds": clouds}
+        camera = {"size": (64, 48), "ifov_mrad": ifov_mrad, "elevation_deg": 10}
+        return list(doubts(scene(camera=camera, atmosphere={}, background=sky)))
+
+    assert told(0.06) == []
+    (notice,) = told(0.05)
+    assert notice.at == ("background", "clouds", 0, "correlation_mrad")
+    assert all(words in notice.what for words in ("1200 px", "1024 px", "51.2 mrad"))
+
+
+@pytest.mark.parametrize(
+    ("elevation_deg", "columns", "motion", "at", "words"),
+    [
+        (73, 64, (), None, ""),
+        (74.8, 64, (), "elevation_deg", "frame 0: the picture comes within 14 degrees"),
+        (-74.8, 64, (), "elevation_deg", "within 14 degrees of the zenith or the nadir"),
+        (0, 1100, (), None, ""),
+        (0, 1200, (), "ifov_mrad", "the picture is 62 degrees wide: beyond 60"),
+        (70, 64, ({"kind": "pan", "elevation_deg_s": 6},), "elevation_deg", "frame 9: the picture comes within"),
+    ],
+)
+def test_pictures_that_no_map_holds_are_told(
+    elevation_deg: float, columns: int, motion: tuple[Any, ...], at: str | None, words: str
+) -> None:
+    """Half a height of 24 px of 1 mrad is 1.4 degrees: 75 degrees are reached from 73.6 on."""
+    camera = {"size": (columns, 48), "ifov_mrad": 1.0, "elevation_deg": elevation_deg, "motion": motion, "rate_hz": 10}
+    background = {"kind": "sky", "horizon_k": 290, "zenith_k": 245}
+    found = [
+        (notice.at, notice.what)
+        for notice in doubts(scene(camera=camera, atmosphere={}, background=background, frames=10))
+    ]
+    assert [place for place, _ in found] == ([("camera", at)] if at else [])
+    assert all(words in what for _, what in found)

@@ -1,0 +1,76 @@
+"""irtrack falsify: input that cannot be is one line, and nothing that it needs is replaced."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import planted_failure
+import pytest
+from command_line import Call
+
+import irsim
+from irtrack.errors import InputError
+from irtrack.falsify import find_failure
+
+
+@pytest.fixture
+def cli(bare_call: Call, tmp_path: Path) -> Call:
+    """`irtrack falsify WORDS` in a folder that holds blind.yaml."""
+    (tmp_path / "blind.yaml").write_text(planted_failure.SCENE)
+    return lambda *words: bare_call("falsify", *words)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["blind.yaml", "--tracker", "kalmn"], "unknown tracker 'kalmn'"),
+        (
+            ["blind.yaml", "--tracker", "kalman", "--search", "cmaes"],
+            "search 'cmaes': allowed: cma, sobol, random; did",
+        ),
+        (["blind.yaml", "--tracker", "kalman", "--budget", "0"], "--budget"),
+        (["blind.yaml", "--tracker", "kalman", "--fresh", "4"], "fresh 4: allowed: 5 or more"),
+        (["blind.yaml", "--tracker", "kalman", "--input", "bits"], "--input bits: allowed: display or counts"),
+        (["sky", "--tracker", "kalman"], "sky.yaml: vary: nothing varies that could be searched"),
+        (["none.yaml", "--tracker", "kalman"], "none.yaml: cannot read it: there is no such file"),
+        (["blind.yaml", "camera.netd=3", "--tracker", "kalman"], "unknown key 'netd'"),
+        (
+            ["blind.yaml", "--tracker", "kalman", "-o", "blind.yaml"],
+            "blind.yaml: is no folder; allowed: the name of a folder",
+        ),
+        (["blind.yaml", "--tracker", "kalman", "-o", "bad"], "bad/trials.jsonl:1: is no trial"),
+        (["blind.yaml", "--tracker", "kalman", "-o", "odd"], "odd/trials.jsonl: is a folder"),
+        (["some.mcap", "--tracker", "kalman"], "some.mcap: is a recording, where nothing varies"),
+    ],
+)
+def test_bad_input_is_one_line(cli: Call, words: list[str], said: str) -> None:
+    Path("bad").mkdir()
+    Path("odd/trials.jsonl").mkdir(parents=True)
+    Path("bad/trials.jsonl").write_text("{}\n")
+    Path("some.mcap").write_bytes(b"\x89MCAP")
+    status, out, err = cli(*words)
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert said in err
+
+
+@pytest.mark.parametrize("word", ["jobs", "budget", "fresh"])
+def test_what_is_no_whole_number_is_one_line(tmp_path: Path, word: str) -> None:
+    scene = irsim.loads(planted_failure.SCENE)
+    with pytest.raises(InputError, match=rf"^{word} None: allowed: a whole number, \d or more$"):
+        find_failure(scene, "kalman", tmp_path, **{word: None})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("name", ["minimal.yaml", "report.md", "trials.jsonl"])
+def test_the_scenario_itself_is_not_replaced(cli: Call, name: str) -> None:
+    """Nor looked for a failure in: a search of hours would end with nowhere to put it."""
+    Path(name).write_text(planted_failure.SCENE)
+    words = (name, "--tracker", "planted_failure:Blind", "-o", ".")
+    assert cli(*words) == (
+        2,
+        "",
+        f"irtrack: {name}: would replace {name}, which this command needs; allowed: another name\n",
+    )
+    assert {path.name for path in Path().iterdir()} == {"blind.yaml", name}
+    assert Path(name).read_text() == planted_failure.SCENE
+    with pytest.raises(InputError, match="would replace"):
+        find_failure(name, "planted_failure:Blind", ".")
