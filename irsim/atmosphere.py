@@ -42,7 +42,7 @@ FOG_TOP_KM = 0.2
 _EARTH_KM = 6371.0
 _TOP_KM = 40.0
 """Above this there is no air that counts."""
-HIGHEST_M = 20_000.0
+HIGHEST_M = 20_000
 """How high above the sea a camera may be, m."""
 _STEPS = 40
 _SKY_STEPS = 120

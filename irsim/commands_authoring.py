@@ -17,7 +17,9 @@ from irsim.wording import counted
 
 
 def new(
-    kind: Annotated[str, typer.Argument(metavar="KIND", help="What is behind: sky, ground, sea, landscape, ...")],
+    kind: Annotated[
+        str, typer.Argument(metavar="KIND", help="sky, ground, sea, landscape, recording (yours), severities or vary.")
+    ],
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="YAML", help="Default: KIND.yaml in this folder.")
     ] = None,

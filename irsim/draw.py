@@ -121,16 +121,15 @@ def _draw_frame(axes: Axes, frame: Frame, truth: Truth | None, follow: str | Non
     for target in truth.targets if truth is not None else ():
         box = Box(target.box.cx, target.box.cy, target.box.w + MARGIN_PX, target.box.h + MARGIN_PX)
         _draw_box(axes, box, target.hidden)
-        outline = [withStroke(linewidth=1.5, foreground="black")]
         axes.text(
-            box.left,
+            name_left(box),
             box.top - 1,
             target.id,
             color=TRUTH_COLOR,
             fontsize=7,
             va="bottom",
             clip_on=True,
-            path_effects=outline,
+            path_effects=[withStroke(linewidth=1.5, foreground="black")],
         )
     followed = truth.target(follow) if truth is not None and follow is not None else None
     if followed is not None and followed.in_view is not False:
@@ -152,6 +151,11 @@ def _draw_box(axes: Axes, box: Box, hidden: bool) -> None:
             linestyle=":" if hidden else "-",
         )
     )
+
+
+def name_left(box: Box) -> float:
+    """Where the name of a box begins, px: at its left edge, or the picture's while any of the box is in it."""
+    return min(max(box.left, 0.0), box.right)
 
 
 def zoom_corner(box: Box, others: Sequence[Box], size: tuple[int, int]) -> tuple[float, float]:
@@ -178,10 +182,20 @@ def zoom_corner(box: Box, others: Sequence[Box], size: tuple[int, int]) -> tuple
     return chosen
 
 
+def zoom_side(box: Box, size: tuple[int, int]) -> int | None:
+    """Side, px, of the part around a box that is enlarged in a picture of `size`; None where nothing would be."""
+    columns, rows = size
+    side = max(ZOOM_PX, 2 * round(max(box.w, box.h)))
+    return side if side < min(ZOOM_SHARE * rows, columns) else None
+
+
 def _draw_zoom(axes: Axes, image: Image, box: Box, others: Sequence[Box], greys: tuple[int, int]) -> None:
-    """An enlarged part around a box, in the corner where it hides least."""
+    """An enlarged part around a box, in the corner where it hides least; none where it would show the box smaller than
+    the picture does."""
     rows, columns = image.shape
-    side = min(max(ZOOM_PX, 2 * round(max(box.w, box.h))), rows, columns)
+    side = zoom_side(box, (columns, rows))
+    if side is None:
+        return
     left = min(max(round(box.cx - side / 2), 0), columns - side)
     top = min(max(round(box.cy - side / 2), 0), rows - side)
     zoom = axes.inset_axes((*zoom_corner(box, others, (columns, rows)), ZOOM_SHARE * rows / columns, ZOOM_SHARE))

@@ -6,6 +6,8 @@ import signal
 import sys
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 from command_line import OWN_TRACKERS, SCENE_OF_TWO, SMALL_SCENE, Answer, Call, Done, Run
 from hypothesis import HealthCheck, settings
@@ -14,6 +16,7 @@ import irsim
 import irtrack.cli
 from irsim import crew
 from irsim.cli import main
+from irsim.convert import import_frames
 from irsim.division import DIVIDED, WHOLE, Trial, Way
 
 # No test is timed: on a busy machine drawing is slow, and nothing is wrong.
@@ -61,6 +64,23 @@ def folder(tmp_path: Path) -> Path:
     """A folder with `SMALL_SCENE` in it, as scene.yaml."""
     (tmp_path / "scene.yaml").write_text(SMALL_SCENE)
     return tmp_path
+
+
+@pytest.fixture(scope="session")
+def footage(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Pictures as somebody imported them, of the size, depth and rate that `irsim new recording` begins with."""
+    folder = tmp_path_factory.mktemp("footage")
+    for index in range(3):
+        even = np.full((256, 320), 100 + index, np.uint8)
+        cv2.imwrite(str(folder / f"{index}.png"), even)
+    return import_frames(folder, folder / "footage.mcap", rate_hz=25)
+
+
+@pytest.fixture
+def beside_footage(footage: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """This process works in a folder that holds the footage."""
+    (tmp_path / footage.name).symlink_to(footage)
+    monkeypatch.chdir(tmp_path)
 
 
 @pytest.fixture(scope="session")

@@ -27,6 +27,7 @@ SHIPPED = {
 VALIDATOR = jsonschema.Draft202012Validator(json_schema())
 
 
+@pytest.mark.usefixtures("beside_footage")
 @pytest.mark.parametrize("name", shipped("new"))
 def test_a_new_scenario_is_in_order_and_renders(name: str, tmp_path: Path, run: Run) -> None:
     assert run("new", name, cwd=tmp_path).stdout == f"{name}.yaml\nlook at it: irsim show {name}.yaml\n"
@@ -60,6 +61,7 @@ def test_the_schema_is_one_and_is_printed(tmp_path: Path, run: Run) -> None:
     assert json.loads((tmp_path / "s.json").read_text()) == json_schema()
 
 
+@pytest.mark.usefixtures("beside_footage")
 @pytest.mark.parametrize("name", SHIPPED)
 def test_the_schema_takes_every_shipped_scenario(name: str) -> None:
     VALIDATOR.validate(read(SHIPPED[name]).value)

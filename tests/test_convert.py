@@ -76,6 +76,16 @@ def test_colours_become_grey_and_grey_stored_as_colour_is_kept(tmp_path: Path) -
     assert recording.contents.notes == ("1 of 2 pictures had colours: made grey by luma (ITU-R BT.601)",)
 
 
+def test_a_video_in_colours_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "clip.avi"
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), 12.5, (64, 48))
+    for greens in (100, 130):  # of the second picture the greens are 30 above the others
+        writer.write(np.dstack([np.full((48, 64), grey, np.uint8) for grey in (100, greens, 100)]))
+    writer.release()
+    recording = open_recording(import_frames(path, tmp_path / "r.mcap"))
+    assert recording.contents.notes == ("1 of 2 pictures had colours: made grey by luma (ITU-R BT.601)",)
+
+
 def test_a_video(tmp_path: Path) -> None:
     path = tmp_path / "clip.avi"
     images = [cv2.GaussianBlur(image, (0, 0), 3) for image in pictures(6, size=(64, 48))]
@@ -87,6 +97,7 @@ def test_a_video(tmp_path: Path) -> None:
     assert (recording.size, recording.bits, recording.rate_hz, len(recording)) == ((64, 48), 8, 12.5, 6)
     for frame, image in zip(recording.frames(), images, strict=True):
         assert np.abs(frame.image.astype(int) - image).mean() < 3  # MJPG is lossy
+    assert recording.contents.notes == ()  # the codec leaves channels some greys apart, and no colours
     assert open_recording(import_frames(path, tmp_path / "s.mcap", rate_hz=50)).rate_hz == 50
     past = tmp_path / "gt.csv"
     past.write_text("frame,x,y,w,h\n6,1,1,2,2\n")

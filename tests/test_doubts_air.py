@@ -126,7 +126,8 @@ def test_a_cloud_colder_than_the_sky_behind_it_is_told() -> None:
 
     (notice,) = told(265.1)
     assert notice.at == ("background", "clouds", 1, "temperature_k")
-    assert notice.what.startswith("low looks 265 K, colder than the clear sky of 270 K behind it low in the picture")
+    told_of = "the layer low looks 265 K, colder than the clear sky of 270 K behind it low in the picture"
+    assert notice.what.startswith(told_of)
     assert "at 10.0 degrees" in notice.what
     assert told(265.3) == []  # the sky's own figures are good to 5 K
     assert told(200.0, camera={**camera, "elevation_deg": -20}) == []

@@ -11,9 +11,10 @@ from irsim.shipped import shipped
 
 FOLDERS = ("examples", "new", "regressions", "sources", "stress")
 SCENES = [path for folder in FOLDERS for path in shipped(folder).values()]
-COLD_CLOUDS = "clouds looks 272 K, colder than the clear sky"
+COLD_CLOUDS = "the layer clouds looks 272 K, colder than the clear sky"
 
 
+@pytest.mark.usefixtures("beside_footage")
 @pytest.mark.parametrize("path", SCENES, ids=lambda path: f"{path.parent.name}/{path.stem}")
 def test_no_shipped_scenario_is_doubted(path: Path) -> None:
     most = min(map(len, load(path).severities.values()), default=1) - 1

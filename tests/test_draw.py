@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from irsim.draw import drawn_greys, zoom_corner
+from irsim.draw import drawn_greys, name_left, zoom_corner, zoom_side
 from irsim.types import Box
 
 SIZE = (200, 100)  # the enlarged part is 30 px wide and high
@@ -33,3 +33,22 @@ def test_a_sheet_whose_frames_use_less_than_half_of_the_greys_is_drawn_from_blac
 ) -> None:
     """137 - 10 is under 255 / 2, 138 - 10 is not; of one grey there is nothing to stretch."""
     assert drawn_greys([np.array([ends], np.uint8) for ends in used]) == drawn
+
+
+@pytest.mark.parametrize(
+    ("side", "drawn"),
+    [(5, 32), (20, 40), (38, 76), (38.6, None), (200, None)],
+)
+def test_the_enlarged_part_shows_nothing_smaller_than_it_is(side: float, drawn: int | None) -> None:
+    """It takes 0.3 of 256 rows, 76.8 px, and shows twice what a target takes."""
+    assert zoom_side(Box(150, 120, side, 4), (320, 256)) == drawn
+
+
+def test_a_small_picture_has_no_part_that_would_be_smaller_there() -> None:
+    assert zoom_side(Box(50, 50, 4, 4), SIZE) is None  # 32 px in 30
+
+
+def test_a_name_begins_within_the_picture_while_its_box_is_in_it() -> None:
+    assert name_left(Box(20, 20, 10, 10)) == 15
+    assert name_left(Box(2, 20, 10, 10)) == 0
+    assert name_left(Box(-20, 20, 10, 10)) == -15

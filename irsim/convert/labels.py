@@ -66,7 +66,8 @@ class Labels:
         gappy = {name: frames - len(rows) for name, rows in self.rows.items() if len(rows) <= max(rows) - min(rows)}
         if not gappy:
             return self._early_end(frames)
-        named = [f"for {name} in {missing} of {frames} frames" for name, missing in islice(gappy.items(), _NAMED)]
+        whole = counted(frames, "frame")
+        named = [f"for {name} in {missing} of {whole}" for name, missing in islice(gappy.items(), _NAMED)]
         if len(gappy) > _NAMED:
             named.append(f"for {counted(len(gappy) - _NAMED, 'more target')}")
         return (

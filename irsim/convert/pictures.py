@@ -17,6 +17,10 @@ from irsim.errors import InputError
 from irsim.types import Image
 
 _PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
+_CODEC_ROUNDS = 4
+"""Greys that the channels of a grey picture may lie apart after a video codec: its two colour differences rounded one
+step off grey turn red by 255/224 * 1.402 = 1.6 greys and blue by 255/224 * 1.772 = 2.0 the other way (ITU-R BT.601)."""
+
 _END_AT_LEAST = 12  # bytes of a PNG chunk around its data: length, type, CRC
 
 
@@ -140,7 +144,7 @@ class Video:
                 there, image = capture.read()
                 if not there:
                     break
-                yield _grey(image, f"{self._path}: frame {index}")
+                yield _grey(image, f"{self._path}: frame {index}", _CODEC_ROUNDS)
                 index += 1
         finally:
             capture.release()
@@ -148,8 +152,8 @@ class Video:
             raise InputError(f"{self._path}: no frame of this video can be decoded")
 
 
-def _grey(image: Any, place: str) -> Picture:
-    """Grey from grey or colour; three equal channels are grey that was stored as colour."""
+def _grey(image: Any, place: str, rounded: int = 0) -> Picture:
+    """Grey from grey or colour; channels that lie at most `rounded` greys apart are grey that was stored as colour."""
     if image.dtype not in (np.uint8, np.uint16):
         raise InputError(f"{place}: has pixels of type {image.dtype}; allowed: 8 or 16 bit")
     if image.ndim == 2:
@@ -158,4 +162,4 @@ def _grey(image: Any, place: str) -> Picture:
     if (colours == colours[..., :1]).all():
         return Picture(np.ascontiguousarray(colours[..., 0]), place, False)
     grey: Any = cv2.cvtColor(np.ascontiguousarray(colours), cv2.COLOR_BGR2GRAY)
-    return Picture(grey, place, True)
+    return Picture(grey, place, bool((colours.max(axis=-1) - colours.min(axis=-1) > rounded).any()))

@@ -62,8 +62,8 @@ def cold_clouds(scenario: Scenario) -> Iterator[Notice]:
         if seen_k < sky_k - FIT_K:
             yield Notice(
                 ("background", "clouds", index, "temperature_k"),
-                f"{cloud.id} looks {seen_k:.0f} K, colder than the clear sky of {sky_k:.0f} K behind it low in the "
-                f"picture, at {math.degrees(low):.1f} degrees; clouds are as warm as the air at their height",
+                f"the layer {cloud.id} looks {seen_k:.0f} K, colder than the clear sky of {sky_k:.0f} K behind it low "
+                f"in the picture, at {math.degrees(low):.1f} degrees; clouds are as warm as the air at their height",
             )
 
 

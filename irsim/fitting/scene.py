@@ -18,6 +18,7 @@ from irsim.measure import Figures, Measured
 from irsim.radiometry import radiance, slope, temperature
 from irsim.scale import Scale
 from irsim.types import Band, Curve, Source
+from irsim.wording import counted
 
 NOMINAL_RANGE_K = (220.0, 400.0)
 NOMINAL_IFOV_RAD = 0.5e-3
@@ -106,7 +107,7 @@ class Scene:
     def lines(self, frames: int) -> Iterator[str]:
         columns, rows = self.size
         found = self.figures
-        yield f"# Fitted to {frames} frames of {self.name} by irsim fit; ranges are 95 % intervals."
+        yield f"# Fitted to {counted(frames, 'frame')} of {self.name} by irsim fit; ranges are 95 % intervals."
         yield from (f"# Note: {note}." for note in (*found.notes, *self.notes))
         yield f"about: {json.dumps(f'A camera and a background like those of {self.name}')}"
         yield f"frames: {frames}"
