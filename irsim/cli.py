@@ -17,20 +17,13 @@ from irsim.asked import OverridesArgument, SeedOption, SourceArgument, WithoutOp
 from irsim.errors import InputError
 from irsim.files import check_output
 from irsim.span import parsed
-from irsim.terminal import first_options, progress_bar, run
+from irsim.terminal import commands, progress_bar, run
 from irsim.wording import counted
 
 if TYPE_CHECKING:
     from irsim.display import Agc
 
-app = typer.Typer(
-    help="Render infrared scenes from YAML, record frames with exact truth, import real ones.",
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
-    add_completion=False,
-    no_args_is_help=True,
-    callback=first_options,
-)
+app = commands("Render infrared scenes from YAML, record frames with exact truth, import real ones.")
 
 RecordingOption = Annotated[Path | None, typer.Option("-o", "--output", metavar="REC", help="The recording to write.")]
 

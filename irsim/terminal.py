@@ -35,6 +35,18 @@ UsageError: Any = typer.BadParameter.__base__
 """What typer raises of options and arguments; it has no public name there."""
 
 
+def commands(help: str) -> typer.Typer:
+    """A command of commands, all plain text, as both have it; `--version` and `--import` come before any of them."""
+    return typer.Typer(
+        help=help,
+        rich_markup_mode=None,
+        pretty_exceptions_enable=False,
+        add_completion=False,
+        no_args_is_help=True,
+        callback=first_options,
+    )
+
+
 def run(app: typer.Typer, name: str) -> None:
     """Run the command `name`: what is raised on purpose becomes lines on standard error and exit status 2."""
     # Kinds and trackers of a user's own (module:Class) may lie in the folder where the command is given.

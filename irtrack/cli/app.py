@@ -31,14 +31,7 @@ if TYPE_CHECKING:
     from irsim.types import Source
     from irtrack.falsify.told import Told
 
-app = typer.Typer(
-    help="Replay infrared recordings into trackers, measure where they break, and report it.",
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
-    add_completion=False,
-    no_args_is_help=True,
-    callback=terminal.first_options,
-)
+app = terminal.commands("Replay infrared recordings into trackers, measure where they break, and report it.")
 
 
 def main() -> None:

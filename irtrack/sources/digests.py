@@ -42,6 +42,7 @@ def at_ratio(ratio: float) -> Scene:
 
 COUNTS = (25, 50, 100, 200, 400)
 LIKENESSES = (0.4, 0.7, 0.8, 0.85, 0.9, 0.95, 1.0)
+SWEPT = {"mean error, px": error_all, "lost, share of seeds": lost}
 RATIOS = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
 SVD = {"SVD and PF": "svd_pf", "SVD alone": "svd_pf:use=svd", "PF alone": "svd_pf:use=pf"}
 
@@ -104,13 +105,13 @@ AN = Paper(
             "Error against the false target's likeness, wide cloud",
             "contrast of the false target as a share of the true one's",
             {likeness: (alike(likeness), wide()) for likeness in LIKENESSES},
-            {"mean error, px": error_all, "lost, share of seeds": lost},
+            SWEPT,
         ),
         Sweep(
             "Error against the number of particles, wide cloud",
             "N",
             {float(n): (FALSE, wide(n)) for n in COUNTS},
-            {"mean error, px": error_all, "lost, share of seeds": lost},
+            SWEPT,
         ),
     ),
     switches=tuple(

@@ -17,7 +17,7 @@ from irtrack.features.mean_shift import back_projection
 from irtrack.features.quantise import BinsRange, Quantiser, quantiser
 from irtrack.features.window import Window, region
 from irtrack.trackers.base import Footage, Sight, footage, start_window
-from irtrack.trackers.gated import GatedPart
+from irtrack.trackers.gated import GatedPart, filtered
 from irtrack.types import Estimate
 
 CONVERGED = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 0.5)
@@ -125,15 +125,9 @@ class CamShiftKalman(GatedPart):
                 mean, covariance = self.update(mean, covariance, place)
                 now = np.clip(np.divide(ellipse, start.ellipse), *SIZES)
                 scale = scale + self.resize * (now - scale)
-        x, y, vx, vy = mean.tolist()
-        return replace(state, mean=mean, covariance=covariance, scale=scale, sight=sight), Estimate(
-            center=(x, y),
-            size=(float(scale[0]) * start.size[0], float(scale[1]) * start.size[1]),
-            status=sight.status(self.lost_after),
-            score=score,
-            velocity=(vx, vy),
-            covariance=covariance[:2, :2],
-        )
+        after = replace(state, mean=mean, covariance=covariance, scale=scale, sight=sight)
+        size = (float(scale[0]) * start.size[0], float(scale[1]) * start.size[1])
+        return after, filtered(mean, covariance, size, sight.status(self.lost_after), score)
 
     def _found(
         self, start: Start, image: Image, center: Floats, scale: Floats

@@ -8,6 +8,7 @@ from irsim.types import Box, Floats
 from irtrack.filters import kalman as filter
 from irtrack.filters.motion import constant_velocity
 from irtrack.trackers.base import Deviation, Ratio, Spread, TrackerPart
+from irtrack.types import Estimate, Status
 
 
 class GatedPart(TrackerPart):
@@ -46,3 +47,13 @@ class GatedPart(TrackerPart):
     def _measured(self, mean: Floats) -> tuple[Floats, Floats]:
         """H (2, n), which takes the place from the mean, and R (2, 2) px^2, the measurement's noise."""
         return np.eye(2, len(mean)), self.measurement_sd**2 * np.eye(2)
+
+
+def filtered(
+    mean: Floats, covariance: Floats, size: tuple[float, float], status: Status, score: float | None
+) -> Estimate:
+    """What is said of a target of `size` (w, h) px by the filter's mean (n,) and covariance (n, n)."""
+    x, y, vx, vy = mean[:4].tolist()
+    return Estimate(
+        center=(x, y), size=size, status=status, score=score, velocity=(vx, vy), covariance=covariance[:2, :2]
+    )

@@ -10,7 +10,7 @@ import numpy as np
 from irsim.kinds import Fraction
 from irsim.types import Box, Floats, Frame
 from irtrack.trackers.base import Sight
-from irtrack.trackers.gated import GatedPart
+from irtrack.trackers.gated import GatedPart, filtered
 from irtrack.trackers.grey import Appearance, blend
 from irtrack.trackers.shifting import ShiftPart
 from irtrack.types import Estimate
@@ -63,13 +63,6 @@ class MeanShiftKalman(ShiftPart, GatedPart):
         if sight.missed == 0:
             mean, covariance = self.update(mean, covariance, measured)
             reference = blend(reference, judged, self.alpha)
-        x, y, vx, vy = mean.tolist()
         after = replace(state, reference=reference, mean=mean, covariance=covariance, sight=sight)
-        return after, Estimate(
-            center=(x, y),
-            size=appearance.size,
-            status=sight.status(self.lost_after) if in_view else "lost",
-            score=judged.score,
-            velocity=(vx, vy),
-            covariance=covariance[:2, :2],
-        )
+        status = sight.status(self.lost_after) if in_view else "lost"
+        return after, filtered(mean, covariance, appearance.size, status, judged.score)

@@ -18,7 +18,7 @@ from irtrack.features.mean_shift import Bandwidth, bandwidth, kernel_histogram, 
 from irtrack.features.quantise import Quantiser, quantiser
 from irtrack.features.window import Window, region
 from irtrack.trackers.base import Footage, Sight, footage, start_window
-from irtrack.trackers.gated import GatedPart
+from irtrack.trackers.gated import GatedPart, filtered
 from irtrack.types import Estimate
 
 BINS = 32
@@ -122,15 +122,8 @@ class PlacePart(GatedPart):
                 mean, covariance = self.update(mean, covariance, place)
             else:
                 sight = state.sight.unseen()
-        x, y, vx, vy = mean[:4].tolist()
-        return replace(state, mean=mean, covariance=covariance, sight=sight), Estimate(
-            center=(x, y),
-            size=target.size,
-            status=sight.status(self.lost_after),
-            score=score,
-            velocity=(vx, vy),
-            covariance=covariance[:2, :2],
-        )
+        after = replace(state, mean=mean, covariance=covariance, sight=sight)
+        return after, filtered(mean, covariance, target.size, sight.status(self.lost_after), score)
 
     def _measure(
         self, state: PlaceState, image: Image, mean: Floats, variance: Floats
