@@ -217,7 +217,7 @@ def _too_long(time_ms: float, rate_hz: float, at: tuple[str, ...]) -> PydanticCu
 def _filled(given: Mapping[str, Any]) -> dict[str, Any]:
     """A camera's keys with those of its preset, and with the noise that goes with its detector."""
     preset = given.get("preset")
-    keys = PRESETS.get(preset, {}) if isinstance(preset, str) else {}  # type: ignore[call-overload]
+    keys = PRESETS.get(preset, {}) if isinstance(preset, str) else {}  # type: ignore[call-overload]  # a user's text may name no preset
     filled = {**keys, **given}
     detector = filled.get("detector")
     if isinstance(detector, Mapping):

@@ -108,7 +108,7 @@ def process(
     tells of it.
     """
     pickled = pickle.dumps((function, arguments))
-    made: BaseProcess = context.Process(target=_begin, args=(pickled, *inherited), daemon=True)  # type: ignore[attr-defined]
+    made: BaseProcess = context.Process(target=_begin, args=(pickled, *inherited), daemon=True)  # type: ignore[attr-defined]  # typeshed has it in the kinds of context only
     return made
 
 

@@ -18,7 +18,7 @@ def lean(cls: type[Value]) -> type[Value]:
         kind = type(self)
         return kind, _values(kind)(self)  # type: ignore[arg-type]  # mypy takes its values' hash for the class's
 
-    cls.__reduce__ = reduce  # type: ignore[assignment]
+    cls.__reduce__ = reduce  # type: ignore[assignment]  # mypy allows no method to be set
     return cls
 
 

@@ -142,7 +142,7 @@ def growth() -> None:
 
     model = Growth.of(256, 0)
     for name, filter in (("bootstrap", BOOTSTRAP), ("wspf", WSPF)):
-        seconds = median_s(lambda k, filter=filter: run(model, filter, k), 7, 1)  # type: ignore[misc]
+        seconds = median_s(lambda k, filter=filter: run(model, filter, k), 7, 1)  # type: ignore[misc]  # mypy cannot type a lambda's default
         report(f"growth_{name}_100_particles", 1e6 * seconds / model.states.size, "us/run-step")
 
 

@@ -135,8 +135,8 @@ def test_any_process_gives_the_same_frames(tmp_path: Path) -> None:
 
 def test_its_range_of_temperatures_is_taken_from_the_recording(tmp_path: Path) -> None:
     file = footage(tmp_path)
-    assert scene(file).background.range_k == (250.0, 330.0)  # type: ignore[attr-defined]
-    assert scene(file, {"range_k": (200.0, 500.0)}).background.range_k == (200.0, 500.0)  # type: ignore[attr-defined]
+    assert scene(file).background.range_k == (250.0, 330.0)  # type: ignore[attr-defined]  # it is a Recorded
+    assert scene(file, {"range_k": (200.0, 500.0)}).background.range_k == (200.0, 500.0)  # type: ignore[attr-defined]  # it is a Recorded
 
 
 def preset_scene(preset: str, **keys: Any) -> Scenario:

@@ -32,8 +32,8 @@ def test_reflectance_of_water() -> None:
     """At normal incidence ((n - 1)^2 + k^2) / ((n + 1)^2 + k^2), at grazing incidence 1."""
     for band, n, k in (("mwir", 1.351, 0.0046), ("lwir", 1.218, 0.0508)):
         expected = ((n - 1) ** 2 + k**2) / ((n + 1) ** 2 + k**2)
-        assert float(reflectance(band, np.array(np.pi / 2))) == pytest.approx(expected, rel=1e-6)  # type: ignore[arg-type]
-        assert float(reflectance(band, np.array(0.0))) == pytest.approx(1)  # type: ignore[arg-type]
+        assert float(reflectance(band, np.array(np.pi / 2))) == pytest.approx(expected, rel=1e-6)  # type: ignore[arg-type]  # the name of a band, to mypy any str
+        assert float(reflectance(band, np.array(0.0))) == pytest.approx(1)  # type: ignore[arg-type]  # the name of a band, to mypy any str
     angles = np.linspace(0.01, np.pi / 2, 50)
     assert np.all(np.diff(reflectance("mwir", angles)) < 0)
 

@@ -162,7 +162,7 @@ def test_a_recording_repeats_tracker_seeds(tmp_path: Path) -> None:
         traces = [results.trace(cell.key) for cell in cells]
         (source,) = results.sources().values()
     assert [(cell.key.scene_seed, cell.key.tracker_seed) for cell in cells] == [(None, 0), (None, 1)]
-    assert not np.array_equal(traces[0].centers, traces[1].centers)  # type: ignore[union-attr]
+    assert not np.array_equal(traces[0].centers, traces[1].centers)  # type: ignore[union-attr]  # not None, or the test fails
     assert (source.kind, source.length, source.size, source.rate_hz) == ("recording", 20, (64, 48), 10.0)
 
 

@@ -66,7 +66,7 @@ class Full:
         connect = sqlite3.connect
 
         def limited(*words: object, **named: object) -> sqlite3.Connection:
-            database = connect(*words, **named)  # type: ignore[call-overload]
+            database = connect(*words, **named)  # type: ignore[call-overload]  # whatever it is called with
             database.execute(f"PRAGMA max_page_count = {pages}")
             assert isinstance(database, sqlite3.Connection)
             return database
@@ -84,7 +84,7 @@ def test_a_full_disk_keeps_what_was_measured(tmp_path: Path, monkeypatch: pytest
         kept = {cell.key for cell in left.cells()}
     assert 0 < len(kept) < 60
     counts: list[tuple[int, int]] = []
-    progress = lambda done, total: counts.append((done, total))  # noqa: E731
+    progress = lambda done, total: counts.append((done, total))  # noqa: E731 - as short as what it stands for
     with run_bench([Strip()], entries, seeds=60, results=path, progress=progress) as results:
         assert kept < {cell.key for cell in results.cells()}
     assert counts[-1] == (60 - len(kept), 60 - len(kept))

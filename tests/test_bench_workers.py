@@ -175,7 +175,7 @@ class Typed(Walker):
 
 def test_what_a_worker_cannot_import_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     typed = ModuleType("typed_in")
-    typed.Typed = Typed  # type: ignore[attr-defined]
+    typed.Typed = Typed  # type: ignore[attr-defined]  # a module made here
     monkeypatch.setitem(sys.modules, "typed_in", typed)
     monkeypatch.setattr(Typed, "__module__", "typed_in")
     with pytest.raises(IrtrackError, match=r"cannot read what it is to run: .*'typed_in'; allowed: a class at the top"):

@@ -37,7 +37,7 @@ def source() -> irsim.Rendering:
 
 def shown(value: object) -> str:
     """The HTML of a value, after checks that hold for each."""
-    html = str(value._repr_html_())  # type: ignore[attr-defined]
+    html = str(value._repr_html_())  # type: ignore[attr-defined]  # each of them has a card
     Page(html)  # well formed
     assert len(html) < LEAST_BYTES
     assert "<script" not in html

@@ -48,7 +48,7 @@ def test_the_page_of_commands_names_every_command_and_its_options(name: str) -> 
     app = {"irsim": irsim_app, "irtrack": irtrack_app}[name]
     rows = (Path(__file__).parent.parent / "docs" / "commands.md").read_text().splitlines()
     missing = []
-    for command, found in typer.main.get_command(app).commands.items():  # type: ignore[attr-defined]
+    for command, found in typer.main.get_command(app).commands.items():  # type: ignore[attr-defined]  # it is a group of commands
         row = next((row for row in rows if row.startswith((f"| `{name} {command} ", f"| `{name} {command}`"))), None)
         if row is None:
             missing.append(command)

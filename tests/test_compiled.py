@@ -68,7 +68,7 @@ def test_what_the_plain_loops_take_the_compiled_ones_take() -> None:
     quantiser, h = full_range(8, 16), (4.0, 4.0)
     reference = np.full(16, 1 / 16)
     columns = np.array([[10.0, 12.0], [20.0, 22.0]]).T
-    found = mean_shift(level, columns, h, quantiser, reference, np.int64(3))  # type: ignore[arg-type]
+    found = mean_shift(level, columns, h, quantiser, reference, np.int64(3))  # type: ignore[arg-type]  # a whole number of numpy's is the test
     assert (found.centers == mean_shift(level, columns.copy(), h, quantiser, reference, 3).centers).all()
     places = np.arange(8.0).reshape(2, 4).T
     assert velocity_likeness(places, columns, "lambda") == pytest.approx(

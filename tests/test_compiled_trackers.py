@@ -161,7 +161,7 @@ def test_tracks_are_the_same(name: str) -> None:
 @pytest.mark.parametrize("bits", [8, 16])
 def test_an_image_that_is_not_in_one_piece(bits: int) -> None:
     frames = [frame for frame, _ in blob(5, count=4, bits=bits)]
-    cut = [replace(frame, image=np.asfortranarray(frame.image)) for frame in frames]  # type: ignore[arg-type]
+    cut = [replace(frame, image=np.asfortranarray(frame.image)) for frame in frames]  # type: ignore[arg-type]  # numpy's stubs lose the element type
     box = Box(80, 60, 14, 10)
     for name in ("grey_pf", "mean_shift"):
         assert follow(irtrack.make(name), cut, box)[-1].center == follow(irtrack.make(name), frames, box)[-1].center
@@ -218,4 +218,4 @@ def test_wrong_calls_are_errors() -> None:
     with pytest.raises(TypeError):
         kernels.line(two.astype(np.float32), two, two)
     with pytest.raises(ValueError, match="picture"):
-        kernels.window_masses(two, table, corners, np.zeros((3, 3)), np.zeros((2, 4)))  # type: ignore[arg-type]
+        kernels.window_masses(two, table, corners, np.zeros((3, 3)), np.zeros((2, 4)))  # type: ignore[arg-type]  # what is wrong is the test

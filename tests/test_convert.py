@@ -54,8 +54,8 @@ def test_true_depth_of_16_bit_pictures(tmp_path: Path) -> None:
 
 def test_an_agc_may_be_chosen(tmp_path: Path, folder: Path) -> None:
     linear = AGCS.parse({"kind": "linear"})
-    recording = open_recording(import_frames(folder, tmp_path / "r.mcap", agc=linear))  # type: ignore[arg-type]
-    wanted = linear.display(pictures()[1], 8)  # type: ignore[attr-defined]
+    recording = open_recording(import_frames(folder, tmp_path / "r.mcap", agc=linear))  # type: ignore[arg-type]  # AGCS.parse gives any Kind
+    wanted = linear.display(pictures()[1], 8)  # type: ignore[attr-defined]  # AGCS.parse gives any Kind
     assert np.array_equal(recording.frame(1, "display").image, wanted)
 
 

@@ -204,7 +204,7 @@ def test_bloom_fills_the_line_and_loses_nothing(along: str) -> None:
     signal = hot_spot() + 0
     signal[15, 20] = 1000 + 2 * (3 * 900 + 30)
     total = signal.sum(dtype=np.float64)
-    Bloom(along=along).spill(signal, 1000.0)  # type: ignore[arg-type]
+    Bloom(along=along).spill(signal, 1000.0)  # type: ignore[arg-type]  # one of its words, to mypy any str
     line = signal[:, 20] if along == "columns" else signal[15]
     middle = 15 if along == "columns" else 20
     np.testing.assert_allclose(line[middle - 3 : middle + 4], 1000)
@@ -229,9 +229,9 @@ def test_bloom_all_around_falls_off_and_spills_its_share() -> None:
 def test_bloom_leaves_a_picture_without_saturation_alone(along: str) -> None:
     signal = hot_spot()
     expected = signal.copy()
-    Bloom(along=along).spill(signal, 1e6)  # type: ignore[arg-type]
+    Bloom(along=along).spill(signal, 1e6)  # type: ignore[arg-type]  # one of its words, to mypy any str
     np.testing.assert_array_equal(signal, expected)
-    Bloom(along=along, fraction=0.0).spill(signal, 1000.0)  # type: ignore[arg-type]
+    Bloom(along=along, fraction=0.0).spill(signal, 1000.0)  # type: ignore[arg-type]  # one of its words, to mypy any str
     np.testing.assert_array_equal(signal, np.minimum(expected, 1000))
 
 

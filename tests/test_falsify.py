@@ -37,7 +37,7 @@ def hunt(
         folder,
         seed=seed,
         name="blind",
-        **options,  # type: ignore[arg-type]
+        **options,  # type: ignore[arg-type]  # options of any type
     )
 
 

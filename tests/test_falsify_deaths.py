@@ -49,7 +49,7 @@ def found_of(tracker: str, folder: Path, **options: object) -> Failure:
         folder,
         name="blind",
         fresh=5,
-        **{"frame_limit_s": LIMIT_S, **options},  # type: ignore[arg-type]
+        **{"frame_limit_s": LIMIT_S, **options},  # type: ignore[arg-type]  # options of any type
     )
     assert isinstance(found, Failure)
     return found
@@ -129,7 +129,7 @@ def broken_scene() -> irsim.Scenario:
 
 
 def subject(tracker: object) -> Subject:
-    return Subject("planted", tracker, "display", rules_of(irsim.loads(SCENE)))  # type: ignore[arg-type]
+    return Subject("planted", tracker, "display", rules_of(irsim.loads(SCENE)))  # type: ignore[arg-type]  # a planted one, no tracker to mypy
 
 
 @pytest.fixture
@@ -181,7 +181,7 @@ def test_a_source_that_kills_late_is_not_blamed_on_a_tracker(processes: Callable
 
 def drawn(_: object) -> float:
     """From a state that this project never draws from, but other people's trackers may."""
-    return float(np.random.rand())  # noqa: NPY002
+    return float(np.random.rand())  # noqa: NPY002 - the global state is the test
 
 
 def test_workers_share_no_global_state() -> None:
@@ -227,7 +227,7 @@ def test_a_kept_death_is_tried_apart(known: tuple[Path, Failure], cli: Call) -> 
     assert not kept.changes()
     assert revisit([kept], jobs=2) == Revisited()
     with pytest.raises(InputError, match=r"^jobs '2': allowed: a whole number, 1 or more$"):
-        revisit([kept], jobs="2")  # type: ignore[arg-type]
+        revisit([kept], jobs="2")  # type: ignore[arg-type]  # what is wrong is the test
 
 
 def test_a_death_that_is_mended_or_new_is_told_and_others_go_on(known: tuple[Path, Failure], cli: Call) -> None:

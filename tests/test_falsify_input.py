@@ -57,7 +57,7 @@ def test_bad_input_is_one_line(cli: Call, words: list[str], said: str) -> None:
 def test_what_is_no_whole_number_is_one_line(tmp_path: Path, word: str) -> None:
     scene = irsim.loads(planted_failure.SCENE)
     with pytest.raises(InputError, match=rf"^{word} None: allowed: a whole number, \d or more$"):
-        find_failure(scene, "kalman", tmp_path, **{word: None})  # type: ignore[arg-type]
+        find_failure(scene, "kalman", tmp_path, **{word: None})  # type: ignore[arg-type]  # what is wrong is the test
 
 
 @pytest.mark.parametrize("name", ["minimal.yaml", "report.md", "trials.jsonl"])

@@ -144,7 +144,7 @@ def test_cma_finds_half_a_percent_of_the_space(dimension: int) -> None:
     for kind, found in runs.items():
         for k in range(20):
             box = planted(dimension, k)
-            tried = search(kind, dimension, k, 500, lambda batch, box=box: map(box, batch))  # type: ignore[misc]
+            tried = search(kind, dimension, k, 500, lambda batch, box=box: map(box, batch))  # type: ignore[misc]  # mypy cannot type a lambda's default
             found.append(next((each.run for each in tried if each.margin < 0), 501))
     assert sum(run <= 500 for run in runs["cma"]) >= 18
     assert np.median(runs["cma"]) < np.median(runs["random"])
@@ -212,5 +212,5 @@ def test_shrinking_ends_at_the_known_minimum_and_on_the_way_always_breaks() -> N
 
 def test_what_no_scenario_can_be_made_of_is_no_scene() -> None:
     space = irsim.variations(irsim.loads(SPACE))
-    assert Case(space.benign(), frames=7).scenario(space).frames == 7  # type: ignore[union-attr]
+    assert Case(space.benign(), frames=7).scenario(space).frames == 7  # type: ignore[union-attr]  # not None, or the test fails
     assert Case(space.benign(), without=("nobody",)).scenario(space) is None

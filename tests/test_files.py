@@ -26,7 +26,7 @@ def test_a_file_takes_its_name_at_the_end(tmp_path: Path) -> None:
 def test_a_failure_leaves_what_was_there(tmp_path: Path, failure: type[BaseException]) -> None:
     path = tmp_path / "out.txt"
     path.write_text("old")
-    with pytest.raises(failure), replacing_text(path) as file:  # noqa: PT012
+    with pytest.raises(failure), replacing_text(path) as file:  # noqa: PT012 - entering it is a part of the test
         file.write("new")
         raise failure
     assert path.read_text() == "old"

@@ -49,7 +49,7 @@ def test_both_forms_of_a_path_are_one_way_in_other_units(seed: int, speed: float
         level = path(axes="world", start_m=[0, 0, 0], heading_deg=0, speed_m_s=speed, **metres)
         drawn = path(start=[0, 0], speed=pace, **pixels)
         east, north, up = np.stack(level_axes()) @ level.positions(at, scene, "jet").T
-        x, y = drawn.pixels(at, scene, "jet").T  # type: ignore[attr-defined]
+        x, y = drawn.pixels(at, scene, "jet").T  # type: ignore[attr-defined]  # a PixelPath
         np.testing.assert_allclose(np.stack([north, east, up]), [scale * x, scale * y, 0 * x], atol=1e-6)
 
 

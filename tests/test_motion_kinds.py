@@ -121,7 +121,7 @@ class TestSinger:
         frames = np.add.outer(np.arange(0, 4000, 8), [-0.01, 0.0, 0.01]) + 0.5
         found = []
         for seed in range(8):
-            x = value.pixels(frames.ravel(), stage(seed), "jet").reshape(-1, 3, 2)  # type: ignore[attr-defined]
+            x = value.pixels(frames.ravel(), stage(seed), "jet").reshape(-1, 3, 2)  # type: ignore[attr-defined]  # a PixelPath
             found.append((x[:, 0] - 2 * x[:, 1] + x[:, 2]) / 1e-4)
         a = np.concatenate(found, axis=1)
         # 8,000 values, correlated over about two each: 2.5 % is more than three standard errors.

@@ -127,7 +127,7 @@ def test_its_preset_needs_a_fitted_band() -> None:
 def test_what_stands_stands_below_its_horizon() -> None:
     """A pole that hides a target in the sky goes down to the horizon, and so hides one that dives for far longer."""
     target = {"id": "jet", "shape": {"kind": "point"}, "path": {"kind": "straight", "start": (32, 4), "speed": 0.5}}
-    target["path"] |= {"heading_deg": 90.0, "range_m": 2000}  # type: ignore[operator]
+    target["path"] |= {"heading_deg": 90.0, "range_m": 2000}  # type: ignore[operator]  # the dump of a path, a mapping
     pole = {"kind": "pole", "range_m": 500, "hides": "jet", "frames": (2, 4)}
     for background, expected in (("Lake", 1), ("sky", 1), ("ground", 0)):
         value = scene(background, camera={"elevation_deg": 3}, targets=[target], occluders=[pole])
@@ -143,7 +143,7 @@ def test_a_picture_that_is_not_mapped_is_not_folded_and_is_put_into() -> None:
         "shape": {"kind": "point", "temperature_k": 900.0, "area_m2": 2.0},
         "path": {"kind": "straight"},
     }
-    target["path"] |= {"start": (30, 20), "range_m": 100}  # type: ignore[operator]
+    target["path"] |= {"start": (30, 20), "range_m": 100}  # type: ignore[operator]  # the dump of a path, a mapping
     rendered = Scenario.model_validate(scene("Still", targets=[target]))
     image = Renderer(rendered).frame(0)[0].image
     assert image[0, 0] == 100

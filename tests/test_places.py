@@ -38,7 +38,7 @@ def test_memory_holds_whole_pictures(size: int, holds: int) -> None:
             assert picture is not None
             picture[:] = place
         for place in range(holds):
-            assert np.array_equal(memory.picture(place, (6, 8), np.uint16), np.full((6, 8), place))  # type: ignore[arg-type]
+            assert np.array_equal(memory.picture(place, (6, 8), np.uint16), np.full((6, 8), place))  # type: ignore[arg-type]  # None would be a fault, and fail
 
 
 def images(jobs: int) -> list[np.ndarray]:

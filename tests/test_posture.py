@@ -193,7 +193,7 @@ def test_it_turns_smoothly_and_each_frame_stands_alone(kind: str) -> None:
 @pytest.mark.parametrize("heading_deg", [-90.0, 90.0, -40.0], ids=["up", "down", "slant"])
 @pytest.mark.parametrize("shape", ["pedestrian", "boat"])
 def test_what_stands_upright_does_so_up_and_down_the_picture(shape: str, heading_deg: float) -> None:
-    posture = SHAPES.parse({"kind": shape}).posture  # type: ignore[attr-defined]
+    posture = SHAPES.parse({"kind": shape}).posture  # type: ignore[attr-defined]  # a body's shape has one
     for elevation in (0.0, -0.4):
         stage = level(elevation_rad=elevation)
         value = path(kind="straight", start=[160, 128], speed=0.5, heading_deg=heading_deg, range_m=100)

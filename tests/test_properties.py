@@ -151,11 +151,11 @@ class Simple:
 
     def start(self, frame: Any, box: irsim.Box) -> None:
         self.tracker, self.k = Sound(), 0
-        self.state = self.tracker.init(irsim.Frame(frame, 0, 0.0, 8), box, None)  # type: ignore[arg-type]
+        self.state = self.tracker.init(irsim.Frame(frame, 0, 0.0, 8), box, None)  # type: ignore[arg-type]  # it draws nothing
 
     def step(self, frame: Any) -> Any:
         self.k += 1
-        self.state, estimate = self.tracker.step(self.state, irsim.Frame(frame, self.k, self.k / 30, 8), None)  # type: ignore[arg-type]
+        self.state, estimate = self.tracker.step(self.state, irsim.Frame(frame, self.k, self.k / 30, 8), None)  # type: ignore[arg-type]  # it draws nothing
         return estimate.box if estimate.status == "tracking" else None
 
 

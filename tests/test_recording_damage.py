@@ -81,7 +81,7 @@ def test_somebody_elses_mcap(tmp_path: Path) -> None:
         writer.start()
         channel = writer.register_channel("/x", "json", 0)
         writer.add_message(channel, 0, b"{}", 0)
-        writer.finish()  # type: ignore[no-untyped-call]
+        writer.finish()  # type: ignore[no-untyped-call]  # mcap leaves it untyped
     with pytest.raises(InputError, match="not a recording of irsim") as error:
         open_recording(path)
     one_line(error, path)
@@ -174,7 +174,7 @@ def test_recovery_says_what_is_no_recording_of_irsim(tmp_path: Path) -> None:
     with open(path, "wb") as file:
         writer = Writer(file)
         writer.start()
-        writer.finish()  # type: ignore[no-untyped-call]
+        writer.finish()  # type: ignore[no-untyped-call]  # mcap leaves it untyped
     with pytest.raises(InputError, match=r"foreign\.mcap: is MCAP but not a recording of irsim; allowed: "):
         recover(path, tmp_path / "out.mcap")
     assert not (tmp_path / "out.mcap").exists()

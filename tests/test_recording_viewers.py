@@ -71,7 +71,7 @@ def test_truth_decodes_with_nothing_but_the_embedded_schema(recorded: Path) -> N
     for proto in FileDescriptorSet.FromString(schema.data).file:
         pool.Add(proto)
     truth = GetMessageClass(pool.FindMessageTypeByName("irsim.Truth")).FromString(message.data)
-    jet = truth.targets[0]  # type: ignore[attr-defined]
+    jet = truth.targets[0]  # type: ignore[attr-defined]  # a message made from its schema
     assert (jet.id, jet.center.x, jet.visible) == ("jet", FULL.center[0], 0.75)
     assert list(jet.occluders) == ["pole", "cloud"]
 

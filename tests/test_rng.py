@@ -45,7 +45,7 @@ def test_a_numpy_integer_is_the_address_of_its_value() -> None:
 
 def test_a_float_is_no_address() -> None:
     with pytest.raises(TypeError):
-        bits(1, "a", 0.5)  # type: ignore[arg-type]
+        bits(1, "a", 0.5)  # type: ignore[arg-type]  # what is wrong is the test
 
 
 @pytest.mark.parametrize(

@@ -42,7 +42,7 @@ class TestJudged:
         assert n is not None
 
         def leaves_out(count: int) -> bool:
-            low, high = irtrack.metrics.wilson(share * count, count)  # type: ignore[arg-type]
+            low, high = irtrack.metrics.wilson(share * count, count)  # type: ignore[arg-type]  # a share of runs, as others give it
             return not low <= wanted <= high
 
         assert leaves_out(n)

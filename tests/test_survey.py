@@ -14,7 +14,7 @@ SIZE = (64, 48)
 
 
 def seen(visible: float | None = 1.0, scr: float | None = None, **rest: object) -> TargetTruth:
-    return replace(TargetTruth("jet", (20.0, 20.0), Box(20, 20, 8, 4), visible=visible, scr=scr), **rest)  # type: ignore[arg-type]
+    return replace(TargetTruth("jet", (20.0, 20.0), Box(20, 20, 8, 4), visible=visible, scr=scr), **rest)  # type: ignore[arg-type]  # fields of any type
 
 
 def test_spells_are_runs_of_frames_with_whoever_hid_it() -> None:

@@ -69,7 +69,7 @@ def test_line_by_hand() -> None:
 @pytest.mark.parametrize(("propagation", "square"), [("disc", 10**2 / 4), ("gaussian", (10 / 3) ** 2)])
 def test_random_walk_spreads_as_said(propagation: str, square: float) -> None:
     """An even disc has R^2 / 4 on each axis and nothing beyond R."""
-    places = random_walk(np.zeros((40000, 2)), 10.0, propagation, stream(1, "walk"))  # type: ignore[arg-type]
+    places = random_walk(np.zeros((40000, 2)), 10.0, propagation, stream(1, "walk"))  # type: ignore[arg-type]  # one of the two words, to mypy any str
     assert (places**2).mean(axis=0) == pytest.approx([square, square], rel=0.03)
     if propagation == "disc":
         assert np.hypot(*places.T).max() <= 10

@@ -58,7 +58,7 @@ class ChunkWriter:
                 publish_time=message.log_time,
                 sequence=message.sequence,
             )
-        self._writer.flush()  # type: ignore[no-untyped-call]
+        self._writer.flush()  # type: ignore[no-untyped-call]  # mcap leaves it untyped
 
     def metadata(self, name: str, values: Mapping[str, str]) -> None:
         self._writer.add_metadata(name, dict(values))
@@ -68,4 +68,4 @@ class ChunkWriter:
 
     def finish(self) -> None:
         """Write the summary. The file is the caller's to close."""
-        self._writer.finish()  # type: ignore[no-untyped-call]
+        self._writer.finish()  # type: ignore[no-untyped-call]  # mcap leaves it untyped

@@ -273,7 +273,7 @@ def unpack(packed: memoryview, compression: str, size: int) -> memoryview | None
         return packed
     if not 0 < size <= _LARGEST_UNPACKED:
         return None
-    import lz4.frame  # type: ignore[import-untyped]
+    import lz4.frame  # type: ignore[import-untyped]  # lz4 has no stubs
     import zstandard
 
     try:

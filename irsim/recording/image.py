@@ -47,7 +47,7 @@ def _varint(number: int) -> bytes:
 def decode_image(data: memoryview, size: tuple[int, int]) -> Image:
     """The read-only (rows, columns) counts of a foxglove.RawImage; ValueError or protobuf's DecodeError
     where they are not those of a picture of `size` (columns, rows)."""
-    message = RawImage.FromString(data)  # type: ignore[arg-type]
+    message = RawImage.FromString(data)  # type: ignore[arg-type]  # protobuf takes a memoryview, its stubs only bytes
     if message.encoding not in _DTYPES:
         raise ValueError(f"encoding {message.encoding!r}")
     dtype = np.dtype(_DTYPES[message.encoding])

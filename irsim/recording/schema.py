@@ -162,7 +162,7 @@ def encode_truth(truth: Truth) -> bytes:
 def decode_truth(data: bytes | memoryview, index: int, time: float) -> Truth:
     """The Truth of frame `index` at `time` s from the bytes of an irsim.Truth; ValueError or protobuf's
     DecodeError where they are none."""
-    message: Any = TruthMessage.FromString(data)  # type: ignore[arg-type]
+    message: Any = TruthMessage.FromString(data)  # type: ignore[arg-type]  # protobuf takes a memoryview, its stubs only bytes
     targets = [
         TargetTruth(
             id=text(target.id),

@@ -109,7 +109,7 @@ def read_tracks(path: str | Path) -> TrackRecording:
     lane = container.lanes.get(_topics(header.tracker)[1])
     with container.open() as file:
         for chunk in range(len(lane.chunks) if lane else 0):
-            for packet in container.packets(file, lane, chunk):  # type: ignore[arg-type]
+            for packet in container.packets(file, lane, chunk):  # type: ignore[arg-type]  # without a lane there are no chunks
                 with container.decoded(f"state {len(states)} cannot be read"):
                     states.append(_decode(packet.data, packet.sequence, from_ns(packet.log_time, header.rate_hz)))
     if len(states) != header.states:
@@ -138,7 +138,7 @@ def _encode(state: TrackState) -> bytes:
 
 
 def _decode(data: memoryview, index: int, time: float) -> TrackState:
-    message: Any = TrackStateMessage.FromString(data)  # type: ignore[arg-type]
+    message: Any = TrackStateMessage.FromString(data)  # type: ignore[arg-type]  # protobuf takes a memoryview, its stubs only bytes
     covariance = None
     if message.covariance:
         xx, xy, yx, yy = message.covariance

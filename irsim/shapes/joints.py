@@ -37,7 +37,7 @@ class Rigid:
     def __matmul__(self, other: Rigid) -> Rigid:
         """The other motion first, then this one: a shin on a thigh is `thigh @ knee`."""
         a, b, c, d, e, f, g, h, i, x, y, z = self.numbers
-        j, k, l, m, n, o, p, q, r, u, v, w = other.numbers  # noqa: E741
+        j, k, l, m, n, o, p, q, r, u, v, w = other.numbers  # noqa: E741 - twelve letters in a row, l among them
         return Rigid(
             (
                 *(a * j + b * m + c * p, a * k + b * n + c * q, a * l + b * o + c * r),

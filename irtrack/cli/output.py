@@ -32,7 +32,7 @@ def keep_output() -> None:
     except (AttributeError, OSError, ValueError):  # one of the two is closed
         return
     old = sys.stdout
-    sys.stdout = open(own, "w", encoding=old.encoding, errors=old.errors, buffering=1 if old.isatty() else -1)  # noqa: SIM115
+    sys.stdout = open(own, "w", encoding=old.encoding, errors=old.errors, buffering=1 if old.isatty() else -1)  # noqa: SIM115 - open as long as the program runs
 
 
 def tell_unheeded(sources: Iterable[str], changes: Sequence[str]) -> None:

@@ -217,7 +217,7 @@ def _no_chance(gain: Grid) -> bool:
 
 
 def _smooth(picture: Grid) -> Grid:
-    return cv2.GaussianBlur(picture, (0, 0), SMOOTH)  # type: ignore[return-value]
+    return cv2.GaussianBlur(picture, (0, 0), SMOOTH)  # type: ignore[return-value]  # OpenCV's stubs know no element types
 
 
 def _steepness(picture: Grid) -> Grid:
@@ -233,11 +233,11 @@ def _shifted(picture: Grid, shift: tuple[float, float]) -> Grid:
     if max(abs(shift[0]), abs(shift[1])) < 1e-3:
         return picture
     matrix = np.array([[1, 0, shift[0]], [0, 1, shift[1]]], np.float64)
-    return cv2.warpAffine(  # type: ignore[return-value]
+    return cv2.warpAffine(  # type: ignore[return-value]  # OpenCV's stubs know no element types
         picture, matrix, picture.shape[::-1], flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE
     )
 
 
 @lru_cache(maxsize=4)
 def _window(shape: tuple[int, int]) -> Grid:
-    return cv2.createHanningWindow(shape[::-1], cv2.CV_32F)  # type: ignore[return-value]
+    return cv2.createHanningWindow(shape[::-1], cv2.CV_32F)  # type: ignore[return-value]  # OpenCV's stubs know no element types

@@ -180,7 +180,7 @@ def likeness_map(field: Field, window: Window, pattern: Pattern, model: Cue) -> 
         rho /= np.sqrt(total)
         return np.minimum(rho, 1.0, out=rho)
 
-    kernel: Floats = cv2.resize(pattern.kernel, (window.columns, window.rows), interpolation=cv2.INTER_LINEAR)  # type: ignore[assignment]
+    kernel: Floats = cv2.resize(pattern.kernel, (window.columns, window.rows), interpolation=cv2.INTER_LINEAR)  # type: ignore[assignment]  # OpenCV's stubs know no element types
     edge, strength = orientations(*sobel(field.image, 0, 0, *field.image.shape[::-1]), field.edge_bins)
     return (
         like(field.quantiser(field.image), 1.0, kernel, model.grey),

@@ -28,7 +28,7 @@ def forward_backward(
     start = points.astype(np.float32).reshape(-1, 1, 2)
 
     def follow(first: Picture, second: Picture, places: Places) -> tuple[Places, npt.NDArray[np.bool_]]:
-        moved, found, _ = cv2.calcOpticalFlowPyrLK(  # type: ignore[call-overload]
+        moved, found, _ = cv2.calcOpticalFlowPyrLK(  # type: ignore[call-overload]  # its stubs want the places to be returned
             first, second, places, None, winSize=(window, window), maxLevel=levels, criteria=CONVERGED
         )
         return moved, found[:, 0] > 0

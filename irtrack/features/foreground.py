@@ -83,7 +83,7 @@ def gathered(foreground: Grid, deviations: tuple[float, float]) -> Grid:
     Weighted by a normal kernel of deviations (x, y) px.
     """
     x, y = deviations
-    return cv2.GaussianBlur(  # type: ignore[return-value]
+    return cv2.GaussianBlur(  # type: ignore[return-value]  # OpenCV's stubs know no element types
         np.maximum(2 * foreground - 1, 0), (0, 0), sigmaX=x, sigmaY=y, borderType=cv2.BORDER_CONSTANT
     )
 

@@ -36,7 +36,7 @@ def polar(gx: Gradient, gy: Gradient) -> tuple[Gradient, Gradient]:
         return gx, gy
     magnitude: Gradient
     angle: Gradient
-    magnitude, angle = cv2.cartToPolar(gx.reshape(len(gx), -1), gy.reshape(len(gy), -1))  # type: ignore[assignment]
+    magnitude, angle = cv2.cartToPolar(gx.reshape(len(gx), -1), gy.reshape(len(gy), -1))  # type: ignore[assignment]  # OpenCV's stubs know no element types
     return magnitude.reshape(gx.shape), angle.reshape(gx.shape)
 
 

@@ -56,7 +56,7 @@ def _short_table(low: float, high: float, bins: int, itemsize: int) -> npt.NDArr
 
 def contiguous(image: Image) -> Image:
     """The same pixels in one piece, row after row."""
-    whole: Image = np.ascontiguousarray(image)  # type: ignore[assignment]
+    whole: Image = np.ascontiguousarray(image)  # type: ignore[assignment]  # numpy's stubs lose the element type
     return whole
 
 

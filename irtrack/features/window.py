@@ -49,7 +49,7 @@ class Window:
 
     def cut(self, image: AnyArray, corner: tuple[int, int]) -> AnyArray:
         """(rows, columns) of the image where the top-left pixel is at `corner`; it must lie inside."""
-        part: AnyArray = image[corner[1] : corner[1] + self.rows, corner[0] : corner[0] + self.columns]  # type: ignore[assignment]
+        part: AnyArray = image[corner[1] : corner[1] + self.rows, corner[0] : corner[0] + self.columns]  # type: ignore[assignment]  # numpy's stubs lose the kind of array
         return part
 
     @property

@@ -28,7 +28,7 @@ class Broken(Exception):  # noqa: N818 - a finding, not an error of the program
     """The property does not hold; the text says what was seen and what was allowed."""
 
 
-class NotAsked(Exception):  # noqa: N818
+class NotAsked(Exception):  # noqa: N818 - an answer, not an error of the program
     """The property says nothing of this tracker; the text says why."""
 
 

@@ -39,7 +39,7 @@ def legal(case: Case) -> None:
 
 
 def _picture(kind: str, shape: tuple[int, int], dtype: np.dtype[np.generic], rng: np.random.Generator) -> np.ndarray:
-    top = int(np.iinfo(dtype).max)  # type: ignore[type-var]
+    top = int(np.iinfo(dtype).max)  # type: ignore[type-var]  # whole numbers only come here
     image = np.full(shape, top // 3, dtype)
     if kind == "noise":
         image = rng.integers(0, top, shape, np.uint16, endpoint=True).astype(dtype)
@@ -131,7 +131,7 @@ def alone(case: Case) -> None:
             states[run], estimate = case.tracker.step(states[run], each.frame(k), stream(0, "check", k))
             said[run].append(estimate)
     for run in range(2):
-        expect_same(Walk(tuple(said[run])), own[run], "beside another run")  # type: ignore[arg-type]
+        expect_same(Walk(tuple(said[run])), own[run], "beside another run")  # type: ignore[arg-type]  # what is no Estimate is not the same, either
 
 
 def _turned(clip: Clip) -> Box:

@@ -77,7 +77,7 @@ class Plain:
 @cache
 def _takes_rng(kind: type) -> bool:
     """Whether a class wants a generator at its start; asked once, as an answer takes .1 ms."""
-    return "rng" in inspect.signature(kind.start).parameters  # type: ignore[attr-defined]
+    return "rng" in inspect.signature(kind.start).parameters  # type: ignore[attr-defined]  # asked only of classes with a start
 
 
 def _estimate(answer: Any) -> Estimate | None:
