@@ -7,6 +7,7 @@ import subprocess
 import tempfile
 from pathlib import Path
 
+import numpy as np
 from PIL import Image
 
 from irsim.draw import contact_sheet
@@ -16,8 +17,11 @@ from irsim.sources import open_source
 
 DOCS = Path(__file__).parent
 IMAGES = DOCS / "img"
-WIDTH, COLOURS = 960, 128
-"""Of the pictures: small enough to be kept in git."""
+WIDTH = 960
+"""Of the pictures, px: small enough to be kept in git, as are those of so few greys and colours."""
+GREYS, COLOURS = 64, 48
+COLOURED = 24
+"""Pixels whose channels lie farther apart are no greys."""
 
 
 def report_head(shot: Path) -> None:
@@ -31,8 +35,20 @@ def report_head(shot: Path) -> None:
 def make_small(path: Path) -> None:
     with Image.open(path) as picture:
         picture.thumbnail((WIDTH, 4 * WIDTH))
-        small = picture.convert("RGB").quantize(COLOURS, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
-        small.save(path, optimize=True)
+        whole = picture.convert("RGB")
+    palette = Image.new("P", (1, 1))
+    palette.putpalette([*np.linspace(0, 255, GREYS).round().astype(np.uint8).repeat(3).tolist(), *_colours(whole)])
+    whole.quantize(palette=palette, dither=Image.Dither.NONE).save(path, optimize=True)
+
+
+def _colours(picture: Image.Image) -> list[int]:
+    """Red, green and blue of the colours that stand for all that are no greys: few pixels, such as boxes and names,
+    which a palette of the whole picture leaves out."""
+    pixels = np.asarray(picture).reshape(-1, 3)
+    coloured = pixels[np.ptp(pixels, axis=1) > COLOURED]
+    if not len(coloured):
+        return []
+    return Image.fromarray(coloured[None]).quantize(COLOURS, Image.Quantize.MEDIANCUT).getpalette() or []
 
 
 def main() -> None:
