@@ -71,9 +71,10 @@ def test_it_hides_as_much_as_asked_and_what_is_much_more_is_told(
     assert len(held) <= 17 or "frames" in said
 
 
-@pytest.mark.parametrize(("kind", "most"), [("bar", 0.9), ("pole", 0.9), ("tree", 0.95)])
+@pytest.mark.parametrize(("kind", "most"), [("bar", 0.63), ("pole", 0.67), ("tree", 0.79)])
 def test_another_part_hides_less_more_where_the_first_would_hide_all(kind: str, most: float) -> None:
-    """A fighter on a weave, of which the half was asked; the lower or the right part of its way hid all of it."""
+    """A fighter on a weave, of which the half was asked; the lower or the right part of its way hid all of it, a
+    strip up to 0.82 (bar) to 0.85 (tree)."""
     shown = visible(sky(kind, "weave", 0.5), ASKED)
     assert 1 - most <= min(shown) <= max(shown) <= 0.501
 

@@ -17,12 +17,13 @@ below or right of it (for crowns that stick out above and aside), of others the 
 def parts(sideways: bool) -> tuple[Part, ...]:
     """Those to try, in turn: first the one along the way of a target that goes across the picture, or up or down it.
 
-    A strip across its way hides no more of one that weaves or goes aslant, where it is narrower than the target.
+    A strip across its way hides no more of one that weaves or goes aslant, where it is narrower than the target; less
+    than a strip hides what lies within a large one all the time, in both directions.
     """
     along, across = ((_right, _left, _upright), (_lower, _upper, _level)) if sideways else (
         (_lower, _upper, _level), (_right, _left, _upright)
     )  # fmt: skip
-    return (*along, *reversed(across))
+    return (*along, *reversed(across), _inner)
 
 
 def whole(window: Box, share: float) -> Box:
@@ -56,3 +57,7 @@ def _upright(window: Box, share: float) -> Box:
 def _level(window: Box, share: float) -> Box:
     half = max(share * window.h, THIN_PX) / 2
     return Box.from_edges(window.left, window.cy - half, window.right, window.cy + half)
+
+
+def _inner(window: Box, share: float) -> Box:
+    return Box(window.cx, window.cy, max(share * window.w, THIN_PX), max(share * window.h, THIN_PX))
