@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 import irsim
 from irsim.cli import app
-from irsim.measure import Measured
+from irsim.measure import Measured, noise_lines
 from irsim.measure.quiet import quiet_sigma
 
 SLIDING = """\
@@ -45,7 +45,7 @@ def test_noise_of_a_scene_that_slides_is_said_to_be_a_bound(tmp_path: Path) -> N
     assert 40 <= float(netd.split()[-1]) <= 50
     assert "tvh: 1  # at most 1.05" in written
     told = json.loads(CliRunner().invoke(app, ["fit", str(scene), "--json"]).stdout)
-    assert told["bounds"] == ["noise", "white"]
+    assert told["bounds"] == ["noise", "white", "flaws.blinking"]
     assert told["figures"]["noise"][1] == 0
 
 
@@ -72,3 +72,33 @@ def test_noise_is_read_off_the_quietest_frequencies() -> None:
     assert quiet_sigma(noise[:31]) == math.inf
     assert quiet_sigma(noise[:, :63]) == math.inf
     assert quiet_sigma(noise[:32, :64, :64]) == pytest.approx(3, rel=0.02)
+
+
+def test_pixels_that_blink_beneath_a_scene_that_slides_are_said_not_to_be_told() -> None:
+    """A hundred of them are there; next to none is seen, and that was said to be known within 1 in 1000."""
+    blinking = "noise: [{kind: white}, {kind: bad_pixels, blinking: 0.008, blink_ratio: 20}]"
+    text = SLIDING.replace("noise: [{kind: white}]", blinking)
+    report = irsim.measure_noise(np.stack([frame.image for frame in irsim.open_source(irsim.loads(text)).frames()]))
+    assert report.slides
+    assert any("pixels that blink are missed" in text for _, text in noise_lines(report))
+    found = irsim.fit(irsim.loads(text))
+    share = found.figures.flaws.blinking
+    assert share.bound
+    assert share.low <= 0.008 <= share.high
+    assert any(note.startswith("where the scene slides, pixels that blink are missed") for note in found.notes)
+    assert any(text.endswith("of all pixels; blinking ones not told") for _, text in found.summary())
+
+
+@pytest.mark.parametrize("size", [(24, 20), (20, 16)])
+def test_in_tiny_pictures_noise_before_what_may_slide_is_a_bound_to_fit_as_to_noise(size: tuple[int, int]) -> None:
+    """Of 40 mK; fit said 500."""
+    source = irsim.open_source(irsim.loads(SLIDING.replace("[128, 96]", str([*size]))))
+    frames = np.stack([frame.image for frame in source.frames()])
+    report = irsim.measure_noise(frames)
+    assert not report.slides
+    found = irsim.fit(source)
+    assert found.figures.noise.bound
+    assert found.figures.noise.high == pytest.approx(report.fine_most, rel=1e-3)
+    assert any(note.startswith("in a picture of less than 28 px a side") for note in found.notes)
+    even = irsim.fit(irsim.loads(SLIDING.replace("[128, 96]", str([*size])).replace("spread_k: 3", "spread_k: 0")))
+    assert not even.figures.noise.bound

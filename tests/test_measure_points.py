@@ -25,9 +25,11 @@ targets:
 
 @pytest.mark.parametrize("psf_px", [0.5, 0.8, 1.2])
 def test_the_blur_is_read_off_a_point(psf_px: float) -> None:
-    found = irsim.fit(irsim.loads(POINT.replace("PSF", str(psf_px)).replace("AREA", "0.02"))).figures.blur
+    fitted = irsim.fit(irsim.loads(POINT.replace("PSF", str(psf_px)).replace("AREA", "0.02")))
+    found = fitted.figures.blur
     assert found is not None
     assert found.value == pytest.approx(psf_px, rel=0.05)
+    assert any("its own size is in it" in note for note in fitted.notes)
 
 
 def test_a_point_that_fills_its_pixels_gives_no_blur() -> None:

@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
-from scipy.stats import binom
+from test_measure_fit import held
 
 import irsim
 from irsim.measure import NoiseReport, measure_noise
@@ -43,17 +43,11 @@ def reports(preset: str) -> tuple[float, float, tuple[NoiseReport, ...]]:
     return response.noise / response.gain, math.sqrt(float(np.median(variance))), tuple(found)
 
 
-def held(reports: tuple[NoiseReport, ...], term: str, true: float) -> None:
-    """A 95 % interval holds at least so often that less is 1 in 10^4."""
-    count = sum(getattr(r.terms, term).low <= true <= getattr(r.terms, term).high for r in reports)
-    assert count >= binom.ppf(1e-4, len(reports), 0.95), (term, count, true)
-
-
 @pytest.mark.parametrize(("preset", "term"), [(preset, term) for preset, given in PRESETS.items() for term in given])
 def test_the_terms_of_a_preset_lie_in_their_intervals(preset: str, term: str) -> None:
     netd, _, found = reports(preset)
     rounding = 1 / 12 if term == "tvh" else 0.0
-    held(found, term, math.sqrt((PRESETS[preset][term] * netd) ** 2 + rounding))
+    held([getattr(report.terms, term) for report in found], math.sqrt((PRESETS[preset][term] * netd) ** 2 + rounding))
 
 
 @pytest.mark.parametrize("preset", ["cooled_mwir", "cooled_lwir"])
@@ -62,4 +56,4 @@ def test_shot_noise_lies_in_its_interval(preset: str) -> None:
     netd, sigma, found = reports(preset)
     pixel = math.sqrt(sigma**2 - (PRESETS[preset]["t"] * netd) ** 2)  # less what all pixels of a frame share
     assert pixel < netd
-    held(found, "tvh", pixel)
+    held([report.terms.tvh for report in found], pixel)

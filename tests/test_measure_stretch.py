@@ -10,11 +10,11 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from scipy.stats import binom
+from test_measure_fit import held
 from typer.testing import CliRunner
 
 from irsim.cli import app
-from irsim.measure import Measured, NoiseReport, Region, measure_noise, noise_lines
+from irsim.measure import NoiseReport, Region, measure_noise, noise_lines
 from irsim.measure.repeats import new_frames
 from irsim.measure.stretch import pattern_steps
 from irsim.types import Floats
@@ -26,12 +26,6 @@ SIGMA, PIXEL, RHO = 10.0, 6.0, 0.85
 SIDE = 48
 SEEDS = 20
 WHOLE = Region(0, 0, SIDE, SIDE)
-
-
-def held(found: list[Measured], true: float) -> None:
-    """A 95 % interval holds at least so often that less is 1 in 10^4."""
-    count = sum(x.low <= true <= x.high for x in found)
-    assert count >= binom.ppf(1e-4, len(found), 0.95), (count, true, found[:3])
 
 
 def noise(rng: np.random.Generator, count: int, rho: float = 0.0) -> Floats:

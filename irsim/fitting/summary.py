@@ -21,7 +21,8 @@ def summary_lines(found: Figures, display: FittedDisplay | None) -> Iterator[tup
         yield "pattern", f"{stays}, fixed"
     bad = found.flaws
     shares = (("dead", bad.dead), ("hot", bad.hot), ("blinking", bad.blinking))
-    yield "bad", f"{_named(shares)} of all pixels"
+    known = tuple((name, share) for name, share in shares if share.high < 1)
+    yield "bad", f"{_named(known)} of all pixels" + ("" if len(known) == len(shares) else "; blinking ones not told")
     yield "psf", f"{_told(found.psf)} px" + ("" if found.blur is not None else ", taken: no point is seen")
     if display is not None:
         yield "display", f"{display.agc.kind}, {plain(display.rms_grey, 2)} greys rms"

@@ -12,19 +12,19 @@ from irsim.errors import InputError
 from irsim.measure.defects import defects, patched, without_specks
 from irsim.measure.field import Field, Spectrum, periodogram
 from irsim.measure.flaws import Flaws, flaws
-from irsim.measure.gradient import gradient_notes
 from irsim.measure.interval import Measured, root
 from irsim.measure.level import fit_level
 from irsim.measure.lines import turns, without_turns
-from irsim.measure.memory import Memory, mean_share
-from irsim.measure.noise import NoiseReport, frozen_unknown, measure_noise
-from irsim.measure.pattern import Pattern, fixed_pattern
+from irsim.measure.memory import mean_share
+from irsim.measure.noise import NoiseReport, measure_noise
+from irsim.measure.notes import AT_MOST, BLINKING, SMALL, blur_notes, noise_notes, texture_notes
+from irsim.measure.pattern import fixed_pattern
 from irsim.measure.points import point_blur
 from irsim.measure.region import Mask, Region, Values
+from irsim.measure.steady import TOLD_SIDE
 from irsim.measure.still import Still, still_things
 from irsim.measure.unblurred import fit_unblurred
 from irsim.types import Floats
-from irsim.wording import counted
 
 ROUNDING = 1 / 12
 """Variance of rounding to whole counts, which every measured white noise holds."""
@@ -45,10 +45,6 @@ _NOT_OF_TIME: dict[str, Any] = dict.fromkeys(
 """Figures that cannot be told where something moves."""
 _NOT_OF_PLACE: dict[str, Any] = dict.fromkeys(("pixel", "row", "column", "even_rows", "even_columns"))
 """Those that cannot be told, either, where the scene slides."""
-_AT_MOST = (
-    "the noise is at most what is told of it, but for noise that remembers or that neighbours share, which is not in "
-    "it: texture that moves and is as sharp as noise is counted with it"
-)
 _SHARES = 17
 """Values of a histogram."""
 
@@ -122,6 +118,9 @@ def measure_figures(
         )
     report = measure_noise(frames, rate_hz, region, top, taken)
     frames = report.stretch.of(frames)
+    unsure = report.together and not report.moving and min(frames.shape[1:]) < TOLD_SIDE
+    if unsure:
+        report = replace(report, moving=True)
     bad = defects(frames)
     still = still_things(frames, bad, top)
     bad = still.spared(bad)
@@ -130,11 +129,14 @@ def measure_figures(
     seen = [*still.points, *([] if passing is None else [passing])]
     blur = min(seen, key=lambda sigma: sigma.value, default=None)
     if report.slides:
-        found = _of_moving(report, whole, blur, still, flaws(frames, bad.off(taken), report.fine))
+        unseen = Measured(0.0, 0.0, 1.0, bound=True)  # what blinks may be hidden by the change of the scene
+        marked = flaws(frames, bad.off(taken), report.fine)
+        blinking = unseen.map(lambda share: max(share, marked.blinking.value))
+        found = _of_moving(report, whole, blur, still, replace(marked, blinking=blinking))
     else:
         usual = report.fine if report.moving else report.terms.tvh.value
         found = _of_still(report, whole, blur, still, flaws(frames, bad.off(taken), usual))
-    return replace(found, notes=(*report.stretch.left_out(start), *found.notes))
+    return replace(found, notes=(*report.stretch.left_out(start), *([SMALL] if unsure else []), *found.notes))
 
 
 def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: Still, bad: Flaws) -> Figures:
@@ -156,7 +158,7 @@ def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: 
     finer = terms.tvh.value**2 / (across * down) + terms.tv.value**2 / down + terms.th.value**2 / across
     level = fit_level(levels, finer, number)
     time_frames = None if level.time_frames is None else level.time_frames.map(lambda time: time * slower)
-    scene = (*_uneven(fixed, picture, terms.tvh.value), *_unseen(blur, fixed.blur, still))
+    scene = (*texture_notes(fixed, picture, terms.tvh.value), *blur_notes(blur, fixed.blur, still))
     found = Figures(
         noise=_less(terms.tvh, ROUNDING),
         white=_less(terms.tvh if memory is None else memory.white, ROUNDING),
@@ -178,12 +180,12 @@ def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: 
         histogram=_histogram(picture, fixed.spectrum),
         flaws=bad,
         region=report.region,
-        notes=(*_notes(report, memory, time_frames), *scene),
+        notes=(*noise_notes(report, memory, time_frames), *scene),
     )
     if not report.moving:
         return found
     noise = _sharp_noise(report)
-    return replace(found, noise=noise, white=noise, notes=(*_notes(report, None, None), *scene), **_NOT_OF_TIME)
+    return replace(found, noise=noise, white=noise, notes=(*noise_notes(report, None, None), *scene), **_NOT_OF_TIME)
 
 
 def _of_moving(report: NoiseReport, whole: Values, blur: Measured | None, still: Still, bad: Flaws) -> Figures:
@@ -206,9 +208,10 @@ def _of_moving(report: NoiseReport, whole: Values, blur: Measured | None, still:
         notes=(
             "the scene moves: memory of the noise, its rows, columns and level and the fixed pattern cannot be told "
             "from it; record something even, or hold the camera still",
-            _AT_MOST,
-            *_notes(report, None, None),
-            *_unseen(blur, psf, still),
+            AT_MOST,
+            BLINKING,
+            *noise_notes(report, None, None),
+            *blur_notes(blur, psf, still),
         ),
         **_NOT_OF_TIME,
         **_NOT_OF_PLACE,
@@ -218,52 +221,6 @@ def _of_moving(report: NoiseReport, whole: Values, blur: Measured | None, still:
 def _sharp_noise(report: NoiseReport) -> Measured:
     """Sigma of the noise before which something moves: an upper bound, for sharp texture that moves adds to it."""
     return _less(Measured(report.fine, 0.0, report.fine_most, bound=True), ROUNDING)
-
-
-def _notes(report: NoiseReport, memory: Memory | None, level: Measured | None) -> Iterator[str]:
-    count = report.stretch.index[-1] - report.stretch.index[0] + 1
-    if memory is not None and memory.time_constant_s.high * report.rate_hz > count / 3:
-        yield f"{count} frames are few for noise that remembers so long: its sigma may be larger"
-    if level is not None and level.high > count / 2:
-        yield f"the level wanders as slowly as {count} frames are long: its sigma may be larger"
-    if unsure := frozen_unknown(report):
-        yield unsure
-    if report.crossed:
-        yield f"targets pass through {report.region}, where noise is read: --region X,Y,W,H names a place without them"
-    if report.moving and not report.slides:
-        yield (
-            f"something moves at {report.region}, where noise is read: of the noise only what is sharp is told, no "
-            "memory, rows, columns or level; --region X,Y,W,H names a place that is still"
-        )
-        yield _AT_MOST
-    elif report.together and not report.moving:
-        yield (
-            f"neighbouring pixels change together at {report.region}, where noise is read: the camera smooths its "
-            "noise, or something moves fast; --region X,Y,W,H names a place that is still"
-        )
-
-
-def _uneven(fixed: Pattern, picture: Floats, noise: float) -> Iterator[str]:
-    if fixed.spectrum.texture is None:
-        yield from gradient_notes(picture, noise)
-    if fixed.quietest is not None:
-        yield (
-            f"edges and things of the scene look like fixed pattern: it is told at {fixed.quietest}, where least is "
-            "seen, rows and columns by what all parts of the picture have in common"
-        )
-
-
-def _unseen(blur: Measured | None, psf: Measured, still: Still) -> Iterator[str]:
-    if blur is None:
-        yield f"no point is seen: the blur is taken to be {psf.value:.1g} px"
-        yield f"texture and fixed pattern are told for any blur of {psf.low:.1g} to {psf.high:.1g} px"
-    if still.points:
-        yield f"points that stand still: {len(still.points)}; they are no texture, fixed pattern or hot pixels"
-    if full := int(still.full.sum()):
-        yield (
-            f"{counted(full, 'pixel')} {'is' if full == 1 else 'are'} full of light all the time: what is there and "
-            "beside it is left out of texture, fixed pattern and bad pixels"
-        )
 
 
 def _less(sigma: Measured, variance: float) -> Measured:

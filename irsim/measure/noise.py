@@ -43,7 +43,8 @@ class NoiseReport:
     doubtful    names of what may be the scene's. Where neighbours change together these are all `terms` and "pair",
                 "lags", "memory" and "drift"; else those of the terms in which neighbouring pixels, rows or columns are
                 alike
-    slides      whether the whole scene slides before the camera; blurred noise does not
+    slides      whether the whole scene slides before the camera; blurred noise does not. Pixels that blink by less than
+                it changes are then missed, or are among the dead or hot ones
     crossed     whether a target of the truth is in the region in some frame
     drift       sigma of the frames' means
     slope_per_s of the frames' means, by least squares
@@ -197,6 +198,8 @@ def noise_lines(report: NoiseReport, start: int = 0) -> Iterator[tuple[str, str]
     drifted = f"{report.drift:.3g} counts of the frames' mean, slope {report.slope_per_s:.3g} a second"
     yield "drift", drifted + doubts.get("drift", "")
     yield "bad", f"{report.dead} dead, {report.hot} hot, {report.blinking} blinking of {report.pixels} pixels"
+    if report.slides:
+        yield "", "where the scene slides, pixels that blink are missed, or look dead or hot, unless they change more"
     if unsure := frozen_unknown(report):
         yield "", unsure
     yield from (("left out", sentence) for sentence in report.stretch.left_out(start))

@@ -19,7 +19,7 @@ _NEXT_PAIRS, _FAR_PAIRS = 24, 9
 """Pairs of frames that are looked at: neighbours, and those of each longer distance."""
 _LEAST_SIDE = 48
 """Of smaller pictures, px, neighbours alone are looked at: chance explains more of the change in fewer pixels."""
-_TOLD_SIDE = 28
+TOLD_SIDE = 28
 """Of smaller ones nothing is told: up to 20 px a side white noise looks as if it slid in each of 20 draws, of 24 px in
 3 of them, of 28 px in none."""
 
@@ -37,7 +37,7 @@ def slides(frames: Values) -> bool:
     sigma, 0.05 px a frame under noise as strong as the texture; in half as many frames, twice that. Pictures of less
     than 28 px a side are said to stand still, for noise alone would look as if it slid.
     """
-    if min(frames.shape[1:]) < _TOLD_SIDE:
+    if min(frames.shape[1:]) < TOLD_SIDE:
         return False
     longest = len(frames) // 2 if min(frames.shape[1:]) >= _LEAST_SIDE else 1
     return any(_explained_at(frames, 2**power) > _LEAST for power in range(max(longest, 1).bit_length()))

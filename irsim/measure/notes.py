@@ -1,0 +1,76 @@
+"""What a recording does not tell of its camera, and what was taken for it, in sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from irsim.measure.gradient import gradient_notes
+from irsim.measure.interval import Measured
+from irsim.measure.memory import Memory
+from irsim.measure.noise import NoiseReport, frozen_unknown
+from irsim.measure.pattern import Pattern
+from irsim.measure.steady import TOLD_SIDE
+from irsim.measure.still import Still
+from irsim.types import Floats
+from irsim.wording import counted
+
+AT_MOST = (
+    "the noise is at most what is told of it, but for noise that remembers or that neighbours share, which is not in "
+    "it: texture that moves and is as sharp as noise is counted with it"
+)
+BLINKING = (
+    "where the scene slides, pixels that blink are missed, or look dead or hot, unless they change more than it does: "
+    "how many there are is not told"
+)
+SMALL = (
+    f"in a picture of less than {TOLD_SIDE} px a side a scene that slides cannot be told from noise that the camera "
+    "smooths: it is taken for such a scene"
+)
+
+
+def noise_notes(report: NoiseReport, memory: Memory | None, level: Measured | None) -> Iterator[str]:
+    count = report.stretch.index[-1] - report.stretch.index[0] + 1
+    if memory is not None and memory.time_constant_s.high * report.rate_hz > count / 3:
+        yield f"{count} frames are few for noise that remembers so long: its sigma may be larger"
+    if level is not None and level.high > count / 2:
+        yield f"the level wanders as slowly as {count} frames are long: its sigma may be larger"
+    if unsure := frozen_unknown(report):
+        yield unsure
+    if report.crossed:
+        yield f"targets pass through {report.region}, where noise is read: --region X,Y,W,H names a place without them"
+    if report.moving and not report.slides:
+        yield (
+            f"something moves at {report.region}, where noise is read: of the noise only what is sharp is told, no "
+            "memory, rows, columns or level; --region X,Y,W,H names a place that is still"
+        )
+        yield AT_MOST
+    elif report.together and not report.moving:
+        yield (
+            f"neighbouring pixels change together at {report.region}, where noise is read: the camera smooths its "
+            "noise, or something moves fast; --region X,Y,W,H names a place that is still"
+        )
+
+
+def texture_notes(fixed: Pattern, picture: Floats, noise: float) -> Iterator[str]:
+    if fixed.spectrum.texture is None:
+        yield from gradient_notes(picture, noise)
+    if fixed.quietest is not None:
+        yield (
+            f"edges and things of the scene look like fixed pattern: it is told at {fixed.quietest}, where least is "
+            "seen, rows and columns by what all parts of the picture have in common"
+        )
+
+
+def blur_notes(blur: Measured | None, psf: Measured, still: Still) -> Iterator[str]:
+    if blur is None:
+        yield f"no point is seen: the blur is taken to be {psf.value:.1g} px"
+        yield f"texture and fixed pattern are told for any blur of {psf.low:.1g} to {psf.high:.1g} px"
+    else:
+        yield "the blur is that of the sharpest thing seen, and its own size is in it: the lens may be sharper"
+    if still.points:
+        yield f"points that stand still: {len(still.points)}; they are no texture, fixed pattern or hot pixels"
+    if full := int(still.full.sum()):
+        yield (
+            f"{counted(full, 'pixel')} {'is' if full == 1 else 'are'} full of light all the time: what is there and "
+            "beside it is left out of texture, fixed pattern and bad pixels"
+        )
