@@ -18,9 +18,11 @@ from pydantic.fields import FieldInfo
 
 from irsim.atmosphere import Atmosphere
 from irsim.backgrounds import BACKGROUNDS
-from irsim.backgrounds.patches import Clutter, Fields, Roads, Water
+from irsim.backgrounds.buildings import Buildings
+from irsim.backgrounds.clutter import Clutter
+from irsim.backgrounds.patches import Fields, Roads, Water
 from irsim.backgrounds.sky import Clouds
-from irsim.backgrounds.structures import Buildings, Trees
+from irsim.backgrounds.structures import Trees
 from irsim.camera import Camera
 from irsim.detector import DETECTORS, NOISES, Bloom, Correction
 from irsim.display import AGCS

@@ -24,10 +24,11 @@ _CLOUD = {"temperature_k": 274, "range_m": 6000}
 _HIGH = {"coverage": 0.6, "depth": 0.8, "betas": [2.8, 3.8], "correlation_mrad": 50, "temperature_k": 272}
 _LOW = {"id": "low", "coverage": 0.35, "temperature_k": 276, "sunlit_k": 8, "range_m": 3000}
 _LAND = {"kind": "landscape", "camera_height_m": 4, "fields": {}}
-_WOOD = {"trees": [{"range_m": 900, "height_m": 18, "spacing_m": 4}]}
-_VILLAGE = {"buildings": [{"range_m": 700, "spacing_m": 60}]}
+_WOOD = {"trees": [{"range_m": 900, "height_m": 18, "spacing_m": 4, "relief_m": 0.7}]}
+_VILLAGE = {"buildings": [{"range_m": 700, "spacing_m": 60, "relief_m": 0.7}]}
 _PATCHES = {"fields": {"size_mrad": 60}, "roads": {"count": 2}, "water": {"share": 0.05}}
 _TERRAIN = {"kind": "ground", "correlation_mrad": 60}
+_ROUGH = {"form": "rough", "per_mrad2": 0.0012, "size_mrad": [6, 14]}
 _SEA = {"kind": "sea", "horizon_k": 281, "zenith_k": 225, "camera_height_m": 18, "water_k": 286}
 
 BACKGROUNDS: list[tuple[str, dict[str, Any], dict[str, Any]]] = [
@@ -37,7 +38,7 @@ BACKGROUNDS: list[tuple[str, dict[str, Any], dict[str, Any]]] = [
     ("sky: two layers", _LOOK_UP, {**_SKY, "clouds": [{"id": "high", **_HIGH, "range_m": 9000}, _LOW]}),
     ("sky: overcast", _LOOK_UP, {**_SKY, "clouds": [{**_CLOUD, "coverage": 0.98, "depth": 3}]}),
     ("ground: terrain", _LOOK_DOWN, _TERRAIN),
-    ("ground: warm and cold clutter", _LOOK_DOWN, {**_TERRAIN, "clutter": {"per_mrad2": 0.003}}),
+    ("ground: warm and cold clutter", _LOOK_DOWN, {**_TERRAIN, "clutter": _ROUGH}),
     ("ground: fields, roads, water by day", _LOOK_DOWN, {**_TERRAIN, "hour": "day", **_PATCHES}),
     ("ground: the same by night", _LOOK_DOWN, {**_TERRAIN, "hour": "night", **_PATCHES}),
     ("landscape: tree line", _LOOK_OUT, {**_LAND, "hour": "night", **_WOOD}),

@@ -10,7 +10,8 @@ from scipy import ndimage
 
 from irsim.backgrounds import Gaze, Ground
 from irsim.backgrounds.chart import Chart
-from irsim.backgrounds.patches import Clutter, Fields, Roads, Water
+from irsim.backgrounds.clutter import Clutter
+from irsim.backgrounds.patches import Fields, Roads, Water
 from irsim.geometry import Geometry
 from irsim.loader import dumps, loads
 from irsim.radiometry import temperature

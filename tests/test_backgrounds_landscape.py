@@ -12,10 +12,11 @@ import pytest
 from country import gaze, stage
 
 from irsim.backgrounds import Landscape
+from irsim.backgrounds.buildings import Buildings
 from irsim.backgrounds.fields import profile
 from irsim.backgrounds.panorama import Sheet
 from irsim.backgrounds.parallax import Cylinder, seen_from
-from irsim.backgrounds.structures import Buildings, Trees
+from irsim.backgrounds.structures import Trees
 from irsim.radiometry import temperature
 from irsim.scenario import Scenario
 from irsim.simulate import Rendering

@@ -12,10 +12,11 @@ from pydantic import Field, model_validator
 from irsim.backgrounds.air import through_air
 from irsim.backgrounds.base import FARTHEST, Background, Gaze, LandLight, Layer, Names
 from irsim.backgrounds.carpet import Carpet, Level
+from irsim.backgrounds.clutter import Clutter
 from irsim.backgrounds.fields import Betas, Histogram, shaped, spectral
 from irsim.backgrounds.hours import Hour, filled, typical
 from irsim.backgrounds.painting import Painting, Seen
-from irsim.backgrounds.patches import LYING, Clutter, Fields, Painted, Roads, Water
+from irsim.backgrounds.patches import LYING, Fields, Painted, Roads, Water
 from irsim.backgrounds.texture import Tile, tile_shape
 from irsim.kinds import Feature, Height, Kelvin, KelvinSpread, Switches
 from irsim.radiometry import radiance

@@ -23,15 +23,17 @@ from irsim.backgrounds.base import (
     Veil,
     is_veil,
 )
+from irsim.backgrounds.buildings import Buildings
+from irsim.backgrounds.clutter import Clutter
 from irsim.backgrounds.fields import Betas, profile, spectral
 from irsim.backgrounds.hours import Hour, filled, typical
 from irsim.backgrounds.painting import Painting
 from irsim.backgrounds.panorama import Panorama, Sheet
 from irsim.backgrounds.parallax import Cylinder
-from irsim.backgrounds.patches import LYING, Clutter, Fields, Roads, Water
+from irsim.backgrounds.patches import LYING, Fields, Roads, Water
 from irsim.backgrounds.plane import VANISHING_PX, covered, laid
 from irsim.backgrounds.sky import Sky
-from irsim.backgrounds.structures import Buildings, Trees
+from irsim.backgrounds.structures import Trees
 from irsim.backgrounds.texture import TILE
 from irsim.kinds import Feature, Height, Kelvin, KelvinSpread, NotNegative, Plausible, Several, Switches
 from irsim.radiometry import radiance

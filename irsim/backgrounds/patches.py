@@ -1,4 +1,4 @@
-"""What lies on the ground: fields with lanes between them, roads, water, and clutter like targets.
+"""What lies on the ground: fields with lanes between them, roads and water; clutter has a file of its own.
 
 Each is painted on a periodic map of px, (rows, columns), and gives its cover (0..1, of each pixel) and
 its temperature less the ground's, K. What is of one temperature has an edge, too, which is sharp
@@ -12,21 +12,17 @@ from typing import Annotated, ClassVar
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 from pydantic import Field
 
 from irsim.backgrounds.fields import spectral
-from irsim.backgrounds.plane import VANISHING_PX
 from irsim.kinds import (
     Feature,
-    Fraction,
     KelvinDifference,
     KelvinSpread,
     NotNegative,
     Part,
     Plausible,
     Positive,
-    Rising,
     Switches,
 )
 from irsim.rng import stream
@@ -34,8 +30,6 @@ from irsim.types import Floats
 
 Shape = tuple[int, int]
 """Rows and columns."""
-
-Integers = npt.NDArray[np.integer]
 
 Painted = tuple[Floats, Floats]
 """Cover, 0..1, and temperature less the ground's, K."""
@@ -155,75 +149,3 @@ class Water(Even):
         shore = float(np.quantile(field, 1 - self.share))
         steep = np.hypot(*np.gradient(field)) + 1e-6
         return np.asarray((field - shore) / steep)
-
-
-Length = Annotated[float, Field(ge=0.001, le=50)]
-
-
-class Clutter(Part):
-    """Small warm and cold things of the size and grey of targets: false targets."""
-
-    per_mrad2: Annotated[float, Field(ge=0, le=10)] = 0.002
-    """How many in a square milliradian; on a landscape, at its horizon, and where all is p times as wide, p^3 times
-    fewer."""
-    size_mrad: Annotated[tuple[Length, Length], Field(strict=False), Rising] = (1.0, 4.0)
-    """Smallest and largest length, mrad; on a landscape, at its horizon, where w metres seen from h metres up are
-    40 ifov_mrad w / h; nearer ones are larger."""
-    contrast_k: Annotated[tuple[KelvinSpread, KelvinSpread], Field(strict=False), Rising] = (3.0, 10.0)
-    """Least and greatest temperature less the ground's mean, without sign, K."""
-    cold: Fraction = 0.2
-    """Share of them that is colder than the ground."""
-
-    def paint(self, shape: Shape, px_per_mrad: float, seed: int) -> Painted:
-        """Ellipses turned at random, twice as long as wide at most, half-way soft over a pixel at the edge."""
-        draw = stream(seed, "clutter")
-        cover, kelvin = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
-        high, wide = shape
-        for _ in range(draw.poisson(self.per_mrad2 * (high / px_per_mrad * (wide / px_per_mrad)))):
-            x, y, angle = draw.uniform(0, wide), draw.uniform(0, high), draw.uniform(0, np.pi)
-            length = draw.uniform(*self.size_mrad) * px_per_mrad / 2
-            width = length * draw.uniform(0.5, 1)
-            contrast = draw.uniform(*self.contrast_k) * (-1 if draw.random() < self.cold else 1)
-            columns, rows, inside = _ellipse((x, y), angle, length, width)
-            patch = np.ix_(rows % high, columns % wide)
-            kelvin[patch] = np.where(inside > cover[patch], contrast, kelvin[patch])
-            cover[patch] = np.maximum(cover[patch], inside)
-        return cover, kelvin
-
-    def stand(self, below: Floats, px_per_mrad: float, seed: int) -> Painted:
-        """On a plane that is seen slantwise, evenly over its ground; below: (rows, cols) px below its horizon.
-
-        What is as wide as p px where at the horizon it is as wide as one is p times as near. So it is p times as
-        large, and as a px shows 1 / p^3 of the ground, there are so many fewer.
-        """
-        draw = stream(seed, "clutter")
-        cover, kelvin = np.zeros(below.shape, np.float32), np.zeros(below.shape, np.float32)
-        (height, width), lowest = below.shape, below[-1]
-        least = (1 + float(lowest.max()) / VANISHING_PX) ** -2
-        # The integral of 1 / p^3 over the rows, of which p(d) = 1 + d / VANISHING_PX.
-        count = draw.poisson(self.per_mrad2 / px_per_mrad**2 * width * VANISHING_PX / 2 * (1 - least))
-        nearness = np.sort(draw.uniform(least, 1, count) ** -0.5)  # the nearest last: they hide the others
-        xs, angles = draw.uniform(0, width, count), draw.uniform(0, np.pi, count)
-        lengths = draw.uniform(*self.size_mrad, count) * px_per_mrad / 2 * nearness
-        widths = lengths * draw.uniform(0.5, 1, count)
-        contrasts = draw.uniform(*self.contrast_k, count)
-        contrasts *= np.where(draw.random(count) < self.cold, -1, 1)
-        ys = height - 1 - lowest[xs.astype(int)] + (nearness - 1) * VANISHING_PX
-        for x, y, *turned, contrast in zip(xs, ys, angles, lengths, widths, contrasts, strict=True):
-            columns, rows, inside = _ellipse((x, y), *turned)
-            across, down = (columns >= 0) & (columns < width), (rows >= 0) & (rows < height)
-            patch, seen = np.ix_(rows[down], columns[across]), inside[np.ix_(down, across)]
-            kelvin[patch] = np.where(seen >= cover[patch], contrast, kelvin[patch])
-            cover[patch] = np.maximum(cover[patch], seen)
-        return cover, kelvin
-
-
-def _ellipse(
-    middle: tuple[float, float], angle: float, length: float, width: float
-) -> tuple[Integers, Integers, Floats]:
-    """Columns, rows and the share (rows, columns) of each pixel that is in an ellipse of those half axes, px."""
-    (x, y), reach = middle, int(length) + 2
-    columns, rows = (np.arange(int(at) - reach, int(at) + reach + 1) for at in middle)
-    dx, dy = columns - x, (rows - y)[:, None]
-    ahead, beside = dx * np.cos(angle) + dy * np.sin(angle), dy * np.cos(angle) - dx * np.sin(angle)
-    return columns, rows, np.clip((1 - np.hypot(ahead / length, beside / width)) * width + 0.5, 0, 1)

@@ -1,4 +1,4 @@
-"""What stands on the ground: rows of trees, and buildings. Each is a layer at its own range."""
+"""What stands on the ground: rows of trees, each a layer at its own range; and what buildings share with them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
-from irsim.backgrounds.fields import spectral
+from irsim.backgrounds.fields import profile, spectral
 from irsim.backgrounds.painting import Painting
 from irsim.backgrounds.panorama import Panorama, Sheet
 from irsim.backgrounds.parallax import Cylinder, Standing
@@ -19,14 +19,13 @@ from irsim.foliage import LARGEST, Crown, Foliage, broadleaf, bush, conifer
 from irsim.kinds import (
     Fraction,
     Kelvin,
-    KelvinDifference,
     KelvinSpread,
     Metres,
     Name,
+    NotNegative,
     Part,
     Plausible,
     Range,
-    Rising,
     Switches,
 )
 from irsim.radiometry import radiance
@@ -36,9 +35,9 @@ from irsim.types import Floats
 
 Spacing = Annotated[float, Field(ge=0.5, le=100_000)]
 """Metres; nearer to each other they would be too many to draw."""
-Wall = Annotated[Metres, Plausible(1, 900, "m")]
-"""From a shed to the highest of towers (Burj Khalifa: 828 m)."""
 Mask = npt.NDArray[np.bool_]
+Feet = Callable[[Floats], Floats]
+"""The rows of the map where things stand at columns of it, (n,) each."""
 
 FINE = 2
 """Outlines are drawn on a grid this much finer than pixels, then averaged."""
@@ -49,11 +48,20 @@ CROWDED = 1.4
 NEAREST_PX = 0.25
 """Trees stand so far apart in the picture at least: more would not be seen, and take long to draw."""
 
+RELIEF_M = 80.0
+"""Length of the largest waves of the ground that things stand on, m: a few to each field."""
+RELIEF_BETA = 3.5
+"""Slope of their spectrum: that of the hills at the horizon."""
+MOST_RELIEF = 4.0
+"""Hardly anything stands more than so many times `relief_m` higher or lower."""
+STAGGERED = 0.35
+"""How much higher or lower one by one they stand, as a share of `relief_m`: at unlike distances."""
+
 SLIMMEST = 0.42
 """A broadleaf crown stays this wide, as a share of its tree's height, however crowded it is."""
 
 
-class _Canvas:
+class Canvas:
     """Cover and temperature, drawn on a fine grid over a sheet."""
 
     def __init__(self, sheet: Sheet) -> None:
@@ -100,7 +108,7 @@ class _Canvas:
         return Standing(name, Cylinder(range_m), Painting(pictures))
 
 
-def _texture(sheet: Sheet, beta: float, size_px: float, seed: int, *address: str) -> Floats:
+def grain(sheet: Sheet, beta: float, size_px: float, seed: int, *address: str) -> Floats:
     """(rows, cols) of a sheet: a field of mean 0 and variance 1."""
     field = spectral((TILE, TILE), beta, None, size_px, 1.0, seed, *address)
     rows, columns = (np.mod(np.arange(length), TILE) for length in sheet.shape)
@@ -114,16 +122,37 @@ class Structure(Part):
     """Its name for --without, and in truth where it hides a target."""
     range_m: Range = 800.0
     """Metres; targets farther away are behind it."""
+    relief_m: Annotated[NotNegative, Plausible(0, 50, "m", "500 m along a slope of 1 in 10 are 50 m")] = 0.0
+    """Standard deviation of the height of the ground that it stands on, m: feet rise and fall along the row, and a
+    third as much from one to the next. At 0 they stand on one straight line."""
 
     def base(self, sheet: Sheet, height_m: float, ifov_rad: float) -> float:
         """Row of the map where it meets the ground, seen from `height_m` above it."""
         return float(sheet.horizon + np.arctan(height_m / self.range_m) / ifov_rad)
 
+    def feet(self, sheet: Sheet, base: float, stage: Stage, what: str) -> Feet:
+        """Where things that are called so stand on ground that would else be at row `base`."""
+        if self.relief_m == 0:
+            return lambda columns: np.full(len(columns), base)
+        px_per_m = 1 / (self.range_m * stage.geometry.ifov_rad)
+        waves = profile(len(sheet.columns), RELIEF_BETA, RELIEF_M * px_per_m, stage.seed, self.id, "relief")
+        draw = stream(stage.seed, self.id, what, "feet")
+
+        def rows(columns: Floats) -> Floats:
+            off = np.interp(columns, sheet.columns, waves) + STAGGERED * draw.standard_normal(len(columns))
+            return np.asarray(base - self.relief_m * px_per_m * off)
+
+        return rows
+
 
 class Trees(Structure):
     """A row of trees: broadleaf ones and conifers, leafy or bare, with undergrowth."""
 
-    switches: ClassVar[Switches] = {"texture": ("spread_k", 0.0), "undergrowth": ("undergrowth", 0.0)}
+    switches: ClassVar[Switches] = {
+        "texture": ("spread_k", 0.0),
+        "undergrowth": ("undergrowth", 0.0),
+        "relief": ("relief_m", 0.0),
+    }
 
     id: Name = "trees"
     """Its name for --without, and in truth where it hides a target."""
@@ -149,21 +178,32 @@ class Trees(Structure):
         ifov, draw = stage.geometry.ifov_rad, stream(stage.seed, self.id)
         px_per_m = 1 / (self.range_m * ifov)
         base, tall = self.base(sheet, height_m, ifov), self.height_m * px_per_m
-        sheet = sheet.between(base - 1.9 * tall, base)
-        canvas = _Canvas(sheet)
+        rises = MOST_RELIEF * self.relief_m * px_per_m
+        sheet = sheet.between(base - 1.9 * tall - rises, base + rises)
+        canvas = Canvas(sheet)
         foliage = Foliage(tall * FINE, self.leaves, stage.seed, self.id)
         room = self.spacing_m * px_per_m
-        for x in _along(sheet, max(room, NEAREST_PX), draw):
-            self._tree(canvas, foliage, (x, base), tall, room, temperature_k, draw)
+        for foot in self._standing(sheet, base, _along(sheet, max(room, NEAREST_PX), draw), stage, "trees"):
+            self._tree(canvas, foliage, foot, tall, room, temperature_k, draw)
         if self.undergrowth:
-            bushes = stream(stage.seed, self.id, "bushes")
-            self._bushes(canvas, foliage, base, self.undergrowth * tall, temperature_k, bushes)
-        grain = _texture(sheet, self.beta, max(tall / 2, 2.0), stage.seed, self.id, "grain")
-        return canvas.layer(self.id, self.range_m, 0.8 * self.spread_k * np.sqrt(0.5) * grain, stage)
+            bushes, high = stream(stage.seed, self.id, "bushes"), self.undergrowth * tall
+            places = _along(sheet, max(0.5 * high, 2.0), bushes)
+            for foot in self._standing(sheet, base, places, stage, "bushes"):
+                self._bush(canvas, foliage, foot, high, temperature_k, bushes)
+        texture = grain(sheet, self.beta, max(tall / 2, 2.0), stage.seed, self.id, "grain")
+        return canvas.layer(self.id, self.range_m, 0.8 * self.spread_k * np.sqrt(0.5) * texture, stage)
+
+    def _standing(
+        self, sheet: Sheet, base: float, columns: Floats, stage: Stage, what: str
+    ) -> list[tuple[float, float]]:
+        """Places (x, y) of the map where they stand, the highest, which are the farthest, first; else as they come."""
+        feet = self.feet(sheet, base, stage, what)(columns)
+        order = np.argsort(feet, kind="stable")
+        return list(zip(columns[order].tolist(), feet[order].tolist(), strict=True))
 
     def _tree(
         self,
-        canvas: _Canvas,
+        canvas: Canvas,
         foliage: Foliage,
         foot: tuple[float, float],
         tall: float,
@@ -183,18 +223,24 @@ class Trees(Structure):
         kind, size = conifer if is_conifer else broadleaf, ((1 - bare) * height, wide)
         self._leaves(canvas, foliage, kind, size, (x, base - bare * height), own, draw)
 
-    def _bushes(
-        self, canvas: _Canvas, foliage: Foliage, base: float, tall: float, kelvin: float, draw: np.random.Generator
+    def _bush(
+        self,
+        canvas: Canvas,
+        foliage: Foliage,
+        foot: tuple[float, float],
+        tall: float,
+        kelvin: float,
+        draw: np.random.Generator,
     ) -> None:
-        for x in _along(canvas.sheet, max(0.5 * tall, 2.0), draw):
-            height = tall * float(np.clip(1 + 0.4 * draw.standard_normal(), 0.3, 2.0))
-            size = height, height * draw.uniform(1.2, 2.4)
-            own = kelvin + self.spread_k * (0.4 * float(draw.standard_normal()) - 0.3)
-            self._leaves(canvas, foliage, bush, size, (x, base), own, draw)
+        """A bush of about that height, px."""
+        height = tall * float(np.clip(1 + 0.4 * draw.standard_normal(), 0.3, 2.0))
+        size = height, height * draw.uniform(1.2, 2.4)
+        own = kelvin + self.spread_k * (0.4 * float(draw.standard_normal()) - 0.3)
+        self._leaves(canvas, foliage, bush, size, foot, own, draw)
 
     def _leaves(
         self,
-        canvas: _Canvas,
+        canvas: Canvas,
         foliage: Foliage,
         kind: Callable[[float, float, np.random.Generator], Crown],
         size: tuple[float, float],
@@ -218,69 +264,3 @@ def _along(sheet: Sheet, spacing_px: float, draw: np.random.Generator) -> Floats
     count = max(1, round((last - first) / spacing_px))
     places = first + (np.arange(count) + draw.random(count)) * (last - first) / count
     return np.asarray(draw.permutation(places))
-
-
-class Buildings(Structure):
-    """Houses and blocks with roofs and rows of windows."""
-
-    switches: ClassVar[Switches] = {
-        "texture": ("spread_k", 0.0),
-        "windows": ("windows_k", 0.0),
-        "roofs": ("roof_k", 0.0),
-    }
-
-    id: Name = "buildings"
-    """Its name for --without, and in truth where it hides a target."""
-    spacing_m: Spacing = 60.0
-    """Mean distance between two buildings, m."""
-    width_m: Annotated[tuple[Wall, Wall], Field(strict=False), Rising] = (10.0, 30.0)
-    """Least and greatest width, m."""
-    height_m: Annotated[tuple[Wall, Wall], Field(strict=False), Rising] = (5.0, 14.0)
-    """Least and greatest height of the walls, m."""
-    temperature_k: Kelvin | None = None
-    """Mean temperature of the walls, K; by the `hour` where not given, else 290."""
-    spread_k: KelvinSpread = 2.0
-    """Standard deviation from building to building, K."""
-    windows_k: KelvinDifference = 3.0
-    """Temperature of the windows less the wall's, K."""
-    roof_k: KelvinDifference = -4.0
-    """Temperature of the roof less the wall's, K."""
-
-    def paint(self, sheet: Sheet, height_m: float, temperature_k: float, stage: Stage) -> Standing:
-        """The buildings, seen from `height_m` above the ground."""
-        ifov, draw = stage.geometry.ifov_rad, stream(stage.seed, self.id)
-        px_per_m = 1 / (self.range_m * ifov)
-        base = self.base(sheet, height_m, ifov)
-        sheet = sheet.between(base - (self.height_m[1] + 4) * px_per_m, base)
-        canvas = _Canvas(sheet)
-        span = float(sheet.columns[-1] - sheet.columns[0])
-        for _ in range(max(1, round(span / (self.spacing_m * px_per_m)))):
-            self._building(
-                canvas, float(draw.uniform(sheet.columns[0], sheet.columns[-1])), base, px_per_m, temperature_k, draw
-            )
-        grain = _texture(sheet, 2.4, 20.0, stage.seed, self.id, "grain")
-        return canvas.layer(self.id, self.range_m, 0.15 * self.spread_k * grain, stage)
-
-    def _building(
-        self, canvas: _Canvas, x: float, base: float, px_per_m: float, kelvin: float, draw: np.random.Generator
-    ) -> None:
-        width, height = (float(draw.uniform(*ends)) for ends in (self.width_m, self.height_m))
-        wall = kelvin + self.spread_k * float(draw.standard_normal())
-
-        def box(left: float, low: float, right: float, high: float, own: float) -> None:
-            """A rectangle in metres right of the middle and above the ground."""
-            corners = np.array([[left, low], [right, low], [right, high], [left, high]])
-            canvas.polygon(np.array([x, base]) + corners * [px_per_m, -px_per_m], own)
-
-        half = width / 2
-        if draw.random() < 0.5:
-            box(-half, 0, half, height + 0.6, wall + self.roof_k)
-        else:
-            ridge = np.array(
-                [[-half - 0.5, height], [half + 0.5, height], [half * 0.7, height + 3], [-half * 0.7, height + 3]]
-            )
-            canvas.polygon(np.array([x, base]) + ridge * [px_per_m, -px_per_m], wall + self.roof_k)
-        box(-half, 0, half, height, wall)
-        for floor in np.arange(1.0, height - 1.7, 3.0):
-            for left in np.arange(-half + 1.0, half - 1.7, 2.8):
-                box(left, floor, left + 1.3, floor + 1.5, wall + self.windows_k * float(draw.uniform(0.3, 1.3)))

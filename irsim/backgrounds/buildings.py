@@ -1,0 +1,92 @@
+"""Buildings that stand on the ground, in a layer at their own range."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar
+
+import numpy as np
+from pydantic import Field
+
+from irsim.backgrounds.panorama import Sheet
+from irsim.backgrounds.parallax import Standing
+from irsim.backgrounds.structures import MOST_RELIEF, Canvas, Spacing, Structure, grain
+from irsim.kinds import Kelvin, KelvinDifference, KelvinSpread, Metres, Name, Plausible, Rising, Switches
+from irsim.rng import stream
+from irsim.stage import Stage
+
+Wall = Annotated[Metres, Plausible(1, 900, "m")]
+"""From a shed to the highest of towers (Burj Khalifa: 828 m)."""
+
+
+class Buildings(Structure):
+    """Houses and blocks with roofs and rows of windows."""
+
+    switches: ClassVar[Switches] = {
+        "texture": ("spread_k", 0.0),
+        "windows": ("windows_k", 0.0),
+        "roofs": ("roof_k", 0.0),
+        "relief": ("relief_m", 0.0),
+    }
+
+    id: Name = "buildings"
+    """Its name for --without, and in truth where it hides a target."""
+    spacing_m: Spacing = 60.0
+    """Mean distance between two buildings, m."""
+    width_m: Annotated[tuple[Wall, Wall], Field(strict=False), Rising] = (10.0, 30.0)
+    """Least and greatest width, m."""
+    height_m: Annotated[tuple[Wall, Wall], Field(strict=False), Rising] = (5.0, 14.0)
+    """Least and greatest height of the walls, m."""
+    temperature_k: Kelvin | None = None
+    """Mean temperature of the walls, K; by the `hour` where not given, else 290."""
+    spread_k: KelvinSpread = 2.0
+    """Standard deviation from building to building, K."""
+    windows_k: KelvinDifference = 3.0
+    """Temperature of the windows less the wall's, K."""
+    roof_k: KelvinDifference = -4.0
+    """Temperature of the roof less the wall's, K."""
+
+    def paint(self, sheet: Sheet, height_m: float, temperature_k: float, stage: Stage) -> Standing:
+        """The buildings, seen from `height_m` above the ground."""
+        ifov, draw = stage.geometry.ifov_rad, stream(stage.seed, self.id)
+        px_per_m = 1 / (self.range_m * ifov)
+        base = self.base(sheet, height_m, ifov)
+        rises = MOST_RELIEF * self.relief_m
+        sheet = sheet.between(base - (self.height_m[1] + 4 + rises) * px_per_m, base + rises * px_per_m)
+        canvas = Canvas(sheet)
+        span = float(sheet.columns[-1] - sheet.columns[0])
+        feet = self.feet(sheet, base, stage, "buildings")
+        for _ in range(max(1, round(span / (self.spacing_m * px_per_m)))):
+            x = float(draw.uniform(sheet.columns[0], sheet.columns[-1]))
+            self._building(canvas, (x, float(feet(np.array([x]))[0])), px_per_m, temperature_k, draw)
+        texture = grain(sheet, 2.4, 20.0, stage.seed, self.id, "grain")
+        return canvas.layer(self.id, self.range_m, 0.15 * self.spread_k * texture, stage)
+
+    def _building(
+        self,
+        canvas: Canvas,
+        foot: tuple[float, float],
+        px_per_m: float,
+        kelvin: float,
+        draw: np.random.Generator,
+    ) -> None:
+        """A building whose middle stands at a map place (x, y)."""
+        width, height = (float(draw.uniform(*ends)) for ends in (self.width_m, self.height_m))
+        wall = kelvin + self.spread_k * float(draw.standard_normal())
+
+        def box(left: float, low: float, right: float, high: float, own: float) -> None:
+            """A rectangle in metres right of the middle and above the ground."""
+            corners = np.array([[left, low], [right, low], [right, high], [left, high]])
+            canvas.polygon(np.array(foot) + corners * [px_per_m, -px_per_m], own)
+
+        half = width / 2
+        if draw.random() < 0.5:
+            box(-half, 0, half, height + 0.6, wall + self.roof_k)
+        else:
+            ridge = np.array(
+                [[-half - 0.5, height], [half + 0.5, height], [half * 0.7, height + 3], [-half * 0.7, height + 3]]
+            )
+            canvas.polygon(np.array(foot) + ridge * [px_per_m, -px_per_m], wall + self.roof_k)
+        box(-half, 0, half, height, wall)
+        for floor in np.arange(1.0, height - 1.7, 3.0):
+            for left in np.arange(-half + 1.0, half - 1.7, 2.8):
+                box(left, floor, left + 1.3, floor + 1.5, wall + self.windows_k * float(draw.uniform(0.3, 1.3)))
