@@ -9,6 +9,9 @@ import pytest
 
 import irsim
 from irsim.loader import examples
+from irsim.occluders.standing import Building
+from irsim.occluders.tree import Tree
+from irsim.render import Renderer
 from irtrack.bench import run_bench
 
 SEEDS = 30
@@ -53,9 +56,12 @@ def test_what_is_hidden_is_hidden_as_it_is_written_and_stands_on_the_ground() ->
     for target in scene.targets:  # a car's place is on the level of its wheels
         below = target.path.positions(np.arange(200.0), stage, target.id) @ stage.geometry.down
         np.testing.assert_allclose(below, level, atol=0.01)
-    lowest = stage.geometry.directions(np.array([160.0, 239.0])) @ stage.geometry.down
-    for occluder in scene.occluders[:2]:  # they reach down to the picture's lower edge, where the ground is no nearer
-        assert occluder.range_m < level / lowest
+    for occluder in Renderer(scene).occluders[:2]:  # they stand in the picture, where the ground is as far away as they
+        assert isinstance(occluder, Tree | Building)
+        assert occluder.foot_px is not None
+        assert 130 < occluder.foot_px[1] < 239
+        below = stage.geometry.place(np.array(occluder.foot_px), occluder.range_m) @ stage.geometry.down
+        assert below == pytest.approx(level, abs=0.1)
     truths = list(irsim.Rendering(scene).truths())
     shares = np.array([car.visible for each in truths if (car := each.target("car")) is not None], dtype=float)
     assert len(shares) == 200

@@ -11,6 +11,8 @@ from test_intent import UPRIGHT, scene, visible
 from irsim import InputError, Scenario, load, loads
 from irsim.intent import overdone
 from irsim.loader import warnings
+from irsim.occluders.standing import Building, Pole
+from irsim.occluders.tree import Tree
 from irsim.render import Renderer
 
 FIGHTER = "shape: {kind: fighter}, path: {kind: PATH, range_m: 500}"
@@ -211,3 +213,20 @@ targets:
 """
     with pytest.raises(InputError, match=r"other\.path\.angle_deg: at this speed and angle it never parts from jet"):
         loads(text)
+
+
+@pytest.mark.parametrize("kind", ["pole", "building", "tree"])
+@pytest.mark.parametrize(("away", "row"), [(400.0, 119.53), (300.0, 132.91), (150.0, 161.5)])
+def test_what_stands_on_the_ground_does_so_where_that_is_as_far_away(kind: str, away: float, row: float) -> None:
+    """From 16 m up, looking level at 1 mrad a px, ground R m away is tan(asin(16/R)) / 1 mrad below the middle, 79.5:
+    53.41 px at 300 m; at 150 m it is below the picture, which ends at 159.5, and feet stand 2 px below that."""
+    text = (
+        "frames: 70\ncamera: {size: [240, 160], ifov_mrad: 1, netd_mk: 0}\n"
+        "background: {kind: landscape, camera_height_m: 16, hills_mrad: 0}\n"
+        "targets: [{id: tank, shape: {kind: tank}, path: {kind: straight, start: [60, 100], speed: 1, range_m: 900}}]\n"
+        f"occluders: [{{kind: {kind}, hides: tank, frames: [30, 36], range_m: {away}}}]\n"
+    )
+    (screen,) = Renderer(loads(text)).occluders
+    assert isinstance(screen, Pole | Building | Tree)
+    assert screen.foot_px is not None
+    assert screen.foot_px[1] == pytest.approx(row, abs=0.01)

@@ -39,8 +39,8 @@ atmosphere: {{preset: us_standard}}
 background:
   kind: landscape
   fields: {{}}
-  trees: [{{id: wood, range_m: 400}}]
-  buildings: [{{id: town, range_m: 200, spacing_m: 20}}]
+  trees: [{{id: wood, range_m: 400, relief_m: 2}}]
+  buildings: [{{id: town, range_m: 200, spacing_m: 20, relief_m: 2}}]
 """,
     "ground": f"frames: 4\n{CAMERA}\nbackground: {{kind: ground, fields: {{}}, roads: {{}}}}\n{BODIES}",
     "sea": f"""
@@ -69,7 +69,8 @@ targets:
 occluders:
   - {kind: pole, foot_px: [20, 60], height_px: 40, width_px: 3, arm_px: 12, range_m: 100}
   - {kind: building, id: house, foot_px: [70, 60], size_px: [24, 30], range_m: 100}
-  - {kind: smoke, center_px: [40, 30], size_px: [20, 12], drift_px_s: [60, 0], range_m: 100}
+  - {kind: smoke, center_px: [40, 30], size_px: [20, 12], drift_px_s: [60, 0], range_m: 100,
+     billows: 1, spread_k: 4}
 """,
 }
 OFF: list[tuple[str, str, str]] = [
@@ -92,9 +93,11 @@ OFF: list[tuple[str, str, str]] = [
     ("landscape", "hills", "background.hills_mrad=0"),
     ("landscape", "wood.texture", "background.trees.wood.spread_k=0"),
     ("landscape", "wood.undergrowth", "background.trees.wood.undergrowth=0"),
+    ("landscape", "wood.relief", "background.trees.wood.relief_m=0"),
     ("landscape", "town.texture", "background.buildings.town.spread_k=0"),
     ("landscape", "town.windows", "background.buildings.town.windows_k=0"),
     ("landscape", "town.roofs", "background.buildings.town.roof_k=0"),
+    ("landscape", "town.relief", "background.buildings.town.relief_m=0"),
     ("sea", "waves", "background.wind_m_s=0"),
     ("sea", "gusts", "background.gusts=0"),
     ("sea", "sun", "background.sun_deg=null"),
@@ -114,6 +117,8 @@ OFF: list[tuple[str, str, str]] = [
     ("camera", "pole.arm", "occluders.pole.arm_px=0"),
     ("camera", "house.windows", "occluders.house.windows=[0, 0]"),
     ("camera", "smoke.drift", "occluders.smoke.drift_px_s=[0, 0]"),
+    ("camera", "smoke.billows", "occluders.smoke.billows=0"),
+    ("camera", "smoke.texture", "occluders.smoke.spread_k=0"),
 ]
 """Scene, name, and the override that has the same done by a key."""
 NO_KEY = {"haze", "agc", "flicker", "evolve"}

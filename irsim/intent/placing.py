@@ -68,7 +68,7 @@ def _nearest(watch: Watch, occluder: Occluder, covered: Box) -> Occluder:
 def _placing(watch: Watch, occluder: Occluder, covered: Box, part: Part, sideways: bool) -> Placing:
     def of(share: float) -> Occluder:
         screen = occluder.over(part(covered, share), share, watch.stage)
-        return screen.rooted(max(covered.bottom, _ground(watch))) if sideways else screen
+        return screen.rooted(max(covered.bottom, _horizon(watch) if sideways else _level(watch, occluder)))
 
     return of
 
@@ -98,9 +98,20 @@ def _densest_needed(watch: Watch, occluder: Occluder, of: Placing) -> tuple[Occl
         looked.append(worst)
 
 
-def _ground(watch: Watch) -> float:
+def _horizon(watch: Watch) -> float:
     """The least y, px of the unmoved camera, at which something can stand on the ground: not in the sky."""
+    return -math.inf if watch.scenario.background.clear(watch.stage) is None else _row(watch, 0.0)
+
+
+def _level(watch: Watch, occluder: Occluder) -> float:
+    """The y, px of the unmoved camera, at which level ground is as far away as the occluder; endless where no
+    background says how deep it lies, or it is nowhere so near: what stands there stands below the picture."""
+    down = watch.scenario.background.surface_m
+    return math.inf if down is None or down >= occluder.range_m else _row(watch, math.asin(down / occluder.range_m))
+
+
+def _row(watch: Watch, below: float) -> float:
+    """The y, px of the unmoved camera, of what it sees `below` the level, rad; endless where that is behind it."""
     geometry = watch.stage.geometry
-    if watch.scenario.background.clear(watch.stage) is None:
-        return -math.inf
-    return float(geometry.axis_px[1] + math.tan(geometry.elevation_rad) / geometry.ifov_rad)
+    off = below + geometry.elevation_rad
+    return float(geometry.axis_px[1] + math.tan(off) / geometry.ifov_rad) if off < math.pi / 2 else math.inf

@@ -10,9 +10,10 @@ from typing import Annotated, ClassVar
 import numpy as np
 from pydantic import Field
 
-from irsim.kinds import Kelvin, NotNegative, Number, Pair, Switches
+from irsim.kinds import Fraction, Kelvin, KelvinSpread, NotNegative, Number, Pair, Switches
 from irsim.occluders.bar import Size
 from irsim.occluders.base import Occluder, given
+from irsim.occluders.billows import OUTERMOST, lumps, thickened, torn
 from irsim.rng import stream
 from irsim.shapes.silhouette import within_sight
 from irsim.sight import Sight
@@ -27,6 +28,10 @@ _YOUNG = 0.35
 """Size at its beginning, as a share of the full one."""
 
 
+_RISES = 0.5
+"""Placed by whom it hides, smoke that billows is so much as high as wide at least."""
+
+
 class Smoke(Occluder):
     """Smoke that hides by its optical depth: dense in the middle, in rolling puffs at its edge."""
 
@@ -34,7 +39,11 @@ class Smoke(Occluder):
     thins: ClassVar[bool] = True
     overrules: ClassVar[Mapping[str, tuple[str, ...]]] = {"hides": ("opacity", "begins_frame", "lasts_frames")}
 
-    switches: ClassVar[Switches] = {"drift": ("drift_px_s", (0.0, 0.0))}
+    switches: ClassVar[Switches] = {
+        "drift": ("drift_px_s", (0.0, 0.0)),
+        "billows": ("billows", 0.0),
+        "texture": ("spread_k", 0.0),
+    }
 
     center_px: Pair | None = None
     """[x, y] of its middle when it is full grown, px of the unmoved camera."""
@@ -45,6 +54,11 @@ class Smoke(Occluder):
     `hides` somebody, `fraction` says it."""
     temperature_k: Kelvin = 288.0
     """Kelvin: it emits as much as it keeps back."""
+    billows: Fraction = 0.0
+    """How far billows tear its edge and make it uneven: 0 is a smooth cloud. Placed by whom it hides it rises above
+    it, about half as high as wide at least."""
+    spread_k: KelvinSpread = 0.0
+    """Standard deviation of its temperature from billow to billow, kelvin."""
     begins_frame: Number | None = None
     """Frame at which it begins to grow; it is there from the first where not given."""
     grow_frames: NotNegative = 15.0
@@ -80,7 +94,7 @@ class Smoke(Occluder):
             return None
         halves = zoom * np.array([wide, tall]) / 2 * scale
         blurred = np.hypot(halves, stage.psf_px)
-        reach = _REACH * blurred
+        reach = (_REACH + self.billows * OUTERMOST) * blurred
         box = Box(float(middle[0]), float(middle[1]), float(2 * blurred[0]), float(2 * blurred[1]))
         window = within_sight(Box(box.cx, box.cy, float(2 * reach[0]), float(2 * reach[1])), stage)
         if window is None:
@@ -89,19 +103,32 @@ class Smoke(Occluder):
         columns, rows = np.arange(x0, round(window.right) + 1), np.arange(y0, round(window.bottom) + 1)
         u, v = (columns - middle[0]) / blurred[0], (rows - middle[1]) / blurred[1]
         depth = -math.log(1 - self.opacity) * grown * left / scale**0.5
-        alpha = -np.expm1(-depth * _profile(u, v, stage.seed, self.name, sight.time))
-        emission = alpha * stage.glow(self.temperature_k, 1.0)
+        profile, kelvin = self._fields(u, v, blurred, stage.seed, sight.time)
+        alpha = -np.expm1(-depth * profile)
+        emission = alpha * stage.glow(kelvin, 1.0)
         center = (float(middle[0]), float(middle[1]))
         return Sprite(x0, y0, alpha, alpha, emission, center, center, box, self.range_m, float(alpha.sum()))
+
+    def _fields(self, u: Floats, v: Floats, halves: Floats, seed: int, time: float) -> tuple[Floats, Floats | float]:
+        """Optical depth, in that of its dense part, and temperature, K, at places in `halves` of its size, px."""
+        if self.billows == 0 and self.spread_k == 0:
+            return _profile(u[None, :], v[:, None], seed, self.name, time), self.temperature_k
+        across, down = halves / halves.min()
+        pushed, thick, warm = np.moveaxis(lumps(u * across, v * down, time, seed, self.name), -1, 0)
+        profile = _profile(*torn(u, v, pushed, self.billows), seed, self.name, time)
+        kelvin = np.maximum(self.temperature_k + self.spread_k * warm, 1.0)
+        return profile * thickened(u, v, thick, self.billows), kelvin
 
     def over(self, window: Box, share: float, stage: Stage) -> Smoke:
         first, last = given(self.frames)
         drift = np.asarray(self.drift_px_s) * (last - first) / 2 / stage.rate_hz
         # The dense part is an ellipse through the window's corners, with room for its way on the wind.
         size = (math.sqrt(2) * (window.w + 2 * abs(drift[0])), math.sqrt(2) * (window.h + 2 * abs(drift[1])))
-        center = (window.cx - drift[0], window.cy - drift[1])
+        # One that billows rises: higher, it still goes through the window's lower corners.
+        high = max(size[1], _RISES * size[0] if self.billows else 0.0)
+        center = (window.cx - drift[0], window.cy - drift[1] - (high - size[1]) / math.sqrt(8))
         return self.at(
-            center_px=center, size_px=size, opacity=min(0.999 * share, 0.999),
+            center_px=center, size_px=(size[0], high), opacity=min(0.999 * share, 0.999),
             begins_frame=first - self.grow_frames, lasts_frames=float(last - first),
         )  # fmt: skip
 
@@ -115,13 +142,16 @@ def _ease(age: float, span: float) -> float:
 
 
 def _profile(u: Floats, v: Floats, seed: int, name: str, time: float) -> Floats:
-    """(rows, columns) optical depth: 1 or more within the unit circle of (u, v), uneven about its edge."""
+    """(rows, columns) optical depth: 1 or more within the unit circle of (u, v), uneven about its edge.
+
+    u, v: (1, columns) and (rows, 1), or (rows, columns) each.
+    """
     places, sizes, spins = _puffs(seed, name)
-    total = 1.5 * np.exp(-(((v[:, None] ** 2 + u**2) / 1.6) ** 2))
+    total = 1.5 * np.exp(-(((v**2 + u**2) / 1.6) ** 2))
     angles = spins * time
     turned = np.stack([np.cos(angles), np.sin(angles)], axis=1) * 0.12
     for (x, y), size, (dx, dy) in zip(places, sizes, turned, strict=True):
-        total += 0.8 * np.exp(-(((v - y - dy) / size) ** 2))[:, None] * np.exp(-(((u - x - dx) / size) ** 2))
+        total += 0.8 * np.exp(-(((v - y - dy) / size) ** 2)) * np.exp(-(((u - x - dx) / size) ** 2))
     return np.asarray(total)
 
 

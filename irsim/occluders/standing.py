@@ -15,7 +15,8 @@ from irsim.types import Box
 Panes = Annotated[int, Field(ge=0, le=20)]
 
 _BELOW_PX = 2.0
-"""What is placed by intent reaches this far below the picture's lower edge, unless it is `rooted` higher."""
+"""What is placed by intent reaches this far below the picture's lower edge, unless it is `rooted` higher, on ground
+that is as far away as it."""
 
 
 def foot(window: Box, stage: Stage) -> tuple[float, float]:

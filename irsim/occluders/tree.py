@@ -54,7 +54,7 @@ LEAST_TRUNK = 1.15
 """Placed by intent it is so many times as high as its crown at least."""
 FLARE = 1.35
 """How many times wider the trunk is at its foot."""
-LONE = 3.0
+LONE = 1.8
 """A tree up to so many times as high as its crown looks like one with a lone crown."""
 LOWER = 0.38
 """Where a crown stands below another one: its top so much of the other one's height below the other one's top."""
