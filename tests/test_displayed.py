@@ -12,9 +12,11 @@ import irsim
 from irsim.display import AGCS, Agc, Clahe, Linear, Picture, Plateau, Screen, Unsharp
 from irsim.displayed import FITS, KNOBS, FittedDisplay, Tolerance, fit_display
 from irsim.displayed.choice import cut_short
+from irsim.displayed.fitted import refined
 from irsim.displayed.knobs import knobs
 from irsim.displayed.pairs import Pairs, scored_frames
 from irsim.displayed.search import as_good
+from irsim.displayed.starts import clahe
 from irsim.displayed.trial import Trial
 from irsim.types import Image
 
@@ -182,6 +184,15 @@ def test_few_equalised_places_are_found_in_small_pictures() -> None:
     assert display.agc.tiles == (3, 2)
     assert display.agc.clip_limit == pytest.approx(2.3, rel=0.25)
     assert display.rms_grey < 3
+
+
+def test_small_places_are_found_in_small_pictures() -> None:
+    """Of 8 px; wrong tails hid them, and the search left 6 squared greys."""
+    trial = Trial(corner(agc_of("{kind: clahe, tiles: [12, 10], base: {kind: linear, tails: [0.01, 0.01]}}"), side=80))
+    agc = refined(trial, clahe)
+    assert isinstance(agc, Clahe)
+    assert agc.tiles == (12, 10)
+    assert trial.error(agc) < 1
 
 
 def test_a_mask_is_found_in_small_pictures() -> None:

@@ -8,6 +8,8 @@ from itertools import product
 import numpy as np
 
 from irsim.display import Agc, Clahe, Fixed, Linear, Plain, Plateau
+from irsim.displayed.knobs import knobs
+from irsim.displayed.search import descend
 from irsim.displayed.trial import Trial
 
 TIMES = (0.0, 1.5, 3.0, 6.0, 12.0, 25.0, 50.0)
@@ -17,6 +19,8 @@ PLATEAUS = (1e-6, 1e-4, 4e-4, 1.6e-3, 6e-3, 0.025, 1.0)
 GAINS = (0.02, 0.07, 0.25, 0.8, 2.5, 255.0)
 TILES = (*((side, side) for side in (2, 3, 4, 5, 6, 8, 10, 12, 16)), (4, 3), (8, 6), (6, 8), (10, 8), (16, 12))
 CLIPS = (0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 6.0, 10.0, 40.0)
+TURNS = 3
+"""How often at most the places of `clahe` are looked for with other tails."""
 
 Guess = Callable[[Trial], Iterable[Agc]]
 
@@ -66,23 +70,44 @@ def plateau(trial: Trial) -> Iterator[Agc]:
 
 
 def clahe(trial: Trial) -> Iterator[Agc]:
-    """Places by few bases; then with these places, for each limit, the likeliest of many bases of each kind: limit and
-    base make up for each other, and between limits lie ridges."""
-    rough = [Linear(), next(fixed(trial)), Plateau()]
-    tiles = best(
-        trial,
-        (Clahe(base=base, tiles=tiles, clip_limit=clip) for base, tiles, clip in product(rough, TILES, CLIPS[1:7:2])),
+    """Places by few bases, then places and tails by turns; then with these places, for each limit, the likeliest of
+    many bases of each kind: limit and base make up for each other, and between limits lie ridges."""
+    rough: list[Agc] = [Linear(), next(fixed(trial)), Plateau()]
+    tails = [Linear(tails=each) for each in product(TAILS[1::2], TAILS[1::2])]
+    firsts = (
+        best(trial, (Clahe(base=base, tiles=tiles, clip_limit=clip) for base, tiles, clip in each))
+        for each in (product(rough, TILES, CLIPS[1:7:2]), product(tails, TILES, CLIPS[3:4]))
     )
+    tiles = best(trial, (_placed(trial, first) for first in firsts))
     assert isinstance(tiles, Clahe)
     lines: list[Agc] = [
         Linear(tails=(low, high), time_constant_frames=time)
         for low, high, time in product(TAILS[::4], TAILS[::4], TIMES[:5:2])
     ]
+    if isinstance(tiles.base, Linear):
+        lines.append(tiles.base)
     steep: list[Agc] = [
         Plateau(plateau=plateau, gain_limit=gain) for plateau, gain in product(PLATEAUS[1::2], GAINS[1::2])
     ]
     for bases, clip in product((lines, steep, [*fixed(trial)], [*none(trial)]), CLIPS):
         yield best(trial, (tiles.model_copy(update={"base": base, "clip_limit": clip}) for base in bases))
+
+
+def _placed(trial: Trial, first: Agc) -> Agc:
+    """Places and tails by turns, until neither changes: where places are small, wrong tails hide the right places."""
+    near = first
+    for _ in range(TURNS):
+        lined = best(trial, [near, *(_with(near, base=Linear(tails=tails)) for tails in product(TAILS, TAILS))])
+        moved = best(trial, [lined, *(_with(lined, tiles=tiles) for tiles in TILES)])
+        moved = descend(lambda agc: trial.error(agc, few=True), moved, [knob for knob in knobs(moved) if knob.whole])
+        if moved == near:
+            break
+        near = moved
+    return near
+
+
+def _with(agc: Agc, **changed: object) -> Agc:
+    return agc.model_copy(update=changed)
 
 
 CURVED: tuple[Guess, ...] = (none, fixed, linear, plateau)
