@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 
 from irsim import InputError, loads, open_recording, record
 from irsim.cli import app
+from irsim.intent import placed
 from irsim.loader import warnings
 from irsim.occluders import OCCLUDERS
 from irsim.render import Renderer
@@ -262,3 +263,13 @@ def test_a_crossing_that_cannot_happen_is_refused(change: dict[str, str], line: 
         loads(text)
     assert line in str(caught.value)
     assert str(caught.value).count("\n") == 0
+
+
+def test_a_place_is_looked_for_once() -> None:
+    """For all that look at a scenario, whatever is off in it; in another one, anew."""
+    loaded = loads(scene("bar"))
+    (screen,) = placed(loaded)
+    assert placed(loaded.model_copy(update={"without": ("jitter",)}))[0] is screen
+    assert Renderer(loaded).occluders[0] is screen
+    moved = loads(scene("bar", change={"speed: 1.2": "speed: 1.1"}))
+    assert placed(moved)[0] != screen

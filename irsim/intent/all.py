@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Iterator
+from functools import lru_cache
 
 from irsim.errors import InputError, Notice
 from irsim.intent.crossing import check_crossing
@@ -15,20 +17,46 @@ from irsim.scenario import Scenario
 from irsim.watch import Watch
 
 
-def placed(scenario: Scenario) -> tuple[Occluder, ...]:
-    """The occluders, each with its place. InputError for an intent that cannot be met.
+class _Parts:
+    """What a scenario is made of, less what is switched off in it: copies that share their parts are the same."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.scenario = scenario.whole
+        self.parts = tuple(getattr(scenario, key) for key in type(scenario).model_fields if key != "without")
+
+    def __hash__(self) -> int:
+        return hash(tuple(map(id, self.parts)))
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Parts) and all(map(operator.is_, self.parts, other.parts))
+
+
+@lru_cache(maxsize=4)
+def _tried(parts: _Parts) -> tuple[Occluder | UnmetError, ...]:
+    """Each occluder in its place, or why it has none: worked out once for who checks a scenario, doubts and renders it.
 
     What --without switches off plays no part: an occluder stays where it is.
     """
-    if all(occluder.hides is None for occluder in scenario.occluders):
-        return scenario.occluders
-    watch = Watch(scenario.whole)
+    watch = Watch(parts.scenario)
+    return tuple(
+        _place(watch, occluder) if occluder.hides is not None else occluder for occluder in parts.scenario.occluders
+    )
+
+
+def _place(watch: Watch, occluder: Occluder) -> Occluder | UnmetError:
+    try:
+        return place(watch, occluder)
+    except UnmetError as fault:
+        return UnmetError(fault.key, str(fault))  # without what it came through, which would be kept with it
+
+
+def placed(scenario: Scenario) -> tuple[Occluder, ...]:
+    """The occluders, each with its place. InputError for an intent that cannot be met."""
     found = []
-    for occluder in scenario.occluders:
-        try:
-            found.append(place(watch, occluder) if occluder.hides is not None else occluder)
-        except UnmetError as unmet:
-            raise InputError(f"occluders.{occluder.name}.{unmet.key}: {unmet}") from None
+    for occluder, screen in zip(scenario.occluders, _tried(_Parts(scenario)), strict=True):
+        if isinstance(screen, UnmetError):
+            raise InputError(f"occluders.{occluder.name}.{screen.key}: {screen}")
+        found.append(screen)
     return tuple(found)
 
 
@@ -46,12 +74,9 @@ def unmet(scenario: Scenario) -> Iterator[Notice]:
                 check_crossing(watch, index)
             except UnmetError as fault:
                 yield Notice(("targets", index, "path", fault.key), str(fault))
-    for index, occluder in enumerate(scenario.occluders):
-        if occluder.hides is not None:
-            try:
-                place(watch, occluder)
-            except UnmetError as fault:
-                yield Notice(("occluders", index, fault.key), str(fault))
+    for index, screen in enumerate(_tried(_Parts(scenario))):
+        if isinstance(screen, UnmetError):
+            yield Notice(("occluders", index, screen.key), str(screen))
 
 
 def overdone(scenario: Scenario) -> Iterator[Notice]:
