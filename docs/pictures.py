@@ -19,7 +19,7 @@ DOCS = Path(__file__).parent
 IMAGES = DOCS / "img"
 WIDTH = 960
 """Of the pictures, px: small enough to be kept in git, as are those of so few greys and colours."""
-GREYS, COLOURS = 64, 48
+GREYS, COLOURS = 56, 40
 COLOURED = 24
 """Pixels whose channels lie farther apart are no greys."""
 
