@@ -37,9 +37,9 @@ def fit_level(levels: Floats, known: float, number: Indices | None = None) -> Le
     sigmas = np.geomspace(spread / 100, spread * 20, _SIGMAS)
     number = np.arange(count) if number is None else number
     times = np.geomspace(1.0, count, _TIMES)
-    apart = np.abs(np.subtract.outer(number, number))
-    white = _likelihood(levels, np.eye(count), sigmas, known)
-    table = np.stack([_likelihood(levels, np.exp(-apart / time), sigmas, known) for time in times])
+    kept = np.exp(-np.diff(number)[:, None] / times)
+    white = _likelihood(levels, np.zeros((count - 1, 1)), sigmas, known)[0]
+    table = _likelihood(levels, kept, sigmas, known)
     top = max(white.max(), table.max())
     white, table = np.exp(white - top), np.exp(table - top)
     if table.sum() / _TIMES <= _ODDS * white.sum():
@@ -47,14 +47,28 @@ def fit_level(levels: Floats, known: float, number: Indices | None = None) -> Le
     return Level(_quantiles(sigmas, table.sum(axis=0)), _quantiles(times, table.sum(axis=1)))
 
 
-def _likelihood(levels: Floats, correlation: Floats, sigmas: Floats, known: float) -> Floats:
-    """(sigmas,) log likelihood of what is left of a series without its mean."""
-    count = len(levels)
-    contrasts = np.linalg.qr(np.concatenate([np.ones((count, 1)), np.eye(count)[:, 1:]], axis=1))[0][:, 1:]
-    shares, vectors = np.linalg.eigh(contrasts.T @ correlation @ contrasts)
-    squares = np.square(vectors.T @ (contrasts.T @ levels))
-    variances = np.square(sigmas)[:, None] * shares.clip(0) + known + 1e-12
-    return np.asarray(-0.5 * (np.log(variances) + squares / variances).sum(axis=1))
+def _likelihood(levels: Floats, kept: Floats, sigmas: Floats, known: float) -> Floats:
+    """(times, sigmas) log likelihood of what is left of a series without its mean; kept (T - 1, times): what each frame
+    has left of the level of the one before.
+
+    With V the covariance of the series y and 1 a series of ones, it is that of y by log |V|, y V^-1 y, y V^-1 1 and
+    1 V^-1 1, summed up by a Kalman filter a frame at a time: threads that take a matrix apart wait on each other for
+    seconds where several processes share the cores.
+    """
+    level, noise = np.square(sigmas), known + 1e-12
+    series = np.stack([levels - levels.mean(), np.ones(len(levels))], axis=1)
+    foretold, variance = np.zeros((2, kept.shape[1], len(sigmas))), level
+    sums = np.zeros((4, kept.shape[1], len(sigmas)))
+    for frame, seen in enumerate(series):
+        if frame:
+            left = kept[frame - 1][:, None]
+            foretold, variance = left * foretold, left**2 * variance + (1 - left**2) * level
+        total = variance + noise
+        new, unit = off = seen[:, None, None] - foretold
+        sums += [np.broadcast_to(np.log(total), new.shape), new**2 / total, new * unit / total, unit**2 / total]
+        foretold, variance = foretold + variance / total * off, variance * noise / total
+    entropy, squares, crossed, ones = sums
+    return np.asarray(-0.5 * (entropy + np.log(ones / len(levels)) + squares - crossed**2 / ones))
 
 
 def _quantiles(values: Floats, weights: Floats) -> Measured:
