@@ -11,7 +11,7 @@ from country import gaze, stage
 
 from irsim.backgrounds.buildings import Buildings
 from irsim.backgrounds.panorama import Sheet
-from irsim.backgrounds.structures import STAGGERED, Structure, Trees
+from irsim.backgrounds.structures import STAGGERED, Canvas, Structure, Trees
 from irsim.types import Floats
 
 SCENE = stage(size=(640, 240))
@@ -60,3 +60,13 @@ def test_nearer_trees_stand_before_farther_ones() -> None:
     assert len(set(feet)) == 4
     as_they_come = Trees(range_m=1000.0)._standing(sheet, 50.0, places, SCENE, "trees")
     assert as_they_come == [(x, 50.0) for x in places]
+
+
+def test_nearer_buildings_are_drawn_over_farther_ones(monkeypatch: pytest.MonkeyPatch) -> None:
+    lowest_rows: list[float] = []
+    monkeypatch.setattr(Canvas, "polygon", lambda _, points, kelvin: lowest_rows.append(float(np.max(points[:, 1]))))
+    rows = Buildings(range_m=1000.0, relief_m=2.0, height_m=(5.0, 5.0), width_m=(2.0, 2.0))  # too narrow for windows
+    rows.paint(Sheet.of(SCENE.geometry), 10.0, 290.0, SCENE)
+    feet = lowest_rows[1::2]  # of each a roof, then its wall
+    assert len(set(feet)) > 10
+    assert feet == sorted(feet)

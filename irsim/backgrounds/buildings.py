@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, ClassVar
 
 import numpy as np
@@ -13,6 +14,7 @@ from irsim.backgrounds.structures import MOST_RELIEF, Canvas, Spacing, Structure
 from irsim.kinds import Kelvin, KelvinDifference, KelvinSpread, Metres, Name, Plausible, Rising, Switches
 from irsim.rng import stream
 from irsim.stage import Stage
+from irsim.types import Floats
 
 Wall = Annotated[Metres, Plausible(1, 900, "m")]
 """From a shed to the highest of towers (Burj Khalifa: 828 m)."""
@@ -55,38 +57,34 @@ class Buildings(Structure):
         canvas = Canvas(sheet)
         span = float(sheet.columns[-1] - sheet.columns[0])
         feet = self.feet(sheet, base, stage, "buildings")
+        standing = []
         for _ in range(max(1, round(span / (self.spacing_m * px_per_m)))):
             x = float(draw.uniform(sheet.columns[0], sheet.columns[-1]))
-            self._building(canvas, (x, float(feet(np.array([x]))[0])), px_per_m, temperature_k, draw)
+            foot = x, float(feet(np.array([x]))[0])
+            standing.append((foot, list(self._outlines(temperature_k, draw))))
+        for foot, outlines in sorted(standing, key=lambda each: each[0][1]):  # the nearest, which are the lowest, last
+            for corners, kelvin in outlines:
+                canvas.polygon(np.array(foot) + corners * [px_per_m, -px_per_m], kelvin)
         texture = grain(sheet, 2.4, 20.0, stage.seed, self.id, "grain")
         return canvas.layer(self.id, self.range_m, 0.15 * self.spread_k * texture, stage)
 
-    def _building(
-        self,
-        canvas: Canvas,
-        foot: tuple[float, float],
-        px_per_m: float,
-        kelvin: float,
-        draw: np.random.Generator,
-    ) -> None:
-        """A building whose middle stands at a map place (x, y)."""
+    def _outlines(self, kelvin: float, draw: np.random.Generator) -> Iterator[tuple[Floats, float]]:
+        """Polygons (n, 2) of a building, m right of its middle and above its foot, and their temperatures, K; what is
+        behind comes first."""
         width, height = (float(draw.uniform(*ends)) for ends in (self.width_m, self.height_m))
-        wall = kelvin + self.spread_k * float(draw.standard_normal())
-
-        def box(left: float, low: float, right: float, high: float, own: float) -> None:
-            """A rectangle in metres right of the middle and above the ground."""
-            corners = np.array([[left, low], [right, low], [right, high], [left, high]])
-            canvas.polygon(np.array(foot) + corners * [px_per_m, -px_per_m], own)
-
-        half = width / 2
+        wall, half = kelvin + self.spread_k * float(draw.standard_normal()), width / 2
         if draw.random() < 0.5:
-            box(-half, 0, half, height + 0.6, wall + self.roof_k)
+            yield _box(-half, 0, half, height + 0.6), wall + self.roof_k
         else:
-            ridge = np.array(
-                [[-half - 0.5, height], [half + 0.5, height], [half * 0.7, height + 3], [-half * 0.7, height + 3]]
-            )
-            canvas.polygon(np.array(foot) + ridge * [px_per_m, -px_per_m], wall + self.roof_k)
-        box(-half, 0, half, height, wall)
+            ridge = [[-half - 0.5, height], [half + 0.5, height], [half * 0.7, height + 3], [-half * 0.7, height + 3]]
+            yield np.array(ridge), wall + self.roof_k
+        yield _box(-half, 0, half, height), wall
         for floor in np.arange(1.0, height - 1.7, 3.0):
             for left in np.arange(-half + 1.0, half - 1.7, 2.8):
-                box(left, floor, left + 1.3, floor + 1.5, wall + self.windows_k * float(draw.uniform(0.3, 1.3)))
+                pane = _box(left, floor, left + 1.3, floor + 1.5)
+                yield pane, wall + self.windows_k * float(draw.uniform(0.3, 1.3))
+
+
+def _box(left: float, low: float, right: float, high: float) -> Floats:
+    """(4, 2) corners."""
+    return np.array([[left, low], [right, low], [right, high], [left, high]])
