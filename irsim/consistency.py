@@ -79,7 +79,7 @@ def _used_twice(parts: Iterable[tuple[str, KeyPath]]) -> Iterator[Fault]:
 def _unknown(wanted: Iterable[Wanted]) -> Iterator[Fault]:
     for name, place, allowed in wanted:
         if name not in allowed:
-            known = ", ".join(allowed) or "nothing, there are none"
+            known = ", ".join(dict.fromkeys(allowed)) or "nothing, there are none"
             within = next((f"; did you mean '{each}'?" for each in allowed if each.endswith(f".{name}")), None)
             what = f"there is no '{name}'; allowed: {known}{within or suggestion(name, allowed)}"
             yield _fault("unknown_id", what, place)
