@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from irsim.errors import InputError
+
 if TYPE_CHECKING:
     from irsim.types import Source
 
@@ -45,5 +47,8 @@ def tell_unheeded(source: str, overrides: list[str] | None, without: str | None 
 
 
 def parts(without: str | None) -> list[str]:
-    """'near, far' is ['near', 'far']."""
-    return [name.strip() for name in (without or "").split(",") if name.strip()]
+    """'near, far' is ['near', 'far']. InputError where a name is empty: some variable of a script may be."""
+    names = [] if without is None else [name.strip() for name in without.split(",")]
+    if not all(names):
+        raise InputError(f"--without {without!r}: a name is empty; allowed: names with commas between them")
+    return names

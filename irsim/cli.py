@@ -129,11 +129,13 @@ def gallery(
     from irsim.kinds import suggestion
     from irsim.sheets import SHEETS
 
-    if blind is not None:
-        print(write_blind(blind, seed))
-        return
     if what not in SHEETS:
         raise InputError(f"no sheet of '{what}'; allowed: {', '.join(SHEETS)}{suggestion(what, SHEETS)}")
+    if blind is not None:
+        if what != "targets":
+            raise InputError(f"--blind: its crops are of targets, not of {what}; allowed: irsim gallery --blind DIR")
+        print(write_blind(blind, seed))
+        return
     path = output or Path(f"{what}.png")
     check_output(path, endings=(".png",))
     print(SHEETS[what](path))

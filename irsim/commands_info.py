@@ -45,7 +45,10 @@ def _names(source: Source) -> Iterator[tuple[str, str]]:
 
     assert isinstance(source, Rendering)
     scenario = source.scenario
-    names = [name if scenario.is_on(name) else f"{name} (off)" for name, _ in scenario.names()]
+    names = [
+        name if scenario.is_on(name) and scenario.is_on(name.partition(".")[0]) else f"{name} (off)"
+        for name, _ in scenario.names()
+    ]
     yield "names", ", ".join(names) or "none"
 
 

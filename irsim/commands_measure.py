@@ -99,7 +99,14 @@ def fit(
     from irsim.measure import parse_region
 
     opened = open_changed(source, overrides, seed, without)
-    check_output(output, find(source), None if display is None else find(display), endings=(".yaml", ".yml"))
+    try:
+        shown = None if display is None else find(display)
+    except InputError:
+        raise InputError(
+            f"--display {display}: there is no such file or folder; allowed: what the camera showed, a folder of PNG, "
+            "a video or a recording"
+        ) from None
+    check_output(output, find(source), shown, endings=(".yaml", ".yml"))
     where = None if region is None else parse_region(region, opened.size)
     wanted = _wanted(frames, opened)
     with open_pictures(display, opened) as pictures:

@@ -185,8 +185,9 @@ def importing_nothing() -> Iterator[None]:
 
 def suggestion(word: object, allowed: Iterable[str]) -> str:
     """'; did you mean …?' where a known word is near, else ''."""
-    near = difflib.get_close_matches(str(word), list(allowed), n=1, cutoff=0.6)
-    return f"; did you mean '{near[0]}'?" if near else ""
+    lowered = {each.lower(): each for each in allowed}
+    near = difflib.get_close_matches(str(word).lower(), lowered, n=1, cutoff=0.6)
+    return f"; did you mean '{lowered[near[0]]}'?" if near else ""
 
 
 class Family:

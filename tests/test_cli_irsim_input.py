@@ -47,6 +47,18 @@ BAD = {
         ["import", "clip", "--truth", "boxes.csv", "-o", "boxes.csv"],
         "irsim: boxes.csv: would replace boxes.csv, ",
     ),
+    "blind test of another sheet": (
+        ["gallery", "agcs", "--blind", "crops"],
+        "irsim: --blind: its crops are of targets, not of agcs; allowed: ",
+    ),
+    "an empty name to switch off": (
+        ["render", "scene.yaml", "--without", "white,,jet"],
+        "irsim: --without 'white,,jet': a name is empty; allowed: ",
+    ),
+    "nothing that was displayed": (
+        ["fit", "good.mcap", "--display", "nothere", "-o", "x.yaml"],
+        "irsim: --display nothere: there is no such file or folder; allowed: ",
+    ),
     "unknown AGC": (
         ["import", "clip", "-o", "x.mcap", "--agc", "platau"],
         "irsim: import: agc.kind: unknown agc kind 'platau'; allowed: ",

@@ -228,7 +228,8 @@ def test_what_is_wrong_is_told_with_its_line(tmp_path: Path, text: str, line: in
         ("a.stl", b"\x00" * 90, "no STL file"),
         ("a.stl", b"solid x\nfacet normal 0 0 1\nvertex 1 2 3\nendfacet\n", "without three vertices"),
         ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "encloses no volume"),
-        ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 inf 0\nf 1 2 3\n", "not finite"),
+        ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 inf 0\nf 1 2 3\n", "no number, or too large"),
+        ("a.obj", b"v 1e308 0 0\nv -1e308 0 0\nv 0 1e308 0\nf 1 2 3\n", "no number, or too large"),
     ],
 )
 def test_other_faults_are_one_line(tmp_path: Path, name: str, data: bytes, words: str) -> None:
@@ -277,7 +278,7 @@ targets:
 
 
 def test_a_scenario_names_the_place(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"5:\d+: .*nowhere.obj: No such file"):
+    with pytest.raises(InputError, match=r"5:\d+: .*nowhere.obj: there is no such file"):
         loads(TARGET)
     path = write_obj(tmp_path / "jet.obj", body("fighter"))
     with pytest.raises(ValidationError, match=r"no material 'engine'.*did you mean 'engine_k'"):

@@ -15,6 +15,8 @@ from irsim.types import Floats
 
 MOST_FACES = 20_000
 """Triangles that a mesh may have: drawing takes a time about in proportion."""
+FARTHEST = 1e12
+"""No coordinate of a mesh is larger, in whatever unit: beyond, squares and cubes of them overflow."""
 
 
 class MeshError(ValueError):
@@ -39,6 +41,8 @@ def read_mesh(path: str) -> Triangles:
     """The mesh in a file; MeshError where there is none to be read. A file is read again when it changes."""
     try:
         stamp = Path(path).stat().st_mtime_ns
+    except FileNotFoundError:
+        raise MeshError(f"{path}: there is no such file") from None
     except OSError as error:
         raise MeshError(f"{path}: {error.strerror or error}") from None
     return _read(path, stamp)
@@ -53,14 +57,14 @@ def _read(path: str, stamp: int) -> Triangles:
     try:
         data = Path(path).read_bytes()
     except OSError as error:
-        raise MeshError(f"{path}: {error.strerror or error}") from None
+        raise MeshError(f"{path}: cannot be read: {error.strerror or error}") from None
     corners, faces, group, names = reader(path, data)
     if not len(faces):
         raise MeshError(f"{path}: holds no faces")
     if len(faces) > MOST_FACES:
         raise MeshError(f"{path}: has {len(faces)} triangles; allowed: at most {MOST_FACES}")
-    if not np.isfinite(corners).all():
-        raise MeshError(f"{path}: a coordinate is not finite")
+    if not np.abs(corners).max() <= FARTHEST:  # nan, too
+        raise MeshError(f"{path}: a coordinate is no number, or too large; allowed: up to {FARTHEST:g}")
     # One vertex a place, so that faces that touch share their edges (in STL each has its own corners).
     size = float(np.ptp(corners, axis=0).max())
     if not size > 0:
