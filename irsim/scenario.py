@@ -132,7 +132,7 @@ class Scenario(Part):
     @property
     def shown(self) -> Scenario:
         """The same scene with what is switched off within its parts at the value that does nothing."""
-        return less(self, self._off)
+        return less(self, self._off) if self.without else self
 
     @property
     def _off(self) -> set[str]:

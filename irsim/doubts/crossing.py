@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from irsim.course import Course
 from irsim.errors import Notice
 from irsim.motion import Crosses, Crossing
 from irsim.motion.crosses import STILL_PX
@@ -20,14 +21,18 @@ AROUND = 5
 """Frames before a crossing and after it between which ways are measured: a camera that shakes shows their mean."""
 
 
+def _pairs(watch: Watch) -> Iterator[tuple[int, Crossing, tuple[Course, Course]]]:
+    """Of each crossing whose two are on: the number of the target that crosses, its path, and the courses of both."""
+    for index, target in enumerate(watch.scenario.targets):
+        path = target.path
+        if isinstance(path, Crossing) and {target.id, path.target} <= watch.courses.keys():
+            yield index, path, (watch.courses[target.id], watch.courses[path.target])
+
+
 def misses(scenario: Scenario) -> Iterator[Notice]:
     """Crossings so far apart that the two never touch in the picture."""
     watch = Watch(scenario)
-    for index, target in enumerate(scenario.targets):
-        path = target.path
-        if not isinstance(path, Crossing) or not {target.id, path.target} <= watch.courses.keys():
-            continue
-        pair = [watch.courses[name] for name in (target.id, path.target)]
+    for index, path, pair in _pairs(watch):
         seen = [watch.mount.seen(course.positions) for course in pair]
         apart = _nearest(seen[1] - seen[0])
         there = [all(course.target.exists(frame) for course in pair) for frame in range(scenario.frames)]
@@ -37,7 +42,7 @@ def misses(scenario: Scenario) -> Iterator[Notice]:
         if None not in both and apart[frame] > reach:
             yield Notice(
                 ("targets", index, "path", "miss_px" if isinstance(path, Crosses) else "miss_m"),
-                f"{target.id} and {path.target} never meet: they stay {apart[frame]:.3g} px apart; "
+                f"{pair[0].target.id} and {path.target} never meet: they stay {apart[frame]:.3g} px apart; "
                 f"they touch at {reach:.1f} and less",
             )
 
@@ -45,20 +50,18 @@ def misses(scenario: Scenario) -> Iterator[Notice]:
 def turned(scenario: Scenario) -> Iterator[Notice]:
     """Crossings in pixels whose angle is another in the picture, as the camera moves: it adds its motion to both."""
     watch = Watch(scenario)
-    for index, target in enumerate(scenario.targets):
-        path = target.path
-        if not isinstance(path, Crosses) or not {target.id, path.target} <= watch.courses.keys():
-            continue
-        positions = [watch.courses[name].positions for name in (target.id, path.target)]
+    for index, path, pair in _pairs(watch):
         between = [max(round(path.at_frame) - AROUND, 0), min(round(path.at_frame) + AROUND, scenario.frames - 1)]
-        if between[0] >= between[1]:
+        if not isinstance(path, Crosses) or between[0] >= between[1]:
             continue
+        positions = [course.positions for course in pair]
         meant = _angle_deg(*(watch.stage.geometry.project(places[between]) for places in positions))
         shown = _angle_deg(*(watch.mount.seen(places)[between] for places in positions))
         if abs(math.remainder(shown - meant, 360)) > TURNED_DEG:
+            both = f"{pair[0].target.id} and {path.target}"
             yield Notice(
                 ("targets", index, "path", "angle_deg"),
-                f"in the picture {target.id} and {path.target} cross at {math.remainder(shown, 360):.0f} degrees, and "
+                f"in the picture {both} cross at {math.remainder(shown, 360):.0f} degrees, and "
                 f"for a camera that stands still at {math.remainder(meant, 360):.0f}: its motion is in both their ways",
             )
 

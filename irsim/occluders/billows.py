@@ -1,4 +1,7 @@
-"""How smoke billows: lumps at several scales that roll, push its edge in and out, and are warmer and colder."""
+"""How smoke billows: lumps at several scales that roll, push its edge in and out, and are warmer and colder.
+
+Numbers without a source were chosen by eye.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,8 @@ SLOPE = 11 / 3
 ROUND = 5.5
 """The same of what pushes the edge: steeper, so that lumps are round."""
 ROLLING = 0.35
-"""Two fields pass through each other, each at so many halves of the lesser side in a second."""
+"""Two fields pass through each other, each to the right or left by so many halves of the lesser side in a second, and
+by six tenths of that up or down."""
 PUSHED = 0.32
 """How far lumps push the edge, in halves of its size: about the standard deviation."""
 MOST = 1.5

@@ -26,10 +26,8 @@ _REACH = 2.2
 """How far out, in halves of its size, it is drawn: what is beyond is thinner than a thousandth."""
 _YOUNG = 0.35
 """Size at its beginning, as a share of the full one."""
-
-
 _RISES = 0.5
-"""Placed by whom it hides, smoke that billows is so much as high as wide at least."""
+"""Placed by whom it hides, smoke that billows is so much as high as wide at least: by eye."""
 
 
 class Smoke(Occluder):
@@ -115,8 +113,10 @@ class Smoke(Occluder):
             return _profile(u[None, :], v[:, None], seed, self.name, time), self.temperature_k
         across, down = halves / halves.min()
         pushed, thick, warm = np.moveaxis(lumps(u * across, v * down, time, seed, self.name), -1, 0)
-        profile = _profile(*torn(u, v, pushed, self.billows), seed, self.name, time)
         kelvin = np.maximum(self.temperature_k + self.spread_k * warm, 1.0)
+        if self.billows == 0:
+            return _profile(u[None, :], v[:, None], seed, self.name, time), kelvin
+        profile = _profile(*torn(u, v, pushed, self.billows), seed, self.name, time)
         return profile * thickened(u, v, thick, self.billows), kelvin
 
     def over(self, window: Box, share: float, stage: Stage) -> Smoke:
