@@ -219,7 +219,7 @@ def _noise_to_judge(source: Source, asked: bool) -> Figures | str:
     stack = read_stack(source, looked, "counts")
     taken = taken_by_targets(source, looked.start, looked.stop)
     try:
-        found = measure_figures(stack, source.rate_hz, None, 2.0**source.bits - 1, taken)
+        found = measure_figures(stack, source.rate_hz, None, 2.0**source.bits - 1, taken, passing=asked)
         noise_figures(found)
     except InputError as error:
         return str(error)

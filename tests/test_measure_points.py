@@ -7,7 +7,7 @@ import pytest
 from even_noise import rendered
 
 import irsim
-from irsim.measure import defects
+from irsim.measure import defects, measure_figures
 from irsim.measure.points import point_blur
 from irsim.measure.still import still_things
 from irsim.types import Floats
@@ -39,6 +39,20 @@ def test_a_point_that_fills_its_pixels_gives_no_blur() -> None:
     found = irsim.fit(irsim.loads(text.replace("0.004", "0.0003"))).figures.blur
     assert found is not None
     assert found.value == pytest.approx(0.47, rel=0.05)
+
+
+def test_where_points_that_pass_are_not_looked_for_only_what_hangs_on_the_blur_is_less_sure() -> None:
+    text = POINT.replace("PSF", "0.5").replace("AREA", "0.02").replace("spread_k: 0.3", "spread_k: 2")
+    scene = irsim.Rendering(irsim.loads(text))
+    frames = np.stack([frame.image for frame in scene.frames()])
+    seen, unseen = (measure_figures(frames, scene.rate_hz, passing=passing) for passing in (True, False))
+    assert seen.blur is not None
+    assert (unseen.blur, unseen.psf.low, unseen.psf.high) == (None, 0.4, 0.8)
+    assert seen.pixel is not None
+    assert unseen.pixel is not None
+    assert unseen.pixel.high - unseen.pixel.low > seen.pixel.high - seen.pixel.low
+    same = ("noise", "white", "memory", "row_noise", "column_noise", "level", "level_frames")
+    assert [getattr(unseen, name) for name in same] == [getattr(seen, name) for name in same]
 
 
 def test_what_is_no_point_gives_no_blur() -> None:

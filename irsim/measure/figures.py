@@ -105,11 +105,14 @@ def measure_figures(
     top: float = 65535.0,
     taken: Mask | None = None,
     start: int = 0,
+    passing: bool = True,
 ) -> Figures:
     """Figures of frames (T, rows, columns) in counts; noise is read on `region`, or the flattest window.
 
     top, taken  as `measure_noise` has them. InputError where frames are too few or small, less than 8 x 8 px.
     start       the number of the first frame, for the notes
+    passing     whether the blur is looked for in points that pass, too, which takes most of the time. Where it is not,
+                and none stands still, texture and pixel are told under the usual blurs
     """
     if min(frames.shape[1:]) < _LEAST_SIDE:
         raise InputError(
@@ -125,13 +128,13 @@ def measure_figures(
     still = still_things(frames, bad, top)
     bad = still.spared(bad)
     whole = patched(frames, bad.all | still.all)
-    passing = point_blur(frames, bad.all | still.all, top)
-    seen = [*still.points, *([] if passing is None else [passing])]
+    passed = point_blur(frames, bad.all | still.all, top) if passing else None
+    seen = [*still.points, *([] if passed is None else [passed])]
     blur = min(seen, key=lambda sigma: sigma.value, default=None)
     if report.slides:
-        unseen = Measured(0.0, 0.0, 1.0, bound=True)  # what blinks may be hidden by the change of the scene
         marked = flaws(frames, bad.off(taken), report.fine)
-        blinking = unseen.map(lambda share: max(share, marked.blinking.value))
+        # All others may blink, too, hidden by the change of the scene.
+        blinking = Measured(marked.blinking.value, marked.blinking.value, 1.0, bound=True)
         found = _of_moving(report, whole, blur, still, replace(marked, blinking=blinking))
     else:
         usual = report.fine if report.moving else report.terms.tvh.value
