@@ -149,6 +149,7 @@ def test_shown_and_fitted_again_the_figures_agree(words: str, quality: int | Non
     assert not apart
 
 
+@pytest.mark.slow
 def test_a_display_that_ran_before_the_recording_had_seen_its_first_frame() -> None:
     """Something hot comes in soon after: a display that began with the first frame would have followed at once."""
     agc, before, count = agc_of("{kind: linear, tails: [0.013, 0.0031], time_constant_frames: 6}"), 60, 40
@@ -175,6 +176,7 @@ def corner(agc: Agc, quality: int | None = None, side: int = 64) -> Pairs:
     return Pairs(few, 14, {k: p if quality is None else packed(p, quality) for k, p in pictures.items()})
 
 
+@pytest.mark.slow
 def test_few_equalised_places_are_found_in_small_pictures() -> None:
     """Their number is none of the first guesses; limit and tails make up for each other."""
     true = "{kind: clahe, clip_limit: 2.3, tiles: [3, 2], base: {kind: linear, tails: [0.004, 0.01]}}"

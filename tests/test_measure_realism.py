@@ -103,10 +103,10 @@ def test_a_shipped_scene_is_like_no_class_that_it_does_not_claim(name: str) -> N
     assert set(classes_of(of_scene(name))) <= {CLAIMS[name]}
 
 
-SLOWER = [pytest.param(name, marks=pytest.mark.slow) for name in ("treeline", "countryside")]
+SLOWER = [pytest.param(name, marks=pytest.mark.slow) for name in ("clouds", "ground", "treeline", "countryside")]
 
 
-@pytest.mark.parametrize("name", ["sky", "clouds", "ground", *SLOWER])
+@pytest.mark.parametrize("name", ["sky", *SLOWER])
 def test_over_seeds_a_scene_lies_within_what_real_recordings_have(name: str) -> None:
     """The median of ten seeds, in ranges that are not widened."""
     seeds = (backdrops(irsim.open_source(name, seed=seed), 2) for seed in range(1, 11))
