@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import shlex
 import sys
-from dataclasses import asdict
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
-    from irsim.measure import Figures, Verdict
+    from irsim.measure import Figures, Judged, Texture, Verdict
     from irsim.types import Input, Source
 
 Measured = Annotated[
@@ -155,58 +156,85 @@ def realism(
     without: WithoutOption = None,
 ) -> None:
     """Compare a background's texture, and a camera's noise, with real recordings: cloud, trees, ground and so on."""
-    from irsim.measure import (
-        backdrops,
-        camera_lines,
-        cameras_apart,
-        check_sort,
-        classes_apart,
-        judge,
-        judge_noise,
-        noise_figures,
-        texture,
-        verdict_lines,
-    )
+    from irsim.measure import check_sort
 
     if camera is not None:
         check_sort(camera)
     opened = open_changed(source, overrides, seed, without)
-    like = like or _claim(opened)
-    told: dict[str, Any] = {"source": source}
-    outside: dict[str, list[str]] = {}
-    verdicts: tuple[Verdict, ...] = ()
+    found = _compared(opened, source, like or _claim(opened), camera)
+    unknown = found.noise_unknown
+    if not as_json:
+        for line in _realism_lines(found, camera is not None):
+            print(line)
+    if unknown is not None and camera is not None:
+        raise InputError(f"{source}: {unknown}")
+    if as_json:
+        print(json.dumps({"source": source, **_realism_json(found)}))
+    if not all(verdict.inside for verdict in found.verdicts):
+        sys.exit(1)
+
+
+@dataclass(frozen=True)
+class _Compared:
+    """Texture and noise beside real ones: texture None where it is not asked for, noise a line where it is unknown."""
+
+    texture: Texture | None
+    classes: Judged | None
+    noise: dict[str, float]
+    sorts: Judged | str
+
+    @property
+    def noise_unknown(self) -> str | None:
+        return self.sorts if isinstance(self.sorts, str) else None
+
+    @property
+    def judged(self) -> tuple[Judged, ...]:
+        return tuple(each for each in (self.classes, self.sorts) if each is not None and not isinstance(each, str))
+
+    @property
+    def verdicts(self) -> tuple[Verdict, ...]:
+        return tuple(verdict for each in self.judged for verdict in each.verdicts)
+
+
+def _compared(opened: Source, name: str, like: str | None, camera: str | None) -> _Compared:
+    from irsim.measure import backdrops, judge_classes, judge_sorts, noise_figures, texture
+
+    found, classes = None, None
     if camera is None or like is not None:
         try:
             found = texture(backdrops(opened, _PICTURES))
         except InputError as error:
-            raise InputError(f"{source}: {error}") from None
-        verdicts = () if like is None else judge(found, like)
-        classes = classes_apart(found)
-        told |= {**asdict(found), "like": like, "classes": [name for name, kept in classes.items() if not kept]}
-        outside |= {name: [verdict.figure for verdict in kept] for name, kept in classes.items() if kept}
-        if not as_json:
-            print(*verdict_lines(found, like), sep="\n")
+            raise InputError(f"{name}: {error}") from None
+        classes = judge_classes(found, like)
     noise = _noise_to_judge(opened, camera is not None)
     if isinstance(noise, str):
-        told["noise_unknown"] = noise
+        return _Compared(found, classes, {}, noise)
+    values = {figure: value.value for figure, value in noise_figures(noise).items()}
+    return _Compared(found, classes, values, judge_sorts(noise, camera))
+
+
+def _realism_lines(found: _Compared, asked: bool) -> Iterator[str]:
+    """For people; why noise is unknown only where it was not `asked` for, for then it is an error."""
+    if found.classes is not None:
+        yield from found.classes.lines("looks like", "no class of real recordings")
+    if not isinstance(found.sorts, str):
+        yield from found.sorts.lines("its noise is like", "that of no real camera")
+    elif not asked:
+        yield found.sorts
+
+
+def _realism_json(found: _Compared) -> dict[str, Any]:
+    told: dict[str, Any] = {}
+    if found.texture is not None and found.classes is not None:
+        told = {**asdict(found.texture), "like": found.classes.asked, "classes": found.classes.fitting}
+    if isinstance(found.sorts, str):
+        told["noise_unknown"] = found.sorts
     else:
-        verdicts += () if camera is None else judge_noise(noise, camera)
-        sorts = cameras_apart(noise)
-        told |= {"camera": camera, **{figure: value.value for figure, value in noise_figures(noise).items()}}
-        told["cameras"] = [sort for sort, kept in sorts.items() if not kept]
-        outside |= {sort: [verdict.figure for verdict in kept] for sort, kept in sorts.items() if kept}
-        if not as_json:
-            print(*camera_lines(noise, camera), sep="\n")
-    if as_json:
-        ranges = {v.figure: {"low": v.low, "high": v.high, "inside": v.inside} for v in verdicts}
-        print(json.dumps({**told, "outside": outside, "ranges": ranges}))
-    if isinstance(noise, str):
-        if camera is not None:
-            raise InputError(f"{source}: {noise}")
-        if not as_json:
-            print(noise)
-    if not all(verdict.inside for verdict in verdicts):
-        sys.exit(1)
+        told |= {"camera": found.sorts.asked, **found.noise, "cameras": found.sorts.fitting}
+    kept = {name: verdicts for each in found.judged for name, verdicts in each.apart.items()}
+    outside = {name: [verdict.figure for verdict in verdicts] for name, verdicts in kept.items()}
+    ranges = {v.figure: {"low": v.low, "high": v.high, "inside": v.inside} for v in found.verdicts}
+    return {**told, "outside": outside, "ranges": ranges}
 
 
 def _noise_to_judge(source: Source, asked: bool) -> Figures | str:

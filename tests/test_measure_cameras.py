@@ -100,3 +100,7 @@ def test_where_a_scene_moves_the_picture_is_judged_all_the_same() -> None:
     assert asked.stdout.splitlines()[-1] == "looks like: cloud"
     assert isinstance(asked.exception, InputError)
     assert str(asked.exception) == f"clouds: {why}"
+    as_json = CliRunner().invoke(app, [*moving, "--camera", "cooled", "--json"])
+    assert isinstance(as_json.exception, InputError)
+    assert as_json.stdout == ""
+    assert json.loads(CliRunner().invoke(app, [*moving, "--json"]).stdout)["noise_unknown"] == why

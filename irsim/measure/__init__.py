@@ -7,14 +7,13 @@ from irsim.measure.interval import Measured
 from irsim.measure.memory import Memory, Temporal, temporal
 from irsim.measure.noise import NoiseReport, measure_noise, noise_lines
 from irsim.measure.noise_3d import Noise3dTerms, noise_3d
-from irsim.measure.realism import CLASSES, Verdict, classes_apart, classes_of, judge, verdict_lines
+from irsim.measure.realism import CLASSES, Judged, Verdict, classes_of, judge, judge_classes
 from irsim.measure.realism_noise import (
     CAMERAS,
-    camera_lines,
-    cameras_apart,
     cameras_of,
     check_sort,
     judge_noise,
+    judge_sorts,
     noise_figures,
 )
 from irsim.measure.region import Region, flattest, parse_region, taken_by_targets
@@ -27,6 +26,7 @@ __all__ = [
     "ROUNDING",
     "Defects",
     "Figures",
+    "Judged",
     "Measured",
     "Memory",
     "Noise3dTerms",
@@ -36,16 +36,15 @@ __all__ = [
     "Texture",
     "Verdict",
     "backdrops",
-    "camera_lines",
-    "cameras_apart",
     "cameras_of",
     "check_sort",
-    "classes_apart",
     "classes_of",
     "defects",
     "flattest",
     "judge",
+    "judge_classes",
     "judge_noise",
+    "judge_sorts",
     "measure_figures",
     "measure_noise",
     "noise_3d",
@@ -55,5 +54,4 @@ __all__ = [
     "taken_by_targets",
     "temporal",
     "texture",
-    "verdict_lines",
 ]

@@ -98,54 +98,72 @@ class Verdict:
         return least <= self.high and most >= self.low
 
 
+@dataclass(frozen=True)
+class Judged:
+    """What is measured beside the ranges of all names that are known: classes of backgrounds, or sorts of camera.
+
+    figures     by name what is measured, as text for people where no name is asked for
+    beside      name -> each figure beside its range
+    asked       the name to be judged by, if any
+    """
+
+    figures: Mapping[str, str]
+    beside: Mapping[str, tuple[Verdict, ...]]
+    asked: str | None
+
+    @property
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """Each figure beside the range of the name that is asked for."""
+        return () if self.asked is None else self.beside[self.asked]
+
+    @property
+    def apart(self) -> dict[str, tuple[Verdict, ...]]:
+        """Name -> the figures that keep it out, of those that do not fit."""
+        kept = {name: tuple(each for each in verdicts if not each.inside) for name, verdicts in self.beside.items()}
+        return {name: verdicts for name, verdicts in kept.items() if verdicts}
+
+    @property
+    def fitting(self) -> tuple[str, ...]:
+        """Names whose ranges hold all figures."""
+        return tuple(name for name in self.beside if name not in self.apart)
+
+    def lines(self, head: str, none: str) -> Iterator[str]:
+        """For people: the figures beside the ranges asked for, or alone; after `head` the names that fit, or `none`;
+        and of none asked for also what keeps it out of the others, and where that would have to lie."""
+        if self.asked is None:
+            for figure, text in self.figures.items():
+                yield f"{figure:11} {text}"
+        for each in self.verdicts:
+            word = "ok" if each.inside else "OUTSIDE"
+            yield f"{each.figure:11} {each.value:7.2f}  {self.asked} {each.low:.2f} to {each.high:.2f}  {word}"
+        yield f"{head}: {', '.join(self.fitting) or none}"
+        if self.asked is None:
+            for name, verdicts in self.apart.items():
+                kept = (f"{each.figure} {each.value:.2f} ({each.low:.2f} to {each.high:.2f})" for each in verdicts)
+                yield f"  not {name}: {', '.join(kept)}"
+
+
 def judge(found: Texture, like: str) -> tuple[Verdict, ...]:
     """Each figure beside the range of the class. InputError where there is no such class."""
-    if like not in CLASSES:
-        raise InputError(f"--like {like}: no such class; allowed: {', '.join(CLASSES)}")
+    _check_class(like)
     return tuple(
         Verdict(figure, getattr(found, figure), low, high) for figure, (low, high) in CLASSES[like].ranges().items()
     )
 
 
-def classes_apart(found: Texture) -> dict[str, tuple[Verdict, ...]]:
-    """Class -> the figures that keep a picture out of it; of one that it looks like, none."""
-    return {name: tuple(verdict for verdict in judge(found, name) if not verdict.inside) for name in CLASSES}
+def judge_classes(found: Texture, like: str | None = None) -> Judged:
+    """A texture beside all classes. InputError where there is no class `like`."""
+    if like is not None:
+        _check_class(like)
+    figures = {figure: f"{getattr(found, figure):7.2f}" for figure in Texture.__slots__}
+    return Judged(figures, {name: judge(found, name) for name in CLASSES}, like)
 
 
 def classes_of(found: Texture) -> tuple[str, ...]:
     """Classes whose ranges hold all figures."""
-    return fitting(classes_apart(found))
+    return judge_classes(found).fitting
 
 
-def fitting(apart: Mapping[str, tuple[Verdict, ...]]) -> tuple[str, ...]:
-    """Names out of which no figure keeps it."""
-    return tuple(name for name, verdicts in apart.items() if not verdicts)
-
-
-def verdict_lines(found: Texture, like: str | None) -> Iterator[str]:
-    """For people: the figures beside a class's ranges, or alone; then the classes that fit, and of none asked for also
-    what keeps it out of the others."""
-    apart = classes_apart(found)
-    if like is None:
-        for figure in Texture.__slots__:
-            yield f"{figure:11} {getattr(found, figure):7.2f}"
-    else:
-        yield from lines_of(judge(found, like), like)
-    yield f"looks like: {', '.join(fitting(apart)) or 'no class of real recordings'}"
-    if like is None:
-        yield from apart_lines(apart)
-
-
-def lines_of(verdicts: tuple[Verdict, ...], like: str) -> Iterator[str]:
-    """For people: each figure beside its range."""
-    for verdict in verdicts:
-        word = "ok" if verdict.inside else "OUTSIDE"
-        yield f"{verdict.figure:11} {verdict.value:7.2f}  {like} {verdict.low:.2f} to {verdict.high:.2f}  {word}"
-
-
-def apart_lines(apart: Mapping[str, tuple[Verdict, ...]]) -> Iterator[str]:
-    """For people: the figures that keep it out of each that does not fit, and where they would have to lie."""
-    for name, verdicts in apart.items():
-        if verdicts:
-            kept = (f"{each.figure} {each.value:.2f} ({each.low:.2f} to {each.high:.2f})" for each in verdicts)
-            yield f"  not {name}: {', '.join(kept)}"
+def _check_class(like: str) -> None:
+    if like not in CLASSES:
+        raise InputError(f"--like {like}: no such class; allowed: {', '.join(CLASSES)}")

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Mapping
 
 from irsim.errors import InputError
 from irsim.measure.figures import Figures
 from irsim.measure.interval import Measured
-from irsim.measure.realism import Range, Verdict, apart_lines, fitting, lines_of
+from irsim.measure.realism import Judged, Range, Verdict
 
 _FACTOR = 2.0
 """By which sensors of one sort differ: the pixel pattern of one uncooled camera is 2.5 to 6.4 over eight clips."""
@@ -79,32 +79,25 @@ def check_sort(like: str) -> None:
 def judge_noise(found: Figures, like: str) -> tuple[Verdict, ...]:
     """Each figure beside the range of a sort of camera. InputError where there is no such sort."""
     check_sort(like)
+    return _beside(noise_figures(found), like)
+
+
+def judge_sorts(found: Figures, like: str | None = None) -> Judged:
+    """Noise beside all sorts of camera. InputError where there is no sort `like`, or noise cannot be told."""
+    if like is not None:
+        check_sort(like)
     values = noise_figures(found)
-    return tuple(
-        Verdict(name, values[name].value, low, high, (values[name].low, values[name].high))
-        for name, (low, high) in CAMERAS[like].items()
-    )
-
-
-def cameras_apart(found: Figures) -> dict[str, tuple[Verdict, ...]]:
-    """Sort of camera -> the figures that keep noise out of it; of one that it is like, none."""
-    return {sort: tuple(verdict for verdict in judge_noise(found, sort) if not verdict.inside) for sort in CAMERAS}
+    figures = {name: f"{each.value:7.2f}  {each.low:.2f} to {each.high:.2f}" for name, each in values.items()}
+    return Judged(figures, {sort: _beside(values, sort) for sort in CAMERAS}, like)
 
 
 def cameras_of(found: Figures) -> tuple[str, ...]:
     """Sorts of camera whose ranges hold all figures."""
-    return fitting(cameras_apart(found))
+    return judge_sorts(found).fitting
 
 
-def camera_lines(found: Figures, like: str | None) -> Iterator[str]:
-    """For people: the figures beside a sort's ranges, or alone with their intervals; then the sorts that fit, and of
-    none asked for also what keeps it out of the others."""
-    apart = cameras_apart(found)
-    if like is None:
-        for figure, value in noise_figures(found).items():
-            yield f"{figure:11} {value.value:7.2f}  {value.low:.2f} to {value.high:.2f}"
-    else:
-        yield from lines_of(judge_noise(found, like), like)
-    yield f"its noise is like: {', '.join(fitting(apart)) or 'that of no real camera'}"
-    if like is None:
-        yield from apart_lines(apart)
+def _beside(values: Mapping[str, Measured], sort: str) -> tuple[Verdict, ...]:
+    return tuple(
+        Verdict(name, values[name].value, low, high, (values[name].low, values[name].high))
+        for name, (low, high) in CAMERAS[sort].items()
+    )
