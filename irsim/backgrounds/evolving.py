@@ -111,8 +111,9 @@ class Evolving:
         frequencies = np.fft.fftfreq(side)
         fx, fy = frequencies[None, :], frequencies[:, None]
         amplitude = amplitudes(fx, fy, beta, betas, correlation_px, stretch)
-        # To a variance of about 1: products of fields whose slopes are extreme would not fit float32.
-        self._amplitude = (amplitude / np.linalg.norm(amplitude)).astype(np.float32)[..., None]
+        # To a variance of about 1: products of fields whose slopes are extreme would not fit float32. Not by `norm`,
+        # which wakes a thread that goes on spinning for longer than a first frame's backgrounds take.
+        self._amplitude = (amplitude / np.sqrt(np.sum(amplitude**2))).astype(np.float32)[..., None]
         self._pairs: dict[int, _Pair] = {}
         self._products: dict[tuple[int, int], Floats] = {}
 

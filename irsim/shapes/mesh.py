@@ -5,17 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from itertools import combinations
 from typing import cast
 
 import numpy as np
 import numpy.typing as npt
 
+from irsim.shapes.hull import Hull, Ints, hull
 from irsim.shapes.joints import Rigid
 from irsim.shapes.solids import Solid
 from irsim.types import Floats
-
-Ints = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,72 +215,23 @@ class Mesh:
 
 
 def mesh(solids: tuple[Solid, ...], scale: float) -> Mesh:
-    """The convex hulls of solids, their lengths times `scale`."""
-    vertices: list[Floats] = []
-    normals: list[Floats] = []
-    edges: list[tuple[int, int, int, int, int]] = []
-    owners: list[int] = []
-    for part, solid in enumerate(solids):
-        points = np.unique(np.round(np.array(solid.points), 12), axis=0)
-        base, face = sum(map(len, vertices)), len(normals)
-        sides = {}
-        for normal, ring in _faces(points):
-            for tail, head in zip(ring, ring[1:] + ring[:1], strict=True):
-                sides[tail, head] = len(normals)
-            normals.append(normal)
-            owners.append(part)
-        if len(normals) - face < 4:
-            raise ValueError(f"solid {part} has no volume")
-        edges += [
-            (base + tail, base + head, left, sides[head, tail], part)
-            for (tail, head), left in sides.items()
-            if tail < head
-        ]
-        vertices.append(points)
-    tail, head, left, right, owner = np.array(edges).T
-    corner = np.empty(len(normals), dtype=np.int64)
-    corner[left] = corner[right] = tail
-    vertex_part = np.repeat(np.arange(len(solids)), [len(points) for points in vertices])
+    """The convex hulls of solids, their lengths times `scale`. Raises ValueError where one has no volume."""
+    hulls = [_hull(part, solid) for part, solid in enumerate(solids)]
+    counts = np.array([(len(each.vertices), len(each.normals), len(each.edges)) for each in hulls])
+    vertex_part, face_part, part = (np.repeat(np.arange(len(hulls)), count) for count in counts.T)
+    before = np.cumsum(counts, axis=0) - counts  # vertices, faces and edges of the parts before each
+    corner = np.concatenate([each.corner for each in hulls]) + before[face_part, 0]
+    tail, head, left, right = (np.concatenate([each.edges for each in hulls]) + before[part][:, [0, 0, 1, 1]]).T
     heat = np.unique([solid.heat for solid in solids], return_inverse=True)[1].astype(np.int64)
-    parts = Parts(vertex_part, np.array(owners), corner, tail, head, left, right, owner, heat)
-    places, planes = np.concatenate(vertices) * scale, np.array(normals)
+    parts = Parts(vertex_part, face_part, corner, tail, head, left, right, part, heat)
+    places = np.concatenate([each.vertices for each in hulls]) * scale
+    planes = np.concatenate([each.normals for each in hulls])
     offsets = np.sum(planes * places[corner], axis=1)
     return Mesh(parts, places, planes, offsets, parts.all.crossing(places, planes, offsets))
 
 
-def _faces(points: Floats) -> list[tuple[Floats, list[int]]]:
-    """Faces of the convex hull of (n, 3): outward unit normal, and corners counter-clockwise from outside.
-
-    Every plane through three points that has all others behind it: n^4 work, at most some 50 points.
-    """
-    a, b, c = np.array(list(combinations(range(len(points)), 3))).T
-    normals = np.cross(points[b] - points[a], points[c] - points[a])
-    lengths = np.linalg.norm(normals, axis=1)
-    size = np.ptp(points, axis=0).max()
-    thick = lengths > 1e-9 * size**2
-    normals, a = normals[thick] / lengths[thick, None], a[thick]
-    heights = _along(normals, points) - np.sum(normals * points[a], axis=1)[:, None]
-    tolerance = 1e-7 * size
-    outward = np.concatenate(
-        [normals[(heights <= tolerance).all(axis=1)], -normals[(heights >= -tolerance).all(axis=1)]]
-    )
-    heights = _along(outward, points)
-    on = heights > heights.max(axis=1, keepdims=True) - tolerance
-    faces = {corners.tobytes(): which for which, corners in enumerate(on)}  # of many corners: found from each three
-    return [(outward[which], _ring(points, outward[which], np.flatnonzero(on[which]))) for which in faces.values()]
-
-
-def _along(normals: Floats, points: Floats) -> Floats:
-    """(normals, points) how far each point lies along each normal: without the threads of a matrix product, which go on
-    spinning for longer than all of this takes."""
-    return np.asarray(np.einsum("ni,pi->np", normals, points))
-
-
-def _ring(points: Floats, normal: Floats, corners: Ints) -> list[int]:
-    """A face's corners in order, counter-clockwise about its normal."""
-    across = points[corners] - points[corners].mean(axis=0)
-    x, y, z = normal.tolist()
-    turn = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])  # its product with a vector is normal x that
-    angles = np.arctan2(across @ (turn @ across[0]), across @ across[0])
-    ring: list[int] = corners[np.argsort(angles)].tolist()
-    return ring
+def _hull(part: int, solid: Solid) -> Hull:
+    try:
+        return hull(solid.points)
+    except ValueError as error:
+        raise ValueError(f"solid {part} has {error}") from None

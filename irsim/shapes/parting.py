@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from irsim.shapes.mesh import Mesh, mesh
+from irsim.shapes.hull import Hull, hull
 from irsim.shapes.solids import Point3, Solid
 from irsim.types import Floats
 
@@ -22,7 +22,7 @@ class _Piece:
     """A solid and its convex hull."""
 
     solid: Solid
-    hull: Mesh
+    hull: Hull
 
 
 def parted(solids: tuple[Solid, ...]) -> tuple[Solid, ...]:
@@ -57,8 +57,7 @@ def _piece(of: Solid, points: Floats) -> _Piece:
     for x, y, z in points.tolist():
         if all(max(abs(x - u), abs(y - v), abs(z - w)) > _THIN for u, v, w in places):
             places.append((x, y, z))
-    solid = replace(of, points=tuple(places))
-    return _Piece(solid, mesh((solid,), 1.0))
+    return _Piece(replace(of, points=tuple(places)), hull(tuple(places)))
 
 
 def _run_into_each_other(one: _Piece, other: _Piece) -> bool:
@@ -92,15 +91,14 @@ def _outside(one: _Piece, other: _Piece, rest: Iterable[_Piece]) -> list[_Piece]
 
 def _cut(piece: _Piece, normal: Floats, offset: float) -> _Piece:
     """What of it lies before a plane."""
-    hull = piece.hull
-    heights = hull.vertices @ normal - offset
+    vertices, (tail, head, _, _) = piece.hull.vertices, piece.hull.edges.T
+    heights = vertices @ normal - offset
     heights[np.abs(heights) <= _THIN] = 0.0
-    tail, head = hull.parts.tail, hull.parts.head
     crosses = heights[tail] * heights[head] < 0
     tail, head = tail[crosses], head[crosses]
     share = heights[tail] / (heights[tail] - heights[head])
-    met = hull.vertices[tail] + share[:, None] * (hull.vertices[head] - hull.vertices[tail])
-    return _piece(piece.solid, np.concatenate([hull.vertices[heights >= 0], met]))
+    met = vertices[tail] + share[:, None] * (vertices[head] - vertices[tail])
+    return _piece(piece.solid, np.concatenate([vertices[heights >= 0], met]))
 
 
 def _cost(pieces: list[_Piece]) -> tuple[int, int]:

@@ -9,8 +9,9 @@ import numpy as np
 
 from irsim.compiled import COMPILED, kernels
 from irsim.shapes.base import View
+from irsim.shapes.hull import Ints
 from irsim.shapes.joints import Rigid
-from irsim.shapes.mesh import Ints, Mesh
+from irsim.shapes.mesh import Mesh
 from irsim.types import Box, Floats
 
 
