@@ -119,6 +119,16 @@ def compose(
     return light, seen
 
 
+def uncovered(pieces: Iterable[Piece], light: Floats) -> Floats:
+    """The share of each pixel's light, with pieces drawn, that comes from the background: like the light."""
+    left = np.ones_like(light)
+    for sprite in (piece.sprite for piece in pieces):
+        met = overlap((sprite.x0, sprite.y0), sprite.alpha.shape, (0, 0), left.shape)
+        if met is not None:
+            left[met[1]] *= np.maximum(1 - sprite.contrast * sprite.alpha[met[0]], 0)
+    return left
+
+
 def _far_to_near(layers: Sequence[Layer], pieces: Iterable[Piece]) -> Iterator[Layer | Piece]:
     """All but the first layer, as they are drawn."""
     things: list[Layer | Piece] = sorted([*layers, *pieces], key=lambda thing: -thing.range_m)

@@ -42,20 +42,18 @@ class Moments:
         self.scenario = scenario.model_copy(update={"without": tuple(dict.fromkeys([*scenario.without, *off]))})
         self._arrivals = self.scenario.arrivals
         self._renderer = Renderer(self.scenario)
-        if self.scenario.background.noisy:
-            raise InputError(
-                "background: the noise of a recording is not known; allowed: a background that is rendered"
-            )
-        self._base = lru_cache(maxsize=1)(self._mean)
+        self._base = lru_cache(maxsize=1)(self._levels)
 
     def mean(self, index: int, region: Region | None = None) -> Exact:
-        """The noiseless frame, counts."""
-        return self._cut(self._mean(index), region)
+        """The noiseless frame, counts. InputError of a recorded background, whose noise is not known."""
+        self._refuse_recorded()
+        return self._cut(self._levels(index), region)
 
     def contribution(
         self, index: int, target: str, shift: tuple[float, float] = (0.0, 0.0), region: Region | None = None
     ) -> Exact:
-        """What a target adds to the mean, counts: the mean with it less the mean without it.
+        """What a target adds to the mean, counts: the mean with it less the mean without it; to recorded frames,
+        whose noise goes on before it, what it adds to their counts before these are rounded and clipped.
 
         shift   (dx, dy) px by which it is moved in the picture, its aspect the same, in this frame and in
                 those that the detector still remembers; it stays behind what hides it
@@ -67,7 +65,7 @@ class Moments:
             raise InputError(
                 f"target: there is no {target!r}; allowed: {', '.join(names) or 'nothing, there are none'}"
             )
-        whole = self._mean(index, target, shift) - self._base(index, target, None)
+        whole = self._levels(index, target, shift) - self._base(index, target, None)
         return self._cut(whole, region)
 
     def variance(self, index: int, region: Region | None = None, fixed: bool = True) -> Exact:
@@ -75,17 +73,23 @@ class Moments:
 
         The mean square over all draws of the seed: an offset of odd and even rows, the same in all draws, counts,
         as the mean does not hold it. Without `fixed`, what changes from frame to frame only. Infinite where a pixel
-        says nothing of the light: dead, or saturated.
+        says nothing of the light: dead, or saturated. InputError of a recorded background, whose noise is not known.
         """
+        self._refuse_recorded()
         return self._cut(np.asarray(self._renderer.variance(self._taken(index), fixed), dtype=np.float64), region)
 
-    def _mean(self, index: int, target: str | None = None, shift: tuple[float, float] | None = (0.0, 0.0)) -> Exact:
-        """The mean with a target moved by `shift`; None leaves it out."""
-        renderer = self._renderer
-        shown = renderer.sensor.shown(self._taken(index))
+    def _levels(self, index: int, target: str | None = None, shift: tuple[float, float] | None = (0.0, 0.0)) -> Exact:
+        """The mean, or the recorded frame, with a target moved by `shift`; None leaves it out."""
         shifts = {target: shift} if target is not None and shift is not None and any(shift) else NOWHERE
-        light = renderer.exact(shown, shifts, absent=target if shift is None else None)
-        return np.asarray(renderer.sensor.mean(light), dtype=np.float64)
+        levels = self._renderer.levels(self._taken(index), shifts, absent=target if shift is None else None)
+        return np.asarray(levels, dtype=np.float64)
+
+    def _refuse_recorded(self) -> None:
+        if self.scenario.background.noisy:
+            raise InputError(
+                "background: the noise of a recording is not known; allowed: contribution(), or a background that is "
+                "rendered"
+            )
 
     def _taken(self, index: int) -> int:
         """The scenario's frame behind the one that arrives as `index`."""

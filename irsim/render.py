@@ -13,7 +13,7 @@ import numpy as np
 
 from irsim.arrival import arriving
 from irsim.backgrounds import Filmed, Layer
-from irsim.compose import Piece, Seen, compose, contrasts, overlap
+from irsim.compose import Piece, Seen, compose, contrasts, uncovered
 from irsim.contrast import Noise, lit, quiet
 from irsim.instant import Instant, Shifts, Swept
 from irsim.intent import built
@@ -109,8 +109,9 @@ class Renderer:
         self._check(index)
         pieces = list(self._pieces(index))
         light, seen = self._laid(index, pieces)
-        uncovered = _uncovered(pieces, self.stage.geometry.size[::-1])
-        return film.developed(light, index, uncovered), self._truth(index, seen)
+        levels = film.put_into(light, index, uncovered(pieces, light))
+        image = np.clip(np.rint(levels), 0, self.sensor.response.full).astype(np.uint16)
+        return image, self._truth(index, seen)
 
     def _standing(self, index: int) -> Counts:
         """The picture of a frame that is shown again; the last one is kept, which changes nothing."""
@@ -144,16 +145,20 @@ class Renderer:
         if not 0 <= index < self.scenario.frames:
             raise IndexError(f"frame {index}: the scenario has frames 0 to {self.scenario.frames - 1}")
 
-    def exact(self, index: int, shifts: Shifts, absent: str | None = None) -> Floats:
-        """The noiseless picture as `light`, summed up in float64, with targets moved, and one not drawn at all."""
+    def levels(self, index: int, shifts: Shifts, absent: str | None = None) -> Floats:
+        """The counts of a frame before they are rounded and clipped, (rows, cols) float64, with targets moved, and one
+        not drawn at all: noiseless, but for the noise that a recorded frame has itself."""
         self._check(index)
+
+        def laid(frame: int) -> tuple[Floats, list[Piece]]:
+            pieces = list(self._pieces(frame, shifts, absent, exactly=True))
+            return self._laid(frame, pieces, np.empty(self.stage.geometry.size[::-1], np.float64))[0], pieces
+
+        if self.film is not None:
+            light, pieces = laid(index)
+            return self.film.put_into(light, index, uncovered(pieces, light))
         lag = self.scenario.camera.lag(self.scenario.is_on)  # its own: what it keeps is that of these targets
-
-        def scene(frame: int) -> Floats:
-            out = np.empty(self.stage.geometry.size[::-1], np.float64)
-            return self._laid(frame, self._pieces(frame, shifts, absent, exactly=True), out)[0]
-
-        return lag.light(index, scene)
+        return self.sensor.mean(lag.light(self.sensor.shown(index), lambda frame: laid(frame)[0]))
 
     def _laid(self, index: int, pieces: Iterable[Piece], out: Floats | None = None) -> tuple[Floats, list[Seen]]:
         return compose(self._layers(index), pieces, self.now.gaze(index), self.stage.band, self.noise(index), out)
@@ -272,16 +277,6 @@ def _put(image: Counts, out: Counts | None) -> Counts:
         return image
     np.copyto(out, image)
     return out
-
-
-def _uncovered(pieces: Iterable[Piece], shape: tuple[int, int]) -> Floats:
-    """(rows, cols): the share of each pixel's light that comes from the background."""
-    left = np.ones(shape, np.float32)
-    for sprite in (piece.sprite for piece in pieces):
-        met = overlap((sprite.x0, sprite.y0), sprite.alpha.shape, (0, 0), left.shape)
-        if met is not None:
-            left[met[1]] *= np.maximum(1 - sprite.contrast * sprite.alpha[met[0]], 0)
-    return left
 
 
 def _crossing(boxes: dict[str, Box]) -> set[str]:

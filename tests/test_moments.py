@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -161,6 +162,30 @@ def test_signal_center_is_of_the_targets_own_light_and_a_contribution_of_its_con
     assert own == same
     np.testing.assert_allclose(of_cold, own, atol=0.02)
     assert np.hypot(*(of_warm - own)) > 0.3
+
+
+@pytest.mark.parametrize(
+    "shape", [{"kind": "fighter", "temperature_k": 330.0}, {"kind": "point", "area_m2": 50.0, "temperature_k": 400.0}]
+)
+def test_a_contribution_to_recorded_frames_is_what_they_gain(tmp_path: Path, shape: dict[str, Any]) -> None:
+    """Noisy footage with and without the target: the difference of the frames, but for rounding both."""
+    own = irsim.record(
+        Rendering(scene(camera={"netd_mk": 200.0, "range_k": (220.0, 1200.0)}, targets=[])), tmp_path / "own.mcap"
+    )
+    recorded = {"kind": "recording", "file": str(own)}
+    moments = Moments(scene(shape, background=recorded))
+    with_it, without = (
+        Rendering(each).frame(2).image.astype(float)
+        for each in (scene(shape, background=recorded), scene(background=recorded, targets=[]))
+    )
+    added = moments.contribution(2, "one")
+    np.testing.assert_allclose(added, with_it - without, atol=0.5 + 0.02)
+    assert abs(added).max() > 20
+    moved, step = moments.contribution(2, "one", (0.01, 0.0)), moments.contribution(2, "one", (0.02, 0.0))
+    np.testing.assert_allclose(step - added, 2 * (moved - added), atol=0.02 * abs(step - added).max())
+    for unknown in (moments.mean, moments.variance):
+        with pytest.raises(irsim.InputError, match="the noise of a recording is not known"):
+            unknown(2)
 
 
 def test_mistakes_are_told() -> None:

@@ -17,7 +17,7 @@ from irsim.intent import overdone
 from irsim.render import Renderer
 from irsim.scenario import Scenario
 from irsim.stage import Stage
-from irsim.types import Counts, Floats
+from irsim.types import Floats
 
 
 class Lake(Background):
@@ -63,8 +63,8 @@ class Picture:
     def light(self, gaze: Any) -> tuple[None, Floats]:
         return None, np.full((48, 64), 10.0, np.float32)
 
-    def developed(self, light: Floats, index: int, uncovered: Floats) -> Counts:
-        return np.asarray(100 + np.rint(light - 10), np.uint16)
+    def put_into(self, light: Floats, index: int, uncovered: Floats) -> Floats:
+        return np.asarray(100 + (light - 10))
 
 
 class Integrating(Detector):
@@ -148,8 +148,10 @@ def test_a_picture_that_is_not_mapped_is_not_folded_and_is_put_into() -> None:
     image = Renderer(rendered).frame(0)[0].image
     assert image[0, 0] == 100
     assert image[20, 30] > 100
+    moments = irsim.Moments(rendered)
+    np.testing.assert_allclose(moments.contribution(0, "hot"), image.astype(float) - 100, rtol=1e-5, atol=0.5)
     with pytest.raises(irsim.InputError, match="the noise of a recording is not known"):
-        irsim.Moments(rendered)
+        moments.mean(0)
 
 
 def test_a_detector_of_ones_own_says_what_it_heeds_and_how_long_it_looks() -> None:

@@ -14,7 +14,7 @@ from irsim.climate import STANDARD_K
 from irsim.kinds import Kind
 from irsim.radiometry import hemisphere, radiance
 from irsim.stage import Stage
-from irsim.types import CameraFacts, Counts, Floats
+from irsim.types import CameraFacts, Floats
 
 if TYPE_CHECKING:
     from irsim.backgrounds.parallax import Shell
@@ -86,8 +86,9 @@ class ClearLayer(Layer, Protocol):
 class Filmed(Layer, Protocol):
     """Frames that a camera has taken already: what is drawn is put into their counts."""
 
-    def developed(self, light: Floats, index: int, uncovered: Floats) -> Counts:
-        """(rows, cols) uint16: counts of frame `index` with what was drawn on its light, which gave `light`.
+    def put_into(self, light: Floats, index: int, uncovered: Floats) -> Floats:
+        """(rows, cols) counts of frame `index` with what was drawn on its light, which gave `light`, before they are
+        rounded and clipped: in float64 where the light is.
 
         uncovered: (rows, cols), the share 0..1 of each pixel's light that is still the frame's own.
         """

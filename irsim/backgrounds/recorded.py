@@ -18,7 +18,7 @@ from irsim.kinds import Index, ScaleKelvin
 from irsim.radiometry import limits
 from irsim.scale import Scale
 from irsim.stage import Stage
-from irsim.types import Band, CameraFacts, Counts, Curve, Floats, Image
+from irsim.types import Band, CameraFacts, Curve, Floats, Image
 
 if TYPE_CHECKING:
     from irsim.recording import Recording
@@ -137,10 +137,6 @@ class Footage:
     def _recording(self) -> Recording:
         return self._recorded.recording
 
-    @property
-    def _full(self) -> int:
-        return int(2**self._recording.bits - 1)
-
     def counts(self, index: int) -> Image:
         """The recorded frame behind frame `index`."""
         wanted, length = self._recorded.start + index, len(self._recording)
@@ -156,8 +152,9 @@ class Footage:
     def _light(self, counts: Image) -> Floats:
         return self._scale.light(counts.astype(np.float32))
 
-    def developed(self, light: Floats, index: int, uncovered: Floats) -> Counts:
-        """Counts (uint16) of frame `index` with what was drawn on its light, which must have come from `light`.
+    def put_into(self, light: Floats, index: int, uncovered: Floats) -> Floats:
+        """Counts of frame `index` with what was drawn on its light, which must have come from `light`, before they are
+        rounded and clipped: (rows, cols), float64 where the light is, else float32.
 
         uncovered: the share 0..1 of each pixel's light that is still the recording's. With the rest a body takes the
         camera's noise away, which arises behind it: it is put back, or the body would be a hole in the noise.
@@ -165,7 +162,7 @@ class Footage:
         counts = self.counts(index)
         added = self._scale.rise(self._light(counts), light)
         kept = (1 - uncovered) * _grain(counts)
-        return np.clip(np.rint(counts + added + kept), 0, self._full).astype(np.uint16)
+        return np.asarray(counts + added + kept)
 
 
 def _grain(counts: Image) -> Floats:
