@@ -8,11 +8,14 @@ from __future__ import annotations
 
 import ast
 import inspect
-import textwrap
+import sys
 from functools import cache
 from itertools import pairwise
 
 from pydantic import BaseModel
+
+STATEMENTS = (ast.stmt, ast.excepthandler, ast.match_case)
+"""What classes stand in: no expression holds one."""
 
 
 @cache
@@ -25,11 +28,34 @@ def meanings(cls: type[BaseModel]) -> dict[str, str]:
 
 
 def _own(cls: type) -> dict[str, str]:
+    module = sys.modules.get(cls.__module__)
     try:
-        (tree,) = ast.parse(textwrap.dedent(inspect.getsource(cls))).body
+        source = inspect.getsource(module) if module else ""
     except (OSError, TypeError):
         return {}
-    body = getattr(tree, "body", [])
+    return _of_classes(source).get(cls.__qualname__, {})
+
+
+@cache
+def _of_classes(source: str) -> dict[str, dict[str, str]]:
+    """Of each class in a module's text, by its qualified name: inspect alone parses the text anew for each class."""
+    found: dict[str, dict[str, str]] = {}
+
+    def look(body: list[ast.AST], within: str) -> None:
+        for node in body:
+            inner = within
+            if isinstance(node, ast.ClassDef):
+                found.setdefault(within + node.name, _texts(node.body))
+                inner = f"{within}{node.name}."
+            elif isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+                inner = f"{within}{node.name}.<locals>."
+            look([each for each in ast.iter_child_nodes(node) if isinstance(each, STATEMENTS)], inner)
+
+    look([ast.parse(source)], "")
+    return found
+
+
+def _texts(body: list[ast.stmt]) -> dict[str, str]:
     return {
         field.target.id: inspect.cleandoc(text.value.value)
         for field, text in pairwise(body)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,11 @@ SHIPPED = {
     for folder in ("examples", "sources", "stress", "new")
     for name, path in shipped(folder).items()
 }
-VALIDATOR = jsonschema.Draft202012Validator(json_schema())
+
+
+@cache
+def validator() -> jsonschema.Draft202012Validator:
+    return jsonschema.Draft202012Validator(json_schema())
 
 
 @pytest.mark.usefixtures("beside_footage")
@@ -64,8 +69,8 @@ def test_the_schema_is_one_and_is_printed(tmp_path: Path, run: Run) -> None:
 @pytest.mark.usefixtures("beside_footage")
 @pytest.mark.parametrize("name", SHIPPED)
 def test_the_schema_takes_every_shipped_scenario(name: str) -> None:
-    VALIDATOR.validate(read(SHIPPED[name]).value)
-    VALIDATOR.validate(loads_plain(dumps(load(SHIPPED[name]))))
+    validator().validate(read(SHIPPED[name]).value)
+    validator().validate(loads_plain(dumps(load(SHIPPED[name]))))
 
 
 def loads_plain(text: str) -> Any:
@@ -90,12 +95,12 @@ def loads_plain(text: str) -> Any:
 )
 def test_the_schema_marks_what_is_wrong_where_it_stands(old: str, new: str, place: str) -> None:
     assert old in TEXT
-    wrong = list(VALIDATOR.iter_errors(irsim.scalar(TEXT.replace(old, new))))
+    wrong = list(validator().iter_errors(irsim.scalar(TEXT.replace(old, new))))
     assert {".".join(map(str, error.absolute_path)) for error in wrong} == {place}
 
 
 def test_the_schema_takes_kinds_of_ones_own() -> None:
-    VALIDATOR.validate(irsim.scalar(TEXT.replace("kind: sky", "kind: 'mine:Sky'").replace("coverage", "anything")))
+    validator().validate(irsim.scalar(TEXT.replace("kind: sky", "kind: 'mine:Sky'").replace("coverage", "anything")))
 
 
 def test_the_schema_says_what_every_kind_is_for() -> None:

@@ -21,6 +21,7 @@ from irsim.measure import CLASSES, Texture, backdrops, classes_of, judge, textur
 from irsim.measure.spectrum import unevenness
 from irsim.recording import Recording, open_recording
 from irsim.types import Floats, Look
+from irsim.yamlfile import read
 
 REAL = Path(__file__).resolve().parents[2] / "shared" / "real"
 real = pytest.mark.skipif(not REAL.is_dir(), reason=f"real recordings are not there: {REAL}")
@@ -82,7 +83,7 @@ def of_scene(name: str) -> Texture:
     return texture(backdrops(irsim.open_source(name), 9))
 
 
-CLAIMS = {name: irsim.load(path).like for name, path in examples().items()}
+CLAIMS = {name: read(path).value.get("like") for name, path in examples().items()}
 
 
 @pytest.mark.parametrize("name", [name for name, like in CLAIMS.items() if like])

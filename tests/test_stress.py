@@ -13,9 +13,10 @@ import pytest
 import irsim
 from irsim.loader import shipped
 from irsim.types import Floats
+from irsim.yamlfile import read
 from irtrack.bench import run_bench
 
-STRESSES = {name: path for name, path in shipped("stress").items() if irsim.load(path).severities}
+STRESSES = {name: path for name, path in shipped("stress").items() if "severities" in read(path).value}
 SEVERITIES = range(6)
 BENIGN_SEEDS = 3
 TRACKERS = ["grey_pf", "template", "kalman"]
