@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -72,18 +73,38 @@ class Watch:
     def hidden(self, occluder: Occluder, name: str, index: int) -> float:
         """Share 0..1 of target `name` that this occluder alone hides at frame `index`."""
         target = self.sprite(name, index)
-        if target is None or self.first_m(name, index, target) <= occluder.range_m:
+        met = None if target is None else self._met(occluder, name, index, target)
+        if target is None or met is None:
             return 0.0
+        where, cover = met
+        return float((target.cover[where] * cover).sum() / target.area)
+
+    def hidden_by(self, occluders: Sequence[Occluder], name: str, index: int) -> float:
+        """Share 0..1 of target `name` that all of these together hide at frame `index`."""
+        target = self.sprite(name, index)
+        if target is None:
+            return 0.0
+        left = target.cover.copy()
+        for occluder in occluders:
+            met = self._met(occluder, name, index, target)
+            if met is not None:
+                left[met[0]] *= 1 - met[1]
+        return float((target.cover - left).sum() / target.area)
+
+    def _met(
+        self, occluder: Occluder, name: str, index: int, target: Sprite
+    ) -> tuple[tuple[slice, slice], Floats] | None:
+        """Where an occluder lies before target `name`, as it is drawn at frame `index`, and its cover there."""
+        if self.first_m(name, index, target) <= occluder.range_m:
+            return None
         extent = occluder.extent(self.stage)
         if extent is not None and not self._near(target, extent, occluder.range_m, index):
-            return 0.0
+            return None
         screen = occluder.draw(self.sight(index))
         if screen is None:
-            return 0.0
+            return None
         met = overlap((target.x0, target.y0), target.cover.shape, (screen.x0, screen.y0), screen.cover.shape)
-        if met is None:
-            return 0.0
-        return float((target.cover[met[0]] * screen.cover[met[1]]).sum() / target.area)
+        return None if met is None else (met[0], screen.cover[met[1]])
 
     def _near(self, target: Sprite, extent: Box, range_m: float, index: int) -> bool:
         """Could something of that extent, px of the unmoved camera, meet the target at frame `index`?"""

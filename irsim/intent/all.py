@@ -7,9 +7,11 @@ from collections.abc import Iterator
 from functools import lru_cache
 
 from irsim.errors import InputError, Notice
+from irsim.intent.besides import besides
 from irsim.intent.crossing import check_crossing
 from irsim.intent.hold import Hold
 from irsim.intent.placing import place
+from irsim.intent.together import spoiled, unbroken
 from irsim.intent.unmet import UnmetError
 from irsim.motion import Crossing
 from irsim.occluders import Occluder
@@ -80,16 +82,20 @@ def unmet(scenario: Scenario) -> Iterator[Notice]:
 
 
 def overdone(scenario: Scenario) -> Iterator[Notice]:
-    """Occluders that hide whom they shall hide for much longer, or much more of it, than asked. Every intent of the
-    scenario can be met.
+    """Occluders that hide whom they shall hide for much longer, or much more of it, than asked, alone or together; and
+    those that hide others. Every intent of the scenario can be met.
 
     Where they stand does not depend on what is switched off; for how long they hide does.
     """
     watch = Watch(scenario)
-    for index, (occluder, screen) in enumerate(zip(scenario.occluders, built(scenario).occluders, strict=True)):
-        if occluder.hides is None or occluder.hides not in watch.courses:
-            continue
-        hold = Hold(watch, screen, occluder)
+    holds = {
+        index: Hold(watch, screen, occluder)
+        for index, (occluder, screen) in enumerate(zip(scenario.occluders, built(scenario).occluders, strict=True))
+        if occluder.hides in watch.courses and scenario.is_on(occluder.name)
+    }
+    for index, hold in holds.items():
         for key, why in (("frames", hold.too_long()), ("fraction", hold.too_much())):
             if why is not None:
                 yield Notice(("occluders", index, key), why)
+    for doubt in (spoiled, unbroken, besides):
+        yield from doubt(watch, holds)

@@ -9,6 +9,7 @@ from irsim.motion.crosses import Crosses, CrossesM, Crossing
 from irsim.motion.dynamics import Dynamics
 from irsim.motion.jitter import Jitter
 from irsim.motion.mount import Company, Mount
+from irsim.motion.others import Companion
 from irsim.motion.pan import Pan
 from irsim.motion.paths import PATHS
 from irsim.motion.platform import Platform
@@ -34,6 +35,7 @@ POINTINGS = Family(
 __all__ = [
     "PATHS",
     "POINTINGS",
+    "Companion",
     "Company",
     "Crosses",
     "CrossesM",
