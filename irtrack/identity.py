@@ -12,6 +12,7 @@ import math
 import re
 import sys
 from collections.abc import Iterator, Mapping
+from functools import cache
 from importlib.machinery import ModuleSpec
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
@@ -245,19 +246,25 @@ def _with_imports(path: Path, module: str) -> set[Path]:
     return found
 
 
-def _imported(path: Path, module: str) -> Iterator[str]:
+def _imported(path: Path, module: str) -> tuple[str, ...]:
     """Names of what a file imports: modules, and names in modules that may be modules, too."""
     if path.suffix != ".py":
-        return
-    package = module if path.name == "__init__.py" else module.rpartition(".")[0]
-    for node in ast.walk(ast.parse(path.read_bytes())):
+        return ()
+    return _imports(path.read_bytes(), module if path.name == "__init__.py" else module.rpartition(".")[0])
+
+
+@cache
+def _imports(source: bytes, package: str) -> tuple[str, ...]:
+    """The same of a file's text, read once for all trackers that share it."""
+    found: list[str] = []
+    for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
+            found += [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
             base = ".".join(package.split(".")[: 1 - node.level or None]) if node.level else ""
             origin = ".".join(part for part in (base, node.module) if part)
-            yield origin
-            yield from (f"{origin}.{alias.name}" for alias in node.names)
+            found += [origin, *(f"{origin}.{alias.name}" for alias in node.names)]
+    return tuple(found)
 
 
 def _counted_file(name: str, importer: str) -> Path | None:

@@ -48,7 +48,8 @@ def measured(camera: dict[str, Any], ground_k: float, index: int) -> tuple[float
     """Mean of the SCR in counts, and how sure it is (three sigma). Bad pixels, which are told apart, do not blink."""
     found = []
     for seed in range(SEEDS):
-        renderer = Renderer(scene(camera, ground_k, seed, without=("bad_pixels",) if "preset" in camera else ()))
+        off = ("bad_pixels",) if "preset" in camera else ()
+        renderer = Renderer(scene(camera, ground_k, seed, frames=index + 1, without=off))
         frame, truth = renderer.frame(index)
         counts = frame.image.astype(np.float64)
         found += [scr(counts, target.box) for target in truth.targets]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -44,10 +44,14 @@ class Mount:
         """(3, 3): first-camera vectors to the vectors of the camera at frame `index`."""
         return _rotation(self.geometry, tuple(self.turns[index].tolist()))
 
+    @cached_property
+    def rotations(self) -> Floats:
+        """(n, 3, 3): the rotation of each frame, worked out once for all targets."""
+        return np.stack([self.rotation(index) for index in range(len(self.turns))])
+
     def seen(self, points: Floats) -> Floats:
         """(n, 2) px of points (n, 3) m of the first camera frame, each at its own frame; nan behind the camera."""
-        rotations = np.stack([self.rotation(index) for index in range(len(self.turns))])
-        pixels = self.geometry.project(np.einsum("nij,nj->ni", rotations, points - self.places))
+        pixels = self.geometry.project(np.einsum("nij,nj->ni", self.rotations, points - self.places))
         if (self.zooms == 1).all():
             return pixels
         principal = self.geometry.principal
