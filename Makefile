@@ -16,6 +16,9 @@ BIN := $(VENV)/bin
 INSTALLED := $(VENV)/.installed
 # The tests start hundreds of processes: where an environment forbids to keep bytecode, each compiles all anew.
 export PYTHONDONTWRITEBYTECODE :=
+# Each worker, and each process that it starts, has one core: numpy's library would keep threads for every core, which
+# wait for work by turning, a tenth of a second of each process.
+test test-all: export OPENBLAS_NUM_THREADS ?= 1
 TESTS := $(BIN)/python -m pytest -n $(JOBS) --dist worksteal
 
 .PHONY: demo test test-all lint bench docs pictures peers install clean
