@@ -100,11 +100,9 @@ def nobody_waits_for_himself(references: Iterable[Reference]) -> None:
         while chain[-1] in waits:
             whom, place = waits[chain[-1]]
             if whom == first:
-                raise PydanticCustomError(
-                    "circle",
-                    "{chain} refer to each other in a circle; allowed: one of them with a path of its own",
-                    {"chain": ", ".join(chain), "at": place},
-                )
+                several = "refer to each other in a circle; allowed: one of them with a path of its own"
+                what = several if len(chain) > 1 else "refers to itself; allowed: another target"
+                raise PydanticCustomError("circle", "{what}", {"what": f"{', '.join(chain)} {what}", "at": place})
             if whom in chain:
                 break  # the circle is further on, and found from one of its own
             chain.append(whom)

@@ -58,8 +58,10 @@ class Moments:
         shift   (dx, dy) px by which it is moved in the picture, its aspect the same, in this frame and in
                 those that the detector still remembers; it stays behind what hides it
 
-        InputError where there is no such target, or it is switched off.
+        InputError where there is no such target, or it is switched off, and of a shift that is none.
         """
+        if np.shape(shift) != (2,) or not np.isfinite(shift).all():
+            raise InputError(f"shift: {shift} is no shift; allowed: two finite numbers, px to the right and down")
         names = [course.target.id for course in self._renderer.courses]
         if target not in names:
             raise InputError(

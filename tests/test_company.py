@@ -45,7 +45,7 @@ def test_one_that_refers_to_a_target_that_is_off_still_finds_its_way() -> None:
     ("targets", "line"),
     [
         (JET + row("b", "kind: follow, target: jey"), "5:9: targets.b.path.target: there is no 'jey'"),
-        (row("a", "kind: follow, target: a"), "targets.a.path.target: a refer to each other in a circle"),
+        (row("a", "kind: follow, target: a"), "targets.a.path.target: a refers to itself"),
         (
             row("a", "kind: follow, target: b") + row("b", "kind: crosses, target: a, at_frame: 3"),
             "targets.b.path.target: a, b refer to each other in a circle",

@@ -18,6 +18,7 @@ from irsim.cli import app
 from irsim.errors import InputError
 from irsim.measure import Region, measure_noise, noise_3d, temporal
 from irsim.measure.memory import fit_memory, time_freedom
+from irsim.measure.noise import noise_lines
 from irsim.measure.noise_3d import TERMS, components, mean_squares
 from irsim.measure.stretch import Stretch
 
@@ -128,6 +129,20 @@ def test_lag_correlations_are_those_of_the_process() -> None:
         found = [report.temporal.correlation[number] for report in remembering()]
         assert remembering()[0].temporal.lags[number] == lag
         at_least(sum(x.low <= true <= x.high for x in found), len(found))
+
+
+def test_noise_that_outlasts_the_recording_is_told_as_such() -> None:
+    """Over 60 frames noise of a memory of 2000 is as good as fixed pattern: no interval leaves out the true values."""
+    for seed in range(6):
+        noise = {"kind": "ar1", "ratio": 3.0, "rho": math.exp(-1 / 2000)}
+        report = measure_noise(rendered(seed, (60, 36, 36), noise), 30.0, Region(0, 0, 36, 36))
+        memory = report.temporal.memory
+        assert memory is not None
+        assert memory.time_constant_s.high == math.inf
+        assert memory.correlated.low < 30 < memory.correlated.high
+        assert (memory.pixel.low, report.terms.vh.low) == (0, 0)
+        assert "or more) s" in dict(noise_lines(report))["memory"]
+        json.loads(json.dumps(report.as_json(), allow_nan=False))
 
 
 def test_white_noise_has_no_memory() -> None:

@@ -192,6 +192,9 @@ def test_mistakes_are_told() -> None:
     moments = Moments(scene())
     with pytest.raises(irsim.InputError, match="there is no 'two'; allowed: one"):
         moments.contribution(0, "two")
+    for shift in ((float("nan"), 0.0), 5, (1.0, 2.0, 3.0), (0.0, float("inf"))):
+        with pytest.raises(irsim.InputError, match="is no shift; allowed: two finite numbers"):
+            moments.contribution(0, "one", shift)  # type: ignore[arg-type]  # some are no pairs
     with pytest.raises(irsim.InputError, match=r"region: .* is not within 32x32 px"):
         moments.mean(0, (30, 0, 8, 8))
     with pytest.raises(irsim.InputError, match="without: there is no 'fog'; allowed: one, white"):

@@ -137,7 +137,7 @@ def test_a_first_scene_of_each_is_as_meant(shape: str, keys: str) -> None:
         ("at_frame: 60", "at_frame: 60, miss_deg: 45, miss_m: 300", "at_frame: it is out of the picture at frame 60"),
         ("start_m: [-80,", "start_m: [-280,", "it.path.at_frame: leader is out of the picture at frame 60"),
         ("angle_deg: 60", "angle_deg: 0", "it.path.angle_deg: at this speed and angle it never parts from leader"),
-        ("target: leader", "target: it", "it.path.target: it refer to each other in a circle"),
+        ("target: leader", "target: it", "it.path.target: it refers to itself"),
     ],
 )
 def test_a_passing_that_cannot_happen_is_refused(old: str, new: str, line: str) -> None:

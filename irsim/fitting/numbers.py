@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from irsim.measure import Measured
@@ -17,5 +19,7 @@ def ranged(low: float, high: float, digits: int = 4) -> str:
 
 
 def interval(value: Measured, digits: int = 4) -> str:
-    """In which it lies: between two ends, or below one."""
+    """In which it lies: between two ends, or below or above one."""
+    if math.isinf(value.high):
+        return f"{plain(value.low, digits)} or more"
     return f"at most {plain(value.high, digits)}" if value.bound else ranged(value.low, value.high, digits)

@@ -159,9 +159,8 @@ class Scene:
         if found.level is not None and found.level_frames is not None:
             time = self._seconds(found.level_frames)
             yield "ar1", {"id": "level", "over": "frame", "ratio": self._ratio(found.level), "time_constant_s": time}
-        for along, turned in (("rows", found.even_rows), ("columns", found.even_columns)):
-            if turned is not None and abs(turned.value) > turned.high - turned.low:  # four standard errors
-                yield "odd_even", {"id": f"odd_even_{along}", "along": along, "ratio": self._ratio(turned)}
+        for along, turned in found.turned:
+            yield "odd_even", {"id": f"odd_even_{along}", "along": along, "ratio": self._ratio(turned)}
         if any(share.value for share in (found.flaws.dead, found.flaws.hot, found.flaws.blinking)):
             yield "bad_pixels", dict(self._flaws())
 

@@ -19,6 +19,8 @@ def summary_lines(found: Figures, display: FittedDisplay | None) -> Iterator[tup
         yield "", f"{anew}, anew in each frame"
     if stays := _named((("pixels", found.pixel), ("rows", found.row), ("columns", found.column))):
         yield "pattern", f"{stays}, fixed"
+    if turned := _named(found.turned):
+        yield "", f"half of what even ones lie above odd ones: {turned}"
     bad = found.flaws
     shares = (("dead", bad.dead), ("hot", bad.hot), ("blinking", bad.blinking))
     known = tuple((name, share) for name, share in shares if share.high < 1)

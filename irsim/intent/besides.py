@@ -87,7 +87,7 @@ def _meant(watch: Watch, hold: Hold, name: str) -> bool:
 def _longest(watch: Watch, holds: Holds, hold: Hold, name: str) -> _Run | None:
     """The longest run of more than FEW frames in which it hides more than MUCH of the target unasked.
 
-    Every so manieth frame is looked at that no such run is missed (of long scenarios LOOKED, evenly spread).
+    Frames are looked at so often that no such run is missed (of long scenarios LOOKED, evenly spread).
     """
     frames = watch.scenario.frames
     own = [other for other in holds.values() if asked(other.occluder)[0] == name]

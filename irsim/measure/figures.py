@@ -97,6 +97,12 @@ class Figures:
                 if isinstance(value, Measured):
                     yield prefix + field.name, value
 
+    @property
+    def turned(self) -> tuple[tuple[str, Measured], ...]:
+        """Of even_rows and even_columns those that are there: by four standard errors."""
+        both = (("rows", self.even_rows), ("columns", self.even_columns))
+        return tuple((along, found) for along, found in both if found and abs(found.value) > found.high - found.low)
+
 
 def measure_figures(
     frames: Values,

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,6 +23,9 @@ _BLOCKS = 6
 _FLOOR = 1e-12
 _LEAST_PAIRS = 0.25
 """Share of the frames that must have another one so far on for a lag to be told, but for the first."""
+_LONGEST = 20.0
+"""Time constants are looked for up to so many times the longest lag: whatever is longer looks alike in it."""
+_NEAR = 1e-6
 _LEAST_CORRELATION = 0.02
 """Correlation below which noise is called white: cooled cameras show up to 0.01 of either sign."""
 
@@ -33,7 +36,8 @@ class Memory:
 
     white, correlated       sigmas of the part without and the part with memory
     total                   sigma of both
-    rho, time_constant_s    of the correlated part; its correlation over k frames is rho^k
+    rho, time_constant_s    of the correlated part; its correlation over k frames is rho^k. Where they may be longer
+                            than can be told, up to 1 and infinity
     pixel                   sigma of the fixed pattern from pixel to pixel, freed of the time mean of both
     """
 
@@ -110,6 +114,14 @@ def temporal(frames: Values, rate_hz: float, number: Indices | None = None) -> T
     if times >= LEAST_FRAMES and remembered:
         _, white, correlated, total, log_decay, pixel, *modelled = jackknife(blocks, statistic)
         correlation = tuple(modelled)
+        if log_decay.low <= _least_decay(lags) + _NEAR:
+            # It may last for any longer: of what stays over the recording nobody can tell it from fixed pattern.
+            within, staying = (float(blocks[:, len(lags) + i].mean()) for i in range(2))
+            log_decay = replace(log_decay, low=-math.inf)
+            correlated, total = (
+                replace(each, low=min(each.low, within), high=each.high + staying) for each in (correlated, total)
+            )
+            pixel = replace(pixel, low=0.0, high=max(pixel.high, staying))
         memory = Memory(
             white=white.map(root),
             correlated=correlated.map(root),
@@ -152,6 +164,11 @@ def centred(values: Floats) -> Floats:
     return centred
 
 
+def _least_decay(lags: tuple[int, ...]) -> float:
+    """The logarithm of the slowest decay a frame that is looked for."""
+    return math.log(1 / (_LONGEST * lags[-1]))
+
+
 def fit_memory(lags: tuple[int, ...], half_squares: Floats) -> tuple[float, float, float]:
     """(w^2, s^2, -log rho), least squares of w^2 + s^2 (1 - rho^k) in the logarithm's first order.
 
@@ -159,7 +176,7 @@ def fit_memory(lags: tuple[int, ...], half_squares: Floats) -> tuple[float, floa
     """
     wanted = np.asarray(half_squares, np.float64)
     lag = np.asarray(lags, np.float64)
-    low, high = math.log(0.05 / lag[-1]), math.log(6.0)
+    low, high = _least_decay(lags), math.log(6.0)
     for _ in range(4):
         decays = np.linspace(low, high, 61)
         found = [_linear(1 - np.exp(-lag * math.exp(decay)), wanted) for decay in decays]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -80,10 +81,11 @@ class NoiseReport:
         return self.fine * _CHANCE
 
     def as_json(self) -> dict[str, Any]:
-        """Plain values, ready for json.dumps."""
+        """Plain values, ready for json.dumps; None for an end that no interval has."""
         stretch = self.stretch
         used = {"repeats": stretch.repeats, "steps": list(stretch.steps), "used": list(stretch.index)}
-        return {**asdict(self), "region": list(self.region), "stretch": used}
+        values = asdict(self, dict_factory=lambda pairs: {k: None if v == math.inf else v for k, v in pairs})
+        return {**values, "region": list(self.region), "stretch": used}
 
 
 def measure_noise(
@@ -250,4 +252,5 @@ _WORDS = (
 
 
 def _ranged(value: Measured) -> str:
-    return f"{value.value:.3g} ({value.low:.3g} to {value.high:.3g})"
+    ends = f"{value.low:.3g} or more" if math.isinf(value.high) else f"{value.low:.3g} to {value.high:.3g}"
+    return f"{value.value:.3g} ({ends})"

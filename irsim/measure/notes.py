@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from irsim.measure.gradient import gradient_notes
@@ -30,7 +31,9 @@ SMALL = (
 
 def noise_notes(report: NoiseReport, memory: Memory | None, level: Measured | None) -> Iterator[str]:
     count = report.stretch.index[-1] - report.stretch.index[0] + 1
-    if memory is not None and memory.time_constant_s.high * report.rate_hz > count / 3:
+    if memory is not None and math.isinf(memory.time_constant_s.high):
+        yield f"noise goes on for longer than {count} frames can tell: it may as well be fixed pattern, or of coding"
+    elif memory is not None and memory.time_constant_s.high * report.rate_hz > count / 3:
         yield f"{count} frames are few for noise that remembers so long: its sigma may be larger"
     if level is not None and level.high > count / 2:
         yield f"the level wanders as slowly as {count} frames are long: its sigma may be larger"
