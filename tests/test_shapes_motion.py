@@ -157,3 +157,11 @@ def test_a_far_body_and_a_point_of_its_area_are_one() -> None:
     assert near.emission.sum() == pytest.approx(far.emission.sum(), rel=1e-6)
     top = near.emission.max()
     np.testing.assert_allclose(_frame(near.emission, near), _frame(far.emission, far), atol=0.04 * top)
+
+
+@pytest.mark.parametrize("kind", ["quadrotor", "helicopter"])
+@pytest.mark.parametrize("rate_hz", [25.0, 30.0, 50.0, 60.0, 100.0, 120.0])
+def test_no_default_rotor_stands_still_at_a_usual_rate(kind: str, rate_hz: float) -> None:
+    """Nor nearly so: from frame to frame it turns on by 5 degrees at least of those after which it looks alike."""
+    turned = 360 * body(kind).model_dump()["rotor_hz"] / rate_hz % 180
+    assert 5 < turned < 175

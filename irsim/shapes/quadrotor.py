@@ -60,7 +60,7 @@ class Quadrotor(Body):
     """Temperature of the battery, kelvin."""
     rotors_k: Kelvin = 288.0
     """Temperature of the rotors, kelvin."""
-    rotor_hz: NotNegative = 90.0
+    rotor_hz: NotNegative = 87.0  # at 90, half turns fit into frames of 30 Hz: the rotors would stand still
     """Turns of the rotors a second; neighbours turn against each other."""
     rotor_deg: Turn = 20.0
     """Angle of the rotors in frame 0, degrees."""
