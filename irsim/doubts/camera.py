@@ -71,7 +71,6 @@ def beads(scenario: Scenario) -> Iterator[Notice]:
 
 def _turning(mount: Mount) -> Floats:
     """(n - 1,) px by which what is far and in the middle of the picture moves from frame to frame."""
-    rotations = np.stack([mount.rotation(index) for index in range(len(mount.turns))])
-    ahead = np.einsum("nij,nj->ni", rotations[1:], rotations[:-1, 2])
+    ahead = np.einsum("nij,nj->ni", mount.rotations[1:], mount.rotations[:-1, 2])
     shifts = mount.geometry.project(ahead) - mount.geometry.principal
     return np.asarray(np.hypot(*shifts.T) * mount.zooms[1:])

@@ -26,6 +26,7 @@ _LEAST_PAIRS = 0.25
 _LONGEST = 20.0
 """Time constants are looked for up to so many times the longest lag: whatever is longer looks alike in it."""
 _NEAR = 1e-6
+"""The end of a search is met within this."""
 _LEAST_CORRELATION = 0.02
 """Correlation below which noise is called white: cooled cameras show up to 0.01 of either sign."""
 
