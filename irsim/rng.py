@@ -68,11 +68,11 @@ def _normals_plain(
     return values
 
 
-def begun(seed: int, *address: Address) -> tuple[bytes, npt.NDArray[np.float32], Floats, int]:
+def begun(seed: int, *address: Address) -> tuple[bytes, npt.NDArray[np.float32], npt.NDArray[np.float32], Floats, int]:
     """What the compiled loops draw the normals of an address from."""
-    from irsim.normal import REFINED, cell_means, deep_table
+    from irsim.normal import REFINED, cell_means, cell_pieces, deep_table
 
-    return _digest(seed, *address), cell_means(), deep_table(), REFINED
+    return _digest(seed, *address), cell_means(), cell_pieces(), deep_table(), REFINED
 
 
 def _tails(words: npt.NDArray[np.uint16], further: npt.NDArray[np.uint64]) -> Floats:

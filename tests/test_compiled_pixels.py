@@ -25,7 +25,7 @@ from irsim.detector.response import MOST_ADDED, Electrons, Setting
 from irsim.detector.shot import Shot
 from irsim.detector.white import White
 from irsim.geometry import Geometry
-from irsim.normal import cell_means
+from irsim.normal import CELLS, cell_means
 
 FIELDS = evolving.Evolving(64, 3.0, None, 20.0, 1.0, 1, "fields")
 
@@ -39,22 +39,31 @@ def test_normals_are_those_of_the_plain_loop(length: int, seed: int) -> None:
     np.testing.assert_array_equal(rng.normals((length,), seed, "a", 3), plain, strict=True)
 
 
+def test_every_word_has_the_same_normal_by_the_table_and_by_its_pieces() -> None:
+    length = 3_000_001
+    words = rng.bits(1, "all").random_raw(-(-length // 4)).view(np.uint16)
+    assert len(np.unique(words)) == CELLS
+    plain = rng._normals_plain((length,), rng.bits(1, "all"), None)
+    np.testing.assert_array_equal(rng.normals((length,), 1, "all"), plain, strict=True)
+
+
 def test_a_wrong_seed_or_table_is_refused() -> None:
-    seed, table, deep, refined = rng.begun(1, "a")
+    seed, table, pieces, deep, refined = rng.begun(1, "a")
     out = np.zeros(8, np.float32)
     for wrong in (
-        (seed[1:], table, deep, refined),
-        (seed, table[1:], deep, refined),
-        (seed, table, deep[1:], refined),
-        (seed, table, deep, -1),
-        (seed, table, deep, refined + 1),
+        (seed[1:], table, pieces, deep, refined),
+        (seed, table[1:], pieces, deep, refined),
+        (seed, table, pieces[1:], deep, refined),
+        (seed, table, pieces, deep[1:], refined),
+        (seed, table, pieces, deep, -1),
+        (seed, table, pieces, deep, refined + 1),
     ):
         with pytest.raises(ValueError, match="wanted"):
             kernels.normals(*wrong, out)
     with pytest.raises(TypeError):
-        kernels.normals(seed, table, deep, refined, out.astype(float))
+        kernels.normals(seed, table, pieces, deep, refined, out.astype(float))
     with pytest.raises(ValueError, match="read-only"):
-        kernels.normals(seed, table, deep, refined, cell_means())
+        kernels.normals(seed, table, pieces, deep, refined, cell_means())
     assert not out.any()
 
 

@@ -11,9 +11,10 @@ Int64 = npt.NDArray[np.int64]
 Words = npt.NDArray[np.uint16]
 Entries = TypeVar("Entries", npt.NDArray[np.uint8], npt.NDArray[np.float32])
 
-def normals(seed: bytes, table: Float32, deep: Float64, refined: int, out: Float32, /) -> None:
+def normals(seed: bytes, table: Float32, pieces: Float32, deep: Float64, refined: int, out: Float32, /) -> None:
     """Fill `out` with unit normals from the table by the 16-bit words of an SFC64 generator of a seed of 32 bytes;
-    those of the `refined` cells at either end are from `deep`, see `irsim.normal.deep_quantile`."""
+    those of the `refined` cells at either end are from `deep`, see `irsim.normal.deep_quantile`. `pieces` are of what
+    the table holds (`irsim.normal.cell_pieces`), worked out anew where the processor does that sooner."""
 
 def signal_of(
     light: Float32, out: Float32, linear: float, root: float, zero: float, most: float, gain: Float32 | None, /
@@ -67,12 +68,15 @@ def veil(
 
 # What follows draws so, too, and uses each normal at once.
 
-def add_normals(seed: bytes, table: Float32, deep: Float64, refined: int, signal: Float32, scale: float, /) -> None:
+def add_normals(
+    seed: bytes, table: Float32, pieces: Float32, deep: Float64, refined: int, signal: Float32, scale: float, /
+) -> None:
     """signal += scale normal."""
 
 def add_lines_and_normals(
     seed: bytes,
     table: Float32,
+    pieces: Float32,
     deep: Float64,
     refined: int,
     signal: Float32,
@@ -87,6 +91,7 @@ def add_lines_and_normals(
 def add_shot(
     seed: bytes,
     table: Float32,
+    pieces: Float32,
     deep: Float64,
     refined: int,
     signal: Float32,
@@ -101,6 +106,7 @@ def add_shot(
 def bridge(
     seed: bytes,
     table: Float32,
+    pieces: Float32,
     deep: Float64,
     refined: int,
     before: Float32,

@@ -2,6 +2,10 @@
 #include "fused.h"
 #include "seeding.h"
 
+#ifdef WIDE_VECTORS
+#include <immintrin.h>
+#endif
+
 #define CELLS 65536
 #define BLOCK 1024 /* normals at a time, a multiple of 4: they stay in the first-level cache */
 
@@ -21,6 +25,10 @@ typedef struct {
 #else
 #define FETCH(place) (void)(place)
 #endif
+
+/* What the table holds, by polynomials: PIECES of each of POWERS; see irsim/normal.py. */
+#define PIECES 32
+#define POWERS 5
 
 #define LINE 16 /* float numbers in a line of the cache */
 
@@ -62,17 +70,19 @@ static float tail(const double *deep, uint16_t refined, uint16_t word, uint64_t 
 
 int drawing(Arrays *arrays, PyObject *const *given, Drawing *drawn)
 {
-    Py_ssize_t bytes = 0, cells = 0, depths = 0;
+    Py_ssize_t bytes = 0, cells = 0, factors = 0, depths = 0;
     const char *seed = array(arrays, given[0], "B", 0, &bytes);
     uint32_t entropy[ENTROPY_WORDS];
     drawn->table = seed ? array(arrays, given[1], "f", 0, &cells) : NULL;
-    drawn->deep = drawn->table ? array(arrays, given[2], "d", 0, &depths) : NULL;
-    long refined = drawn->deep ? PyLong_AsLong(given[3]) : -1;
+    drawn->pieces = drawn->table ? array(arrays, given[2], "f", 0, &factors) : NULL;
+    drawn->deep = drawn->pieces ? array(arrays, given[3], "d", 0, &depths) : NULL;
+    long refined = drawn->deep ? PyLong_AsLong(given[4]) : -1;
     if (PyErr_Occurred())
         return -1;
-    if (bytes != sizeof entropy || cells != CELLS || depths != DEEP_LENGTH || refined < 0 || refined > CELLS >> 12) {
-        PyErr_SetString(PyExc_ValueError, "a seed of 32 bytes, a table of 65536, one of tails and the cells that it "
-                                          "stands for are wanted");
+    if (bytes != sizeof entropy || cells != CELLS || factors != POWERS * PIECES || depths != DEEP_LENGTH ||
+        refined < 0 || refined > CELLS >> 12) {
+        PyErr_SetString(PyExc_ValueError, "a seed of 32 bytes, a table of 65536, its 5 x 32 factors, one of tails and "
+                                          "the cells that it stands for are wanted");
         return -1;
     }
     memcpy(entropy, seed, sizeof entropy);
@@ -89,6 +99,94 @@ INLINED void fetch(const float *const *streams, Py_ssize_t place, Py_ssize_t len
             FETCH(streams[i] + place);
 }
 
+/* The normals of `count` elements from `from` on, by the table: 0, or -1 without memory. */
+INLINED int by_table(const Drawing *drawn, Sfc64 *source, float *block, Py_ssize_t from, Py_ssize_t count,
+                     const float *const *streams, Py_ssize_t length, Outer *outer)
+{
+    const float *table = drawn->table;
+    const uint16_t refined = drawn->refined, both_ends = (uint16_t)(2 * refined);
+    for (Py_ssize_t i = 0; i < count; i += 4) {
+        uint64_t word = next_word(source);
+        if (streams != NULL && i % LINE == 0)
+            fetch(streams, from + BLOCK + i, length);
+        for (int part = 0; part < 4; part++) {
+            uint16_t cell = (uint16_t)(word >> 16 * part), from_end = (uint16_t)(cell + refined); /* wraps */
+            block[i + part] = table[cell];
+            if (from_end < both_ends) {
+                block[i + part] = 0.0f;
+                if (note(outer, from + i + part, from_end) < 0)
+                    return -1;
+            }
+        }
+    }
+    return 0;
+}
+
+#ifdef WIDE_VECTORS
+#define AT_ONCE 16
+#define WORDS (BLOCK / 4)
+
+/* Those of a whole block, of its words, worked out from the pieces; the words of the next are drawn meanwhile, which
+ * would be waited for otherwise. 0, or -1 without memory. */
+FUSING_WIDELY static int by_pieces(const Drawing *drawn, Sfc64 *source, const uint16_t *words, uint64_t *next,
+                                   float *block, Py_ssize_t from, const float *const *streams, Py_ssize_t length,
+                                   Outer *outer)
+{
+    Sfc64 own = *source;
+    __m512 low[POWERS], high[POWERS];
+    for (int power = 0; power < POWERS; power++) {
+        low[power] = _mm512_loadu_ps(drawn->pieces + power * PIECES);
+        high[power] = _mm512_loadu_ps(drawn->pieces + power * PIECES + AT_ONCE);
+    }
+    const __m512i refined = _mm512_set1_epi32(drawn->refined), sign = _mm512_set1_epi32(INT32_MIN);
+    const __m512i digits = _mm512_set1_epi32(0x7fffff), one = _mm512_set1_epi32(0x3f800000);
+    for (Py_ssize_t i = 0; i < BLOCK; i += AT_ONCE) {
+        for (int word = 0; word < AT_ONCE / 4; word++)
+            next[i / 4 + word] = next_word(&own);
+        if (streams != NULL)
+            fetch(streams, from + BLOCK + i, length);
+        /* A word of the upper half is below 0 here: with all its bits turned it is the cell from the upper end. */
+        const __m512i word = _mm512_cvtepi16_epi32(_mm256_loadu_si256((const __m256i *)(words + i)));
+        const __m512i upper = _mm512_srai_epi32(word, 31), cell = _mm512_xor_si512(word, upper);
+        const __m512i bits = _mm512_castps_si512(_mm512_cvtepi32_ps(cell)), piece = _mm512_srli_epi32(bits, 22);
+        const __m512 x = _mm512_castsi512_ps(_mm512_or_si512(_mm512_and_si512(bits, digits), one));
+        __m512 value = _mm512_permutex2var_ps(low[POWERS - 1], piece, high[POWERS - 1]);
+        for (int power = POWERS - 2; power >= 0; power--)
+            value = _mm512_fmadd_ps(value, x, _mm512_permutex2var_ps(low[power], piece, high[power]));
+        value = _mm512_castsi512_ps(
+            _mm512_xor_si512(_mm512_castps_si512(value), _mm512_and_si512(upper, sign)));
+        const __mmask16 inner = _mm512_cmpge_epi32_mask(cell, refined);
+        _mm512_storeu_ps(block + i, _mm512_maskz_mov_ps(inner, value));
+        if (inner != UINT16_MAX)
+            for (int part = 0; part < AT_ONCE; part++)
+                if (!(inner >> part & 1) && note(outer, from + i + part, (uint16_t)(words[i + part] + drawn->refined)) < 0)
+                    return -1;
+    }
+    *source = own;
+    return 0;
+}
+
+/* All whole blocks, each used while it is at hand: how many normals they are, or -1 without memory. */
+INLINED Py_ssize_t whole_blocks(const Drawing *drawn, Sfc64 *source, float *block, Py_ssize_t length, Use use,
+                                void *with, const float *const *streams, Outer *outer)
+{
+    uint64_t words[2][WORDS];
+    Sfc64 after = *source; /* the words drawn for a block; `source` is a block ahead */
+    if (length >= BLOCK)
+        for (int i = 0; i < WORDS; i++)
+            words[0][i] = next_word(source);
+    Py_ssize_t from = 0;
+    for (int now = 0; length - from >= BLOCK; from += BLOCK, now = !now) {
+        after = *source;
+        if (by_pieces(drawn, source, (const uint16_t *)words[now], words[!now], block, from, streams, length, outer) < 0)
+            return -1;
+        use(block, from, BLOCK, with);
+    }
+    *source = after;
+    return from;
+}
+#endif
+
 /* Both ways to draw: compiled apart, as the loop of one has no time for a question. */
 INLINED PyObject *draw_for(Drawing *drawn, Py_ssize_t length, Use use, Use mend, void *with,
                            const float *const *streams)
@@ -96,30 +194,21 @@ INLINED PyObject *draw_for(Drawing *drawn, Py_ssize_t length, Use use, Use mend,
     float block[BLOCK];
     Outer outer = {NULL, 0, 0};
     Sfc64 source = drawn->source;
-    const float *table = drawn->table;
-    const uint16_t refined = drawn->refined, both_ends = (uint16_t)(2 * refined);
-    for (Py_ssize_t from = 0; from < length; from += BLOCK) {
-        Py_ssize_t count = length - from < BLOCK ? length - from : BLOCK;
-        for (Py_ssize_t i = 0; i < count; i += 4) {
-            uint64_t word = next_word(&source);
-            if (streams != NULL && i % LINE == 0)
-                fetch(streams, from + BLOCK + i, length);
-            for (int part = 0; part < 4; part++) {
-                uint16_t cell = (uint16_t)(word >> 16 * part), from_end = (uint16_t)(cell + refined); /* wraps */
-                block[i + part] = table[cell];
-                if (from_end < both_ends) {
-                    block[i + part] = 0.0f;
-                    if (note(&outer, from + i + part, from_end) < 0)
-                        goto failed;
-                }
-            }
-        }
+    Py_ssize_t from = 0;
+#ifdef WIDE_VECTORS
+    if (fuses_widely() && (from = whole_blocks(drawn, &source, block, length, use, with, streams, &outer)) < 0)
+        goto failed;
+#endif
+    for (; from < length; from += BLOCK) {
+        const Py_ssize_t count = length - from < BLOCK ? length - from : BLOCK;
+        if (by_table(drawn, &source, block, from, count, streams, length, &outer) < 0)
+            goto failed;
         use(block, from, count, with);
     }
     while (outer.count > 0 && outer.records[outer.count - 1].place >= length)
         outer.count--; /* the last word has parts that no one asked for */
     for (Py_ssize_t i = 0; i < outer.count; i++) {
-        const float value = tail(drawn->deep, refined, outer.records[i].word, next_word(&source));
+        const float value = tail(drawn->deep, drawn->refined, outer.records[i].word, next_word(&source));
         mend(&value, outer.records[i].place, 1, with);
     }
     PyMem_Free(outer.records);
@@ -145,7 +234,7 @@ static void store(const float *drawn, Py_ssize_t from, Py_ssize_t count, void *w
     memcpy((float *)with + from, drawn, (size_t)count * sizeof *drawn);
 }
 
-/* normals(seed, table, deep, refined, out) */
+/* normals(seed, table, pieces, deep, refined, out) */
 PyObject *normals(PyObject *self, PyObject *const *given, Py_ssize_t count)
 {
     (void)self;
@@ -154,7 +243,7 @@ PyObject *normals(PyObject *self, PyObject *const *given, Py_ssize_t count)
     Py_ssize_t length;
     PyObject *done = NULL;
     if (count != DRAWING_ARGUMENTS + 1) {
-        PyErr_SetString(PyExc_TypeError, "normals takes 5 arguments");
+        PyErr_SetString(PyExc_TypeError, "normals takes 6 arguments");
         return NULL;
     }
     if (drawing(&arrays, given, &drawn) == 0) {

@@ -5,15 +5,15 @@
 #include "arguments.h"
 #include "sfc64.h"
 
-/* What every function that draws takes first: (seed, table, deep, refined). */
+/* What every function that draws takes first: (seed, table, pieces, deep, refined). */
 typedef struct {
     Sfc64 source;
-    const float *table;
+    const float *table, *pieces;
     const double *deep;
     uint16_t refined;
 } Drawing;
 
-#define DRAWING_ARGUMENTS 4
+#define DRAWING_ARGUMENTS 5
 
 /* Uses `count` normals, those of the elements `from` on; `with` is what draw() was given. */
 typedef void (*Use)(const float *drawn, Py_ssize_t from, Py_ssize_t count, void *with);

@@ -33,6 +33,7 @@ static inline int fuses(void)
 
 /* The same by registers of 512 bits, for a loop that they make faster. */
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#define WIDE_VECTORS
 #define FUSING_WIDELY __attribute__((target("avx512f,avx512bw,avx512dq,avx512vl,fma,prefer-vector-width=512")))
 static inline int fuses_widely(void)
 {

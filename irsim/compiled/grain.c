@@ -162,7 +162,7 @@ static int so_many(const char *name, Py_ssize_t given, Py_ssize_t wanted)
     return 0;
 }
 
-/* add_normals(seed, table, deep, refined, signal, scale) */
+/* add_normals(seed, table, pieces, deep, refined, signal, scale) */
 PyObject *add_normals(PyObject *self, PyObject *const *given, Py_ssize_t count)
 {
     (void)self;
@@ -171,14 +171,14 @@ PyObject *add_normals(PyObject *self, PyObject *const *given, Py_ssize_t count)
     Scaled to;
     Py_ssize_t length;
     PyObject *done = NULL;
-    if (so_many("add_normals", count, 6) && drawing(&arrays, given, &drawn) == 0 &&
-        (to.signal = array(&arrays, given[4], "f", 1, &length)) != NULL && numbers(given, 5, 1, &to.scale) == 0)
+    if (so_many("add_normals", count, 7) && drawing(&arrays, given, &drawn) == 0 &&
+        (to.signal = array(&arrays, given[5], "f", 1, &length)) != NULL && numbers(given, 6, 1, &to.scale) == 0)
         done = draw(&drawn, length, CHOSEN(scaled), CHOSEN(scaled), &to);
     release(&arrays);
     return done;
 }
 
-/* add_lines_and_normals(seed, table, deep, refined, signal, down, across, lines, pixels) */
+/* add_lines_and_normals(seed, table, pieces, deep, refined, signal, down, across, lines, pixels) */
 PyObject *add_lines_and_normals(PyObject *self, PyObject *const *given, Py_ssize_t count)
 {
     (void)self;
@@ -188,10 +188,10 @@ PyObject *add_lines_and_normals(PyObject *self, PyObject *const *given, Py_ssize
     Py_ssize_t length, rows;
     float scales[2];
     PyObject *done = NULL;
-    if (so_many("add_lines_and_normals", count, 9) && drawing(&arrays, given, &drawn) == 0 &&
-        (to.signal = array(&arrays, given[4], "f", 1, &length)) != NULL &&
-        (to.down = array(&arrays, given[5], "f", 0, &rows)) != NULL &&
-        (to.across = array(&arrays, given[6], "f", 0, &to.columns)) != NULL && numbers(given, 7, 2, scales) == 0) {
+    if (so_many("add_lines_and_normals", count, 10) && drawing(&arrays, given, &drawn) == 0 &&
+        (to.signal = array(&arrays, given[5], "f", 1, &length)) != NULL &&
+        (to.down = array(&arrays, given[6], "f", 0, &rows)) != NULL &&
+        (to.across = array(&arrays, given[7], "f", 0, &to.columns)) != NULL && numbers(given, 8, 2, scales) == 0) {
         to.lines = scales[0];
         to.pixels = scales[1];
         if (rows * to.columns == length)
@@ -203,7 +203,7 @@ PyObject *add_lines_and_normals(PyObject *self, PyObject *const *given, Py_ssize
     return done;
 }
 
-/* add_shot(seed, table, deep, refined, signal, read_variance, well, few) */
+/* add_shot(seed, table, pieces, deep, refined, signal, read_variance, well, few) */
 PyObject *add_shot(PyObject *self, PyObject *const *given, Py_ssize_t count)
 {
     (void)self;
@@ -213,8 +213,8 @@ PyObject *add_shot(PyObject *self, PyObject *const *given, Py_ssize_t count)
     Py_ssize_t length;
     float limits[3];
     PyObject *done = NULL;
-    if (so_many("add_shot", count, 8) && drawing(&arrays, given, &drawn) == 0 &&
-        (to.signal = array(&arrays, given[4], "f", 1, &length)) != NULL && numbers(given, 5, 3, limits) == 0) {
+    if (so_many("add_shot", count, 9) && drawing(&arrays, given, &drawn) == 0 &&
+        (to.signal = array(&arrays, given[5], "f", 1, &length)) != NULL && numbers(given, 6, 3, limits) == 0) {
         to.read_variance = limits[0];
         to.well = limits[1];
         to.few = limits[2];
@@ -230,7 +230,7 @@ PyObject *add_shot(PyObject *self, PyObject *const *given, Py_ssize_t count)
     return done;
 }
 
-/* bridge(seed, table, deep, refined, before, after, weight, spread, out) */
+/* bridge(seed, table, pieces, deep, refined, before, after, weight, spread, out) */
 PyObject *bridge(PyObject *self, PyObject *const *given, Py_ssize_t count)
 {
     (void)self;
@@ -240,10 +240,10 @@ PyObject *bridge(PyObject *self, PyObject *const *given, Py_ssize_t count)
     Py_ssize_t length, before, after;
     float scales[2];
     PyObject *done = NULL;
-    if (so_many("bridge", count, 9) && drawing(&arrays, given, &drawn) == 0 &&
-        (to.before = array(&arrays, given[4], "f", 0, &before)) != NULL &&
-        (to.after = array(&arrays, given[5], "f", 0, &after)) != NULL &&
-        (to.out = array(&arrays, given[8], "f", 1, &length)) != NULL && numbers(given, 6, 2, scales) == 0) {
+    if (so_many("bridge", count, 10) && drawing(&arrays, given, &drawn) == 0 &&
+        (to.before = array(&arrays, given[5], "f", 0, &before)) != NULL &&
+        (to.after = array(&arrays, given[6], "f", 0, &after)) != NULL &&
+        (to.out = array(&arrays, given[9], "f", 1, &length)) != NULL && numbers(given, 7, 2, scales) == 0) {
         to.weight = scales[0];
         to.spread = scales[1];
         if (before == length && after == length)
