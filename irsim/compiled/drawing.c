@@ -128,7 +128,7 @@ INLINED int by_table(const Drawing *drawn, Sfc64 *source, float *block, Py_ssize
 
 /* Those of a whole block, of its words, worked out from the pieces; the words of the next are drawn meanwhile, which
  * would be waited for otherwise. 0, or -1 without memory. */
-FUSING_WIDELY static int by_pieces(const Drawing *drawn, Sfc64 *source, const uint16_t *words, uint64_t *next,
+FUSING_WIDELY static int by_pieces(const Drawing *drawn, Sfc64 *source, const uint64_t *words, uint64_t *next,
                                    float *block, Py_ssize_t from, const float *const *streams, Py_ssize_t length,
                                    Outer *outer)
 {
@@ -139,14 +139,14 @@ FUSING_WIDELY static int by_pieces(const Drawing *drawn, Sfc64 *source, const ui
         high[power] = _mm512_loadu_ps(drawn->pieces + power * PIECES + AT_ONCE);
     }
     const __m512i refined = _mm512_set1_epi32(drawn->refined), sign = _mm512_set1_epi32(INT32_MIN);
-    const __m512i digits = _mm512_set1_epi32(0x7fffff), one = _mm512_set1_epi32(0x3f800000);
+    const __m512i digits = _mm512_set1_epi32(0x7fffff), one = _mm512_set1_epi32(0x3f800000); /* of a float; 1.0f */
     for (Py_ssize_t i = 0; i < BLOCK; i += AT_ONCE) {
         for (int word = 0; word < AT_ONCE / 4; word++)
             next[i / 4 + word] = next_word(&own);
         if (streams != NULL)
             fetch(streams, from + BLOCK + i, length);
         /* A word of the upper half is below 0 here: with all its bits turned it is the cell from the upper end. */
-        const __m512i word = _mm512_cvtepi16_epi32(_mm256_loadu_si256((const __m256i *)(words + i)));
+        const __m512i word = _mm512_cvtepi16_epi32(_mm256_loadu_si256((const __m256i *)(words + i / 4)));
         const __m512i upper = _mm512_srai_epi32(word, 31), cell = _mm512_xor_si512(word, upper);
         const __m512i bits = _mm512_castps_si512(_mm512_cvtepi32_ps(cell)), piece = _mm512_srli_epi32(bits, 22);
         const __m512 x = _mm512_castsi512_ps(_mm512_or_si512(_mm512_and_si512(bits, digits), one));
@@ -158,9 +158,11 @@ FUSING_WIDELY static int by_pieces(const Drawing *drawn, Sfc64 *source, const ui
         const __mmask16 inner = _mm512_cmpge_epi32_mask(cell, refined);
         _mm512_storeu_ps(block + i, _mm512_maskz_mov_ps(inner, value));
         if (inner != UINT16_MAX)
-            for (int part = 0; part < AT_ONCE; part++)
-                if (!(inner >> part & 1) && note(outer, from + i + part, (uint16_t)(words[i + part] + drawn->refined)) < 0)
+            for (int part = 0; part < AT_ONCE; part++) {
+                const uint16_t from_end = (uint16_t)((words[(i + part) / 4] >> 16 * (part % 4)) + drawn->refined);
+                if (!(inner >> part & 1) && note(outer, from + i + part, from_end) < 0)
                     return -1;
+            }
     }
     *source = own;
     return 0;
@@ -178,7 +180,7 @@ INLINED Py_ssize_t whole_blocks(const Drawing *drawn, Sfc64 *source, float *bloc
     Py_ssize_t from = 0;
     for (int now = 0; length - from >= BLOCK; from += BLOCK, now = !now) {
         after = *source;
-        if (by_pieces(drawn, source, (const uint16_t *)words[now], words[!now], block, from, streams, length, outer) < 0)
+        if (by_pieces(drawn, source, words[now], words[!now], block, from, streams, length, outer) < 0)
             return -1;
         use(block, from, BLOCK, with);
     }
