@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import math
 import operator
+from functools import cache
 
 import numpy as np
 import numpy.typing as npt
@@ -25,14 +26,24 @@ def bits(seed: int, *address: Address) -> np.random.SFC64:
 
 
 def _digest(seed: int, *address: Address) -> bytes:
-    # A numpy integer is the same address as the int it equals.
-    parts = (f"str:{part}" if isinstance(part, str) else f"int:{operator.index(part)}" for part in address)
-    return hashlib.blake2b("\x1f".join([str(operator.index(seed)), *parts]).encode(), digest_size=32).digest()
+    text = str(operator.index(seed))
+    for part in address:  # a numpy integer is the same address as the int it equals
+        text += f"\x1fstr:{part}" if isinstance(part, str) else f"\x1fint:{operator.index(part)}"
+    return hashlib.blake2b(text.encode(), digest_size=32).digest()
 
 
 def stream(seed: int, *address: Address) -> np.random.Generator:
     """A generator of its own for each (seed, names, frame)."""
     return np.random.Generator(bits(seed, *address))
+
+
+def uniforms(count: int, seed: int, *address: Address) -> npt.NDArray[np.float64]:
+    """(count,) numbers spread evenly over 0 <= u < 1, by an address: what its `stream` draws first by `random`."""
+    if COMPILED:
+        values = np.empty(count)
+        kernels.uniforms(_digest(seed, *address), values)
+        return values
+    return stream(seed, *address).random(count)
 
 
 def normals(
@@ -68,11 +79,19 @@ def _normals_plain(
     return values
 
 
-def begun(seed: int, *address: Address) -> tuple[bytes, npt.NDArray[np.float32], npt.NDArray[np.float32], Floats, int]:
+Tables = tuple[npt.NDArray[np.float32], npt.NDArray[np.float32], Floats, int]
+
+
+def begun(seed: int, *address: Address) -> tuple[bytes, *Tables]:
     """What the compiled loops draw the normals of an address from."""
+    return _digest(seed, *address), *_tables()
+
+
+@cache
+def _tables() -> Tables:
     from irsim.normal import REFINED, cell_means, cell_pieces, deep_table
 
-    return _digest(seed, *address), cell_means(), cell_pieces(), deep_table(), REFINED
+    return cell_means(), cell_pieces(), deep_table(), REFINED
 
 
 def _tails(words: npt.NDArray[np.uint16], further: npt.NDArray[np.uint64]) -> Floats:

@@ -13,7 +13,7 @@ from scipy import special, stats
 
 from irsim import lookup
 from irsim.normal import CELLS, REFINED, cell_means, deep_quantile, quantile
-from irsim.rng import bits, normals, stream
+from irsim.rng import bits, normals, stream, uniforms
 
 GOLDEN_WORDS = [15876630395588759108, 1528180998070881078, 1679443906312003050]
 GOLDEN_NORMALS = [0.86227804, -1.5588418, -1.1651142, 1.0833769, -0.5423142, -0.25215846]
@@ -41,6 +41,11 @@ def int_of_numpy(value: int) -> Any:
 
 def test_a_numpy_integer_is_the_address_of_its_value() -> None:
     np.testing.assert_array_equal(normals((4,), 1, "a", 3), normals((4,), int_of_numpy(1), "a", int_of_numpy(3)))
+
+
+@pytest.mark.parametrize("count", [0, 1, 5000])
+def test_uniforms_are_those_of_the_stream(count: int) -> None:
+    np.testing.assert_array_equal(uniforms(count, 3, "blinking", 7), stream(3, "blinking", 7).random(count))
 
 
 def test_a_float_is_no_address() -> None:

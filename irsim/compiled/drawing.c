@@ -68,25 +68,38 @@ static float tail(const double *deep, uint16_t refined, uint16_t word, uint64_t 
     return (float)(upper ? -value : value);
 }
 
+int begin(Arrays *arrays, PyObject *given, Sfc64 *source)
+{
+    Py_ssize_t bytes;
+    uint32_t entropy[ENTROPY_WORDS];
+    const char *seed = array(arrays, given, "B", 0, &bytes);
+    if (seed == NULL)
+        return -1;
+    if (bytes != sizeof entropy) {
+        PyErr_SetString(PyExc_ValueError, "a seed of 32 bytes is wanted");
+        return -1;
+    }
+    memcpy(entropy, seed, sizeof entropy);
+    *source = seeded(entropy);
+    return 0;
+}
+
 int drawing(Arrays *arrays, PyObject *const *given, Drawing *drawn)
 {
-    Py_ssize_t bytes = 0, cells = 0, factors = 0, depths = 0;
-    const char *seed = array(arrays, given[0], "B", 0, &bytes);
-    uint32_t entropy[ENTROPY_WORDS];
-    drawn->table = seed ? array(arrays, given[1], "f", 0, &cells) : NULL;
+    Py_ssize_t cells = 0, factors = 0, depths = 0;
+    int begun = begin(arrays, given[0], &drawn->source) == 0;
+    drawn->table = begun ? array(arrays, given[1], "f", 0, &cells) : NULL;
     drawn->pieces = drawn->table ? array(arrays, given[2], "f", 0, &factors) : NULL;
     drawn->deep = drawn->pieces ? array(arrays, given[3], "d", 0, &depths) : NULL;
     long refined = drawn->deep ? PyLong_AsLong(given[4]) : -1;
     if (PyErr_Occurred())
         return -1;
-    if (bytes != sizeof entropy || cells != CELLS || factors != POWERS * PIECES || depths != DEEP_LENGTH ||
+    if (cells != CELLS || factors != POWERS * PIECES || depths != DEEP_LENGTH ||
         refined < 0 || refined > CELLS >> 12) {
-        PyErr_SetString(PyExc_ValueError, "a seed of 32 bytes, a table of 65536, its 5 x 32 factors, one of tails and "
-                                          "the cells that it stands for are wanted");
+        PyErr_SetString(PyExc_ValueError, "a table of 65536, its 5 x 32 factors, one of tails and the cells that it "
+                                          "stands for are wanted");
         return -1;
     }
-    memcpy(entropy, seed, sizeof entropy);
-    drawn->source = seeded(entropy);
     drawn->refined = (uint16_t)refined;
     return 0;
 }

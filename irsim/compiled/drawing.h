@@ -18,6 +18,9 @@ typedef struct {
 /* Uses `count` normals, those of the elements `from` on; `with` is what draw() was given. */
 typedef void (*Use)(const float *drawn, Py_ssize_t from, Py_ssize_t count, void *with);
 
+/* The generator that a seed of 32 bytes begins: 0, or -1 with an exception. */
+int begin(Arrays *arrays, PyObject *given, Sfc64 *source);
+
 /* Reads the arguments that every function begins with: 0, or -1 with an exception. */
 int drawing(Arrays *arrays, PyObject *const *given, Drawing *drawn);
 

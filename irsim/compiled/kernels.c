@@ -11,10 +11,12 @@
 #include "outline.h"
 #include "response.h"
 #include "sprite.h"
+#include "uniforms.h"
 #include "veil.h"
 
 static PyMethodDef methods[] = {
     {"normals", (PyCFunction)(void (*)(void))normals, METH_FASTCALL, NULL},
+    {"uniforms", (PyCFunction)(void (*)(void))uniforms, METH_FASTCALL, NULL},
     {"lay", (PyCFunction)(void (*)(void))lay, METH_FASTCALL, NULL},
     {"clutter", (PyCFunction)(void (*)(void))clutter, METH_FASTCALL, NULL},
     {"outline", (PyCFunction)(void (*)(void))outline, METH_FASTCALL, NULL},

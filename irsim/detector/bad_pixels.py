@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated, ClassVar
 
@@ -16,7 +15,7 @@ from irsim.detector.bridge import Bridge
 from irsim.detector.response import Response
 from irsim.detector.variance import Variance
 from irsim.kinds import Fraction, Positive, Switches
-from irsim.rng import stream
+from irsim.rng import stream, uniforms
 from irsim.types import Counts, Floats
 
 Places = npt.NDArray[np.intp]
@@ -54,8 +53,8 @@ class BadPixels(Noise):
     def add(self, signal: Floats, response: Response, moment: Moment) -> None:
         blinking, jumps = self._blinking(moment)
         if blinking.size:
-            on = self._telegraph(moment, blinking.size).frame(moment.index)
-            signal.reshape(-1)[blinking] += (np.where(on, jumps, 0) * response.noise).astype(np.float32)
+            on = np.flatnonzero(self._telegraph(moment, blinking.size).frame(moment.index))
+            signal.reshape(-1)[blinking[on]] += (jumps[on] * response.noise).astype(np.float32)
 
     def steady(self, moment: Moment) -> Floats | None:
         if not self.hot:
@@ -86,7 +85,7 @@ class BadPixels(Noise):
 
     def _blinking(self, moment: Moment) -> tuple[Places, Floats]:
         blinking = self._places("blinking", self.blinking, moment)
-        return blinking, self.blink_ratio * _jumps(moment.seed, self.name, "jumps", blinking.size)
+        return blinking, _jumps(moment.seed, self.name, "jumps", blinking.size, self.blink_ratio)
 
     def _telegraph(self, moment: Moment, count: int) -> Telegraph:
         address = moment.seed, "noise", self.name, "telegraph"
@@ -94,10 +93,10 @@ class BadPixels(Noise):
 
 
 @lru_cache(maxsize=16)
-def _jumps(seed: int, name: str, what: str, count: int) -> Floats:
-    """Exponential numbers of mean 1, each with a sign of its own."""
+def _jumps(seed: int, name: str, what: str, count: int, mean: float = 1.0) -> Floats:
+    """Exponential numbers of that mean, each with a sign of its own."""
     drawn = stream(seed, "noise", name, what).random((2, count))
-    return np.asarray(np.where(drawn[0] < 0.5, -1.0, 1.0) * -np.log1p(-drawn[1]))
+    return np.asarray(mean * (np.where(drawn[0] < 0.5, -1.0, 1.0) * -np.log1p(-drawn[1])))
 
 
 @lru_cache(maxsize=4)
@@ -140,14 +139,6 @@ def _telegraph(on: float, off: float, count: int, address: Address) -> Telegraph
     return Telegraph(on, off, count, address)
 
 
-@dataclass(frozen=True)
-class _Law:
-    """P(on at the end | on or off at the beginning)."""
-
-    from_on: float
-    from_off: float
-
-
 class Telegraph(Bridge[npt.NDArray[np.bool_]]):
     """Which of `count` pixels are on, each a Markov chain of its own: on and off, its mean stays in frames.
 
@@ -167,15 +158,18 @@ class Telegraph(Bridge[npt.NDArray[np.bool_]]):
     def between(
         self, before: npt.NDArray[np.bool_], after: npt.NDArray[np.bool_], index: int, distance: int
     ) -> npt.NDArray[np.bool_]:
-        law = self._law(distance)
-        up = np.where(before, law.from_on, law.from_off)
-        if_on = up * np.where(after, law.from_on, 1 - law.from_on)
-        if_off = (1 - up) * np.where(after, law.from_off, 1 - law.from_off)
-        return np.asarray(self._uniform(index) * (if_on + if_off) < if_on)
-
-    def _law(self, distance: int) -> _Law:
-        kept = math.exp(-self.decay * distance)
-        return _Law(self.share + (1 - self.share) * kept, self.share * (1 - kept))
+        if_on, either = _odds(self.share, math.exp(-self.decay * distance))
+        ends = before.view(np.uint8) + (after.view(np.uint8) << 1)
+        return np.asarray(self._uniform(index) * either[ends] < if_on[ends])
 
     def _uniform(self, index: int) -> Floats:
-        return stream(*self.address, index).random(self.count)
+        return uniforms(self.count, *self.address, index)
+
+
+@lru_cache(maxsize=32)
+def _odds(share: float, kept: float) -> tuple[Floats, Floats]:
+    """(4,) each: P(on | before) P(after | on), and the sum of it and P(off | before) P(after | off), where it is off
+    both times, on before, on after, and on both times. share of time on; kept, what is not yet forgotten."""
+    from_on, from_off = share + (1 - share) * kept, share * (1 - kept)
+    if_on = np.outer([1 - from_on, from_on], [from_off, from_on]).ravel()
+    return if_on, if_on + np.outer([1 - from_off, from_off], [1 - from_off, 1 - from_on]).ravel()
