@@ -69,7 +69,9 @@ def _in_few_words() -> Iterator[None]:
             raise
         hint = 'worker processes import this script too: put what it calls under if __name__ == "__main__":'
         if _hinting.acquire(blocking=False):  # of the threads that ask for a worker each, one says it
-            print(hint, file=sys.stderr, flush=True)  # a fork server drops what sys.exit is given
+            # As one text: another worker says the same. By itself: a fork server drops what sys.exit is given.
+            sys.stderr.write(f"{hint}\n")
+            sys.stderr.flush()
         sys.exit(1)
 
 
