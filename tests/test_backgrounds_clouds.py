@@ -11,7 +11,8 @@ from pydantic import ValidationError
 
 from irsim.backgrounds import Gaze, is_veil
 from irsim.backgrounds.chart import Chart
-from irsim.backgrounds.evolving import STEPS, Evolving, _Pair, weights
+from irsim.backgrounds.cloud import slope_to_sun
+from irsim.backgrounds.evolving import STEPS, Evolving, _Pair, first_of, weights
 from irsim.backgrounds.fields import shaped, spectral
 from irsim.backgrounds.periodic import shrunk, wrapped_blur
 from irsim.backgrounds.sky import Clouds
@@ -84,11 +85,24 @@ def test_an_evolving_field_has_a_variance_of_one_at_any_time(
     beta: float, betas: tuple[float, float] | None, correlation_px: float
 ) -> None:
     """The fields that make it up are few features wide: what they have in common by chance is no little."""
-    fields = Evolving(256, beta, betas, correlation_px, 1.0, 1, "t", coarse=4)
+    fields = Evolving(256, beta, betas, correlation_px, 1.0, 1, "t", aside=lambda pair: first_of(pair, 4))
     for place in (0.0, 0.4, 3.7, 0.9):
         found = whole(fields, place)
         assert [field.std() for field in found] == pytest.approx([1, 1], abs=1e-5)
-        assert fields.at(place).small == pytest.approx(shrunk(found[0], 4), abs=1e-5)
+        assert fields.at(place).aside == pytest.approx(shrunk(found[0], 4), abs=1e-5)
+
+
+def test_slopes_that_are_summed_up_are_those_of_the_sum() -> None:
+    """The sun's light on a cloud that evolves is worked out of its parts' slopes."""
+    spectrum = 256, 3.3, None, 60.0, 1.0, 1, "t"
+    parts = Evolving(*spectrum, aside=lambda pair: slope_to_sun(first_of(pair, 2), 5.0, -45.0))
+    whole = Evolving(*spectrum, aside=lambda pair: first_of(pair, 2))
+    for place in (0.0, 0.6, 2.9):
+        slope, small = parts.at(place).aside, whole.at(place).aside
+        assert slope is not None
+        assert small is not None
+        assert slope == pytest.approx(slope_to_sun(small, 5.0, -45.0), abs=3e-5 * float(slope.std()))
+        assert slope.std() > 1e-3
 
 
 def test_an_evolving_field_forgets_as_it_says() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from irsim.backgrounds.cloud import ENTRIES, EXTREME, Look, Relief
+from irsim.backgrounds.cloud import ENTRIES, EXTREME, Look, Relief, slope_to_sun
 from irsim.backgrounds.fields import spectral
 from irsim.backgrounds.periodic import coarseness, shrunk
 from irsim.backgrounds.sky import Clouds
@@ -52,7 +52,8 @@ def test_lit_edges_are_those_of_all_pixels(correlation_mrad: float, coarse: int)
     sigma_px = correlation_mrad / 6
     assert coarseness(sigma_px, 512) == coarse
     found, wanted = (
-        Relief.of(shrunk(thickness, finer), finer, sigma_px, -45.0).lit(WHOLE, WHOLE) for finer in (coarse, 1)
+        Relief.of(slope_to_sun(shrunk(thickness, finer), sigma_px / finer, -45.0), finer).lit(WHOLE, WHOLE)
+        for finer in (coarse, 1)
     )
     assert wanted.max() > 2 * wanted.mean()
     assert found.min() >= 0
@@ -64,7 +65,8 @@ def test_clouds_larger_than_the_sky_are_lit_too(correlation_mrad: float) -> None
     thickness = spectral((512, 512), 3.3, None, 400.0, 2.0, 7, "t")
     sigma_px = correlation_mrad / 6
     coarse = coarseness(sigma_px, 512)
-    lit = Relief.of(shrunk(thickness, coarse), coarse, sigma_px, -45.0).lit(WHOLE, WHOLE)
+    slope = slope_to_sun(shrunk(thickness, coarse), sigma_px / coarse, -45.0)
+    lit = Relief.of(slope, coarse).lit(WHOLE, WHOLE)
     assert np.isfinite(lit).all()
     assert lit.min() >= 0
 

@@ -70,16 +70,20 @@ class Relief:
     coarse: int
 
     @classmethod
-    def of(cls, small: Floats, coarse: int, sigma_px: float, sun_deg: float) -> Relief:
-        """Of a periodic thickness that was made `coarse` times smaller. What is smaller than sigma_px, of the large
-        picture, casts no light; sun_deg: clockwise from up."""
-        smooth = wrapped_blur(small, sigma_px / coarse)
-        angle = np.radians(sun_deg)
-        across = np.roll(smooth, -1, axis=1) - np.roll(smooth, 1, axis=1)
-        down = np.roll(smooth, -1, axis=0) - np.roll(smooth, 1, axis=0)
-        falling = float(np.cos(angle)) * down - float(np.sin(angle)) * across  # the sun is at (sin, -cos), y down
-        return cls(falling / (2 * falling.std() + np.float32(1e-12)), coarse)
+    def of(cls, slope: Floats, coarse: int) -> Relief:
+        """Of a `slope` towards the sun, in any unit, of a thickness that was made `coarse` times smaller."""
+        return cls(slope / (2 * slope.std() + np.float32(1e-12)), coarse)
 
     def lit(self, rows: slice, columns: slice) -> Floats:
         """The share of the sun's light, 0..1, on a part of the large picture, float32; it may reach past the edges."""
         return np.clip(enlarged(self.falling, self.coarse, rows, columns), 0, 1)
+
+
+def slope_to_sun(thickness: Floats, sigma_px: float, sun_deg: float) -> Floats:
+    """How steeply a periodic thickness (rows, columns) falls off towards the sun, float32; that of a sum is the sum of
+    those of its parts. What is smaller than sigma_px casts no light; sun_deg: clockwise from up."""
+    smooth = wrapped_blur(thickness, sigma_px)
+    angle = np.radians(sun_deg)
+    across = np.roll(smooth, -1, axis=1) - np.roll(smooth, 1, axis=1)
+    down = np.roll(smooth, -1, axis=0) - np.roll(smooth, 1, axis=0)
+    return np.asarray(float(np.cos(angle)) * down - float(np.sin(angle)) * across)  # the sun is at (sin, -cos), y down

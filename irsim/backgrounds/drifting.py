@@ -68,9 +68,10 @@ class Drifting:
             through, emission = self.light(gaze)
             return veiled(under, light, through, emission if air is None else in_air(through, emission, air), behind)
         early, late, share = self._around(gaze.time)
+        places = (at % early.side for at in first)
         (width, column, right), (height, row, down) = (
             (length + 1, int(place), _beyond(length, place))
-            for length, place in zip(light.shape[::-1], np.mod(first, early.side).tolist(), strict=True)
+            for length, place in zip(light.shape[::-1], places, strict=True)
         )
         passed, emitted = zip(*(state.window(column, row, width, height) for state in (early, late)), strict=True)
         kernels.veil(under, share, right, down, *early.units, light, *passed, *emitted, *(air or ()))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -35,13 +35,22 @@ def weights(place: float) -> list[tuple[int, float]]:
     return [(j, float(share)) for j, share in shares]
 
 
+Aside = Callable[[Floats], Floats]
+"""Two fields side by side, (side, side, 2) float32, to what is made of the first, float32."""
+
+
+def first_of(pair: Floats, coarse: int) -> Floats:
+    """The first of two fields side by side, `coarse` times smaller, float32."""
+    return np.ascontiguousarray(shrunk(pair, coarse)[..., 0])
+
+
 class _Pair:
     """Two independent periodic fields of mean 0, (side, side, 2) float32: the real and the imaginary part of one
     transform. They stay side by side: to take them apart as wholes costs more than to draw them."""
 
-    def __init__(self, values: Floats, coarse: int) -> None:
+    def __init__(self, values: Floats, aside: Aside | None) -> None:
         self.values = values
-        self.small = np.ascontiguousarray(shrunk(values, coarse)[..., 0])
+        self.aside = None if aside is None else aside(values)
 
     def products(self, other: _Pair) -> Floats:
         """(2,) sums over all pixels of each field times the other pair's."""
@@ -72,9 +81,10 @@ class Mixture:
         return first * np.float32(self.scales[0]), second * np.float32(self.scales[1])
 
     @property
-    def small(self) -> Floats:
-        """The first field, as many times smaller as was said when the fields were made, float32."""
-        return _sum([pair.small for pair in self.pairs], self.shares) * np.float32(self.scales[0])
+    def aside(self) -> Floats | None:
+        """What the fields' own `aside` makes of the first one, float32."""
+        parts = [pair.aside for pair in self.pairs if pair.aside is not None]
+        return _sum(parts, self.shares) * np.float32(self.scales[0]) if parts else None
 
 
 def _sum(parts: Sequence[Floats], shares: Sequence[float]) -> Floats:
@@ -91,7 +101,8 @@ class Evolving:
     asked for before. `period`: a field one period later has a correlation of 2/3, four periods
     later none.
 
-    coarse: how many times smaller the first will be looked at, too.
+    aside: what else is made of the first one. It is worked out once for all mixtures: what it makes of a sum must be
+    the sum of what it makes of each part.
     """
 
     def __init__(
@@ -103,11 +114,11 @@ class Evolving:
         stretch: float,
         seed: int,
         name: str,
-        coarse: int = 1,
+        aside: Aside | None = None,
         shelf: Shelf | None = None,
     ) -> None:
         self.side, self.seed, self.name = side, seed, name
-        self._coarse, self._shelf = coarse, shelf or Shelf()
+        self._aside, self._shelf = aside, shelf or Shelf()
         frequencies = np.fft.fftfreq(side)
         fx, fy = frequencies[None, :], frequencies[:, None]
         amplitude = amplitudes(fx, fy, beta, betas, correlation_px, stretch)
@@ -141,4 +152,4 @@ class Evolving:
             white *= self._amplitude
             return np.asarray(cv2.dft(white, dst=white, flags=cv2.DFT_INVERSE))
 
-        return _Pair(self._shelf.kept((self.name, "pair", number), shape, np.float32, draw), self._coarse)
+        return _Pair(self._shelf.kept((self.name, "pair", number), shape, np.float32, draw), self._aside)

@@ -17,9 +17,9 @@ from irsim.atmosphere import Atmosphere
 from irsim.backgrounds.air import through_air_around
 from irsim.backgrounds.base import FARTHEST, Background, Gaze, Layer, Names, Shells
 from irsim.backgrounds.chart import Chart
-from irsim.backgrounds.cloud import Look, Relief
+from irsim.backgrounds.cloud import Look, Relief, slope_to_sun
 from irsim.backgrounds.drifting import Drifting
-from irsim.backgrounds.evolving import Evolving
+from irsim.backgrounds.evolving import Evolving, first_of
 from irsim.backgrounds.fields import Betas, Histogram, shaped, spectral
 from irsim.backgrounds.painting import Painting
 from irsim.backgrounds.parallax import Sphere, Standing
@@ -172,7 +172,8 @@ class Clouds(Part):
     def paint(self, thickness: Floats, warmth: Floats, stage: Stage) -> tuple[Floats, Floats]:
         """Transmittance and emission, before optics, of two periodic fields, (rows, columns), mean 0, variance 1."""
         (rows, columns), coarse = (slice(0, length) for length in thickness.shape), self._coarse(stage)
-        relief = self._relief(shrunk(thickness, coarse), stage)
+        slope = self._slope(shaped(shrunk(thickness, coarse), self.histogram), stage) if self.sunlit_k else None
+        relief = None if slope is None else Relief.of(slope, coarse)
         lit = None if relief is None else relief.lit(rows, columns)
         return self._look(stage).paint(shaped(thickness, self.histogram), warmth, lit)
 
@@ -181,12 +182,24 @@ class Clouds(Part):
         side = tile_side(stage.geometry.size)
         reach = reach_px(stage.psf_px, side)
         spectrum = self.beta, self.betas, self._correlation_px(stage), self.stretch
-        fields = Evolving(side, *spectrum, stage.seed, self.id, self._coarse(stage), stage.shelf)
+        coarse = self._coarse(stage)
+
+        def small(pair: Floats) -> Floats:
+            return first_of(pair, coarse)
+
+        def sloping(pair: Floats) -> Floats:
+            return self._slope(small(pair), stage)
+
+        aside = None if not self.sunlit_k else small if self.histogram else sloping
+        fields = Evolving(side, *spectrum, stage.seed, self.id, aside, stage.shelf)
         look = self._look(stage)
 
         def state_at(place: float) -> Tiled:
             mixture = fields.at(place)
-            relief = self._relief(mixture.small, stage)
+            slope = mixture.aside
+            if slope is not None and self.histogram:  # which no sum of other slopes has
+                slope = self._slope(shaped(slope, self.histogram), stage)
+            relief = None if slope is None else Relief.of(slope, coarse)
 
             def paint(*tile: slice) -> tuple[Floats, Floats]:
                 rows, columns = (slice(part.start - reach, part.stop + reach) for part in tile)
@@ -219,11 +232,9 @@ class Clouds(Part):
             return float(shaped(np.array([NormalDist().inv_cdf(1 - self.coverage)]), self.histogram)[0])
         return NormalDist().inv_cdf(1 - self.coverage)
 
-    def _relief(self, small: Floats, stage: Stage) -> Relief | None:
-        """Of a thickness that was made smaller by `_coarse`; None where the sun does not matter."""
-        if not self.sunlit_k:
-            return None
-        return Relief.of(shaped(small, self.histogram), self._coarse(stage), self._smoothed_px(stage), self.sun_deg)
+    def _slope(self, small: Floats, stage: Stage) -> Floats:
+        """Towards the sun, of a thickness that was made smaller by `_coarse`."""
+        return slope_to_sun(small, self._smoothed_px(stage) / self._coarse(stage), self.sun_deg)
 
     def _smoothed_px(self, stage: Stage) -> float:
         """What is smaller is not lit by itself."""
