@@ -23,8 +23,8 @@ COARSE = 0.004
 """The drift is drawn at nodes at most this share of its time constant apart; straight lines between them lack two
 thousandths of the variance that it tends to, at most."""
 
-STAIRS = 8
-"""Steps from node to node in which it goes along that line: each is under a hundredth of the sigma it tends to."""
+STAIRS = 4
+"""Steps from node to node in which it goes along that line: each is about a fiftieth of the sigma it tends to."""
 
 
 class Drift(Noise):
