@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from irsim.sight import Sight
@@ -21,7 +19,7 @@ def arriving(sprite: Sprite, sight: Sight, name: str | None = None) -> Sprite:
         area = sprite.alpha.sum() * (sprite.range_m * sight.lens.ifov_rad) ** 2
         width = 2 * float(np.sqrt(area / np.pi))
         factor = air.turbulence.twinkle(name, sight.time, sprite.range_m, width, stage.band, stage.seed)
-        sprite = replace(sprite, contrast=sprite.contrast * factor)
+        sprite = sprite._replace(contrast=sprite.contrast * factor)
     if air.is_clear:
         return sprite
     tau, light = air.path(stage.band, sprite.range_m, elevation_rad(sprite, sight))
@@ -31,7 +29,7 @@ def arriving(sprite: Sprite, sight: Sight, name: str | None = None) -> Sprite:
     share = float(added.sum() / total) if total > 0 else 0.0
     (x, y), (own_x, own_y) = sprite.center, sprite.signal_center
     center = (own_x + share * (x - own_x), own_y + share * (y - own_y))
-    return replace(sprite, emission=arrived, signal_center=center)
+    return sprite._replace(emission=arrived, signal_center=center)
 
 
 def elevation_rad(sprite: Sprite, sight: Sight) -> float:

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -159,4 +159,4 @@ def asked_light(sprite: Sprite, light: Floats, band: Band, noise: Noise = quiet)
 
 def lit(sprite: Sprite, light: float) -> Sprite:
     """A sprite of one light all over, W/m2/sr, that asks for no contrast or SCR."""
-    return replace(sprite, emission=light * sprite.alpha, signal_center=sprite.center, wanted=None)
+    return sprite._replace(emission=light * sprite.alpha, signal_center=sprite.center, wanted=None)

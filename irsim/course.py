@@ -33,17 +33,16 @@ class Course:
         )
         return cls(target, target.path.positions(numbers, stage, target.id), attitude, offset)
 
-    def first_m(self, index: int, place: Floats) -> float | None:
-        """How far it is from the camera's first place at frame `index`, m; None where the camera's place (3,), m, is
-        that."""
-        return float(np.linalg.norm(self.positions[index])) if place.any() else None
+    def first_m(self, index: int, sight: Sight) -> float | None:
+        """How far it is from the camera's first place at frame `index`, m; None where the camera is still there."""
+        return float(np.linalg.norm(self.positions[index])) if sight.carried else None
 
     def view(self, index: int, sight: Sight) -> View:
         """How the camera of frame `index` sees it."""
         rotation, rate_hz = sight.rotation, sight.stage.rate_hz
         return View(
-            rotation @ (self.positions[index] - sight.place),
-            rotation @ self.attitudes[index],
+            rotation.dot(self.positions[index] - sight.place),  # half the time of @, for matrices as small as these
+            rotation.dot(self.attitudes[index]),
             sight.zoomed,
             (index + self.offset) / rate_hz,
             self.target.id,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import compress
@@ -51,20 +51,28 @@ class Instant:
 
     def gaze(self, index: int) -> Gaze:
         """A frame's pointing, with that of its block's first frame as key."""
-        geometry, mount, first = self.stage.geometry, self.mount, index // BLOCK * BLOCK
+        return self._pointing(index, 0, self._key(index // BLOCK * BLOCK))
 
-        def at(frame: int, margin: int, key: Gaze | None) -> Gaze:
-            chart = _chart(geometry, tuple(mount.turns[frame].tolist()), margin, mount.lens(frame))
-            x, y, z = (mount.places[frame] @ self._level).tolist()
-            return Gaze(frame / self.stage.rate_hz, chart, key, (x, y, z))
+    @cached_property
+    def _key(self) -> Callable[[int], Gaze]:
+        """The pointing of a block's first frame."""
+        return lru_cache(maxsize=2)(lambda first: self._pointing(first, MARGIN, None))
 
-        return at(index, 0, at(first, MARGIN, None))
-
-    def sight(self, index: int) -> Sight:
-        """How the camera of frame `index` sees what stands about it."""
+    def _pointing(self, frame: int, margin: int, key: Gaze | None) -> Gaze:
         mount = self.mount
-        rotation, place = mount.rotation(index), mount.places[index]
-        return Sight(self.stage, mount.lens(index), rotation, place, index / self.stage.rate_hz)
+        chart = _chart(self.stage.geometry, tuple(mount.turns[frame].tolist()), margin, mount.lens(frame))
+        x, y, z = (mount.places[frame] @ self._level).tolist()
+        return Gaze(frame / self.stage.rate_hz, chart, key, (x, y, z))
+
+    @cached_property
+    def sight(self) -> Callable[[int], Sight]:
+        """How the camera of a frame sees what stands about it: the last ones are kept."""
+        mount, stage = self.mount, self.stage
+
+        def seeing(index: int) -> Sight:
+            return Sight(stage, mount.lens(index), mount.rotation(index), mount.places[index], index / stage.rate_hz)
+
+        return lru_cache(maxsize=2)(seeing)
 
     def sprites(self, index: int, present: Sequence[bool], shifts: Shifts) -> list[Sprite | None]:
         """The targets that are `present`, each alone, at frame `index`."""
@@ -91,7 +99,7 @@ def _chart(geometry: Geometry, turns: tuple[float, ...], margin: int, lens: Geom
 def _moved(view: View, shift: tuple[float, float]) -> View:
     """The view of a target that is moved in the picture, its aspect the same to the last bit."""
     stage = view.stage
-    return replace(view, stage=replace(stage, geometry=replace(stage.geometry, shift_px=shift)))
+    return view._replace(stage=replace(stage, geometry=replace(stage.geometry, shift_px=shift)))
 
 
 @dataclass(frozen=True, eq=False)

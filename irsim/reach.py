@@ -94,5 +94,5 @@ class _Scene:
         sprite = course.target.shape.draw(course.view(frame, sight))
         if sprite is None or sprite.wanted is None:
             return None
-        steady = replace(sprite, wanted=replace(sprite.wanted, gain=1.0))
-        return Piece(name, steady, True, course.first_m(frame, sight.place))
+        steady = sprite._replace(wanted=replace(sprite.wanted, gain=1.0))
+        return Piece(name, steady, True, course.first_m(frame, sight))

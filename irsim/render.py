@@ -209,8 +209,8 @@ class Renderer:
                     asked = self._asked(index).get(target.id)
                     arrived = arrived if asked is None else lit(arrived, asked)
                 if target.contrast != 1:
-                    arrived = replace(arrived, contrast=arrived.contrast * target.contrast)
-                yield Piece(target.id, arrived, tracked=True, first_m=course.first_m(index, sight.place))
+                    arrived = arrived._replace(contrast=arrived.contrast * target.contrast)
+                yield Piece(target.id, arrived, tracked=True, first_m=course.first_m(index, sight))
         standing = self._exposed(lambda instant: [each.draw(instant.sight(index)) for each in self.occluders])
         for occluder, sprite in zip(self.occluders, standing, strict=True):
             if sprite is not None:

@@ -39,9 +39,14 @@ class Sight:
         """The stage with the geometry of this frame."""
         return self.stage if self.lens is self.stage.geometry else replace(self.stage, geometry=self.lens)
 
+    @cached_property
+    def carried(self) -> bool:
+        """Whether the camera is elsewhere than at first."""
+        return any(self.place.tolist())
+
     def pixels(self, first: Floats, range_m: float) -> Floats:
         """(..., 2) px in this frame of what the unmoved camera sees at px `first` (..., 2), `range_m` away."""
         points = self.stage.geometry.directions(first)
-        if self.place.any():
+        if self.carried:
             points = points * range_m - self.place
         return self.lens.project(points @ np.asarray(self.rotation).T)

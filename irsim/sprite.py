@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,8 +23,7 @@ class Wanted:
     gain: float = 1.0
 
 
-@dataclass(frozen=True, eq=False)
-class Sprite:
+class Sprite(NamedTuple):
     """A patch whose top-left pixel is (x0, y0); it may reach past the frame, and holds all of the thing
     that the frame can see. Arrays are (h, w) float64.
 
@@ -69,4 +69,4 @@ def averaged(middle: Sprite, parts: Sequence[tuple[float, Sprite]]) -> Sprite:
         alpha[place(part)] += share / whole * part.alpha
         emission[place(part)] += share / whole * part.emission
     cover[place(middle)] = middle.cover
-    return replace(middle, x0=x0, y0=y0, cover=cover, alpha=alpha, emission=emission)
+    return middle._replace(x0=x0, y0=y0, cover=cover, alpha=alpha, emission=emission)

@@ -62,7 +62,7 @@ class Watch:
 
     def first_m(self, name: str, index: int, target: Sprite) -> float:
         """How far target `name`, as it is drawn at frame `index`, is from the camera's first place, m."""
-        away = self.courses[name].first_m(index, self.mount.places[index])
+        away = self.courses[name].first_m(index, self.sight(index))
         return target.range_m if away is None else away
 
     def sight(self, index: int) -> Sight:

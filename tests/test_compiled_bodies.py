@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -168,10 +167,11 @@ def test_outlines_of_any_parts(count: int, seed: int, of_part: list[int], angle:
         "other": Rigid((*np.eye(3).ravel().tolist(), *rng.uniform(-1, 1, 3).tolist())),
     }
     view = View(np.array([0.0, 0.0, range_m]), AWAY @ euler(rng.uniform(-180, 180, 3)), where)
-    ours = rims.rims(form, joints, motions, 1.5, view)
+    shine = np.arange(float(count)), 0.5
+    ours = rims.rims(form, joints, motions, 1.5, view, shine)
     with PLAIN.context() as patch:
         patch.setattr(rims, "COMPILED", False)
-        theirs = rims.rims(form, joints, motions, 1.5, view)
+        theirs = rims.rims(form, joints, motions, 1.5, view, shine)
     assert (ours is None) == (theirs is None)
     if ours is None or theirs is None:
         return
@@ -179,7 +179,8 @@ def test_outlines_of_any_parts(count: int, seed: int, of_part: list[int], angle:
 
 
 def same_rims(ours: Rims, theirs: Rims) -> None:
-    np.testing.assert_array_equal(ours.rank, theirs.rank)
+    np.testing.assert_array_equal(ours.glow, theirs.glow)
+    assert sorted(2 * ours.glow) == list(range(len(ours.glow)))
     np.testing.assert_array_equal(ours.edges[2], theirs.edges[2])
     for end in (0, 1):
         np.testing.assert_allclose(ours.edges[end], theirs.edges[end], rtol=1e-11, atol=1e-9)
@@ -191,7 +192,7 @@ def test_what_is_no_number_neither_crashes_nor_hangs(bad: float) -> None:
     start, stop, layer = one.edges
     for end in (start, stop):
         end[2, 1] = end[7, 0] = end[12] = bad
-    drawn = sprites([replace(one, edges=(start, stop, layer))])
+    drawn = sprites([one._replace(edges=(start, stop, layer))])
     assert len(drawn) == 1
 
 
@@ -200,8 +201,8 @@ def test_an_outline_of_what_is_no_number_neither_crashes_nor_hangs() -> None:
     for bad in (math.nan, math.inf):
         for place in ([0.0, 0.0, bad], [bad, 0.0, 9.0]):
             view = View(np.array(place), AWAY, stage())
-            found = rims.rims(form, still, {}, 1.0, view)
-            assert found is None or sorted(found.rank) == list(range(9))
+            found = rims.rims(form, still, {}, 1.0, view, (np.arange(9.0), 1.0))
+            assert found is None or sorted(found.glow) == list(range(9))
 
 
 def test_wrong_tables_of_a_body_are_refused() -> None:
@@ -209,9 +210,9 @@ def test_wrong_tables_of_a_body_are_refused() -> None:
     parts = form.parts
     tables = [parts.firsts, parts.corner, parts.edges, parts.heat]
     planes = [form.vertices, form.normals, form.offsets, form.crossing, form.thin]
-    seen = [1.0, np.eye(3), np.array([0.0, 0.0, 20.0]), 80.0, 60.0, 1e-3]
+    seen = [1.0, np.eye(3), np.array([0.0, 0.0, 20.0]), 80.0, 60.0, 1e-3, np.ones(2), 1.0]
     count = len(parts.tail)
-    room = [np.empty((2, count, 2)), np.empty(count, dtype=np.int64), np.empty(2, dtype=np.int64)]
+    room = [np.empty((2, count, 2)), np.empty(count, dtype=np.int64), np.empty(2)]
     right = [*tables, *planes, np.array([-1, 0]), np.eye(3, 4)[None], *seen, *room]
     draw: Callable[..., tuple[float, ...] | None] = kernels.outline
     found = draw(*right)
@@ -231,9 +232,10 @@ def test_wrong_tables_of_a_body_are_refused() -> None:
         10: np.zeros((0, 12)),
         12: np.zeros(8),
         13: np.zeros(4),
-        17: np.empty((2, count - 1, 2)),
-        18: np.empty(count + 1, dtype=np.int64),
-        19: np.empty(1, dtype=np.int64),
+        17: np.ones(1),
+        19: np.empty((2, count - 1, 2)),
+        20: np.empty(count + 1, dtype=np.int64),
+        21: np.empty(1),
     }
     for place, value in wrong.items():
         with pytest.raises(ValueError, match="outline: its arrays do not agree"):

@@ -16,6 +16,9 @@ def normals(seed: bytes, table: Float32, pieces: Float32, deep: Float64, refined
     those of the `refined` cells at either end are from `deep`, see `irsim.normal.deep_quantile`. `pieces` are of what
     the table holds (`irsim.normal.cell_pieces`), worked out anew where the processor does that sooner."""
 
+def uniforms(seed: bytes, out: Float64, /) -> None:
+    """Fill `out` with numbers within 0 <= u < 1: those of numpy's generator on SFC64 of a seed of 32 bytes."""
+
 def signal_of(
     light: Float32, out: Float32, linear: float, root: float, zero: float, most: float, gain: Float32 | None, /
 ) -> None:
@@ -126,12 +129,10 @@ def lay(
     wide: int,
     x: int,
     y: int,
-    cover: Float64,
-    left: Float64,
     /,
 ) -> tuple[float, float, float]:
-    """light <- light (1 - alpha) + emission, in a patch of `wide` columns whose top left is (x, y); left <- cover, 0
-    outside the picture. Sums of alpha, emission, and alpha * light as it was, within the picture."""
+    """light <- light (1 - alpha) + emission, in a patch of `wide` columns whose top left is (x, y). Sums of alpha,
+    emission, and alpha * light as it was, within the picture."""
 
 def clutter(
     picture: Float32,
@@ -165,13 +166,16 @@ def outline(
     x: float,
     y: float,
     ifov: float,
+    shine: Float64,
+    brightness: float,
     ends: Float64,
     layer: Int64,
-    rank: Int64,
+    glow: Float64,
     /,
 ) -> tuple[int, float, float, float, float] | None:
     """The outlines of a body's parts, see `Mesh` and `Rims`: `ends` (2, edges, 2) takes starts and stops of edges,
-    `layer` each one's, `rank` each part's. Number of edges, and left, top, right and bottom of the body."""
+    `layer` each one's, `glow` the light of each layer: of the parts' `shine`, times the brightness. Number of edges,
+    and left, top, right and bottom of the body."""
 
 def sprite_light(
     start: Float64,

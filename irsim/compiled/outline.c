@@ -20,6 +20,8 @@ typedef struct {
     const Place *position;
     Point middle; /* of the body, px */
     double ifov;
+    const double *shine; /* (parts) light of each, times the brightness */
+    double brightness;
 } Body;
 
 static Place turned(const double *turn, Place place)
@@ -157,7 +159,14 @@ static int holds_together(const Body *body)
     return holds;
 }
 
-static PyObject *outlined(Body *body, Point *ends, int64_t *layer, int64_t *rank)
+/* The parts' light, in layers. */
+static void shine(const Body *body, const int64_t *rank, double *glow)
+{
+    for (Py_ssize_t part = 0; part < body->form.parts; part++)
+        glow[rank[part]] = body->shine[part] * body->brightness;
+}
+
+static PyObject *outlined(Body *body, Point *ends, int64_t *layer, double *glow)
 {
     Scratch held = {.count = 0};
     PyObject *result = NULL;
@@ -165,7 +174,8 @@ static PyObject *outlined(Body *body, Point *ends, int64_t *layer, int64_t *rank
     Point *pixels = scratch(&held, body->vertices, sizeof(Point));
     Extent *boxes = pixels ? scratch(&held, parts, sizeof(Extent)) : NULL;
     char *to_eye = boxes ? scratch(&held, body->form.faces, 1) : NULL;
-    Py_ssize_t *next = to_eye ? scratch(&held, parts, sizeof(Py_ssize_t)) : NULL;
+    int64_t *rank = to_eye ? scratch(&held, parts, sizeof(int64_t)) : NULL;
+    Py_ssize_t *next = rank ? scratch(&held, parts, sizeof(Py_ssize_t)) : NULL;
     if (next && (body->joints == 0 || pose(body, &held) == 0)) {
         Extent box;
         if (!project(body, pixels, boxes, &box)) {
@@ -176,6 +186,7 @@ static PyObject *outlined(Body *body, Point *ends, int64_t *layer, int64_t *rank
             if (hiding_order(&body->form, to_eye, boxes, rank) == 0) {
                 Py_ssize_t count = sort_rims(body, to_eye, pixels, rank, next, ends, ends + body->edges, layer);
                 Point middle = body->middle;
+                shine(body, rank, glow);
                 result = Py_BuildValue("(ndddd)", count, middle.x + box.low.x, middle.y + box.low.y,
                                        middle.x + box.high.x, middle.y + box.high.y);
             }
@@ -185,27 +196,30 @@ static PyObject *outlined(Body *body, Point *ends, int64_t *layer, int64_t *rank
     return result;
 }
 
+#define ARGUMENTS 22
+#define OUT 19 /* the first that is written to */
+
 /* outline(firsts, corner, edges, heat, vertices, normals, offsets, crossing, thin, joint, motions, scale, attitude,
- * position, x, y, ifov, ends, layer, rank): x, y is where the position lies in the picture. ends (2, edges, 2) takes
- * starts and stops of edges on rims, from there, layer theirs, rank (parts) each part's. Returned are their number
- * and left, top, right and bottom of the body, px; None where it is behind the camera. */
+ * position, x, y, ifov, shine, brightness, ends, layer, glow): x, y is where the position lies in the picture. ends
+ * (2, edges, 2) takes starts and stops of edges on rims, from there, layer theirs, glow (parts) the light of each layer.
+ * Returned are their number and left, top, right and bottom of the body, px; None where it is behind the camera. */
 PyObject *outline(PyObject *self, PyObject *const *given, Py_ssize_t count)
 {
     (void)self;
-    if (count != 20) {
-        PyErr_SetString(PyExc_TypeError, "outline takes 20 arguments");
+    if (count != ARGUMENTS) {
+        PyErr_SetString(PyExc_TypeError, "outline takes 22 arguments");
         return NULL;
     }
-    static const char *const formats[] = {"l", "l", "l", "l", "d", "d", "d", "d", NULL, "l", "d",
-                                          NULL, "d", "d", NULL, NULL, NULL, "d", "l", "l"};
+    static const char *const formats[ARGUMENTS] = {"l", "l", "l", "l", "d", "d", "d", "d", NULL, "l", "d",
+                                          NULL, "d", "d", NULL, NULL, NULL, "d", NULL, "d", "l", "d"};
     Arrays arrays = {.count = 0};
     PyObject *result = NULL;
-    void *data[20];
-    Py_ssize_t length[20];
-    double number[20];
-    for (int i = 0; i < 20; i++) {
+    void *data[ARGUMENTS];
+    Py_ssize_t length[ARGUMENTS];
+    double number[ARGUMENTS];
+    for (int i = 0; i < ARGUMENTS; i++) {
         if (formats[i])
-            data[i] = array(&arrays, given[i], formats[i], i >= 17, &length[i]);
+            data[i] = array(&arrays, given[i], formats[i], i >= OUT, &length[i]);
         else
             number[i] = PyFloat_AsDouble(given[i]);
         if (formats[i] ? data[i] == NULL : PyErr_Occurred() != NULL)
@@ -226,15 +240,17 @@ PyObject *outline(PyObject *self, PyObject *const *given, Py_ssize_t count)
         .position = data[13],
         .middle = {number[14], number[15]},
         .ifov = number[16],
+        .shine = data[17],
+        .brightness = number[18],
     };
-    const Py_ssize_t wanted[20] = {2 * (parts + 1), faces, 5 * edges, parts, 3 * body.vertices, 3 * faces, faces,
+    const Py_ssize_t wanted[ARGUMENTS] = {2 * (parts + 1), faces, 5 * edges, parts, 3 * body.vertices, 3 * faces, faces,
                                    parts * faces, 0, parts, 12 * joints, 0, 9, 3, 0, 0, 0,
-                                   4 * edges, edges, parts};
+                                   parts, 0, 4 * edges, edges, parts};
     int fits = parts > 0;
-    for (int i = 0; i < 20; i++)
+    for (int i = 0; i < ARGUMENTS; i++)
         fits &= formats[i] == NULL || length[i] == wanted[i];
     if (fits && holds_together(&body))
-        result = outlined(&body, data[17], data[18], data[19]);
+        result = outlined(&body, data[OUT], data[OUT + 1], data[OUT + 2]);
     else
         PyErr_SetString(PyExc_ValueError, "outline: its arrays do not agree");
 done:

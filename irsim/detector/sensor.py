@@ -118,7 +118,7 @@ class Sensor:
     def equivalent(self, index: int) -> Equivalent:
         """The noise of a frame's pixels, but for bad ones, as light: of all terms together, without rounding."""
         moment = self.moment(index, (1, 1))
-        variance = sum((noise.share(moment, True) for noise in self.noises), Variance())
+        variance = Variance.together(noise.share(moment, True) for noise in self.noises)
         return Equivalent(self.response, variance, self.falloff)
 
     def held(self, light: Floats, out: Floats | None = None, gain: Floats | None = None) -> Floats:

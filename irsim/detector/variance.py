@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TypeVar
+from collections.abc import Iterable
+from typing import NamedTuple, TypeVar
 
 from irsim.detector.response import Response
 from irsim.types import Floats
@@ -11,8 +11,7 @@ from irsim.types import Floats
 Signal = TypeVar("Signal", float, Floats)
 
 
-@dataclass(frozen=True)
-class Variance:
+class Variance(NamedTuple):
     """Of a noise, over all draws of the scene's seed.
 
     own      from pixel to pixel, whatever the light, squared units of NETD
@@ -26,10 +25,10 @@ class Variance:
     gain: float = 0.0
     counted: float = 0.0
 
-    def __add__(self, other: Variance) -> Variance:
-        return Variance(
-            self.own + other.own, self.shared + other.shared, self.gain + other.gain, self.counted + other.counted
-        )
+    @classmethod
+    def together(cls, noises: Iterable[Variance]) -> Variance:
+        """That of independent noises."""
+        return cls(*map(sum, zip(cls(), *noises, strict=True)))
 
     def within(self, signal: Signal, response: Response) -> Signal:
         """From pixel to pixel of a frame, at a noiseless signal, in squared units of it: all but what they share."""

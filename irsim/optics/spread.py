@@ -6,6 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -53,7 +54,7 @@ class GaussianSpread(PointSpread):
 
     sigma_px: float
 
-    @property
+    @cached_property
     def reach_px(self) -> int:
         return reach_px(self.sigma_px)
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, NamedTuple
 
 from irsim.kinds import Kind, Switches
 from irsim.motion.posture import ARROW, Posture
@@ -17,8 +16,7 @@ from irsim.types import Floats
 Angles = tuple[float, float, float]
 
 
-@dataclass(frozen=True, eq=False)
-class View:
+class View(NamedTuple):
     """How the camera sees a target in one frame.
 
     position  (3,) m, camera frame

@@ -76,13 +76,14 @@ class Body(Shape):
         """The outlines of its parts as `draw` draws them; None where it is behind the camera."""
         stage, joints = view.stage, _joints(type(self))
         motions = self.joints(view.time) if joints.names else {}
-        found = rims(_mesh(type(self), self.length_m), joints, motions, self.length_m, view)
+        shine = _glow(self, stage.band, stage.surroundings), self.brightness(view)
+        found = rims(_mesh(type(self), self.length_m), joints, motions, self.length_m, view, shine)
         if found is None:
             return None
-        glow = np.empty(len(found.rank))
-        glow[found.rank] = _glow(self, stage.band, stage.surroundings) * self.brightness(view)
         range_m = math.hypot(*view.position.tolist())
-        return Outline(found.edges, glow, found.box, drawn_part(found.box, stage), stage.psf, range_m, found.middle)
+        return Outline(
+            found.edges, found.glow, found.box, drawn_part(found.box, stage), stage.psf, range_m, found.middle
+        )
 
 
 _SKIN = "temperature"

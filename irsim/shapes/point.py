@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import lru_cache
 from typing import ClassVar
 
@@ -80,7 +79,7 @@ class Point(Shape):
         if disc is None:
             return None
         side = max(width, stage.psf.fwhm_px)
-        return replace(disc, box=Box(*disc.center, side, side), wanted=wanted)
+        return disc._replace(box=Box(*disc.center, side, side), wanted=wanted)
 
 
 def _point(middle: Floats, phi: float, glow: float, range_m: float, wanted: Wanted | None, stage: Stage) -> Sprite:

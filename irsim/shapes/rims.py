@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,19 +16,18 @@ from irsim.shapes.mesh import Mesh
 from irsim.types import Box, Floats
 
 
-@dataclass(frozen=True, eq=False)
-class Rims:
+class Rims(NamedTuple):
     """The outlines of n convex parts.
 
     edges   start (m, 2), stop (m, 2) px from `middle` and layer (m,), rising: see `visible_edges`
     middle  (x, y) px: of the body; edges of a small one keep their digits only where it is told apart
-    rank    (n,) the layer of each part
+    glow    (n,) the light of each layer, the nearest first, W/m2/sr
     box     around them, px
     """
 
     edges: tuple[Floats, Floats, Ints]
     middle: tuple[float, float]
-    rank: Ints
+    glow: Floats
     box: Box
 
 
@@ -39,7 +39,13 @@ class Joints:
     of_part: Ints
 
 
-def rims(form: Mesh, joints: Joints, motions: Mapping[str, Rigid], scale: float, view: View) -> Rims | None:
+Shine = tuple[Floats, float]
+"""The light of each part (n,), W/m2/sr, and how many times brighter they all are."""
+
+
+def rims(
+    form: Mesh, joints: Joints, motions: Mapping[str, Rigid], scale: float, view: View, shine: Shine
+) -> Rims | None:
     """Of a body at rest, its joints moved in units of `scale`; None where any of it lies behind the camera."""
     right, down, ahead = view.position.tolist()
     if ahead <= 0:
@@ -48,7 +54,7 @@ def rims(form: Mesh, joints: Joints, motions: Mapping[str, Rigid], scale: float,
     (x, y), scale_px = geometry.axis_px, 1 / (ahead * geometry.ifov_rad)
     x, y = x + right * scale_px, y + down * scale_px
     if COMPILED:
-        return _compiled(form, joints, motions, scale, view, (x, y))
+        return _compiled(form, joints, motions, scale, view, (x, y), shine)
     moved = {part: motions[joints.names[joint]] for part, joint in enumerate(joints.of_part.tolist()) if joint >= 0}
     form = form.posed(moved, scale)
     parts = form.parts
@@ -71,15 +77,24 @@ def rims(form: Mesh, joints: Joints, motions: Mapping[str, Rigid], scale: float,
     # A face seen from outside runs clockwise in x right, y down where its edges are read backwards.
     start = pixels[np.where(left, parts.head, parts.tail)[order]]
     stop = pixels[np.where(left, parts.tail, parts.head)[order]]
-    return Rims((start, stop, layer), (x, y), rank, Box.from_edges(x + west, y + north, x + east, y + south))
+    light, brightness = shine
+    glow = np.empty(len(rank))
+    glow[rank] = light * brightness
+    return Rims((start, stop, layer), (x, y), glow, Box.from_edges(x + west, y + north, x + east, y + south))
 
 
 def _compiled(
-    form: Mesh, joints: Joints, motions: Mapping[str, Rigid], scale: float, view: View, middle: tuple[float, float]
+    form: Mesh,
+    joints: Joints,
+    motions: Mapping[str, Rigid],
+    scale: float,
+    view: View,
+    middle: tuple[float, float],
+    shine: Shine,
 ) -> Rims | None:
     parts = form.parts
     ends = np.empty((2, len(parts.tail), 2))
-    layer, rank = np.empty(len(parts.tail), dtype=np.int64), np.empty(parts.count, dtype=np.int64)
+    layer, glow = np.empty(len(parts.tail), np.int64), np.empty(parts.count)
     found = kernels.outline(
         parts.firsts,
         parts.corner,
@@ -97,14 +112,15 @@ def _compiled(
         np.ascontiguousarray(view.position, dtype=np.float64),
         *middle,
         view.stage.geometry.ifov_rad,
+        *shine,
         ends,
         layer,
-        rank,
+        glow,
     )
     if found is None:
         return None
     count, *edges = found
-    return Rims((ends[0, :count], ends[1, :count], layer[:count]), middle, rank, Box.from_edges(*edges))
+    return Rims((ends[0, :count], ends[1, :count], layer[:count]), middle, glow, Box.from_edges(*edges))
 
 
 _STILL = np.empty(0)

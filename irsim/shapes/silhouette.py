@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from itertools import accumulate
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -33,8 +33,7 @@ LARGE_PX = 100.0
 and 0.046."""
 
 
-@dataclass(frozen=True, eq=False)
-class Outline:
+class Outline(NamedTuple):
     """Convex polygons that hide each other.
 
     edges    start (n, 2), stop (n, 2) px from `origin` and layer (n,) of their outlines, see `visible_edges`
@@ -94,19 +93,19 @@ def sprite(outline: Outline) -> Sprite:
 
 def _sprite(outline: Outline) -> Sprite:
     """What `sprites` does, compiled."""
-    grid, psf, (left, top) = Grid.over(outline.window), outline.psf, outline.origin
-    fine, margin = grid.fine, psf.reach_px
+    grid, (left, top) = Grid.over(outline.window), outline.origin
+    margin, weights, down, across = _tables(outline.psf, grid.rows, grid.columns, grid.fine)
     light = np.empty((3, grid.rows + 2 * margin, grid.columns + 2 * margin))
     area, signal, x, y, signal_x, signal_y = kernels.sprite_light(
         *outline.edges,
         outline.glow,
         grid.left - 0.5 - left,
         grid.top - 0.5 - top,
-        fine,
+        grid.fine,
         margin,
-        _weights(psf, fine),
-        *_bands(psf, grid.rows, fine),
-        *_bands(psf, grid.columns, fine),
+        weights,
+        *down,
+        *across,
         light,
     )
     return Sprite(
@@ -123,6 +122,15 @@ def _sprite(outline: Outline) -> Sprite:
     )
 
 
+Bands = tuple[Ints, Floats]
+
+
+@lru_cache(maxsize=256)
+def _tables(psf: PointSpread, rows: int, columns: int, fine: int) -> tuple[int, Floats, Bands, Bands]:
+    """What a grid of (rows, columns) pixels is drawn with: the spread's reach, its weights, its bands on both axes."""
+    return psf.reach_px, _weights(psf, fine), _bands(psf, rows, fine), _bands(psf, columns, fine)
+
+
 @lru_cache(maxsize=32)
 def _weights(psf: PointSpread, fine: int) -> Floats:
     """(terms,) of a spread, for one cell. Read only."""
@@ -136,7 +144,7 @@ _DARK = 1e-25
 
 
 @lru_cache(maxsize=128)
-def _bands(psf: PointSpread, pixels: int, fine: int) -> tuple[Ints, Floats]:
+def _bands(psf: PointSpread, pixels: int, fine: int) -> Bands:
     """What of a spread's matrices is not dark, along one axis: the first pixel (cells,) that each cell gives light to,
     and what it gives to it and those after it (terms, 2, cells, width), evenly lit and by its moment. Read only."""
     terms = np.array([matrices for _, *matrices in psf.spreading(pixels, fine)]).swapaxes(2, 3)
@@ -149,8 +157,7 @@ def _bands(psf: PointSpread, pixels: int, fine: int) -> tuple[Ints, Floats]:
     return first, shares
 
 
-@dataclass(frozen=True)
-class Grid:
+class Grid(NamedTuple):
     """Cells that things are drawn on: left, top pixel; columns, rows of pixels; fine cells to a pixel."""
 
     left: int
@@ -241,9 +248,9 @@ def drawn_part(box: Box, stage: Stage) -> Box:
 
 def within_sight(box: Box, stage: Stage) -> Box | None:
     """The part of a box whose light can reach the frame; None where none can."""
-    reach, (columns, rows), edges = stage.psf.reach_px + 0.5, stage.geometry.size, box.edges
-    left, top = max(edges[0], -reach), max(edges[1], -reach)
-    right, bottom = min(edges[2], columns - 1 + reach), min(edges[3], rows - 1 + reach)
-    if not (left < right and top < bottom):
-        return None
-    return box if (left, top, right, bottom) == edges else Box.from_edges(left, top, right, bottom)
+    reach, (columns, rows), (west, north, east, south) = stage.psf.reach_px + 0.5, stage.geometry.size, box.edges
+    right, bottom = columns - 1 + reach, rows - 1 + reach
+    if -reach <= west < east <= right and -reach <= north < south <= bottom:
+        return box
+    west, north, east, south = max(west, -reach), max(north, -reach), min(east, right), min(south, bottom)
+    return Box.from_edges(west, north, east, south) if west < east and north < south else None

@@ -35,7 +35,7 @@ SHOWN = 0.5
 
 def arrays_frozen(held: Held) -> Held:
     """A value whose fields that are arrays cannot be changed any more: what is kept is given to many."""
-    for value in vars(held).values():
+    for value in held if isinstance(held, tuple) else vars(held).values():
         if isinstance(value, np.ndarray):
             value.setflags(write=False)
     return held
