@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import groupby
-from typing import TypeGuard
+from typing import NamedTuple, TypeGuard
 
 import numpy as np
 
@@ -21,8 +21,7 @@ HIDES = 0.01
 """Truth names as an occluder what hides at least this share of a target."""
 
 
-@dataclass(frozen=True, eq=False)
-class Piece:
+class Piece(NamedTuple):
     """A sprite in the scene. `tracked` says whether truth is wanted of it: targets, not occluders.
 
     first_m: how far it is from the camera's first place, where the camera is not there any more: what stands all around
@@ -41,11 +40,17 @@ class Piece:
 
 @dataclass(eq=False)
 class Seen:
-    """A target as it is drawn: the share of each pixel's area that is still seen, and who hides the rest; `levels`
-    are its mean light and that of what it replaces, W/m2/sr, nan outside the picture; `asked` is the light, W/m2/sr,
-    that gives the contrast or SCR which it asks for, None where it asks for none."""
+    """A target as it is drawn.
+
+    within  where its patch and the picture meet, as slices of each; None where they do not
+    left    the share of each pixel's area of the patch that is still seen: only to be read, as it is the sprite's
+            own where that is all of it
+    levels  its mean light and that of what it replaces, W/m2/sr, nan outside the picture
+    asked   the light, W/m2/sr, that gives the contrast or SCR which it asks for, None where it asks for none
+    """
 
     piece: Piece
+    within: tuple[Slices, Slices] | None
     left: Floats
     levels: tuple[float, float]
     scr: float | None
@@ -55,15 +60,26 @@ class Seen:
     @property
     def visible(self) -> float:
         """Fraction 0..1 of the target's area that is in the frame and not hidden."""
-        return float(min(max(self.left.sum() / self.piece.sprite.area, 0.0), 1.0))
+        if self.left is self.piece.sprite.cover:
+            return 1.0
+        if self.within is None:
+            return 0.0
+        return min(max(_total(self.left) / self.piece.sprite.area, 0.0), 1.0)
 
     def hide(self, name: str, where: Slices, passed: Floats) -> None:
         """Something nearer lets only `passed` (0..1) of the patch's pixels `where` through."""
-        part = self.left[where]
+        left = self.left.copy()
+        part = left[where]
         after = part * passed
-        if part.sum() - after.sum() >= HIDES * self.piece.sprite.area:
+        if _total(part) - _total(after) >= HIDES * self.piece.sprite.area:
             self.occluders.append(name)
-        self.left[where] = after
+        left[where] = after
+        self.left = left
+
+
+def _total(shares: Floats) -> float:
+    """Their sum, in half the time of the method's."""
+    return float(np.add.reduce(shares, axis=None))
 
 
 def overlap(
@@ -131,7 +147,11 @@ def uncovered(pieces: Iterable[Piece], light: Floats) -> Floats:
 
 def _far_to_near(layers: Sequence[Layer], pieces: Iterable[Piece]) -> Iterator[Layer | Piece]:
     """All but the first layer, as they are drawn."""
-    things: list[Layer | Piece] = sorted([*layers, *pieces], key=lambda thing: -thing.range_m)
+    drawn = list(pieces)
+    things: list[Layer | Piece] = sorted([*layers, *drawn], key=lambda thing: -thing.range_m)
+    if all(piece.first_m is None for piece in drawn):
+        yield from things
+        return
     for _, run in groupby(things, key=_is_target):
         yield from sorted(run, key=lambda thing: -thing.sprite.range_m if _is_target(thing) else 0.0)
 
@@ -150,9 +170,9 @@ def contrasts(seen: Sequence[Seen], band: Band) -> list[float | None]:
 def _draw(light: Floats, piece: Piece, seen: list[Seen], band: Band, noise: Noise) -> None:
     asked = asked_light(piece.sprite, light, band, noise)
     if asked is not None:
-        piece = replace(piece, sprite=lit(piece.sprite, asked))
+        piece = piece._replace(sprite=lit(piece.sprite, asked))
     if piece.sprite.contrast != 1:
-        piece = replace(piece, sprite=_faded(piece.sprite, light))
+        piece = piece._replace(sprite=_faded(piece.sprite, light))
     sprite = piece.sprite
     corner = (sprite.x0, sprite.y0)
     for target in seen:
@@ -160,32 +180,40 @@ def _draw(light: Floats, piece: Piece, seen: list[Seen], band: Band, noise: Nois
         met = overlap((behind.x0, behind.y0), behind.cover.shape, corner, sprite.cover.shape)
         if met is not None:
             target.hide(piece.name, met[0], 1 - sprite.cover[met[1]])
-    left, alpha, own, replaced = _laid(light, sprite)
+    alpha, own, replaced = _laid(light, sprite)
     if piece.tracked:
+        within = overlap(corner, sprite.cover.shape, (0, 0), light.shape)
         levels = (own / alpha, replaced / alpha) if alpha > 0 else (math.nan, math.nan)
         ratio = scr(light, sprite.box, noise)
-        seen.append(Seen(piece, left, levels, ratio if math.isfinite(ratio) else None, asked))
+        seen.append(
+            Seen(piece, within, _left(sprite.cover, within), levels, ratio if math.isfinite(ratio) else None, asked)
+        )
 
 
-def _laid(light: Floats, sprite: Sprite) -> tuple[Floats, float, float, float]:
-    """Lay a sprite over the light. Its cover within the picture, and sums there: of its alpha, of its own light,
-    and of the light that it replaces."""
-    if COMPILED and light.dtype == np.float32 and light.flags.c_contiguous and sprite.cover.size:
-        left = np.empty(sprite.cover.shape)
-        fields = sprite.alpha, sprite.emission, sprite.cover
-        own, lit, cover = (np.ascontiguousarray(field, np.float64) for field in fields)
-        columns, wide = light.shape[1], own.shape[1]
-        return left, *kernels.lay(light, columns, own, lit, wide, int(sprite.x0), int(sprite.y0), cover, left)
-    left = np.zeros_like(sprite.cover)
-    met = overlap((sprite.x0, sprite.y0), sprite.cover.shape, (0, 0), light.shape)
+def _laid(light: Floats, sprite: Sprite) -> tuple[float, float, float]:
+    """Lay a sprite over the light. Sums within the picture: of its alpha, of its own light, and of the light that it
+    replaces."""
+    if COMPILED and light.dtype == np.float32 and light.flags.c_contiguous and sprite.alpha.size:
+        own, lit = np.ascontiguousarray(sprite.alpha, np.float64), np.ascontiguousarray(sprite.emission, np.float64)
+        return kernels.lay(light, light.shape[1], own, lit, own.shape[1], int(sprite.x0), int(sprite.y0))
+    met = overlap((sprite.x0, sprite.y0), sprite.alpha.shape, (0, 0), light.shape)
     if met is None:
-        return left, 0.0, 0.0, 0.0
+        return 0.0, 0.0, 0.0
     inner, outer = met
     alpha, emission = sprite.alpha[inner], sprite.emission[inner]
     sums = float(alpha.sum()), float(emission.sum()), float(np.vdot(alpha, light[outer]))
     light[outer] += emission - alpha * light[outer]
-    left[inner] = sprite.cover[inner]
-    return left, *sums
+    return sums
+
+
+def _left(cover: Floats, within: tuple[Slices, Slices] | None) -> Floats:
+    """A cover, 0 outside the picture; itself where all of it lies within."""
+    if within is not None and cover[within[0]].shape == cover.shape:
+        return cover
+    left = np.zeros(cover.shape)
+    if within is not None:
+        left[within[0]] = cover[within[0]]
+    return left
 
 
 def _faded(sprite: Sprite, light: Floats) -> Sprite:
@@ -200,16 +228,11 @@ def _faded(sprite: Sprite, light: Floats) -> Sprite:
     own, lent = share * float(sprite.emission.sum()), (1 - share) * float(behind.sum())
     part = lent / (own + lent) if own + lent > 0 else 1.0
     (x, y), (own_x, own_y) = sprite.center, sprite.signal_center
-    return replace(sprite, emission=emission, signal_center=(own_x + part * (x - own_x), own_y + part * (y - own_y)))
+    return sprite._replace(emission=emission, signal_center=(own_x + part * (x - own_x), own_y + part * (y - own_y)))
 
 
 def _veil(under: Floats, light: Floats, layer: Layer, gaze: Gaze, seen: list[Seen]) -> None:
-    covers = ((target, target.piece.sprite) for target in seen)
-    behind = [
-        (target, *met)
-        for target, sprite in covers
-        if (met := overlap((sprite.x0, sprite.y0), sprite.cover.shape, (0, 0), light.shape)) is not None
-    ]
+    behind = [(target, *target.within) for target in seen if target.within is not None]
     patches = [outer for _, _, outer in behind]
     if is_veil(layer):
         passed = layer.veil(under, light, gaze, patches)

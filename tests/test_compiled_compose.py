@@ -45,13 +45,12 @@ def test_a_sprite_is_laid_alike(seed: int, wide: int, high: int, x: int, y: int)
     box = Box.from_pixels(x, y, wide, high)
     sprite = Sprite(x, y, cover, alpha, emission, (x, y), (x, y), box, 1000.0, float(cover.sum()))
     ours, theirs = picture(seed), picture(seed)
-    left, *sums = compose._laid(ours, sprite)
+    sums = compose._laid(ours, sprite)
     with PLAIN.context() as patch:
         patch.setattr(compose, "COMPILED", False)
-        expected, *expected_sums = compose._laid(theirs, sprite)
+        expected = compose._laid(theirs, sprite)
     np.testing.assert_array_equal(ours, theirs)
-    np.testing.assert_array_equal(left, expected)
-    assert sums == pytest.approx(expected_sums, rel=1e-12)
+    assert sums == pytest.approx(expected, rel=1e-12)
 
 
 @settings(max_examples=300, deadline=None)
@@ -98,9 +97,9 @@ def test_wrong_arrays_are_refused() -> None:
     light, patch = picture(0), np.ones((3, 4))
     lay: Callable[..., tuple[float, ...]] = kernels.lay
     clutter: Callable[..., tuple[float, ...]] = kernels.clutter
-    right = [light, WIDE, patch, patch, 4, 0, 0, patch, np.empty((3, 4))]
+    right = [light, WIDE, patch, patch, 4, 0, 0]
     assert lay(*right)[0] == 12
-    wrong = {1: 0, 2: np.ones((3, 3)), 3: np.ones(11), 4: 5, 5: 2**62, 6: -(2**62), 7: np.ones(0), 8: np.ones(13)}
+    wrong = {1: 0, 2: np.ones((3, 3)), 3: np.ones(11), 4: 5, 5: 2**62, 6: -(2**62)}
     for place, value in wrong.items():
         with pytest.raises(ValueError, match="lay: its arrays do not agree"):
             lay(*right[:place], value, *right[place + 1 :])
