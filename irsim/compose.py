@@ -168,13 +168,18 @@ def contrasts(seen: Sequence[Seen], band: Band) -> list[float | None]:
 
 
 def _draw(light: Floats, piece: Piece, seen: list[Seen], band: Band, noise: Noise) -> None:
-    asked = asked_light(piece.sprite, light, band, noise)
-    if asked is not None:
-        piece = piece._replace(sprite=lit(piece.sprite, asked))
-    if piece.sprite.contrast != 1:
-        piece = piece._replace(sprite=_faded(piece.sprite, light))
     sprite = piece.sprite
     corner = (sprite.x0, sprite.y0)
+    within = overlap(corner, sprite.cover.shape, (0, 0), light.shape)
+    if within is None:
+        if piece.tracked:
+            seen.append(Seen(piece, None, np.zeros(sprite.cover.shape), (math.nan, math.nan), None))
+        return
+    asked = asked_light(sprite, light, band, noise)
+    if asked is not None:
+        sprite = lit(sprite, asked)
+    if sprite.contrast != 1:
+        sprite = _faded(sprite, light, within)
     for target in seen:
         behind = target.piece.sprite
         met = overlap((behind.x0, behind.y0), behind.cover.shape, corner, sprite.cover.shape)
@@ -182,12 +187,11 @@ def _draw(light: Floats, piece: Piece, seen: list[Seen], band: Band, noise: Nois
             target.hide(piece.name, met[0], 1 - sprite.cover[met[1]])
     alpha, own, replaced = _laid(light, sprite)
     if piece.tracked:
-        within = overlap(corner, sprite.cover.shape, (0, 0), light.shape)
         levels = (own / alpha, replaced / alpha) if alpha > 0 else (math.nan, math.nan)
         ratio = scr(light, sprite.box, noise)
-        seen.append(
-            Seen(piece, within, _left(sprite.cover, within), levels, ratio if math.isfinite(ratio) else None, asked)
-        )
+        shown = piece if sprite is piece.sprite else piece._replace(sprite=sprite)
+        left = _left(sprite.cover, within[0])
+        seen.append(Seen(shown, within, left, levels, ratio if math.isfinite(ratio) else None, asked))
 
 
 def _laid(light: Floats, sprite: Sprite) -> tuple[float, float, float]:
@@ -206,22 +210,19 @@ def _laid(light: Floats, sprite: Sprite) -> tuple[float, float, float]:
     return sums
 
 
-def _left(cover: Floats, within: tuple[Slices, Slices] | None) -> Floats:
-    """A cover, 0 outside the picture; itself where all of it lies within."""
-    if within is not None and cover[within[0]].shape == cover.shape:
+def _left(cover: Floats, inner: Slices) -> Floats:
+    """A cover, 0 but for the part of it in the picture; itself where that is all of it."""
+    inside = cover[inner]
+    if inside.shape == cover.shape:
         return cover
     left = np.zeros(cover.shape)
-    if within is not None:
-        left[within[0]] = cover[within[0]]
+    left[inner] = inside
     return left
 
 
-def _faded(sprite: Sprite, light: Floats) -> Sprite:
+def _faded(sprite: Sprite, light: Floats, within: tuple[Slices, Slices]) -> Sprite:
     """A sprite whose light differs from what is behind it by its `contrast` times as much as it would."""
-    met = overlap((sprite.x0, sprite.y0), sprite.cover.shape, (0, 0), light.shape)
-    if met is None:
-        return sprite
-    inner, outer = met
+    inner, outer = within
     emission, share = sprite.emission.copy(), sprite.contrast
     behind = sprite.alpha[inner] * light[outer]
     emission[inner] = np.maximum(behind + share * (emission[inner] - behind), 0.0)

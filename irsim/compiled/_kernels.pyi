@@ -1,5 +1,6 @@
 """Inner loops in C, where a compiler was at hand. Arrays are C-contiguous and of the types given."""
 
+from array import array
 from typing import TypeVar
 
 import numpy as np
@@ -159,7 +160,7 @@ def outline(
     crossing: Float64,
     thin: float,
     joint: Int64,
-    motions: Float64,
+    motions: array[float],
     scale: float,
     attitude: Float64,
     position: Float64,

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -106,7 +108,7 @@ def _compiled(
         form.crossing,
         form.thin,
         joints.of_part,
-        np.array([motions[name].numbers for name in joints.names]) if joints.names else _STILL,
+        array("d", chain.from_iterable(motions[name].numbers for name in joints.names)),
         scale,
         np.ascontiguousarray(view.attitude, dtype=np.float64),
         np.ascontiguousarray(view.position, dtype=np.float64),
@@ -121,6 +123,3 @@ def _compiled(
         return None
     count, *edges = found
     return Rims((ends[0, :count], ends[1, :count], layer[:count]), middle, glow, Box.from_edges(*edges))
-
-
-_STILL = np.empty(0)
