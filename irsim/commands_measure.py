@@ -52,7 +52,7 @@ def noise(
     without: WithoutOption = None,
 ) -> None:
     """Measure noise on a flat region: 3-D noise, memory in time, drift, bad pixels, with 95 % intervals."""
-    from irsim.measure import measure_noise, noise_lines, parse_region, taken_by_targets
+    from irsim.measure import PICTURES, measure_noise, noise_lines, parse_region, taken_by_targets
 
     opened = open_changed(source, overrides, seed, without)
     where = None if region is None else parse_region(region, opened.size)
@@ -68,6 +68,8 @@ def noise(
         return
     for label, text in noise_lines(report, wanted.start):
         print(f"{label:8} {text}")
+    if opened.bits <= 8:
+        print(f"{'note':8} {PICTURES}")
 
 
 def fit(

@@ -6,6 +6,7 @@ taken away.
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Iterable
 from functools import lru_cache
 
@@ -29,7 +30,8 @@ class Moments:
     and follow a target's place smoothly.
 
     `index` counts the frames that arrive, as those of `irsim.frames` and of a recording: where the camera's faults
-    drop or double some, it is not that of the scenario. IndexError where no frame of that index arrives.
+    drop or double some, it is not that of the scenario. IndexError where no frame of that index arrives, InputError
+    where it is no whole number.
     """
 
     def __init__(self, scenario: Scenario, without: Iterable[str] = ()) -> None:
@@ -60,7 +62,7 @@ class Moments:
 
         InputError where there is no such target, or it is switched off, and of a shift that is none.
         """
-        if np.shape(shift) != (2,) or not np.isfinite(shift).all():
+        if not _is_shift(shift):
             raise InputError(f"shift: {shift} is no shift; allowed: two finite numbers, px to the right and down")
         names = [course.target.id for course in self._renderer.courses]
         if target not in names:
@@ -96,9 +98,13 @@ class Moments:
     def _taken(self, index: int) -> int:
         """The scenario's frame behind the one that arrives as `index`."""
         arrivals = self._arrivals
-        if not 0 <= index < len(arrivals):
-            raise IndexError(f"frame {index}: there are frames 0 to {len(arrivals) - 1}")
-        return arrivals[index]
+        try:
+            number = operator.index(index)
+        except TypeError:
+            raise InputError(f"frame {index!r}: allowed: a whole number, 0 to {len(arrivals) - 1}") from None
+        if not 0 <= number < len(arrivals):
+            raise IndexError(f"frame {number}: there are frames 0 to {len(arrivals) - 1}")
+        return arrivals[number]
 
     def _cut(self, picture: Exact, region: Region | None) -> Exact:
         if region is None:
@@ -108,3 +114,12 @@ class Moments:
         if not (0 <= left < left + columns <= width and 0 <= top < top + rows <= height):
             raise InputError(f"region: {region} is not within {width}x{height} px; allowed: column, row, columns, rows")
         return picture[top : top + rows, left : left + columns]
+
+
+def _is_shift(given: object) -> bool:
+    """Is it a pair of finite numbers?"""
+    try:
+        numbers = np.asarray(given)
+    except ValueError:  # of items that are not alike
+        return False
+    return numbers.shape == (2,) and numbers.dtype.kind in "iuf" and bool(np.isfinite(numbers).all())

@@ -209,6 +209,9 @@ def test_the_command_measures_a_rendered_scene(tmp_path: Path) -> None:
     assert vh["value"] / tvh["value"] == pytest.approx(0.5, rel=0.06)
     lines = CliRunner().invoke(app, ["noise", str(scene), "--frames", "4:20", "--region", "0,0,16,16"])
     assert "region   0,0,16,16 (x,y,w,h px), 16 frames" in lines.stdout
+    assert "of a sensor" not in lines.stdout
+    pictures = CliRunner().invoke(app, ["noise", str(scene), "--frames", "4:20", "camera.bits=8"])
+    assert pictures.stdout.splitlines()[-1].startswith("note     8 bits: figures are those of a picture after gain")
     few = CliRunner().invoke(app, ["noise", str(scene), "--frames", "2"])
     assert isinstance(few.exception, InputError)
     assert "2 frames are too few" in str(few.exception)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -192,9 +193,12 @@ def test_mistakes_are_told() -> None:
     moments = Moments(scene())
     with pytest.raises(irsim.InputError, match="there is no 'two'; allowed: one"):
         moments.contribution(0, "two")
-    for shift in ((float("nan"), 0.0), 5, (1.0, 2.0, 3.0), (0.0, float("inf"))):
+    for shift in ((float("nan"), 0.0), 5, (1.0, 2.0, 3.0), (0.0, float("inf")), ("a", "b"), ((1, 2), 3)):
         with pytest.raises(irsim.InputError, match="is no shift; allowed: two finite numbers"):
             moments.contribution(0, "one", shift)  # type: ignore[arg-type]  # some are no pairs
+    for call in (moments.mean, moments.variance, partial(moments.contribution, target="one")):
+        with pytest.raises(irsim.InputError, match=r"frame 0\.5: allowed: a whole number, 0 to"):
+            call(0.5)  # type: ignore[arg-type]  # no frame
     with pytest.raises(irsim.InputError, match=r"region: .* is not within 32x32 px"):
         moments.mean(0, (30, 0, 8, 8))
     with pytest.raises(irsim.InputError, match="without: there is no 'fog'; allowed: one, white"):

@@ -14,7 +14,7 @@ from irsim.detector import NETD_K, Electrons, Setting, electrons_like
 from irsim.displayed import FittedDisplay
 from irsim.fitting.numbers import interval, plain
 from irsim.fitting.shown import Shown
-from irsim.measure import Figures, Measured
+from irsim.measure import PICTURES, Figures, Measured
 from irsim.radiometry import radiance, slope, temperature
 from irsim.scale import Scale
 from irsim.types import Band, Curve, Source
@@ -61,7 +61,7 @@ class Scene:
         if unknown:
             notes.append(f"the recording does not say {' and '.join(unknown)}: nominal values; counts are right")
         if source.bits <= 8:
-            notes.append("8 bits: figures are those of a picture after gain control, not of a sensor")
+            notes.append(PICTURES)
         return cls(
             name=source.name,
             size=source.size,

@@ -5,7 +5,7 @@ from irsim.measure.defects import Defects, defects
 from irsim.measure.figures import FRAMES, ROUNDING, Figures, measure_figures
 from irsim.measure.interval import Measured
 from irsim.measure.memory import Memory, Temporal, temporal
-from irsim.measure.noise import NoiseReport, measure_noise, noise_lines
+from irsim.measure.noise import PICTURES, NoiseReport, measure_noise, noise_lines
 from irsim.measure.noise_3d import Noise3dTerms, noise_3d
 from irsim.measure.realism import CLASSES, Judged, Verdict, classes_of, judge, judge_classes
 from irsim.measure.realism_noise import (
@@ -23,6 +23,7 @@ __all__ = [
     "CAMERAS",
     "CLASSES",
     "FRAMES",
+    "PICTURES",
     "ROUNDING",
     "Defects",
     "Figures",

@@ -226,6 +226,10 @@ def noise_lines(report: NoiseReport, start: int = 0) -> Iterator[tuple[str, str]
         )
 
 
+PICTURES = "8 bits: figures are those of a picture after gain control, not of a sensor"
+"""What is to be said of recordings of no more."""
+
+
 def frozen_unknown(report: NoiseReport) -> str | None:
     """Why pixels that never change are not called dead; None where they are."""
     if report.frozen_from is None:
