@@ -55,7 +55,7 @@ static Edge inset(Point start, Point stop, double each, int64_t depth)
 {
     Edge edge = {.along = {stop.x - start.x, stop.y - start.y}};
     double across = -edge.along.y, down = edge.along.x;
-    double length = hypot(across, down);
+    double length = sqrt(across * across + down * down);
     double by = each * (double)depth / (length > 1e-300 ? length : 1e-300);
     edge.start = (Point){start.x + across * by, start.y + down * by};
     edge.stop = (Point){edge.start.x + edge.along.x, edge.start.y + edge.along.y};

@@ -74,13 +74,15 @@ class Noise3d(Additive):
     def _lines(self, moment: Moment) -> tuple[Floats, Floats]:
         """The terms t and tv together, (rows,), and the term th, (cols,)."""
         rows, columns = moment.shape
-        return self._line("t", 1, moment) + self._line("tv", rows, moment), self._line("th", columns, moment)
+        name, level = self.name, self._line
+        down = level(name, "t", self.t, 1, moment) + level(name, "tv", self.tv, rows, moment)
+        return down, level(name, "th", self.th, columns, moment)
 
-    def _line(self, term: str, length: int, moment: Moment) -> Floats:
-        sigma = getattr(self, term)
+    @staticmethod
+    def _line(name: str, term: str, sigma: float, length: int, moment: Moment) -> Floats:
         if not sigma:
             return np.zeros(length, np.float32)
-        return normals((length,), moment.seed, "noise", self.name, term, moment.index) * np.float32(sigma)
+        return normals((length,), moment.seed, "noise", name, term, moment.index) * np.float32(sigma)
 
     def spread(self, moment: Moment, fixed: bool) -> float:
         changing = self.t**2 + self.tv**2 + self.th**2 + self.tvh**2

@@ -38,7 +38,7 @@ def visible_edges(
     inset = np.repeat(_INSET_PX * np.minimum(side, 1.0), layers)[layer]
     delta = stop - start
     across, down = -delta[:, 1], delta[:, 0]
-    length = np.maximum(np.hypot(across, down), 1e-300)
+    length = np.maximum(np.sqrt(across * across + down * down), 1e-300)
     start = start + np.column_stack([across, down]) * (inset * depth / length)[:, None]
     stop = start + delta
 
