@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -16,8 +15,7 @@ Turn = Annotated[float, Field(ge=-360, le=360)]
 """How a moving part lies in frame 0, degrees."""
 
 
-@dataclass(frozen=True, eq=False)
-class Rigid:
+class Rigid(NamedTuple):
     """A rigid motion in body axes: v -> turn v + shift, shift in body lengths. A body has several of them in each
     frame: as plain numbers, the turn's (3, 3) row by row before the shift's, they are made in half the time of arrays.
     """
