@@ -233,3 +233,20 @@ def test_what_a_difference_makes_colder_than_space_is_told(background: dict[str,
 )
 def test_what_is_warmer_than_space_is_not(background: dict[str, Any]) -> None:
     assert told({"background": background}) == {}
+
+
+@pytest.mark.parametrize(
+    ("agc", "at", "said"),
+    [
+        ({"kind": "clahe", "tiles": (64, 48)}, "tiles", "each tile of 1x1 px equalises its own noise"),
+        ({"kind": "clahe", "tiles": (20, 16)}, "tiles", "fewer tiles than 20x16 in 64x48 px"),
+        ({"kind": "unsharp", "base": {"kind": "clahe", "tiles": (64, 48)}}, "base.tiles", "each tile of 1x1 px"),
+        ({"kind": "clahe", "tiles": (64, 48), "clip_limit": 0}, None, ""),
+        ({"kind": "clahe", "tiles": (16, 12)}, None, ""),
+        ({"kind": "unsharp"}, None, ""),
+    ],
+)
+def test_tiles_of_hardly_any_pixels_are_told(agc: dict[str, Any], at: str | None, said: str) -> None:
+    lines = told({"camera": {"band": "lwir", "agc": agc}})
+    assert list(lines) == ([f"camera.agc.{at}"] if at else [])
+    assert all(said in line for line in lines.values())

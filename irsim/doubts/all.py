@@ -9,7 +9,7 @@ from irsim.doubts.background import cold_clouds, folded, large_features, off_sca
 from irsim.doubts.camera import beads, sunken
 from irsim.doubts.cold import colder_than_space
 from irsim.doubts.crossing import misses, turned
-from irsim.doubts.display import odd_greys
+from irsim.doubts.display import odd_greys, tiny_tiles
 from irsim.doubts.effect import overruled, two_exposures, without_effect
 from irsim.doubts.endless import ground_in_the_sky, ground_to_the_horizon, left_behind, stays_behind
 from irsim.doubts.footage import unknown_scale, unlike_recording, untouched
@@ -30,7 +30,7 @@ DOUBTS = (
     *(off_scale, cold_clouds, colder_than_space, large_features, folded),
     *(two_lenses, unlike_pupils, ground_in_the_sky, ground_to_the_horizon, stays_behind, left_behind),
     *(unknown_scale, unlike_recording, untouched),
-    *(odd_greys, through_camera, pulls, misses, turned),
+    *(odd_greys, tiny_tiles, through_camera, pulls, misses, turned),
     *(
         beads,
         sunken,

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
 
+from irsim.display import Agc, Clahe
+from irsim.display.detail import Around
 from irsim.doubts.bare import bare
 from irsim.errors import Notice
 from irsim.scenario import Scenario
@@ -40,3 +43,27 @@ def _even(scenario: Scenario, black: int, white: int) -> Iterator[Notice]:
         yield Notice(("camera", "agc", "low"), f"{seen} black; try less than {most}")
     elif response.full > white <= least:
         yield Notice(("camera", "agc", "high"), f"{seen} white; try more than {least}")
+
+
+FEWEST = 16
+"""Pixels of a CLAHE tile: fewer fill less than one in sixteen of 256 greys, so that a tile's curve is a stair of a few
+steps, made by noise above all."""
+
+
+def tiny_tiles(scenario: Scenario) -> Iterator[Notice]:
+    """CLAHE with tiles of hardly any pixels, each of which then has a curve of its own noise."""
+    camera = scenario.camera
+    agc: Agc = camera.agc
+    at: tuple[str, ...] = ("camera", "agc")
+    while isinstance(agc, Around) and not isinstance(agc, Clahe):
+        agc, at = agc.inner, (*at, "base")
+    if not isinstance(agc, Clahe) or agc.clip_limit == 0:
+        return
+    (columns, rows), (across, down) = camera.size, agc.tiles
+    wide, high = math.ceil(columns / across), math.ceil(rows / down)
+    if wide * high < FEWEST:
+        yield Notice(
+            (*at, "tiles"),
+            f"each tile of {wide}x{high} px equalises its own noise; try fewer tiles than {across}x{down} "
+            f"in {columns}x{rows} px",
+        )
