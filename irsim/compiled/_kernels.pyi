@@ -1,7 +1,6 @@
 """Inner loops in C, where a compiler was at hand. Arrays are C-contiguous and of the types given."""
 
-from array import array
-from typing import TypeVar
+from typing import NewType, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -11,6 +10,10 @@ Float64 = npt.NDArray[np.floating]
 Int64 = npt.NDArray[np.int64]
 Words = npt.NDArray[np.uint16]
 Entries = TypeVar("Entries", npt.NDArray[np.uint8], npt.NDArray[np.float32])
+Form = NewType("Form", object)
+"""A body at rest, looked through and kept."""
+Spread = NewType("Spread", object)
+"""How the cells of a pixel spread over pixels, kept."""
 
 def normals(seed: bytes, table: Float32, pieces: Float32, deep: Float64, refined: int, out: Float32, /) -> None:
     """Fill `out` with unit normals from the table by the 16-bit words of an SFC64 generator of a seed of 32 bytes;
@@ -149,7 +152,7 @@ def clutter(
     """What the mean of a box lies above that of its ring, and the ring's mean and standard deviation; see
     `irsim.contrast`. nan where one of them lies outside the picture."""
 
-def outline(
+def form(
     firsts: Int64,
     corner: Int64,
     edges: Int64,
@@ -160,23 +163,45 @@ def outline(
     crossing: Float64,
     thin: float,
     joint: Int64,
-    motions: array[float],
+    /,
+) -> Form:
+    """Tables of `Mesh`, and the joint of each part, -1 where it stays. ValueError where they do not agree."""
+
+def spread(weights: Float64, shares: Float64, fine: int, /) -> Spread:
+    """Of several terms: their weights, and the shares (terms, 2, fine, 2 reach + 1) of `PointSpread.spreading`."""
+
+def body_light(
+    form: Form,
+    motions: tuple[tuple[float, ...], ...],
     scale: float,
-    attitude: Float64,
     position: Float64,
-    x: float,
-    y: float,
+    attitude: Float64,
     ifov: float,
+    columns: int,
+    rows: int,
+    shift_x: float,
+    shift_y: float,
     shine: Float64,
     brightness: float,
-    ends: Float64,
-    layer: Int64,
-    glow: Float64,
+    spreads: tuple[tuple[float, Spread], ...],
     /,
-) -> tuple[int, float, float, float, float] | None:
-    """The outlines of a body's parts, see `Mesh` and `Rims`: `ends` (2, edges, 2) takes starts and stops of edges,
-    `layer` each one's, `glow` the light of each layer: of the parts' `shine`, times the brightness. Number of edges,
-    and left, top, right and bottom of the body."""
+) -> (
+    tuple[
+        int,
+        int,
+        tuple[int, int, int],
+        bytearray,
+        tuple[float, float],
+        tuple[float, float],
+        tuple[float, float, float, float],
+        float,
+        float,
+    ]
+    | None
+):
+    """A body's light in a frame: x0, y0, shape and float64 values of its cover, alpha and emission, the centroids of
+    its area and of its light, its box, range and area; see `Sprite`. `motions`: the numbers of each joint's. `spreads`:
+    each with the largest side, px, that it is for. None where any of the body is behind the camera."""
 
 def sprite_light(
     start: Float64,
@@ -185,18 +210,15 @@ def sprite_light(
     glow: Float64,
     left: float,
     top: float,
-    fine: int,
-    margin: int,
-    weights: Float64,
-    first_down: Int64,
-    down: Float64,
-    first_across: Int64,
-    across: Float64,
+    rows: int,
+    columns: int,
+    spread: Spread,
     light: Float64,
     /,
 ) -> tuple[float, float, float, float, float, float]:
-    """Convex polygons that hide each other, drawn on cells from (left, top) px on: `light` takes (3, rows, columns)
-    of cover, alpha and emission. Area, signal, x and y of the area's centroid, and of the signal's."""
+    """Convex polygons that hide each other, drawn on pixels from the outer corner (left, top) px on: `light` takes
+    (3, rows, columns) of cover, alpha and emission, as many more as the spread reaches on each side. Area, signal, x
+    and y of the area's centroid, and of the signal's."""
 
 def histogram(counts: Words, pixels: Int64, /) -> None:
     """pixels[k] = how many counts are k; those beyond are left out."""

@@ -1,15 +1,17 @@
 /* The module irsim.compiled._kernels: inner loops, each in a file of its own. What they take is said in _kernels.pyi;
  * lengths that must agree are checked before anything is read. */
 #include "arguments.h"
+#include "body.h"
 #include "clutter.h"
 #include "drawing.h"
+#include "form.h"
 #include "grain.h"
 #include "histogram.h"
 #include "laying.h"
 #include "lookup.h"
 #include "mixture.h"
-#include "outline.h"
 #include "response.h"
+#include "spread.h"
 #include "sprite.h"
 #include "uniforms.h"
 #include "veil.h"
@@ -19,7 +21,9 @@ static PyMethodDef methods[] = {
     {"uniforms", (PyCFunction)(void (*)(void))uniforms, METH_FASTCALL, NULL},
     {"lay", (PyCFunction)(void (*)(void))lay, METH_FASTCALL, NULL},
     {"clutter", (PyCFunction)(void (*)(void))clutter, METH_FASTCALL, NULL},
-    {"outline", (PyCFunction)(void (*)(void))outline, METH_FASTCALL, NULL},
+    {"form", (PyCFunction)(void (*)(void))form, METH_FASTCALL, NULL},
+    {"spread", (PyCFunction)(void (*)(void))spread, METH_FASTCALL, NULL},
+    {"body_light", (PyCFunction)(void (*)(void))body_light, METH_FASTCALL, NULL},
     {"sprite_light", (PyCFunction)(void (*)(void))sprite_light, METH_FASTCALL, NULL},
     {"add_normals", (PyCFunction)(void (*)(void))add_normals, METH_FASTCALL, NULL},
     {"add_lines_and_normals", (PyCFunction)(void (*)(void))add_lines_and_normals, METH_FASTCALL, NULL},

@@ -1,13 +1,19 @@
 /* See irsim/shapes/silhouette.py, whose `spread` does the same with whole matrices, most of which are zero.
  *
  * The grid is gone through column by column: what changes in its cells is spread down over pixel rows and summed up
- * from the left, and the sum is spread across. The picture in work is held by columns, so that all inner loops run down
- * a column. */
+ * from the left, and the sums of the columns of a pixel are spread across together. The picture in work is held by
+ * columns, so that all inner loops run down a column. */
 #include "spread.h"
 
 #include <string.h>
 
-#include "wide.h"
+#include "arguments.h"
+#include "fused.h"
+
+static const char NAME[] = "irsim.spread";
+
+/* No more of a cell's light than this is rounding: a faded cosine's where it should be 0. */
+#define DARK 1e-25
 
 /* What changes in a cell from the one on its left, its y moment, and its x moment. */
 typedef struct {
@@ -31,8 +37,10 @@ typedef struct {
     double *changes, *moments; /* (2, pixel rows) */
 } Column;
 
-/* Cells that give light to the same pixels go across together, so many at most. */
-#define TOGETHER 2
+INLINED double sum_of(double sum, double a, double b, int fused)
+{
+    return fused ? fma(a, b, sum) : sum + a * b;
+}
 
 static inline void add(Change *sum, double weight, double even, double y, double x)
 {
@@ -71,127 +79,147 @@ static inline void gather(const Touches *touches, int64_t column, Touched *here,
     }
 }
 
-/* Each of `width` pixels from `first` on gains its shares of a cell's light. */
-static inline void spread_down(const Cell *cell, const double *restrict even, const double *restrict slope,
-                               Py_ssize_t width, Py_ssize_t first, Py_ssize_t pixels, Column column)
+/* Each of `count` pixels gains its shares of a cell's light. */
+INLINED void spread_down(const Change *change, const double *restrict even, const double *restrict slope,
+                         Py_ssize_t count, double *restrict changes, double *restrict moments, int fused)
 {
-    Change opacity = cell->opacity, glow = cell->glow;
-    double *restrict changes = column.changes + first, *restrict moments = column.moments + first;
-    for (Py_ssize_t i = 0; i < width; i++) {
-        changes[i] += opacity.even * even[i] + opacity.y * slope[i];
-        moments[i] += opacity.x * even[i];
-    }
-    changes += pixels;
-    moments += pixels;
-    for (Py_ssize_t i = 0; i < width; i++) {
-        changes[i] += glow.even * even[i] + glow.y * slope[i];
-        moments[i] += glow.x * even[i];
+    const Change own = *change;
+    for (Py_ssize_t i = 0; i < count; i++) {
+        changes[i] = sum_of(sum_of(changes[i], own.even, even[i], fused), own.y, slope[i], fused);
+        moments[i] = sum_of(moments[i], own.x, even[i], fused);
     }
 }
 
-/* Of some columns of cells side by side, each of `width` pixel columns gains its shares, places low to high of all. */
-static inline void spread_across(const Column *columns, int count, const double *even, const double *slope,
-                                 double weight, Py_ssize_t width, Py_ssize_t low, Py_ssize_t high, Py_ssize_t size,
-                                 double *picture)
+/* Of the `fine` columns of cells of a pixel, a pixel column gains its shares, places low to high of all. */
+INLINED void spread_across(const Column *columns, const double *share, const double *rise, int fine, Py_ssize_t low,
+                           Py_ssize_t high, double *restrict lit, int fused)
 {
-    for (Py_ssize_t i = 0; i < width; i++) {
-        double share[TOGETHER], rise[TOGETHER], *restrict lit = picture + i * size;
-        for (int j = 0; j < count; j++) {
-            share[j] = weight * even[j * width + i];
-            rise[j] = weight * slope[j * width + i];
+    for (Py_ssize_t k = low; k < high; k++) {
+        double sum = lit[k];
+        for (int j = 0; j < fine; j++) {
+            sum = sum_of(sum, share[j], columns[j].changes[k], fused);
+            sum = sum_of(sum, rise[j], columns[j].moments[k], fused);
         }
-        for (Py_ssize_t k = low; k < high; k++) {
-            double sum = 0.0;
-            for (int j = 0; j < count; j++)
-                sum += share[j] * columns[j].changes[k] + rise[j] * columns[j].moments[k];
-            lit[k] += sum;
-        }
+        lit[k] = sum;
     }
 }
 
-/* Shares of pixels that are covered, before any blur. */
-typedef struct {
-    double *sums, *pixels; /* (pixel rows) in a column of cells, and in those of a pixel so far */
-    double part;           /* of a pixel's side that a cell's is */
-    double *shares;        /* (pixel rows, pixel columns), of `stride` columns */
-    Py_ssize_t rows, stride;
-} Cover;
-
-static inline void cover_cell(Cover *cover, int32_t row, double change)
+/* The same, the number of columns being known to the compiler. */
+INLINED void across(const Column *columns, const double *share, const double *rise, Py_ssize_t fine, Py_ssize_t low,
+                    Py_ssize_t high, double *lit, int fused)
 {
-    cover->sums[(Py_ssize_t)((row + 0.5) * cover->part)] += change; /* row / fine, without a division */
-}
-
-static inline void cover_column(Cover *cover, Py_ssize_t column, Py_ssize_t fine)
-{
-    for (Py_ssize_t row = 0; row < cover->rows; row++)
-        cover->pixels[row] += cover->sums[row];
-    if ((column + 1) % fine)
-        return;
-    for (Py_ssize_t row = 0; row < cover->rows; row++) {
-        cover->shares[row * cover->stride + column / fine] = cover->pixels[row] * (cover->part * cover->part);
-        cover->pixels[row] = 0.0;
+    switch (fine) {
+    case 1:
+        spread_across(columns, share, rise, 1, low, high, lit, fused);
+        break;
+    case 2:
+        spread_across(columns, share, rise, 2, low, high, lit, fused);
+        break;
+    case 3:
+        spread_across(columns, share, rise, 3, low, high, lit, fused);
+        break;
+    default:
+        spread_across(columns, share, rise, MOST_FINE, low, high, lit, fused);
     }
 }
 
-/* What the terms of a spread are drawn with. */
+/* What is drawn on. */
 typedef struct {
-    Touched columns[2];
-    Column sums[TOGETHER];
-    Cover cover;
-    double *picture; /* (pixel columns, 2, pixel rows) of alpha and emission */
+    const Touches *touches;
+    const Spread *by;
+    Py_ssize_t rows, columns;
+    Touched cells[2];        /* of the column at hand and the one after it */
+    Column sums[MOST_FINE];  /* of the columns of a pixel */
+    double *picture;         /* (pixel columns, 2, pixel rows) of alpha and emission */
+    double *covered, *cover; /* (rows) in the columns so far, and in those of the pixel; (rows, columns) of all */
 } Work;
 
-WIDE static void spread_term(const Touches *touches, const Bands *rows, const Bands *columns, double weight,
-                             Py_ssize_t term, Py_ssize_t fine, Work *work)
+/* Shares of a column of pixels that are covered, before any blur: `cover` is of a picture with a margin. */
+static void cover_pixels(Work *work, Py_ssize_t column, Py_ssize_t stride)
 {
-    Py_ssize_t pixels = rows->pixels, down = rows->width, across = columns->width, low = pixels, high = 0;
-    const double *down_even = rows->shares + 2 * term * rows->cells * down;
-    const double *down_slope = down_even + rows->cells * down;
-    const double *across_even = columns->shares + 2 * term * columns->cells * across;
-    const double *across_slope = across_even + columns->cells * across;
-    const size_t bytes = 2 * (size_t)pixels * sizeof(double);
-    Touched *here = &work->columns[0], *beyond = &work->columns[1];
-    Column *sums = work->sums;
-    memset(sums[0].changes, 0, bytes);
-    int held = 0; /* columns that wait for others that go across with them */
-    for (Py_ssize_t column = 0; column < columns->cells; column++) {
-        gather(touches, column, here, beyond);
-        memset(sums[held].moments, 0, bytes);
-        for (Py_ssize_t i = 0; i < here->count; i++) {
-            int32_t row = here->rows[i];
-            Py_ssize_t first = rows->first[row];
-            low = first < low ? first : low;
-            high = first + down > high ? first + down : high;
-            spread_down(&here->cells[row], down_even + row * down, down_slope + row * down, down, first, pixels,
-                        sums[held]);
+    const double part = 1.0 / (double)work->by->fine;
+    double *of_pixel = work->covered + work->rows;
+    for (Py_ssize_t row = 0; row < work->rows; row++) {
+        work->cover[row * stride + column] = of_pixel[row] * (part * part);
+        of_pixel[row] = 0.0;
+    }
+}
+
+INLINED void spread_term(Work *work, Py_ssize_t term, int fused)
+{
+    const Spread *by = work->by;
+    const Py_ssize_t fine = by->fine, wide = by->wide;
+    const Py_ssize_t high = work->rows + 2 * by->reach, stride = work->columns + 2 * by->reach;
+    const double *even = by->shares + 2 * term * fine * wide, *slope = even + fine * wide;
+    const size_t bytes = 2 * (size_t)high * sizeof(double);
+    const double part = 1.0 / (double)fine, weight = by->weights[term];
+    Py_ssize_t top = high, bottom = 0; /* what is lit of a column */
+    Py_ssize_t first = wide, beyond = 0; /* what a pixel's cells light */
+    for (Py_ssize_t j = 0; j < fine; j++) {
+        first = by->first[j] < first ? by->first[j] : first;
+        beyond = by->beyond[j] > beyond ? by->beyond[j] : beyond;
+    }
+    Touched *here = &work->cells[0], *next = &work->cells[1];
+    memset(work->sums[fine - 1].changes, 0, bytes);
+    for (Py_ssize_t pixel = 0; pixel < work->columns; pixel++) {
+        for (Py_ssize_t j = 0; j < fine; j++) {
+            Column sums = work->sums[j], before = work->sums[j ? j - 1 : fine - 1];
+            if (fine > 1) /* what changes further left counts here, too */
+                memcpy(sums.changes, before.changes, bytes);
+            memset(sums.moments, 0, bytes);
+            gather(work->touches, pixel * fine + j, here, next);
+            for (Py_ssize_t i = 0; i < here->count; i++) {
+                const Py_ssize_t row = here->rows[i], within = (Py_ssize_t)(((double)row + 0.5) * part); /* row / fine */
+                const Py_ssize_t place = row - within * fine, lit = by->first[place], count = by->beyond[place] - lit;
+                const Py_ssize_t from = within + lit;
+                const Cell *cell = &here->cells[row];
+                top = from < top ? from : top;
+                bottom = from + count > bottom ? from + count : bottom;
+                spread_down(&cell->opacity, even + place * wide + lit, slope + place * wide + lit, count,
+                            sums.changes + from, sums.moments + from, fused);
+                spread_down(&cell->glow, even + place * wide + lit, slope + place * wide + lit, count,
+                            sums.changes + high + from, sums.moments + high + from, fused);
+                if (term == 0)
+                    work->covered[within] += cell->opacity.even;
+            }
             if (term == 0)
-                cover_cell(&work->cover, row, here->cells[row].opacity.even);
+                for (Py_ssize_t row = 0; row < work->rows; row++)
+                    work->covered[work->rows + row] += work->covered[row];
+            forget(here);
+            Touched *emptied = here;
+            here = next;
+            next = emptied;
         }
         if (term == 0)
-            cover_column(&work->cover, column, fine);
-        forget(here);
-        Touched *emptied = here;
-        here = beyond;
-        beyond = emptied;
-        Py_ssize_t begin = column - held++;
-        if (held < TOGETHER && column + 1 < columns->cells && columns->first[column + 1] == columns->first[begin]) {
-            memcpy(sums[held].changes, sums[held - 1].changes, bytes);
-            continue;
+            cover_pixels(work, pixel, stride);
+        for (Py_ssize_t i = first; i < beyond && top < bottom; i++) {
+            double share[MOST_FINE], rise[MOST_FINE], *lit = work->picture + (pixel + i) * 2 * high;
+            for (Py_ssize_t j = 0; j < fine; j++) {
+                share[j] = weight * even[j * wide + i];
+                rise[j] = weight * slope[j * wide + i];
+            }
+            across(work->sums, share, rise, fine, top, high + bottom, lit, fused);
         }
-        if (low < high) {
-            const double *even = across_even + begin * across, *slope = across_slope + begin * across;
-            double *picture = work->picture + columns->first[begin] * 2 * pixels;
-            if (held == TOGETHER)
-                spread_across(sums, TOGETHER, even, slope, weight, across, low, pixels + high, 2 * pixels, picture);
-            else
-                spread_across(sums, 1, even, slope, weight, across, low, pixels + high, 2 * pixels, picture);
-        }
-        if (held > 1)
-            memcpy(sums[0].changes, sums[held - 1].changes, bytes);
-        held = 0;
     }
     forget(here); /* what lies beyond the last column */
+}
+
+FUSING_WIDELY static void spread_widely(Work *work)
+{
+    for (Py_ssize_t term = 0; term < work->by->terms; term++)
+        spread_term(work, term, 1);
+}
+
+FUSING static void spread_fused(Work *work)
+{
+    for (Py_ssize_t term = 0; term < work->by->terms; term++)
+        spread_term(work, term, 1);
+}
+
+static void spread_twice(Work *work)
+{
+    for (Py_ssize_t term = 0; term < work->by->terms; term++)
+        spread_term(work, term, 0);
 }
 
 /* From columns to rows. */
@@ -204,30 +232,93 @@ static void turn(const double *picture, Py_ssize_t high, Py_ssize_t wide, double
         }
 }
 
-int spread_touches(const Touches *touches, const Bands *rows, const Bands *columns, const double *weights,
-                   Py_ssize_t terms, int64_t fine, int64_t margin, double *light)
+int spread_touches(const Touches *touches, const Spread *by, Py_ssize_t rows, Py_ssize_t columns, double *light)
 {
-    Py_ssize_t high = rows->pixels, wide = columns->pixels, size = high * wide, cells = rows->cells;
-    Py_ssize_t covered = cells / fine;
+    Py_ssize_t high = rows + 2 * by->reach, wide = columns + 2 * by->reach, size = high * wide, cells = rows * by->fine;
     Scratch held = {.count = 0};
     Cell *room = scratch(&held, 2 * cells, sizeof(Cell));
     int32_t *numbers = room ? scratch(&held, 2 * cells, sizeof(int32_t)) : NULL;
-    double *sums = numbers ? scratch(&held, 4 * TOGETHER * high + 2 * covered, sizeof(double)) : NULL;
+    double *sums = numbers ? scratch(&held, 4 * by->fine * high + 2 * rows, sizeof(double)) : NULL;
     double *picture = sums ? scratch(&held, 2 * size, sizeof(double)) : NULL;
     if (picture) {
-        double *cover = sums + 4 * TOGETHER * high;
         Work work = {
-            .columns = {{room, numbers, 0}, {room + cells, numbers + cells, 0}},
-            .cover = {cover, cover + covered, 1.0 / (double)fine, light + margin * wide + margin, covered, wide},
+            .touches = touches,
+            .by = by,
+            .rows = rows,
+            .columns = columns,
+            .cells = {{room, numbers, 0}, {room + cells, numbers + cells, 0}},
             .picture = picture,
+            .covered = sums + 4 * by->fine * high,
+            .cover = light + by->reach * wide + by->reach,
         };
-        for (int i = 0; i < TOGETHER; i++)
-            work.sums[i] = (Column){sums + 4 * i * high, sums + (4 * i + 2) * high};
+        for (Py_ssize_t j = 0; j < by->fine; j++)
+            work.sums[j] = (Column){sums + 4 * j * high, sums + (4 * j + 2) * high};
         memset(light, 0, (size_t)size * sizeof(double));
-        for (Py_ssize_t term = 0; term < terms; term++)
-            spread_term(touches, rows, columns, weights[term], term, fine, &work);
+        (fuses_widely() ? spread_widely : fuses() ? spread_fused : spread_twice)(&work);
         turn(picture, high, wide, light + size);
     }
     discard(&held);
     return picture ? 0 : -1;
+}
+
+/* Which pixels a cell lights, in any of the terms. */
+static void find_lit(Spread *by, Py_ssize_t place)
+{
+    by->first[place] = by->wide;
+    by->beyond[place] = 0;
+    for (Py_ssize_t each = 0; each < 2 * by->terms; each++)
+        for (Py_ssize_t i = 0; i < by->wide; i++)
+            if (fabs(by->shares[(each * by->fine + place) * by->wide + i]) > DARK) {
+                by->first[place] = i < by->first[place] ? i : by->first[place];
+                by->beyond[place] = i + 1 > by->beyond[place] ? i + 1 : by->beyond[place];
+            }
+    if (by->first[place] > by->beyond[place])
+        by->first[place] = by->beyond[place];
+}
+
+static void let_go(PyObject *capsule)
+{
+    PyMem_Free(PyCapsule_GetPointer(capsule, NAME));
+}
+
+PyObject *spread(PyObject *self, PyObject *const *given, Py_ssize_t count)
+{
+    (void)self;
+    if (count != 3)
+        return PyErr_Format(PyExc_TypeError, "spread takes 3 arguments, not %zd", count);
+    Arrays arrays = {.count = 0};
+    PyObject *capsule = NULL;
+    Py_ssize_t terms, room;
+    const double *weights = array(&arrays, given[0], "d", 0, &terms);
+    const double *shares = weights ? array(&arrays, given[1], "d", 0, &room) : NULL;
+    const Py_ssize_t fine = shares ? PyLong_AsSsize_t(given[2]) : 0;
+    if (shares == NULL || PyErr_Occurred())
+        goto done;
+    const Py_ssize_t wide = terms > 0 && 0 < fine && fine <= MOST_FINE ? room / (2 * terms * fine) : 0;
+    if (wide < 1 || wide % 2 == 0 || room != 2 * terms * fine * wide) {
+        PyErr_Format(PyExc_ValueError, "spread: shares (terms, 2, fine, 2 reach + 1), fine up to %d, are wanted", MOST_FINE);
+        goto done;
+    }
+    Spread *by = PyMem_Calloc(1, sizeof(Spread) + (size_t)(terms + room) * sizeof(double));
+    if (by == NULL) {
+        PyErr_NoMemory();
+        goto done;
+    }
+    double *kept = (double *)(by + 1);
+    memcpy(kept, weights, (size_t)terms * sizeof(double));
+    memcpy(kept + terms, shares, (size_t)room * sizeof(double));
+    *by = (Spread){.terms = terms, .fine = fine, .reach = wide / 2, .wide = wide, .weights = kept, .shares = kept + terms};
+    for (Py_ssize_t place = 0; place < fine; place++)
+        find_lit(by, place);
+    capsule = PyCapsule_New(by, NAME, let_go);
+    if (capsule == NULL)
+        PyMem_Free(by);
+done:
+    release(&arrays);
+    return capsule;
+}
+
+const Spread *spread_of(PyObject *given)
+{
+    return PyCapsule_GetPointer(given, NAME);
 }

@@ -4,18 +4,26 @@
 
 #include "cells.h"
 
-/* How cells along one axis spread over pixels, of each of several terms: see `Bands` in irsim/shapes/silhouette.py.
- * Of each cell, `width` pixels from `first` on: what light that fills it evenly puts there, and what a first moment
- * does. */
-typedef struct {
-    const int64_t *first; /* (cells) */
-    const double *shares; /* (terms, 2, cells, width) */
-    Py_ssize_t cells, width, pixels;
-} Bands;
+#define MOST_FINE 4
 
-/* Light (3, pixel rows, pixel columns) of cover, alpha and emission, from what is touched; `fine` cells to a pixel,
- * `margin` pixels around the grid; weights (terms). -1 with an exception where memory runs out. */
-int spread_touches(const Touches *touches, const Bands *rows, const Bands *columns, const double *weights,
-                   Py_ssize_t terms, int64_t fine, int64_t margin, double *light);
+/* How the cells of a pixel, `fine` a side, spread over it and `reach` pixels on either side of it, on each axis, of each
+ * of several terms: see `PointSpread.spreading` in irsim/optics/spread.py. Of each place of a cell, what light that fills
+ * it evenly puts there, and what a first moment does; places first .. beyond - 1 are all that it lights. */
+typedef struct {
+    Py_ssize_t terms, fine, reach, wide; /* wide: 2 reach + 1 */
+    const double *weights;               /* (terms) */
+    const double *shares;                /* (terms, 2, fine, wide) */
+    Py_ssize_t first[MOST_FINE], beyond[MOST_FINE];
+} Spread;
+
+/* spread(weights, shares, fine): a Spread, to be kept and given to what draws. */
+PyObject *spread(PyObject *self, PyObject *const *given, Py_ssize_t count);
+
+/* The Spread that a value is; NULL with an exception where it is none. */
+const Spread *spread_of(PyObject *given);
+
+/* The light (3, rows + 2 reach, columns + 2 reach) of cover, alpha and emission, from what is touched of a grid of so
+ * many pixels. -1 with an exception where memory runs out. */
+int spread_touches(const Touches *touches, const Spread *by, Py_ssize_t rows, Py_ssize_t columns, double *light);
 
 #endif

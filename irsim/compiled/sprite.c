@@ -1,13 +1,7 @@
-/* The light of convex polygons that hide each other, in the pixels of a patch; see irsim/shapes/silhouette.py. */
+/* See irsim/shapes/silhouette.py, whose `sprites` does the same with arrays. */
 #include "sprite.h"
 
-#include "spread.h"
-
-/* Integrals of opacity and glow over a field, and their centroids, by Green's theorem; nan where the integral is 0. */
-typedef struct {
-    double area, light;
-    Point center, signal_center;
-} Middle;
+#include "arguments.h"
 
 static Middle middle_of(const Pieces *pieces)
 {
@@ -33,8 +27,8 @@ static Middle middle_of(const Pieces *pieces)
     };
 }
 
-static int draw(const Pieces *pieces, const Grid *grid, const Bands *rows, const Bands *columns, const double *weights,
-                Py_ssize_t terms, int64_t fine, int64_t margin, double *light)
+static int draw(const Pieces *pieces, const Grid *grid, const Spread *by, Py_ssize_t rows, Py_ssize_t columns,
+                double *light)
 {
     Scratch held = {.count = 0};
     Touches touches = {.last = scratch(&held, grid->columns, sizeof(int32_t))};
@@ -44,81 +38,58 @@ static int draw(const Pieces *pieces, const Grid *grid, const Bands *rows, const
     for (Py_ssize_t i = 0; i < pieces->count && !failed; i++)
         failed = touch_cells(&pieces->of[i], grid, &touches) < 0;
     if (!failed)
-        failed = spread_touches(&touches, rows, columns, weights, terms, fine, margin, light) < 0;
+        failed = spread_touches(&touches, by, rows, columns, light) < 0;
     PyMem_Free(touches.of);
     discard(&held);
     return failed ? -1 : 0;
 }
 
-/* Are the bands such that nothing is read or written beside them? */
-static int bands_fit(const Bands *bands, Py_ssize_t length, Py_ssize_t terms, int64_t fine, int64_t margin)
+int draw_polygons(const Point *start, const Point *stop, const int64_t *layer, Py_ssize_t edges, const double *glow,
+                  Py_ssize_t layers, Point corner, Py_ssize_t rows, Py_ssize_t columns, const Spread *by, double *light,
+                  Middle *middle)
 {
-    if (bands->width < 1 || length != 2 * terms * bands->cells * bands->width || bands->cells % fine ||
-        bands->pixels != bands->cells / fine + 2 * margin)
-        return 0;
-    for (Py_ssize_t i = 0; i < bands->cells; i++)
-        if (bands->first[i] < 0 || bands->first[i] > bands->pixels - bands->width)
-            return 0;
-    return 1;
+    const Grid grid = {corner, (double)by->fine, rows * by->fine, columns * by->fine};
+    Pieces pieces = {.count = 0};
+    int failed = visible_pieces(start, stop, layer, edges, glow, layers, &pieces) < 0 ||
+                 draw(&pieces, &grid, by, rows, columns, light) < 0;
+    if (!failed)
+        *middle = middle_of(&pieces);
+    PyMem_Free(pieces.of);
+    return failed ? -1 : 0;
 }
 
-/* sprite_light(start, stop, layer, glow, left, top, fine, margin, weights, first_down, down, first_across, across,
- * light): light takes (3, rows, columns) of cover, alpha and emission; returned are area, signal, and the x and y of
- * the area's and of the signal's centroid. */
+/* sprite_light(start, stop, layer, glow, left, top, rows, columns, spread, light): see `draw_polygons`; returned are
+ * area, signal, and the x and y of the area's and of the signal's centroid. */
 PyObject *sprite_light(PyObject *self, PyObject *const *given, Py_ssize_t count)
 {
     (void)self;
-    if (count != 14) {
-        PyErr_SetString(PyExc_TypeError, "sprite_light takes 14 arguments");
-        return NULL;
-    }
+    if (count != 10)
+        return PyErr_Format(PyExc_TypeError, "sprite_light takes 10 arguments, not %zd", count);
     Arrays arrays = {.count = 0};
     PyObject *result = NULL;
-    Pieces pieces = {.count = 0};
-    Py_ssize_t starts, stops, edges, layers, terms, downs, acrosses, room;
-    Grid grid;
-    Bands rows, columns;
+    Py_ssize_t starts, stops, edges, layers, room;
     const Point *start = array(&arrays, given[0], "d", 0, &starts);
     const Point *stop = start ? array(&arrays, given[1], "d", 0, &stops) : NULL;
     const int64_t *layer = stop ? array(&arrays, given[2], "l", 0, &edges) : NULL;
     const double *glow = layer ? array(&arrays, given[3], "d", 0, &layers) : NULL;
-    const double *weights = glow ? array(&arrays, given[8], "d", 0, &terms) : NULL;
-    rows.first = weights ? array(&arrays, given[9], "l", 0, &rows.cells) : NULL;
-    rows.shares = rows.first ? array(&arrays, given[10], "d", 0, &downs) : NULL;
-    columns.first = rows.shares ? array(&arrays, given[11], "l", 0, &columns.cells) : NULL;
-    columns.shares = columns.first ? array(&arrays, given[12], "d", 0, &acrosses) : NULL;
-    double *light = columns.shares ? array(&arrays, given[13], "d", 1, &room) : NULL;
-    if (light == NULL)
+    double *light = glow ? array(&arrays, given[9], "d", 1, &room) : NULL;
+    const Spread *by = light ? spread_of(given[8]) : NULL;
+    if (by == NULL)
         goto done;
-    grid.corner = (Point){PyFloat_AsDouble(given[4]), PyFloat_AsDouble(given[5])};
-    int64_t fine = PyLong_AsLong(given[6]), margin = PyLong_AsLong(given[7]);
+    const Point corner = {PyFloat_AsDouble(given[4]), PyFloat_AsDouble(given[5])};
+    const Py_ssize_t rows = PyLong_AsSsize_t(given[6]), columns = PyLong_AsSsize_t(given[7]);
     if (PyErr_Occurred())
         goto done;
-    int fits = starts == 2 * edges && stops == 2 * edges && terms > 0 && fine > 0 && fine < 1024 && margin >= 0 &&
-               rows.cells > 0 && columns.cells > 0 && rows.cells < INT32_MAX;
-    if (fits) {
-        rows.width = downs / (2 * terms * rows.cells);
-        columns.width = acrosses / (2 * terms * columns.cells);
-        rows.pixels = rows.cells / fine + 2 * margin;
-        columns.pixels = columns.cells / fine + 2 * margin;
-        fits = bands_fit(&rows, downs, terms, fine, margin) && bands_fit(&columns, acrosses, terms, fine, margin) &&
-               room == 3 * rows.pixels * columns.pixels;
-    }
-    if (!fits) {
+    if (starts != 2 * edges || stops != 2 * edges || rows < 1 || columns < 1 || rows > INT32_MAX / MOST_FINE ||
+        columns > INT32_MAX / MOST_FINE || room != 3 * (rows + 2 * by->reach) * (columns + 2 * by->reach)) {
         PyErr_SetString(PyExc_ValueError, "sprite_light: the lengths of its arrays do not agree");
         goto done;
     }
-    grid.fine = (double)fine;
-    grid.rows = rows.cells;
-    grid.columns = columns.cells;
-    if (visible_pieces(start, stop, layer, edges, glow, layers, &pieces) < 0 ||
-        draw(&pieces, &grid, &rows, &columns, weights, terms, fine, margin, light) < 0)
-        goto done;
-    Middle middle = middle_of(&pieces);
-    result = Py_BuildValue("(dddddd)", middle.area, middle.light, middle.center.x, middle.center.y,
-                           middle.signal_center.x, middle.signal_center.y);
+    Middle middle;
+    if (draw_polygons(start, stop, layer, edges, glow, layers, corner, rows, columns, by, light, &middle) == 0)
+        result = Py_BuildValue("(dddddd)", middle.area, middle.light, middle.center.x, middle.center.y,
+                               middle.signal_center.x, middle.signal_center.y);
 done:
-    PyMem_Free(pieces.of);
     release(&arrays);
     return result;
 }

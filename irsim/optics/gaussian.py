@@ -53,33 +53,30 @@ def _density(offset: float, sigma_px: float) -> float:
 
 
 @lru_cache(maxsize=64)
-def spreading(pixels: int, margin: int, fine: int, sigma_px: float) -> tuple[Floats, Floats]:
-    """Two (pixels + 2 margin, pixels * fine) matrices that blur a fine grid and bin it to pixels, on one axis.
+def spreading(reach: int, fine: int, sigma_px: float) -> tuple[Floats, Floats]:
+    """Two (fine, 2 reach + 1) arrays that blur the cells of a pixel and bin them to pixels, on one axis.
 
-    Column c of the first holds how light that fills fine cell c evenly falls on the pixels; column c
-    of the second, what a first moment of one (light times cells from the cell's middle) adds, the
+    Row c of the first holds how light that fills cell c evenly falls on the pixel and `reach` more on either side;
+    row c of the second, what a first moment of one (light times cells from the cell's middle) adds, the
     light taken to rise linearly through the cell. Both are closed integrals of the Gaussian over cell
-    and pixel. Columns of the first sum to one, of the second to zero, and mirrored cells have mirrored
-    columns: light is conserved and centroids stay. Read only.
+    and pixel. Rows of the first sum to one, of the second to zero, and mirrored cells have mirrored
+    rows: light is conserved and centroids stay. Read only.
     """
-    # Offsets of pixel from cell take few values: those that follow each other by 1 / fine px.
-    steps = np.arange(-margin, pixels + margin)[:, None] * fine - np.arange(pixels * fine)
-    offsets = (np.arange(steps.min(), steps.max() + 1) - 0.5) / fine + 0.5
+    # Of pixels from cells, px.
+    offsets = np.arange(-reach, reach + 1) - ((np.arange(fine) + 0.5) / fine - 0.5)[:, None]
     ahead, behind = offsets + 0.5 / fine, offsets - 0.5 / fine
     once_ahead, twice_ahead = _integrals(ahead, sigma_px)
     once_behind, twice_behind = _integrals(behind, sigma_px)
-    matrix = (once_ahead - once_behind) * fine
+    even = (once_ahead - once_behind) * fine
     slope = 12 * ((twice_ahead - twice_behind) * fine**2 - (once_ahead + once_behind) * fine / 2)
     far = np.abs(offsets) > REACH * sigma_px + 1  # differences of large numbers: nothing but rounding
-    matrix[far] = slope[far] = 0.0
-    place = steps - steps.min()
-    matrix, slope = matrix[place], slope[place]
-    total = matrix.sum(axis=0)
-    slope = slope / total - matrix * slope.sum(axis=0) / total**2
-    matrix /= total
-    matrix.setflags(write=False)
+    even[far] = slope[far] = 0.0
+    total = even.sum(axis=1, keepdims=True)
+    slope = slope / total - even * slope.sum(axis=1, keepdims=True) / total**2
+    even /= total
+    even.setflags(write=False)
     slope.setflags(write=False)
-    return matrix, slope
+    return even, slope
 
 
 def _integrals(offsets: Floats, sigma: float) -> tuple[Floats, Floats]:

@@ -62,8 +62,8 @@ class LensSpread(PointSpread):
     def wider(self, sigma_px: float) -> LensSpread:
         return replace(self, sigma_px=math.hypot(self.sigma_px, sigma_px))
 
-    def spreading(self, pixels: int, fine: int) -> Sequence[Term]:
-        return _spreading(self, pixels, fine)
+    def spreading(self, fine: int) -> Sequence[Term]:
+        return _spreading(self, fine)
 
 
 def diffraction(frequency: Floats) -> Floats:
@@ -138,21 +138,16 @@ def _terms(spread: LensSpread) -> tuple[Floats, Floats]:
 
 
 @lru_cache(maxsize=64)
-def _spreading(spread: LensSpread, pixels: int, fine: int) -> tuple[Term, ...]:
+def _spreading(spread: LensSpread, fine: int) -> tuple[Term, ...]:
     form, (weights, vectors), reach = _form(spread), _terms(spread), spread.reach_px
-    # Offsets of pixel from cell take few values: those that follow each other by 1 / fine px.
-    cells = np.arange(pixels * fine)
-    steps = (np.arange(-reach, pixels + reach)[:, None] * fine) - cells
-    offsets = (np.arange(steps.min(), steps.max() + 1) - 0.5) / fine + 0.5
-    even, rising = form.cosines(offsets, fine) @ vectors, form.slopes(offsets, fine) @ vectors
-    place = steps - steps.min()
-    terms = []
-    for k, weight in enumerate(weights.tolist()):
-        matrix, slope = even[:, k][place], rising[:, k][place]
-        matrix.setflags(write=False)
-        slope.setflags(write=False)
-        terms.append((weight, matrix, slope))
-    return tuple(terms)
+    offsets = np.arange(-reach, reach + 1) - ((np.arange(fine) + 0.5) / fine - 0.5)[:, None]  # of pixels from cells, px
+    even, rising = (
+        np.ascontiguousarray((waves @ vectors).T).reshape(-1, *offsets.shape)
+        for waves in (form.cosines(offsets.ravel(), fine), form.slopes(offsets.ravel(), fine))
+    )
+    even.setflags(write=False)
+    rising.setflags(write=False)
+    return tuple(zip(weights.tolist(), even, rising, strict=True))
 
 
 @lru_cache(maxsize=64)

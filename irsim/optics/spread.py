@@ -14,7 +14,7 @@ from irsim.optics.gaussian import fwhm_px, reach_px, shares, spreading
 from irsim.types import Floats
 
 Term = tuple[float, Floats, Floats]
-"""A weight, and two (pixels + 2 reach, pixels * fine) matrices: see `PointSpread.spreading`."""
+"""A weight, and two (fine, 2 reach + 1) arrays: see `PointSpread.spreading`."""
 
 
 class PointSpread(ABC):
@@ -39,11 +39,12 @@ class PointSpread(ABC):
         """The same with a Gaussian of that sigma beside it."""
 
     @abstractmethod
-    def spreading(self, pixels: int, fine: int) -> Sequence[Term]:
-        """How a grid of `pixels * fine` cells is blurred and binned to pixels, `reach_px` more at each end.
+    def spreading(self, fine: int) -> Sequence[Term]:
+        """How the cells of a pixel, `fine` a side, are blurred and binned to pixels: its own and `reach_px` more on
+        either side.
 
-        The spread is a sum of products, one axis each: sum of weight_k s_k(y) s_k(x). Of each term the
-        matrices hold s_k for light that fills a cell evenly, and for a first moment of one (light times
+        The spread is a sum of products, one axis each: sum of weight_k s_k(y) s_k(x). Of each term and cell the
+        arrays hold s_k for light that fills the cell evenly, and for a first moment of one (light times
         cells from the cell's middle), the light rising linearly through the cell. Read only.
         """
 
@@ -68,5 +69,5 @@ class GaussianSpread(PointSpread):
     def wider(self, sigma_px: float) -> GaussianSpread:
         return GaussianSpread(math.hypot(self.sigma_px, sigma_px))
 
-    def spreading(self, pixels: int, fine: int) -> Sequence[Term]:
-        return [(1.0, *spreading(pixels, self.reach_px, fine, self.sigma_px))]
+    def spreading(self, fine: int) -> Sequence[Term]:
+        return [(1.0, *spreading(self.reach_px, fine, self.sigma_px))]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import ClassVar
@@ -17,8 +16,8 @@ from irsim.shapes.base import Shape, View
 from irsim.shapes.joints import Rigid
 from irsim.shapes.mesh import Mesh, mesh
 from irsim.shapes.parting import parted
-from irsim.shapes.rims import Joints, rims
-from irsim.shapes.silhouette import Outline, drawn_part, sprite, sprites
+from irsim.shapes.posed import Posed, posed_sprites
+from irsim.shapes.rims import Joints
 from irsim.shapes.solids import Solid
 from irsim.sprite import Sprite
 from irsim.types import Band, Floats
@@ -72,21 +71,14 @@ class Body(Shape):
         return {}
 
     def draw(self, view: View) -> Sprite | None:
-        outline = self.outlined(view)
-        return None if outline is None else sprite(outline)
+        return draw_all([(self, view)])[0]
 
-    def outlined(self, view: View) -> Outline | None:
-        """The outlines of its parts as `draw` draws them; None where it is behind the camera."""
+    def posed(self, view: View) -> Posed:
+        """What is drawn of it."""
         stage, joints = view.stage, _joints(type(self))
         motions = self.joints(view.time) if joints.names else {}
         shine = _glow(self, stage.band, stage.surroundings), self.brightness(view)
-        found = rims(_mesh(type(self), self.length_m), joints, motions, self.length_m, view, shine)
-        if found is None:
-            return None
-        range_m = math.hypot(*view.position.tolist())
-        return Outline(
-            found.edges, found.glow, found.box, drawn_part(found.box, stage), stage.psf, range_m, found.middle
-        )
+        return Posed(_mesh(type(self), self.length_m), joints, motions, self.length_m, view, shine)
 
 
 _SKIN = "temperature"
@@ -132,9 +124,5 @@ def _glow(body: Body, band: Band, surroundings: float) -> Floats:
 
 def draw_all(things: Sequence[tuple[Shape, View]]) -> list[Sprite | None]:
     """Each of the shapes as its own `draw` gives it; bodies are drawn together, which is quicker."""
-    outlines = [shape.outlined(view) if isinstance(shape, Body) else None for shape, view in things]
-    drawn = iter(sprites([outline for outline in outlines if outline is not None]))
-    return [
-        next(drawn) if outline is not None else None if isinstance(shape, Body) else shape.draw(view)
-        for (shape, view), outline in zip(things, outlines, strict=True)
-    ]
+    drawn = iter(posed_sprites([shape.posed(view) for shape, view in things if isinstance(shape, Body)]))
+    return [next(drawn) if isinstance(shape, Body) else shape.draw(view) for shape, view in things]

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from array import array
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
 
-from irsim.compiled import COMPILED, kernels
 from irsim.shapes.base import View
 from irsim.shapes.hull import Ints
 from irsim.shapes.joints import Rigid
@@ -55,8 +52,6 @@ def rims(
     geometry = view.stage.geometry
     (x, y), scale_px = geometry.axis_px, 1 / (ahead * geometry.ifov_rad)
     x, y = x + right * scale_px, y + down * scale_px
-    if COMPILED:
-        return _compiled(form, joints, motions, scale, view, (x, y), shine)
     moved = {part: motions[joints.names[joint]] for part, joint in enumerate(joints.of_part.tolist()) if joint >= 0}
     form = form.posed(moved, scale)
     parts = form.parts
@@ -83,43 +78,3 @@ def rims(
     glow = np.empty(len(rank))
     glow[rank] = light * brightness
     return Rims((start, stop, layer), (x, y), glow, Box.from_edges(x + west, y + north, x + east, y + south))
-
-
-def _compiled(
-    form: Mesh,
-    joints: Joints,
-    motions: Mapping[str, Rigid],
-    scale: float,
-    view: View,
-    middle: tuple[float, float],
-    shine: Shine,
-) -> Rims | None:
-    parts = form.parts
-    ends = np.empty((2, len(parts.tail), 2))
-    layer, glow = np.empty(len(parts.tail), np.int64), np.empty(parts.count)
-    found = kernels.outline(
-        parts.firsts,
-        parts.corner,
-        parts.edges,
-        parts.heat,
-        form.vertices,
-        form.normals,
-        form.offsets,
-        form.crossing,
-        form.thin,
-        joints.of_part,
-        array("d", chain.from_iterable(motions[name].numbers for name in joints.names)),
-        scale,
-        np.ascontiguousarray(view.attitude, dtype=np.float64),
-        np.ascontiguousarray(view.position, dtype=np.float64),
-        *middle,
-        view.stage.geometry.ifov_rad,
-        *shine,
-        ends,
-        layer,
-        glow,
-    )
-    if found is None:
-        return None
-    count, *edges = found
-    return Rims((ends[0, :count], ends[1, :count], layer[:count]), middle, glow, Box.from_edges(*edges))

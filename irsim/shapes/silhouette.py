@@ -22,15 +22,11 @@ from irsim.types import Box, Floats
 
 Ints = npt.NDArray[np.int64]
 
-FINE = 2
-"""Cells of the fine grid to a pixel, on each axis: alpha is within 0.0012 of the exact convolution at a
-blur of 0.6 px, and within 0.006 at 0.3 px."""
-SMALL_PX = 16.0
-"""What is no wider or higher than this has twice as many, which costs little: its light then follows a shift
-smoothly enough for derivatives."""
-LARGE_PX = 100.0
-"""What is wider or higher than this is drawn on the pixels themselves, to bound the cost: within 0.015
-and 0.046."""
+FINENESS = ((16.0, 4), (100.0, 2), (math.inf, 1))
+"""Cells of the fine grid to a pixel, on each axis, for what is no wider or higher than so many px. With two of them
+alpha is within 0.0012 of the exact convolution at a blur of 0.6 px, and within 0.006 at 0.3 px. What is small has twice
+as many, which costs little: its light then follows a shift smoothly enough for derivatives. What is large is drawn on
+the pixels themselves, to bound the cost: within 0.015 and 0.046."""
 
 
 class Outline(NamedTuple):
@@ -93,19 +89,16 @@ def sprite(outline: Outline) -> Sprite:
 
 def _sprite(outline: Outline) -> Sprite:
     """What `sprites` does, compiled."""
-    grid, (left, top) = Grid.over(outline.window), outline.origin
-    margin, weights, down, across = _tables(outline.psf, grid.rows, grid.columns, grid.fine)
+    grid, (left, top), margin = Grid.over(outline.window), outline.origin, outline.psf.reach_px
     light = np.empty((3, grid.rows + 2 * margin, grid.columns + 2 * margin))
     area, signal, x, y, signal_x, signal_y = kernels.sprite_light(
         *outline.edges,
         outline.glow,
         grid.left - 0.5 - left,
         grid.top - 0.5 - top,
-        grid.fine,
-        margin,
-        weights,
-        *down,
-        *across,
+        grid.rows,
+        grid.columns,
+        spread_table(outline.psf, grid.fine),
         light,
     )
     return Sprite(
@@ -122,39 +115,12 @@ def _sprite(outline: Outline) -> Sprite:
     )
 
 
-Bands = tuple[Ints, Floats]
-
-
-@lru_cache(maxsize=256)
-def _tables(psf: PointSpread, rows: int, columns: int, fine: int) -> tuple[int, Floats, Bands, Bands]:
-    """What a grid of (rows, columns) pixels is drawn with: the spread's reach, its weights, its bands on both axes."""
-    return psf.reach_px, _weights(psf, fine), _bands(psf, rows, fine), _bands(psf, columns, fine)
-
-
 @lru_cache(maxsize=32)
-def _weights(psf: PointSpread, fine: int) -> Floats:
-    """(terms,) of a spread, for one cell. Read only."""
-    weights = np.array([weight / fine**2 for weight, _, _ in psf.spreading(1, fine)])
-    weights.flags.writeable = False
-    return weights
-
-
-_DARK = 1e-25
-"""No more of a cell's light than this is rounding: a faded cosine's where it should be 0."""
-
-
-@lru_cache(maxsize=128)
-def _bands(psf: PointSpread, pixels: int, fine: int) -> Bands:
-    """What of a spread's matrices is not dark, along one axis: the first pixel (cells,) that each cell gives light to,
-    and what it gives to it and those after it (terms, 2, cells, width), evenly lit and by its moment. Read only."""
-    terms = np.array([matrices for _, *matrices in psf.spreading(pixels, fine)]).swapaxes(2, 3)
-    lit = (np.abs(terms) > _DARK).any(axis=(0, 1))
-    first, beyond = lit.argmax(axis=1), lit.shape[1] - lit[:, ::-1].argmax(axis=1)
-    width = int((beyond - first).max())
-    first = np.minimum(first, lit.shape[1] - width)
-    shares = np.take_along_axis(terms, (first[:, None] + np.arange(width))[None, None], axis=3)
-    first.flags.writeable = shares.flags.writeable = False
-    return first, shares
+def spread_table(psf: PointSpread, fine: int) -> kernels.Spread:
+    """A spread as compiled loops take it."""
+    terms = psf.spreading(fine)
+    weights = np.array([weight / fine**2 for weight, _, _ in terms])
+    return kernels.spread(weights, np.array([shares for _, *shares in terms]), fine)
 
 
 class Grid(NamedTuple):
@@ -173,7 +139,8 @@ class Grid(NamedTuple):
         left, top = math.floor(west + 0.5), math.floor(north + 0.5)
         columns, rows = max(math.ceil(east - 0.5) - left + 1, 1), max(math.ceil(south - 0.5) - top + 1, 1)
         side = max(window.w, window.h)
-        return cls(left, top, columns, rows, 2 * FINE if side <= SMALL_PX else FINE if side <= LARGE_PX else 1)
+        fine = next((fine for limit, fine in FINENESS if side <= limit), 1)
+        return cls(left, top, columns, rows, fine)
 
     @property
     def corner(self) -> Floats:
@@ -203,8 +170,8 @@ def spread(
     rows, columns, fine = grid.rows, grid.columns, grid.fine
     margin = psf.reach_px
     light = np.zeros((2, rows + 2 * margin, columns + 2 * margin))
-    for (_, down, down_slope), (across, across_slope) in zip(
-        psf.spreading(rows, fine), _across(psf, columns, fine), strict=True
+    for (down, down_slope), (across, across_slope) in zip(
+        _down(psf, rows, fine), _across(psf, columns, fine), strict=True
     ):
         rising = product(down, fields[0]) + product(down_slope, fields[1])
         light += product(rising, across) + product(product(down, fields[2]), across_slope)
@@ -225,20 +192,41 @@ def spread(
     )
 
 
+Pair = tuple[Floats, Floats]
+
+
+@lru_cache(maxsize=64)
+def _down(psf: PointSpread, pixels: int, fine: int) -> tuple[Pair, ...]:
+    """Of each term of a spread two (pixels + 2 reach, pixels * fine) matrices, for light that fills cells evenly and
+    for their first moments. Read only."""
+
+    def matrix(shares: Floats) -> Floats:
+        reached = shares.shape[1]
+        whole = np.zeros((pixels + reached - 1, pixels, fine))
+        for pixel in range(pixels):
+            whole[pixel : pixel + reached, pixel] = shares.T
+        return _frozen(whole.reshape(-1, pixels * fine))
+
+    return tuple((matrix(even), matrix(slope)) for _, even, slope in psf.spreading(fine))
+
+
 @lru_cache(maxsize=32)
-def _across(psf: PointSpread, columns: int, fine: int) -> tuple[tuple[Floats, Floats], ...]:
-    """Of each term of a spread, weighted, two (columns * fine, pixels) matrices along rows: for what changes from
-    cell to cell, which counts in all cells further right too, and for x moments. Read only."""
-    terms = tuple(
+def _across(psf: PointSpread, pixels: int, fine: int) -> tuple[Pair, ...]:
+    """Of each term of a spread, weighted, two (pixels * fine, pixels + 2 reach) matrices along rows: for what changes
+    from cell to cell, which counts in all cells further right too, and for x moments. Read only."""
+    weights = [weight / fine**2 for weight, _, _ in psf.spreading(fine)]
+    return tuple(
         (
-            np.ascontiguousarray(np.cumsum(right[:, ::-1], axis=1)[:, ::-1].T) * (weight / fine**2),
-            np.ascontiguousarray(right_slope.T) * (weight / fine**2),
+            _frozen(np.ascontiguousarray(np.cumsum(right[:, ::-1], axis=1)[:, ::-1].T) * weight),
+            _frozen(np.ascontiguousarray(right_slope.T) * weight),
         )
-        for weight, right, right_slope in psf.spreading(columns, fine)
+        for weight, (right, right_slope) in zip(weights, _down(psf, pixels, fine), strict=True)
     )
-    for across, across_slope in terms:
-        across.flags.writeable = across_slope.flags.writeable = False
-    return terms
+
+
+def _frozen(matrix: Floats) -> Floats:
+    matrix.flags.writeable = False
+    return matrix
 
 
 def drawn_part(box: Box, stage: Stage) -> Box:

@@ -1,0 +1,88 @@
+"""A body as it lies, drawn: from the outlines of its parts to its sprite."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from irsim.compiled import COMPILED, kernels
+from irsim.optics import PointSpread
+from irsim.shapes.base import View
+from irsim.shapes.joints import Rigid
+from irsim.shapes.mesh import Mesh
+from irsim.shapes.rims import Joints, Shine, rims
+from irsim.shapes.silhouette import FINENESS, Outline, drawn_part, spread_table, sprites
+from irsim.sprite import Sprite
+from irsim.types import Box
+
+
+class Posed(NamedTuple):
+    """A body at rest, how its joints are moved, in units of `scale`, how it is seen and how it shines."""
+
+    form: Mesh
+    joints: Joints
+    motions: Mapping[str, Rigid]
+    scale: float
+    view: View
+    shine: Shine
+
+
+def posed_sprites(bodies: Sequence[Posed]) -> list[Sprite | None]:
+    """Draw bodies, each alone; None where any of one lies behind the camera."""
+    if COMPILED:
+        return [_sprite(body) for body in bodies]
+    outlines = [outlined(body) for body in bodies]
+    drawn = iter(sprites([outline for outline in outlines if outline is not None]))
+    return [None if outline is None else next(drawn) for outline in outlines]
+
+
+def outlined(body: Posed) -> Outline | None:
+    """The outlines of its parts; None where any of it lies behind the camera."""
+    found, view = rims(*body), body.view
+    if found is None:
+        return None
+    window, range_m = drawn_part(found.box, view.stage), math.hypot(*view.position.tolist())
+    return Outline(found.edges, found.glow, found.box, window, view.stage.psf, range_m, found.middle)
+
+
+def _sprite(body: Posed) -> Sprite | None:
+    """What `posed_sprites` does, compiled."""
+    form, joints, motions, scale, view, (glow, brightness) = body
+    stage = view.stage
+    geometry = stage.geometry
+    found = kernels.body_light(
+        _table(form, joints),
+        tuple([motions[name].numbers for name in joints.names]),
+        scale,
+        view.position,
+        view.attitude,
+        geometry.ifov_rad,
+        *geometry.size,
+        *geometry.shift_px,
+        glow,
+        brightness,
+        _spreads(stage.psf),
+    )
+    if found is None:
+        return None
+    x0, y0, shape, light, center, signal_center, box, range_m, area = found
+    cover, alpha, emission = np.ndarray(shape, np.float64, light)
+    return Sprite(x0, y0, cover, alpha, emission, center, signal_center, Box(*box), range_m, area)
+
+
+@lru_cache(maxsize=64)
+def _table(form: Mesh, joints: Joints) -> kernels.Form:
+    """A body at rest as compiled loops take it."""
+    parts = form.parts
+    tables = parts.firsts, parts.corner, parts.edges, parts.heat
+    return kernels.form(*tables, form.vertices, form.normals, form.offsets, form.crossing, form.thin, joints.of_part)
+
+
+@lru_cache(maxsize=32)
+def _spreads(psf: PointSpread) -> tuple[tuple[float, kernels.Spread], ...]:
+    """A spread at each fineness, and the largest side, px, that it is for."""
+    return tuple((limit, spread_table(psf, fine)) for limit, fine in FINENESS)
