@@ -10,7 +10,7 @@ from itertools import compress
 import numpy as np
 
 from irsim.backgrounds import Gaze
-from irsim.backgrounds.base import Changed
+from irsim.backgrounds.base import Changed, Place
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.painting import BLOCK, MARGIN
 from irsim.course import Course
@@ -60,9 +60,23 @@ class Instant:
 
     def _pointing(self, frame: int, margin: int, key: Gaze | None) -> Gaze:
         mount = self.mount
-        chart = _chart(self.stage.geometry, tuple(mount.turns[frame].tolist()), margin, mount.lens(frame))
-        x, y, z = (mount.places[frame] @ self._level).tolist()
-        return Gaze(frame / self.stage.rate_hz, chart, key, (x, y, z))
+        turns, place = tuple(mount.turns[frame].tolist()), tuple(mount.places[frame].tolist())
+        chart, in_world = self._outlook(turns, place, float(mount.zooms[frame]), margin)
+        return Gaze(frame / self.stage.rate_hz, chart, key, in_world)
+
+    @cached_property
+    def _outlook(self) -> Callable[[tuple[float, ...], tuple[float, ...], float, int], tuple[Chart, Place]]:
+        """The chart with a margin of a camera by its turns, place and zoom, and its place in the world: the last ones
+        are kept, as a camera that stands still has the same in all frames."""
+        geometry, level = self.stage.geometry, self._level
+
+        def outlook(
+            turns: tuple[float, ...], place: tuple[float, ...], zoom: float, margin: int
+        ) -> tuple[Chart, Place]:
+            right, down, ahead = (np.array(place) @ level).tolist()
+            return _chart(geometry, turns, margin, geometry.zoomed(zoom)), (right, down, ahead)
+
+        return lru_cache(maxsize=4)(outlook)
 
     @cached_property
     def sight(self) -> Callable[[int], Sight]:

@@ -52,14 +52,14 @@ class Renderer:
             (share, self.now if offset == 0 else Instant.of(shown, self.stage, offset)) for share, offset in nodes
         ]
         self.courses = self.now.courses
-        self.angles_deg = [angles_deg(course.attitudes) for course in self.courses]
-        self.velocities = [self._velocities(course.positions) for course in self.courses]
+        self.motions = [self._motion(course.positions, course.attitudes) for course in self.courses]
 
-    def _velocities(self, positions: Floats) -> Floats:
-        """(n, 2) px per frame: the apparent displacement since the frame before (frame 0: to the next);
-        nan where it is behind the camera in one of the two."""
+    def _motion(self, positions: Floats, attitudes: Floats) -> Floats:
+        """(n, 5): velocity (vx, vy), px per frame, the apparent displacement since the frame before (frame 0: to the
+        next), nan where it is behind the camera in one of the two; and attitude (yaw, pitch, roll), degrees."""
         steps = np.diff(self.now.mount.seen(positions), axis=0)
-        return np.concatenate([steps[:1], steps[:-1]])
+        velocities = np.concatenate([steps[:1], steps[:-1]])
+        return np.hstack([velocities, angles_deg(attitudes)[: len(steps)]])
 
     def frame(self, index: int, out: Counts | None = None) -> tuple[Frame, Truth]:
         """Frame `index`, in `out` (rows, cols) where it is given, and its truth. IndexError outside 0 .. frames-1."""
@@ -252,8 +252,7 @@ class Renderer:
         self, number: int, index: int, seen: Seen, contrast_k: float | None, crossing: bool
     ) -> TargetTruth:
         target, sprite = self.courses[number].target, seen.piece.sprite
-        vx, vy = self.velocities[number][index].tolist()
-        yaw, pitch, roll = self.angles_deg[number][index].tolist()
+        vx, vy, yaw, pitch, roll = self.motions[number][index].tolist()
         return TargetTruth(
             id=target.id,
             center=sprite.center,

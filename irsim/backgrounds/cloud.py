@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 
 from irsim.backgrounds.periodic import enlarged, wrapped_blur
@@ -72,7 +74,8 @@ class Relief:
     @classmethod
     def of(cls, slope: Floats, coarse: int) -> Relief:
         """Of a `slope` towards the sun, in any unit, of a thickness that was made `coarse` times smaller."""
-        return cls(slope / (2 * slope.std() + np.float32(1e-12)), coarse)
+        rms = cv2.norm(slope) / math.sqrt(slope.size)  # of differences all around, whose mean is 0
+        return cls(slope / np.float32(2 * rms + 1e-12), coarse)
 
     def lit(self, rows: slice, columns: slice) -> Floats:
         """The share of the sun's light, 0..1, on a part of the large picture, float32; it may reach past the edges."""

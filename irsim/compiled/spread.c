@@ -15,6 +15,9 @@ static const char NAME[] = "irsim.spread";
 /* No more of a cell's light than this is rounding: a faded cosine's where it should be 0. */
 #define DARK 1e-25
 
+/* Pixels down a column gain light by so many at a time. */
+#define FOURS 4
+
 /* What changes in a cell from the one on its left, its y moment, and its x moment. */
 typedef struct {
     double even, y, x;
@@ -25,7 +28,7 @@ typedef struct {
     int touched;
 } Cell;
 
-/* A column of cells: those that are touched, in any order. */
+/* A column of cells: those that are touched, in any order; all others are 0. */
 typedef struct {
     Cell *cells;
     int32_t *rows;
@@ -53,16 +56,17 @@ static inline Cell *cell_of(Touched *column, int32_t row)
 {
     Cell *cell = &column->cells[row];
     if (!cell->touched) {
-        *cell = (Cell){.touched = 1};
+        cell->touched = 1;
         column->rows[column->count++] = row;
     }
     return cell;
 }
 
+/* Long before they are touched anew: what is written to in another width just before it is read makes that wait. */
 static inline void forget(Touched *column)
 {
     for (Py_ssize_t i = 0; i < column->count; i++)
-        column->cells[column->rows[i]].touched = 0;
+        column->cells[column->rows[i]] = (Cell){.touched = 0};
     column->count = 0;
 }
 
@@ -79,14 +83,20 @@ static inline void gather(const Touches *touches, int64_t column, Touched *here,
     }
 }
 
-/* Each of `count` pixels gains its shares of a cell's light. */
-INLINED void spread_down(const Change *change, const double *restrict even, const double *restrict slope,
-                         Py_ssize_t count, double *restrict changes, double *restrict moments, int fused)
+/* Pixels gain their shares of what changes, four by four: those beyond `count` gain nothing. */
+INLINED void spread_down(Change change, const double *restrict even, const double *restrict slope, Py_ssize_t count,
+                         double *restrict changes, double *restrict moments, int fused)
 {
-    const Change own = *change;
-    for (Py_ssize_t i = 0; i < count; i++) {
-        changes[i] = sum_of(sum_of(changes[i], own.even, even[i], fused), own.y, slope[i], fused);
-        moments[i] = sum_of(moments[i], own.x, even[i], fused);
+    for (Py_ssize_t at = 0; at < count; at += FOURS) {
+        double sums[FOURS], rises[FOURS];
+        for (int i = 0; i < FOURS; i++) {
+            sums[i] = sum_of(sum_of(changes[at + i], change.even, even[at + i], fused), change.y, slope[at + i], fused);
+            rises[i] = sum_of(moments[at + i], change.x, even[at + i], fused);
+        }
+        for (int i = 0; i < FOURS; i++) {
+            changes[at + i] = sums[i];
+            moments[at + i] = rises[i];
+        }
     }
 }
 
@@ -148,7 +158,7 @@ static void cover_pixels(Work *work, Py_ssize_t column, Py_ssize_t stride)
 INLINED void spread_term(Work *work, Py_ssize_t term, int fused)
 {
     const Spread *by = work->by;
-    const Py_ssize_t fine = by->fine, wide = by->wide;
+    const Py_ssize_t fine = by->fine, wide = by->stride;
     const Py_ssize_t high = work->rows + 2 * by->reach, stride = work->columns + 2 * by->reach;
     const double *even = by->shares + 2 * term * fine * wide, *slope = even + fine * wide;
     const size_t bytes = 2 * (size_t)high * sizeof(double);
@@ -175,9 +185,9 @@ INLINED void spread_term(Work *work, Py_ssize_t term, int fused)
                 const Cell *cell = &here->cells[row];
                 top = from < top ? from : top;
                 bottom = from + count > bottom ? from + count : bottom;
-                spread_down(&cell->opacity, even + place * wide + lit, slope + place * wide + lit, count,
+                spread_down(cell->opacity, even + place * wide + lit, slope + place * wide + lit, count,
                             sums.changes + from, sums.moments + from, fused);
-                spread_down(&cell->glow, even + place * wide + lit, slope + place * wide + lit, count,
+                spread_down(cell->glow, even + place * wide + lit, slope + place * wide + lit, count,
                             sums.changes + high + from, sums.moments + high + from, fused);
                 if (term == 0)
                     work->covered[within] += cell->opacity.even;
@@ -238,7 +248,8 @@ int spread_touches(const Touches *touches, const Spread *by, Py_ssize_t rows, Py
     Scratch held = {.count = 0};
     Cell *room = scratch(&held, 2 * cells, sizeof(Cell));
     int32_t *numbers = room ? scratch(&held, 2 * cells, sizeof(int32_t)) : NULL;
-    double *sums = numbers ? scratch(&held, 4 * by->fine * high + 2 * rows, sizeof(double)) : NULL;
+    const Py_ssize_t both = 2 * high + FOURS; /* of opacity and glow, and what of the last four is beyond */
+    double *sums = numbers ? scratch(&held, 2 * by->fine * both + 2 * rows, sizeof(double)) : NULL;
     double *picture = sums ? scratch(&held, 2 * size, sizeof(double)) : NULL;
     if (picture) {
         Work work = {
@@ -248,11 +259,11 @@ int spread_touches(const Touches *touches, const Spread *by, Py_ssize_t rows, Py
             .columns = columns,
             .cells = {{room, numbers, 0}, {room + cells, numbers + cells, 0}},
             .picture = picture,
-            .covered = sums + 4 * by->fine * high,
+            .covered = sums + 2 * by->fine * both,
             .cover = light + by->reach * wide + by->reach,
         };
         for (Py_ssize_t j = 0; j < by->fine; j++)
-            work.sums[j] = (Column){sums + 4 * j * high, sums + (4 * j + 2) * high};
+            work.sums[j] = (Column){sums + 2 * j * both, sums + (2 * j + 1) * both};
         memset(light, 0, (size_t)size * sizeof(double));
         (fuses_widely() ? spread_widely : fuses() ? spread_fused : spread_twice)(&work);
         turn(picture, high, wide, light + size);
@@ -264,11 +275,11 @@ int spread_touches(const Touches *touches, const Spread *by, Py_ssize_t rows, Py
 /* Which pixels a cell lights, in any of the terms. */
 static void find_lit(Spread *by, Py_ssize_t place)
 {
-    by->first[place] = by->wide;
+    by->first[place] = 2 * by->reach + 1;
     by->beyond[place] = 0;
     for (Py_ssize_t each = 0; each < 2 * by->terms; each++)
-        for (Py_ssize_t i = 0; i < by->wide; i++)
-            if (fabs(by->shares[(each * by->fine + place) * by->wide + i]) > DARK) {
+        for (Py_ssize_t i = 0; i <= 2 * by->reach; i++)
+            if (fabs(by->shares[(each * by->fine + place) * by->stride + i]) > DARK) {
                 by->first[place] = i < by->first[place] ? i : by->first[place];
                 by->beyond[place] = i + 1 > by->beyond[place] ? i + 1 : by->beyond[place];
             }
@@ -299,15 +310,17 @@ PyObject *spread(PyObject *self, PyObject *const *given, Py_ssize_t count)
         PyErr_Format(PyExc_ValueError, "spread: shares (terms, 2, fine, 2 reach + 1), fine up to %d, are wanted", MOST_FINE);
         goto done;
     }
-    Spread *by = PyMem_Calloc(1, sizeof(Spread) + (size_t)(terms + room) * sizeof(double));
+    const Py_ssize_t stride = wide + FOURS - 1, lines = 2 * terms * fine;
+    Spread *by = PyMem_Calloc(1, sizeof(Spread) + (size_t)(terms + lines * stride) * sizeof(double));
     if (by == NULL) {
         PyErr_NoMemory();
         goto done;
     }
     double *kept = (double *)(by + 1);
     memcpy(kept, weights, (size_t)terms * sizeof(double));
-    memcpy(kept + terms, shares, (size_t)room * sizeof(double));
-    *by = (Spread){.terms = terms, .fine = fine, .reach = wide / 2, .wide = wide, .weights = kept, .shares = kept + terms};
+    for (Py_ssize_t line = 0; line < lines; line++)
+        memcpy(kept + terms + line * stride, shares + line * wide, (size_t)wide * sizeof(double));
+    *by = (Spread){terms, fine, wide / 2, stride, kept, kept + terms, {0}, {0}};
     for (Py_ssize_t place = 0; place < fine; place++)
         find_lit(by, place);
     capsule = PyCapsule_New(by, NAME, let_go);

@@ -10,9 +10,9 @@
  * of several terms: see `PointSpread.spreading` in irsim/optics/spread.py. Of each place of a cell, what light that fills
  * it evenly puts there, and what a first moment does; places first .. beyond - 1 are all that it lights. */
 typedef struct {
-    Py_ssize_t terms, fine, reach, wide; /* wide: 2 reach + 1 */
-    const double *weights;               /* (terms) */
-    const double *shares;                /* (terms, 2, fine, wide) */
+    Py_ssize_t terms, fine, reach, stride;
+    const double *weights; /* (terms) */
+    const double *shares;  /* (terms, 2, fine, stride) of 2 reach + 1 pixels, the rest 0 */
     Py_ssize_t first[MOST_FINE], beyond[MOST_FINE];
 } Spread;
 

@@ -63,24 +63,28 @@ static Edge inset(Point start, Point stop, double each, int64_t depth)
     return edge;
 }
 
-/* Does an edge run through a polygon of `count` lines? Without branches, which is quicker. */
+/* Does an edge run through a polygon of `count` lines? Where on them it enters and leaves is only asked of one that is
+ * beyond none of them with both its ends, and beyond some with one. */
 static inline int runs_through(const Edge *edge, const double *restrict across, const double *restrict down,
-                               const double *restrict level, Py_ssize_t count, double *restrict enters,
-                               double *restrict leaves, Through *through)
+                               const double *restrict level, Py_ssize_t count, double *restrict starts,
+                               double *restrict stops, Through *through)
 {
-    Point start = edge->start, stop = edge->stop;
+    const Point start = edge->start, stop = edge->stop;
+    int any = 0, both = 0;
     for (Py_ssize_t i = 0; i < count; i++) {
-        double at_start = start.x * across[i] + start.y * down[i] - level[i];
-        double at_stop = stop.x * across[i] + stop.y * down[i] - level[i];
-        double crossing = at_start / (at_start - at_stop); /* not used where both are on one side */
-        double into = at_stop < 0 ? 2.0 : crossing;
-        enters[i] = at_start < 0 ? into : 0.0;
-        leaves[i] = at_stop < 0 ? crossing : 1.0;
+        starts[i] = start.x * across[i] + start.y * down[i] - level[i];
+        stops[i] = stop.x * across[i] + stop.y * down[i] - level[i];
+        const int begins = starts[i] < 0, ends = stops[i] < 0;
+        any |= begins | ends;
+        both |= begins & ends;
     }
+    if (both)
+        return 0;
     double from = 0.0, to = 1.0;
-    for (Py_ssize_t i = 0; i < count; i++) {
-        from = greater(from, enters[i]);
-        to = lesser(to, leaves[i]);
+    for (Py_ssize_t i = 0; any && i < count; i++) {
+        const double crossing = starts[i] / (starts[i] - stops[i]); /* not used where both are on one side */
+        from = greater(from, starts[i] < 0 ? crossing : 0.0);
+        to = lesser(to, stops[i] < 0 ? crossing : 1.0);
     }
     through->entry = from;
     through->leave = to;

@@ -53,7 +53,7 @@ class BadPixels(Noise):
     def add(self, signal: Floats, response: Response, moment: Moment) -> None:
         blinking, jumps = self._blinking(moment)
         if blinking.size:
-            on = np.flatnonzero(self._telegraph(moment, blinking.size).frame(moment.index))
+            on = self._telegraph(moment, blinking.size).frame(moment.index)
             signal.reshape(-1)[blinking[on]] += (jumps[on] * response.noise).astype(np.float32)
 
     def steady(self, moment: Moment) -> Floats | None:
