@@ -11,6 +11,7 @@ import pytest
 
 from irsim.doubts import doubts
 from irsim.radiometry import radiance
+from irsim.render import Renderer
 from irsim.scenario import Scenario
 
 
@@ -250,3 +251,33 @@ def test_tiles_of_hardly_any_pixels_are_told(agc: dict[str, Any], at: str | None
     lines = told({"camera": {"band": "lwir", "agc": agc}})
     assert list(lines) == ([f"camera.agc.{at}"] if at else [])
     assert all(said in line for line in lines.values())
+
+
+@pytest.mark.parametrize(
+    ("kind", "key", "hz", "still"),
+    [
+        ("quadrotor", "rotor_hz", 90.0, True),
+        ("quadrotor", "rotor_hz", 45.0, True),  # half turns on are as before
+        ("quadrotor", "rotor_hz", 87.0, False),
+        ("quadrotor", "rotor_hz", 0.0, False),  # so asked
+        ("helicopter", "rotor_hz", 7.5, True),
+        ("helicopter", "rotor_hz", 4.3, False),
+        ("bird", "beat_hz", 30.0, True),
+        ("bird", "beat_hz", 3.0, False),
+    ],
+)
+def test_what_turns_from_like_to_like_is_told(kind: str, key: str, hz: float, still: bool) -> None:
+    path = {"kind": "straight", "start": (30, 20), "speed": 0, "heading_deg": 20, "range_m": 200}
+    scene = Scenario.model_validate(
+        {
+            "frames": 31,
+            "camera": {"size": (64, 48), "rate_hz": 30},
+            "background": {"kind": "sky", "horizon_k": 285.0, "zenith_k": 250.0},
+            "targets": [{"id": "it", "shape": {"kind": kind, key: hz}, "path": path}],
+        }
+    )
+    said = [notice for notice in doubts(scene) if notice.at == ("targets", 0, "shape", key)]
+    assert len(said) == still
+    first, *others = (Renderer(scene).seen(index)[0].piece.sprite.alpha for index in (0, 1, 2, 7))
+    same = all(first.shape == other.shape and np.allclose(first, other, atol=1e-9) for other in others)
+    assert same == (still or hz == 0)

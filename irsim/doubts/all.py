@@ -16,7 +16,7 @@ from irsim.doubts.footage import unknown_scale, unlike_recording, untouched
 from irsim.doubts.lens import two_lenses, unlike_pupils
 from irsim.doubts.paths import pulls, through_camera
 from irsim.doubts.standing import aloft, buried
-from irsim.doubts.targets import idle, never_seen, nowhere, odd_shapes, past_the_end, too_late
+from irsim.doubts.targets import idle, never_seen, nowhere, odd_shapes, past_the_end, standing_still, too_late
 from irsim.errors import Notice
 from irsim.intent import overdone
 from irsim.reach import out_of_reach
@@ -35,6 +35,7 @@ DOUBTS = (
         beads,
         sunken,
         odd_shapes,
+        standing_still,
         out_of_reach,
         too_late,
         past_the_end,

@@ -18,6 +18,22 @@ def odd_shapes(scenario: Scenario) -> Iterator[Notice]:
             yield Notice(("targets", index, "shape", key), why)
 
 
+STILL = 0.25
+"""Of the way to the next place at which they look the same, that turning parts go in all frames: less is not seen."""
+
+
+def standing_still(scenario: Scenario) -> Iterator[Notice]:
+    """Parts that turn so fast that each frame finds them where they look the same, as a real camera would."""
+    rate_hz = scenario.camera.rate_hz
+    for index, target in enumerate(scenario.targets):
+        for key, places in target.shape.alike.items():
+            hz = getattr(target.shape, key)
+            passed = hz * places / rate_hz
+            if passed > STILL and abs(passed - round(passed)) * (scenario.frames - 1) < STILL:
+                why = f"at {rate_hz:g} frames a second they look the same in all frames, though they turn {hz:g} times"
+                yield Notice(("targets", index, "shape", key), f"{why}; try {0.97 * hz:.3g}")
+
+
 def too_late(scenario: Scenario) -> Iterator[Notice]:
     for index, target in enumerate(scenario.targets):
         if target.path.begins > scenario.frames - 1:

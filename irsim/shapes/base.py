@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
+from collections.abc import Mapping
 from typing import Annotated, ClassVar, NamedTuple
 
 from irsim.kinds import Kind, Switches
@@ -38,6 +39,9 @@ class Shape(Kind):
     """A target's geometry and temperatures."""
 
     switches: ClassVar[Switches] = {"flicker": ("flicker", Steady())}
+
+    alike: ClassVar[Mapping[str, int]] = {}
+    """Keys that say how often a second parts of it turn or swing, and in how many places of a turn they look alike."""
 
     lies: ClassVar[Posture] = ARROW
     """How its kind lies along its path."""

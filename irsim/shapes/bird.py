@@ -26,6 +26,7 @@ class Bird(Body):
 
     lies: ClassVar[Posture] = BIRD
     switches: ClassVar[Switches] = {"beat": ("beat_hz", 0.0)}
+    alike: ClassVar[Mapping[str, int]] = {"beat_hz": 1}
     poses: ClassVar[tuple[Angles, ...]] = ((55.0, 15.0, 15.0), (90.0, 0.0, 0.0), (20.0, 5.0, 0.0))
     solids: ClassVar[tuple[Solid, ...]] = (
         tube(

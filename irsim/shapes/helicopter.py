@@ -44,6 +44,7 @@ class Helicopter(Body):
 
     lies: ClassVar[Posture] = HELICOPTER
     switches: ClassVar[Switches] = {"rotor": ("rotor_hz", 0.0)}
+    alike: ClassVar[Mapping[str, int]] = {"rotor_hz": 4}
     poses: ClassVar[tuple[Angles, ...]] = ((65.0, -4.0, 8.0), (90.0, 0.0, 0.0), (150.0, 0.0, 0.0))
     solids: ClassVar[tuple[Solid, ...]] = (
         tube(

@@ -49,6 +49,7 @@ class Pedestrian(Body):
 
     lies: ClassVar[Posture] = UPRIGHT
     switches: ClassVar[Switches] = {"stride": ("stride_hz", 0.0)}
+    alike: ClassVar[Mapping[str, int]] = {"stride_hz": 1}
     grounded: ClassVar[bool] = True
     poses: ClassVar[tuple[Angles, ...]] = ((120.0, 0.0, 0.0), (90.0, 0.0, 0.0), (180.0, 0.0, 0.0))
     behind_k: ClassVar[float] = 287.0

@@ -39,6 +39,7 @@ class Quadrotor(Body):
 
     lies: ClassVar[Posture] = MULTIROTOR
     switches: ClassVar[Switches] = {"rotor": ("rotor_hz", 0.0)}
+    alike: ClassVar[Mapping[str, int]] = {"rotor_hz": 2}
     poses: ClassVar[tuple[Angles, ...]] = ((30.0, 0.0, 0.0), (60.0, -20.0, 0.0), (80.0, -4.0, 8.0))
     from_above_deg: ClassVar[float] = -20.0
     solids: ClassVar[tuple[Solid, ...]] = (
@@ -60,7 +61,7 @@ class Quadrotor(Body):
     """Temperature of the battery, kelvin."""
     rotors_k: Kelvin = 288.0
     """Temperature of the rotors, kelvin."""
-    rotor_hz: NotNegative = 87.0  # at 90, half turns fit into frames of 30 Hz: the rotors would stand still
+    rotor_hz: NotNegative = 87.0  # at 90, half turns fit into frames of 30 Hz: they would seem to stand
     """Turns of the rotors a second; neighbours turn against each other."""
     rotor_deg: Turn = 20.0
     """Angle of the rotors in frame 0, degrees."""
