@@ -9,12 +9,14 @@ import os
 import re
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 
 import cv2
 import numpy as np
 import pytest
+from ready_commands import ready_commands
 
 import irsim
 import irtrack
@@ -43,11 +45,22 @@ def make_footage(folder: Path) -> None:
     (folder / "my_truth.csv").write_text("\n".join(rows) + "\n")
 
 
+@pytest.fixture(scope="module")
+def commands() -> Iterator[str]:
+    """PATH with which commands need not import anew what all of them do."""
+    with ready_commands() as path:
+        yield path
+
+
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
-def test_commands_and_code_of_the_documents_run(document: Path, tmp_path: Path) -> None:
-    """All blocks of a document in their order, in one folder, as a reader would go through it."""
+def test_commands_and_code_of_the_documents_run(document: Path, tmp_path: Path, commands: str) -> None:
+    """All blocks of a document in their order, in one folder, as a reader would go through it.
+
+    The README's commands are those that were installed, a process each.
+    """
     make_footage(tmp_path)
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    installed = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    path = installed if document.name == "README.md" else commands
     for language, text in blocks(document):
         if language in {"sh", "python"}:
             command = ["sh", "-e", "-c", text] if language == "sh" else [sys.executable, "-c", text]
