@@ -14,7 +14,7 @@ from operator import itemgetter
 import numpy as np
 
 from irsim.balance import Balance
-from irsim.division import DIVIDED, LONG, WHOLE, Picture, Trial, Way
+from irsim.division import DIVIDED, LONG, WHOLE, Contest, Picture, Trial, Way
 from irsim.errors import IrsimError, whole
 from irsim.interrupts import interrupts_held
 from irsim.places import Shared, shared
@@ -100,12 +100,15 @@ def rendered(renderer: Renderer, wanted: Sequence[int], jobs: int) -> Generator[
         trial = Trial(renderer)
         for frame, truth in trial.frames(wanted) if undecided else ():
             yield Rendered(os.getpid(), frame, truth)
-        way = trial.way()
-        chunks = deque(chunked(wanted[trial.count :], lengths[way], jobs))
-        free = deque(range(places * lengths[way]))
-        crew = _Crew(renderer, way, trial.balance(), chunks, workers, memory, free)
+        crew = _Crew(renderer, trial.balance(), workers, memory)
+        left = wanted[trial.count :]
+        contest = Contest(trial.way(), len(left))
         try:
-            yield from crew.frames()
+            while left:
+                way, count = contest.next(len(left))
+                chunks = deque(chunked(left[:count], lengths[way], jobs))
+                yield from contest.timed(crew.frames(way, chunks, deque(range(places * lengths[way]))))
+                left = left[count:]
         except WorkerDiedError as died:
             when = "while it rendered" if crew.heard else "before its first frames"
             allowed = "what it asks for above" if died.told and not crew.heard else "the same again"
@@ -150,28 +153,21 @@ class _Theirs:
 class _Crew:
     """Who works on which chunk. Workers have a few each, this process takes one when it would have to wait for them."""
 
-    def __init__(
-        self,
-        renderer: Renderer,
-        way: Way,
-        balance: Balance,
-        chunks: deque[Sequence[int]],
-        workers: Sequence[Worker],
-        memory: Shared,
-        places: deque[int],
-    ) -> None:
+    def __init__(self, renderer: Renderer, balance: Balance, workers: Sequence[Worker], memory: Shared) -> None:
         self.heard = False
         """Whether a worker has done any."""
         self._renderer = renderer
-        self._way = way
+        self._way: Way = WHOLE
         self._balance = balance
-        self._chunks = chunks  # that nobody has
+        self._chunks: deque[Sequence[int]] = deque()  # that nobody has
         self._workers = workers
         self._memory = memory
-        self._places = places  # in it, that are free
+        self._places: deque[int] = deque()  # in it, that are free
         self._begun: deque[_Own | _Theirs] = deque()  # in the order of frames
 
-    def frames(self) -> Iterator[Rendered]:
+    def frames(self, way: Way, chunks: deque[Sequence[int]], places: deque[int]) -> Iterator[Rendered]:
+        """Those of chunks that nobody has, by a way; `places` in memory are free."""
+        self._way, self._chunks, self._places = way, chunks, places
         while self._chunks or self._begun:
             if not self._begun:
                 self._take()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from time import perf_counter
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +15,8 @@ from irsim.balance import Balance
 from irsim.render import Renderer
 from irsim.types import Frame, Truth
 
+Given = TypeVar("Given")
+
 Picture = npt.NDArray[Any]
 """(rows, cols), of the dtype of a `Way`."""
 
@@ -22,7 +24,20 @@ TRIED = 32
 """Frames by which two processes find out how to divide the work; the first paints, and does not count. As many as a
 chunk holds at most: what frames share, they share in blocks that begin at multiples of it."""
 
-LONG = 4 * TRIED
+PHASE = 768
+"""Frames by which each way shows how fast it is where the work may be divided: which is faster is a matter of the
+machine. Two processes that render whole frames read and write more than caches that they share may hold; where these
+are large, or not shared, neither slows down the other, as one does that waits for what the other has begun."""
+
+TIMED = slice(256, 640)
+"""Of these, those whose time counts: others before them are begun at leisure, those after them towards an end. Whole
+chunks of both processes, in turns."""
+
+BETTER = 0.95
+"""Greatest share of the time of whole frames in which divided ones are to be had where they are preferred: by less,
+one time differs from the next."""
+
+LONG = 4 * PHASE
 """Frames from which on it is found out; fewer are rendered whole, from the first one on by both."""
 
 TRIED_S = 1.0
@@ -146,3 +161,33 @@ class Trial:
         least = np.min(blocks, axis=0)
         shares: list[float] = (least / least.sum()).tolist()
         return shares
+
+
+class Contest:
+    """Which way two processes go on, found out by trying both where they may divide the work."""
+
+    def __init__(self, way: Way, frames: int) -> None:
+        """way, the one that a trial says; frames, how many there are to render."""
+        self._way = way
+        self._tries = [WHOLE, DIVIDED] if way is DIVIDED and frames > 2 * PHASE else []
+        self._times: list[float] = []
+
+    def next(self, left: int) -> tuple[Way, int]:
+        """The way for the next frames, and for how many of those that are left."""
+        tried = len(self._times)
+        if tried < len(self._tries):
+            return self._tries[tried], PHASE
+        if self._times:
+            whole, divided = self._times
+            return (DIVIDED if divided <= BETTER * whole else WHOLE), left
+        return self._way, left
+
+    def timed(self, frames: Iterator[Given]) -> Iterator[Given]:
+        """The frames themselves, while the time that they take is noted for as long as this matters."""
+        tried, begin = len(self._times), 0.0
+        for number, frame in enumerate(frames):
+            if tried < len(self._tries) and number == TIMED.start:
+                begin = perf_counter()
+            elif tried < len(self._tries) and number == TIMED.stop:
+                self._times.append(perf_counter() - begin)
+            yield frame

@@ -15,7 +15,7 @@ import irsim
 from irsim import crew, division
 from irsim.balance import Balance
 from irsim.crew import _Crew
-from irsim.division import DIVIDED, TRIED, WHOLE, Trial, Way
+from irsim.division import DIVIDED, LONG, PHASE, TIMED, TRIED, WHOLE, Contest, Trial, Way
 from irsim.places import shared
 from irsim.render import Renderer
 from irsim.worker import Answers, Worker
@@ -130,7 +130,7 @@ def test_how_much_a_worker_has_left_says_what_it_is_given(left: float, last: flo
     chunks = deque(crew.chunked(range(400), DIVIDED.length, 2))
     with shared(0) as memory:
         balance = Balance(0.5, [0.1] * renderer.steps)
-        frames = _Crew(renderer, DIVIDED, balance, chunks, [worker], memory, deque(range(24))).frames()
+        frames = _Crew(renderer, balance, [worker], memory).frames(DIVIDED, chunks, deque(range(24)))
         assert [frame.truth.index for frame in frames] == list(range(400))
     means = [float(np.mean(steps)) for steps in worker.asked]
     assert means[0] < 1
@@ -191,3 +191,42 @@ def test_however_steps_are_dealt_out_two_processes_give_the_same_frames(monkeypa
     monkeypatch.setattr(Trial, "way", lambda _: DIVIDED)
     monkeypatch.setattr(Balance, "steps", lambda _, count: [next(dealt) for _ in range(count)])
     assert np.array_equal([frame.image for frame, _ in irsim.frames(scenario, jobs=2)], expected)
+
+
+@pytest.mark.parametrize(
+    ("whole_s", "divided_s", "faster"), [(1.0, 0.9, DIVIDED), (1.0, 0.99, WHOLE), (0.9, 1.0, WHOLE)]
+)
+def test_the_faster_way_goes_on(whole_s: float, divided_s: float, faster: Way, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Frames outside what is timed take long, whichever way."""
+    now = 0.0
+    monkeypatch.setattr(division, "perf_counter", lambda: now)
+    contest, left, ways = Contest(DIVIDED, LONG), LONG, []
+    while left:
+        way, count = contest.next(left)
+        ways.append((way, count))
+        frames = contest.timed(iter(range(count)))
+        for number in range(count):
+            assert next(frames) == number
+            timed = TIMED.start <= number < TIMED.stop
+            now += 10.0 if not timed else whole_s if way is WHOLE else divided_s
+        assert next(frames, None) is None
+        left -= count
+    assert ways == [(WHOLE, PHASE), (DIVIDED, PHASE), (faster, LONG - 2 * PHASE)]
+
+
+@pytest.mark.parametrize(("way", "frames"), [(WHOLE, LONG), (DIVIDED, 2 * PHASE)])
+def test_without_two_ways_or_time_for_them_nothing_is_tried(way: Way, frames: int) -> None:
+    assert Contest(way, frames).next(frames) == (way, frames)
+
+
+def test_whichever_way_goes_on_frames_are_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    scenario = irsim.load("sky", ["frames=200", "camera.size=[24, 16]"])
+    expected = [frame.image for frame, _ in irsim.frames(scenario)]
+    for name, value in (("PHASE", 56), ("TIMED", slice(16, 48))):
+        monkeypatch.setattr(division, name, value)
+    monkeypatch.setattr(crew, "LONG", 0)
+    monkeypatch.setattr(Trial, "way", lambda _: DIVIDED)
+    for better in (math.inf, 0.0):  # the one that goes on
+        monkeypatch.setattr(division, "BETTER", better)
+        found = [frame.image for frame, _ in irsim.frames(scenario, jobs=2)]
+        assert np.array_equal(found, expected)
