@@ -30,8 +30,9 @@ def standing_still(scenario: Scenario) -> Iterator[Notice]:
             hz = getattr(target.shape, key)
             passed = hz * places / rate_hz
             if passed > STILL and abs(passed - round(passed)) * (scenario.frames - 1) < STILL:
-                why = f"at {rate_hz:g} frames a second they look the same in all frames, though they turn {hz:g} times"
-                yield Notice(("targets", index, "shape", key), f"{why}; try {0.97 * hz:.3g}")
+                alike = f"{hz:g} turns a second look alike in each of {rate_hz:g} frames a second"
+                what = f"what turns seems to stand still: {alike}; try {0.97 * hz:.3g}"
+                yield Notice(("targets", index, "shape", key), what)
 
 
 def too_late(scenario: Scenario) -> Iterator[Notice]:
