@@ -7,6 +7,7 @@ import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import Field, model_validator
@@ -113,6 +114,11 @@ class Scenario(Part):
         meshes = [target.shape.contents for target in self.targets if target.shape.contents]
         text = json.dumps([__version__, scene_code(self), value, *meshes], sort_keys=True)
         return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """The files, beside its text, that it is read from: a recorded background, bodies of one's own."""
+        return (*self.background.files, *(file for target in self.targets for file in target.shape.files))
 
     @property
     def arrivals(self) -> Sequence[int]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
+from pathlib import Path
 
 from irsim.cards import source_card, source_line
 from irsim.crew import rendered
@@ -53,6 +54,10 @@ class Rendering:
     def scenario_text(self) -> str:
         """The scenario as YAML with every key written out: it travels inside a recording."""
         return dumps(self.scenario)
+
+    @property
+    def needs(self) -> tuple[Path, ...]:
+        return self.scenario.files
 
     @property
     def seed(self) -> int:

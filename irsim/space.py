@@ -6,6 +6,7 @@ of the scene, so that the same point is met under other circumstances by another
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -122,5 +123,13 @@ def sample(scenario: Scenario, n: int, seed: int = 0, start: int = 0) -> list[Sc
     if not scenario.vary:
         raise InputError("vary: nothing varies in this scenario; allowed: override keys, each with a kind of variation")
     space = variations(scenario)
-    seeds = [int(stream(seed, "sample", k).integers(_SEEDS)) for k in range(start, start + n)]
-    return [space.concrete(space.draw(each), each) for each in seeds]
+    drawn = []
+    for k in range(start, start + n):
+        own = int(stream(seed, "sample", k).integers(_SEEDS))
+        point = space.draw(own)
+        try:
+            drawn.append(space.concrete(point, own))
+        except InputError as error:
+            values = ", ".join(f"{key}={json.dumps(value)}" for key, value in point.items())
+            raise InputError(f"draw {k} of seed {seed} cannot be ({values}): {error}") from None
+    return drawn

@@ -14,6 +14,7 @@ from scenario_text import TEXT
 
 import irsim
 from irsim.authoring import json_schema
+from irsim.errors import InputError
 from irsim.kinds import Family
 from irsim.loader import dumps, examples, load, loads
 from irsim.scenario import Scenario
@@ -232,3 +233,19 @@ def test_check_warns_of_ranges_with_scenes_that_cannot_be(tmp_path: Path, run: R
         "crossed.yaml:12:60: vary.targets.b.path.at_frame.high: warning: with 400 no scenario can be made: "
         "there is no frame 400; allowed: 0 to 59, or more frames, of which --frames 60 renders the first\n"
     )
+
+
+def test_a_draw_that_cannot_be_is_named_with_what_was_drawn() -> None:
+    """The slower the target, the longer a bar must be to hide it: at some speeds none is wide enough."""
+    scenario = irsim.loads(
+        """
+frames: 60
+camera: {size: [160, 120]}
+background: {kind: sky}
+targets: [{id: a, shape: {kind: fighter}, path: {kind: straight, start: [20, 60], speed: 1.5, range_m: 1500}}]
+occluders: [{kind: bar, id: wall, hides: a, frames: [40, 50], range_m: 500}]
+vary: {targets.a.path.speed: {kind: uniform, low: 0.5, high: 3}}
+"""
+    )
+    with pytest.raises(InputError, match=r"^draw \d+ of seed 0 cannot be \(targets\.a\.path\.speed=[\d.]+\): .*wall"):
+        irsim.sample(scenario, 40)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from command_line import Run
 
 from irsim.backgrounds import Footage, Recorded
 from irsim.errors import InputError
@@ -225,3 +226,17 @@ def test_another_recording_of_the_same_name_is_another_scene(tmp_path: Path) -> 
     before = scene(footage(tmp_path)).hash
     after = scene(footage(tmp_path, netd_mk=80.0)).hash
     assert before != after
+
+
+def test_no_output_replaces_the_footage(tmp_path: Path, run: Run) -> None:
+    file = footage(tmp_path)
+    before, into = file.read_bytes(), Rendering(scene(file, targets=[TARGET]))
+    assert into.needs == (file,)
+    with pytest.raises(InputError, match=r"would replace .*own\.mcap, which this command needs"):
+        record(into, file)
+    (tmp_path / "into.yaml").write_text(dumps(into.scenario))
+    done = run("render", "into.yaml", "-o", "own.mcap", "--frames", "2", cwd=tmp_path)
+    assert done.returncode == 2
+    kept = record(into, tmp_path / "into.mcap", stop=2)
+    assert run("render", str(kept), "-o", "own.mcap", cwd=tmp_path).returncode == 2
+    assert file.read_bytes() == before

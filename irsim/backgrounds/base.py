@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, Protocol, TypeGuard
 
 import numpy as np
@@ -148,6 +149,11 @@ class Background(Kind):
     far below (`surface_m`)."""
     surface: ClassVar[str] = "ground"
     """What its lower part is, in a word for messages."""
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """The files that it is read from."""
+        return ()
 
     @abstractmethod
     def layers(self, stage: Stage) -> Sequence[Layer]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property, lru_cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import cv2
@@ -109,6 +110,10 @@ class Recorded(Background):
     def ambient(self, stage: Stage) -> float:
         """All around is as bright as its first frame in the mean."""
         return _mean_light(self, stage.band)
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        return (Path(self.file),)
 
     def layers(self, stage: Stage) -> Sequence[Layer]:
         return [Footage(self, stage)]

@@ -44,7 +44,8 @@ typedef struct {
     Py_ssize_t left, top, columns, rows;
 } Pixels;
 
-#define FAR 1e9 /* more pixels than any picture has */
+#define FAR 1e15 /* px: what is farther away has no whole pixels any more */
+#define MOST 1e9 /* more pixels than any picture has */
 
 static int is_number(double value)
 {
@@ -59,7 +60,7 @@ static int pixels_of(Box box, Box window, Pixels *pixels)
     const double columns = greater(ceil(edges.high.x - 0.5) - left + 1, 1);
     const double rows = greater(ceil(edges.high.y - 0.5) - top + 1, 1);
     if (!(is_number(box.middle.x + box.wide) && is_number(box.middle.y + box.high) && fabs(left) < FAR &&
-          fabs(top) < FAR && columns < FAR && rows < FAR && columns * rows < FAR))
+          fabs(top) < FAR && columns * rows < MOST))
         return 0;
     *pixels = (Pixels){(Py_ssize_t)left, (Py_ssize_t)top, (Py_ssize_t)columns, (Py_ssize_t)rows};
     return 1;

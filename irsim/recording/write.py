@@ -197,7 +197,7 @@ def record(
     InputError where the frames are not in the source or the file cannot be written.
     """
     path = Path(path)
-    check_output(path, source.file)
+    check_output(path, *source.needs)
     start, stop = whole("start", start), whole("stop", len(source) if stop is None else stop)
     whole("jobs", jobs, 1)
     if not 0 <= start < stop <= len(source):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Annotated, ClassVar, NamedTuple
 
 from irsim.kinds import Kind, Switches
@@ -61,6 +62,11 @@ class Shape(Kind):
     def contents(self) -> str:
         """Digest of the files that decide how it looks; empty where there are none."""
         return ""
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """The files that it is read from."""
+        return ()
 
     @property
     def doubt(self) -> tuple[str, str] | None:

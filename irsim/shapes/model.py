@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import lru_cache
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -94,6 +95,10 @@ class Model(Shape):
     @property
     def contents(self) -> str:
         return read_mesh(self.file).digest
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        return (Path(self.file),)
 
     @property
     def doubt(self) -> tuple[str, str] | None:

@@ -82,6 +82,11 @@ class Source(Protocol):
         return None
 
     @property
+    def needs(self) -> tuple[Path, ...]:
+        """The files that its frames are read from: no output may replace them."""
+        return () if self.file is None else (self.file,)
+
+    @property
     def agc(self) -> Display | None:
         return None
 

@@ -130,6 +130,8 @@ def run(
         split = split_settings(settings or (), found, keys, spec.parameters)
         made = make(spec.name, split.tracker)
         opened = open_source(source, split.scenario)
+        for written in (csv, output):
+            check_output(written, *opened.needs)
         tell_unheeded([source], split.scenario)
         if seed is not None:
             opened = opened.with_seed(seed)
