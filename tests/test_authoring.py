@@ -236,7 +236,7 @@ def test_check_warns_of_ranges_with_scenes_that_cannot_be(tmp_path: Path, run: R
 
 
 def test_a_draw_that_cannot_be_is_named_with_what_was_drawn() -> None:
-    """The slower the target, the longer a bar must be to hide it: at some speeds none is wide enough."""
+    """The faster the target, the wider a bar must be to hide it so long: at some speeds none can."""
     scenario = irsim.loads(
         """
 frames: 60

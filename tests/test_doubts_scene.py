@@ -281,3 +281,13 @@ def test_what_turns_from_like_to_like_is_told(kind: str, key: str, hz: float, st
     first, *others = (Renderer(scene).seen(index)[0].piece.sprite.alpha for index in (0, 1, 2, 7))
     same = all(first.shape == other.shape and np.allclose(first, other, atol=1e-9) for other in others)
     assert same == (still or hz == 0)
+
+
+@pytest.mark.parametrize(
+    ("hz", "frames", "said"), [(87.0, 1, 0), (87.0, 2, 0), (90.0, 1, 0), (90.0, 2, 1), (1.0, 31, 0)]
+)
+def test_few_frames_and_slow_turns_are_not_taken_for_still(hz: float, frames: int, said: int) -> None:
+    path = {"kind": "straight", "start": (30, 20), "speed": 0, "range_m": 200}
+    target = {"id": "it", "shape": {"kind": "quadrotor", "rotor_hz": hz}, "path": path}
+    notices = told({"frames": frames, "camera": {"rate_hz": 30}, "targets": [target]})
+    assert sum(place.endswith("rotor_hz") for place in notices) == said

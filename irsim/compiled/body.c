@@ -127,7 +127,7 @@ static PyObject *lit(const Form *form, const Pose *pose, const Frame *frame, con
                           (frame->rows - 1) / 2 + frame->shift_y + at.y * scale};
     const Box box = box_of((Extent){{middle.x + rims.box.low.x, middle.y + rims.box.low.y},
                                     {middle.x + rims.box.high.x, middle.y + rims.box.high.y}});
-    const Spread *any = spread_for(spreads, 0.0);
+    const Spread *any = spread_for(spreads, 0.0); /* all reach as far */
     if (any == NULL)
         return NULL;
     const Box window = drawn_part(box, (double)any->reach, frame->columns, frame->rows);

@@ -18,7 +18,7 @@ def odd_shapes(scenario: Scenario) -> Iterator[Notice]:
             yield Notice(("targets", index, "shape", key), why)
 
 
-STILL = 0.25
+STILL = 0.05
 """Of the way to the next place at which they look the same, that turning parts go in all frames: less is not seen."""
 
 
@@ -29,7 +29,8 @@ def standing_still(scenario: Scenario) -> Iterator[Notice]:
         for key, places in target.shape.alike.items():
             hz = getattr(target.shape, key)
             passed = hz * places / rate_hz
-            if passed > STILL and abs(passed - round(passed)) * (scenario.frames - 1) < STILL:
+            whole, later = round(passed), scenario.frames - 1
+            if whole >= 1 and later >= 1 and abs(passed - whole) * later < STILL:
                 alike = f"{hz:g} turns a second look alike in each of {rate_hz:g} frames a second"
                 what = f"what turns seems to stand still: {alike}; try {0.97 * hz:.3g}"
                 yield Notice(("targets", index, "shape", key), what)
