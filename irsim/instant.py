@@ -41,8 +41,9 @@ class Instant:
         frames = np.arange(float(count)) + offset
         tilt = stage.air.turbulence.turns(frames, stage.band, stage.rate_hz, stage.seed)
         still = Mount.of(scenario.motions, frames, stage)
-        courses = (Course.of(target, count, stage, offset) for target in scenario.targets if scenario.is_on(target.id))
-        return cls(stage, replace(still, turns=still.turns + tilt), tuple(courses))
+        mount = replace(still, turns=still.turns + tilt)
+        there = (target for target in scenario.targets if scenario.is_on(target.id))
+        return cls(stage, mount, tuple(Course.of(target, mount, stage, offset) for target in there))
 
     @cached_property
     def _level(self) -> Floats:

@@ -47,4 +47,5 @@ class Target(Part):
 
     def exists(self, frame: int) -> bool:
         """Is it there in that frame?"""
-        return frame >= self.path.begins and not any(first <= frame <= last for first, last in self.absent)
+        absent = self.absent and any(first <= frame <= last for first, last in self.absent)
+        return frame >= self.path.begins and not absent

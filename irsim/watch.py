@@ -45,7 +45,7 @@ class Watch:
     def courses(self) -> dict[str, Course]:
         """Of each target that is on, by id."""
         there = (target for target in self.shown.targets if self.shown.is_on(target.id))
-        return {target.id: Course.of(target, self.shown.frames, self.stage) for target in there}
+        return {target.id: Course.of(target, self.mount, self.stage) for target in there}
 
     @cached_property
     def _sprites(self) -> dict[tuple[str, int], Sprite | None]:

@@ -19,7 +19,7 @@ from irsim.shapes import View, draw_all, posed, silhouette
 from irsim.shapes.joints import Rigid, hinge
 from irsim.shapes.mesh import mesh
 from irsim.shapes.polygon import outline
-from irsim.shapes.posed import Posed, posed_sprites
+from irsim.shapes.posed import Posed, Rest, posed_sprites
 from irsim.shapes.rims import Joints
 from irsim.shapes.silhouette import Outline, sprites
 from irsim.shapes.solids import Solid
@@ -167,7 +167,7 @@ def test_outlines_of_any_parts(count: int, seed: int, of_part: list[int], angle:
         "other": Rigid((*np.eye(3).ravel().tolist(), *rng.uniform(-1, 1, 3).tolist())),
     }
     view = View(np.array([0.0, 0.0, range_m]), AWAY @ euler(rng.uniform(-180, 180, 3)), where)
-    body = Posed(form, joints, motions, 1.5, view, (np.arange(float(count)), 0.5))
+    body = Posed(Rest(form, joints, np.arange(float(count))), motions, 1.5, view, 0.5)
     (ours,) = posed_sprites([body])
     (theirs,) = plainly_posed(body)
     same(ours, theirs)
@@ -196,4 +196,4 @@ def test_a_body_at_what_is_no_place_neither_crashes_nor_hangs(bad: float) -> Non
     for place in ([0.0, 0.0, bad], [bad, 0.0, 9.0]):
         view = View(np.array(place), AWAY, stage())
         with contextlib.suppress(ValueError):
-            posed_sprites([Posed(form, still, {}, 1.0, view, (np.arange(9.0), 1.0))])
+            posed_sprites([Posed(Rest(form, still, np.arange(9.0)), {}, 1.0, view, 1.0)])

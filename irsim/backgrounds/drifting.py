@@ -96,7 +96,7 @@ class Drifting:
     def _around(self, time: float) -> tuple[Tiled, Tiled, float]:
         """The states before and after a time, and the share of the one after."""
         steps = time / self._period_s * STEPS
-        first = int(np.floor(steps))
+        first = math.floor(steps)
         known = self._states  # once: another thread may put its own there
         states = self._states = {k: known.get(k) or self._state_at(k / STEPS) for k in (first, first + 1)}
         return states[first], states[first + 1], steps - first

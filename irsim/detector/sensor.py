@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -77,21 +78,31 @@ class Sensor:
         moment = self.moment(index, light.shape)
         signal = self.step(light, index, steps, self.steps, spent)
         counts = self.response.counts(signal, out, self._added(moment))
-        for noise in self.noises:
+        for noise in self._doing["replace"]:
             noise.replace(counts, self.response, moment)
         return counts
 
+    @cached_property
+    def _doing(self) -> Mapping[str, Sequence[Noise]]:
+        """The noises that do something of their own, by what it is: most do one thing only, and a frame asks for all."""
+        of_all = "gains", "lasting", "steady", "replace"
+        return {
+            what: [noise for noise in self.noises if getattr(type(noise), what) is not getattr(Noise, what)]
+            for what in of_all
+        }
+
     def _gain(self, moment: Moment) -> Floats | None:
         """What the noises' gains are together."""
-        gains = [gain for noise in self.noises if (gain := noise.gains(moment)) is not None]
+        gains = [gain for noise in self._doing["gains"] if (gain := noise.gains(moment)) is not None]
         if len(gains) < 2:
             return np.ascontiguousarray(gains[0]) if gains else None
         return np.asarray(np.prod([1 + gain for gain in gains], axis=0) - np.float32(1))
 
     def _added(self, moment: Moment) -> Sequence[Weighted]:
         """What is added to all that was drawn for this frame alone, in units of signal."""
-        lasting = [found for noise in self.noises if (found := noise.lasting(moment)) is not None]
-        steady = self._steady.of([part for noise in self.noises if (part := noise.steady(moment)) is not None], moment)
+        lasting = [found for noise in self._doing["lasting"] if (found := noise.lasting(moment)) is not None]
+        parts = [part for noise in self._doing["steady"] if (part := noise.steady(moment)) is not None]
+        steady = self._steady.of(parts, moment)
         all_of_them = lasting if steady is None else [*lasting, (steady, 1.0)]
         return [(np.ascontiguousarray(pattern), weight * self.response.noise) for pattern, weight in all_of_them]
 

@@ -28,7 +28,10 @@ class Variance(NamedTuple):
     @classmethod
     def together(cls, noises: Iterable[Variance]) -> Variance:
         """That of independent noises."""
-        return cls(*map(sum, zip(cls(), *noises, strict=True)))
+        own = shared = gain = counted = 0.0
+        for noise in noises:
+            own, shared, gain, counted = own + noise[0], shared + noise[1], gain + noise[2], counted + noise[3]
+        return cls(own, shared, gain, counted)
 
     def within(self, signal: Signal, response: Response) -> Signal:
         """From pixel to pixel of a frame, at a noiseless signal, in squared units of it: all but what they share."""

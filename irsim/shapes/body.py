@@ -16,7 +16,7 @@ from irsim.shapes.base import Shape, View
 from irsim.shapes.joints import Rigid
 from irsim.shapes.mesh import Mesh, mesh
 from irsim.shapes.parting import parted
-from irsim.shapes.posed import Posed, posed_sprites
+from irsim.shapes.posed import Posed, Rest, posed_sprites
 from irsim.shapes.rims import Joints
 from irsim.shapes.solids import Solid
 from irsim.sprite import Sprite
@@ -75,10 +75,9 @@ class Body(Shape):
 
     def posed(self, view: View) -> Posed:
         """What is drawn of it."""
-        stage, joints = view.stage, _joints(type(self))
-        motions = self.joints(view.time) if joints.names else {}
-        shine = _glow(self, stage.band, stage.surroundings), self.brightness(view)
-        return Posed(_mesh(type(self), self.length_m), joints, motions, self.length_m, view, shine)
+        rest = _rest(self, view.stage.band, view.stage.surroundings)
+        motions = self.joints(view.time) if rest.joints.names else {}
+        return Posed(rest, motions, self.length_m, view, self.brightness(view))
 
 
 _SKIN = "temperature"
@@ -112,6 +111,12 @@ def _mesh(body: type[Body], length_m: float) -> Mesh:
 
 
 @lru_cache(maxsize=64)
+def _rest(body: Body, band: Band, surroundings: float) -> Rest:
+    """All of it that stays from frame to frame."""
+    kind = type(body)
+    return Rest(_mesh(kind, body.length_m), _joints(kind), _glow(body, band, surroundings))
+
+
 def _glow(body: Body, band: Band, surroundings: float) -> Floats:
     """(parts,) in-band radiance, W/m2/sr."""
     parts = _parts(type(body))

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from functools import lru_cache
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -14,21 +15,37 @@ from irsim.optics import PointSpread
 from irsim.shapes.base import View
 from irsim.shapes.joints import Rigid
 from irsim.shapes.mesh import Mesh
-from irsim.shapes.rims import Joints, Shine, rims
+from irsim.shapes.rims import Joints, rims
 from irsim.shapes.silhouette import FINENESS, Outline, drawn_part, spread_table, sprites
 from irsim.sprite import Sprite
-from irsim.types import Box
+from irsim.types import Box, Floats
 
 
-class Posed(NamedTuple):
-    """A body at rest, how its joints are moved, in units of `scale`, how it is seen and how it shines."""
+@dataclass(frozen=True, eq=False)
+class Rest:
+    """A body at rest: its form, its joints, and the light of each part (n,), W/m2/sr."""
 
     form: Mesh
     joints: Joints
+    glow: Floats
+
+    @cached_property
+    def table(self) -> kernels.Form:
+        """It as compiled loops take it."""
+        form, parts = self.form, self.form.parts
+        tables = parts.firsts, parts.corner, parts.edges, parts.heat
+        lines = form.vertices, form.normals, form.offsets, form.crossing
+        return kernels.form(*tables, *lines, form.thin, self.joints.of_part)
+
+
+class Posed(NamedTuple):
+    """A body, how its joints are moved, in units of `scale`, how it is seen, and how many times brighter it all is."""
+
+    rest: Rest
     motions: Mapping[str, Rigid]
     scale: float
     view: View
-    shine: Shine
+    brightness: float
 
 
 def posed_sprites(bodies: Sequence[Posed]) -> list[Sprite | None]:
@@ -42,7 +59,8 @@ def posed_sprites(bodies: Sequence[Posed]) -> list[Sprite | None]:
 
 def outlined(body: Posed) -> Outline | None:
     """The outlines of its parts; None where any of it lies behind the camera."""
-    found, view = rims(*body), body.view
+    rest, motions, scale, view, brightness = body
+    found = rims(rest.form, rest.joints, motions, scale, view, rest.glow * brightness)
     if found is None:
         return None
     window, range_m = drawn_part(found.box, view.stage), math.hypot(*view.position.tolist())
@@ -51,19 +69,19 @@ def outlined(body: Posed) -> Outline | None:
 
 def _sprite(body: Posed) -> Sprite | None:
     """What `posed_sprites` does, compiled."""
-    form, joints, motions, scale, view, (glow, brightness) = body
+    rest, motions, scale, view, brightness = body
     stage = view.stage
     geometry = stage.geometry
     found = kernels.body_light(
-        _table(form, joints),
-        tuple([motions[name].numbers for name in joints.names]),
+        rest.table,
+        tuple([motions[name].numbers for name in rest.joints.names]),
         scale,
         view.position,
         view.attitude,
         geometry.ifov_rad,
         *geometry.size,
         *geometry.shift_px,
-        glow,
+        rest.glow,
         brightness,
         _spreads(stage.psf),
     )
@@ -72,14 +90,6 @@ def _sprite(body: Posed) -> Sprite | None:
     x0, y0, shape, light, center, signal_center, box, range_m, area = found
     cover, alpha, emission = np.ndarray(shape, np.float64, light)
     return Sprite(x0, y0, cover, alpha, emission, center, signal_center, Box(*box), range_m, area)
-
-
-@lru_cache(maxsize=64)
-def _table(form: Mesh, joints: Joints) -> kernels.Form:
-    """A body at rest as compiled loops take it."""
-    parts = form.parts
-    tables = parts.firsts, parts.corner, parts.edges, parts.heat
-    return kernels.form(*tables, form.vertices, form.normals, form.offsets, form.crossing, form.thin, joints.of_part)
 
 
 @lru_cache(maxsize=32)

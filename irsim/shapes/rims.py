@@ -38,14 +38,11 @@ class Joints:
     of_part: Ints
 
 
-Shine = tuple[Floats, float]
-"""The light of each part (n,), W/m2/sr, and how many times brighter they all are."""
-
-
 def rims(
-    form: Mesh, joints: Joints, motions: Mapping[str, Rigid], scale: float, view: View, shine: Shine
+    form: Mesh, joints: Joints, motions: Mapping[str, Rigid], scale: float, view: View, light: Floats
 ) -> Rims | None:
-    """Of a body at rest, its joints moved in units of `scale`; None where any of it lies behind the camera."""
+    """Of a body at rest, its joints moved in units of `scale`, the light of its parts (n,) in W/m2/sr; None where any of
+    it lies behind the camera."""
     right, down, ahead = view.position.tolist()
     if ahead <= 0:
         return None
@@ -74,7 +71,6 @@ def rims(
     # A face seen from outside runs clockwise in x right, y down where its edges are read backwards.
     start = pixels[np.where(left, parts.head, parts.tail)[order]]
     stop = pixels[np.where(left, parts.tail, parts.head)[order]]
-    light, brightness = shine
     glow = np.empty(len(rank))
-    glow[rank] = light * brightness
+    glow[rank] = light
     return Rims((start, stop, layer), (x, y), glow, Box.from_edges(x + west, y + north, x + east, y + south))
