@@ -11,9 +11,10 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from irsim import rng
-from irsim.backgrounds import Gaze, evolving, veiled
+from irsim.backgrounds import Gaze, cloud, evolving, veiled
 from irsim.backgrounds.base import in_air
 from irsim.backgrounds.chart import Chart
+from irsim.backgrounds.cloud import Look
 from irsim.backgrounds.drifting import Drifting, _first
 from irsim.backgrounds.tiles import Tiled
 from irsim.compiled import COMPILED, kernels
@@ -171,6 +172,44 @@ def test_fields_of_another_size_are_refused() -> None:
         kernels.mixed((1.0,) * 4, (1.0, 0.5), 4, -1, 2, out, out, pair, pair, pair, pair)
     with pytest.raises(TypeError, match="tuple of 4"):
         kernels.mixed((1.0,) * 3, (1.0, 0.5), *places, out, out, pair, pair, pair, pair)
+
+
+@settings(max_examples=50)
+@given(
+    size=st.tuples(st.integers(1, 40), st.integers(1, 40)),
+    seed=st.integers(0, 2**32 - 1),
+    edge=st.floats(-3, 3),
+    depth=st.sampled_from([0.0, 1e-3, 3.0, 1e6]),
+    sunlit_k=st.sampled_from([None, 0.0, 8.0]),
+)
+@example((30, 40), 0, 0.3, 3.0, 8.0)
+def test_clouds_are_painted_as_by_passes(
+    size: tuple[int, int], seed: int, edge: float, depth: float, sunlit_k: float | None
+) -> None:
+    """The exponential's own error is 2e-7; warmth is beyond the table now and then."""
+    look = Look.of(edge, depth, (268.0, 2.0, sunlit_k or 0.0), "mwir")
+    draws = np.random.default_rng(seed)
+    thickness, warmth = (3 * draws.standard_normal((2, *size))).astype(np.float32)
+    lit = None if sunlit_k is None else draws.random(size).astype(np.float32)
+    painted = look.paint(thickness, warmth, lit)
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(cloud, "COMPILED", False)
+        for field, plain in zip(painted, look.paint(thickness, warmth, lit), strict=True):
+            np.testing.assert_allclose(field, plain, rtol=0, atol=5e-7 * max(look.brightest, 1.0), strict=True)
+
+
+def test_clouds_of_another_size_are_refused() -> None:
+    look, one = Look.of(0.0, 1.0, (268.0, 2.0, 8.0), "mwir"), np.ones((3, 4), np.float32)
+    other, out = one[1:], (np.empty_like(one), np.empty_like(one))
+    table = look.glow, 1.0, 1.0
+    kernels.cloud(one, one, None, 0.0, 1.0, 1.0, *table, *out)
+    for thickness, warmth, lit in ((other, one, one), (one, other, one), (one, one, other)):
+        with pytest.raises(ValueError, match="one size"):
+            kernels.cloud(thickness, warmth, lit, 0.0, 1.0, 1.0, *table, *out)
+    with pytest.raises(ValueError, match="table"):
+        kernels.cloud(one, one, one, 0.0, 1.0, 1.0, look.glow[1:], 1.0, 1.0, *out)
+    with pytest.raises(TypeError, match="array of f"):
+        kernels.cloud(one, one, one.astype(float), 0.0, 1.0, 1.0, *table, *out)
 
 
 def test_a_veil_of_another_size_is_refused() -> None:

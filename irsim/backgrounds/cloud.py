@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from irsim.backgrounds.periodic import enlarged, wrapped_blur
+from irsim.compiled import COMPILED, kernels
 from irsim.lookup import lookup
 from irsim.radiometry import radiance
 from irsim.types import Band, Floats
@@ -18,6 +19,9 @@ EXTREME = 6.0
 
 ENTRIES = 2**16
 """Of that table: 16-bit words are looked up fastest. A step is 0.18 mK for each K of standard deviation."""
+
+STEP = (ENTRIES - 1) / (2 * EXTREME)
+"""Entries of it for each standard deviation."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,15 +55,25 @@ class Look:
 
         thickness, warmth: parts of fields of mean 0 and variance 1; lit: the share of the sun's light, 0..1, None
         where there is none."""
+        if COMPILED:
+            return self._painted(np.ascontiguousarray(thickness), np.ascontiguousarray(warmth), lit)
         above = np.maximum(thickness - np.float32(self.edge), 0)
         transmittance = np.exp(np.float32(-self.depth) * above)
-        places = (warmth + np.float32(EXTREME)) * np.float32((ENTRIES - 1) / (2 * EXTREME))
+        places = warmth * np.float32(STEP) + np.float32((ENTRIES - 1) / 2)
         np.clip(np.rint(places, out=places), 0, ENTRIES - 1, out=places)
         light = lookup(self.glow, places.astype(np.uint16))
         if lit is not None:
             light += np.float32(self.sunlit) * lit * np.exp(-above)
         light *= 1 - transmittance
         return transmittance, light
+
+    def _painted(self, thickness: Floats, warmth: Floats, lit: Floats | None) -> tuple[Floats, Floats]:
+        """What `paint` does, compiled."""
+        passed, emitted = np.empty_like(thickness), np.empty_like(thickness)
+        sun = None if lit is None else np.ascontiguousarray(lit)
+        table = self.glow, STEP, (ENTRIES - 1) / 2
+        kernels.cloud(thickness, warmth, sun, self.edge, self.depth, self.sunlit, *table, passed, emitted)
+        return passed, emitted
 
 
 @dataclass(frozen=True, eq=False)

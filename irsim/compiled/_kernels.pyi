@@ -50,6 +50,23 @@ def mixed(
     """first, second = the sums of the two fields in each of four pairs (side, side, 2) times their shares, times the
     scales, from a row and a column on; periodic. Rows may lie apart."""
 
+def cloud(
+    thickness: Float32,
+    warmth: Float32,
+    lit: Float32 | None,
+    edge: float,
+    depth: float,
+    sunlit: float,
+    glow: Float32,
+    step: float,
+    middle: float,
+    passed: Float32,
+    emitted: Float32,
+    /,
+) -> None:
+    """passed, emitted = what `irsim.backgrounds.cloud.Look` makes of thickness, warmth and the sun's light; places in
+    the table of glow are warmth * step + middle."""
+
 def moved(share: float, right: float, down: float, unit: float, out: Float32, early: Words, late: Words, /) -> None:
     """out = a field mixed of two states, `share` of the late one, `unit` for each of their words (rows + 1,
     columns + 1), and read at (right, down) px within 0..1 from its first pixel on. Rows may lie apart."""

@@ -2,6 +2,7 @@
  * lengths that must agree are checked before anything is read. */
 #include "arguments.h"
 #include "body.h"
+#include "cloud.h"
 #include "clutter.h"
 #include "drawing.h"
 #include "form.h"
@@ -30,6 +31,7 @@ static PyMethodDef methods[] = {
     {"add_shot", (PyCFunction)(void (*)(void))add_shot, METH_FASTCALL, NULL},
     {"signal_of", (PyCFunction)(void (*)(void))signal_of, METH_FASTCALL, NULL},
     {"counts_of", (PyCFunction)(void (*)(void))counts_of, METH_FASTCALL, NULL},
+    {"cloud", (PyCFunction)(void (*)(void))cloud, METH_FASTCALL, NULL},
     {"mixed", (PyCFunction)(void (*)(void))mixed, METH_FASTCALL, NULL},
     {"moved", (PyCFunction)(void (*)(void))moved, METH_FASTCALL, NULL},
     {"veil", (PyCFunction)(void (*)(void))veil, METH_FASTCALL, NULL},

@@ -84,7 +84,7 @@ class Sensor:
 
     @cached_property
     def _doing(self) -> Mapping[str, Sequence[Noise]]:
-        """The noises that do something of their own, by what it is: most do one thing only, and a frame asks for all."""
+        """The noises that do something of their own, by what it is: most do one thing only."""
         of_all = "gains", "lasting", "steady", "replace"
         return {
             what: [noise for noise in self.noises if getattr(type(noise), what) is not getattr(Noise, what)]

@@ -41,8 +41,8 @@ class Joints:
 def rims(
     form: Mesh, joints: Joints, motions: Mapping[str, Rigid], scale: float, view: View, light: Floats
 ) -> Rims | None:
-    """Of a body at rest, its joints moved in units of `scale`, the light of its parts (n,) in W/m2/sr; None where any of
-    it lies behind the camera."""
+    """Of a body at rest, its joints moved in units of `scale`, of the light (n,) of its parts, W/m2/sr; None where any
+    of it lies behind the camera."""
     right, down, ahead = view.position.tolist()
     if ahead <= 0:
         return None
