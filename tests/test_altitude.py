@@ -10,7 +10,7 @@ import pytest
 from pydantic import ValidationError
 
 from irsim import Scenario
-from irsim.backgrounds.air import ground_range_m
+from irsim.backgrounds.air import ground_path
 from irsim.doubts import doubts, unheeded
 from irsim.radiometry import radiance, temperature
 from irsim.render import Renderer
@@ -71,11 +71,13 @@ def test_a_camera_above_the_air_is_refused_with_an_atmosphere(background: dict[s
     assert scene(background, atmosphere={}).stage.air.is_clear
 
 
-def test_ground_above_the_horizon_is_as_far_as_the_horizon_from_any_height() -> None:
-    """sqrt(2 r h + h^2); rounding made it nothing from one height in five."""
-    for height_m in np.arange(1.0, 200.0):
-        horizon_m = math.sqrt(2 * 6.371e6 * height_m + height_m**2)
-        np.testing.assert_allclose(ground_range_m(height_m, np.array([0.0, -0.3])), horizon_m, rtol=1e-6)
+def test_ground_above_the_level_is_as_far_as_the_farthest_from_any_height() -> None:
+    """100 km, or the round Earth's horizon, sqrt(2 r h + h^2), from where it is farther."""
+    for height_m in (*np.arange(1.0, 200.0), 780.0, 800.0, 3000.0, 20_000.0, 400_000.0):
+        farthest_m = max(math.sqrt(2 * 6.371e6 * height_m + height_m**2), 100e3)
+        along, elevation = ground_path(height_m, np.array([0.9 * height_m / farthest_m, 0.0, -0.3]))
+        np.testing.assert_allclose(along, farthest_m, rtol=1e-6)
+        np.testing.assert_allclose(np.sin(elevation), -height_m / farthest_m, rtol=1e-6)
 
 
 @pytest.mark.parametrize("background", [{**GROUND, "height_m": 3000.0}, {**LANDSCAPE, "camera_height_m": 3000.0}])
@@ -85,6 +87,6 @@ def test_ground_and_a_target_on_it_are_seen_through_one_air(background: dict[str
     plate = {**screen, "temperature_k": 320.0, "emissivity": 1.0}
     light = Renderer(scene(background, occluders=[plate])).scene(0)[0]
     kelvin = temperature("lwir", light)
-    assert kelvin[24, 32] == pytest.approx(kelvin[24, 26], abs=0.04)  # the Earth is round, and the ground 3 m farther
+    assert kelvin[24, 32] == pytest.approx(kelvin[24, 26], abs=2e-3)
     thin = scene(background).air.through("lwir", radiance("lwir", 320.0), np.ones(1), screen["range_m"], -math.pi / 6)
     assert kelvin[24, 32] == pytest.approx(float(temperature("lwir", thin)[0]), abs=0.02)

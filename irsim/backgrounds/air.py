@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Self
 
 import cv2
 import numpy as np
@@ -16,7 +19,8 @@ from irsim.stage import Stage
 from irsim.types import Floats
 
 COLUMN = 4096
-"""Steps of the table between the level and straight down, and up: 0.38 mrad each."""
+"""Steps of the table between the level and straight down, and up. In even steps 0.38 mrad each; for ground, whose range
+rises the faster the nearer it is to the level, in squares: 0.006 mrad each where they are 0.1 mrad below it."""
 
 LOOKED = 16
 """Of so many rows and columns of a picture one is looked at, to see how smooth the air in it is."""
@@ -27,46 +31,75 @@ EVEN = 2e-4
 
 EARTH_M = 6.371e6
 
+FARTHEST_M = 100_000.0
+"""Ground is seen up to here at least, m: ranges up to here are plausible (`irsim.kinds`), and the air before it is all
+but opaque (of LWIR 0.01 passes, US standard, 23 km). On the round Earth it is seen as far from 780 m up."""
 
-def ground_range_m(height_m: float, depression_rad: Floats) -> Floats:
-    """Range, m, at which a ray falls on the round Earth from a height, m; beyond the horizon, that of the horizon."""
-    base = EARTH_M + height_m
-    horizon_square = height_m * (2 * EARTH_M + height_m)
-    lever = np.maximum(base * np.sin(depression_rad), np.sqrt(horizon_square))
-    # lever - sqrt(lever^2 - horizon^2), without the difference of large numbers
-    beyond = np.maximum(lever**2 - horizon_square, 0.0)  # at the horizon rounding may leave less than nothing
-    return np.asarray(horizon_square / (lever + np.sqrt(beyond)))
+
+def horizon_m(height_m: float) -> float:
+    """Range, m, of the round Earth's horizon from a height, m: a tangent's length."""
+    return math.sqrt(height_m * (2 * EARTH_M + height_m))
+
+
+def ground_path(height_m: float, depression_rad: Floats) -> tuple[Floats, Floats]:
+    """Range, m, and elevation, rad, at which rays at angles below the level meet level ground a height below, m.
+
+    It is the plane that is drawn, and that paths with `ground_m` lie on: what stands there has the air of the ground.
+    Nearer to the level than the farthest ground, and above the level, all have that one's: a plane that went on would
+    rise out of the round Earth's air.
+    """
+    farthest = max(horizon_m(height_m), FARTHEST_M)
+    down = np.clip(depression_rad, math.asin(height_m / farthest), np.pi / 2)
+    return height_m / np.sin(down), -down
 
 
 @dataclass(frozen=True, eq=False)
-class Column:
-    """Transmittance and light of the path, (n, 1, 2) float32, at evenly spaced angles from `highest`, rad above the
-    level, to straight down."""
+class Column(ABC):
+    """Transmittance and light of the path, (n, 1, 2) float32, at angles below the level."""
 
     table: Floats
-    highest: float = 0.0
 
     @classmethod
-    def of(cls, stage: Stage, height_m: float) -> Column:
-        """Down to ground as seen from a height above it, m, in which none is below a metre."""
-        depression = np.linspace(0, np.pi / 2, COLUMN)
-        path = stage.air.path(stage.band, ground_range_m(max(height_m, 1.0), depression), -depression)
+    def of(cls, stage: Stage, range_m: float | Floats, elevation_rad: Floats) -> Self:
+        """What the air of a stage does on paths (n,)."""
+        path = stage.air.path(stage.band, range_m, elevation_rad)
         return cls(np.stack(path, axis=-1).astype(np.float32)[:, None])
 
-    @classmethod
-    def around(cls, stage: Stage, range_m: float) -> Column:
-        """In all directions to one range, m."""
-        depression = np.linspace(-np.pi / 2, np.pi / 2, 2 * COLUMN - 1)
-        path = stage.air.path(stage.band, range_m, -depression)
-        return cls(np.stack(path, axis=-1).astype(np.float32)[:, None], np.pi / 2)
+    @abstractmethod
+    def rows(self, depression_rad: Floats) -> Floats:
+        """Where the table has angles below the level, in rows of it."""
 
     def at(self, depression_rad: Floats) -> tuple[Floats, Floats]:
-        """(transmittance, light of the path) at angles below the level (rows, cols); above `highest`, as there."""
-        steps = (len(self.table) - 1) / (np.pi / 2 + self.highest)
-        rows = ((depression_rad + self.highest) * steps).astype(np.float32)
+        """(transmittance, light of the path) at angles below the level (rows, cols); beyond its ends as there."""
+        rows = self.rows(depression_rad).astype(np.float32)
         found = cv2.remap(self.table, np.zeros_like(rows), rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         tau, path = cv2.split(found)
         return np.asarray(tau, np.float32), np.asarray(path, np.float32)
+
+
+class Below(Column):
+    """Down to ground, from the level to straight down in squares of even steps."""
+
+    @classmethod
+    def to(cls, stage: Stage, height_m: float) -> Below:
+        """To ground as seen from a height above it, m, in which none is below a metre."""
+        depression = np.linspace(0, 1, COLUMN) ** 2 * np.pi / 2
+        return cls.of(stage, *ground_path(max(height_m, 1.0), depression))
+
+    def rows(self, depression_rad: Floats) -> Floats:
+        return np.asarray(np.sqrt(np.maximum(depression_rad, 0) * (2 / np.pi)) * (COLUMN - 1))
+
+
+class Around(Column):
+    """In all directions to one range, from straight up to straight down in even steps."""
+
+    @classmethod
+    def to(cls, stage: Stage, range_m: float) -> Around:
+        """To a range, m."""
+        return cls.of(stage, range_m, -np.linspace(-np.pi / 2, np.pi / 2, 2 * COLUMN - 1))
+
+    def rows(self, depression_rad: Floats) -> Floats:
+        return np.asarray((depression_rad + np.pi / 2) * ((2 * COLUMN - 2) / np.pi))
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +145,7 @@ def through_air(layers: Sequence[Layer], stage: Stage, height_m: float | None = 
     """
     if stage.air.is_clear:
         return layers
-    column = Column.of(stage, stage.air.altitude_m if height_m is None else height_m)
+    column = Below.to(stage, stage.air.altitude_m if height_m is None else height_m)
     return [ThroughAir(layer, column) for layer in layers]
 
 
@@ -120,7 +153,7 @@ def through_air_around(layers: Sequence[Layer], stage: Stage) -> Sequence[Layer]
     """Layers all around the camera, each at its range, as it sees them; as they are in clear air."""
     if stage.air.is_clear:
         return layers
-    columns = [(layer, Column.around(stage, layer.range_m)) for layer in layers]
+    columns = [(layer, Around.to(stage, layer.range_m)) for layer in layers]
     return [
         DriftingThroughAir(layer, column) if isinstance(layer, Drifting) else ThroughAir(layer, column)
         for layer, column in columns

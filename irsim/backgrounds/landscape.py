@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from pydantic import model_validator
 
+from irsim.backgrounds.air import ground_path
 from irsim.backgrounds.base import (
     FARTHEST,
     Changed,
@@ -42,9 +43,6 @@ from irsim.types import Floats
 
 NEARER = 5.0
 """The ground's texture is drawn a second time this much finer, for what is near."""
-
-FAR_M = 20_000.0
-"""Farthest ground that is looked through the air at, m: the atmosphere is fitted up to there."""
 
 
 class Landscape(Sky):
@@ -165,9 +163,8 @@ class Landscape(Sky):
 
     def _laid(self, name: str, sheet: Sheet, cover: Floats, kelvin: Floats, stage: Stage) -> Laid:
         light = cover * radiance(stage.band, np.maximum(kelvin, 1.0))
-        down = np.maximum((sheet.rows - sheet.horizon) * stage.geometry.ifov_rad, self.camera_height_m / FAR_M)
-        distance = self.camera_height_m / np.sin(np.minimum(down, np.pi / 2))
-        emission = stage.through(light, cover, distance[:, None], -down[:, None])
+        down = (sheet.rows - sheet.horizon) * stage.geometry.ifov_rad
+        emission = stage.through(light, cover, *ground_path(self.camera_height_m, down[:, None]))
         pictures = tuple(Panorama.on(sheet, part, stage.psf_px) for part in (1 - cover, emission))
         return Laid(name, Painting(pictures), self.camera_height_m)
 

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field
 
 from irsim.atmosphere import Atmosphere
-from irsim.backgrounds.air import Column
+from irsim.backgrounds.air import Below
 from irsim.backgrounds.base import FARTHEST, ClearLayer, Gaze, LandLight, Layer
 from irsim.backgrounds.fields import spectral
 from irsim.backgrounds.landscape import above
@@ -125,7 +125,7 @@ class Water:
 
     def __init__(self, sea: Sea, sky: Layer, stage: Stage) -> None:
         self._sea, self._sky, self._stage = sea, sky, stage
-        self._column = None if stage.air.is_clear else Column.of(stage, sea.camera_height_m)
+        self._column = None if stage.air.is_clear else Below.to(stage, sea.camera_height_m)
         octaves = range(BANDS if longest_wave(sea.wind_m_s) >= SHORTEST_M else 0)
         self._waves = [Octave(sea.wind_m_s, sea.wind_deg, number, stage.seed) for number in octaves]
         self._gusts = padded(spectral((TILE, TILE), 3.0, None, TILE / 8, 1.0, stage.seed, "gusts"))
