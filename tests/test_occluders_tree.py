@@ -265,8 +265,7 @@ occluders: [{kind: tree, id: oak, hides: car, frames: [50, 56], range_m: 150, ti
 
 
 def test_no_wood_shows_where_its_crowns_meet() -> None:
-    value = tree(height_px=180.0, crown_px=(45.0, 50.0), tiers=4, trunk_k=300.0, temperature_k=285.0, spread_k=0.0)
-    flat = drawn(value.model_copy(update={"emissivity": 1.0}))
+    flat = drawn(tree(crown_px=(45.0, 50.0), tiers=4, trunk_k=300.0, temperature_k=285.0, spread_k=0.0, emissivity=1.0))
     inside = slice(60 - flat.y0, 160 - flat.y0), slice(154 - flat.x0, 167 - flat.x0)
     assert np.ptp(temperature("lwir", flat.emission[inside])) < 0.01
 
