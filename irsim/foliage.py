@@ -32,6 +32,9 @@ MOST = 1.7
 LARGEST = 1024
 """Side of the field of clumps, px: no crown is drawn larger."""
 
+SHADED = 0.9
+"""How much the light on a crown's sides counts in the warmth of its leaves."""
+
 FORKS = 7
 """Boughs of a broadleaf tree's wood."""
 
@@ -153,4 +156,4 @@ class Foliage:
         )
         depth = crown.depth + self._bulge[part]
         gaps = self._rank[part] < (1 - self._leaves) * (2 - 2 * np.clip(depth, 0, 1))
-        return (depth > 0) & ~gaps, 0.9 * crown.shade + 0.35 * self._relief[part]
+        return (depth > 0) & ~gaps, SHADED * crown.shade + 0.35 * self._relief[part]

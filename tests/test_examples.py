@@ -73,6 +73,28 @@ def test_what_is_hidden_is_hidden_as_it_is_written_and_stands_on_the_ground() ->
     assert shares[122:132].min() > 0.99  # between the crossing and the smoke
 
 
+def test_the_tree_of_a_new_ground_stands_on_it_and_stands_out() -> None:
+    """Its foot in the picture, where the ground is as far away; leaves and trunk colder than all but the coldest
+    tenth of the ground around, as in the sun: as warm as the ground, it looked like glass."""
+    scene = irsim.load("new/ground", ["camera.netd_mk=0"])
+    (tree,) = Renderer(scene).occluders
+    assert isinstance(tree, Tree)
+    assert tree.foot_px is not None
+    assert tree.height_px is not None
+    assert tree.crown_px is not None
+    (x, y), tall = tree.foot_px, tree.crown_px[1]
+    assert 150 < y < 250
+    below = scene.stage.geometry.place(np.array(tree.foot_px), tree.range_m) @ scene.stage.geometry.down
+    assert below == pytest.approx(scene.background.surface_m, abs=0.1)
+    counts = irsim.Rendering(scene).frame(0).image.astype(float)
+    middle = round(y - tree.height_px + tall / 2)
+    leaves = counts[middle - 15 : middle + 16, round(x) - 15 : round(x) + 16]
+    trunk = counts[round(y) - 20 : round(y) - 5, round(x)]
+    ground = np.delete(counts, np.s_[round(x) - 70 : round(x) + 70], axis=1)
+    assert np.quantile(leaves, 0.9) < np.quantile(ground, 0.1)
+    assert trunk.mean() < np.quantile(ground, 0.1)
+
+
 @pytest.mark.parametrize("part", ["optics", "falloff", "smear", "bloom"])
 def test_every_part_of_the_lens_shows_in_the_glare(part: str) -> None:
     """Somewhere by ten times what a pixel's noise is at 300 K, where it is larger than before this sky."""

@@ -7,8 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from irsim.doubts import doubts
+from irsim.errors import InputError
 from irsim.geometry import Geometry
+from irsim.loader import loads
 from irsim.occluders import OCCLUDERS
+from irsim.occluders.base import given
 from irsim.occluders.picture import Picture
 from irsim.occluders.tree import Tree
 from irsim.radiometry import temperature
@@ -131,7 +135,7 @@ def test_a_shift_moves_it_by_just_that(crown: tuple[float, float]) -> None:
 
 @pytest.mark.parametrize("crown", [(0.01, 300.0), (5000.0, 0.2), (1e-6, 1e-6), (1e5, 1e5)])
 def test_crowns_of_any_size_and_proportion_are_drawn(crown: tuple[float, float]) -> None:
-    sprite = drawn(tree(crown_px=crown, height_px=max(180.0, crown[1] / 2), leaves=0.0))
+    sprite = drawn(tree(crown_px=crown, height_px=max(180.0, crown[1]), leaves=0.0))
     assert np.isfinite(sprite.emission).all()
     assert sprite.cover.min() >= -1e-6
     assert sprite.cover.max() <= 1 + 1e-6
@@ -194,7 +198,7 @@ def test_a_crown_that_is_large_on_its_tree_stays_alone() -> None:
     large = placed_over(Box(160.0, 120.0, 60.0, 40.0))
     assert large.tiers == 1
     assert placed_over(Box(160.0, 120.0, 60.0, 40.0), tiers=2).tiers == 2
-    assert tree().crowns(STAGE)[0][0] is tree(tiers=3).crowns(STAGE)[0][0]
+    assert tree().crowns(STAGE)[0][0] is tree(tiers=3, height_px=400.0).crowns(STAGE)[0][0]
 
 
 def test_what_stands_higher_has_fewer_crowns_and_no_leaves_below_its_foot() -> None:
@@ -204,3 +208,93 @@ def test_what_stands_higher_has_fewer_crowns_and_no_leaves_below_its_foot() -> N
     assert higher.tiers is not None
     assert 1 <= higher.tiers < small.tiers
     assert higher.extent(STAGE).bottom <= 130.0 + 0.5
+
+
+@pytest.mark.parametrize(
+    ("keys", "place", "why"),
+    [
+        # The fourth of them is 1.25^3 times as high as the first, its top 0.38 (1 + 1.25 + 1.25^2) heights lower.
+        ({"height_px": 80.0, "crown_px": (30.0, 30.0), "tiers": 4}, "tiers", "end 22.06 px below its foot; allowed: 3"),
+        ({"height_px": 60.0, "crown_px": (60.0, 90.0)}, "crown_px", "30 px below its foot; allowed: 60 px high"),
+        ({"height_px": 60.0, "crown_px": (60.0, 90.0), "tiers": 2}, "crown_px", "30 px below its foot"),
+    ],
+)
+def test_crowns_that_would_end_below_its_foot_are_refused(keys: dict[str, Any], place: str, why: str) -> None:
+    lines = ", ".join(f"{key}: {list(value) if isinstance(value, tuple) else value}" for key, value in keys.items())
+    text = f"""\
+background: {{kind: ground}}
+targets:
+  - {{id: car, shape: {{kind: car}}, path: {{kind: straight, start: [40, 60], speed: 1, range_m: 300}}}}
+occluders: [{{kind: tree, id: oak, range_m: 90, foot_px: [100, 100], {lines}}}]
+"""
+    with pytest.raises(InputError, match=rf"occluders\.oak\.{place}: .*{why}"):
+        loads(text)
+
+
+@pytest.mark.parametrize("tiers", [1, 2, 3, 5])
+def test_nothing_of_a_tree_is_drawn_below_its_foot(tiers: int) -> None:
+    """Down to the least height that is allowed of so many crowns."""
+    deep = 20.0 * (1.25 ** (tiers - 1) + 0.38 * sum(1.25**each for each in range(tiers - 1)))
+    value = tree(foot_px=(160.0, 200.0), height_px=deep, crown_px=(20.0, 20.0), tiers=tiers, leaves=1.0)
+    assert value.extent(STAGE).bottom <= 200 + 1e-6
+    sprite = drawn(value)
+    below = sprite.cover[int(np.ceil(200.5)) - sprite.y0 :]
+    assert below.max(initial=0.0) < 1e-6
+
+
+def test_crowns_that_were_asked_for_and_have_no_room_where_it_stands_are_told() -> None:
+    asked = tree(foot_px=None, height_px=None, crown_px=None, hides="car", frames=(0, 9), tiers=6)
+    below = asked.over(Box(200.0, 60.0, 16.0, 12.0), 1.0, STAGE)
+    assert asked.short(below) is None
+    assert below.extent(STAGE).bottom <= given(below.foot_px)[1] + 1e-6
+    higher = below.rooted(130.0)
+    assert higher.extent(STAGE).bottom <= 130 + 1e-6
+    lack = asked.short(higher)
+    assert lack is not None
+    assert lack[0] == "tiers"
+    assert lack[1].startswith(f"{higher.tiers} of them end above its foot")
+    text = """\
+camera: {size: [320, 240], ifov_mrad: 0.5, elevation_deg: -3}
+background: {kind: landscape, camera_height_m: 10}
+targets:
+  - {id: car, shape: {kind: car}, path: {kind: straight, start: [40, 80], speed: 1.5, ground_m: 10}}
+occluders: [{kind: tree, id: oak, hides: car, frames: [50, 56], range_m: 150, tiers: 6}]
+"""
+    told = {notice.at: notice.what for notice in doubts(loads(text))}
+    assert "of them end above its foot where it hides car" in told["occluders", 0, "tiers"]
+
+
+def test_no_wood_shows_where_its_crowns_meet() -> None:
+    flat = drawn(tree(crown_px=(45.0, 50.0), tiers=4, trunk_k=300.0, temperature_k=285.0, spread_k=0.0, emissivity=1.0))
+    inside = slice(60 - flat.y0, 160 - flat.y0), slice(154 - flat.x0, 167 - flat.x0)
+    assert np.ptp(temperature("lwir", flat.emission[inside])) < 0.01
+
+
+def test_no_dark_edge_of_a_crown_lies_on_the_lit_top_of_the_next() -> None:
+    """From the side of several crowns the light falls, as on a lone one; from above on that one alone."""
+
+    forms = [tree().crowns(Stage(seed, STAGE.geometry, 30.0, "lwir", 0.6))[0][0] for seed in range(10)]
+
+    def warmer(name: str, axis: int) -> float:
+        """How much warmer, in standard deviations of them, leaves are above the middle (axis 0) or left of it (1)."""
+        differences = []
+        for form in forms:
+            first = np.indices(form.leaves.shape)[axis] < form.leaves.shape[axis] / 2
+            warmth = getattr(form, name)
+            differences.append(warmth[form.leaves & first].mean() - warmth[form.leaves & ~first].mean())
+        return float(np.mean(differences))
+
+    assert warmer("warmth", 0) > 0.4
+    assert abs(warmer("joined", 0)) < 0.15
+    assert warmer("warmth", 1) > 0.3
+    assert warmer("joined", 1) > 0.3
+
+
+def test_its_trunk_is_lit_from_the_side_and_streaked() -> None:
+    sprite = drawn(tree(trunk_k=300.0, temperature_k=285.0, spread_k=1.0, emissivity=1.0, crown_px=(200.0, 130.0)))
+    columns = slice(160 - 4 - sprite.x0, 160 + 5 - sprite.x0)
+    kelvin = temperature("lwir", sprite.emission[180 - sprite.y0 : 216 - sprite.y0, columns])
+    across, down = kelvin.mean(axis=0), kelvin.mean(axis=1)
+    assert across[0] - across[-1] > 0.5
+    assert kelvin.mean() == pytest.approx(300, abs=0.5)
+    assert down.std() > 0.02

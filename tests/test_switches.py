@@ -120,6 +120,7 @@ LANDS: dict[str, dict[str, Any]] = {
     "sky": {"clouds": [*CLOUDS, {"id": "low", "coverage": 0.4}]},
     "ground": {"fields": {}, "roads": {"count": 9}, "water": {"share": 0.4}, "clutter": {"per_mrad2": 0.01}},
     "landscape": {
+        "far_woods_mrad": 1.5,  # which stay where rows of trees are off
         "clouds": CLOUDS,
         "fields": {},
         "roads": {"count": 9},

@@ -91,6 +91,7 @@ OFF: list[tuple[str, str, str]] = [
     ("ground", "lanes", "background.fields.lane_mrad=0"),
     ("landscape", "texture", "background.spread_k=0"),
     ("landscape", "hills", "background.hills_mrad=0"),
+    ("landscape", "far_woods", "background.far_woods_mrad=0"),
     ("landscape", "wood.texture", "background.trees.wood.spread_k=0"),
     ("landscape", "wood.undergrowth", "background.trees.wood.undergrowth=0"),
     ("landscape", "wood.relief", "background.trees.wood.relief_m=0"),

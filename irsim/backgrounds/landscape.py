@@ -26,6 +26,7 @@ from irsim.backgrounds.base import (
 )
 from irsim.backgrounds.buildings import Buildings
 from irsim.backgrounds.clutter import Clutter
+from irsim.backgrounds.far import TALLEST, TYPICAL_MRAD, wooded
 from irsim.backgrounds.fields import Betas, profile, spectral
 from irsim.backgrounds.hours import Hour, filled, typical
 from irsim.backgrounds.painting import Painting
@@ -48,7 +49,11 @@ NEARER = 5.0
 class Landscape(Sky):
     """Country under a sky: ground to the horizon, rows of trees and buildings at their ranges."""
 
-    switches: ClassVar[Switches] = {"texture": ("spread_k", 0.0), "hills": ("hills_mrad", 0.0)}
+    switches: ClassVar[Switches] = {
+        "texture": ("spread_k", 0.0),
+        "hills": ("hills_mrad", 0.0),
+        "far_woods": ("far_woods_mrad", 0.0),
+    }
 
     camera_height_m: Height = 10.0
     """Height of the camera above the ground, m."""
@@ -62,6 +67,9 @@ class Landscape(Sky):
     """Size of the largest features of the ground at the horizon, mrad; nearer ones are larger."""
     hills_mrad: Annotated[NotNegative, Plausible(0, 100, "mrad", "mountains of 3 km, 30 km away, are 100")] = 0.5
     """Standard deviation of the horizon's elevation, mrad."""
+    far_woods_mrad: Annotated[NotNegative, Plausible(0, 30, "mrad", "trees of 30 m, 1 km away, are 30")] = 0.0
+    """Mean height of the woods along the horizon, which are as warm as the first row of `trees`, mrad; 1.5 where not
+    given and there are such rows: between their trees a bare horizon is a ruled line."""
     hour: Hour = "any"
     """day or night: temperatures that are not given are typical of it."""
     fields: Fields | None = None
@@ -81,6 +89,12 @@ class Landscape(Sky):
     def _by_hour(cls, data: Any) -> Any:
         return filled(data, {"ground_k": "ground", "spread_k": "spread"})
 
+    @model_validator(mode="before")
+    @classmethod
+    def _not_bare(cls, data: Any) -> Any:
+        behind_trees = isinstance(data, dict) and data.get("trees") and "far_woods_mrad" not in data
+        return {**data, "far_woods_mrad": TYPICAL_MRAD} if behind_trees else data
+
     @property
     def surface_m(self) -> float:
         return self.camera_height_m
@@ -89,7 +103,8 @@ class Landscape(Sky):
         return float(radiance(stage.band, self.ground_k))
 
     def land(self, stage: Stage) -> LandLight:
-        nothing: dict[str, Any] = {**dict.fromkeys(LYING), "clouds": (), "trees": (), "buildings": ()}
+        nothing: dict[str, Any] = dict.fromkeys(LYING) | dict.fromkeys(("clouds", "trees", "buildings"), ())
+        nothing["far_woods_mrad"] = 0.0
         country = self.model_copy(update=nothing).layers(stage)[0]
         assert isinstance(country, Country)
         return lambda gaze: country.light(gaze)[1][country.sky_left(gaze) == 0]
@@ -97,11 +112,17 @@ class Landscape(Sky):
     def layers(self, stage: Stage) -> Sequence[Layer]:
         sky, *clouds = super().layers(stage)
         whole = Sheet.of(stage.geometry)
-        sheet = whole.between(whole.horizon - 5 * self.hills_mrad * 1e-3 / stage.geometry.ifov_rad, np.inf)
-        kelvin, cover, below = self._ground(sheet, stage)
-        country = Country(sky, self._laid("ground", sheet, cover, kelvin, stage))
+        unit = stage.geometry.ifov_rad
+        high = 5 * self.hills_mrad + TALLEST * self.far_woods_mrad
+        sheet = whole.between(whole.horizon - high * 1e-3 / unit, np.inf)
+        edge = self._edge(sheet, stage)
+        kelvin, cover, below = self._ground(sheet, edge, stage)
+        row = self.trees[0] if self.trees else Trees()
+        trees_k, mean_px = typical(row.temperature_k, self.hour, "trees"), self.far_woods_mrad * 1e-3 / unit
+        (grown, filled), left = wooded(sheet, edge, (kelvin, cover), mean_px, row, trees_k, stage.seed)
+        country = Country(sky, self._laid("ground", sheet, filled, grown, stage))
         lying = [
-            self._laid(name, sheet, cover * part, warmth, stage)
+            self._laid(name, sheet, left * part, warmth, stage)
             for name, part, warmth in self._lying(sheet, below, kelvin, stage)
         ]
         standing = [
@@ -145,12 +166,16 @@ class Landscape(Sky):
             spots, offset = self.clutter.stand(below, px_per_mrad, stage.seed)
             yield "clutter", spots, self.ground_k + offset
 
-    def _ground(self, sheet: Sheet, stage: Stage) -> tuple[Floats, Floats, Floats]:
-        """Temperature, cover and px below the horizon (0 above it), each (rows, cols) of the sheet."""
+    def _edge(self, sheet: Sheet, stage: Stage) -> Floats:
+        """(cols,): the rows of the map where the ground ends."""
+        px_per_mrad = 1e-3 / stage.geometry.ifov_rad
+        hills = profile(len(sheet.columns), 3.5, 4 * self.correlation_mrad * px_per_mrad, stage.seed, "hills")
+        return np.asarray(sheet.horizon - self.hills_mrad * px_per_mrad * hills)
+
+    def _ground(self, sheet: Sheet, edge: Floats, stage: Stage) -> tuple[Floats, Floats, Floats]:
+        """Temperature, cover and px below its edge (0 above it), each (rows, cols) of the sheet."""
         unit = stage.geometry.ifov_rad
         size_px = self.correlation_mrad * 1e-3 / unit
-        hills = profile(len(sheet.columns), 3.5, 4 * size_px, stage.seed, "hills")
-        edge = sheet.horizon - self.hills_mrad * 1e-3 / unit * hills
         below = sheet.rows[:, None] - edge
         cover = np.clip(below + 0.5, 0, 1)
         below = np.maximum(below, 0)

@@ -82,8 +82,8 @@ def unmet(scenario: Scenario) -> Iterator[Notice]:
 
 
 def overdone(scenario: Scenario) -> Iterator[Notice]:
-    """Occluders that hide whom they shall hide for much longer, or much more of it, than asked, alone or together; and
-    those that hide others. Every intent of the scenario can be met.
+    """Occluders that hide whom they shall hide for much longer, or much more of it, than asked, alone or together, or
+    have less than they say; and those that hide others. Every intent of the scenario can be met.
 
     Where they stand does not depend on what is switched off; for how long they hide does.
     """
@@ -97,5 +97,8 @@ def overdone(scenario: Scenario) -> Iterator[Notice]:
         for key, why in (("frames", hold.too_long()), ("fraction", hold.too_much())):
             if why is not None:
                 yield Notice(("occluders", index, key), why)
+        lack = scenario.occluders[index].short(hold.screen)
+        if lack is not None:
+            yield Notice(("occluders", index, lack[0]), lack[1])
     for doubt in (spoiled, unbroken, besides):
         yield from doubt(watch, holds)

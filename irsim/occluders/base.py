@@ -94,6 +94,10 @@ class Occluder(NamedKind):
         """The same, placed, that stands no lower than at `y` px of the unmoved camera, where its shape permits."""
         return self
 
+    def short(self, placed: Occluder) -> tuple[str, str] | None:
+        """A key of which it has less where its intent placed it than it says, and why; None where it has all."""
+        return None
+
     def at(self, **place: object) -> Self:
         """The same with a place and no intent."""
         return self.model_copy(update={"hides": None, "frames": None, **place})

@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from bisect import bisect_right
 from functools import lru_cache, reduce
 from itertools import accumulate
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, Self
 
-import cv2
 import numpy as np
-import numpy.typing as npt
-from pydantic import Field
+from pydantic import Field, model_validator
+from pydantic_core import PydanticCustomError
 
-from irsim.foliage import Crown, Foliage, broadleaf, wood
 from irsim.geometry import Geometry
 from irsim.kinds import Fraction, Kelvin, KelvinSpread, Pair, Positive
 from irsim.occluders.bar import Size
 from irsim.occluders.base import Occluder, bounds, given
-from irsim.occluders.picture import Picture
+from irsim.occluders.crown import BARK, CORE, THICK, Form, Heat, form_of, gapless, lit
 from irsim.occluders.standing import foot
 from irsim.rng import stream
 from irsim.shapes.polygon import as_changes, coverage, outline
@@ -28,32 +26,20 @@ from irsim.sprite import Sprite
 from irsim.stage import Stage
 from irsim.types import Box, Floats, arrays_frozen
 
-Mask = npt.NDArray[np.bool_]
-
-CELLS = 512
-"""A crown is drawn on so many cells on its longer side, and scaled to where it is seen."""
-PROPORTIONS = 4
-"""Crowns are drawn in so many proportions, height to width, for each factor of two, and stretched to those between."""
-SLIMMEST = 3.0
-"""Factors of two between height and width beyond which crowns are drawn no slimmer, and only stretched."""
-CORE = 0.6
-"""The crown has no gaps within an ellipse of this share of its width and height."""
-FADING = 0.2
-"""Over such a share of its width and height it then becomes as it would be without."""
 CORNER = math.radians(60.0)
 """Seen from the crown's middle, what its core is placed over has its corners this far from upright."""
-CENTRE = np.array([0.0, -0.5])
-"""The crown's middle, in widths and heights of it from its foot."""
-RIM = 1
-"""Cells around what a crown is placed over that have no gap either: it is drawn between its cells."""
-HALVINGS = 10
-"""Of the step in which the least crown is sought: to a thousandth of its size."""
-THICK = 0.065
-"""The trunk's width at the crown, as a share of the crown's width."""
 LEAST_TRUNK = 1.15
 """Placed by intent it is so many times as high as its crown at least."""
 FLARE = 1.35
 """How many times wider the trunk is at its foot."""
+LEVELS = np.array([0.0, 0.25, 0.5, 0.7, 0.85, 1.0])
+"""The trunk is drawn in pieces that end at these shares of its way down: it widens most at its foot."""
+STRIPS = 6
+"""And in so many across, from its lit side to the other."""
+ROUND = 0.3
+"""Its foot's edges end higher than the middle by this share of its width, as of a round trunk seen from above."""
+STREAKS = 0.4
+"""Standard deviation of temperature between its pieces, in that of the leaves."""
 LONE = 1.8
 """A tree up to so many times as high as its crown looks like one with a lone crown."""
 LOWER = 0.38
@@ -64,6 +50,8 @@ MOST_TIERS = 20
 """Crowns of a tree."""
 BARE = 0.12
 """Share of a tree's height below which no crown reaches."""
+NEARLY = 1e-9
+"""A crown may end so much lower than its foot, as a share of its height: numbers are rounded."""
 
 
 class Tree(Occluder):
@@ -81,14 +69,35 @@ class Tree(Occluder):
     crown_px: Size | None = None
     """[width, height] of the crown, px."""
     tiers: Annotated[int, Field(ge=1, le=MOST_TIERS)] | None = None
-    """Crowns one below the other, each larger than the one above, as of a fir. Where not given: one; placed by whom it
-    hides as many as a trunk that would be long and bare takes."""
+    """Crowns one below the other, each larger than the one above, as of a fir; none ends below its foot. Where not
+    given: one; placed by whom it hides as many as a trunk that would be long and bare takes."""
     leaves: Fraction = 0.8
     """How much of the crown's outer part hides what is behind: 0.4 is a bare tree; the middle hides all."""
-    trunk_k: Kelvin = 292.0
+    trunk_k: Kelvin = 291.0
     """Temperature of trunk and boughs, kelvin."""
     spread_k: KelvinSpread = 1.0
-    """Standard deviation of temperature within the crown, kelvin: the lit side is warmer, and each clump's."""
+    """Standard deviation of temperature within the crown, kelvin: the lit side is warmer, as the trunk's is, and each
+    clump's."""
+
+    @model_validator(mode="after")
+    def _crowns_end_above_the_foot(self) -> Self:
+        if self.hides is None and self.height_px is not None and self.crown_px is not None:
+            tall, tiers = self.crown_px[1], self.tiers or 1
+            deep, most = tall * _reaches()[tiers - 1], _fitting(self.height_px / tall)
+            if most == 0:
+                raise PydanticCustomError(
+                    "crown", "its crown would reach {deep} px below its foot; allowed: {high} px high at most",
+                    {"deep": f"{tall - self.height_px:.4g}", "high": f"{self.height_px:g}", "at": ("crown_px",)},
+                )  # fmt: skip
+            if most < tiers:
+                raise PydanticCustomError(
+                    "crown", "so many crowns end {deep} px below its foot; allowed: {most} at most in {high} px",
+                    {
+                        "deep": f"{deep - self.height_px:.4g}", "most": most, "high": f"{self.height_px:g}",
+                        "at": ("tiers",),
+                    },
+                )  # fmt: skip
+        return self
 
     def draw(self, sight: Sight) -> Sprite | None:
         return _drawn(self, sight.stage, sight.lens, sight.rotation.tobytes(), sight.place.tobytes())
@@ -104,17 +113,29 @@ class Tree(Occluder):
             found.append((form, np.array([[left, top], [right, top], [right, bottom], [left, bottom]])))
         return found
 
-    def trunk(self) -> Floats:
-        """(n, 2) px of the unmoved camera: the trunk below the crown, and a little into it; perhaps none."""
+    def trunk(self, stage: Stage) -> tuple[Floats, Floats]:
+        """The trunk below its crowns, and a little into the lowest, in pieces, perhaps none: their corners (n, 4, 2),
+        px of the unmoved camera, and their temperatures (n,)."""
         (x, y), high, (wide, tall) = given(self.foot_px), given(self.height_px), given(self.crown_px)
-        if high <= tall:
-            return np.empty((0, 2))
-        _, times = _stacked(self.tiers or 1)[-1]
-        thin, thick, top = THICK * wide / 2, FLARE * THICK * times * wide / 2, y - high + 0.95 * tall
-        return np.array([[x - thin, top], [x + thin, top], [x + thick, y], [x - thick, y]])
+        down, times = _stacked(self.tiers or 1)[-1]
+        if high <= (down + times) * tall:
+            return np.empty((0, 4, 2)), np.empty(0)
+        top, thin = y - high + (down + 0.95 * times) * tall, THICK * times * wide / 2
+        across = np.linspace(-1, 1, STRIPS + 1)
+        half = thin * (1 + (FLARE - 1) * LEVELS**2)
+        columns = x + half[:, None] * across
+        rows = np.broadcast_to((top + (y - top) * LEVELS)[:, None], columns.shape).copy()
+        rows[-1] -= min(2 * ROUND * half[-1], (y - top) * (1 - LEVELS[-2]) / 2) * across**2
+        corners = np.stack([columns, rows], axis=-1)
+        pieces = np.stack([corners[:-1, :-1], corners[:-1, 1:], corners[1:, 1:], corners[1:, :-1]], axis=2)
+        streaks = stream(stage.seed, self.name, "bark").standard_normal((len(LEVELS) - 1, STRIPS))
+        facing = -(across[:-1] + across[1:]) / 2
+        kelvin = self.trunk_k + self.spread_k * (BARK * facing + STREAKS * streaks)
+        return pieces.reshape(-1, 4, 2), np.maximum(kelvin, 1.0).ravel()
 
     def extent(self, stage: Stage) -> Box:
-        return bounds(np.concatenate([*(corners for _, corners in self.crowns(stage)), self.trunk()]))
+        pieces, _ = self.trunk(stage)
+        return bounds(np.concatenate([*(corners for _, corners in self.crowns(stage)), pieces.reshape(-1, 2)]))
 
     def over(self, window: Box, share: float, stage: Stage) -> Tree:
         # The core's ellipse goes through the window's corners, and the crown is about as high as wide.
@@ -122,10 +143,11 @@ class Tree(Occluder):
         wide = window.w / aside
         tall = max(window.h / above, 0.9 * wide)
         # Beyond its core this crown has no gaps in places: as a smaller one it hides the window, and less else.
-        times, (right, down) = _gapless(self._form(tall / wide, stage), window.w / wide, window.h / tall)
+        times, (right, down) = gapless(self._form(tall / wide, stage), window.w / wide, window.h / tall)
         wide, tall = wide / times, tall / times
         x, top = window.cx - right * wide, window.cy - (1 + down) * tall
-        y = max(foot(window, stage)[1], top + LEAST_TRUNK * tall)
+        least = max(LEAST_TRUNK, _reaches()[self.tiers - 1]) if self.tiers else LEAST_TRUNK
+        y = max(foot(window, stage)[1], top + least * tall)
         tiers = self.tiers or _tiers((y - top) / tall)
         return self.at(foot_px=(x, y), height_px=y - top, crown_px=(wide, tall), tiers=tiers)
 
@@ -137,10 +159,14 @@ class Tree(Occluder):
         tiers = min(self.tiers or 1, _tiers((high - shorter) / tall))
         return self.at(foot_px=(x, foot_y - shorter), height_px=high - shorter, tiers=tiers)
 
+    def short(self, placed: Occluder) -> tuple[str, str] | None:
+        if not isinstance(placed, Tree) or not self.tiers or given(placed.tiers) >= self.tiers:
+            return None
+        return "tiers", f"{placed.tiers} of them end above its foot where it hides {self.hides}, and it has no more"
+
     def _form(self, slim: float, stage: Stage, tier: int = 0) -> Form:
         """A crown of its, so many times as high as wide."""
-        proportion = round(PROPORTIONS * min(max(math.log2(slim), -SLIMMEST), SLIMMEST)) / PROPORTIONS
-        return _form(proportion, self.leaves, stage.seed, f"{self.name} {tier}" if tier else self.name)
+        return form_of(slim, self.leaves, stage, f"{self.name} {tier}" if tier else self.name)
 
 
 def _stacked(tiers: int) -> list[tuple[float, float]]:
@@ -149,82 +175,19 @@ def _stacked(tiers: int) -> list[tuple[float, float]]:
     return list(zip(accumulate((LOWER * size for size in sizes[:-1]), initial=0.0), sizes, strict=True))
 
 
+def _reaches() -> list[float]:
+    """How far below a tree's top each of its crowns ends, in heights of the first."""
+    return [down + size for down, size in _stacked(MOST_TIERS)]
+
+
+def _fitting(slim: float) -> int:
+    """How many crowns end above the foot of a tree that is so many times as high as its top one."""
+    return bisect_right(_reaches(), (1 + NEARLY) * slim)
+
+
 def _tiers(slim: float) -> int:
-    """How many crowns a tree has that is so many times as high as its top one."""
-    if slim <= LONE:
-        return 1
-    reach = (down + size for down, size in _stacked(MOST_TIERS))
-    return max(sum(bottom <= (1 - BARE) * slim for bottom in reach), 1)
-
-
-@dataclass(frozen=True, eq=False)
-class Form:
-    """A crown without a size: arrays (rows, cols).
-
-    leaves  where they hide what is behind;  warmth  of mean 0 and variance 1 over them
-    wood    where boughs are, behind the leaves
-    reach   (2, 2): left, top and right, bottom of the arrays from the crown's foot, in widths and heights of it
-    """
-
-    leaves: Mask
-    warmth: Floats
-    wood: Mask
-    reach: Floats
-
-
-@lru_cache(maxsize=32)
-def _form(proportion: float, leaves: float, seed: int, name: str) -> Form:
-    """A crown whose height to width is 2 ** proportion."""
-    draw = stream(seed, name, "crown")
-    high, wide = CELLS * min(1.0, 2**proportion), CELLS * min(1.0, 2**-proportion)
-    crown = broadleaf(high, wide, draw)
-    rows, columns = crown.depth.shape
-    x, y = np.arange(columns) - crown.middle, np.arange(rows) - (rows - 1)
-    off = np.hypot(2 * x[None, :] / wide, 2 * y[:, None] / high + 1)  # 1 on the crown's ellipse
-    dense = np.maximum(crown.depth, 2 * np.minimum((CORE + FADING - off) / FADING, 1))
-    hides, warmth = Foliage(CELLS, leaves, seed, name).grown(Crown(dense, crown.shade, crown.middle), draw)
-    boughs = np.zeros((rows, columns), np.uint8)
-    for limb in wood(high, wide, THICK * wide, draw):
-        cv2.fillConvexPoly(
-            boughs, np.rint((limb + np.array([crown.middle, rows - 1])) * 16).astype(np.int32), 1, shift=4
-        )
-    filled = hides | (boughs > 0)
-    top, bottom, left, right = (ends for axis in (1, 0) for ends in np.flatnonzero(filled.any(axis=axis))[[0, -1]])
-    part = slice(top, bottom + 1), slice(left, right + 1)
-    reach = np.array([[left, top], [right + 1, bottom + 1]]) - [crown.middle + 0.5, rows]
-    even = (warmth - warmth[hides].mean()) / warmth[hides].std()
-    return arrays_frozen(Form(hides[part], even[part].astype(np.float32), boughs[part] > 0, reach / [wide, high]))
-
-
-def _gapless(form: Form, wide: float, tall: float) -> tuple[float, Floats]:
-    """How many times larger a rectangle may be that lies where a crown has no gaps, and (2,) its middle then.
-
-    wide, tall: of the rectangle, in widths and heights of the crown, as the middle is, from the crown's foot; so
-    large it fits into the core about the crown's middle.
-    """
-    sums = cv2.integral((form.leaves | form.wood).astype(np.uint8))
-    cells = np.array(form.leaves.shape[::-1]) / (form.reach[1] - form.reach[0])
-    fits, middle, too_large = 1.0, CENTRE, 1 / CORE**2
-    for _ in range(HALVINGS):
-        times = (fits + too_large) / 2
-        columns, rows = np.ceil(times * np.array([wide, tall]) * cells).astype(int) + 2 * RIM
-        whole = sums[rows:, columns:] - sums[:-rows, columns:] - sums[rows:, :-columns] + sums[:-rows, :-columns]
-        corners = np.argwhere(whole == rows * columns)[:, ::-1]
-        if len(corners):
-            middles = (corners + np.array([columns, rows]) / 2) / cells + form.reach[0]
-            fits, middle = times, middles[np.argmin(np.hypot(*(middles - CENTRE).T))]
-        else:
-            too_large = times
-    return fits, middle
-
-
-@lru_cache(maxsize=32)
-def _lit(form: Form, leaves_k: float, spread_k: float, wood_k: float, emissivity: float, stage: Stage) -> Picture:
-    """A crown's light."""
-    kelvin = np.where(form.leaves, leaves_k + spread_k * form.warmth, wood_k)
-    cover = (form.leaves | form.wood).astype(np.float32)
-    glow = stage.glow(np.maximum(kelvin, 1.0), emissivity).astype(np.float32)
-    return arrays_frozen(Picture(np.stack([cover, cover * glow], axis=-1)))
+    """How many crowns such a tree has where that is not given."""
+    return 1 if slim <= LONE else max(_fitting((1 - BARE) * slim), 1)
 
 
 @lru_cache(maxsize=32)
@@ -232,20 +195,26 @@ def _drawn(tree: Tree, stage: Stage, lens: Geometry, rotation: bytes, place: byt
     """A tree drawn, and kept for a camera that stands still."""
     sight = Sight(stage, lens, np.frombuffer(rotation).reshape(3, 3), np.frombuffer(place))
     forms, corners = zip(*tree.crowns(stage), strict=True)
-    *crowns, trunk = (sight.pixels(points, tree.range_m) for points in (*corners, tree.trunk()))
+    pieces, kelvin = tree.trunk(stage)
+    *crowns, trunk = (sight.pixels(points, tree.range_m) for points in (*corners, pieces.reshape(-1, 2)))
     points = np.concatenate([*crowns, trunk])
     box = bounds(points)
     window = within_sight(box, stage) if np.isfinite(points).all() else None
     if window is None:
         return None
     grid = Grid.over(window)
-    heat = tree.temperature_k, tree.spread_k, tree.trunk_k, tree.emissivity
-    pictures = (_lit(form, *heat, stage).fields(crown, grid) for form, crown in zip(forms, crowns, strict=True))
+    heat = Heat(tree.temperature_k, tree.trunk_k, tree.spread_k, tree.emissivity)
+    several, below = len(forms) > 1, range(len(forms) - 1, -1, -1)
+    pictures = (
+        lit(form, heat, lower == 0, several, stage).fields(crown, grid)
+        for form, crown, lower in zip(forms, crowns, below, strict=True)
+    )
     fields = reduce(_before, pictures)
     if len(trunk):
-        start, stop = ((end - grid.corner) * grid.fine for end in outline(trunk))
-        light = np.array([[1.0, float(stage.glow(tree.trunk_k, tree.emissivity))]])
-        fields = _before(fields, coverage(start, stop, np.repeat(light, len(start), axis=0), grid.cells))
+        ends = [outline(piece) for piece in trunk.reshape(-1, 4, 2)]
+        start, stop = ((np.concatenate(end) - grid.corner) * grid.fine for end in zip(*ends, strict=True))
+        light = np.stack([np.ones(len(kelvin)), stage.glow(kelvin, tree.emissivity)], axis=1)
+        fields = _before(fields, coverage(start, stop, np.repeat(light, 4, axis=0), grid.cells))
     middle = np.array([box.cx, box.cy])
     area = float(fields[0, 0].sum()) / grid.fine**2
     drawn = spread(grid, as_changes(fields), (middle, middle), area, box, stage.psf, tree.range_m)
