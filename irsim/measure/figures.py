@@ -130,7 +130,7 @@ def measure_figures(
     unsure = report.together and not report.moving and min(frames.shape[1:]) < TOLD_SIDE
     if unsure:
         report = replace(report, moving=True)
-    bad = defects(frames)
+    bad = defects(frames, top)
     still = still_things(frames, bad, top)
     bad = still.spared(bad)
     whole = patched(frames, bad.all | still.all)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -113,13 +113,15 @@ def measure_noise(
     frames, region = stretch.of(frames), place
     number = np.array(stretch.number)
     flow = temporal(flat, stretch.rate_hz, number)
-    terms = noise_3d(flat, time_freedom(flow.memory, number))
+    moved = changes(flat)
+    terms = noise_3d(flat, time_freedom(flow.memory, number), moved.moving)
     if flow.memory is not None:
-        terms = Noise3dTerms(
-            **{name: getattr(terms, name) for name in TERMS[:-2]}, vh=flow.memory.pixel, tvh=flow.memory.total
+        terms = replace(
+            terms,
+            vh=_bounded(flow.memory.pixel, terms.vh, moved.moving),
+            tvh=_bounded(flow.memory.total, terms.tvh, moved.moving),
         )
     means = flat.mean(axis=(1, 2))
-    moved = changes(flat)
     whole = patched(frames, bad.all)
     sliding = slides(whole)
     told = bad.off(taken)
@@ -150,9 +152,14 @@ def measure_noise(
     )
 
 
+def _bounded(sigma: Measured, whole: Measured, moving: bool) -> Measured:
+    """A sigma as its memory tells it; where something moves, or nothing is left of it, it may be up to the whole."""
+    return Measured(sigma.value, 0.0, max(sigma.high, whole.high)) if moving or sigma.high == 0 else sigma
+
+
 def _read(frames: Values, region: Region | None, top: float, taken: Mask | None) -> tuple[Defects, Region, Floats]:
     """Bad pixels of frames, the region, or the flattest that is still, and the frames there without bad pixels."""
-    bad = defects(frames)
+    bad = defects(frames, top)
     region = _still(frames, bad.all, top, taken) if region is None else region
     flat = _without(bad.all, frames, region)
     check_size(flat)
