@@ -10,7 +10,9 @@ from even_noise import rendered
 
 import irsim
 from irsim.detector.bad_pixels import places
-from irsim.measure import defects
+from irsim.measure import defects, measure_figures, measure_noise
+from irsim.measure.noise import noise_lines
+from irsim.measure.noise_3d import TERMS
 from irsim.optics import GaussianSpread
 from irsim.types import Floats
 
@@ -112,6 +114,33 @@ def test_clusters_of_bad_pixels_are_no_light(cluster: list[tuple[int, int]]) -> 
         assert sorted(np.argwhere(getattr(defects(frames), kind)).tolist()) == sorted(
             map(list, zip(rows, columns, strict=True))
         )
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_what_waves_hide_is_not_said_to_be_nothing(seed: int) -> None:
+    """Rows of a fifth of the NETD were told as 0 (0 to 0), or as twenty times that with an interval far above."""
+    frames = filmed("waves", seed)
+    report = measure_noise(frames, top=2.0**14 - 1)
+    for term in TERMS:
+        found = getattr(report.terms, term)
+        assert found.low <= found.value <= found.high
+        assert found.high > 0
+        assert not report.moving or found.low == 0
+    figures = measure_figures(frames, 30.0, top=2.0**14 - 1)
+    netd = irsim.load("sea", ["camera.range_k=[210,350]"]).camera.response()
+    sigma = netd.noise / netd.gain
+    for found, share in ((figures.pixel, 0.3), (figures.row, 0.2), (figures.column, 0.2)):
+        assert found is None or (found.low == 0 and share * sigma <= found.high)
+    assert report.hidden > 0.4
+    told = [text for _, text in noise_lines(report)]
+    assert any("the scene changes by more than the noise: pixels that blink there cannot" in text for text in told)
+    assert any("pixels that blink there cannot" in note for note in figures.notes) != report.slides
+
+
+def test_what_a_whole_frame_has_in_common_hides_nothing() -> None:
+    frames = rendered(3, (60, 64, 64), {"kind": "white"})
+    wandering = frames + 40 * np.sin(np.arange(60) / 9).astype(np.float32)[:, None, None]
+    assert measure_noise(wandering).hidden == 0
 
 
 def test_what_is_full_of_light_is_not_dead() -> None:

@@ -23,6 +23,9 @@ _FEW = 0.02
 """Of a region's pixels no more blink; where more change by themselves, it is the scene that does."""
 _CALM = 1.5
 """Temporal sigma of a pixel over that of those around it, at most, where no light of what changes beside it falls."""
+_STIRRED = 2.0
+"""Temporal sigma around a pixel over that of noise, from which the scene hides what the pixel does: shot noise and slow
+drift make less."""
 _MOST_IN_GROUP = 16
 """Blinking pixels in a group: clusters of 2 in the mean (`irsim.detector.bad_pixels`) have more in 1 of 10^4."""
 _DISTURBED = 0.1
@@ -38,6 +41,8 @@ _NEXT_PX = 8.0
 """How far on the next pixel lies, at most, that what passes lights up."""
 _SLOWEST = 0.99
 """Share of the pixels that change at least as often as those that chance may freeze: whole counts make some slow."""
+_LEAST_NOISE = 1 / math.sqrt(12)
+"""Counts: rounding alone makes so much."""
 _BY_CHANCE = 0.1
 """So many pixels of a picture may be frozen by chance where those that never change are called dead."""
 
@@ -101,6 +106,18 @@ def defects(frames: Values, top: float = math.inf) -> Defects:
     hot = unshared(apart, steady & _alone(level))
     dead = (unshared(-apart, steady & _alone(-level)) | frozen) & ~hot
     return Defects(dead, hot, blinking, frozen_from, dead.size)
+
+
+def stirred(frames: Values, noise: float) -> Mask:
+    """Where the scene of frames (T, rows, columns) changes more than `noise` does, in sigmas (rows, columns).
+
+    Pixels that blink are found there only if they change far more than it does: most are missed. What all pixels of a
+    frame have in common hides nothing.
+    """
+    common = float(np.var(frames.mean(axis=(1, 2), dtype=np.float64)))
+    change = around(frames.std(axis=0, dtype=np.float32)).astype(np.float64) ** 2 - common
+    moved: Mask = change > (_STIRRED * max(noise, _LEAST_NOISE)) ** 2
+    return moved
 
 
 def faint_blinkers(flat: Values) -> Mask:
