@@ -8,7 +8,9 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from irsim.measure.points import FULL
 from irsim.measure.region import Mask, Values
+from irsim.measure.shared import following, in_groups, unshared
 from irsim.types import Floats
 
 _FAR = 8.0
@@ -21,6 +23,9 @@ _FEW = 0.02
 """Of a region's pixels no more blink; where more change by themselves, it is the scene that does."""
 _CALM = 1.5
 """Temporal sigma of a pixel over that of those around it, at most, where no light of what changes beside it falls."""
+_STIRRED = 2.0
+"""Temporal sigma around a pixel over that of noise, from which the scene hides what the pixel does: shot noise and slow
+drift make less."""
 _MOST_IN_GROUP = 16
 """Blinking pixels in a group: clusters of 2 in the mean (`irsim.detector.bad_pixels`) have more in 1 of 10^4."""
 _DISTURBED = 0.1
@@ -36,6 +41,8 @@ _NEXT_PX = 8.0
 """How far on the next pixel lies, at most, that what passes lights up."""
 _SLOWEST = 0.99
 """Share of the pixels that change at least as often as those that chance may freeze: whole counts make some slow."""
+_LEAST_NOISE = 1 / math.sqrt(12)
+"""Counts: rounding alone makes so much."""
 _BY_CHANCE = 0.1
 """So many pixels of a picture may be frozen by chance where those that never change are called dead."""
 
@@ -44,8 +51,8 @@ _BY_CHANCE = 0.1
 class Defects:
     """Masks (rows, columns); no pixel is in two of them.
 
-    dead        does not change, or stands far below those around it
-    hot         stands far above those around it
+    dead        does not change, or stands far below those around it all the time
+    hot         stands far above those around it all the time
     blinking    changes far more in time than those around it
     frozen_from frames from which on one that never changes is called dead: in fewer, good ones may not happen to
                 change; None where most pixels never do, as in pictures whose noise is far below one count
@@ -72,28 +79,45 @@ class Defects:
         return Defects(self.dead & free, self.hot & free, self.blinking & free, self.frozen_from, int(free.sum()))
 
 
-def defects(frames: Values) -> Defects:
+def defects(frames: Values, top: float = math.inf) -> Defects:
     """Bad pixels of frames (T, rows, columns), each compared with the 5 x 5 px around it.
 
     Ridges and edges of a scene are not bad pixels, nor are tracks of what moves: a bad one stands out
     from all on the border of those 5 x 5 px (so clusters of dead or hot ones wider than 3 px are missed), or blinks in
     a small group beside which nothing changes, and not only while something passes that lights up one pixel after the
-    other. A still bright or dark point of the scene does look like one.
+    other. What came through the optics is blurred over neighbours: a pixel that changes as one of those does, or whose
+    height most of those beside it share, is the scene's. A still point as sharp as a pixel does look like a bad one.
+
+    top     the highest count there can be: where all is full of light nothing is told
     """
     values = np.asarray(frames, np.float32)
     level, restless = values.mean(axis=0), values.std(axis=0)
     usual = float(np.median(restless))
     frozen_from = _frozen_from(frames)
-    frozen = (restless == 0) & (frozen_from is not None and len(frames) >= frozen_from)
-    out = _far_off(level - around(level))
+    full = _filled(level, top)
+    frozen = (restless == 0) & (level < FULL * top) & (frozen_from is not None and len(frames) >= frozen_from)
+    apart = level - around(level)
     calm = np.maximum(around(restless), usual)
     changing = restless > RESTLESS * calm
     blinking = changing & (_alone(restless) | _in_islands(changing, restless < _CALM * calm))
-    passed = _passed(values, changing & (blinking | out), restless > RESTLESS * usual)
-    blinking &= ~passed
-    hot = out & _alone(level) & ~blinking & ~passed
-    dead = ((out & _alone(-level)) | frozen) & ~hot & ~blinking
+    blinking &= ~full & ~_passed(values, blinking, restless > RESTLESS * usual)
+    blinking &= ~following(values, blinking)
+    steady = _far_off(apart) & ~changing & ~full
+    hot = unshared(apart, steady & _alone(level))
+    dead = (unshared(-apart, steady & _alone(-level)) | frozen) & ~hot
     return Defects(dead, hot, blinking, frozen_from, dead.size)
+
+
+def stirred(frames: Values, noise: float) -> Mask:
+    """Where the scene of frames (T, rows, columns) changes more than `noise` does, in sigmas (rows, columns).
+
+    Pixels that blink are found there only if they change far more than it does: most are missed. What all pixels of a
+    frame have in common hides nothing.
+    """
+    common = float(np.var(frames.mean(axis=(1, 2), dtype=np.float64)))
+    change = around(frames.std(axis=0, dtype=np.float32)).astype(np.float64) ** 2 - common
+    moved: Mask = change > (_STIRRED * max(noise, _LEAST_NOISE)) ** 2
+    return moved
 
 
 def faint_blinkers(flat: Values) -> Mask:
@@ -165,15 +189,19 @@ def _in_islands(changing: Mask, calm: Mask) -> Mask:
     Those up to 3 px apart are one group: neighbours that blink do not hide each other. Light that moves or flickers is
     blurred into the pixels beside it; along a track or an edge the groups are long.
     """
-    from scipy.ndimage import label
-
-    groups, count = label(cv2.dilate(changing.astype(np.uint8), np.ones((3, 3), np.uint8)), np.ones((3, 3)))
+    groups, count = in_groups(changing)
     members, beside, disturbed = (
         np.bincount(groups[mask], minlength=count + 1) for mask in (changing, ~changing, ~changing & ~calm)
     )
     small = (members <= _MOST_IN_GROUP) & (disturbed <= _DISTURBED * beside)
     island: Mask = changing & small[groups]
     return island
+
+
+def _filled(level: Floats, top: float) -> Mask:
+    """Where most pixels around are full of light all the time, and 2 px beside that."""
+    full = (around(level) >= FULL * top).astype(np.uint8)
+    return cv2.dilate(full, np.ones((2 * _BEYOND + 1,) * 2, np.uint8)).astype(bool)
 
 
 def _passed(values: Floats, doubtful: Mask, changing: Mask) -> Mask:

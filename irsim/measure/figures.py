@@ -130,7 +130,7 @@ def measure_figures(
     unsure = report.together and not report.moving and min(frames.shape[1:]) < TOLD_SIDE
     if unsure:
         report = replace(report, moving=True)
-    bad = defects(frames)
+    bad = defects(frames, top)
     still = still_things(frames, bad, top)
     bad = still.spared(bad)
     whole = patched(frames, bad.all | still.all)
@@ -143,8 +143,7 @@ def measure_figures(
         blinking = Measured(marked.blinking.value, marked.blinking.value, 1.0, bound=True)
         found = _of_moving(report, whole, blur, still, replace(marked, blinking=blinking))
     else:
-        usual = report.fine if report.moving else report.terms.tvh.value
-        found = _of_still(report, whole, blur, still, flaws(frames, bad.off(taken), usual))
+        found = _of_still(report, whole, blur, still, flaws(frames, bad.off(taken), report.pixel_sigma))
     return replace(found, notes=(*report.stretch.left_out(start), *([SMALL] if unsure else []), *found.notes))
 
 
@@ -177,7 +176,7 @@ def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: 
         column_noise=terms.th,
         level=level.sigma,
         level_frames=time_frames,
-        pixel=fixed.floor.map(lambda variance: root(variance - left)),
+        pixel=_less(fixed.floor.map(root), left),
         row=_less(fixed.row, left_rows),
         column=_less(fixed.column, left_columns),
         even_rows=even_rows,
@@ -194,7 +193,14 @@ def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: 
     if not report.moving:
         return found
     noise = _sharp_noise(report)
-    return replace(found, noise=noise, white=noise, notes=(*noise_notes(report, None, None), *scene), **_NOT_OF_TIME)
+    # What moves leaves a part of it behind in the mean.
+    stays: dict[str, Any] = {
+        name: Measured(sigma.value, 0.0, sigma.high, bound=True)
+        for name, sigma in (("pixel", found.pixel), ("row", found.row), ("column", found.column))
+        if sigma is not None
+    }
+    notes = (*noise_notes(report, None, None), *scene)
+    return replace(found, noise=noise, white=noise, notes=notes, **stays, **_NOT_OF_TIME)
 
 
 def _of_moving(report: NoiseReport, whole: Values, blur: Measured | None, still: Still, bad: Flaws) -> Figures:
@@ -233,7 +239,9 @@ def _sharp_noise(report: NoiseReport) -> Measured:
 
 
 def _less(sigma: Measured, variance: float) -> Measured:
-    return sigma.map(lambda value: root(value**2 - variance))
+    """A sigma without a part of its variance; where nothing is left, it may be anything up to the whole."""
+    rest = sigma.map(lambda value: root(value**2 - variance))
+    return rest if rest.high > 0 else replace(rest, high=sigma.high)
 
 
 def _settled(frames: Values, noise: float) -> Floats:

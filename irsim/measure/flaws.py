@@ -6,13 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from irsim.measure.defects import RESTLESS, Defects, around
+from irsim.measure.defects import RESTLESS, Defects, around, stirred
 from irsim.measure.interval import LEVEL, Measured
 from irsim.measure.region import Mask, Values
 from irsim.types import Floats
 
 _MANY = 10
 """Blinking pixels from which the law of their jumps can be read."""
+_FEW = 100
+"""Pixels, less than which tell of no share."""
 _UNEVEN = 1.5
 """By how much fewer clusters of uneven size tell than as many of one size: 1 + the square of their variation."""
 
@@ -21,7 +23,8 @@ _UNEVEN = 1.5
 class Flaws:
     """Bad pixels of a recording. Heights are in its units, times in frames; None where there is no such pixel.
 
-    dead, hot, blinking     shares of the pixels; of blinking ones with those whose jump is too small to be told
+    dead, hot, blinking     shares of the pixels; of blinking ones with those whose jump is too small to be told, and
+                            among those where the scene does not change by more than noise
     cluster                 mean number of bad pixels that touch
     dead_level              at which dead pixels stand, in the median
     hot_height              of hot pixels above what is around them, in the mean
@@ -44,8 +47,10 @@ def flaws(frames: Values, bad: Defects, noise: float) -> Flaws:
     """Of frames (T, rows, columns) with those bad pixels and a temporal noise of sigma `noise`."""
     level = frames.mean(axis=0, dtype=np.float64)
     heights = (level - around(level))[bad.hot]
-    jump, on, off, seen = _blinks(frames[:, bad.blinking], noise)
-    blinking = _share(bad.blinking, bad.judged)
+    hidden = stirred(frames, noise)
+    told = bad.blinking & ~hidden
+    jump, on, off, seen = _blinks(frames[:, told], noise)
+    blinking = _share(told, bad.judged * float(1 - hidden.mean()))
     return Flaws(
         dead=_share(bad.dead, bad.judged),
         hot=_share(bad.hot, bad.judged),
@@ -89,10 +94,12 @@ def _rate(total: int, events: int) -> Measured | None:
     return Measured(total / events, total / high, total / max(low, 1e-3))
 
 
-def _share(mask: Mask, judged: int) -> Measured:
+def _share(mask: Mask, judged: float) -> Measured:
     """Of so many pixels that were judged, those in a mask; clusters of them count once for the interval."""
     from scipy.ndimage import label
 
+    if judged < _FEW:
+        return Measured(0.0, 0.0, 1.0, bound=True)
     share = float(mask.sum()) / judged
     clusters = int(label(mask)[1])
     if not clusters:

@@ -74,10 +74,15 @@ def _likely(power: Floats, expected: Floats) -> Floats:
 
 
 def _above(power: float, usual: float, gain: float, freedom: float) -> Measured:
-    """Sigma of what adds its variance, times `gain`, to a `usual` power; the sum is a chi-square of so much freedom."""
+    """Sigma of what adds its variance, times `gain`, to a `usual` power; the sum is a chi-square of so much freedom.
+
+    Where the sum is less than is usual, by more than chance, the usual is not known: all of it may be what is added.
+    """
     from scipy.stats import chi2
 
     low, high = (power * freedom / chi2.ppf(end, freedom) for end in ((1 + LEVEL) / 2, (1 - LEVEL) / 2))
+    if high <= usual:
+        return Measured(0.0, 0.0, root(float(high / gain)))
     return Measured(*(root((x - usual) / gain) for x in (power, float(low), float(high))))
 
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from irsim.measure.defects import Defects, defects, faint_blinkers, patched
+from irsim.measure.defects import Defects, defects, faint_blinkers, patched, stirred
 from irsim.measure.interval import Measured
 from irsim.measure.memory import LEAST_FRAMES, Temporal, temporal, time_freedom
 from irsim.measure.neighbours import alike, changes
@@ -50,6 +50,7 @@ class NoiseReport:
     drift       sigma of the frames' means
     slope_per_s of the frames' means, by least squares
     dead, hot, blinking     pixels in the whole picture, where no target of the truth was
+    hidden      share of the picture in which the scene changes by more than the noise: pixels that blink are missed
     pixels      how many of it these are among
     frozen_from frames from which on a pixel that never changes counts as dead; None where most never do
     """
@@ -72,8 +73,14 @@ class NoiseReport:
     dead: int
     hot: int
     blinking: int
+    hidden: float
     pixels: int
     frozen_from: int | None
+
+    @property
+    def pixel_sigma(self) -> float:
+        """Temporal sigma of a pixel, counts: of what is sharp, where something moves."""
+        return self.fine if self.moving else self.terms.tvh.value
 
     @property
     def fine_most(self) -> float:
@@ -113,13 +120,17 @@ def measure_noise(
     frames, region = stretch.of(frames), place
     number = np.array(stretch.number)
     flow = temporal(flat, stretch.rate_hz, number)
-    terms = noise_3d(flat, time_freedom(flow.memory, number))
+    moved = changes(flat)
+    terms = noise_3d(flat, time_freedom(flow.memory, number), moved.moving)
     if flow.memory is not None:
-        terms = Noise3dTerms(
-            **{name: getattr(terms, name) for name in TERMS[:-2]}, vh=flow.memory.pixel, tvh=flow.memory.total
+        memory = flow.memory
+        flow = replace(flow, memory=replace(memory, white=_bounded(memory.white, flow.pair, moved.moving)))
+        terms = replace(
+            terms,
+            vh=_bounded(memory.pixel, terms.vh, moved.moving),
+            tvh=_bounded(memory.total, terms.tvh, moved.moving),
         )
     means = flat.mean(axis=(1, 2))
-    moved = changes(flat)
     whole = patched(frames, bad.all)
     sliding = slides(whole)
     told = bad.off(taken)
@@ -145,14 +156,20 @@ def measure_noise(
         dead=int(told.dead.sum()),
         hot=int(told.hot.sum()),
         blinking=int(told.blinking.sum()),
+        hidden=float(stirred(frames, fine if moved.moving else terms.tvh.value).mean()),
         pixels=told.judged,
         frozen_from=bad.frozen_from,
     )
 
 
+def _bounded(sigma: Measured, whole: Measured, moving: bool) -> Measured:
+    """A sigma as its memory tells it; where something moves, or nothing is left of it, it may be up to the whole."""
+    return Measured(sigma.value, 0.0, max(sigma.high, whole.high)) if moving or sigma.high == 0 else sigma
+
+
 def _read(frames: Values, region: Region | None, top: float, taken: Mask | None) -> tuple[Defects, Region, Floats]:
     """Bad pixels of frames, the region, or the flattest that is still, and the frames there without bad pixels."""
-    bad = defects(frames)
+    bad = defects(frames, top)
     region = _still(frames, bad.all, top, taken) if region is None else region
     flat = _without(bad.all, frames, region)
     check_size(flat)
@@ -202,6 +219,8 @@ def noise_lines(report: NoiseReport, start: int = 0) -> Iterator[tuple[str, str]
     yield "bad", f"{report.dead} dead, {report.hot} hot, {report.blinking} blinking of {report.pixels} pixels"
     if report.slides:
         yield "", "where the scene slides, pixels that blink are missed, or look dead or hot, unless they change more"
+    elif missed := blinking_missed(report):
+        yield "", missed
     if unsure := frozen_unknown(report):
         yield "", unsure
     yield from (("left out", sentence) for sentence in report.stretch.left_out(start))
@@ -230,6 +249,16 @@ PICTURES = "8 bits: figures are those of a picture after gain control, not of a 
 """What is to be said of recordings of no more."""
 
 
+def blinking_missed(report: NoiseReport) -> str | None:
+    """Where pixels that blink cannot be told from what the scene does; None where they can, but for some places."""
+    if report.hidden < _SOME:
+        return None
+    return (
+        f"in {100 * report.hidden:.0f} % of the picture the scene changes by more than the noise: pixels that blink "
+        "there cannot be told from it, unless they change far more"
+    )
+
+
 def frozen_unknown(report: NoiseReport) -> str | None:
     """Why pixels that never change are not called dead; None where they are."""
     if report.frozen_from is None:
@@ -242,6 +271,8 @@ def frozen_unknown(report: NoiseReport) -> str | None:
     return None
 
 
+_SOME = 0.01
+"""Share of a picture: what moves in less hides hardly a bad pixel."""
 _OF_TIME = ("pair", "lags", "memory", "drift")
 """What is told beside the terms, and holds what moves as they do."""
 _WORDS = (

@@ -38,10 +38,13 @@ class Noise3dTerms:
     tvh: Measured
 
 
-def noise_3d(frames: Values, time_freedom: float | None = None) -> Noise3dTerms:
+def noise_3d(frames: Values, time_freedom: float | None = None, moving: bool = False) -> Noise3dTerms:
     """The terms of frames (T, rows, columns) of a flat scene, in their units.
 
     time_freedom    degrees of freedom of a series about its mean; T - 1 where noise is white in time
+    moving          whether something moves: the finer terms are then not independent, and say nothing of how much of
+                    a term is theirs. Each may be anything up to all that differs along its axes; and so, too, where
+                    more is taken out of a term than chance lets be in it
 
     The intervals are those of generalised pivotal quantities (S. Weerahandi, "Generalized Confidence
     Intervals", JASA 88, 1993): mean squares over chi-squares, drawn with a fixed seed. InputError for
@@ -61,6 +64,9 @@ def noise_3d(frames: Values, time_freedom: float | None = None) -> Noise3dTerms:
     terms = {}
     for term in TERMS:
         low, high = np.quantile(drawn[term], ends)
+        if moving or high <= 0:
+            others = np.prod([size for axis, size in zip("tvh", frames.shape, strict=True) if axis not in term])
+            low, high = 0.0, max(high, estimates[term], np.quantile(draws[term], ends[1]) / others)
         terms[term] = Measured(float(estimates[term]), float(low), float(high)).map(root)
     return Noise3dTerms(**terms)
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from irsim.measure.gradient import gradient_notes
 from irsim.measure.interval import Measured
 from irsim.measure.memory import Memory
-from irsim.measure.noise import NoiseReport, frozen_unknown
+from irsim.measure.noise import NoiseReport, blinking_missed, frozen_unknown
 from irsim.measure.pattern import Pattern
 from irsim.measure.steady import TOLD_SIDE
 from irsim.measure.still import Still
@@ -39,6 +39,8 @@ def noise_notes(report: NoiseReport, memory: Memory | None, level: Measured | No
         yield f"the level wanders as slowly as {count} frames are long: its sigma may be larger"
     if unsure := frozen_unknown(report):
         yield unsure
+    if not report.slides and (missed := blinking_missed(report)):
+        yield missed
     if report.crossed:
         yield f"targets pass through {report.region}, where noise is read: --region X,Y,W,H names a place without them"
     if report.moving and not report.slides:
