@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
 from typing import Any, Generic
@@ -13,15 +13,15 @@ from irsim.doubts import doubts, unheeded
 from irsim.errors import InputError, Notice
 from irsim.explain import AnyPart, formed, line, place_of
 from irsim.files import is_binary, is_recording
-from irsim.intent import unmet
 from irsim.kinds import importing_nothing
 from irsim.overrides import override, place_of_override, placed
 from irsim.plausible import implausible
-from irsim.ranges import moved, places_of_parts, range_doubts, range_faults, values_at
+from irsim.ranges import places_of_parts, range_doubts, values_at
 from irsim.scenario import Scenario
 from irsim.schema import Slot, brief, plain, shown
 from irsim.severity import settle
 from irsim.shipped import examples, find, shipped
+from irsim.validation import told, validated
 from irsim.yamlfile import Document, KeyPath, scalar
 
 __all__ = [
@@ -80,7 +80,7 @@ def change(scenario: Scenario, values: Mapping[str, Any]) -> Scenario:
     for key, value in values.items():
         document, path = placed(document, key, value, f"{key}={value}", Scenario)
         given.append(path)
-    return _validated(settle(document, Scenario, given))
+    return validated(document, given)
 
 
 def reach(scenario: Scenario, keys: Iterable[str]) -> dict[str, Any]:
@@ -112,11 +112,9 @@ def read_part(path: str | PathLike[str], part: type[AnyPart], wants: str = "exam
 
 def warnings(path: str | PathLike[str], overrides: Iterable[str] = ()) -> list[str]:
     """Lines 'file:line:column: key: warning: what' on what is legal but may not be meant. InputError as `load`."""
-    document = _changed(_read(path), overrides)
-    scenario = _validated(document)
-    faults = list(_faults_of_severities(document, scenario))
-    if faults:
-        raise InputError("\n".join(dict.fromkeys(faults)))
+    document, given = _changed(_read(path), overrides)
+    scenario = validated(document, given, at_all_severities=True)
+    document = settle(document, Scenario, given)
     unlikely = implausible(Slot.of(Scenario), document.value)
     notices = [*unlikely, *doubts(scenario), *range_doubts(document, scenario)]
     return [_warning(document, notice) for notice in notices]
@@ -135,8 +133,9 @@ def unheeded_in(text: str, name: str, overrides: Iterable[str], without: Sequenc
 
 
 def _unheeded(document: Document, overrides: list[str], without: Sequence[str]) -> list[str]:
-    document = _changed(document, overrides)
-    scenario = _validated(document)
+    document, keys = _changed(document, overrides)
+    scenario = validated(document, keys)
+    document = settle(document, Scenario, keys)
     off = scenario.model_copy(update={"without": (*scenario.without, *without)})
     given = {place_of_override(text): text.partition("=")[0].strip() for text in overrides}
     idle = (notice for notice in unheeded(off) if place_of(document, notice.at) in given)
@@ -176,11 +175,11 @@ def _read(path: str | PathLike[str], wants: str = "examples") -> Document:
 
 
 def _scenario(document: Document, overrides: Iterable[str]) -> Scenario:
-    return _validated(_changed(document, overrides))
+    return validated(*_changed(document, overrides))
 
 
-def _changed(document: Document, overrides: Iterable[str]) -> Document:
-    """The document with overrides."""
+def _changed(document: Document, overrides: Iterable[str]) -> tuple[Document, list[KeyPath]]:
+    """The document with overrides, and where they stand in it."""
     if not isinstance(document.value, dict):
         keys = ", ".join(Scenario.model_fields)
         raise InputError(f"{document.values[()]}: expected a mapping; allowed: the keys {keys}")
@@ -201,7 +200,7 @@ def _changed(document: Document, overrides: Iterable[str]) -> Document:
             wrong.append(str(error))
     if wrong:
         raise InputError("\n".join(wrong))
-    return settle(replace(document, value=_whole(document.value)), Scenario, given)
+    return replace(document, value=_whole(document.value)), given
 
 
 def _document(scenario: Scenario) -> Document:
@@ -209,37 +208,8 @@ def _document(scenario: Scenario) -> Document:
     return Document("scenario", brief(scenario), {(): "scenario"}, {})
 
 
-def _validated(document: Document) -> Scenario:
-    scenario = formed(document, Scenario)
-    faults = _faults(document, scenario)
-    if faults:
-        raise InputError("\n".join(faults))
-    return scenario
-
-
-def _faults(document: Document, scenario: Scenario) -> list[str]:
-    """Lines on what is well formed and yet cannot be."""
-    notices = [*unmet(scenario), *range_faults(document, scenario)]
-    return [_told(document, notice, notice.what) for notice in notices]
-
-
-def _faults_of_severities(document: Document, scenario: Scenario) -> Iterator[str]:
-    """Lines on what is wrong at other severities than the scenario's own."""
-    most = min(map(len, scenario.severities.values()), default=1)
-    for severity in set(range(most)) - {scenario.severity}:
-        try:
-            _validated(moved(document, "severity", severity, f"severity {severity}"))
-        except InputError as error:
-            yield from str(error).splitlines()
-
-
 def _warning(document: Document, notice: Notice) -> str:
-    return _told(document, notice, f"warning: {notice.what}")
-
-
-def _told(document: Document, notice: Notice, what: str) -> str:
-    """'file:line:column: key: what'."""
-    return line(document, notice.at, shown(notice.at, Slot.of(Scenario), document.value), what)
+    return told(document, notice, f"warning: {notice.what}")
 
 
 def _whole(value: Any) -> Any:
