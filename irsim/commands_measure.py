@@ -15,7 +15,7 @@ import typer
 from irsim.asked import OverridesArgument, SeedOption, WithoutOption, open_changed
 from irsim.errors import InputError
 from irsim.span import parsed
-from irsim.terminal import progress_bar
+from irsim.terminal import given_path, progress_bar
 
 if TYPE_CHECKING:
     import numpy as np
@@ -77,7 +77,9 @@ def fit(
     overrides: OverridesArgument = None,
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", metavar="YAML", help="The scenario to write; default: standard output."),
+        typer.Option(
+            "-o", "--output", metavar="YAML", help="The scenario to write; default: standard output.", parser=given_path
+        ),
     ] = None,
     display: Annotated[
         str | None,
