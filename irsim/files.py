@@ -18,8 +18,16 @@ MCAP_MAGIC = b"\x89MCAP"
 """First bytes of an MCAP file (MCAP specification, 'Magic')."""
 
 
-def is_recording(path: Path) -> bool:
+def path_of(given: object) -> Path:
+    """The path that a caller gave as text or as a path; InputError for anything else."""
+    if not isinstance(given, str | os.PathLike):
+        raise InputError(f"{given!r}: is no path; allowed: text or a path")
+    return Path(given)
+
+
+def is_recording(path: str | os.PathLike[str]) -> bool:
     """Whether the file is a recording, by its content; one cut to nothing, or not to be read, goes by its suffix."""
+    path = path_of(path)
     try:
         with path.open("rb") as file:
             return file.read(len(MCAP_MAGIC)) == MCAP_MAGIC or path.suffix == ".mcap"

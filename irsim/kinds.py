@@ -77,8 +77,9 @@ class Part(BaseModel):
 Name = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_-]*$", max_length=64)]
 """An id: what --without, overrides and truth call a part of the scene."""
 
-Switch = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_-]*(\.[A-Za-z_]+)?$", max_length=128)]
-"""What --without switches off: a part by its id, or what is set within one (`jet.flicker`)."""
+Switch = Annotated[str, Field(min_length=1, max_length=128)]
+"""What --without switches off: a part by its id, or what is set within one (`jet.flicker`). Of any form, so that what
+is none is told the names that are."""
 
 LARGEST = 10_000_000
 """No number of a scene is larger, and squares of all of them stay far within what floats can hold."""

@@ -17,7 +17,7 @@ from irsim.kinds import importing_nothing
 from irsim.overrides import override, place_of_override, placed
 from irsim.plausible import implausible
 from irsim.ranges import places_of_parts, range_doubts, values_at
-from irsim.scenario import Scenario
+from irsim.scenario import Scenario, expect_scenario
 from irsim.schema import Slot, brief, plain, shown
 from irsim.severity import settle
 from irsim.shipped import examples, find, shipped
@@ -63,6 +63,8 @@ def loads(text: str, name: str = "<text>", overrides: Iterable[str] = (), truste
     trusted   False for a text that came inside a file (a recording, a results file): it may name a
               user's own kinds only where their modules are imported already, for it must run no code
     """
+    if not isinstance(text, str):
+        raise InputError(f"{name}: a {type(text).__name__} is no text; allowed: the YAML text of a scenario")
     document = yamlfile.parse(text, name)
     if trusted:
         return _scenario(document, overrides)
@@ -76,7 +78,7 @@ def change(scenario: Scenario, values: Mapping[str, Any]) -> Scenario:
     A key so given varies no more: it leaves `severities` and `vary`. InputError as `load`, where the
     place of each fault is 'KEY=VALUE'.
     """
-    document, given = _document(scenario), []
+    document, given = _document(expect_scenario("a change", scenario)), []
     for key, value in values.items():
         document, path = placed(document, key, value, f"{key}={value}", Scenario)
         given.append(path)
@@ -150,6 +152,7 @@ def _unheeded(document: Document, overrides: list[str], without: Sequence[str]) 
 
 def dumps(scenario: Scenario, short: bool = False) -> str:
     """The scenario as YAML text; `loads` gives the equal scenario. With every key, or `short`: without defaults."""
+    expect_scenario("the text", scenario)
     return yamlfile.write(brief(scenario) if short else plain(scenario))
 
 
