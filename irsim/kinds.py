@@ -81,6 +81,13 @@ Switch = Annotated[str, Field(min_length=1, max_length=128)]
 """What --without switches off: a part by its id, or what is set within one (`jet.flicker`). Of any form, so that what
 is none is told the names that are."""
 
+
+class Located:
+    """Stands beside a field that names a file: in a YAML file a relative name is looked for beside that file first."""
+
+
+FileName = Annotated[str, Located()]
+
 LARGEST = 10_000_000
 """No number of a scene is larger, and squares of all of them stay far within what floats can hold."""
 

@@ -9,11 +9,12 @@ from os import PathLike
 from typing import Any, Generic
 
 from irsim import yamlfile
+from irsim.beside import beside
 from irsim.doubts import doubts, unheeded
 from irsim.errors import InputError, Notice
 from irsim.explain import AnyPart, formed, line, place_of
 from irsim.files import is_binary, is_recording
-from irsim.kinds import importing_nothing
+from irsim.kinds import Part, importing_nothing
 from irsim.overrides import override, place_of_override, placed
 from irsim.plausible import implausible
 from irsim.ranges import places_of_parts, range_doubts, values_at
@@ -54,7 +55,7 @@ def load(path: str | PathLike[str], overrides: Iterable[str] = ()) -> Scenario:
 
     InputError: a line for each thing that is wrong, 'file:line:column: key: what; allowed: ...'.
     """
-    return _scenario(_read(path), overrides)
+    return _scenario(_read(path, Scenario), overrides)
 
 
 def loads(text: str, name: str = "<text>", overrides: Iterable[str] = (), trusted: bool = True) -> Scenario:
@@ -107,14 +108,14 @@ def read_part(path: str | PathLike[str], part: type[AnyPart], wants: str = "exam
 
     wants   the folder of shipped files whose names are told where there is none of that name
     """
-    document = _read(path, wants)
+    document = _read(path, part, wants)
     document = replace(document, value=_whole(document.value))
     return Written(formed(document, part), document)
 
 
 def warnings(path: str | PathLike[str], overrides: Iterable[str] = ()) -> list[str]:
     """Lines 'file:line:column: key: warning: what' on what is legal but may not be meant. InputError as `load`."""
-    document, given = _changed(_read(path), overrides)
+    document, given = _changed(_read(path, Scenario), overrides)
     scenario = validated(document, given, at_all_severities=True)
     document = settle(document, Scenario, given)
     unlikely = implausible(Slot.of(Scenario), document.value)
@@ -125,7 +126,7 @@ def warnings(path: str | PathLike[str], overrides: Iterable[str] = ()) -> list[s
 def unheeded_overrides(path: str | PathLike[str], overrides: Iterable[str], without: Sequence[str] = ()) -> list[str]:
     """Those of `warnings` that say of an override that it counts for nothing, where the parts named `without` are
     switched off; and a warning of each override of such a part. InputError as `load`."""
-    return _unheeded(_read(path), list(overrides), without)
+    return _unheeded(_read(path, Scenario), list(overrides), without)
 
 
 def unheeded_in(text: str, name: str, overrides: Iterable[str], without: Sequence[str] = ()) -> list[str]:
@@ -164,8 +165,9 @@ def build(part: type[AnyPart], values: Mapping[str, Any], name: str) -> AnyPart:
     return formed(Document(name, _whole(dict(values)), {(): name}, {}), part)
 
 
-def _read(path: str | PathLike[str], wants: str = "examples") -> Document:
-    """The document in a file, or in the shipped one of that name (see `find`)."""
+def _read(path: str | PathLike[str], root: type[Part], wants: str = "examples") -> Document:
+    """The document in a file, or in the shipped one of that name (see `find`), meant to be a `root`; the names of files
+    in it as they are found from here."""
     file = find(path, wants)
     if file.is_file() and is_recording(file):
         raise InputError(f"{path}: is a recording, no YAML; irsim info tells what is in it")
@@ -174,7 +176,7 @@ def _read(path: str | PathLike[str], wants: str = "examples") -> Document:
             f"{path}: is neither a scenario nor a recording, it is not UTF-8 text; "
             "irsim import makes recordings of pictures"
         )
-    return yamlfile.read(file)
+    return beside(yamlfile.read(file), file.parent, root)
 
 
 def _scenario(document: Document, overrides: Iterable[str]) -> Scenario:

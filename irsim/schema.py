@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 import annotated_types as at
 from pydantic.fields import FieldInfo
 
-from irsim.kinds import Family, Kind, NamedKind, Part
+from irsim.kinds import Family, Kind, Located, NamedKind, Part
 from irsim.yamlfile import KeyPath, dotted
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
@@ -54,6 +54,11 @@ class Slot:
     @property
     def is_list(self) -> bool:
         return get_origin(self.annotation) is tuple
+
+    @property
+    def is_file(self) -> bool:
+        """The name of a file."""
+        return any(isinstance(item, Located) for item in self.metadata)
 
     @property
     def is_table(self) -> bool:
