@@ -99,7 +99,7 @@ def fit(
     intervals; of the display, how far each number may be turned before the pictures tell."""
     from irsim.displayed import FITS
     from irsim.files import check_output, replacing_text
-    from irsim.fitting import fit_frames, open_pictures
+    from irsim.fitting import check_replaced, fit_frames, open_pictures
     from irsim.loader import find
     from irsim.measure import parse_region
 
@@ -112,6 +112,7 @@ def fit(
             "a video or a recording"
         ) from None
     check_output(output, find(source), shown, endings=(".yaml", ".yml"))
+    check_replaced(output)
     where = None if region is None else parse_region(region, opened.size)
     wanted = _wanted(frames, opened)
     with open_pictures(display, opened) as pictures:
