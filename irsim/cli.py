@@ -15,7 +15,7 @@ import typer
 from irsim import commands_authoring, commands_info, commands_measure
 from irsim.asked import OverridesArgument, SeedOption, SourceArgument, WithoutOption, open_changed, parts, tell_unheeded
 from irsim.errors import InputError
-from irsim.files import check_output
+from irsim.files import check_output, is_recording
 from irsim.span import parsed
 from irsim.terminal import commands, given_path, progress_bar, run
 from irsim.wording import counted
@@ -259,6 +259,11 @@ def import_(
 
     shown = None if agc is None else _agc(agc)
     path = output or Path(f"{name_of(frames)}.mcap")
+    if output is None and is_recording(frames) and path.resolve() == frames.resolve():
+        raise InputError(
+            f"{frames}: is a recording; allowed: irsim import {shlex.quote(str(frames))} -o NEW.mcap, which keeps what "
+            "is whole of it"
+        )
     check_output(path, frames, truth, endings=(".mcap",))
     with progress_bar(f"import {frames.name}") as progress:
         import_frames(

@@ -179,7 +179,8 @@ def _what(kind: str, detail: Mapping[str, Any], slot: Slot | None, path: KeyPath
         return f"it is missing{allowed}"
     if slot is not None and len(slot.choices) > 1 and "at" not in detail.get("ctx", {}):
         words = [word for choice in slot.choices for word in get_args(choice.annotation) if isinstance(word, str)]
-        return f"{_seen(given)} is not allowed{allowed}{suggestion(given, words)}"
+        seen = f"a list of {len(given)}" if isinstance(given, list) else _seen(given)
+        return f"{seen} is not allowed{allowed}{suggestion(given, words)}"
     if kind in _EXPECTED:
         return f"expected {_EXPECTED[kind]}, not {_seen(given)}{allowed}"
     if kind.startswith("string_"):

@@ -15,7 +15,8 @@ from pydantic_core import PydanticCustomError
 
 from irsim.backgrounds.base import FARTHEST, Background, Gaze, Layer
 from irsim.errors import InputError
-from irsim.kinds import FileName, Index, ScaleKelvin
+from irsim.kinds import Index, ScaleKelvin
+from irsim.marks import FileName
 from irsim.radiometry import limits
 from irsim.scale import Scale
 from irsim.stage import Stage

@@ -11,7 +11,8 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.kinds import FileName, Fraction, Kelvin, Length, suggestion
+from irsim.kinds import Fraction, Kelvin, Length, suggestion
+from irsim.marks import FileName
 from irsim.motion.posture import POSTURES, Posture, PostureName
 from irsim.radiometry import radiance
 from irsim.shapes.base import Shape, View
