@@ -177,7 +177,7 @@ def writing(
     path: Path, header: Header, scenario: str | None = None, compression: Compression = "none"
 ) -> Iterator[RecordingWriter]:
     """A writer whose file appears at `path` once `finish` was called and the block ended well."""
-    with replacing(path) as file:
+    with replacing(path, tidy=True) as file:
         yield RecordingWriter(file, header, scenario, compression)
 
 
