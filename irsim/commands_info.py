@@ -83,7 +83,7 @@ def _target(target: Survey) -> Iterator[tuple[str, str]]:
         figures.append(f"SCR {middle} ({low} to {high})")
     yield "", f"  {', '.join(figures)}"
     for label, spells in (
-        ("hidden", target.hidden),
+        ("more than half hidden", target.hidden),
         ("partly out of view", target.cut),
         ("out of view", target.outside),
         ("crossing", target.crossing),

@@ -56,6 +56,15 @@ targets: [{id: jet, shape: {kind: fighter}, path: {kind: straight, start: [8, 2]
 """
 
 
+HIDDEN = """
+frames: 8
+camera: {size: [80, 60], netd_mk: 0}
+background: {kind: ground, spread_k: 0}
+targets: [{id: jet, shape: {kind: point}, path: {kind: straight, start: [9, 30], speed: 4, range_m: 500}}]
+occluders: [{kind: bar, range_m: 100, center_px: [24, 30], size_px: [8, 20]}]
+"""
+
+
 def test_a_rendered_target_in_the_corner_is_said_to_be_cut() -> None:
     source = irsim.Rendering(irsim.loads(CORNERED))
     (jet,) = survey(source.truths(), source.size)
@@ -94,6 +103,14 @@ def test_info_prints_plain_numbers(tmp_path: Path) -> None:
     ratio = re.search(r"SCR (\d+) \((\d+) to (\d+)\)", done.stdout)
     assert ratio is not None, done.stdout
     assert int(ratio[1]) >= 100
+
+
+def test_info_says_how_much_is_hidden_in_the_frames_that_it_counts(tmp_path: Path) -> None:
+    """Of a point at 9, 13 and so on px those at 21 and 25, before which is a bar from 20 to 28."""
+    path = tmp_path / "scene.yaml"
+    path.write_text(HIDDEN)
+    done = CliRunner().invoke(app, ["info", str(path)])
+    assert "             more than half hidden in 3-4 by bar" in done.stdout.splitlines(), done.stdout
 
 
 @pytest.mark.parametrize(
