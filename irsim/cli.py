@@ -261,8 +261,8 @@ def import_(
     path = output or Path(f"{name_of(frames)}.mcap")
     if output is None and is_recording(frames) and path.resolve() == frames.resolve():
         raise InputError(
-            f"{frames}: is a recording; allowed: irsim import {shlex.quote(str(frames))} -o NEW.mcap, which keeps what "
-            "is whole of it"
+            f"{frames}: would replace {frames}, a recording; allowed: irsim import {shlex.quote(str(frames))} "
+            "-o NEW.mcap, which keeps what is whole of it"
         )
     check_output(path, frames, truth, endings=(".mcap",))
     with progress_bar(f"import {frames.name}") as progress:

@@ -73,10 +73,10 @@ def test_import_of_a_recording_onto_itself_says_how_to_recover_it(run: Run, fold
     (folder / "cut1.mcap").write_bytes(whole[:-200])
     done = run("import", "cut1.mcap", cwd=folder)
     assert (done.returncode, done.stdout) == (2, "")
-    told = (
-        "irsim: cut1.mcap: is a recording; allowed: irsim import cut1.mcap -o NEW.mcap, which keeps what is whole of it"
-    )
-    assert done.stderr.splitlines() == [told]
+    assert done.stderr.splitlines() == [
+        "irsim: cut1.mcap: would replace cut1.mcap, a recording; allowed: irsim import cut1.mcap -o NEW.mcap, which "
+        "keeps what is whole of it"
+    ]
     done = run("import", "cut1.mcap", "-o", "new.mcap", cwd=folder)
     assert done.returncode == 0, done.stderr
     assert len(irsim.open_recording(folder / "new.mcap")) > 0

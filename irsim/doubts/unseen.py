@@ -18,8 +18,9 @@ MOST = 0.5
 
 
 def mostly_hidden(scenario: Scenario) -> Iterator[Notice]:
-    """Whom trackers follow, where what hides it leaves less than half of it in most of the frames. Who places a row of
-    buildings or a bar does not see that as who says whom to hide does."""
+    """Whom trackers follow, where what hides it leaves less than half of it in most of the frames. Of what is
+    placed by whom it hides it is told in how many frames it does."""
+    told = {occluder.name for occluder in scenario.occluders if occluder.hides is not None}
     index, target = next(
         ((index, target) for index, target in enumerate(scenario.targets) if scenario.follow in (None, target.id)),
         (0, None),
@@ -34,7 +35,7 @@ def mostly_hidden(scenario: Scenario) -> Iterator[Notice]:
     for frame in frames:
         truth = renderer.scene(frame)[1].target(target.id)
         if truth is not None and truth.in_view is not False:
-            if truth.hidden and truth.occluders:
+            if truth.hidden and not told.issuperset(truth.occluders):
                 hidden += 1
                 by |= dict.fromkeys(truth.occluders)
             else:
@@ -56,6 +57,8 @@ def _something_nearer(scenario: Scenario, name: str, frames: list[int]) -> bool:
         return False
     places = target.path.positions(np.asarray(frames, dtype=np.float64), scenario.stage, name)
     farthest_m = float(np.linalg.norm(places, axis=1).max())
-    occluders = (occluder.range_m for occluder in scenario.occluders if scenario.is_on(occluder.name))
+    occluders = (
+        occluder.range_m for occluder in scenario.occluders if occluder.hides is None and scenario.is_on(occluder.name)
+    )
     shells = (shell.range_m for part, _, shell in scenario.background.shells() if scenario.is_on(part))
     return any(range_m < farthest_m for range_m in (*occluders, *shells))
