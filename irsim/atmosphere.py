@@ -23,7 +23,7 @@ from pydantic import Field
 
 from irsim.climate import CLIMATES, FIT_HEIGHT_KM, FIT_KM, FIT_VISIBILITY_KM, FOG, Climate, ClimateName, fitted_band
 from irsim.errors import Notice
-from irsim.kinds import Kelvin, Part, Switches
+from irsim.kinds import AirKelvin, Kelvin, Part, Switches
 from irsim.radiometry import hemisphere, limits, radiance
 from irsim.turbulence import Turbulence
 from irsim.types import Band, BandName, Floats
@@ -65,7 +65,7 @@ class Atmosphere(Part):
     altitude_m: Annotated[float, Field(ge=0, le=HIGHEST_M)] = 100.0
     """Height of the camera above the sea, m; no less than that above the background's ground, and before a `sea` just
     that above it."""
-    temperature_k: Kelvin | None = None
+    temperature_k: AirKelvin | None = None
     """Air temperature at the sea's level, kelvin; all heights shift with it. The preset's where not given."""
     surroundings_k: Kelvin | None = None
     """Temperature of what targets and occluders reflect, kelvin. Where not given: the mean of the clear sky

@@ -28,6 +28,7 @@ from irsim.falloff import Falloff
 from irsim.faults import FAULTS, Fault, arrivals
 from irsim.geometry import Geometry
 from irsim.kinds import Part, ScaleKelvin, Several, Switches
+from irsim.marks import Items
 from irsim.motion import POINTINGS, Pointing
 from irsim.optics import Lens
 from irsim.presets import PRESETS, Preset
@@ -53,7 +54,7 @@ class Camera(Part):
     """Field of view of one pixel, milliradian."""
     elevation_deg: Annotated[float, Field(ge=-80, le=80)] = 0.0
     """Elevation of the first pointing above the horizon."""
-    band: BandName | Annotated[tuple[float, float], Field(strict=False)] = "mwir"
+    band: BandName | Annotated[tuple[float, float], Field(strict=False), Items("[low, high] in um")] = "mwir"
     """mwir 3-5 um, lwir 8-12 um, or [low, high], limits in um (from 2 to 20)."""
     bits: Annotated[int, Field(ge=8, le=16)] = 14
     """Depth of the counts."""

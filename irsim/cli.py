@@ -15,9 +15,9 @@ import typer
 from irsim import commands_authoring, commands_info, commands_measure
 from irsim.asked import OverridesArgument, SeedOption, SourceArgument, WithoutOption, open_changed, parts, tell_unheeded
 from irsim.errors import InputError
-from irsim.files import check_output
+from irsim.files import check_output, is_recording
 from irsim.span import parsed
-from irsim.terminal import commands, progress_bar, run
+from irsim.terminal import commands, given_path, progress_bar, run
 from irsim.wording import counted
 
 if TYPE_CHECKING:
@@ -25,7 +25,9 @@ if TYPE_CHECKING:
 
 app = commands("Render infrared scenes from YAML, record frames with exact truth, import real ones.")
 
-RecordingOption = Annotated[Path | None, typer.Option("-o", "--output", metavar="REC", help="The recording to write.")]
+RecordingOption = Annotated[
+    Path | None, typer.Option("-o", "--output", metavar="REC", help="The recording to write.", parser=given_path)
+]
 
 
 def main() -> None:
@@ -85,7 +87,11 @@ def show(
     output: Annotated[
         Path | None,
         typer.Option(
-            "-o", "--output", metavar="PNG|WEBM|GIF", help="Its ending says what to draw. Default: NAME.png here."
+            "-o",
+            "--output",
+            metavar="PNG|WEBM|GIF",
+            help="Its ending says what to draw. Default: NAME.png here.",
+            parser=given_path,
         ),
     ] = None,
     frames: Annotated[
@@ -116,11 +122,14 @@ def gallery(
         str, typer.Argument(metavar="[targets|backgrounds|cameras|agcs]", help="Of what; targets unless said.")
     ] = "targets",
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="PNG", help="Default: WHAT.png in this folder.")
+        Path | None,
+        typer.Option("-o", "--output", metavar="PNG", help="Default: WHAT.png in this folder.", parser=given_path),
     ] = None,
     blind: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="A blind test instead: unlabelled crops in DIR, their key beside it."),
+        typer.Option(
+            metavar="DIR", help="A blind test instead: unlabelled crops in DIR, their key beside it.", parser=given_path
+        ),
     ] = None,
     seed: Annotated[int, typer.Option(help="Of the blind test's order and views.")] = 0,
 ) -> None:
@@ -178,7 +187,8 @@ def masks(
     source: SourceArgument,
     overrides: OverridesArgument = None,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="DIR", help="Default: NAME-masks in this folder.")
+        Path | None,
+        typer.Option("-o", "--output", metavar="DIR", help="Default: NAME-masks in this folder.", parser=given_path),
     ] = None,
     frames: Annotated[
         str | None, typer.Option(metavar="N|A:B", help="N frames from the first on, or frames A to B-1.")
@@ -210,10 +220,16 @@ def masks(
 
 @app.command("import")
 def import_(
-    frames: Annotated[Path, typer.Argument(metavar="FOLDER|VIDEO", help="A folder of PNG files, or a video.")],
+    frames: Annotated[
+        Path, typer.Argument(metavar="FOLDER|VIDEO", help="A folder of PNG files, or a video.", parser=given_path)
+    ],
     truth: Annotated[
         Path | None,
-        typer.Option(metavar="CSV", help="Truth as frame,x,y,w,h[,id,cls]: top-left pixel; blank where absent."),
+        typer.Option(
+            metavar="CSV",
+            help="Truth as frame,x,y,w,h[,id,cls]: top-left pixel; blank where absent.",
+            parser=given_path,
+        ),
     ] = None,
     rate: Annotated[
         float | None, typer.Option(metavar="HZ", help="Frames a second; default: the video's, or 30.")
@@ -243,6 +259,11 @@ def import_(
 
     shown = None if agc is None else _agc(agc)
     path = output or Path(f"{name_of(frames)}.mcap")
+    if output is None and is_recording(frames) and path.resolve() == frames.resolve():
+        raise InputError(
+            f"{frames}: would replace {frames}, a recording; allowed: irsim import {shlex.quote(str(frames))} "
+            "-o NEW.mcap, which keeps what is whole of it"
+        )
     check_output(path, frames, truth, endings=(".mcap",))
     with progress_bar(f"import {frames.name}") as progress:
         import_frames(

@@ -12,7 +12,7 @@ import typer
 
 from irsim.asked import tell_unheeded
 from irsim.files import check_output, make_folder, refuse_leftovers, replacing_text
-from irsim.terminal import progress_bar
+from irsim.terminal import given_path, progress_bar
 from irsim.wording import counted
 
 
@@ -21,7 +21,8 @@ def new(
         str, typer.Argument(metavar="KIND", help="sky, ground, sea, landscape, recording (yours), severities or vary.")
     ],
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="YAML", help="Default: KIND.yaml in this folder.")
+        Path | None,
+        typer.Option("-o", "--output", metavar="YAML", help="Default: KIND.yaml in this folder.", parser=given_path),
     ] = None,
 ) -> None:
     """Write a commented scenario to begin your own from; it replaces nothing."""
@@ -37,7 +38,7 @@ def new(
 
 def schema(
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="JSON", help="Default: standard output.")
+        Path | None, typer.Option("-o", "--output", metavar="JSON", help="Default: standard output.", parser=given_path)
     ] = None,
 ) -> None:
     """Print the JSON Schema of scenarios, by which editors complete and check them."""
@@ -61,7 +62,8 @@ def sample(
     ] = None,
     count: Annotated[int, typer.Option("-n", metavar="N", min=1, max=100_000, help="How many are drawn.")] = 10,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="DIR", help="Default: NAME-samples in this folder.")
+        Path | None,
+        typer.Option("-o", "--output", metavar="DIR", help="Default: NAME-samples in this folder.", parser=given_path),
     ] = None,
     seed: Annotated[int, typer.Option(metavar="N", min=0, help="Seed of the draws.")] = 0,
 ) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from irsim.asked import OverridesArgument, SeedOption, SourceArgument, WithoutOption, open_changed
-from irsim.wording import counted
+from irsim.wording import counted, plain
 
 if TYPE_CHECKING:
     from irsim.recording import Recording
@@ -57,14 +57,14 @@ def _facts(source: Source, duration_s: float) -> Iterator[tuple[str, str]]:
     from irsim.survey import survey
 
     columns, rows = source.size
-    yield "frames", f"{len(source)} at {source.rate_hz:g} Hz, {duration_s:.3g} s"
+    yield "frames", f"{len(source)} at {plain(source.rate_hz, 6)} Hz, {plain(duration_s, 3)} s"
     yield "picture", f"{columns}x{rows} px, {source.bits} bits"
     if not source.has_truth:
         yield "truth", "none: give trackers --init"
     else:
         truths = list(source.truths())
         accuracy = max((target.accuracy_px for truth in truths for target in truth.targets), default=0.0)
-        yield "truth", "exact" if accuracy == 0 else f"within {accuracy:g} px"
+        yield "truth", "exact" if accuracy == 0 else f"within {plain(accuracy, 6)} px"
         for target in survey(truths, source.size):
             yield from _target(target)
     if source.follow:
@@ -75,15 +75,15 @@ def _facts(source: Source, duration_s: float) -> Iterator[tuple[str, str]]:
 def _target(target: Survey) -> Iterator[tuple[str, str]]:
     what = f" ({target.cls})" if target.cls else ""
     yield "target", f"{target.id}{what}: {counted(target.frames, 'frame')} from {target.first} on"
-    figures = [f"{target.size[0]:.3g} x {target.size[1]:.3g} px"]
+    figures = [f"{plain(target.size[0], 3)} x {plain(target.size[1], 3)} px"]
     if target.speed is not None:
-        figures.append(f"{target.speed:.2g} px/frame")
+        figures.append(f"{plain(target.speed, 2)} px/frame")
     if target.scr is not None:
-        low, middle, high = target.scr
-        figures.append(f"SCR {middle:.2g} ({low:.2g} to {high:.2g})")
+        low, middle, high = (plain(scr, 2) for scr in target.scr)
+        figures.append(f"SCR {middle} ({low} to {high})")
     yield "", f"  {', '.join(figures)}"
     for label, spells in (
-        ("hidden", target.hidden),
+        ("more than half hidden", target.hidden),
         ("partly out of view", target.cut),
         ("out of view", target.outside),
         ("crossing", target.crossing),

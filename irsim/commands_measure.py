@@ -15,7 +15,7 @@ import typer
 from irsim.asked import OverridesArgument, SeedOption, WithoutOption, open_changed
 from irsim.errors import InputError
 from irsim.span import parsed
-from irsim.terminal import progress_bar
+from irsim.terminal import given_path, progress_bar
 
 if TYPE_CHECKING:
     import numpy as np
@@ -77,7 +77,9 @@ def fit(
     overrides: OverridesArgument = None,
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", metavar="YAML", help="The scenario to write; default: standard output."),
+        typer.Option(
+            "-o", "--output", metavar="YAML", help="The scenario to write; default: standard output.", parser=given_path
+        ),
     ] = None,
     display: Annotated[
         str | None,
@@ -97,7 +99,7 @@ def fit(
     intervals; of the display, how far each number may be turned before the pictures tell."""
     from irsim.displayed import FITS
     from irsim.files import check_output, replacing_text
-    from irsim.fitting import fit_frames, open_pictures
+    from irsim.fitting import check_replaced, fit_frames, open_pictures
     from irsim.loader import find
     from irsim.measure import parse_region
 
@@ -110,6 +112,7 @@ def fit(
             "a video or a recording"
         ) from None
     check_output(output, find(source), shown, endings=(".yaml", ".yml"))
+    check_replaced(output)
     where = None if region is None else parse_region(region, opened.size)
     wanted = _wanted(frames, opened)
     with open_pictures(display, opened) as pictures:

@@ -12,7 +12,8 @@ from irsim.atmosphere import HIGHEST_M, Atmosphere
 from irsim.backgrounds import Background
 from irsim.camera import Camera
 from irsim.climate import fitted_band
-from irsim.kinds import KeyPath, suggestion
+from irsim.kinds import KeyPath
+from irsim.names import no_such
 from irsim.radiometry import BAND_UM, limits
 from irsim.stage import Stage
 from irsim.target import Target
@@ -79,10 +80,7 @@ def _used_twice(parts: Iterable[tuple[str, KeyPath]]) -> Iterator[Fault]:
 def _unknown(wanted: Iterable[Wanted]) -> Iterator[Fault]:
     for name, place, allowed in wanted:
         if name not in allowed:
-            known = ", ".join(dict.fromkeys(allowed)) or "nothing, there are none"
-            within = next((f"; did you mean '{each}'?" for each in allowed if each.endswith(f".{name}")), None)
-            what = f"there is no '{name}'; allowed: {known}{within or suggestion(name, allowed)}"
-            yield _fault("unknown_id", what, place)
+            yield _fault("unknown_id", no_such(name, allowed, "nothing, there are none"), place)
 
 
 def paths_are_possible(targets: Sequence[Target], frames: int, stage: Stage) -> None:

@@ -18,6 +18,7 @@ from irsim.wording import counted
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+POINTS_PER_IN = 72
 WHOLE = (0, 255)
 """Greys of a picture for people."""
 SHEET = 12
@@ -33,6 +34,10 @@ ZOOM_PX = 32
 """Least side of the enlarged part, px."""
 ZOOM_SHARE = 0.3
 """Height of that part on the sheet, as a share of the picture's."""
+NAME_PT = 7
+"""Size of targets' names, points."""
+NARROWED = 1.05
+"""A frame is drawn narrower than its cell of the sheet by up to so much, so that names are that much larger in it."""
 MARGIN_PX = 6.0
 """Boxes are drawn larger by this, or they would hide what they show."""
 
@@ -60,7 +65,8 @@ def contact_sheet(source: Source, path: str | Path, start: int = 0, stop: int | 
     frames = [source.frame(index, "display") for index in indices]
     black, white = greys = drawn_greys([frame.image for frame in frames])
     facts = f"{width} x {height} px, {source.bits} bits, {counted(len(source), 'frame')} at {source.rate_hz:g} Hz"
-    key = "; boxes: truth, dotted where more than half is hidden" if source.has_truth else "; no truth"
+    boxes = "; boxes: truth, dotted where more than half is hidden; what is enlarged has the same greys"
+    key = boxes if source.has_truth else "; no truth"
     stretched = "" if greys == WHOLE else f"; greys {black} to {white} drawn from black to white"
     title = fill(f"{source.name}: {facts}{key}{stretched}", int(TITLE_LETTERS_PER_IN * cell * columns))
     figure.suptitle(title, fontsize=9)
@@ -69,7 +75,7 @@ def contact_sheet(source: Source, path: str | Path, start: int = 0, stop: int | 
         axes.set_axis_off()
     for axes, frame in zip(grid.flat, frames, strict=False):
         truth = next(iter(source.truths(frame.index, frame.index + 1)), None)
-        _draw_frame(axes, frame, truth, source.follow, greys)
+        _draw_frame(axes, frame, truth, source.follow, greys, NARROWED * width / (cell * POINTS_PER_IN))
     with replacing(path) as file:
         figure.savefig(file, format="png", dpi=110)
     return path
@@ -112,21 +118,25 @@ def labelled_sheet(pictures: Sequence[Labelled], path: str | Path, columns: int 
     return path
 
 
-def _draw_frame(axes: Axes, frame: Frame, truth: Truth | None, follow: str | None, greys: tuple[int, int]) -> None:
+def _draw_frame(
+    axes: Axes, frame: Frame, truth: Truth | None, follow: str | None, greys: tuple[int, int], px_per_pt: float
+) -> None:
     from matplotlib.patheffects import withStroke
 
+    rows, columns = frame.image.shape
     axes.imshow(frame.image, cmap="gray", vmin=greys[0], vmax=greys[1], interpolation="nearest")
     axes.set_title(f"frame {frame.index}, {frame.time:.2f} s", fontsize=8, pad=2)
     axes.autoscale(False)
     for target in truth.targets if truth is not None else ():
         box = Box(target.box.cx, target.box.cy, target.box.w + MARGIN_PX, target.box.h + MARGIN_PX)
         _draw_box(axes, box, target.hidden)
+        name = shortened(target.id, columns / px_per_pt)
+        wide, high = (px_per_pt * points for points in _extent(name))
         axes.text(
-            name_left(box),
-            box.top - 1,
-            target.id,
+            *name_place(box, (wide, high), (columns, rows)),
+            name,
             color=TRUTH_COLOR,
-            fontsize=7,
+            fontsize=NAME_PT,
             va="bottom",
             clip_on=True,
             path_effects=[withStroke(linewidth=1.5, foreground="black")],
@@ -153,9 +163,34 @@ def _draw_box(axes: Axes, box: Box, hidden: bool) -> None:
     )
 
 
-def name_left(box: Box) -> float:
-    """Where the name of a box begins, px: at its left edge, or the picture's while any of the box is in it."""
-    return min(max(box.left, 0.0), box.right)
+def name_place(box: Box, extent: tuple[float, float], size: tuple[int, int]) -> tuple[float, float]:
+    """Lower left corner, px, of a name of that extent (width, height): above its box, within a picture of `size`
+    (columns, rows) while any of the box is in it; where there is no room below it, or else in it."""
+    (wide, high), (columns, rows) = extent, size
+    left = min(max(box.left, 0.0), box.right)
+    if box.left < columns:
+        left = min(left, max(columns - wide, 0.0))
+    if box.bottom < 0 or box.top - 1 - high >= 0:
+        return left, box.top - 1
+    below = box.bottom + 1 + high
+    return left, below if below <= rows else max(box.top, 0.0) + 1 + high
+
+
+def shortened(name: str, most_pt: float) -> str:
+    """The name, or as much of it as is no wider than so many points, its middle left out."""
+    kept = len(name)
+    short = name
+    while _extent(short)[0] > most_pt and kept > 2:
+        kept -= 1
+        short = f"{name[: (kept + 1) // 2]}…{name[len(name) - kept // 2 :]}"
+    return short
+
+
+def _extent(name: str) -> tuple[float, float]:
+    """Width of a name, and height of a line, points."""
+    from matplotlib.textpath import TextPath
+
+    return float(TextPath((0, 0), name, size=NAME_PT).get_extents().x1), 1.2 * NAME_PT
 
 
 def zoom_corner(box: Box, others: Sequence[Box], size: tuple[int, int]) -> tuple[float, float]:

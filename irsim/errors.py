@@ -43,6 +43,15 @@ def whole(name: str, given: Any, least: int = 0) -> int:
     return number
 
 
+def frame_number(given: Any, length: int) -> int:
+    """The number of a frame that a caller gave, numpy's too, whether there is one or not; InputError for anything else
+    than a whole number."""
+    try:
+        return operator.index(given)
+    except TypeError:
+        raise InputError(f"frame {given!r}: allowed: a whole number, 0 to {length - 1}") from None
+
+
 def how_it_ended(code: int | None) -> str:
     """A process's exit code in words: 'SIGKILL', 'exit status 1'."""
     if code is None or code >= 0:

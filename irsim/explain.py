@@ -45,7 +45,7 @@ def formed(document: Document, part: type[AnyPart]) -> AnyPart:
             part.model_validate(known)
         except ValidationError as error:
             lines += explain(error, document, part, _OF_IDS)
-    raise InputError("\n".join(sorted(lines, key=_order)))
+    raise InputError("\n".join(in_order(lines)))
 
 
 def explain(
@@ -71,7 +71,7 @@ def explain(
         if (path, once) not in lines:
             what = " ".join(_what(kind, detail, slot, path, top, document.value).split())
             lines[path, once] = line(document, path, shown(path, top, document.value), what, kind == "extra_forbidden")
-    return sorted(lines.values(), key=_order)
+    return in_order(lines.values())
 
 
 def line(document: Document, path: KeyPath, name: str, what: str, at_key: bool = False) -> str:
@@ -105,6 +105,11 @@ def _known(error: ValidationError, document: Document, root: type[Part]) -> Any:
 def _has_text(value: Any) -> bool:
     inner = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
     return isinstance(value, str) or any(map(_has_text, inner))
+
+
+def in_order(lines: Iterable[str]) -> list[str]:
+    """Lines by their places in the file."""
+    return sorted(lines, key=_order)
 
 
 def _order(text: str) -> tuple[int, int]:
@@ -174,7 +179,8 @@ def _what(kind: str, detail: Mapping[str, Any], slot: Slot | None, path: KeyPath
         return f"it is missing{allowed}"
     if slot is not None and len(slot.choices) > 1 and "at" not in detail.get("ctx", {}):
         words = [word for choice in slot.choices for word in get_args(choice.annotation) if isinstance(word, str)]
-        return f"{_seen(given)} is not allowed{allowed}{suggestion(given, words)}"
+        seen = f"a list of {len(given)}" if isinstance(given, list) else _seen(given)
+        return f"{seen} is not allowed{allowed}{suggestion(given, words)}"
     if kind in _EXPECTED:
         return f"expected {_EXPECTED[kind]}, not {_seen(given)}{allowed}"
     if kind.startswith("string_"):

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import io
 import os
+import re
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -18,8 +20,16 @@ MCAP_MAGIC = b"\x89MCAP"
 """First bytes of an MCAP file (MCAP specification, 'Magic')."""
 
 
-def is_recording(path: Path) -> bool:
+def path_of(given: object) -> Path:
+    """The path that a caller gave as text or as a path; InputError for anything else."""
+    if not isinstance(given, str | os.PathLike):
+        raise InputError(f"{given!r}: is no path; allowed: text or a path")
+    return Path(given)
+
+
+def is_recording(path: str | os.PathLike[str]) -> bool:
     """Whether the file is a recording, by its content; one cut to nothing, or not to be read, goes by its suffix."""
+    path = path_of(path)
     try:
         with path.open("rb") as file:
             return file.read(len(MCAP_MAGIC)) == MCAP_MAGIC or path.suffix == ".mcap"
@@ -91,13 +101,19 @@ def refuse_leftovers(folder: Path, stays: Callable[[str], bool], what: str) -> N
 
 
 @contextmanager
-def replacing(path: Path) -> Iterator[BinaryIO]:
-    """A file to write that takes its name when the block ends well and is gone when it does not."""
+def replacing(path: Path, tidy: bool = False) -> Iterator[BinaryIO]:
+    """A file to write that takes its name when the block ends well and is gone when it does not.
+
+    tidy   of what takes long to write: what was left beside it by processes that were killed is removed first
+    """
     check_output(path)
     real = path.resolve()  # a link stays a link
+    if tidy:
+        _remove_leftovers(real)
     temporary = real.with_name(f".{real.name}.{os.getpid()}.tmp")
     try:
         with open(temporary, "wb") as file:
+            _held(file)
             yield file
         os.replace(temporary, real)
     except OSError as error:
@@ -108,6 +124,46 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
     finally:
         with suppress(OSError):  # a read-only file system refuses even what is not there
             temporary.unlink(missing_ok=True)
+
+
+def _remove_leftovers(real: Path) -> None:
+    """Remove what processes that are no more left of an output: files that nobody holds, of none that is alive here."""
+    alike = re.compile(rf"\.{re.escape(real.name)}\.(\d+)\.tmp")
+    with suppress(OSError):  # a folder that cannot be read, or a file that another process has removed
+        for path in list(real.parent.iterdir()):
+            told = alike.fullmatch(path.name)
+            if told is not None and not _alive(int(told[1])):
+                with path.open("rb") as file:
+                    if _held(file):
+                        path.unlink(missing_ok=True)
+
+
+def _alive(process: int) -> bool:
+    """Whether it is, where that can be asked; else as if it were."""
+    if sys.platform == "win32":  # os.kill would end it
+        return True
+    try:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except PermissionError:
+        pass
+    return True
+
+
+def _held(file: BinaryIO) -> bool:
+    """Hold a file, until it is closed or its process is no more, against other processes, on other machines too where
+    the file system tells them; False where one of them has it."""
+    if sys.platform != "win32":
+        import fcntl
+
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return False
+        except OSError:  # a file system without locks: the process's number alone tells
+            pass
+    return True
 
 
 @contextmanager

@@ -77,8 +77,10 @@ class Part(BaseModel):
 Name = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_-]*$", max_length=64)]
 """An id: what --without, overrides and truth call a part of the scene."""
 
-Switch = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_-]*(\.[A-Za-z_]+)?$", max_length=128)]
-"""What --without switches off: a part by its id, or what is set within one (`jet.flicker`)."""
+Switch = Annotated[str, Field(min_length=1, max_length=128)]
+"""What --without switches off: a part by its id, or what is set within one (`jet.flicker`). Of any form, so that what
+is none is told the names that are."""
+
 
 LARGEST = 10_000_000
 """No number of a scene is larger, and squares of all of them stay far within what floats can hold."""
@@ -114,6 +116,8 @@ Area = Annotated[Positive, Plausible(1e-4, 5000, "m2")]
 """Projected, of a thing: from an insect to a large ship."""
 Kelvin = Annotated[float, Field(ge=1, le=6000), Plausible(150, 3500, "K", "degrees Celsius + 273.15")]
 """Nothing that a thermal camera is pointed at is colder than a clear night sky or hotter than burning magnesium."""
+AirKelvin = Annotated[float, Field(ge=1, le=6000), Plausible(180, 335, "K", "degrees Celsius + 273.15")]
+"""Of the air on earth: 184 K (Vostok, 1983) to 330 K (Death Valley, 1913) have been measured."""
 ScaleKelvin = Annotated[float, Field(ge=100, le=6000)]
 """The end of a scale. Colder scenes send so little light that no count could be told from the next."""
 KelvinSpread = Annotated[float, Field(ge=0, le=1000), Plausible(0, 300, "K")]

@@ -3,25 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
 from typing import Any, Generic
 
 from irsim import yamlfile
+from irsim.beside import beside
 from irsim.doubts import doubts, unheeded
 from irsim.errors import InputError, Notice
 from irsim.explain import AnyPart, formed, line, place_of
 from irsim.files import is_binary, is_recording
-from irsim.intent import unmet
-from irsim.kinds import importing_nothing
+from irsim.kinds import Part, importing_nothing
 from irsim.overrides import override, place_of_override, placed
 from irsim.plausible import implausible
-from irsim.ranges import moved, places_of_parts, range_doubts, range_faults, values_at
-from irsim.scenario import Scenario
+from irsim.ranges import places_of_parts, range_doubts, values_at
+from irsim.scenario import Scenario, expect_scenario
 from irsim.schema import Slot, brief, plain, shown
 from irsim.severity import settle
 from irsim.shipped import examples, find, shipped
+from irsim.validation import told, validated
 from irsim.yamlfile import Document, KeyPath, scalar
 
 __all__ = [
@@ -54,7 +55,7 @@ def load(path: str | PathLike[str], overrides: Iterable[str] = ()) -> Scenario:
 
     InputError: a line for each thing that is wrong, 'file:line:column: key: what; allowed: ...'.
     """
-    return _scenario(_read(path), overrides)
+    return _scenario(_read(path, Scenario), overrides)
 
 
 def loads(text: str, name: str = "<text>", overrides: Iterable[str] = (), trusted: bool = True) -> Scenario:
@@ -63,6 +64,8 @@ def loads(text: str, name: str = "<text>", overrides: Iterable[str] = (), truste
     trusted   False for a text that came inside a file (a recording, a results file): it may name a
               user's own kinds only where their modules are imported already, for it must run no code
     """
+    if not isinstance(text, str):
+        raise InputError(f"{name}: a {type(text).__name__} is no text; allowed: the YAML text of a scenario")
     document = yamlfile.parse(text, name)
     if trusted:
         return _scenario(document, overrides)
@@ -76,11 +79,11 @@ def change(scenario: Scenario, values: Mapping[str, Any]) -> Scenario:
     A key so given varies no more: it leaves `severities` and `vary`. InputError as `load`, where the
     place of each fault is 'KEY=VALUE'.
     """
-    document, given = _document(scenario), []
+    document, given = _document(expect_scenario("a change", scenario)), []
     for key, value in values.items():
         document, path = placed(document, key, value, f"{key}={value}", Scenario)
         given.append(path)
-    return _validated(settle(document, Scenario, given))
+    return validated(document, given)
 
 
 def reach(scenario: Scenario, keys: Iterable[str]) -> dict[str, Any]:
@@ -105,18 +108,16 @@ def read_part(path: str | PathLike[str], part: type[AnyPart], wants: str = "exam
 
     wants   the folder of shipped files whose names are told where there is none of that name
     """
-    document = _read(path, wants)
+    document = _read(path, part, wants)
     document = replace(document, value=_whole(document.value))
     return Written(formed(document, part), document)
 
 
 def warnings(path: str | PathLike[str], overrides: Iterable[str] = ()) -> list[str]:
     """Lines 'file:line:column: key: warning: what' on what is legal but may not be meant. InputError as `load`."""
-    document = _changed(_read(path), overrides)
-    scenario = _validated(document)
-    faults = list(_faults_of_severities(document, scenario))
-    if faults:
-        raise InputError("\n".join(dict.fromkeys(faults)))
+    document, given = _changed(_read(path, Scenario), overrides)
+    scenario = validated(document, given, at_all_severities=True)
+    document = settle(document, Scenario, given)
     unlikely = implausible(Slot.of(Scenario), document.value)
     notices = [*unlikely, *doubts(scenario), *range_doubts(document, scenario)]
     return [_warning(document, notice) for notice in notices]
@@ -125,7 +126,7 @@ def warnings(path: str | PathLike[str], overrides: Iterable[str] = ()) -> list[s
 def unheeded_overrides(path: str | PathLike[str], overrides: Iterable[str], without: Sequence[str] = ()) -> list[str]:
     """Those of `warnings` that say of an override that it counts for nothing, where the parts named `without` are
     switched off; and a warning of each override of such a part. InputError as `load`."""
-    return _unheeded(_read(path), list(overrides), without)
+    return _unheeded(_read(path, Scenario), list(overrides), without)
 
 
 def unheeded_in(text: str, name: str, overrides: Iterable[str], without: Sequence[str] = ()) -> list[str]:
@@ -135,8 +136,9 @@ def unheeded_in(text: str, name: str, overrides: Iterable[str], without: Sequenc
 
 
 def _unheeded(document: Document, overrides: list[str], without: Sequence[str]) -> list[str]:
-    document = _changed(document, overrides)
-    scenario = _validated(document)
+    document, keys = _changed(document, overrides)
+    scenario = validated(document, keys)
+    document = settle(document, Scenario, keys)
     off = scenario.model_copy(update={"without": (*scenario.without, *without)})
     given = {place_of_override(text): text.partition("=")[0].strip() for text in overrides}
     idle = (notice for notice in unheeded(off) if place_of(document, notice.at) in given)
@@ -151,6 +153,7 @@ def _unheeded(document: Document, overrides: list[str], without: Sequence[str]) 
 
 def dumps(scenario: Scenario, short: bool = False) -> str:
     """The scenario as YAML text; `loads` gives the equal scenario. With every key, or `short`: without defaults."""
+    expect_scenario("the text", scenario)
     return yamlfile.write(brief(scenario) if short else plain(scenario))
 
 
@@ -162,8 +165,9 @@ def build(part: type[AnyPart], values: Mapping[str, Any], name: str) -> AnyPart:
     return formed(Document(name, _whole(dict(values)), {(): name}, {}), part)
 
 
-def _read(path: str | PathLike[str], wants: str = "examples") -> Document:
-    """The document in a file, or in the shipped one of that name (see `find`)."""
+def _read(path: str | PathLike[str], root: type[Part], wants: str = "examples") -> Document:
+    """The document in a file, or in the shipped one of that name (see `find`), meant to be a `root`; the names of files
+    in it as they are found from here."""
     file = find(path, wants)
     if file.is_file() and is_recording(file):
         raise InputError(f"{path}: is a recording, no YAML; irsim info tells what is in it")
@@ -172,15 +176,15 @@ def _read(path: str | PathLike[str], wants: str = "examples") -> Document:
             f"{path}: is neither a scenario nor a recording, it is not UTF-8 text; "
             "irsim import makes recordings of pictures"
         )
-    return yamlfile.read(file)
+    return beside(yamlfile.read(file), file.parent, root)
 
 
 def _scenario(document: Document, overrides: Iterable[str]) -> Scenario:
-    return _validated(_changed(document, overrides))
+    return validated(*_changed(document, overrides))
 
 
-def _changed(document: Document, overrides: Iterable[str]) -> Document:
-    """The document with overrides."""
+def _changed(document: Document, overrides: Iterable[str]) -> tuple[Document, list[KeyPath]]:
+    """The document with overrides, and where they stand in it."""
     if not isinstance(document.value, dict):
         keys = ", ".join(Scenario.model_fields)
         raise InputError(f"{document.values[()]}: expected a mapping; allowed: the keys {keys}")
@@ -201,7 +205,7 @@ def _changed(document: Document, overrides: Iterable[str]) -> Document:
             wrong.append(str(error))
     if wrong:
         raise InputError("\n".join(wrong))
-    return settle(replace(document, value=_whole(document.value)), Scenario, given)
+    return replace(document, value=_whole(document.value)), given
 
 
 def _document(scenario: Scenario) -> Document:
@@ -209,37 +213,8 @@ def _document(scenario: Scenario) -> Document:
     return Document("scenario", brief(scenario), {(): "scenario"}, {})
 
 
-def _validated(document: Document) -> Scenario:
-    scenario = formed(document, Scenario)
-    faults = _faults(document, scenario)
-    if faults:
-        raise InputError("\n".join(faults))
-    return scenario
-
-
-def _faults(document: Document, scenario: Scenario) -> list[str]:
-    """Lines on what is well formed and yet cannot be."""
-    notices = [*unmet(scenario), *range_faults(document, scenario)]
-    return [_told(document, notice, notice.what) for notice in notices]
-
-
-def _faults_of_severities(document: Document, scenario: Scenario) -> Iterator[str]:
-    """Lines on what is wrong at other severities than the scenario's own."""
-    most = min(map(len, scenario.severities.values()), default=1)
-    for severity in set(range(most)) - {scenario.severity}:
-        try:
-            _validated(moved(document, "severity", severity, f"severity {severity}"))
-        except InputError as error:
-            yield from str(error).splitlines()
-
-
 def _warning(document: Document, notice: Notice) -> str:
-    return _told(document, notice, f"warning: {notice.what}")
-
-
-def _told(document: Document, notice: Notice, what: str) -> str:
-    """'file:line:column: key: what'."""
-    return line(document, notice.at, shown(notice.at, Slot.of(Scenario), document.value), what)
+    return told(document, notice, f"warning: {notice.what}")
 
 
 def _whole(value: Any) -> Any:

@@ -14,7 +14,7 @@ from irsim.compose import Seen, overlap
 from irsim.errors import InputError
 from irsim.files import make_folder, refuse_leftovers, write_png
 from irsim.render import Renderer
-from irsim.scenario import Scenario
+from irsim.scenario import Scenario, expect_scenario
 from irsim.span import span
 from irsim.types import Floats
 
@@ -44,8 +44,13 @@ def masks(scenario: Scenario, start: int = 0, stop: int | None = None) -> Iterat
     """The masks of frames start .. stop-1 in order: of all targets that are there, by id.
 
     Frames are those that arrive, as of `irsim.frames`: where the camera's faults drop or double some, the k-th masks
-    are of the k-th that arrives. InputError for a number below 0 and for what is no whole number.
+    are of the k-th that arrives. InputError for what is no scenario, for a number below 0 and for what is no whole
+    number.
     """
+    return _masks(expect_scenario("masks", scenario), start, stop)
+
+
+def _masks(scenario: Scenario, start: int, stop: int | None) -> Iterator[dict[str, Mask]]:
     renderer, arrivals = Renderer(scenario), scenario.arrivals
     columns, rows = scenario.camera.size
     for index in span(start, stop, len(arrivals)):

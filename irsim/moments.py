@@ -13,9 +13,10 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from irsim.errors import InputError
+from irsim.errors import InputError, frame_number
+from irsim.names import no_such
 from irsim.render import NOWHERE, Renderer
-from irsim.scenario import Scenario
+from irsim.scenario import Scenario, expect_scenario, given_names
 
 Region = tuple[int, int, int, int]
 """First column, first row, columns, rows."""
@@ -36,11 +37,12 @@ class Moments:
 
     def __init__(self, scenario: Scenario, without: Iterable[str] = ()) -> None:
         """without   names of parts that are switched off beside those of the scenario; InputError for others."""
-        off = tuple(without)
+        expect_scenario("Moments", scenario)
+        off = given_names(without)
         known = [name for name, _ in scenario.names()]
         for name in off:
             if name not in known:
-                raise InputError(f"without: there is no {name!r}; allowed: {', '.join(known) or 'nothing'}")
+                raise InputError(f"without: {no_such(name, known)}")
         self.scenario = scenario.model_copy(update={"without": tuple(dict.fromkeys([*scenario.without, *off]))})
         self._arrivals = self.scenario.arrivals
         self._renderer = Renderer(self.scenario)
@@ -98,10 +100,7 @@ class Moments:
     def _taken(self, index: int) -> int:
         """The scenario's frame behind the one that arrives as `index`."""
         arrivals = self._arrivals
-        try:
-            number = operator.index(index)
-        except TypeError:
-            raise InputError(f"frame {index!r}: allowed: a whole number, 0 to {len(arrivals) - 1}") from None
+        number = frame_number(index, len(arrivals))
         if not 0 <= number < len(arrivals):
             raise IndexError(f"frame {number}: there are frames 0 to {len(arrivals) - 1}")
         return arrivals[number]
@@ -109,7 +108,13 @@ class Moments:
     def _cut(self, picture: Exact, region: Region | None) -> Exact:
         if region is None:
             return picture
-        left, top, columns, rows = region
+        try:
+            left, top, columns, rows = map(operator.index, region)
+        except (TypeError, ValueError):
+            raise InputError(
+                f"region: {region!r} is none; allowed: whole numbers (column, row, columns, rows), px; names of what "
+                "is switched off are for Moments itself, without=[...]"
+            ) from None
         width, height = self.scenario.camera.size
         if not (0 <= left < left + columns <= width and 0 <= top < top + rows <= height):
             raise InputError(f"region: {region} is not within {width}x{height} px; allowed: column, row, columns, rows")

@@ -14,7 +14,7 @@ from irsim.overrides import placed
 from irsim.scenario import Scenario
 from irsim.schema import member, plain
 from irsim.severity import settle
-from irsim.variation import Variation
+from irsim.variation import Choice, Variation
 from irsim.yamlfile import Document, KeyPath
 
 _LONGEST = 40
@@ -42,7 +42,9 @@ def range_faults(document: Document, scenario: Scenario) -> Iterator[Notice]:
             yield Notice(("vary", key), why)
             continue
         values = {("benign",): benign, **variation.probes()}
-        yield from islice(_impossible(document, key, values), 1)  # one that is wrong says enough
+        # Of a choice each is a value of its own; of a span one that is wrong says enough.
+        most = None if isinstance(variation, Choice) else 1
+        yield from islice(_impossible(document, key, values), most)
 
 
 def _impossible(document: Document, key: str, values: Mapping[KeyPath, Any]) -> Iterator[Notice]:

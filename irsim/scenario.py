@@ -5,12 +5,12 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from irsim.atmosphere import Atmosphere
 from irsim.backgrounds import BACKGROUNDS, Background
@@ -27,6 +27,7 @@ from irsim.consistency import (
     paths_are_possible,
     severity_exists,
 )
+from irsim.errors import InputError
 from irsim.expectation import EXPECTATIONS, Expectation
 from irsim.identity import scene_code
 from irsim.kinds import KeyPath, Name, Part, Several, Switch
@@ -48,6 +49,26 @@ ABOUT = {"about", "like", "severity", "severities", "vary", "expect"}
 """Keys that change no pixel and no truth: severities do by the values that they put elsewhere."""
 
 
+def _listed(given: object) -> object:
+    """One name, or several with commas between them, as the list that they are short for."""
+    return [name.strip() for name in given.split(",")] if isinstance(given, str) else given
+
+
+def given_names(without: Iterable[str]) -> tuple[str, ...]:
+    """Names of what a caller has off. InputError where they are one text, whose letters would be taken for names."""
+    if isinstance(without, str) or not isinstance(without, Iterable):
+        raise InputError(f"without {without!r}: allowed: a list of names, such as [{str(without)!r}]")
+    return tuple(without)
+
+
+def expect_scenario(what: str, given: object, hint: str = "") -> Scenario:
+    """What untyped programs give a function that takes a scenario, named; InputError where it is none."""
+    if isinstance(given, Scenario):
+        return given
+    how = f"irsim.load({given!r})" if isinstance(given, str) else "irsim.load"
+    raise InputError(f"{what} of a {type(given).__name__}; allowed: a Scenario ({how}){hint}")
+
+
 class Scenario(Part):
     """What irsim renders."""
 
@@ -66,7 +87,7 @@ class Scenario(Part):
     occluders: Several[Annotated[Occluder, OCCLUDERS]] = ()
     follow: Name | None = None
     """Id of the target to track; the first where not given."""
-    without: Several[Switch] = ()
+    without: Annotated[Several[Switch], BeforeValidator(_listed)] = ()
     """Names of what is switched off; everything else stays as it is, bit for bit."""
     severity: Annotated[int, Field(ge=0, le=99)] = 0
     """Which values of `severities` hold; 0 is the benign case."""

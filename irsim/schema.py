@@ -12,6 +12,7 @@ import annotated_types as at
 from pydantic.fields import FieldInfo
 
 from irsim.kinds import Family, Kind, NamedKind, Part
+from irsim.marks import Items, Located
 from irsim.yamlfile import KeyPath, dotted
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
@@ -54,6 +55,11 @@ class Slot:
     @property
     def is_list(self) -> bool:
         return get_origin(self.annotation) is tuple
+
+    @property
+    def is_file(self) -> bool:
+        """The name of a file."""
+        return any(isinstance(item, Located) for item in self.metadata)
 
     @property
     def is_table(self) -> bool:
@@ -108,8 +114,9 @@ class Slot:
         if items[-1] is Ellipsis:
             return ", ".join([f"a list, each item {Slot.of(items[0]).words()}", *self._limits()])
         words = [Slot.of(item).words() for item in items]
+        named = next((f" {item.names}" for item in self.metadata if isinstance(item, Items)), "")
         each = f"each {words[0]}" if len(set(words)) == 1 else "; ".join(words)
-        return f"a list of {len(items)}, {each}"
+        return f"a list of {len(items)}{named}, {each}"
 
     def _limits(self) -> list[str]:
         limits = []

@@ -23,31 +23,51 @@ def settle(document: Document, root: type[Part], given: Iterable[KeyPath]) -> Do
     """The document with the values of its severity.
 
     A key that was `given` by hand stays as it was given, and leaves the tables: it varies no more.
-    Only what is well formed is applied; what is not, is found when the document is validated.
-    InputError, a line for each, where a key of a table leads nowhere.
+    Only what is well formed is applied; what is not, is found when the document is validated, and of keys that lead
+    nowhere by `astray`.
     """
-    wrong: list[str] = []
-    fixed = list(given)
-    for table in TABLES:
-        for key in list(_table(document, table)):
-            try:
-                # What stands there does not matter here: the path does.
-                path = placed(document, key, None, _place(document, table, key), root)[1]
-                if path[0] in _NO_CAUSES or (table, path) == ("severities", ("severity",)):
-                    raise InputError(f"{_place(document, table, key)}: '{key}' cannot vary")
-            except InputError as error:
-                wrong.append(str(error))
-            else:
-                if any(path[: len(other)] == other[: len(path)] for other in fixed):
-                    document = _dropped(document, table, key)
-    if wrong:
-        raise InputError("\n".join(wrong))
+    fixed, lost = list(given), astray(document, root)
+    for table, key in entries(document):
+        if (table, key) not in lost:
+            path = _path(document, table, key, root)
+            if any(path[: len(other)] == other[: len(path)] for other in fixed):
+                document = without(document, table, key)
     severity = document.value.get("severity", 0)
     for key, values in _table(document, "severities").items():
-        if isinstance(values, list) and type(severity) is int and 0 <= severity < len(values):
+        known = ("severities", key) not in lost and isinstance(values, list)
+        if known and type(severity) is int and 0 <= severity < len(values):
             place = place_of(document, ("severities", key, severity))
             document, _ = placed(document, key, values[severity], place, root)
     return document
+
+
+def astray(document: Document, root: type[Part]) -> dict[tuple[str, str], str]:
+    """What is wrong with each key of a table, by table and key, that leads nowhere or to what cannot vary."""
+    wrong = {}
+    for table, key in entries(document):
+        try:
+            path = _path(document, table, key, root)
+            if path[0] in _NO_CAUSES or (table, path) == ("severities", ("severity",)):
+                raise InputError(f"{_place(document, table, key)}: '{key}' cannot vary")
+        except InputError as error:
+            wrong[table, key] = str(error)
+    return wrong
+
+
+def entries(document: Document) -> list[tuple[str, str]]:
+    """Table and key of all that stands in the tables."""
+    return [(table, key) for table in TABLES for key in _table(document, table)]
+
+
+def without(document: Document, table: str, key: str) -> Document:
+    """The document less one key of a table."""
+    left = {name: item for name, item in _table(document, table).items() if name != key}
+    return replace(document, value={**document.value, table: left})
+
+
+def _path(document: Document, table: str, key: str, root: type[Part]) -> KeyPath:
+    # What stands there does not matter here: the path does.
+    return placed(document, key, None, _place(document, table, key), root)[1]
 
 
 def _table(document: Document, table: str) -> dict[str, Any]:
@@ -57,8 +77,3 @@ def _table(document: Document, table: str) -> dict[str, Any]:
 
 def _place(document: Document, table: str, key: str) -> str:
     return f"{place_of(document, (table, key), at_key=True)}: {table}"
-
-
-def _dropped(document: Document, table: str, key: str) -> Document:
-    left = {name: item for name, item in _table(document, table).items() if name != key}
-    return replace(document, value={**document.value, table: left})

@@ -57,13 +57,14 @@ def backgrounds() -> Iterator[Labelled]:
         yield Labelled(label, Rendering(Scenario.model_validate(parts)).frame(0, "display").image)
 
 
+_DRONE_M = 70
 _FAINT = {
     "background": {"kind": "sky", "horizon_k": 281, "zenith_k": 278},
     "targets": [
         {
             "id": "drone",
             "shape": {"kind": "quadrotor", "temperature_k": 281.5},
-            "path": {"kind": "straight", "start": [160, 128], "range_m": 70},
+            "path": {"kind": "straight", "start": [160, 128], "range_m": _DRONE_M},
         }
     ],
 }
@@ -77,7 +78,7 @@ def cameras() -> Iterator[Labelled]:
         camera = {**_SIZE, "preset": preset, "elevation_deg": 6}
         scenario = Scenario.model_validate({"seed": 3, "frames": 2, "camera": camera, **_FAINT})
         image = Rendering(scenario).frame(1, "display").image
-        yield Labelled(f"{preset}: NETD {netd:g} mK", image, Box(160, 128, ZOOM_PX, ZOOM_PX))
+        yield Labelled(f"{preset}: NETD {netd:g} mK; a drone {_DRONE_M} m away", image, Box(160, 128, ZOOM_PX, ZOOM_PX))
 
 
 SHOWN_BY_AGC = (("sky", 40), ("countryside", 40), ("entrant", 70), ("sea", 30))

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from irsim.errors import InputError
 from irsim.explain import listed
+from irsim.files import path_of
 
 
 def examples() -> dict[str, Path]:
@@ -24,6 +25,7 @@ def find(path: str | PathLike[str], wants: str = "examples") -> Path:
 
     wants   the folder whose names are told as those allowed where there is none, and the word has no folder
     """
+    path_of(path)
     wanted = fspath(path)
     if not wanted:
         raise InputError("'': the name is empty; allowed: a file, or a shipped scenario's name")

@@ -10,10 +10,10 @@ from pathlib import Path
 from irsim.cards import source_card, source_line
 from irsim.crew import rendered
 from irsim.display import Agc, Screen
-from irsim.errors import InputError
+from irsim.errors import frame_number
 from irsim.loader import dumps
 from irsim.render import Renderer
-from irsim.scenario import Scenario
+from irsim.scenario import Scenario, expect_scenario
 from irsim.span import check_view, span
 from irsim.types import CameraFacts, Frame, Input, Truth
 
@@ -29,7 +29,7 @@ class Rendering:
     file = None
 
     def __init__(self, scenario: Scenario, name: str = "scenario") -> None:
-        self.scenario = scenario
+        self.scenario = expect_scenario("Rendering", scenario)
         self.name = name
 
     def __reduce__(self) -> tuple[type[Rendering], tuple[Scenario, str]]:
@@ -144,6 +144,7 @@ class Rendering:
         return Screen(self.agc, self.bits, lambda index: self._counts(index).image)
 
     def _counts(self, index: int) -> Frame:
+        index = frame_number(index, len(self))
         if not 0 <= index < len(self):
             raise IndexError(f"frame {index}: {self.name} has frames 0 to {len(self) - 1}")
         return replace(self._renderer.frame(self.arrivals[index])[0], index=index)
@@ -159,8 +160,6 @@ def frames(scenario: Scenario, start: int = 0, stop: int | None = None, jobs: in
     InputError for what is no scenario (a recording gives its own `frames()` and `truths()`), for a start or a stop
     below 0, and for what is no number of frames or jobs.
     """
-    given: object = scenario  # of untyped programs
-    if not isinstance(given, Scenario):
-        what = type(given).__name__
-        raise InputError(f"frames of a {what}; allowed: a Scenario (irsim.load); a Source has frames() and truths()")
-    return Rendering(scenario).pairs(start, stop, jobs)
+    return Rendering(expect_scenario("frames", scenario, "; a Source has frames() and truths()")).pairs(
+        start, stop, jobs
+    )

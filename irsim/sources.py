@@ -12,7 +12,7 @@ from irsim.errors import InputError
 from irsim.files import is_recording
 from irsim.loader import load, loads, unheeded_in, unheeded_overrides
 from irsim.recording import Recording, open_recording
-from irsim.scenario import Scenario
+from irsim.scenario import Scenario, given_names
 from irsim.simulate import Rendering
 from irsim.types import Source
 
@@ -76,7 +76,8 @@ def switched_off(path: str | PathLike[str], overrides: Sequence[str], without: S
 
 
 def _off(scenario: Scenario, without: Sequence[str]) -> list[str]:
-    return [f"without=[{', '.join(dict.fromkeys([*scenario.without, *without]))}]"]
+    names = dict.fromkeys([*scenario.without, *given_names(without)])
+    return [f"without=[{', '.join(names)}]"]
 
 
 def open_rendering(

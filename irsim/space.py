@@ -15,7 +15,7 @@ from typing import Any
 from irsim.errors import InputError
 from irsim.loader import change, reach
 from irsim.rng import stream
-from irsim.scenario import Scenario
+from irsim.scenario import Scenario, expect_scenario
 from irsim.variation import Variation
 from irsim.wording import counted
 
@@ -105,6 +105,7 @@ class Variations:
 
 def variations(scenario: Scenario) -> Variations:
     """The space that a scenario's `vary` spans around it."""
+    expect_scenario("variations", scenario)
     bases = reach(scenario, scenario.vary)
     knobs = [
         Knob(key, variation, bases[key] if variation.benign is None else variation.benign)
@@ -120,7 +121,7 @@ def sample(scenario: Scenario, n: int, seed: int = 0, start: int = 0) -> list[Sc
     Draw k is the same for any `n`; those from `start` on are given. InputError where nothing varies, and
     where no scenario can be made of a draw.
     """
-    if not scenario.vary:
+    if not expect_scenario("sample", scenario).vary:
         raise InputError("vary: nothing varies in this scenario; allowed: override keys, each with a kind of variation")
     space = variations(scenario)
     drawn = []

@@ -9,6 +9,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from io import TextIOWrapper
+from pathlib import Path
 from time import monotonic
 from typing import Annotated, Any, Protocol
 
@@ -45,6 +46,14 @@ def commands(help: str) -> typer.Typer:
         no_args_is_help=True,
         callback=first_options,
     )
+
+
+def given_path(text: str | os.PathLike[str]) -> Path:
+    """The path that an option or an argument says. An empty one, some script's variable that is not set, would be
+    the folder where the command is given."""
+    if not os.fspath(text):
+        raise typer.BadParameter("is empty; allowed: the name of a file or folder")
+    return Path(text)
 
 
 def run(app: typer.Typer, name: str) -> None:

@@ -65,3 +65,18 @@ def test_import_of_deep_pictures_and_loose_boxes(run: Run, folder: Path) -> None
     assert done.returncode == 0, done.stderr
     recording = irsim.open_recording(folder / "clip.mcap")
     assert (recording.bits, recording.header.accuracy_px) == (12, 2.5)
+
+
+def test_import_of_a_recording_onto_itself_says_how_to_recover_it(run: Run, folder: Path) -> None:
+    """It is cut short; the command that is told keeps what is whole of it."""
+    whole = irsim.record(irsim.Rendering(irsim.load(folder / "scene.yaml")), folder / "cut1.mcap").read_bytes()
+    (folder / "cut1.mcap").write_bytes(whole[:-200])
+    done = run("import", "cut1.mcap", cwd=folder)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.splitlines() == [
+        "irsim: cut1.mcap: would replace cut1.mcap, a recording; allowed: irsim import cut1.mcap -o NEW.mcap, which "
+        "keeps what is whole of it"
+    ]
+    done = run("import", "cut1.mcap", "-o", "new.mcap", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert len(irsim.open_recording(folder / "new.mcap")) > 0

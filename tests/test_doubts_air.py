@@ -32,7 +32,7 @@ def test_beyond_the_fit_is_told_with_its_place(change: dict[str, Any], place: tu
 
 def test_things_beyond_the_fit_are_told_too() -> None:
     """Whatever stands at a range of its own: a pole too near, cloud, trees and houses too far."""
-    pole = {"kind": "bar", "range_m": 300.0, "center_px": (32.0, 24.0), "size_px": (9.0, 9.0)}
+    pole = {"kind": "bar", "range_m": 300.0, "center_px": (25.0, 24.0), "size_px": (9.0, 9.0)}
     (near,) = doubts(scene(occluders=[pole]))
     assert near == (("occluders", 0, "range_m"), "a range of 0.3 km lies beyond the fitted 0.5 to 20 km")
     for family in ("clouds", "trees", "buildings"):

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
-from irsim.draw import drawn_greys, name_left, zoom_corner, zoom_side
+from irsim.draw import drawn_greys, name_place, shortened, zoom_corner, zoom_side
 from irsim.types import Box
 
 SIZE = (200, 100)  # the enlarged part is 30 px wide and high
@@ -49,6 +51,22 @@ def test_a_small_picture_has_no_part_that_would_be_smaller_there() -> None:
 
 
 def test_a_name_begins_within_the_picture_while_its_box_is_in_it() -> None:
-    assert name_left(Box(20, 20, 10, 10)) == 15
-    assert name_left(Box(2, 20, 10, 10)) == 0
-    assert name_left(Box(-20, 20, 10, 10)) == -15
+    assert name_place(Box(20, 20, 10, 10), (30, 8), SIZE) == (15, 14)
+    assert name_place(Box(2, 20, 10, 10), (30, 8), SIZE) == (0, 14)
+    assert name_place(Box(-20, 20, 10, 10), (30, 8), SIZE) == (-15, 14)
+    assert name_place(Box(195, 20, 10, 10), (30, 8), SIZE) == (170, 14)
+    assert name_place(Box(195, 20, 10, 10), (300, 8), SIZE) == (0, 14)
+
+
+def test_a_name_that_has_no_room_above_its_box_stands_below_it_or_in_it() -> None:
+    assert name_place(Box(20, 9, 10, 10), (30, 8), SIZE) == (15, 23)
+    assert name_place(Box(20, 50, 10, 98), (30, 8), SIZE) == (15, 10)
+    assert name_place(Box(20, -20, 10, 10), (30, 8), SIZE) == (15, -26)
+
+
+def test_a_name_wider_than_the_picture_lacks_its_middle() -> None:
+    name = "a" * 40 + "b" * 40
+    short = shortened(name, 100)
+    assert re.fullmatch("a+…b+", short)
+    assert 10 < len(short) < 40
+    assert shortened("jet", 100) == "jet"

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import errno
+import fcntl
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
+import irsim
 from irsim.errors import InputError
 from irsim.files import check_output, replacing, replacing_text
 
@@ -87,3 +91,60 @@ def test_what_is_read_is_not_replaced(tmp_path: Path) -> None:
             check_output(path, None, used)
     with pytest.raises(InputError, match="would replace"):  # two outputs of one name, neither there yet
         check_output(tmp_path / "x", tmp_path / "x")
+
+
+WRITES = """
+import sys, time
+from pathlib import Path
+from irsim.files import replacing
+
+with replacing(Path(sys.argv[1]), tidy=True) as file:
+    file.write(b"half")
+    file.flush()
+    print("writing", flush=True)
+    time.sleep(60)
+"""
+
+
+def test_what_a_killed_process_left_is_removed_by_the_next_that_writes_the_same(tmp_path: Path) -> None:
+    """And not what one that is at work, two at once, has there, nor anything else."""
+    path = tmp_path / "out.mcap"
+    killed, working = (
+        subprocess.Popen([sys.executable, "-c", WRITES, str(path)], stdout=subprocess.PIPE, text=True) for _ in range(2)
+    )
+    with killed, working:
+        try:
+            for process in (killed, working):
+                assert process.stdout is not None
+                assert process.stdout.readline() == "writing\n"
+            killed.kill()
+            killed.wait()
+            others = {f".out.mcap.{working.pid}.tmp", ".out.mcap.tmp", ".other.mcap.1.tmp", ".out.mcap.x.tmp"}
+            for name in others:
+                (tmp_path / name).touch()
+            assert (tmp_path / f".out.mcap.{killed.pid}.tmp").exists()
+            with replacing(path, tidy=True) as file:
+                file.write(b"whole")
+            assert set(os.listdir(tmp_path)) == {"out.mcap", *others}
+        finally:
+            working.kill()
+
+
+def test_what_another_machine_may_be_writing_is_left_alone(tmp_path: Path) -> None:
+    """Its process is none of this machine's, but it holds the file."""
+    path, gone = tmp_path / "out.mcap", tmp_path / ".out.mcap.4194999.tmp"
+    with gone.open("wb") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        with replacing(path, tidy=True):
+            pass
+        assert gone.exists()
+    with replacing(path, tidy=True):
+        pass
+    assert os.listdir(tmp_path) == ["out.mcap"]
+
+
+def test_a_recording_is_tidy(tmp_path: Path) -> None:
+    (tmp_path / ".a.mcap.4194999.tmp").touch()
+    scene = irsim.loads("frames: 1\ncamera: {size: [16, 16]}\nbackground: {kind: ground}\n")
+    irsim.record(irsim.Rendering(scene), tmp_path / "a.mcap")
+    assert os.listdir(tmp_path) == ["a.mcap"]

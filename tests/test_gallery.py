@@ -79,6 +79,7 @@ def test_sheets_leave_out_no_background_and_no_camera() -> None:
     drawn = {background["kind"] for _, _, background in sheets.BACKGROUNDS}
     assert drawn == set(BACKGROUNDS.kinds) - {"recording"}  # that one is somebody's own
     assert [each.label.partition(":")[0] for each in sheets.cameras()] == list(PRESETS)
+    assert all(each.label.endswith("mK; a drone 70 m away") for each in sheets.cameras())
 
 
 @pytest.mark.parametrize("make", [sheets.backgrounds, sheets.cameras])

@@ -69,7 +69,9 @@ def test_it_hides_as_much_as_asked_and_what_is_much_more_is_told(
         assert "fraction" not in said
     held = [index for index, share in enumerate(hidden) if share >= 0.98 * fraction]
     if "frames" in said:
-        assert said["frames"].startswith(f"it hides jet in frames {held[0]} to {held[-1]}, {len(held)} of them where 7")
+        assert said["frames"].startswith(
+            f"it hides {0.98 * fraction:.2f} or more of jet in frames {held[0]} to {held[-1]}, {len(held)} of them"
+        )
     assert len(held) <= 17 or "frames" in said
 
 
@@ -104,7 +106,9 @@ def test_smoke_that_takes_long_to_grow_and_to_fade_is_told(tmp_path: Any, growth
     assert (len(held) > 18) == said
     line = told(tmp_path, text).get("frames")
     how = "try a shorter time to grow and to fade"
-    what = f"it hides jet in frames {held[0]} to {held[-1]}, {len(held)} of them where 7 are asked: {how}"
+    what = (
+        f"it hides 0.98 or more of jet in frames {held[0]} to {held[-1]}, {len(held)} of them where 7 are asked: {how}"
+    )
     assert line == (what if said else None)
 
 
@@ -147,9 +151,8 @@ def test_one_that_hides_a_slow_target_for_long_is_told_in_how_many_frames(
     held = [index for index, share in enumerate(visible(text, range(60 if speed < 4 else 28))) if share <= 0.02]
     said = told(tmp_path, text)
     if long:
-        begin = (
-            f"it hides tank in frames {held[0]} to {held[-1]}, {len(held)} of them where 5 are asked: it goes by at "
-        )
+        begin = f"it hides 0.98 or more of tank in frames {held[0]} to {held[-1]}, {len(held)} of them where 5 are "
+        begin += "asked: it goes by at "
         assert said["frames"].startswith(begin)
         assert ("a pole, which has straight sides" in said["frames"]) == (kind == "tree")
         assert len(held) > 10
@@ -171,7 +174,7 @@ def test_what_hides_far_longer_than_asked_is_told(tmp_path: Any, kind: str, told
     held = [index for index, share in enumerate(visible(text, range(60))) if share <= 0.02]
     if told:
         (line,) = lines
-        assert f": occluders.{kind}.frames: warning: it hides tank in frames {held[0]} to 6" in line
+        assert f": occluders.{kind}.frames: warning: it hides 0.98 or more of tank in frames {held[0]} to 6" in line
         assert f"of them where 7 are asked: a {kind} stands on the ground; try a bar, or smoke" in line
         assert len(held) > 30
     else:

@@ -80,7 +80,8 @@ def test_two_between_which_the_target_is_not_seen_are_told(tmp_path: Path, begin
     if len(gap) > 4:
         assert (min(gap) >= 0.98) == said
     end = begin + 6
-    line = f"with a it hides tank in frames 40 to {end} without a break, where 40 to 46 and {begin} to {end} are asked"
+    line = f"with a it hides 0.98 or more of tank in frames 40 to {end} without a break, where 40 to 46 and {begin} to "
+    line += f"{end} are asked"
     lines = told(tmp_path, text)
     assert list(lines) == ["b.frames"] * said
     assert all(each.startswith(line) for each in lines.values())

@@ -110,11 +110,18 @@ WRONG = {
         "15:18: background.clouds.clouds.coverage: 1 is out of range; allowed: a number, 1e-06 or more, below 1",
         "",
     ),
+    "half a band": (
+        "netd_mk: 60",
+        "band: [3]",
+        "6:9: camera.band: a list of 1 is not allowed; allowed: 'mwir', 'lwir' or a list of 2 [low, high] in um, each "
+        "a number",
+        "",
+    ),
     "choice": (
         "netd_mk: 60",
         "band: mwri",
-        "6:9: camera.band: 'mwri' is not allowed; allowed: 'mwir', 'lwir' or a list of 2, each a number; "
-        "did you mean 'mwir'?",
+        "6:9: camera.band: 'mwri' is not allowed; allowed: 'mwir', 'lwir' or a list of 2 [low, high] in um, each a "
+        "number; did you mean 'mwir'?",
         "",
     ),
     "band turned round": (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -13,7 +14,16 @@ from typer.testing import CliRunner
 import irsim
 from irsim.cli import app
 from irsim.errors import InputError
-from irsim.measure import CAMERAS, cameras_of, judge_noise, measure_figures
+from irsim.measure import (
+    CAMERAS,
+    Figures,
+    Measured,
+    cameras_of,
+    judge_noise,
+    judge_sorts,
+    measure_figures,
+    noise_figures,
+)
 from irsim.types import Floats
 
 REAL = Path(__file__).resolve().parents[2] / "shared" / "real"
@@ -81,7 +91,7 @@ def test_without_a_sort_noise_is_compared_with_all_and_status_is_0(tmp_path: Pat
     assert "its noise is like: uncooled" in told.stdout
     (kept,) = [line for line in told.stdout.splitlines() if line.startswith("  not cooled: ")]
     assert "correlation" in kept
-    assert "(-0.05 to 0.05)" in kept
+    assert "(allowed -0.05 to 0.05)" in kept
     assert "  not uncooled" not in told.stdout
     found = json.loads(CliRunner().invoke(app, ["realism", str(scene), "frames=40", "--json"]).stdout)
     assert found["cameras"] == ["uncooled"]
@@ -104,3 +114,29 @@ def test_where_a_scene_moves_the_picture_is_judged_all_the_same() -> None:
     assert isinstance(as_json.exception, InputError)
     assert as_json.stdout == ""
     assert json.loads(CliRunner().invoke(app, [*moving, "--json"]).stdout)["noise_unknown"] == why
+
+
+def white() -> Figures:
+    """Figures of white noise."""
+    return measure_figures(np.random.default_rng(1).normal(100, 1, (20, 32, 32)).round().astype(np.uint16), 30.0)
+
+
+def test_an_interval_of_no_width_says_what_that_means() -> None:
+    """Rows that are known to better than is printed, and a memory that was not found, so that none is told."""
+    one, none = Measured(1.0, 1.0, 1.0), Measured(0.0, 0.0, 0.0)
+    close = Measured(3.0, 2.999, 3.001)
+    figures = replace(white(), memory=None, memory_frames=None, noise=one, row=none, even_rows=close)
+    lines = list(judge_sorts(figures).lines("like", "none"))
+    assert lines[0] == "figure      measured  95 % interval (all but correlation: in units of a pixel's noise)"
+    assert lines[1] == "correlation     0.00  none: taken for this, for nothing else was found"
+    assert "row             3.00  known to better than 0.01" in lines
+
+
+def test_the_interval_of_rows_holds_that_of_what_even_rows_lie_above_odd_ones() -> None:
+    """sqrt(3^2 + 4^2) is 5, and from below 0 to above it the least is the rows' own."""
+    figures = replace(white(), noise=Measured(1.0, 1.0, 1.0), row=Measured(3.0, 2.0, 5.0))
+    told = [
+        noise_figures(replace(figures, even_rows=even))["row"]
+        for even in (Measured(-4.0, -12.0, -1.5), Measured(-4.0, -12.0, 1.5), None)
+    ]
+    assert [(row.value, row.low, row.high) for row in told] == [(5.0, 2.5, 13.0), (5.0, 2.0, 13.0), (3.0, 2.0, 5.0)]

@@ -171,11 +171,11 @@ def test_even_and_small_pictures_are_one_clear_error() -> None:
 @pytest.mark.parametrize(
     ("side", "frames", "asked", "told"),
     [
-        (96, 1, ["--like", "cloud"], "cloud 2.70 to 4.30  OUTSIDE"),
+        (96, 1, ["--like", "cloud"], "2.70 to 4.30  OUTSIDE"),
         (96, 1, ["--camera", "cooled"], "1 frame is too few to measure noise; allowed: at least 4"),
         (96, 12, ["--like", "cloud", "--camera", "cooled"], "its noise is like: that of no real camera"),
         (16, 12, ["--like", "cloud"], "16x16 px are too few for a spectrum; allowed: at least 64x64"),
-        (16, 12, ["--camera", "uncorrected"], "uncorrected 2.35 to 9.60  OUTSIDE"),
+        (16, 12, ["--camera", "uncorrected"], "2.35 to 9.60  OUTSIDE"),
         (6, 12, ["--camera", "cooled"], "a picture of 6x6 px is too small to be measured; allowed: at least 8x8"),
     ],
 )
@@ -200,8 +200,9 @@ def test_it_says_which_figures_keep_a_picture_from_a_class(tmp_path: Path) -> No
     told = CliRunner().invoke(app, ["realism", str(tmp_path / "white.mcap")])
     assert told.exit_code == 0, told.output
     kept = {line.split(":")[0]: line for line in told.stdout.splitlines() if line.startswith("  not ")}
+    assert told.stdout.splitlines()[0] == "figure      measured"
     assert set(kept) == {f"  not {name}" for name in CLASSES}
-    assert "uneven 0.02 (0.41 to 1.74)" in kept["  not cloud"]
+    assert "uneven 0.02 (allowed 0.41 to 1.74)" in kept["  not cloud"]
     assert "spread" not in kept["  not cloud"]
     assert told.stdout.splitlines()[-1].startswith("its noise is not judged, for pictures of 8 bits hold no sensor's")
 
@@ -218,6 +219,8 @@ def test_the_command_says_so_by_its_status() -> None:
     alone = CliRunner().invoke(app, ["realism", "clouds", "frames=12"])
     assert alone.exit_code == 0
     assert "looks like: " in alone.stdout
+    assert alone.stdout.splitlines()[0] == "figure      measured  allowed for cloud"
+    assert bad.stdout.splitlines()[0] == "figure      measured  allowed for trees"
     none = CliRunner().invoke(app, ["realism", "clouds", "--like", "cheese"])
     assert isinstance(none.exception, InputError)
     assert "allowed: cloud, horizon" in str(none.exception)

@@ -244,3 +244,16 @@ def test_a_point_that_is_not_there_asks_for_nothing(tmp_path: Path) -> None:
         "  path: {kind: straight, start: [40, 40], range_m: 1500}}]\n"
     )
     assert warnings(scene) == []
+
+
+def test_air_is_as_warm_as_air_on_earth(tmp_path: Path) -> None:
+    """184 K and 330 K have been measured; a sun of 5000 K is no air."""
+    scene = tmp_path / "air.yaml"
+    scene.write_text("frames: 2\natmosphere: {temperature_k: 5000}\nbackground: {kind: ground}\n")
+    told = [line for line in warnings(scene) if "hardly meant" in line]
+    assert told == [
+        f"{scene}:2:29: atmosphere.temperature_k: warning: 5000 is allowed but hardly meant; plausible: 180 to 335 K "
+        "(degrees Celsius + 273.15)"
+    ]
+    for kelvin in (184, 330):
+        assert not any("hardly meant" in line for line in warnings(scene, [f"atmosphere.temperature_k={kelvin}"]))

@@ -10,6 +10,7 @@ from pydantic import Field, ValidationError
 from irsim import yamlfile
 from irsim.explain import explain
 from irsim.kinds import AboveZero, Fraction, NotNegative, Pair, Part, Several
+from irsim.marks import Items
 from irsim.schema import Slot
 
 
@@ -27,6 +28,7 @@ from irsim.schema import Slot
         (Fraction | Literal["auto"], "a number, from 0 to 1 or 'auto'"),
         (Pair, "a list of 2, each a number, from -10000000 to 10000000"),
         (tuple[float, float], "a list of 2, each a number"),
+        (Annotated[tuple[float, float], Items("[low, high]")], "a list of 2 [low, high], each a number"),
         (tuple[int, str], "a list of 2, a whole number; text"),
         (Several[AboveZero], "a list, each item a number, above 0"),
         (Annotated[Several[int], Field(min_length=2)], "a list, each item a whole number, at least 2 items"),

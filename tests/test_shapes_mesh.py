@@ -227,6 +227,18 @@ def test_what_is_wrong_is_told_with_its_line(tmp_path: Path, text: str, line: in
         ("a.ply", b"ply", "allowed: .obj, .stl"),
         ("a.stl", b"\x00" * 90, "no STL file"),
         ("a.stl", b"solid x\nfacet normal 0 0 1\nvertex 1 2 3\nendfacet\n", "without three vertices"),
+        (
+            "a.stl",
+            b"solid x\nfacet normal 0 0 1\nouter loop\nvertex 1 2 3\nvertex 1 2 4\nvertex 1 3 4\nendloop\nendfac",
+            "a.stl:8: ends within the facet of line 2; allowed: facets of three vertices, each up to its endfacet",
+        ),
+        ("a.stl", b"solid x\nfacet normal 0 0 1\nvertex 1 2 3\nvertex 1 2", "a.stl:4: coordinates of a vertex: 2;"),
+        (
+            "a.stl",
+            b"solid x\nfacet normal 0 0 1\nvertex 1 2 3\nvertex 1 2 4",
+            "a.stl:4: ends within the facet of line 2",
+        ),
+        ("a.stl", b"solid of a binary file".ljust(80, b"\0") + b"\x02\0\0\0" + bytes(90), "50 for each of its 2 tri"),
         ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "encloses no volume"),
         ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 inf 0\nf 1 2 3\n", "no number, or too large"),
         ("a.obj", b"v 1e308 0 0\nv -1e308 0 0\nv 0 1e308 0\nf 1 2 3\n", "no number, or too large"),

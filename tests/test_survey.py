@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 import irsim
+from irsim.cli import app
 from irsim.survey import Spell, survey
 from irsim.types import Box, TargetTruth, Truth
+from irsim.wording import plain
 
 SIZE = (64, 48)
 
@@ -51,6 +56,15 @@ targets: [{id: jet, shape: {kind: fighter}, path: {kind: straight, start: [8, 2]
 """
 
 
+HIDDEN = """
+frames: 8
+camera: {size: [80, 60], netd_mk: 0}
+background: {kind: ground, spread_k: 0}
+targets: [{id: jet, shape: {kind: point}, path: {kind: straight, start: [9, 30], speed: 4, range_m: 500}}]
+occluders: [{kind: bar, range_m: 100, center_px: [24, 30], size_px: [8, 20]}]
+"""
+
+
 def test_a_rendered_target_in_the_corner_is_said_to_be_cut() -> None:
     source = irsim.Rendering(irsim.loads(CORNERED))
     (jet,) = survey(source.truths(), source.size)
@@ -77,3 +91,31 @@ def test_an_intent_is_found_again() -> None:
     (house,) = [spell for spell in car.hidden if "building" in spell.by]
     assert house.first <= 66
     assert house.last >= 78
+
+
+def test_info_prints_plain_numbers(tmp_path: Path) -> None:
+    """Of three frames 1000 s apart in which a hot point stands out by hundreds of sigmas, not 3e+03 s and 6e+02."""
+    path = tmp_path / "scene.yaml"
+    path.write_text(CORNERED.replace("netd_mk: 0", "rate_hz: 0.001, netd_mk: 20").replace("fighter", "point"))
+    done = CliRunner().invoke(app, ["info", str(path)])
+    assert done.exit_code == 0, done.output
+    assert "frames     3 at 0.001 Hz, 3000 s" in done.stdout.splitlines()
+    ratio = re.search(r"SCR (\d+) \((\d+) to (\d+)\)", done.stdout)
+    assert ratio is not None, done.stdout
+    assert int(ratio[1]) >= 100
+
+
+def test_info_says_how_much_is_hidden_in_the_frames_that_it_counts(tmp_path: Path) -> None:
+    """Of a point at 9, 13 and so on px those at 21 and 25, before which is a bar from 20 to 28."""
+    path = tmp_path / "scene.yaml"
+    path.write_text(HIDDEN)
+    done = CliRunner().invoke(app, ["info", str(path)])
+    assert "             more than half hidden in 3-4 by bar" in done.stdout.splitlines(), done.stdout
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "text"),
+    [(100.0, 2, "100"), (1234.0, 3, "1230"), (0.25, 2, "0.25"), (1.5e-7, 2, "0.00000015"), (9.96, 2, "10")],
+)
+def test_plain_numbers(value: float, digits: int, text: str) -> None:
+    assert plain(value, digits) == text

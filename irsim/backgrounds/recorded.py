@@ -16,6 +16,7 @@ from pydantic_core import PydanticCustomError
 from irsim.backgrounds.base import FARTHEST, Background, Gaze, Layer
 from irsim.errors import InputError
 from irsim.kinds import Index, ScaleKelvin
+from irsim.marks import FileName
 from irsim.radiometry import limits
 from irsim.scale import Scale
 from irsim.stage import Stage
@@ -42,8 +43,8 @@ class Recorded(Background):
     noisy: ClassVar[bool] = True
     mapped: ClassVar[bool] = False
 
-    file: str
-    """The recording, as found from the working directory."""
+    file: FileName
+    """The recording; a relative name is looked for beside the scenario, then in the working directory."""
     start: Index = 0
     """Its frame that is frame 0 here."""
     past_end: Literal["loop", "hold"] = "loop"

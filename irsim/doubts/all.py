@@ -17,6 +17,7 @@ from irsim.doubts.lens import two_lenses, unlike_pupils
 from irsim.doubts.paths import pulls, through_camera
 from irsim.doubts.standing import aloft, buried
 from irsim.doubts.targets import idle, never_seen, nowhere, odd_shapes, past_the_end, standing_still, too_late
+from irsim.doubts.unseen import mostly_hidden
 from irsim.errors import Notice
 from irsim.intent import overdone
 from irsim.reach import out_of_reach
@@ -43,6 +44,7 @@ DOUBTS = (
         buried,
         aloft,
         never_seen,
+        mostly_hidden,
         idle,
         overdone,
     ),

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
+from irsim import wording
 from irsim.measure import Measured
 
 
 def plain(value: float, digits: int = 4) -> str:
     """So many digits, in a way that YAML takes for a number."""
-    return np.format_float_positional(float(f"{value:.{digits}g}"), trim="-")
+    return wording.plain(value, digits)
 
 
 def ranged(low: float, high: float, digits: int = 4) -> str:

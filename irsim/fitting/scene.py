@@ -14,6 +14,7 @@ from irsim.detector import NETD_K, Electrons, Setting, electrons_like
 from irsim.displayed import FittedDisplay
 from irsim.fitting.numbers import interval, plain
 from irsim.fitting.shown import Shown
+from irsim.fitting.written import BY
 from irsim.measure import PICTURES, Figures, Measured
 from irsim.radiometry import radiance, slope, temperature
 from irsim.scale import Scale
@@ -107,7 +108,7 @@ class Scene:
     def lines(self, frames: int) -> Iterator[str]:
         columns, rows = self.size
         found = self.figures
-        yield f"# Fitted to {counted(frames, 'frame')} of {self.name} by irsim fit; ranges are 95 % intervals."
+        yield f"# Fitted to {counted(frames, 'frame')} of {self.name} {BY} ranges are 95 % intervals."
         yield from (f"# Note: {note}." for note in (*found.notes, *self.notes))
         yield f"about: {json.dumps(f'A camera and a background like those of {self.name}')}"
         yield f"frames: {frames}"

@@ -49,6 +49,11 @@ class Hold:
         _, (first, last) = asked(self.occluder)
         return float(self.shares[first : last + 1].max())
 
+    @property
+    def enough(self) -> float:
+        """The share of its target that counts as what is asked for."""
+        return self.occluder.fraction * (1 - LEEWAY)
+
     def outlasts(self) -> bool:
         """Does it hide the target well outside of the frames that are asked for?"""
         return self.never_ends() is not None or self.too_long() is not None
@@ -68,15 +73,15 @@ class Hold:
     def too_long(self) -> str | None:
         """What is to be said where it hides the target for longer than LONG allows."""
         name, (first, last) = asked(self.occluder)
-        held = np.flatnonzero(self.shares >= self.occluder.fraction * (1 - LEEWAY))
+        held = np.flatnonzero(self.shares >= self.enough)
         wanted, pace = last - first + 1, speed(self.watch, self.occluder)
         margins = 2 * MARGIN_PX / pace if pace > STILL_PX else 0.0
         allowed = max(LONG * wanted, wanted + FEW) + math.ceil(margins)
         if len(held) <= allowed:
             return None
         return (
-            f"it hides {name} in frames {held[0]} to {held[-1]}, {len(held)} of them where {wanted} are asked: "
-            f"{self._shorter(pace)}"
+            f"it hides {self.enough:.2f} or more of {name} in frames {held[0]} to {held[-1]}, {len(held)} of them "
+            f"where {wanted} are asked: {self._shorter(pace)}"
         )
 
     def too_much(self) -> str | None:

@@ -62,9 +62,9 @@ def unbroken(watch: Watch, holds: Holds) -> Iterator[Notice]:
             if len(gap) > FEW and not any(hold.too_long() for hold in both) and _bridged(watch, both, name, gap):
                 yield Notice(
                     ("occluders", number, "frames"),
-                    f"with {holds[before].occluder.name} it hides {name} in frames {start} to {end} without a break, "
-                    f"where {start} to {stop} and {begin} to {end} are asked: try frames farther apart, or a "
-                    "faster target",
+                    f"with {holds[before].occluder.name} it hides {min(hold.enough for hold in both):.2f} or more of "
+                    f"{name} in frames {start} to {end} without a break, where {start} to {stop} and {begin} to {end} "
+                    "are asked: try frames farther apart, or a faster target",
                 )
             before = number if end > stop else before
 
@@ -78,7 +78,7 @@ def _named(others: list[Hold], name: str) -> tuple[str, bool]:
 
 def _bridged(watch: Watch, both: list[Hold], name: str, gap: range) -> bool:
     """Do two hide as much as the lesser of them is asked to in each of these frames?"""
-    enough = min(hold.occluder.fraction for hold in both) * (1 - LEEWAY)
+    enough = min(hold.enough for hold in both)
     screens = [hold.screen for hold in both]
     if any(sum(float(hold.shares[index]) for hold in both) < enough for index in gap):
         return False  # together they hide no more than that

@@ -97,6 +97,10 @@ class Verdict:
         least, most = self.interval or (self.value, self.value)
         return least <= self.high and most >= self.low
 
+    @property
+    def allowed(self) -> str:
+        return f"{self.low:.2f} to {self.high:.2f}"
+
 
 @dataclass(frozen=True)
 class Judged:
@@ -105,11 +109,13 @@ class Judged:
     figures     by name what is measured, as text for people where no name is asked for
     beside      name -> each figure beside its range
     asked       the name to be judged by, if any
+    beyond      what stands in the texts behind the values
     """
 
     figures: Mapping[str, str]
     beside: Mapping[str, tuple[Verdict, ...]]
     asked: str | None
+    beyond: str = ""
 
     @property
     def verdicts(self) -> tuple[Verdict, ...]:
@@ -130,16 +136,17 @@ class Judged:
     def lines(self, head: str, none: str) -> Iterator[str]:
         """For people: the figures beside the ranges asked for, or alone; after `head` the names that fit, or `none`;
         and of none asked for also what keeps it out of the others, and where that would have to lie."""
+        yield f"{'figure':11} measured  {self.beyond if self.asked is None else f'allowed for {self.asked}'}".rstrip()
         if self.asked is None:
             for figure, text in self.figures.items():
                 yield f"{figure:11} {text}"
         for each in self.verdicts:
             word = "ok" if each.inside else "OUTSIDE"
-            yield f"{each.figure:11} {each.value:7.2f}  {self.asked} {each.low:.2f} to {each.high:.2f}  {word}"
+            yield f"{each.figure:11} {each.value:z8.2f}  {each.allowed}  {word}"
         yield f"{head}: {', '.join(self.fitting) or none}"
         if self.asked is None:
             for name, verdicts in self.apart.items():
-                kept = (f"{each.figure} {each.value:.2f} ({each.low:.2f} to {each.high:.2f})" for each in verdicts)
+                kept = (f"{each.figure} {each.value:z.2f} (allowed {each.allowed})" for each in verdicts)
                 yield f"  not {name}: {', '.join(kept)}"
 
 
@@ -155,7 +162,7 @@ def judge_classes(found: Texture, like: str | None = None) -> Judged:
     """A texture beside all classes. InputError where there is no class `like`."""
     if like is not None:
         _check_class(like)
-    figures = {figure: f"{getattr(found, figure):7.2f}" for figure in Texture.__slots__}
+    figures = {figure: f"{getattr(found, figure):z8.2f}" for figure in Texture.__slots__}
     return Judged(figures, {name: judge(found, name) for name in CLASSES}, like)
 
 

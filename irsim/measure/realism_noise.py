@@ -18,6 +18,10 @@ _MEMORY = 0.15
 """By how much the lag-1 correlation of uncooled cameras differs with their rate: 0.74 to 0.90 at 9 Hz."""
 
 
+BEYOND = "95 % interval (all but correlation: in units of a pixel's noise)"
+"""What stands behind the values, as the head of its column."""
+
+
 def _wide(low: float, high: float) -> Range:
     return low / _FACTOR, high * _FACTOR
 
@@ -57,7 +61,6 @@ def noise_figures(found: Figures) -> dict[str, Measured]:
     unit = found.noise.value
     if not unit:
         raise InputError("its noise cannot be judged, for there is none above the rounding to whole counts")
-    turned = 0.0 if found.even_rows is None else found.even_rows.value
     memory, decay = found.memory or Measured(0.0, 0.0, 0.0), 0.0
     if found.memory_frames is not None:
         decay = math.exp(-1 / found.memory_frames.value)
@@ -65,9 +68,18 @@ def noise_figures(found: Figures) -> dict[str, Measured]:
         "correlation": memory.map(lambda sigma: (sigma / unit) ** 2 * decay),
         "pixel": found.pixel.map(lambda sigma: sigma / unit),
         "column": found.column.map(lambda sigma: sigma / unit),
-        "row": found.row.map(lambda sigma: math.hypot(sigma, turned) / unit),
+        "row": _with_turns(found.row, found.even_rows).map(lambda sigma: sigma / unit),
         "level": found.level.map(lambda sigma: sigma / unit),
     }
+
+
+def _with_turns(row: Measured, even: Measured | None) -> Measured:
+    """Sigma of rows with what even ones lie above odd ones, halved, which may be below 0."""
+    if even is None:
+        return row
+    near, far = sorted((abs(even.low), abs(even.high)))
+    least = 0.0 if even.low < 0 < even.high else near
+    return Measured(math.hypot(row.value, even.value), math.hypot(row.low, least), math.hypot(row.high, far))
 
 
 def check_sort(like: str) -> None:
@@ -87,8 +99,8 @@ def judge_sorts(found: Figures, like: str | None = None) -> Judged:
     if like is not None:
         check_sort(like)
     values = noise_figures(found)
-    figures = {name: f"{each.value:7.2f}  {each.low:.2f} to {each.high:.2f}" for name, each in values.items()}
-    return Judged(figures, {sort: _beside(values, sort) for sort in CAMERAS}, like)
+    figures = {name: f"{each.value:8.2f}  {_interval(each)}" for name, each in values.items()}
+    return Judged(figures, {sort: _beside(values, sort) for sort in CAMERAS}, like, BEYOND)
 
 
 def cameras_of(found: Figures) -> tuple[str, ...]:
@@ -101,3 +113,11 @@ def _beside(values: Mapping[str, Measured], sort: str) -> tuple[Verdict, ...]:
         Verdict(name, values[name].value, low, high, (values[name].low, values[name].high))
         for name, (low, high) in CAMERAS[sort].items()
     )
+
+
+def _interval(value: Measured) -> str:
+    """From where to where, or what it means that it has no width."""
+    if value.low == value.high:
+        return "none: taken for this, for nothing else was found"
+    low, high = f"{value.low:.2f}", f"{value.high:.2f}"
+    return f"{low} to {high}" if low != high else "known to better than 0.01"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import operator
 import shlex
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -13,7 +12,8 @@ from typing import Any, NoReturn
 
 from irsim.cards import source_card, source_line
 from irsim.display import Agc, Screen
-from irsim.errors import InputError
+from irsim.errors import InputError, frame_number
+from irsim.files import path_of
 from irsim.recording.bands import band_of
 from irsim.recording.container import Container, Lane, Packet, open_container
 from irsim.recording.header import Contents, Header
@@ -111,9 +111,10 @@ class Recording(Source):
     def frame(self, index: int, input: Input = "counts") -> Frame:
         """Frame `index`. IndexError where there is none, DamageError where its bytes are not what was written.
 
-        InputError for another `input` than 'counts' and 'display'.
+        InputError for another `input` than 'counts' and 'display', and for what is no whole number.
         """
-        if not 0 <= operator.index(index) < len(self):
+        index = frame_number(index, len(self))
+        if not 0 <= index < len(self):
             raise IndexError(f"{self.path}: there is no frame {index}; allowed: 0 to {len(self) - 1}")
         return next(self.frames(input, index, index + 1))
 
@@ -196,7 +197,7 @@ def open_recording(path: str | Path) -> Recording:
     InputError, one line with the file's name, where there is no such file, or it is empty, cut short,
     damaged, not MCAP, or not a recording of irsim.
     """
-    path = Path(path)
+    path = path_of(path)
     container = open_container(path, remedy=f"irsim import {shlex.quote(str(path))} -o NEW.mcap keeps what is whole")
     metadata = container.metadata
     if "irsim" not in metadata:

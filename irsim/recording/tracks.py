@@ -12,7 +12,7 @@ from foxglove_schemas_protobuf.ImageAnnotations_pb2 import ImageAnnotations
 from pydantic import Field
 
 from irsim.errors import InputError
-from irsim.files import replacing
+from irsim.files import path_of, replacing
 from irsim.kinds import AboveZero
 from irsim.recording.annotate import TRACK, draw
 from irsim.recording.chunks import ChunkWriter, Message
@@ -97,7 +97,7 @@ def write_tracks(path: str | Path, header: TrackHeader, states: Iterable[TrackSt
 
 def read_tracks(path: str | Path) -> TrackRecording:
     """Read a track recording. InputError where it is missing, damaged, or something else."""
-    path = Path(path)
+    path = path_of(path)
     container = open_container(path)
     if "irsim_track" not in container.metadata:
         raise InputError(f"{path}: is not a track recording of irsim; allowed: a file that irtrack run -o wrote")

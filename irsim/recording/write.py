@@ -18,7 +18,7 @@ from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
 from irsim.display import AGCS, Agc, Screen
 from irsim.errors import InputError, whole
-from irsim.files import check_output, replacing
+from irsim.files import check_output, path_of, replacing
 from irsim.recording.annotate import annotate_truth, stamp
 from irsim.recording.bands import words_of
 from irsim.recording.chunks import ChunkWriter, Compression, Message
@@ -177,7 +177,7 @@ def writing(
     path: Path, header: Header, scenario: str | None = None, compression: Compression = "none"
 ) -> Iterator[RecordingWriter]:
     """A writer whose file appears at `path` once `finish` was called and the block ended well."""
-    with replacing(path) as file:
+    with replacing(path, tidy=True) as file:
         yield RecordingWriter(file, header, scenario, compression)
 
 
@@ -196,7 +196,9 @@ def record(
     number of frames done. `jobs` processes render, where the source can use them.
     InputError where the frames are not in the source or the file cannot be written.
     """
-    path = Path(path)
+    path = path_of(path)
+    if not callable(getattr(source, "pairs", None)):
+        raise InputError(f"a record of a {type(source).__name__}; allowed: a Source, such as irsim.open_source gives")
     check_output(path, *source.needs)
     start, stop = whole("start", start), whole("stop", len(source) if stop is None else stop)
     whole("jobs", jobs, 1)

@@ -149,13 +149,18 @@ def _stl(path: str, data: bytes) -> _Parsed:
     if len(data) >= 84 and len(data) == 84 + 50 * count:
         records = np.frombuffer(data, dtype=np.dtype([("f", "<f4", (4, 3)), ("a", "<u2")]), offset=84)
         return _soup(records["f"][:, 1:].reshape(-1, 3).astype(np.float64))
-    if not data.lstrip().startswith(b"solid"):
+    # The header of a binary file may begin with 'solid', too; no text holds a zero byte.
+    if not data.lstrip().startswith(b"solid") or b"\0" in data:
         raise MeshError(
             f"{path}: {len(data)} bytes are no STL file; allowed: 84 and 50 for each of its {count} triangles"
         )
-    corners = []
+    corners, open_at, number = [], 0, 0
     for number, line in enumerate(data.decode("utf-8", errors="replace").splitlines(), start=1):
         word, *rest = line.split() or [""]
+        if word in ("facet", "endfacet", "endsolid"):
+            if open_at and word != "endfacet":
+                break
+            open_at = number if word == "facet" else 0
         if word == "vertex":
             try:
                 corners.append(_three(rest))
@@ -163,8 +168,11 @@ def _stl(path: str, data: bytes) -> _Parsed:
                 raise MeshError(f"{path}:{number}: {error}") from None
         elif word == "endfacet" and len(corners) % 3:
             raise MeshError(f"{path}:{number}: a facet ends without three vertices")
-    if len(corners) % 3:
-        raise MeshError(f"{path}: ends within a facet")
+    if open_at or len(corners) % 3:
+        raise MeshError(
+            f"{path}:{number}: ends within the facet of line {open_at or number}; "
+            "allowed: facets of three vertices, each up to its endfacet (was the file cut short?)"
+        )
     return _soup(np.array(corners, dtype=np.float64).reshape(-1, 3))
 
 

@@ -12,6 +12,7 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.kinds import Fraction, Kelvin, Length, suggestion
+from irsim.marks import FileName
 from irsim.motion.posture import POSTURES, Posture, PostureName
 from irsim.radiometry import radiance
 from irsim.shapes.base import Shape, View
@@ -48,8 +49,8 @@ class Model(Shape):
     seen is asked at points 1/6 px apart, and 128 across at least. It is placed by the middle of its extent.
     """
 
-    file: str
-    """The mesh, .obj or .stl; a relative name is looked for in the folder where the command is given."""
+    file: FileName
+    """The mesh, .obj or .stl; a relative name is looked for beside the scenario, then in the working directory."""
     length_m: Length
     """Length of its longest side, m: the file's own unit does not matter."""
     lies_as: PostureName = "arrow"

@@ -15,6 +15,7 @@ import typer
 
 from irsim import terminal
 from irsim.files import check_output
+from irsim.terminal import given_path
 from irtrack.cli.bench import bench, export
 from irtrack.cli.check import check
 from irtrack.cli.compare import compare
@@ -101,9 +102,12 @@ def run(
         int | None, typer.Option(metavar="N", min=0, help="Another seed for the tracker than for the scene.")
     ] = None,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="REC", help="Write the track as a recording.")
+        Path | None,
+        typer.Option("-o", "--output", metavar="REC", help="Write the track as a recording.", parser=given_path),
     ] = None,
-    csv: Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="Write the track as CSV.")] = None,
+    csv: Annotated[
+        Path | None, typer.Option("--csv", metavar="FILE", help="Write the track as CSV.", parser=given_path)
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Run one tracker over one source; print its scores and how to repeat it."""
@@ -190,7 +194,13 @@ def report(
     results: FilledResults,
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", metavar="FILE", help="Where to write it; report.FORMAT beside DB unless said."),
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILE",
+            help="Where to write it; report.FORMAT beside DB unless said.",
+            parser=given_path,
+        ),
     ] = None,
     format: Annotated[
         str | None,

@@ -15,6 +15,7 @@ import typer
 
 from irsim import terminal
 from irsim.files import check_output
+from irsim.terminal import given_path
 from irsim.wording import counted
 from irtrack.cli.bench_words import read_words, suite_of
 from irtrack.cli.options import (
@@ -167,7 +168,10 @@ def end_by_failures(cells: Sequence[Cell]) -> None:
 def export(
     results: FilledResults,
     output: Annotated[
-        Path, typer.Option("-o", "--output", metavar="CSV|PARQUET", help="A file that ends in .csv or .parquet.")
+        Path,
+        typer.Option(
+            "-o", "--output", metavar="CSV|PARQUET", help="A file that ends in .csv or .parquet.", parser=given_path
+        ),
     ],
 ) -> None:
     """Write the runs of a results file as a table, a run a row, and print its path."""

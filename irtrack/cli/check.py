@@ -11,6 +11,7 @@ import typer
 
 from irsim import terminal
 from irsim.files import check_output, make_folder, replacing_text
+from irsim.terminal import given_path
 from irtrack.cli.options import FRAME_LIMIT_S, AsJson, FrameLimit, names
 from irtrack.cli.output import print_json, print_table
 from irtrack.errors import InputError
@@ -33,7 +34,13 @@ def check(
     time_limit: FrameLimit = FRAME_LIMIT_S,
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", metavar="DIR", help="Write the scene of each least example, NAME.yaml, there."),
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="DIR",
+            help="Write the scene of each least example, NAME.yaml, there.",
+            parser=given_path,
+        ),
     ] = None,
     as_json: AsJson = False,
 ) -> None:

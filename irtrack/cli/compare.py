@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from irsim.files import check_output, replacing_text
+from irsim.terminal import given_path
 from irtrack.cli.options import AsJson, names
 from irtrack.cli.output import print_json, print_table
 
@@ -19,9 +20,9 @@ if TYPE_CHECKING:
 def compare(
     old: Annotated[str, typer.Argument(metavar="OLD", help="A results file, or a tracker's label.")],
     new: Annotated[str, typer.Argument(metavar="NEW", help="Another file, or another label of the same file.")],
-    results: Annotated[Path, typer.Option(metavar="DB", help="The results file that labels are looked up in.")] = Path(
-        "irtrack.db"
-    ),
+    results: Annotated[
+        Path, typer.Option(metavar="DB", help="The results file that labels are looked up in.", parser=given_path)
+    ] = Path("irtrack.db"),
     metrics: Annotated[
         str | None, typer.Option(metavar="METRIC,...", help="What to compare; the usual figures unless said.")
     ] = None,
@@ -33,7 +34,10 @@ def compare(
         ),
     ] = None,
     junit_file: Annotated[
-        Path | None, typer.Option("--junit", metavar="XML", help="Write the --fail-if-worse checks as JUnit XML.")
+        Path | None,
+        typer.Option(
+            "--junit", metavar="XML", help="Write the --fail-if-worse checks as JUnit XML.", parser=given_path
+        ),
     ] = None,
     as_json: AsJson = False,
 ) -> None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from irsim import terminal
+from irsim.terminal import given_path
 from irsim.wording import counted
 from irtrack.cli.options import FRAME_LIMIT_S, AsJson, FrameLimit, InputName, Jobs, command_line, input_name
 from irtrack.cli.output import print_json, tell_unheeded
@@ -46,7 +47,8 @@ def falsify(
     time_limit: FrameLimit = FRAME_LIMIT_S,
     input: InputName = "display",
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="DIR", help="Default: falsified/SCENARIO-TRACKER.")
+        Path | None,
+        typer.Option("-o", "--output", metavar="DIR", help="Default: falsified/SCENARIO-TRACKER.", parser=given_path),
     ] = None,
     keep: Annotated[
         bool, typer.Option("--keep", help="Keep the failure in scenarios/regressions, for irtrack regress.")

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from irsim.terminal import given_path
 from irtrack.errors import InputError
 
 if TYPE_CHECKING:
@@ -29,9 +30,11 @@ Jobs = Annotated[int, typer.Option(metavar="N", min=1, help="Worker processes.")
 FrameLimit = Annotated[
     float, typer.Option(metavar="S", min=0.01, help="A tracker that takes longer for a frame hangs.")
 ]
-FilledResults = Annotated[Path, typer.Argument(metavar="DB", help="A results file of `irtrack bench`.")]
+FilledResults = Annotated[
+    Path, typer.Argument(metavar="DB", help="A results file of `irtrack bench`.", parser=given_path)
+]
 GrowingResults = Annotated[
-    Path, typer.Option(metavar="DB", help="Results file; what is in it already is not run again.")
+    Path, typer.Option(metavar="DB", help="Results file; what is in it already is not run again.", parser=given_path)
 ]
 InputName = Annotated[
     str,

@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from irsim import terminal
+from irsim.terminal import given_path
 from irsim.wording import counted
 from irtrack.cli.options import Jobs, command_line, names
 
@@ -22,13 +23,19 @@ def sources(
     ] = 2000,
     jobs: Jobs = 1,
     output: Annotated[
-        Path, typer.Option("-o", "--output", metavar="DIR", help="Folder of the page and of its results file.")
+        Path,
+        typer.Option(
+            "-o", "--output", metavar="DIR", help="Folder of the page and of its results file.", parser=given_path
+        ),
     ] = Path("sources"),
     only: Annotated[
         str | None, typer.Option(metavar="PART,...", help="Of cheng, xue, an, cui, camshift, li, cost, growth, hard.")
     ] = None,
     real: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Labelled real sequences: folders with frames.mp4 and gt.csv.")
+        Path | None,
+        typer.Option(
+            metavar="DIR", help="Labelled real sequences: folders with frames.mp4 and gt.csv.", parser=given_path
+        ),
     ] = None,
 ) -> None:
     """Repeat the experiments of the papers and write a page: printed beside ours, each claim with its verdict."""

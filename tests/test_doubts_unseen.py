@@ -1,0 +1,57 @@
+"""A target that is hidden for most of the time is warned of, whatever hides it."""
+
+from __future__ import annotations
+
+import pytest
+
+from irsim.doubts import doubts
+from irsim.loader import loads
+
+SCENE = """
+frames: 100
+camera: {{size: [160, 120], elevation_deg: 0}}
+background: {background}
+targets:
+  - {{id: tank, shape: {{kind: point}}, path: {{kind: straight, start: [30, 62], speed: 1, range_m: 300}}}}
+  - {{id: other, shape: {{kind: point}}, path: {{kind: straight, start: [20, 62], range_m: 300}}}}
+occluders: [{occluders}]
+"""
+PLAIN = "{kind: landscape, camera_height_m: 4}"
+ROW = "{kind: landscape, camera_height_m: 4, buildings: [{range_m: 200, spacing_m: 10, width_m: [30, 31]}]}"
+BAR = "{{kind: bar, range_m: {range_m}, center_px: [{middle}, 62], size_px: [{wide}, 40]}}"
+
+
+def told(background: str = PLAIN, occluders: str = "", *overrides: str) -> list[tuple[tuple[str | int, ...], str]]:
+    scenario = loads(SCENE.format(background=background, occluders=occluders), overrides=overrides)
+    return [(each.at, each.what) for each in doubts(scenario) if "is more than half hidden" in each.what]
+
+
+@pytest.mark.parametrize(("wide", "said"), [(48, False), (56, True)])
+def test_a_placed_occluder_that_hides_it_in_most_frames_is_told(wide: int, said: bool) -> None:
+    """The tank goes from 30 to 129 px, the bar begins at 40: of 24 frames, 4.3 px apart, 11 or 13 are behind it."""
+    assert (
+        told(occluders=BAR.format(range_m=100, middle=40 + wide / 2, wide=wide))
+        == [
+            (
+                ("targets", 0, "path"),
+                "tank, whom trackers follow, is more than half hidden, by bar, in 13 of the 24 frames that were looked "
+                "at; irsim info tells all of them",
+            )
+        ]
+        * said
+    )
+
+
+def test_a_row_of_buildings_is_told_too() -> None:
+    ((place, what),) = told(ROW)
+    assert place == ("targets", 0, "path")
+    assert "by buildings, in 24 of the 24 frames" in what
+
+
+def test_what_is_behind_it_or_switched_off_or_before_another_is_not_told() -> None:
+    assert told(ROW, "", "without=[buildings]") == []
+    assert told(ROW, "", "background.buildings.0.range_m=400") == []
+    assert told(occluders=BAR.format(range_m=400, middle=80, wide=150)) == []
+    still = BAR.format(range_m=100, middle=20, wide=10)
+    assert told(occluders=still) == []
+    assert len(told(PLAIN, still, "follow=other")) == 1

@@ -1,0 +1,91 @@
+"""The public functions given the wrong thing: one line of the project's own, which says what is allowed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import irsim
+from irsim.errors import InputError
+
+SCENE = irsim.loads(
+    "frames: 3\ncamera: {size: [32, 24]}\nbackground: {kind: ground}\n"
+    "targets: [{id: jet, shape: {kind: point}, path: {kind: straight, start: [9, 9]}}]\n"
+)
+A_SCENARIO = r"of a str; allowed: a Scenario \(irsim\.load\('sky'\)\)"
+NO_REGION = r"region: .* is none; allowed: whole numbers \(column, row, columns, rows\)"
+NO_PATH = "is no path; allowed: text or a path"
+
+
+def anything(value: object) -> Any:
+    """A value of whatever type, as untyped programs give it."""
+    return value
+
+
+CALLS: dict[str, tuple[Callable[[], object], str]] = {
+    "Moments": (lambda: irsim.Moments(anything("sky")), A_SCENARIO),
+    "masks": (lambda: irsim.masks(anything("sky")), A_SCENARIO),
+    "frames": (lambda: irsim.frames(anything("sky")), A_SCENARIO),
+    "Rendering": (lambda: irsim.Rendering(anything("sky")), A_SCENARIO),
+    "sample": (lambda: irsim.sample(anything("sky"), 2), A_SCENARIO),
+    "variations": (lambda: irsim.variations(anything("sky")), A_SCENARIO),
+    "change": (lambda: irsim.change(anything("sky"), {}), A_SCENARIO),
+    "dumps": (lambda: irsim.dumps(anything("sky")), A_SCENARIO),
+    "record": (lambda: irsim.record(anything("sky"), "x.mcap"), "of a str; allowed: a Source, such as irsim.open_sou"),
+    "a region that is a name": (lambda: irsim.Moments(SCENE).mean(0, anything("a")), f"{NO_REGION}.*without="),
+    "a region of two": (lambda: irsim.Moments(SCENE).mean(0, anything((1, 2))), NO_REGION),
+    "a region of fractions": (lambda: irsim.Moments(SCENE).variance(0, anything((1.5, 2, 3, 4))), NO_REGION),
+    "no frame": (lambda: irsim.Rendering(SCENE).frame(anything("3")), "frame '3': allowed: a whole number, 0 to 2"),
+    "half a frame": (lambda: irsim.Rendering(SCENE).frame(anything(0.5)), "frame 0.5: allowed: a whole number, 0 to 2"),
+    "load": (lambda: irsim.load(anything(None)), NO_PATH),
+    "find": (lambda: irsim.find(anything(3)), NO_PATH),
+    "open_recording": (lambda: irsim.open_recording(anything(None)), NO_PATH),
+    "read_tracks": (lambda: irsim.read_tracks(anything(None)), NO_PATH),
+    "is_recording": (lambda: irsim.is_recording(anything(None)), NO_PATH),
+    "loads": (lambda: irsim.loads(anything(None)), "<text>: a NoneType is no text; allowed: the YAML text"),
+    "a name": (lambda: irsim.Moments(SCENE, "jet"), r"without 'jet': allowed: a list of names, such as \['jet'\]"),
+    "a number": (lambda: irsim.Moments(SCENE, anything(3)), "without 3: allowed: a list of names"),
+    "a name of a source": (lambda: irsim.open_source("sky", without="jet"), "without 'jet': allowed: a list of names"),
+}
+
+
+@pytest.mark.parametrize("call", CALLS)
+def test_the_wrong_thing_is_told_in_a_line(call: str) -> None:
+    run, told = CALLS[call]
+    with pytest.raises(InputError, match=told) as caught:
+        run()
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_a_recordings_frame_is_asked_for_by_a_whole_number(tmp_path: Path) -> None:
+    recording = irsim.open_recording(irsim.record(irsim.Rendering(SCENE), tmp_path / "a.mcap"))
+    with pytest.raises(InputError, match="frame '1': allowed: a whole number, 0 to 2"):
+        recording.frame(anything("1"))
+    for source in (recording, irsim.Rendering(SCENE)):
+        assert source.frame(anything(np.int64(1))).index == 1
+        with pytest.raises(IndexError):
+            source.frame(3)
+
+
+@pytest.mark.parametrize("word", ["gost", "gho st", "white,gost", "[jet, gost]"])
+def test_a_name_that_cannot_be_switched_off_is_told_the_names_that_can(word: str) -> None:
+    with pytest.raises(InputError, match=r"there is no 'gh?o ?st'; allowed: .*\bjet\b") as caught:
+        irsim.load("sky", [f"without={word}"])
+    assert "[A-Z" not in str(caught.value)
+
+
+def test_of_many_names_the_nearest_stand_first() -> None:
+    with pytest.raises(InputError, match=r"there is no 'far\.textur'; allowed: far\.texture, near\.texture, "):
+        irsim.load("sky", ["without=[far.textur]"])
+    with pytest.raises(InputError, match=r"there is no 'far\.textur'; allowed: far\.texture, near\.texture, "):
+        irsim.Moments(irsim.load("sky"), ["far.textur"])
+
+
+def test_one_name_or_several_with_commas_are_short_for_a_list() -> None:
+    whole = irsim.load("sky", ["without=[jet, white]"])
+    assert irsim.load("sky", ["without=jet, white"]) == whole
+    assert irsim.loads(irsim.dumps(whole)) == whole
