@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Annotated, Any, ClassVar
 
-from pydantic import Field, TypeAdapter, model_validator
+from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.detector import (
@@ -89,18 +89,21 @@ class Camera(Part):
     """How counts become the 8-bit picture."""
 
     @classmethod
-    def default_for(cls, key: str, given: Mapping[str, Any]) -> Any:
-        filled = _filled(given)
-        if key not in filled:
-            return super().default_for(key, given)
-        field = cls.model_fields[key]
-        hint: Any = Annotated[field.annotation, field]
-        return TypeAdapter(hint).validate_python(filled[key])
-
-    @model_validator(mode="before")
-    @classmethod
-    def _fill(cls, given: Any) -> Any:
-        return _filled(given) if isinstance(given, Mapping) else given
+    def filled(cls, given: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Those of its preset, and the noise that goes with its detector."""
+        preset = given.get("preset")
+        keys = PRESETS.get(preset, {}) if isinstance(preset, str) else {}  # type: ignore[call-overload]  # a user's text may name no preset
+        filled = {**keys, **given}
+        detector = filled.get("detector")
+        if isinstance(detector, Mapping):
+            if "kind" not in detector and "detector" in keys:
+                detector = filled["detector"] = {**keys["detector"], **detector}
+            kind = DETECTORS.kinds.get(str(detector.get("kind")))
+            if "noise" not in filled and kind is not None and issubclass(kind, Detector):
+                filled["noise"] = list(kind.terms)
+        elif isinstance(detector, Detector) and "noise" not in filled:
+            filled["noise"] = list(detector.terms)
+        return filled
 
     @model_validator(mode="after")
     def _detector_fits(self) -> Camera:
@@ -213,20 +216,3 @@ def _too_long(time_ms: float, rate_hz: float, at: tuple[str, ...]) -> PydanticCu
         "{time} ms do not fit into a frame at {rate} Hz; allowed: at most {most} ms",
         {"time": time_ms, "rate": rate_hz, "most": f"{1000 / rate_hz:g}", "at": at},
     )
-
-
-def _filled(given: Mapping[str, Any]) -> dict[str, Any]:
-    """A camera's keys with those of its preset, and with the noise that goes with its detector."""
-    preset = given.get("preset")
-    keys = PRESETS.get(preset, {}) if isinstance(preset, str) else {}  # type: ignore[call-overload]  # a user's text may name no preset
-    filled = {**keys, **given}
-    detector = filled.get("detector")
-    if isinstance(detector, Mapping):
-        if "kind" not in detector and "detector" in keys:
-            detector = filled["detector"] = {**keys["detector"], **detector}
-        kind = DETECTORS.kinds.get(str(detector.get("kind")))
-        if "noise" not in filled and kind is not None and issubclass(kind, Detector):
-            filled["noise"] = list(kind.terms)
-    elif isinstance(detector, Detector) and "noise" not in filled:
-        filled["noise"] = list(detector.terms)
-    return filled

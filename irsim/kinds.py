@@ -13,7 +13,6 @@ import sys
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, TypeVar
 
 from pydantic import (
@@ -23,25 +22,14 @@ from pydantic import (
     Field,
     GetCoreSchemaHandler,
     GetJsonSchemaHandler,
+    TypeAdapter,
     ValidationError,
+    model_validator,
 )
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
+from irsim.marks import Plausible as Plausible
 from irsim.meanings import meanings
-
-
-@dataclass(frozen=True)
-class Plausible:
-    """Stands beside the limits of a field: a number outside of it is allowed, and `irsim check` warns of it."""
-
-    low: float
-    high: float
-    unit: str
-    hint: str = ""
-
-    def __str__(self) -> str:
-        return f"{self.low:g} to {self.high:g} {self.unit}" + (f" ({self.hint})" if self.hint else "")
-
 
 KeyPath = tuple[str | int, ...]
 Switches = Mapping[str, tuple[Any, ...]]
@@ -59,9 +47,24 @@ class Part(BaseModel):
     """What within it can be switched off with --without, by names of their own; those of its bases count, too."""
 
     @classmethod
+    def filled(cls, given: Mapping[str, Any]) -> Mapping[str, Any]:
+        """A mapping, sound or not, and the keys that follow from others where it lacks them: for a class to say."""
+        return given
+
+    @classmethod
     def default_for(cls, key: str, given: Mapping[str, Any]) -> Any:
-        """What a key holds in a mapping, `given`, that leaves it out."""
-        return cls.model_fields[key].get_default()
+        """What a key holds in a mapping like `given` that leaves it out."""
+        filled = cls.filled({each: item for each, item in given.items() if each != key})
+        field = cls.model_fields[key]
+        if key not in filled:
+            return field.get_default(call_default_factory=True)
+        hint: Any = Annotated[field.annotation, field]
+        return TypeAdapter(hint).validate_python(filled[key])
+
+    @model_validator(mode="before")
+    @classmethod
+    def _fill(cls, given: Any) -> Any:
+        return cls.filled(given) if isinstance(given, Mapping) else given
 
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:

@@ -13,6 +13,19 @@ class Items:
     names: str
 
 
+@dataclass(frozen=True)
+class Plausible:
+    """Stands beside the limits of a field: a number outside of it is allowed, and `irsim check` warns of it."""
+
+    low: float
+    high: float
+    unit: str
+    hint: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.low:g} to {self.high:g} {self.unit}" + (f" ({self.hint})" if self.hint else "")
+
+
 class Located:
     """Stands beside a field that names a file: in a YAML file a relative name is looked for beside that file first."""
 

@@ -195,16 +195,11 @@ def brief(value: Any) -> Any:
     """The same without the keys that hold what they would hold if they were left out."""
     if isinstance(value, Part):
         part = type(value)
-        fields = {name: getattr(value, name) for name in part.model_fields}
-        chosen = {
-            name: plain(item) for name, item in fields.items() if plain(item) != plain(part.model_fields[name].default)
-        }
-        written = {
-            name: brief(item)
-            for name, item in fields.items()
-            if part.model_fields[name].is_required()
-            or plain(item) != plain(part.default_for(name, {key: chosen[key] for key in chosen if key != name}))
-        }
+        needed = {name: plain(getattr(value, name)) for name in part.model_fields}
+        for name, field in part.model_fields.items():
+            if not field.is_required() and needed[name] == plain(part.default_for(name, needed)):
+                del needed[name]
+        written = {name: brief(getattr(value, name)) for name in needed}
         return {"kind": value.kind, **written} if isinstance(value, Kind) else written
     if isinstance(value, tuple | list):
         return [brief(item) for item in value]

@@ -14,7 +14,7 @@ from recording_fakes import Noise, same_frames
 
 from irsim import frames, strategies
 from irsim.errors import InputError
-from irsim.loader import dumps, loads
+from irsim.loader import change, dumps, loads
 from irsim.recording import open_recording, record, recover
 from irsim.scenario import Scenario
 from irsim.strategies import parts
@@ -37,10 +37,27 @@ SOON_OR_NIGHTLY = pytest.mark.parametrize(
 @given(strategies.scenarios())
 @settings(STEADY, max_examples=8)
 def test_every_scenario_loads_survives_its_text_and_renders(scenario: Scenario) -> None:
-    assert loads(dumps(scenario)) == scenario
+    assert loads(dumps(scenario)) == loads(dumps(scenario, short=True)) == scenario
     frame, truth = next(iter(frames(scenario)))
     assert frame.image.shape == (72, 96)
     assert truth.target("target") is not None
+
+
+ANY_COUNTRY = strategies.scenarios(
+    background=st.one_of(strategies.skies(), strategies.clutters(), strategies.countries()),
+    noise=strategies.cameras(),
+)
+
+
+@SOON_OR_NIGHTLY
+def test_short_texts_and_changes_keep_what_keys_follow_from_others(profile: settings) -> None:
+    def kept(scenario: Scenario) -> None:
+        short = loads(dumps(scenario, short=True))
+        assert short == scenario
+        assert short.hash == scenario.hash
+        assert change(scenario, {"seed": scenario.seed}) == scenario
+
+    over(ANY_COUNTRY, kept, profile)
 
 
 def test_what_it_shrinks_to_is_benign() -> None:

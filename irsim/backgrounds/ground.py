@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from irsim.backgrounds.air import through_air
 from irsim.backgrounds.base import FARTHEST, Background, Gaze, LandLight, Layer, Names
 from irsim.backgrounds.carpet import Carpet, Level
 from irsim.backgrounds.clutter import Clutter
 from irsim.backgrounds.fields import Betas, Histogram, shaped, spectral
-from irsim.backgrounds.hours import Hour, filled, typical
+from irsim.backgrounds.hours import Hour, by_hour, typical
 from irsim.backgrounds.painting import Painting, Seen
 from irsim.backgrounds.patches import LYING, Fields, Painted, Roads, Water
 from irsim.backgrounds.texture import Tile, tile_shape
@@ -81,10 +81,10 @@ class Ground(Background):
     water: Water | None = None
     clutter: Clutter | None = None
 
-    @model_validator(mode="before")
     @classmethod
-    def _by_hour(cls, data: Any) -> Any:
-        return filled(data, {"mean_k": "ground", "spread_k": "spread"})
+    def filled(cls, given: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Its temperature by the hour."""
+        return by_hour(given, {"mean_k": "ground", "spread_k": "spread"})
 
     @property
     def folds(self) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, Literal
 
 Hour = Literal["any", "day", "night"]
@@ -41,10 +42,11 @@ near the air (Oke, Boundary Layer Climates, 2nd ed. 1987, chapters 2 to 4). So w
 and warm by night."""
 
 
-def filled(data: Any, keys: dict[str, str]) -> Any:
+def by_hour(given: Mapping[str, Any], keys: Mapping[str, str]) -> dict[str, Any]:
     """A part's keys with those that are missing taken from its `hour`; `keys`: key of the part -> key of the table."""
-    table = TEMPERATURES.get(data.get("hour", "any"), {}) if isinstance(data, dict) else {}
-    return {**{key: table[what] for key, what in keys.items() if what in table}, **data} if table else data
+    hour = given.get("hour")
+    table = TEMPERATURES.get(hour, {}) if isinstance(hour, str) else {}
+    return {**{key: table[what] for key, what in keys.items() if what in table}, **given}
 
 
 def typical(given: float | None, hour: Hour, what: str) -> float:

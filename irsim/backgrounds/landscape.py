@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Protocol
 
 import cv2
 import numpy as np
-from pydantic import model_validator
 
 from irsim.backgrounds.air import ground_path
 from irsim.backgrounds.base import (
@@ -28,7 +27,7 @@ from irsim.backgrounds.buildings import Buildings
 from irsim.backgrounds.clutter import Clutter
 from irsim.backgrounds.far import TALLEST, TYPICAL_MRAD, wooded
 from irsim.backgrounds.fields import Betas, profile, spectral
-from irsim.backgrounds.hours import Hour, filled, typical
+from irsim.backgrounds.hours import Hour, by_hour, typical
 from irsim.backgrounds.painting import Painting
 from irsim.backgrounds.panorama import Panorama, Sheet
 from irsim.backgrounds.parallax import Cylinder
@@ -84,16 +83,11 @@ class Landscape(Sky):
     buildings: Several[Buildings] = ()
     """Rows of buildings."""
 
-    @model_validator(mode="before")
     @classmethod
-    def _by_hour(cls, data: Any) -> Any:
-        return filled(data, {"ground_k": "ground", "spread_k": "spread"})
-
-    @model_validator(mode="before")
-    @classmethod
-    def _not_bare(cls, data: Any) -> Any:
-        behind_trees = isinstance(data, dict) and data.get("trees") and "far_woods_mrad" not in data
-        return {**data, "far_woods_mrad": TYPICAL_MRAD} if behind_trees else data
+    def filled(cls, given: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Its temperature by the hour, and far woods behind trees."""
+        behind_trees = {"far_woods_mrad": TYPICAL_MRAD} if given.get("trees") else {}
+        return behind_trees | by_hour(given, {"ground_k": "ground", "spread_k": "spread"})
 
     @property
     def surface_m(self) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -71,7 +71,17 @@ class Recorded(Background):
             )
         if isinstance(data.get("start"), int) and data["start"] >= len(recording):
             raise _wrong("start", f"{data['file']} has no frame {data['start']}; allowed: 0 to {len(recording) - 1}")
-        return {"range_k": recording.header.range_k, **data, "digest": digest}
+        return {**data, "digest": digest}
+
+    @classmethod
+    def filled(cls, given: Mapping[str, Any]) -> Mapping[str, Any]:
+        """The scale of the recording, once there is one. Its digest is no default: short texts say it too."""
+        if "range_k" in given or not isinstance(given.get("file"), str):
+            return given
+        try:
+            return {**given, "range_k": _opened(given["file"]).header.range_k}
+        except (InputError, OSError):  # told by `_look_inside`
+            return given
 
     @model_validator(mode="after")
     def _range_rises(self) -> Recorded:

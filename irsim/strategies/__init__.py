@@ -17,7 +17,9 @@ from irsim.strategies.damage import damaged_recordings
 from irsim.strategies.parts import (
     TOP,
     camera_motions,
+    cameras,
     clutters,
+    countries,
     crossings,
     decoys,
     frame_faults,
@@ -38,7 +40,9 @@ from irsim.strategies.whole import documents, scenarios
 __all__ = [
     "TOP",
     "camera_motions",
+    "cameras",
     "clutters",
+    "countries",
     "crossings",
     "damaged_recordings",
     "decoys",

@@ -13,6 +13,8 @@ from typing import Any, TypeVar
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 
+from irsim.presets import PRESETS
+
 Part = dict[str, Any]
 Drawn = TypeVar("Drawn")
 
@@ -163,6 +165,37 @@ def skies(draw: st.DrawFn, severity: SearchStrategy[int] | None = None) -> Part:
     step = draw(chosen(severity, severities()))
     sky = {"kind": "sky", "horizon_k": 285.0, "zenith_k": 285.0}
     return sky if step == 0 else {**sky, "clouds": [{"coverage": COVERAGE[step], "temperature_k": 290.0}]}
+
+
+@st.composite
+def countries(draw: st.DrawFn) -> Part:
+    """A background of ground or of open country, whose temperatures are those of an hour or given, and whose horizon
+    behind trees is bare, wooded, or not told. Flat ground is the first."""
+    kind, mean = draw(st.sampled_from([("ground", "mean_k"), ("landscape", "ground_k")]))
+    country: Part = {"kind": kind, "spread_k": draw(st.sampled_from([0.0, 2.0, 3.0])), mean: 290.0}
+    hour = draw(st.sampled_from(["any", "day", "night"]))
+    if hour != "any":
+        left_out = draw(st.sets(st.sampled_from(["spread_k", mean])))
+        country = {"hour": hour, **{key: value for key, value in country.items() if key not in left_out}}
+    if kind == "landscape" and draw(st.booleans()):
+        country["trees"] = [{"range_m": 800.0}]
+    woods = draw(st.sampled_from([None, 0.0, 2.0])) if kind == "landscape" else None
+    return country if woods is None else {**country, "far_woods_mrad": woods}
+
+
+@st.composite
+def cameras(draw: st.DrawFn) -> Part:
+    """Keys of a camera: of the trade or none, with some keys of its own. Where they are sound together it has a
+    detector of its own, too. The plain camera is the first."""
+    plain = {"bits": 14, "netd_mk": 40.0, "time_constant_ms": 0.0, "noise": [{"kind": "white"}], "correction": None}
+    own = draw(st.sets(st.sampled_from(sorted(plain))))
+    preset = draw(st.sampled_from([None, *PRESETS]))
+    any_detector = st.sampled_from([None, "stated", "electrons"])
+    detector = draw(any_detector) if preset is None or "noise" in own else None
+    camera: Part = {key: plain[key] for key in sorted(own)}
+    if preset is not None:
+        camera["preset"] = preset
+    return camera if detector is None else {**camera, "detector": {"kind": detector}}
 
 
 @st.composite
