@@ -72,6 +72,24 @@ def test_a_frame_alone_is_the_one_in_sequence_bit_for_bit(word: str) -> None:
     assert fetched == list(range(11, 20)), "each predecessor once, and only as far as the memory reaches"
 
 
+def test_a_frame_that_another_thread_shows_meanwhile_changes_no_other() -> None:
+    """The other one is shown just before the picture is made: by whom `picture` is taken for."""
+    sequence = frames(30)
+
+    class Interrupted(Linear):
+        def __getattribute__(self, name: str) -> object:
+            if name == "picture" and others:
+                screen.picture(sequence[others[0]], others.pop())
+            return super().__getattribute__(name)
+
+    others: list[int] = []
+    screen = Screen(Interrupted(time_constant_frames=0.9), 14, lambda index: sequence[index])
+    expected = in_order(SLOW["linear"], sequence)
+    others.append(3)
+    np.testing.assert_array_equal(screen.picture(sequence[25], 25), expected[25])
+    assert not others
+
+
 @pytest.mark.parametrize("word", SLOW)
 def test_memory_shows_and_what_is_older_changes_nothing(word: str) -> None:
     agc, sequence = SLOW[word], frames(30)

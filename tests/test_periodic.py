@@ -9,7 +9,7 @@ from irsim.backgrounds.fields import spectral
 from irsim.backgrounds.periodic import FINE, coarseness, enlarged, shrunk, wrapped_blur
 
 
-@pytest.mark.parametrize(("sigma_px", "coarse"), [(0.5, 1), (9.9, 1), (10.0, 2), (19.9, 2), (20.0, 4), (160.0, 32)])
+@pytest.mark.parametrize(("sigma_px", "coarse"), [(0.5, 1), (4.9, 1), (5.0, 2), (9.9, 2), (10.0, 4), (80.0, 32)])
 def test_what_is_blurred_is_kept_on_no_coarser_pixels_than_tell_it(sigma_px: float, coarse: int) -> None:
     assert coarseness(sigma_px, 1024) == coarse
     assert sigma_px / coarse >= FINE or coarse == 1
@@ -23,8 +23,8 @@ def test_a_blurred_picture_made_smaller_and_larger_is_the_same(sigma_px: float) 
     whole = slice(0, 256)
     found = enlarged(wrapped_blur(shrunk(picture, coarse), sigma_px / coarse), coarse, whole, whole)
     assert found.shape == picture.shape
-    assert np.abs(found - wanted).max() < 0.01 * np.ptp(wanted)
-    assert np.sqrt(np.mean((found - wanted) ** 2)) < 0.015 * wanted.std()
+    assert np.abs(found - wanted).max() < 0.015 * np.ptp(wanted)
+    assert np.sqrt(np.mean((found - wanted) ** 2)) < 0.02 * wanted.std()
 
 
 def test_a_picture_as_it_is_needs_no_change() -> None:

@@ -15,9 +15,9 @@ typedef struct {
     const float *glow;
 } Look;
 
-#define FAINTEST 87.0F /* e^-87 is about the least float that is not subnormal */
+#define FAINTEST 88.0F /* from here on the power of two is 2^-127, whose bits are those of 0 */
 
-/* e^-x of x from 0 to FAINTEST, within 2e-7 of it: a power of two, and the rest by its series. */
+/* e^-x of x from 0 to FAINTEST, where it is 0: within 2e-7 of it, a power of two, and the rest by its series. */
 INLINED float faded(float x)
 {
     const float power = x * 1.44269504F; /* log2 e */

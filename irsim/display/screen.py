@@ -27,11 +27,10 @@ class Screen:
         agc, bits = self._agc, self._bits
         if agc.memory == 0:
             return agc.display(counts, bits)
-        kept = self._looks
-        kept[index] = agc.look(counts, bits)
+        kept = {**self._looks, index: agc.look(counts, bits)}  # its own: another thread may put others there
         window = range(max(0, index - agc.memory), index + 1)
-        self._looks = {k: kept[k] if k in kept else agc.look(self._counts(k), bits) for k in window}
-        return agc.picture(counts, bits, list(self._looks.values()))
+        looks = self._looks = {k: kept[k] if k in kept else agc.look(self._counts(k), bits) for k in window}
+        return agc.picture(counts, bits, list(looks.values()))
 
     def show(self, frame: Frame) -> Frame:
         """The frame of the counts as one of 8 bits."""
