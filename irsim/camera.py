@@ -40,7 +40,8 @@ Side = Annotated[int, Field(ge=16, le=4096)]
 
 
 class Camera(Part):
-    """An infrared camera, from direction to counts. With `netd_mk: 0` it has no noise at all."""
+    """An infrared camera, from direction to counts. With `noise: []` it has no noise at all; with `netd_mk: 0` that of
+    gains, of bad pixels and of counted electrons is left."""
 
     switches: ClassVar[Switches] = {"psf": ("psf_px", 0.0), "agc": ("agc", Plain())}
 

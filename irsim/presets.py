@@ -13,7 +13,7 @@ _LEFT_BY_CORRECTION = {"kind": "fixed_pattern", "pixel": 0.3, "column": 0.15, "r
 """tvh:vh:h:v = 1:0.3:0.15:0.08 after a fresh correction."""
 
 PRESETS: dict[Preset, dict[str, Any]] = {
-    # InSb, 640x512 of 15 um behind 100 mm F/4: half-filled wells of 7 Me- in 10 ms.
+    # InSb, 640x512 of 15 um behind 100 mm F/4: wells of 7 Me-, 37 % full of 300 K in 10 ms.
     "cooled_mwir": {
         "size": [640, 512],
         "rate_hz": 50.0,

@@ -66,6 +66,32 @@ def test_a_preset_survives_its_dump_and_renders(preset: str) -> None:
     assert image.std() > 0
 
 
+NOISY = "noise: [{kind: white}, {kind: drift, gain: 0.01}, {kind: bad_pixels}]"
+
+
+@pytest.mark.parametrize(
+    ("keys", "is_quiet"),
+    [
+        ("noise: []", True),
+        ("noise: [], detector: {kind: electrons}", True),
+        ("netd_mk: 0", True),
+        (f"netd_mk: 0, {NOISY}", False),
+        ("netd_mk: 0, detector: {kind: electrons}", False),
+    ],
+)
+def test_what_has_no_noise_is_as_the_camera_says(keys: str, is_quiet: bool) -> None:
+    background = "{kind: sky, horizon_k: 300, zenith_k: 300}"
+    scene = Renderer(loads(f"frames: 3\nbackground: {background}\ncamera: {{size: [64, 48], {keys}}}"))
+    assert (np.ptp([scene.frame(index)[0].image for index in range(3)]) == 0) == is_quiet
+
+
+def test_a_cooled_camera_fills_its_wells_as_told() -> None:
+    """37 %, says the table of presets."""
+    sensed = Camera(preset="cooled_mwir").response()
+    light = np.full((2, 2), radiance((3.4, 4.9), 300.0), np.float32)
+    assert sensed.signal(light).mean() / sensed.well == pytest.approx(0.37, abs=0.005)
+
+
 def test_noise_goes_with_the_detector() -> None:
     assert Camera().noise == (White(),)
     assert Camera(detector=Electrons()).noise == (Shot(),)

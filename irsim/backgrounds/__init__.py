@@ -1,4 +1,7 @@
-"""Backgrounds: sky with clouds, ground. They live in angle, so a turning camera moves them rightly."""
+"""What is behind everything: sky with clouds, ground, landscapes, the sea; or frames of a recording.
+
+Layers in angle, ground and sea of a height on a plane: a turning camera moves them rightly. Recorded frames stay.
+"""
 
 from irsim.backgrounds.base import Background, ClearLayer, Filmed, Gaze, LandLight, Layer, Slices, Veil, is_veil, veiled
 from irsim.backgrounds.ground import Ground

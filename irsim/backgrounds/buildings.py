@@ -19,6 +19,9 @@ from irsim.types import Floats
 Wall = Annotated[Metres, Plausible(1, 900, "m")]
 """From a shed to the highest of towers (Burj Khalifa: 828 m)."""
 
+WINDOW_SHARES = (0.3, 1.3)
+"""From window to window, least and most of `windows_k`: by how lately each room was heated or aired. By eye."""
+
 
 class Buildings(Structure):
     """Houses and blocks with roofs and rows of windows."""
@@ -43,7 +46,7 @@ class Buildings(Structure):
     spread_k: KelvinSpread = 2.0
     """Standard deviation from building to building, K."""
     windows_k: KelvinDifference = 3.0
-    """Temperature of the windows less the wall's, K."""
+    """Temperature of the windows less the wall's, K; of each 0.3 to 1.3 of it."""
     roof_k: KelvinDifference = -4.0
     """Temperature of the roof less the wall's, K."""
 
@@ -82,7 +85,7 @@ class Buildings(Structure):
         for floor in np.arange(1.0, height - 1.7, 3.0):
             for left in np.arange(-half + 1.0, half - 1.7, 2.8):
                 pane = _box(left, floor, left + 1.3, floor + 1.5)
-                yield pane, wall + self.windows_k * float(draw.uniform(0.3, 1.3))
+                yield pane, wall + self.windows_k * float(draw.uniform(*WINDOW_SHARES))
 
 
 def _box(left: float, low: float, right: float, high: float) -> Floats:

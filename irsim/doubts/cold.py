@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from irsim.backgrounds import Ground, Landscape
+from irsim.backgrounds.buildings import WINDOW_SHARES
 from irsim.backgrounds.hours import typical
 from irsim.errors import Notice
 from irsim.kinds import KeyPath
@@ -12,9 +13,6 @@ from irsim.scenario import Scenario
 
 SPACE_K = 2.725
 """Temperature of the cosmic background (Fixsen, Astrophys. J. 707 (2009) 916)."""
-
-WARMEST_WINDOW = 1.3
-"""The most that a window differs from its wall, as a share of `windows_k` (see `Buildings`)."""
 
 
 def colder_than_space(scenario: Scenario) -> Iterator[Notice]:
@@ -45,4 +43,4 @@ def _differences(scenario: Scenario) -> Iterator[tuple[KeyPath, str, float, floa
     for index, houses in enumerate(background.buildings if isinstance(background, Landscape) else ()):
         wall_k = typical(houses.temperature_k, background.hour, "walls")
         yield ("buildings", index, "roof_k"), "walls", wall_k, houses.roof_k
-        yield ("buildings", index, "windows_k"), "walls", wall_k, WARMEST_WINDOW * houses.windows_k
+        yield ("buildings", index, "windows_k"), "walls", wall_k, max(WINDOW_SHARES) * houses.windows_k

@@ -24,7 +24,7 @@ T = TypeVar("T")
 
 
 class Occluder(NamedKind):
-    """Something between the camera and the targets behind it; it stands still in space.
+    """Something between the camera and the targets behind it; it stands still in space, but smoke drifts.
 
     It has a place, or an intent: whom it hides, and when. `irsim.intent` finds the place for that.
     """
