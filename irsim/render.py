@@ -214,7 +214,8 @@ class Renderer:
         standing = self._exposed(lambda instant: [each.draw(instant.sight(index)) for each in self.occluders])
         for occluder, sprite in zip(self.occluders, standing, strict=True):
             if sprite is not None:
-                yield Piece(occluder.name, arriving(sprite, sight), tracked=False)
+                first_m = occluder.range_m if sight.carried else None
+                yield Piece(occluder.name, arriving(sprite, sight), tracked=False, first_m=first_m)
 
     def _exposed(self, draw: Callable[[Instant], list[Sprite | None]]) -> list[Sprite | None]:
         """What the light of things is over the whole exposure."""

@@ -217,7 +217,8 @@ def _drawn(tree: Tree, stage: Stage, lens: Geometry, rotation: bytes, place: byt
         fields = _before(fields, coverage(start, stop, np.repeat(light, 4, axis=0), grid.cells))
     middle = np.array([box.cx, box.cy])
     area = float(fields[0, 0].sum()) / grid.fine**2
-    drawn = spread(grid, as_changes(fields), (middle, middle), area, box, stage.psf, tree.range_m)
+    away_m = sight.away_m(bounds(np.concatenate([*corners, pieces.reshape(-1, 2)])), tree.range_m)
+    drawn = spread(grid, as_changes(fields), (middle, middle), area, box, stage.psf, away_m)
     return arrays_frozen(drawn)
 
 
