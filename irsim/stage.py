@@ -27,6 +27,10 @@ class Cast(Protocol):
         """(n, 3) m, first camera frame: where the camera is."""
         ...
 
+    def zooms(self, frames: Floats, stage: Stage) -> Floats:
+        """(n,) how many times longer the camera's focal length is than at first."""
+        ...
+
 
 NOTHING = Atmosphere()
 """Air that does nothing."""
