@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -36,8 +36,8 @@ class Sight:
 
     @cached_property
     def zoomed(self) -> Stage:
-        """The stage with the geometry of this frame."""
-        return self.stage if self.lens is self.stage.geometry else replace(self.stage, geometry=self.lens)
+        """The stage with the geometry and the blur of this frame."""
+        return self.stage if self.lens is self.stage.geometry else self.stage.zoomed(self.lens)
 
     @cached_property
     def carried(self) -> bool:

@@ -148,7 +148,7 @@ def _drawn(occluder: Opaque, stage: Stage, lens: Geometry, rotation: bytes, plac
     if not np.isfinite(corners).all():
         return None
     box = bounds(corners)
-    window = within_sight(box, stage)
+    window = within_sight(box, sight.zoomed)
     if window is None:
         return None
     edges = [outline(points) for points in outlines]
@@ -156,4 +156,4 @@ def _drawn(occluder: Opaque, stage: Stage, lens: Geometry, rotation: bytes, plac
     layer = np.repeat(np.arange(len(facets)), [len(points) for points in outlines])
     glow = stage.glow(np.array([kelvin for _, kelvin in facets]), occluder.emissivity)
     away_m = sight.away_m(bounds(np.concatenate([points for points, _ in facets])), occluder.range_m)
-    return arrays_frozen(sprite(Outline((start, stop, layer), glow, box, window, stage.psf, away_m)))
+    return arrays_frozen(sprite(Outline((start, stop, layer), glow, box, window, sight.zoomed.psf, away_m)))

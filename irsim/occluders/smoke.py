@@ -91,7 +91,7 @@ class Smoke(Occluder):
         if not np.isfinite(middle).all():
             return None
         halves = zoom * np.array([wide, tall]) / 2 * scale
-        blurred = np.hypot(halves, stage.psf_px)
+        blurred = np.hypot(halves, sight.zoomed.psf_px)
         reach = (_REACH + self.billows * OUTERMOST) * blurred
         box = Box(float(middle[0]), float(middle[1]), float(2 * blurred[0]), float(2 * blurred[1]))
         window = within_sight(Box(box.cx, box.cy, float(2 * reach[0]), float(2 * reach[1])), stage)
