@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from irsim.motion import POINTINGS
 from irsim.optics import Lens
 from irsim.optics.lens_spread import LensSpread
 from irsim.render import Renderer
 from irsim.scenario import Scenario
-from irsim.types import Floats
+from irsim.types import Box, Floats
 
 IFOV_MRAD = 0.1
 AIR = {"cn2": 1e-13, "path_m": 3000.0, "aperture_m": 0.1}
@@ -81,3 +82,48 @@ def test_a_lens_blurs_as_many_px_at_any_zoom_and_the_air_more() -> None:
     assert isinstance(seen.lens, LensSpread)
     assert seen.lens.sigma_px == pytest.approx(whole)
     assert seen.psf_px == pytest.approx(np.hypot(whole, lens.sigma_px("mwir")))
+
+
+def shares(renderer: Renderer, frame: int = 0) -> Floats:
+    """(rows, cols): what pixels hold of even light, over that in the middle."""
+    light = np.full((64, 96), 5.0, np.float32)
+    held, dark = (renderer.sensor.held(each, frame) for each in (light, 0 * light))
+    return np.asarray((held - dark) / (held - dark)[32, 48])
+
+
+def shaded(factors: list[tuple[float, float]], **falloff: Any) -> Renderer:
+    camera = {"ifov_mrad": 10.0, "netd_mk": 40.0, "bits": 16, "falloff": falloff}
+    even = scene(1.0, {}, camera=camera, background={"kind": "ground", "spread_k": 0.0})
+    zoom = POINTINGS.parse({"kind": "zoom", "factors": factors})
+    return Renderer(even.model_copy(update={"camera": even.camera.model_copy(update={"motion": (zoom,)})}))
+
+
+CORNER_RAD = 0.01 * np.hypot(47.5, 31.5)
+"""Tangent of the angle off the axis of the corner, by pixels of 10 mrad."""
+
+
+@pytest.mark.parametrize("zoom", [1.0, 2.0, 8.0])
+def test_cos4_goes_with_the_angle_at_which_the_zoomed_lens_sees_a_pixel(zoom: float) -> None:
+    expected = np.cos(np.arctan(CORNER_RAD / zoom)) ** 4
+    assert shares(shaded([(0, zoom)]))[0, 0] == pytest.approx(expected, rel=2e-4)
+    assert expected == pytest.approx({1.0: 0.570, 2.0: 0.855, 8.0: 0.990}[zoom], abs=1e-3)
+
+
+@pytest.mark.parametrize("zoom", [1.0, 8.0])
+def test_rims_take_their_share_in_the_pictures_corners_at_any_zoom(zoom: float) -> None:
+    assert shares(shaded([(0, zoom)], cos4=False, vignetting=0.3))[0, 0] == pytest.approx(0.7, rel=2e-4)
+
+
+def test_falloff_follows_a_zoom_from_frame_to_frame() -> None:
+    """In frames, their means and variances, and the light that noise is worth, in any order."""
+    renderer = shaded([(0, 1.0), (2, 4.0)])
+    for frame, zoom in ((2, 4.0), (0, 1.0), (1, 2.0)):
+        expected = np.cos(np.arctan(CORNER_RAD / zoom)) ** 4
+        assert shares(renderer, frame)[0, 0] == pytest.approx(expected, rel=2e-4)
+        middle, aside = (renderer.noise(frame)(5.0, Box(x, y, 1, 1)) for x, y in ((47.5, 31.5), (0.0, 0.0)))
+        assert aside / middle == pytest.approx(1 / expected, rel=2e-4)
+        mean = renderer.levels(frame, {})
+        np.testing.assert_allclose(mean, renderer.sensor.mean(renderer.light(frame), frame), rtol=1e-5)
+        off = (renderer.frame(frame)[0].image - mean) / np.sqrt(renderer.variance(frame))
+        assert np.std(off) == pytest.approx(1.0, rel=0.05)
+        assert np.abs(off).max() < 6
