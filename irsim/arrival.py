@@ -22,7 +22,7 @@ def arriving(sprite: Sprite, sight: Sight, name: str | None = None) -> Sprite:
         sprite = sprite._replace(contrast=sprite.contrast * factor)
     if air.is_clear:
         return sprite
-    tau, light = air.path(stage.band, sprite.range_m, elevation_rad(sprite, sight))
+    tau, light = air.path(stage.band, sprite.range_m, elevation_rad(sprite, sight), sight.climbed_m)
     own, added = tau * sprite.emission, light * sprite.alpha
     arrived = own + added
     total = arrived.sum()

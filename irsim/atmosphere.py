@@ -83,13 +83,16 @@ class Atmosphere(Part):
         """Does nothing weaken light, and nothing in the air shine?"""
         return self.preset == "none" and self.rain_mm_h == 0 and self.fog_visibility_km is None
 
-    def path(self, band: Band, range_m: float | Floats, elevation_rad: float | Floats = 0.0) -> tuple[Floats, Floats]:
-        """(transmittance, light of the path in W/m2/sr) from the camera to a range, m, at an elevation, rad.
+    def path(
+        self, band: Band, range_m: float | Floats, elevation_rad: float | Floats = 0.0, climbed_m: float = 0.0
+    ) -> tuple[Floats, Floats]:
+        """(transmittance, light of the path in W/m2/sr) from the camera to a range, m, at an elevation, rad; from
+        `climbed_m` above its height, where it is carried.
 
         Arrays broadcast; each element costs some 40 steps, so pictures are better asked for at a few nodes.
         """
         along, elevation = np.broadcast_arrays(np.asarray(range_m) * 1e-3, elevation_rad)
-        return self._path(band, along, elevation, _STEPS)
+        return self._path(band, along, elevation, _STEPS, climbed_m)
 
     def transmittance(self, band: Band, range_m: float | Floats, elevation_rad: float | Floats = 0.0) -> Floats:
         """Transmittance from the camera to a range, m, at an elevation, rad."""
@@ -172,15 +175,15 @@ class Atmosphere(Part):
                 ("preset",), f"transmittance is fitted to {name}, not to {low:g} to {high:g} um: that of {name} is used"
             )
 
-    def beyond(self, range_m: float, elevation_rad: float) -> str | None:
-        """Why a path lies beyond the fit; None where it does not."""
+    def beyond(self, range_m: float, elevation_rad: float, climbed_m: float = 0.0) -> str | None:
+        """Why a path, as of `path`, lies beyond the fit; None where it does not."""
         if self.preset == "none":
             return None
         shortest, longest = FIT_KM
         along = range_m * 1e-3
         if not shortest <= along <= longest:
             return f"a range of {along:.3g} km lies beyond the fitted {shortest:g} to {longest:g} km"
-        stations, heights = self._stations(np.asarray(along), np.asarray(elevation_rad), _STEPS)
+        stations, heights = self._stations(np.asarray(along), np.asarray(elevation_rad), _STEPS, climbed_m)
         share = _amount(stations, heights, self._climate.gas_km)[-1] / along
         if abs(share - 1) > THINNED:
             top = max(heights) * 1e3
@@ -194,17 +197,19 @@ class Atmosphere(Part):
     def _climate(self) -> Climate:
         return CLIMATES["us_standard" if self.preset == "none" else self.preset]
 
-    def _stations(self, along: Floats, elevation: Floats, steps: int) -> tuple[Floats, Floats]:
+    def _stations(self, along: Floats, elevation: Floats, steps: int, climbed_m: float = 0.0) -> tuple[Floats, Floats]:
         """(..., steps + 1) km each: places along paths, close together near the camera, and their heights."""
         places = along[..., None] * _shares(steps)
-        base = _EARTH_KM + self.altitude_m * 1e-3
+        base = _EARTH_KM + (self.altitude_m + climbed_m) * 1e-3
         rise = np.sin(elevation)[..., None]
         # The distance from the Earth's middle less its radius, without the difference of large numbers.
         square = places * (places + 2 * base * rise) + base**2 - _EARTH_KM**2
         return places, np.maximum(square / (np.sqrt(square + _EARTH_KM**2) + _EARTH_KM), 0.0)
 
-    def _path(self, band: Band, along: Floats, elevation: Floats, steps: int) -> tuple[Floats, Floats]:
-        places, heights = self._stations(along, elevation, steps)
+    def _path(
+        self, band: Band, along: Floats, elevation: Floats, steps: int, climbed_m: float = 0.0
+    ) -> tuple[Floats, Floats]:
+        places, heights = self._stations(along, elevation, steps, climbed_m)
         total = self.depth(band, _amount(places, heights, self._climate.gas_km), _amount(places, heights, AEROSOL_KM))
         if self.rain_mm_h:
             total = total + rain_extinction(self.rain_mm_h) * _below(places, heights, RAIN_TOP_KM)

@@ -24,7 +24,7 @@ from irsim.detector import (
     White,
 )
 from irsim.display import AGCS, Agc, Linear, Plain
-from irsim.falloff import Falloff
+from irsim.falloff import Falloff, Shade
 from irsim.faults import FAULTS, Fault, arrivals
 from irsim.geometry import Geometry
 from irsim.kinds import Part, ScaleKelvin, Several, Switches
@@ -34,7 +34,7 @@ from irsim.optics import Lens
 from irsim.presets import PRESETS, Preset
 from irsim.radiometry import band_fault
 from irsim.smear import Smear
-from irsim.types import BandName
+from irsim.types import BandName, Floats
 
 Side = Annotated[int, Field(ge=16, le=4096)]
 
@@ -189,9 +189,14 @@ class Camera(Part):
         """Noise-equivalent temperature difference at 300 K, mK: sigma of the pixel's noise over its rise per kelvin."""
         return self.response().netd_mk
 
-    def sensor(self, seed: int, is_on: Callable[[str], bool] = lambda name: True) -> Sensor:
-        """The detector with the noise terms whose names are switched on, in a scene of that seed."""
-        falloff = self.falloff.transmittance(self.geometry) if self.falloff and is_on("falloff") else None
+    def sensor(
+        self, seed: int, is_on: Callable[[str], bool] = lambda name: True, zooms: Floats | None = None
+    ) -> Sensor:
+        """The detector with the noise terms whose names are switched on, in a scene of that seed.
+
+        zooms  (n,) how many times longer than at first the focal length is in each frame; where not given, as long
+        """
+        falloff = Shade(self.falloff, self.geometry, zooms) if self.falloff and is_on("falloff") else None
         return Sensor(
             response=self.response(),
             noises=tuple(noise for noise in self.noise if is_on(noise.name)),

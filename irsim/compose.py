@@ -25,7 +25,8 @@ class Piece(NamedTuple):
     """A sprite in the scene. `tracked` says whether truth is wanted of it: targets, not occluders.
 
     first_m: how far it is from the camera's first place, where the camera is not there any more: what stands all around
-    that place at a range hides what is farther from it.
+    that place at a range hides what is farther from it. The air before it is that of the sprite's range, from the
+    camera.
     """
 
     name: str

@@ -71,14 +71,14 @@ class _Scene:
             return None
         if wanted < 0 and found > ENOUGH * wanted:
             return f"{found:.3g} is the most, as darker than without any light it cannot be"
-        return None if self.scenario.background.noisy else self._cut_off(light, sprite.box)
+        return None if self.scenario.background.noisy else self._cut_off(light, sprite.box, frame)
 
-    def _cut_off(self, light: Floats, box: Box) -> str | None:
+    def _cut_off(self, light: Floats, box: Box, frame: int) -> str | None:
         """How much of what a box stands out by is left at the ends of the counts' scale, where that is too little."""
         sensor = self.renderer.sensor
         response = sensor.response
-        whole = stands_out(response.signal(light if sensor.falloff is None else light * sensor.falloff), box)
-        full = np.minimum(sensor.held(light), np.float32(response.top))
+        whole = stands_out(response.signal(light if sensor.falloff is None else light * sensor.falloff(frame)), box)
+        full = np.minimum(sensor.held(light, frame), np.float32(response.top))
         ends = {"full": full, "at count 0": np.maximum(full, np.float32(response.bottom))}
         for what, held in ends.items():
             left = stands_out(held, box)

@@ -41,13 +41,13 @@ class Renderer:
         self.layers = [farthest, *(layer for layer in nearer if scenario.is_on(layer.name))]
         self.film = cast(Filmed, farthest) if scenario.background.noisy else None
         self.occluders = [occluder for occluder in shown.occluders if scenario.is_on(occluder.name)]
-        self.sensor = camera.sensor(scenario.seed, scenario.is_on)
         self.lag = camera.lag(scenario.is_on)
         self._held: tuple[int, Counts] | None = None
         self._asked = lru_cache(maxsize=2)(self._asked_for)
         exposed = camera.smeared_ms * 1e-3 * camera.rate_hz
         nodes = camera.smear.nodes(exposed) if camera.smear is not None and scenario.is_on("smear") else SHARP
         self.now = Instant.of(shown, self.stage)
+        self.sensor = camera.sensor(scenario.seed, scenario.is_on, self.now.mount.zooms)
         self.exposure = [
             (share, self.now if offset == 0 else Instant.of(shown, self.stage, offset)) for share, offset in nodes
         ]
@@ -158,7 +158,8 @@ class Renderer:
             light, pieces = laid(index)
             return self.film.put_into(light, index, uncovered(pieces, light))
         lag = self.scenario.camera.lag(self.scenario.is_on)  # its own: what it keeps is that of these targets
-        return self.sensor.mean(lag.light(self.sensor.shown(index), lambda frame: laid(frame)[0]))
+        shown = self.sensor.shown(index)
+        return self.sensor.mean(lag.light(shown, lambda frame: laid(frame)[0]), shown)
 
     def _laid(self, index: int, pieces: Iterable[Piece], out: Floats | None = None) -> tuple[Floats, list[Seen]]:
         return compose(self._layers(index), pieces, self.now.gaze(index), self.stage.band, self.noise(index), out)
@@ -214,7 +215,8 @@ class Renderer:
         standing = self._exposed(lambda instant: [each.draw(instant.sight(index)) for each in self.occluders])
         for occluder, sprite in zip(self.occluders, standing, strict=True):
             if sprite is not None:
-                yield Piece(occluder.name, arriving(sprite, sight), tracked=False)
+                first_m = occluder.range_m if sight.carried else None
+                yield Piece(occluder.name, arriving(sprite, sight), tracked=False, first_m=first_m)
 
     def _exposed(self, draw: Callable[[Instant], list[Sprite | None]]) -> list[Sprite | None]:
         """What the light of things is over the whole exposure."""

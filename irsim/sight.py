@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from irsim.geometry import Geometry
 from irsim.stage import Stage
-from irsim.types import Floats
+from irsim.types import Box, Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,13 +36,26 @@ class Sight:
 
     @cached_property
     def zoomed(self) -> Stage:
-        """The stage with the geometry of this frame."""
-        return self.stage if self.lens is self.stage.geometry else replace(self.stage, geometry=self.lens)
+        """The stage with the geometry and the blur of this frame."""
+        return self.stage if self.lens is self.stage.geometry else self.stage.zoomed(self.lens)
 
     @cached_property
     def carried(self) -> bool:
         """Whether the camera is elsewhere than at first."""
         return any(self.place.tolist())
+
+    @cached_property
+    def climbed_m(self) -> float:
+        """How much higher the camera is than at first, m."""
+        return -float(self.place @ self.stage.geometry.down) if self.carried else 0.0
+
+    def away_m(self, first: Box, range_m: float) -> float:
+        """How far the camera is now, m, from the middle of what the unmoved camera sees in a box `first`, `range_m`
+        away."""
+        if not self.carried:
+            return range_m
+        middle = self.stage.geometry.place(np.array([first.cx, first.cy]), range_m)
+        return float(np.linalg.norm(middle - self.place))
 
     def pixels(self, first: Floats, range_m: float) -> Floats:
         """(..., 2) px in this frame of what the unmoved camera sees at px `first` (..., 2), `range_m` away."""

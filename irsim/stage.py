@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Protocol
 
@@ -25,6 +26,10 @@ class Cast(Protocol):
 
     def standpoints(self, frames: Floats, stage: Stage) -> Floats:
         """(n, 3) m, first camera frame: where the camera is."""
+        ...
+
+    def zooms(self, frames: Floats, stage: Stage) -> Floats:
+        """(n,) how many times longer the camera's focal length is than at first."""
         ...
 
 
@@ -55,6 +60,16 @@ class Stage:
     def psf(self) -> PointSpread:
         """The point spread that targets and occluders are drawn with; backgrounds are blurred by `psf_px`."""
         return self.lens or GaussianSpread(self.psf_px)
+
+    def zoomed(self, geometry: Geometry) -> Stage:
+        """The same through a longer focal length. The optics blur as many px as before, at the same F-number; turbulent
+        air blurs by an angle, which is more px now."""
+        blur_rad, ifovs = self.air.turbulence.blur_rms(self.band), (geometry.ifov_rad, self.geometry.ifov_rad)
+        if blur_rad == 0:
+            return replace(self, geometry=geometry)
+        more_px = blur_rad * math.sqrt(max(ifovs[0] ** -2 - ifovs[1] ** -2, 0.0))
+        wider = self.lens and self.lens.wider(more_px)
+        return replace(self, geometry=geometry, psf_px=math.hypot(self.psf_px, more_px), lens=wider)
 
     @cached_property
     def surroundings(self) -> float:

@@ -268,7 +268,7 @@ def test_variance_of_a_scenario_is_that_of_its_frames_over_seeds(preset: str) ->
     if preset == "uncooled_lwir":
         text = text.replace("]}", "], netd_mk: 200}")  # well above a count
     scenario = loads(text, overrides=["without=[bad_pixels]"])
-    mean = Renderer(scenario).sensor.mean(Renderer(scenario).light(3))
+    mean = Renderer(scenario).sensor.mean(Renderer(scenario).light(3), 3)
     squares = np.mean(
         [(Renderer(loads_seed(scenario, seed)).frame(3)[0].image - mean) ** 2.0 for seed in range(300)], axis=0
     )

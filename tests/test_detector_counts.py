@@ -85,7 +85,7 @@ def test_noise_of_counts_is_the_stated_sigma() -> None:
     variance = (0.5 * slope("mwir", 300.0) * gain) ** 2 + 1 / 12  # rounding adds 1/12
     assert found.var() == pytest.approx(variance, rel=4.5 * np.sqrt(2 / N))
     np.testing.assert_allclose(camera.variance(light, 0), variance, rtol=1e-6)
-    assert found.mean() == pytest.approx(camera.mean(light)[0, 0], abs=4.5 * np.sqrt(variance / N))
+    assert found.mean() == pytest.approx(camera.mean(light, 0)[0, 0], abs=4.5 * np.sqrt(variance / N))
 
 
 def test_patterns_add_up_and_broadcast() -> None:

@@ -121,7 +121,7 @@ def test_netd_measured_on_frames_is_the_stated_one(preset: str) -> None:
     read = camera.sensor(3)
     cold, here, warm = (np.full(SHAPE, radiance(camera.band, kelvin), np.float32) for kelvin in (299.0, 300.0, 301.0))
     first, second = (read.expose(here, index).astype(np.float64) for index in (0, 1))
-    rise = float((read.mean(warm) - read.mean(cold)).mean()) / 2
+    rise = float((read.mean(warm, 0) - read.mean(cold, 0)).mean()) / 2
     measured = (first - second).std() / math.sqrt(2) / rise * 1e3
     assert measured == pytest.approx(camera.netd(), rel=4.5 / math.sqrt(2 * N))
 
@@ -172,7 +172,7 @@ def test_variance_of_counts_is_shot_and_read_noise_and_rounding() -> None:
     expected = (electrons + 900**2) / gain**2 + 1 / 12
     np.testing.assert_allclose(camera.variance(light, 0), expected, rtol=1e-6)
     frames = np.stack([camera.expose(light, index) for index in range(400)]).astype(np.float64)
-    ratio = ((frames - camera.mean(light)) ** 2).mean(axis=0) / expected
+    ratio = ((frames - camera.mean(light, 0)) ** 2).mean(axis=0) / expected
     assert ratio.mean() == pytest.approx(1, abs=4.5 * math.sqrt(2 / (400 * 500)))
 
 
@@ -260,7 +260,8 @@ def test_shot_noise_alone_is_the_same_frame_anywhere() -> None:
 def test_a_spent_light_gives_the_same_counts_as_one_that_is_kept(falls_off: bool) -> None:
     camera = sensor()
     if falls_off:
-        camera = replace(camera, falloff=np.linspace(0.5, 1, 21 * 31, dtype=np.float32).reshape(21, 31))
+        share = np.linspace(0.5, 1, 21 * 31, dtype=np.float32).reshape(21, 31)
+        camera = replace(camera, falloff=lambda index: share)
     light = light_of(camera, 1e6, (21, 31)) * np.linspace(0, 1, 31, dtype=np.float32)
     kept, spent = light.copy(), light.copy()
     np.testing.assert_array_equal(camera.expose(spent, 2, spent=True), camera.expose(kept, 2))

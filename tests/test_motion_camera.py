@@ -144,6 +144,20 @@ class TestPointings:
         seen = mount.seen(leader.positions(np.arange(60.0), scene, "leader"))
         np.testing.assert_allclose(seen, np.tile(place or GEOMETRY.principal, (60, 1)), atol=1e-6)
 
+    @pytest.mark.parametrize("place", [None, [20.0, 100.0], [100.0, 60.0]])
+    def test_it_keeps_a_target_where_it_is_told_whatever_the_zoom(self, place: list[float] | None) -> None:
+        leader = path(**LEADER)
+        motions = (
+            motion("zoom", factors=[[10, 1.0], [40, 4.0]]),
+            motion("tracks", lag_s=0.0, place_px=place),
+            motion("zoom", factors=[[0, 1.0], [20, 2.0]]),
+        )
+        scene = Stage(0, GEOMETRY, 30.0, "mwir", 0.6, Company({"leader": leader}, motions))
+        mount = Mount.of(motions, np.arange(60.0), scene)
+        assert mount.zooms[-1] == pytest.approx(8.0)
+        seen = mount.seen(leader.positions(np.arange(60.0), scene, "leader"))
+        np.testing.assert_allclose(seen, np.tile(place or GEOMETRY.principal, (60, 1)), atol=1e-6)
+
     def test_it_lags_by_its_time(self) -> None:
         leader = path(kind="straight", start=[79.5, 59.5], speed=2.0)
         scene = Stage(0, Geometry((160, 120), 5e-4), 30.0, "mwir", 0.6, Company({"leader": leader}, ()))

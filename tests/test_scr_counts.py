@@ -100,7 +100,7 @@ def test_where_the_lens_darkens_noise_is_more_light() -> None:
 def test_noise_as_light_raises_the_signal_by_one_sigma_without_light_too(preset: str) -> None:
     sensor, box = Renderer(scene({"preset": preset}, 300.0)).sensor, Box(189.5, 151.5, 1, 1)
     equivalent, response = sensor.equivalent(0), sensor.response
-    passed = 1.0 if sensor.falloff is None else float(sensor.falloff[152, 190])
+    passed = 1.0 if sensor.falloff is None else float(sensor.falloff(0)[152, 190])
     for light in (0.0, 1e-9, 1e-3, 5.0):
         before, after = (response.at(passed * of) for of in (light, light + equivalent(light, box)))
         assert (after - before) ** 2 == pytest.approx(equivalent.variance.within(before, response), rel=1e-6)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -24,7 +24,7 @@ class Sensor:
     """A response and its noise terms, in a camera and a scene.
 
     rate_hz of the camera; seed of the scene; bloom of saturated pixels; correction, when the camera
-    corrects itself; falloff (rows, cols) float32, the share of light that the lens lets through.
+    corrects itself; falloff of a frame, (rows, cols) float32, the share of light that the lens lets through.
     """
 
     response: Response
@@ -33,7 +33,7 @@ class Sensor:
     seed: int
     bloom: Bloom | None = None
     correction: Correction | None = None
-    falloff: Floats | None = None
+    falloff: Callable[[int], Floats] | None = None
     _steady: Sum = field(default_factory=Sum, init=False, repr=False)
 
     def shown(self, index: int) -> int:
@@ -59,7 +59,7 @@ class Sensor:
         moment = self.moment(index, picture.shape)
         own = picture if spent else scratch(picture.shape, "signal")
         if begin == 0 < end:
-            self.held(picture, own, self._gain(moment))
+            self.held(picture, index, own, self._gain(moment))
         elif not spent:
             np.copyto(own, picture)
         for noise in self.noises[max(begin, 1) - 1 : max(end, 1) - 1]:
@@ -106,18 +106,19 @@ class Sensor:
         all_of_them = lasting if steady is None else [*lasting, (steady, 1.0)]
         return [(np.ascontiguousarray(pattern), weight * self.response.noise) for pattern, weight in all_of_them]
 
-    def mean(self, light: Floats) -> Floats:
-        """(rows, cols): the noiseless counts of a light before they are rounded and clipped; float64 of float64."""
-        return self._counts(self.held(light))
+    def mean(self, light: Floats, index: int) -> Floats:
+        """(rows, cols): the noiseless counts of a light at a frame before they are rounded and clipped; float64 of
+        float64."""
+        return self._counts(self.held(light, index))
 
     def variance(self, light: Floats, index: int, fixed: bool = True) -> Floats:
-        """(rows, cols) float64, counts^2: the noise of each pixel about `mean(light)`, rounding's 1/12 with it.
+        """(rows, cols) float64, counts^2: the noise of each pixel about `mean(light, index)`, rounding's 1/12 with it.
 
         The mean square over all draws of the seed, noise terms being independent (also of an offset that is the
         same in all draws, such as that of odd and even rows); without `fixed`, what changes from frame to frame only.
         Infinite where a pixel says nothing of the light: dead, or saturated.
         """
-        signal, moment = self.held(light), self.moment(index, light.shape)
+        signal, moment = self.held(light, index), self.moment(index, light.shape)
         variance = np.full(light.shape, 1 / 12)
         for noise in self.noises:
             variance += noise.variance(signal, self.response, moment, fixed) / self.response.gain**2
@@ -130,16 +131,17 @@ class Sensor:
         """The noise of a frame's pixels, but for bad ones, as light: of all terms together, without rounding."""
         moment = self.moment(index, (1, 1))
         variance = Variance.together(noise.share(moment, True) for noise in self.noises)
-        return Equivalent(self.response, variance, self.falloff)
+        return Equivalent(self.response, variance, self.falloff and self.falloff(index))
 
-    def held(self, light: Floats, out: Floats | None = None, gain: Floats | None = None) -> Floats:
-        """What pixels hold of `light`, (rows, cols) in W/m2/sr, before anything is read; in `out`, where it is given.
+    def held(self, light: Floats, index: int, out: Floats | None = None, gain: Floats | None = None) -> Floats:
+        """What pixels hold of `light`, (rows, cols) in W/m2/sr, at a frame, before anything is read; in `out`, where
+        that is given.
 
         gain (rows, cols), by what share each pixel answers more to light.
         """
         if self.falloff is not None:
             buffer = scratch(light.shape, "light") if light.dtype == np.float32 else None
-            light = np.multiply(light, self.falloff, out=buffer)
+            light = np.multiply(light, self.falloff(index), out=buffer)
         if self.bloom is None:
             return self.response.signal(light, out, gain, self.response.well)
         signal = self.response.signal(light, out, gain)

@@ -24,12 +24,14 @@ def long_paths(scenario: Scenario) -> Iterator[Notice]:
         return
     frames = watched(scenario.frames)
     places = stage.cast.standpoints(frames, stage)
+    climbs = -places @ stage.geometry.down
     for index, target in enumerate(scenario.targets):
         sight = target.path.positions(frames, stage, target.id) - places
         ranges = np.linalg.norm(sight, axis=-1)
         rises = -sight @ stage.geometry.down
-        for k in (ranges.argmin(), ranges.argmax(), rises.argmin(), rises.argmax()):
-            why = stage.air.beyond(float(ranges[k]), float(np.arcsin(np.clip(rises[k] / ranges[k], -1, 1))))
+        for k in (end for of in (ranges, rises, climbs) for end in (of.argmin(), of.argmax())):
+            elevation = float(np.arcsin(np.clip(rises[k] / ranges[k], -1, 1)))
+            why = stage.air.beyond(float(ranges[k]), elevation, float(climbs[k]))
             if why is not None:
                 yield Notice(("targets", index, "path"), f"frame {frames[k]:.0f}: {why}")
                 break

@@ -23,7 +23,7 @@ class Jitter(Pointing):
     """
 
     rms_px: NotNegative = 0.5
-    """Root mean square of each axis, px."""
+    """Root mean square of each axis, px at zoom 1: an angle, which a zoom shows larger."""
     correlation_s: Positive = 0.1
     """Correlation time, s."""
 

@@ -33,8 +33,7 @@ class Mount:
         """What the motions make together: turns and ways add up, zooms multiply."""
         frames = np.asarray(frames, dtype=np.float64)
         turns = np.sum([np.zeros((len(frames), 3)), *(motion.turns(frames, stage) for motion in motions)], axis=0)
-        zooms = np.prod([np.ones(len(frames)), *(motion.zooms(frames, stage) for motion in motions)], axis=0)
-        return cls(stage.geometry, turns, standpoints(motions, frames, stage), zooms)
+        return cls(stage.geometry, turns, standpoints(motions, frames, stage), zooms(motions, frames, stage))
 
     def lens(self, index: int) -> Geometry:
         """The geometry of frame `index`, zoomed."""
@@ -73,6 +72,12 @@ def standpoints(motions: Sequence[Pointing], frames: Floats, stage: Stage) -> Fl
     return np.asarray(np.sum([np.zeros((len(frames), 3)), *ways], axis=0))
 
 
+def zooms(motions: Sequence[Pointing], frames: Floats, stage: Stage) -> Floats:
+    """(n,) how many times longer than at first the focal length is at frame numbers (n,)."""
+    frames = np.asarray(frames, dtype=np.float64)
+    return np.asarray(np.prod([np.ones(len(frames)), *(motion.zooms(frames, stage) for motion in motions)], axis=0))
+
+
 @dataclass(frozen=True, eq=False)
 class Company:
     """The Cast of a scenario: the paths of all its targets by name, and the camera's motions that are on."""
@@ -85,3 +90,6 @@ class Company:
 
     def standpoints(self, frames: Floats, stage: Stage) -> Floats:
         return standpoints(self.motions, frames, stage)
+
+    def zooms(self, frames: Floats, stage: Stage) -> Floats:
+        return zooms(self.motions, frames, stage)

@@ -40,14 +40,17 @@ class Tracks(Pointing):
         world = seen @ geometry.rotation(np.zeros(3)).T @ geometry.world_rotation(np.zeros(3))
         azimuth, elevation = _angles(world)
         place = geometry.principal if self.place_px is None else np.asarray(self.place_px)
-        aside, above = _angles(geometry.directions(place)[None])
+        # Where the first lens would see what the zoomed one of each frame sees at the place.
+        nearer = 1 - 1 / stage.cast.zooms(frames, stage)
+        directions = geometry.directions(place + nearer[:, None] * (geometry.principal - place))
+        aside, above = _angles(directions)
         # The place's own direction from the axis: exact at the axis, and off it within a level camera's
-        # second order; two rounds of what is left over make it exact anywhere in the picture.
+        # second order; three rounds of what is left over make it exact anywhere in the picture.
         turns = np.stack([azimuth - aside, elevation - above - geometry.elevation_rad, np.zeros(len(frames))], axis=-1)
         turns[:, 0] = np.unwrap(turns[:, 0])
         for _ in range(3):
             rotations = np.stack([geometry.world_rotation(turn) for turn in turns])
-            now = _angles(np.einsum("nji,j->ni", rotations, geometry.directions(place)))
+            now = _angles(np.einsum("nji,nj->ni", rotations, directions))
             turns[:, 0] += _near(azimuth - now[0])
             turns[:, 1] += elevation - now[1]
         return turns

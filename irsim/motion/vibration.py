@@ -30,7 +30,7 @@ class Vibration(Pointing):
     """
 
     lines: Annotated[Several[Line], Field(min_length=1)] = ((12.0, 0.5, 0.5),)
-    """List of [Hz, amplitude in azimuth px, amplitude in elevation px]."""
+    """List of [Hz, amplitude in azimuth px, amplitude in elevation px], px at zoom 1."""
 
     def turns(self, frames: Floats, stage: Stage) -> Floats:
         hertz, *amplitudes = np.array(self.lines).T
@@ -49,7 +49,7 @@ class Shake(Pointing):
     """
 
     rms_px: NotNegative = 0.5
-    """Root mean square of each axis, px."""
+    """Root mean square of each axis, px at zoom 1: an angle, which a zoom shows larger."""
     spectrum: Annotated[Several[Node], Field(min_length=2)] = ((0.1, 1.0), (2.0, 1.0), (15.0, 0.02))
     """List of [Hz, power density]: straight lines between these, nothing outside."""
 

@@ -77,7 +77,8 @@ class Occluder(NamedKind):
 
     @abstractmethod
     def draw(self, sight: Sight) -> Sprite | None:
-        """The occluder as the camera sees it; None where it cannot be seen."""
+        """The occluder as the camera sees it, as far as its middle is from there (`sight.away_m`); None where it cannot
+        be seen."""
 
     def extent(self, stage: Stage) -> Box | None:
         """What holds all of it, px of the unmoved camera, in any frame; None where that is not known."""
@@ -147,11 +148,12 @@ def _drawn(occluder: Opaque, stage: Stage, lens: Geometry, rotation: bytes, plac
     if not np.isfinite(corners).all():
         return None
     box = bounds(corners)
-    window = within_sight(box, stage)
+    window = within_sight(box, sight.zoomed)
     if window is None:
         return None
     edges = [outline(points) for points in outlines]
     start, stop = (np.concatenate(ends) for ends in zip(*edges, strict=True))
     layer = np.repeat(np.arange(len(facets)), [len(points) for points in outlines])
     glow = stage.glow(np.array([kelvin for _, kelvin in facets]), occluder.emissivity)
-    return arrays_frozen(sprite(Outline((start, stop, layer), glow, box, window, stage.psf, occluder.range_m)))
+    away_m = sight.away_m(bounds(np.concatenate([points for points, _ in facets])), occluder.range_m)
+    return arrays_frozen(sprite(Outline((start, stop, layer), glow, box, window, sight.zoomed.psf, away_m)))

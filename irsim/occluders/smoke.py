@@ -91,7 +91,7 @@ class Smoke(Occluder):
         if not np.isfinite(middle).all():
             return None
         halves = zoom * np.array([wide, tall]) / 2 * scale
-        blurred = np.hypot(halves, stage.psf_px)
+        blurred = np.hypot(halves, sight.zoomed.psf_px)
         reach = (_REACH + self.billows * OUTERMOST) * blurred
         box = Box(float(middle[0]), float(middle[1]), float(2 * blurred[0]), float(2 * blurred[1]))
         window = within_sight(Box(box.cx, box.cy, float(2 * reach[0]), float(2 * reach[1])), stage)
@@ -105,7 +105,8 @@ class Smoke(Occluder):
         alpha = -np.expm1(-depth * profile)
         emission = alpha * stage.glow(kelvin, 1.0)
         center = (float(middle[0]), float(middle[1]))
-        return Sprite(x0, y0, alpha, alpha, emission, center, center, box, self.range_m, float(alpha.sum()))
+        away_m = sight.away_m(Box(float(x), float(y), 0.0, 0.0), self.range_m)
+        return Sprite(x0, y0, alpha, alpha, emission, center, center, box, away_m, float(alpha.sum()))
 
     def _fields(self, u: Floats, v: Floats, halves: Floats, seed: int, time: float) -> tuple[Floats, Floats | float]:
         """Optical depth, in that of its dense part, and temperature, K, at places in `halves` of its size, px."""

@@ -199,7 +199,7 @@ def _drawn(tree: Tree, stage: Stage, lens: Geometry, rotation: bytes, place: byt
     *crowns, trunk = (sight.pixels(points, tree.range_m) for points in (*corners, pieces.reshape(-1, 2)))
     points = np.concatenate([*crowns, trunk])
     box = bounds(points)
-    window = within_sight(box, stage) if np.isfinite(points).all() else None
+    window = within_sight(box, sight.zoomed) if np.isfinite(points).all() else None
     if window is None:
         return None
     grid = Grid.over(window)
@@ -217,7 +217,8 @@ def _drawn(tree: Tree, stage: Stage, lens: Geometry, rotation: bytes, place: byt
         fields = _before(fields, coverage(start, stop, np.repeat(light, 4, axis=0), grid.cells))
     middle = np.array([box.cx, box.cy])
     area = float(fields[0, 0].sum()) / grid.fine**2
-    drawn = spread(grid, as_changes(fields), (middle, middle), area, box, stage.psf, tree.range_m)
+    away_m = sight.away_m(bounds(np.concatenate([*corners, pieces.reshape(-1, 2)])), tree.range_m)
+    drawn = spread(grid, as_changes(fields), (middle, middle), area, box, sight.zoomed.psf, away_m)
     return arrays_frozen(drawn)
 
 

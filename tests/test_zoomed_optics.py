@@ -1,0 +1,129 @@
+"""What a zoom makes of the optics: the field's angle, and the blur of turbulent air."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from irsim.motion import POINTINGS
+from irsim.optics import Lens
+from irsim.optics.lens_spread import LensSpread
+from irsim.render import Renderer
+from irsim.scenario import Scenario
+from irsim.types import Box, Floats
+
+IFOV_MRAD = 0.1
+AIR = {"cn2": 1e-13, "path_m": 3000.0, "aperture_m": 0.1}
+POINT = {
+    "id": "one",
+    "shape": {"kind": "point", "temperature_k": 900.0, "area_m2": 1e-6},
+    "path": {"kind": "straight", "start": (47.5, 31.5), "speed": 0.0, "range_m": 3000.0},
+}
+
+
+def scene(zoom: float, turbulence: dict[str, Any], **changes: Any) -> Scenario:
+    camera = {"size": (96, 64), "netd_mk": 0.0, "ifov_mrad": IFOV_MRAD, **changes.pop("camera", {})}
+    camera["motion"] = [{"kind": "zoom", "factors": [(0, zoom)]}]
+    value = {
+        "frames": 3,
+        "camera": camera,
+        "atmosphere": {"turbulence": turbulence, "surroundings_k": 20.0},
+        "background": {"kind": "sky", "horizon_k": 20.0, "zenith_k": 20.0},
+        **changes,
+    }
+    return Scenario.model_validate(value)
+
+
+def spread_px2(light: Floats) -> float:
+    """Variance along rows of the places of light, px^2."""
+    columns = light.sum(axis=0, dtype=np.float64)
+    x = np.arange(len(columns))
+    middle = (x * columns).sum() / columns.sum()
+    return float(((x - middle) ** 2 * columns).sum() / columns.sum())
+
+
+@pytest.mark.parametrize("zoom", [1.0, 3.0, 8.0])
+def test_turbulent_air_blurs_targets_by_an_angle(zoom: float) -> None:
+    """By zoom times as many px as at first, beside the optics' 0.6 px and the pixel's 1/12 px^2."""
+    turbulent = scene(zoom, AIR, targets=[POINT])
+    blur_px = turbulent.air.turbulence.blur_rms("mwir") * zoom / (IFOV_MRAD * 1e-3)
+    found = spread_px2(Renderer(turbulent).scene(0)[0])
+    assert found == pytest.approx(0.6**2 + blur_px**2 + 1 / 12, rel=3e-3)
+    assert blur_px == pytest.approx(0.1036 * zoom, rel=1e-3)
+
+
+def seen(occluder: dict[str, Any], turbulence: dict[str, Any]) -> Floats:
+    return Renderer(scene(8.0, turbulence, occluders=[{"range_m": 3000.0, **occluder}])).scene(0)[0]
+
+
+def test_turbulent_air_blurs_occluders_as_it_does_targets() -> None:
+    """From pixel to pixel a wall's edge rises as a point's light falls on two pixels after each other. No edge of a
+    tree is as steep as in still air, and a puff of smoke is wider."""
+    wall = {"kind": "bar", "center_px": (147.5, 31.5), "size_px": (200, 200)}  # begins in the middle of the picture
+    assert spread_px2(np.diff(seen(wall, AIR), axis=1)) == pytest.approx(0.6**2 + 0.829**2 + 2 / 12, rel=3e-3)
+    tree = {"kind": "tree", "foot_px": (47.5, 60.0), "height_px": 50.0, "crown_px": (6.0, 6.0)}
+    still, turbulent = (float(np.abs(np.diff(seen(tree, air), axis=1)).max()) for air in ({}, AIR))
+    assert turbulent < 0.9 * still
+    puff = {"kind": "smoke", "center_px": (47.5, 31.5), "size_px": (0.1, 0.1)}
+    still, turbulent = (spread_px2(seen(puff, air)) for air in ({}, AIR))
+    assert turbulent > 2 * still
+
+
+def test_a_lens_blurs_as_many_px_at_any_zoom_and_the_air_more() -> None:
+    lens = Lens(f_number=4.0)
+    camera = {"optics": lens.model_dump(), "psf_px": 0.3}
+    still, turbulent = (Renderer(scene(8.0, air, camera=camera)) for air in ({}, AIR))
+    assert still.sight(0).zoomed.lens == still.stage.lens
+    assert still.sight(0).zoomed.psf_px == still.stage.psf_px
+    blur_px = turbulent.stage.air.turbulence.blur_rms("mwir") * 8 / (IFOV_MRAD * 1e-3)
+    seen, whole = turbulent.sight(0).zoomed, np.hypot(0.3, blur_px)
+    assert isinstance(seen.lens, LensSpread)
+    assert seen.lens.sigma_px == pytest.approx(whole)
+    assert seen.psf_px == pytest.approx(np.hypot(whole, lens.sigma_px("mwir")))
+
+
+def shares(renderer: Renderer, frame: int = 0) -> Floats:
+    """(rows, cols): what pixels hold of even light, over that in the middle."""
+    light = np.full((64, 96), 5.0, np.float32)
+    held, dark = (renderer.sensor.held(each, frame) for each in (light, 0 * light))
+    return np.asarray((held - dark) / (held - dark)[32, 48])
+
+
+def shaded(factors: list[tuple[float, float]], **falloff: Any) -> Renderer:
+    camera = {"ifov_mrad": 10.0, "netd_mk": 40.0, "bits": 16, "falloff": falloff}
+    even = scene(1.0, {}, camera=camera, background={"kind": "ground", "spread_k": 0.0})
+    zoom = POINTINGS.parse({"kind": "zoom", "factors": factors})
+    return Renderer(even.model_copy(update={"camera": even.camera.model_copy(update={"motion": (zoom,)})}))
+
+
+CORNER_RAD = 0.01 * np.hypot(47.5, 31.5)
+"""Tangent of the angle off the axis of the corner, by pixels of 10 mrad."""
+
+
+@pytest.mark.parametrize("zoom", [1.0, 2.0, 8.0])
+def test_cos4_goes_with_the_angle_at_which_the_zoomed_lens_sees_a_pixel(zoom: float) -> None:
+    expected = np.cos(np.arctan(CORNER_RAD / zoom)) ** 4
+    assert shares(shaded([(0, zoom)]))[0, 0] == pytest.approx(expected, rel=2e-4)
+    assert expected == pytest.approx({1.0: 0.570, 2.0: 0.855, 8.0: 0.990}[zoom], abs=1e-3)
+
+
+@pytest.mark.parametrize("zoom", [1.0, 8.0])
+def test_rims_take_their_share_in_the_pictures_corners_at_any_zoom(zoom: float) -> None:
+    assert shares(shaded([(0, zoom)], cos4=False, vignetting=0.3))[0, 0] == pytest.approx(0.7, rel=2e-4)
+
+
+def test_falloff_follows_a_zoom_from_frame_to_frame() -> None:
+    """In frames, their means and variances, and the light that noise is worth, in any order."""
+    renderer = shaded([(0, 1.0), (2, 4.0)])
+    for frame, zoom in ((2, 4.0), (0, 1.0), (1, 2.0)):
+        expected = np.cos(np.arctan(CORNER_RAD / zoom)) ** 4
+        assert shares(renderer, frame)[0, 0] == pytest.approx(expected, rel=2e-4)
+        middle, aside = (renderer.noise(frame)(5.0, Box(x, y, 1, 1)) for x, y in ((47.5, 31.5), (0.0, 0.0)))
+        assert aside / middle == pytest.approx(1 / expected, rel=2e-4)
+        mean = renderer.levels(frame, {})
+        np.testing.assert_allclose(mean, renderer.sensor.mean(renderer.light(frame), frame), rtol=1e-5)
+        off = (renderer.frame(frame)[0].image - mean) / np.sqrt(renderer.variance(frame))
+        assert np.std(off) == pytest.approx(1.0, rel=0.05)
+        assert np.abs(off).max() < 6
