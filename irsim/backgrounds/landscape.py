@@ -25,7 +25,7 @@ from irsim.backgrounds.base import (
 )
 from irsim.backgrounds.buildings import Buildings
 from irsim.backgrounds.clutter import Clutter
-from irsim.backgrounds.far import TALLEST, TYPICAL_MRAD, wooded
+from irsim.backgrounds.far import TALLEST, TREE_M, TYPICAL_MRAD, woods
 from irsim.backgrounds.fields import Betas, profile, spectral
 from irsim.backgrounds.hours import Hour, by_hour, typical
 from irsim.backgrounds.painting import Painting
@@ -111,12 +111,12 @@ class Landscape(Sky):
         sheet = whole.between(whole.horizon - high * 1e-3 / unit, np.inf)
         edge = self._edge(sheet, stage)
         kelvin, cover, below = self._ground(sheet, edge, stage)
-        row = self.trees[0] if self.trees else Trees()
-        trees_k, mean_px = typical(row.temperature_k, self.hour, "trees"), self.far_woods_mrad * 1e-3 / unit
-        (grown, filled), left = wooded(sheet, edge, (kelvin, cover), mean_px, row, trees_k, stage.seed)
-        country = Country(sky, self._laid("ground", sheet, filled, grown, stage))
+        far, glow = self._far_woods(sheet, edge, stage)
+        seen = cover * (1 - far)
+        ground = self._through(sheet, seen, kelvin, stage) + glow
+        country = Country(sky, self._laid("ground", sheet, (1 - cover) * (1 - far), ground, stage))
         lying = [
-            self._laid(name, sheet, left * part, warmth, stage)
+            self._laid(name, sheet, 1 - seen * part, self._through(sheet, seen * part, warmth, stage), stage)
             for name, part, warmth in self._lying(sheet, below, kelvin, stage)
         ]
         standing = [
@@ -180,11 +180,27 @@ class Landscape(Sky):
         kelvin = laid(field, sheet, below, 1.0, unit) + near * weaker * laid(field, sheet, below, NEARER, unit)
         return self.ground_k + self.spread_k * kelvin, cover, below
 
-    def _laid(self, name: str, sheet: Sheet, cover: Floats, kelvin: Floats, stage: Stage) -> Laid:
+    def _far_woods(self, sheet: Sheet, edge: Floats, stage: Stage) -> tuple[Floats | float, Floats | float]:
+        """What woods along the horizon cover, and their light as it arrives from where trees look as high as they do,
+        no nearer than the rows of trees, (rows, cols) each; 0 where there are none."""
+        if self.far_woods_mrad == 0:
+            return 0.0, 0.0
+        high_rad = self.far_woods_mrad * 1e-3
+        row = self.trees[0] if self.trees else Trees()
+        trees_k = typical(row.temperature_k, self.hour, "trees")
+        cover, kelvin = woods(sheet, edge, high_rad / stage.geometry.ifov_rad, row, trees_k, stage.seed)
+        away_m = max(TREE_M / high_rad, *(each.range_m for each in self.trees), 0.0)
+        return cover, stage.through(cover * radiance(stage.band, np.maximum(kelvin, 1.0)), cover, away_m, 0.0)
+
+    def _through(self, sheet: Sheet, cover: Floats, kelvin: Floats, stage: Stage) -> Floats:
+        """The light of what lies on the ground, (rows, cols), as it arrives."""
         light = cover * radiance(stage.band, np.maximum(kelvin, 1.0))
         down = (sheet.rows - sheet.horizon) * stage.geometry.ifov_rad
-        emission = stage.through(light, cover, *ground_path(self.camera_height_m, down[:, None]))
-        pictures = tuple(Panorama.on(sheet, part, stage.psf_px) for part in (1 - cover, emission))
+        return stage.through(light, cover, *ground_path(self.camera_height_m, down[:, None]))
+
+    def _laid(self, name: str, sheet: Sheet, left: Floats, emission: Floats, stage: Stage) -> Laid:
+        """left, emission  (rows, cols): what it leaves of the light behind it, and its own as it arrives"""
+        pictures = tuple(Panorama.on(sheet, part, stage.psf_px) for part in (left, emission))
         return Laid(name, Painting(pictures), self.camera_height_m)
 
 
