@@ -6,12 +6,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Protocol
 
-import numpy as np
-
 from irsim.atmosphere import Atmosphere
 from irsim.geometry import Geometry
 from irsim.optics import GaussianSpread, PointSpread
-from irsim.radiometry import radiance
+from irsim.radiometry import grey_body
 from irsim.shelf import Shelf
 from irsim.types import Band, Floats
 
@@ -64,7 +62,7 @@ class Stage:
 
     def glow(self, temperature_k: float | Floats, emissivity: float | Floats) -> Floats:
         """Radiance of a grey body, W/m2/sr: what it emits, and what it reflects of its surroundings."""
-        return np.asarray(emissivity * radiance(self.band, temperature_k) + (1 - emissivity) * self.surroundings)
+        return grey_body(self.band, temperature_k, emissivity, self.surroundings)
 
     def through(
         self, emission: Floats, alpha: Floats, range_m: float | Floats, elevation_rad: float | Floats
