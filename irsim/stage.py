@@ -33,7 +33,7 @@ NOTHING = Atmosphere()
 @dataclass(frozen=True)
 class Stage:
     """seed of the scene; geometry of the camera; rate_hz; band; psf_px, the optical blur's sigma in px, or
-    that of the Gaussian about as wide; cast, who else is in the scene (None: nobody); air, what is between
+    that of the Gaussian about as wide (see `psf`); cast, who else is in the scene (None: nobody); air, what is between
     (by default nothing); lens, the point spread where it is no Gaussian; ambient, the radiance in W/m2/sr of
     what is around where the air does not say; shelf, what other processes that render the
     scene have worked out."""
@@ -51,7 +51,7 @@ class Stage:
 
     @cached_property
     def psf(self) -> PointSpread:
-        """The point spread that targets and occluders are drawn with; backgrounds are blurred by `psf_px`."""
+        """The point spread that all is drawn with, but smoke and the sea's horizon: they have the width `psf_px`."""
         return self.lens or GaussianSpread(self.psf_px)
 
     @cached_property

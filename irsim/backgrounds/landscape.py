@@ -190,7 +190,7 @@ class Landscape(Sky):
         light = cover * radiance(stage.band, np.maximum(kelvin, 1.0))
         down = (sheet.rows - sheet.horizon) * stage.geometry.ifov_rad
         emission = stage.through(light, cover, *ground_path(self.camera_height_m, down[:, None]))
-        pictures = tuple(Panorama.on(sheet, part, stage.psf_px) for part in (1 - cover, emission))
+        pictures = tuple(Panorama.on(sheet, part, stage.psf) for part in (1 - cover, emission))
         return Laid(name, Painting(pictures), self.camera_height_m)
 
 

@@ -13,6 +13,7 @@ from pydantic import Field
 from irsim.atmosphere import Atmosphere
 from irsim.backgrounds.air import Below
 from irsim.backgrounds.base import FARTHEST, ClearLayer, Gaze, LandLight, Layer
+from irsim.backgrounds.blur import softened
 from irsim.backgrounds.fields import spectral
 from irsim.backgrounds.landscape import above
 from irsim.backgrounds.sky import Sky
@@ -175,9 +176,7 @@ class Water:
         if self._column is not None:
             tau, path = self._column.at(down)
             light = tau * light + path
-        if self._stage.psf_px:
-            light = cv2.GaussianBlur(light, (0, 0), self._stage.psf_px, borderType=cv2.BORDER_REPLICATE)
-        return np.asarray(light, dtype=np.float32)
+        return softened(np.asarray(light, dtype=np.float32), self._stage.psf)
 
     def _slopes(self, right: Floats, ahead: Floats, footprint: Floats, time: float) -> tuple[Floats, Floats, Floats]:
         """Slopes to the right and towards the camera, and the variance of what is too fine to be drawn."""
