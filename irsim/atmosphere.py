@@ -39,7 +39,8 @@ RAIN_TOP_KM = 3.0
 FOG_TOP_KM = 0.2
 """Height of fog above the sea, km: radiation and advection fog are some 50 to 300 m deep."""
 
-_EARTH_KM = 6371.0
+EARTH_KM = 6371.0
+"""Mean radius of the Earth, km (Moritz, Geodetic Reference System 1980, J. Geodesy 74 (2000) 128: R1 = 6371.0088)."""
 _TOP_KM = 40.0
 """Above this there is no air that counts."""
 HIGHEST_M = 20_000
@@ -119,9 +120,9 @@ class Atmosphere(Part):
     def _out(self, band: Band, elevation_rad: float | Floats) -> tuple[Floats, Floats]:
         """`path` to where there is no more air."""
         elevation = np.maximum(np.asarray(elevation_rad, dtype=np.float64), 0.0)
-        below = _EARTH_KM + self.altitude_m * 1e-3
+        below = EARTH_KM + self.altitude_m * 1e-3
         rise = below * np.sin(elevation)
-        to_top = np.sqrt(rise**2 + (_EARTH_KM + _TOP_KM) ** 2 - below**2) - rise
+        to_top = np.sqrt(rise**2 + (EARTH_KM + _TOP_KM) ** 2 - below**2) - rise
         return self._path(band, to_top, elevation, _SKY_STEPS)
 
     def surroundings(self, band: Band) -> float | None:
@@ -200,11 +201,11 @@ class Atmosphere(Part):
     def _stations(self, along: Floats, elevation: Floats, steps: int, climbed_m: float = 0.0) -> tuple[Floats, Floats]:
         """(..., steps + 1) km each: places along paths, close together near the camera, and their heights."""
         places = along[..., None] * _shares(steps)
-        base = _EARTH_KM + (self.altitude_m + climbed_m) * 1e-3
+        base = EARTH_KM + (self.altitude_m + climbed_m) * 1e-3
         rise = np.sin(elevation)[..., None]
         # The distance from the Earth's middle less its radius, without the difference of large numbers.
-        square = places * (places + 2 * base * rise) + base**2 - _EARTH_KM**2
-        return places, np.maximum(square / (np.sqrt(square + _EARTH_KM**2) + _EARTH_KM), 0.0)
+        square = places * (places + 2 * base * rise) + base**2 - EARTH_KM**2
+        return places, np.maximum(square / (np.sqrt(square + EARTH_KM**2) + EARTH_KM), 0.0)
 
     def _path(
         self, band: Band, along: Floats, elevation: Floats, steps: int, climbed_m: float = 0.0

@@ -89,6 +89,14 @@ def radiance(band: Band, temperature_k: float | Floats) -> Floats:
     return np.exp(np.interp(-1 / np.asarray(temperature_k), inverse_t, log_l))
 
 
+def grey_body(
+    band: Band, temperature_k: float | Floats, emissivity: float | Floats, surroundings: float | Floats
+) -> Floats:
+    """In-band radiance of an opaque grey body, W/m2/sr: what it emits at a temperature, K, and what it reflects of
+    surroundings of one radiance, W/m2/sr, 1 less its emissivity (Kirchhoff's law). Arrays broadcast."""
+    return np.asarray(emissivity * radiance(band, temperature_k) + (1 - emissivity) * surroundings)
+
+
 def temperature(band: Band, radiance: float | Floats) -> Floats:
     """Black-body temperature, K, of an in-band radiance, W/m2/sr (any shape): the inverse of `radiance`."""
     inverse_t, log_l = _table(band)

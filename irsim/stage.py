@@ -7,12 +7,10 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Protocol
 
-import numpy as np
-
 from irsim.atmosphere import Atmosphere
 from irsim.geometry import Geometry
 from irsim.optics import GaussianSpread, PointSpread
-from irsim.radiometry import radiance
+from irsim.radiometry import grey_body
 from irsim.shelf import Shelf
 from irsim.types import Band, Floats
 
@@ -40,7 +38,7 @@ NOTHING = Atmosphere()
 @dataclass(frozen=True)
 class Stage:
     """seed of the scene; geometry of the camera; rate_hz; band; psf_px, the optical blur's sigma in px, or
-    that of the Gaussian about as wide; cast, who else is in the scene (None: nobody); air, what is between
+    that of the Gaussian about as wide (see `psf`); cast, who else is in the scene (None: nobody); air, what is between
     (by default nothing); lens, the point spread where it is no Gaussian; ambient, the radiance in W/m2/sr of
     what is around where the air does not say; shelf, what other processes that render the
     scene have worked out."""
@@ -58,7 +56,7 @@ class Stage:
 
     @cached_property
     def psf(self) -> PointSpread:
-        """The point spread that targets and occluders are drawn with; backgrounds are blurred by `psf_px`."""
+        """The point spread that all is drawn with, but smoke and the sea's horizon: they have the width `psf_px`."""
         return self.lens or GaussianSpread(self.psf_px)
 
     def zoomed(self, geometry: Geometry) -> Stage:
@@ -79,7 +77,7 @@ class Stage:
 
     def glow(self, temperature_k: float | Floats, emissivity: float | Floats) -> Floats:
         """Radiance of a grey body, W/m2/sr: what it emits, and what it reflects of its surroundings."""
-        return np.asarray(emissivity * radiance(self.band, temperature_k) + (1 - emissivity) * self.surroundings)
+        return grey_body(self.band, temperature_k, emissivity, self.surroundings)
 
     def through(
         self, emission: Floats, alpha: Floats, range_m: float | Floats, elevation_rad: float | Floats

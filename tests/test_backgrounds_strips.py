@@ -11,6 +11,7 @@ from irsim.backgrounds import Ground
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.patches import Roads
 from irsim.backgrounds.texture import Tile, tile_shape
+from irsim.optics import GaussianSpread
 from irsim.types import Floats
 
 
@@ -32,7 +33,7 @@ def test_a_texture_is_as_large_as_its_frame(frame: tuple[int, int], shape: tuple
 def test_a_strip_sees_its_texture_however_it_is_turned(turn: tuple[float, float, float]) -> None:
     scene = stage(size=(2500, 16))
     texture = np.random.default_rng(1).normal(size=tile_shape((2500, 16))).astype(np.float32)
-    tile, chart = Tile.of(texture, (2500, 16), 0.5), gaze(scene, turn=turn).chart
+    tile, chart = Tile.of(texture, (2500, 16), GaussianSpread(0.5)), gaze(scene, turn=turn).chart
     expected = _wrapped(tile, chart, (0.0, 0.0))
     assert tile.at(*tile.places(chart, (0.0, 0.0))) == pytest.approx(expected, abs=0.15)
     assert np.std(tile.at(*tile.places(chart, (0.0, 0.0))) - expected) < 0.02 * np.std(expected)
@@ -43,7 +44,7 @@ def test_a_strip_sees_its_texture_however_it_is_turned(turn: tuple[float, float,
 def test_there_is_no_seam_where_a_texture_that_drifts_comes_in(size: tuple[int, int], axis: int) -> None:
     """The outermost nodes of the chart are just right of the texture's edge, the outermost pixels are still left."""
     texture = np.random.default_rng(1).normal(size=tile_shape(size)).astype(np.float32)
-    tile, chart = Tile.of(texture, size, 0.5), gaze(stage(size=size)).chart
+    tile, chart = Tile.of(texture, size, GaussianSpread(0.5)), gaze(stage(size=size)).chart
     shift = [0.0, 0.0]
     shift[axis] = float(chart.uv[axis].min()) + tile.phase[axis] - 0.01
     right, down = shift

@@ -81,6 +81,17 @@ def test_the_curve_of_electrons_follows_planck(band: tuple[float, float], tolera
     assert near[1] - near[0] == pytest.approx(rise, rel=2e-3)
 
 
+@pytest.mark.parametrize(
+    ("band", "above"), [((3.0, 5.0), (0.045, 0.12, 0.16, 0.18)), ((8.0, 12.0), (0.008, 0.019, 0.024, 0.027))]
+)
+def test_of_hot_bodies_the_curve_makes_too_many(band: tuple[float, float], above: tuple[float, ...]) -> None:
+    for kelvin, expected in zip((500.0, 1000.0, 2000.0, 6000.0), above, strict=True):
+        electrons = Electrons().flux_factor() * photons_by_quad(band, kelvin)
+        assert sensor(band=band).response.at(float(radiance(band, kelvin))) == pytest.approx(
+            electrons * (1 + expected), rel=0.005
+        )
+
+
 def test_electrons_grow_with_area_time_aperture_and_share() -> None:
     light = np.full((1, 1), radiance(INSB, 290.0), np.float32)
 

@@ -193,7 +193,7 @@ def test_switched_off_it_leaves_the_frames_of_none() -> None:
     assert not np.array_equal(Rendering(given).frame(1).image, Rendering(none).frame(1).image)
 
 
-def test_backgrounds_are_blurred_about_as_much() -> None:
+def test_smoke_and_the_sea_s_horizon_are_blurred_about_as_much() -> None:
     stage = scene({"kind": "point"}, optics={"f_number": 4.0, "pitch_um": 15.0, "wavelength_um": 4.2}).stage
     assert stage.psf_px == pytest.approx(math.hypot(0.2, 0.42 * WIDTH))
 

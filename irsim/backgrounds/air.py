@@ -12,6 +12,7 @@ from typing import Self
 import cv2
 import numpy as np
 
+from irsim.atmosphere import EARTH_KM
 from irsim.backgrounds.base import AirBefore, Changed, Gaze, Layer, Slices, in_air
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.drifting import Drifting
@@ -29,8 +30,6 @@ EVEN = 2e-4
 """Share of the greatest transmittance, and of the greatest light of the path, that may be missed there: of a body at
 300 K in LWIR 0.01 K."""
 
-EARTH_M = 6.371e6
-
 FARTHEST_M = 100_000.0
 """Ground is seen up to here at least, m: ranges up to here are plausible (`irsim.kinds`), and the air before it is all
 but opaque (of LWIR 0.01 passes, US standard, 23 km). On the round Earth it is seen as far from 780 m up."""
@@ -38,7 +37,7 @@ but opaque (of LWIR 0.01 passes, US standard, 23 km). On the round Earth it is s
 
 def horizon_m(height_m: float) -> float:
     """Range, m, of the round Earth's horizon from a height, m: a tangent's length."""
-    return math.sqrt(height_m * (2 * EARTH_M + height_m))
+    return math.sqrt(height_m * (2e3 * EARTH_KM + height_m))
 
 
 def ground_path(height_m: float, depression_rad: Floats) -> tuple[Floats, Floats]:

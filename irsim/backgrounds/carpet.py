@@ -11,10 +11,12 @@ import cv2
 import numpy as np
 
 from irsim.backgrounds.base import Gaze, Place
+from irsim.backgrounds.blur import blurred
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.plane import closed
-from irsim.backgrounds.texture import blurred
 from irsim.geometry import Geometry
+from irsim.optics import GaussianSpread, PointSpread
+from irsim.stage import Stage
 from irsim.types import Floats
 
 LEAST = 0.05
@@ -84,11 +86,21 @@ def _seen(level: Level, chart: Chart, place: Place) -> tuple[Floats, Floats, Flo
     return level.seen(chart, place)
 
 
+def _no_sharper(stage: Stage) -> PointSpread:
+    """The lens, with so much of a Gaussian beside it as makes it SOFT_PX wide."""
+    if stage.psf_px >= SOFT_PX:
+        return stage.psf
+    if isinstance(stage.psf, GaussianSpread):
+        return GaussianSpread(SOFT_PX)  # to the last bit
+    return stage.psf.wider(math.sqrt(SOFT_PX**2 - stage.psf_px**2))
+
+
 class Carpet:
     """Periodic textures (rows, cols) of one shape that lie on level ground together."""
 
-    def __init__(self, level: Level, textures: tuple[Floats, ...], psf_px: float) -> None:
-        self._level, self._textures, self._psf_px = level, textures, psf_px
+    def __init__(self, level: Level, textures: tuple[Floats, ...], stage: Stage) -> None:
+        self._level, self._textures = level, textures
+        self._psf, self._soft = stage.psf, _no_sharper(stage)
         self._softer: dict[int, list[Floats]] = {}
         self._kept: tuple[Floats, list[Floats]] | None = None
 
@@ -119,6 +131,6 @@ class Carpet:
     def _at(self, number: int) -> list[Floats]:
         """The textures, blurred for pixels that see 2^number of their texels across."""
         if number not in self._softer:
-            sigma = self._psf_px if number == 0 else max(self._psf_px, SOFT_PX) * 2**number
-            self._softer[number] = [closed(blurred(texture, sigma)) for texture in self._textures]
+            psf = self._soft if number else self._psf
+            self._softer[number] = [closed(blurred(texture, psf, 2**number)) for texture in self._textures]
         return self._softer[number]

@@ -156,8 +156,8 @@ class Ground(Background):
 
     def _lain(self, textures: tuple[Floats, ...], stage: Stage) -> Seen:
         """Periodic textures, (rows, cols), as they lie on the ground."""
-        geometry, psf_px = stage.geometry, stage.psf_px
+        geometry = stage.geometry
         if self.height_m is None:
-            return Painting(tuple(Tile.of(texture, geometry.size, psf_px) for texture in textures))
+            return Painting(tuple(Tile.of(texture, geometry.size, stage.psf) for texture in textures))
         rows, columns = textures[0].shape
-        return Carpet(Level(geometry, self.height_m, (rows, columns)), textures, psf_px)
+        return Carpet(Level(geometry, self.height_m, (rows, columns)), textures, stage)

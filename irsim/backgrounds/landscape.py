@@ -200,7 +200,7 @@ class Landscape(Sky):
 
     def _laid(self, name: str, sheet: Sheet, left: Floats, emission: Floats, stage: Stage) -> Laid:
         """left, emission  (rows, cols): what it leaves of the light behind it, and its own as it arrives"""
-        pictures = tuple(Panorama.on(sheet, part, stage.psf_px) for part in (left, emission))
+        pictures = tuple(Panorama.on(sheet, part, stage.psf) for part in (left, emission))
         return Laid(name, Painting(pictures), self.camera_height_m)
 
 

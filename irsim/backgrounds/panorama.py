@@ -7,9 +7,11 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from irsim.backgrounds.blur import softened
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.texture import Tile
 from irsim.geometry import Geometry
+from irsim.optics import GaussianSpread, PointSpread
 from irsim.types import Floats
 
 WIDE = 2048
@@ -19,7 +21,7 @@ AROUND = 256
 """How far above and below the first frame a panorama reaches, px; beyond, its last rows go on."""
 
 ROOM = 32
-"""What a thing's own rows are extended by, px: its blur ends within."""
+"""What a thing's own rows are extended by, px: a Gaussian blur ends within."""
 
 
 @dataclass(frozen=True)
@@ -60,12 +62,12 @@ class Panorama(Tile):
     top: float
 
     @classmethod
-    def on(cls, sheet: Sheet, picture: Floats, psf_px: float) -> Panorama:
-        """A picture on a sheet, blurred by the optics."""
-        soft = np.asarray(picture, dtype=np.float32)
-        if psf_px:
-            soft = np.asarray(cv2.GaussianBlur(soft, (0, 0), psf_px, borderType=cv2.BORDER_REPLICATE), np.float32)
-        return cls(sheet.shape, soft, (0.0, 0.0), float(sheet.columns[0]), float(sheet.rows[0]))
+    def on(cls, sheet: Sheet, picture: Floats, psf: PointSpread) -> Panorama:
+        """A picture on a sheet, as the lens shows it: with rows past its first and last for a lens with wings, whose
+        light would else go on there for ever."""
+        wings = 0 if isinstance(psf, GaussianSpread) else psf.reach_px
+        sharp = np.pad(np.asarray(picture, dtype=np.float32), [(wings, wings), (0, 0)], mode="edge")
+        return cls(sheet.shape, softened(sharp, psf), (0.0, 0.0), float(sheet.columns[0]), float(sheet.rows[0]) - wings)
 
     def places(self, chart: Chart, shift_px: tuple[float, float]) -> tuple[Floats, Floats]:
         """(rows, cols) float32 each: column and row of the picture that each pixel sees."""

@@ -13,9 +13,10 @@ from pydantic import Field
 from irsim.atmosphere import Atmosphere
 from irsim.backgrounds.air import Below
 from irsim.backgrounds.base import FARTHEST, ClearLayer, Gaze, LandLight, Layer
+from irsim.backgrounds.blur import softened
 from irsim.backgrounds.fields import spectral
 from irsim.backgrounds.landscape import above
-from irsim.backgrounds.sky import ClearSky, Sky
+from irsim.backgrounds.sky import Sky
 from irsim.backgrounds.waves import TILE, Octave, longest_wave, mixed, padded, sampled
 from irsim.kinds import Degrees, Fraction, Height, Kelvin, Number, Switches
 from irsim.radiometry import limits, radiance
@@ -112,8 +113,8 @@ class Sea(Sky):
         return lambda gaze: water.light(gaze)[1][water.sky_left(gaze) == 0]
 
     def layers(self, stage: Stage) -> Sequence[Layer]:
-        sky, *clouds = super().layers(stage)
-        water = Water(self, sky, stage)
+        _, *clouds = super().layers(stage)
+        water = Water(self, self.clear(stage), stage)
         return [water, *above(clouds, water)]
 
 
@@ -123,7 +124,7 @@ class Water:
     name = "sea"
     range_m = FARTHEST
 
-    def __init__(self, sea: Sea, sky: Layer, stage: Stage) -> None:
+    def __init__(self, sea: Sea, sky: ClearLayer, stage: Stage) -> None:
         self._sea, self._sky, self._stage = sea, sky, stage
         self._column = None if stage.air.is_clear else Below.to(stage, sea.camera_height_m)
         octaves = range(BANDS if longest_wave(sea.wind_m_s) >= SHORTEST_M else 0)
@@ -131,8 +132,7 @@ class Water:
         self._gusts = padded(spectral((TILE, TILE), 3.0, None, TILE / 8, 1.0, stage.seed, "gusts"))
         angles = np.linspace(0, np.pi / 2, STEPS)
         self._reflected = reflectance(stage.band, angles).astype(np.float32)[:, None]
-        above = sky.radiance(angles) if isinstance(sky, ClearSky) else np.zeros(STEPS)
-        self._heaven = above.astype(np.float32)[:, None]
+        self._heaven = sky.radiance(angles).astype(np.float32)[:, None]
         self._sunlight = 0.0 if sea.sun_deg is None else sunlight(stage.band, stage.air, sea.sun_deg[1])
 
     def sky_left(self, gaze: Gaze) -> Floats:
@@ -176,9 +176,7 @@ class Water:
         if self._column is not None:
             tau, path = self._column.at(down)
             light = tau * light + path
-        if self._stage.psf_px:
-            light = cv2.GaussianBlur(light, (0, 0), self._stage.psf_px, borderType=cv2.BORDER_REPLICATE)
-        return np.asarray(light, dtype=np.float32)
+        return softened(np.asarray(light, dtype=np.float32), self._stage.psf)
 
     def _slopes(self, right: Floats, ahead: Floats, footprint: Floats, time: float) -> tuple[Floats, Floats, Floats]:
         """Slopes to the right and towards the camera, and the variance of what is too fine to be drawn."""

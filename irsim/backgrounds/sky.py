@@ -16,6 +16,7 @@ from pydantic import Field
 from irsim.atmosphere import Atmosphere
 from irsim.backgrounds.air import through_air_around
 from irsim.backgrounds.base import FARTHEST, Background, Gaze, Layer, Names, Shells
+from irsim.backgrounds.blur import inner, margin_px
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.cloud import Look, Relief, slope_to_sun
 from irsim.backgrounds.drifting import Drifting
@@ -23,7 +24,7 @@ from irsim.backgrounds.evolving import Evolving, first_of
 from irsim.backgrounds.fields import Betas, Histogram, shaped, spectral
 from irsim.backgrounds.painting import Painting
 from irsim.backgrounds.parallax import Sphere, Standing
-from irsim.backgrounds.periodic import coarseness, inner_blur, reach_px, shrunk
+from irsim.backgrounds.periodic import coarseness, shrunk
 from irsim.backgrounds.texture import Tile, tile_shape, tile_side
 from irsim.backgrounds.tiles import Tiled
 from irsim.climate import ClimateName
@@ -166,7 +167,7 @@ class Clouds(Part):
             for what in ("thickness", "warmth")
         )
         painted = self.paint(thickness, warmth, stage)
-        tiles = tuple(Tile.of(field, geometry.size, stage.psf_px) for field in painted)
+        tiles = tuple(Tile.of(field, geometry.size, stage.psf) for field in painted)
         return Standing(self.id, Sphere(self.range_m), Painting(tiles, self._drift_px_s(geometry.ifov_rad)))
 
     def paint(self, thickness: Floats, warmth: Floats, stage: Stage) -> tuple[Floats, Floats]:
@@ -180,7 +181,7 @@ class Clouds(Part):
     def evolving(self, stage: Stage) -> Drifting:
         """The same of a cloud that changes with `evolve_s`, which must not be 0."""
         side = tile_side(stage.geometry.size)
-        reach = reach_px(stage.psf_px, side)
+        margin = margin_px(stage.psf, side)
         spectrum = self.beta, self.betas, self._correlation_px(stage), self.stretch
         coarse = self._coarse(stage)
 
@@ -202,11 +203,11 @@ class Clouds(Part):
             relief = None if slope is None else Relief.of(slope, coarse)
 
             def paint(*tile: slice) -> tuple[Floats, Floats]:
-                rows, columns = (slice(part.start - reach, part.stop + reach) for part in tile)
+                rows, columns = (slice(part.start - margin, part.stop + margin) for part in tile)
                 lit = None if relief is None else relief.lit(rows, columns)
                 thickness, warmth = mixture.over(rows, columns)
                 passed, emitted = look.paint(shaped(thickness, self.histogram), warmth, lit)
-                return inner_blur(passed, stage.psf_px, reach), inner_blur(emitted, stage.psf_px, reach)
+                return inner(passed, stage.psf, margin), inner(emitted, stage.psf, margin)
 
             return Tiled(side, look.brightest, paint, stage.shelf, (self.id, "tile", place))
 

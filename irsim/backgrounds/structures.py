@@ -104,7 +104,7 @@ class Canvas:
         mean = cv2.resize(self.kelvin * self.cover, size, interpolation=cv2.INTER_AREA) / np.maximum(cover, 1e-6)
         kelvin = np.maximum(mean + texture_k, 1.0)
         emission = stage.through(cover * radiance(stage.band, kelvin), cover, range_m, 0.0)
-        pictures = tuple(Panorama.on(self.sheet, np.asarray(part), stage.psf_px) for part in (1 - cover, emission))
+        pictures = tuple(Panorama.on(self.sheet, np.asarray(part), stage.psf) for part in (1 - cover, emission))
         return Standing(name, Cylinder(range_m), Painting(pictures))
 
 

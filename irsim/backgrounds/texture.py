@@ -7,7 +7,9 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from irsim.backgrounds.blur import blurred
 from irsim.backgrounds.chart import Chart
+from irsim.optics import PointSpread
 from irsim.types import Floats
 
 TILE = 1024
@@ -33,15 +35,13 @@ class Tile:
     """Where the map's (0, 0) lies between texels: so that a camera at rest sees texels, unblurred by interpolation."""
 
     @classmethod
-    def of(cls, texture: Floats, frame: tuple[int, int], psf_px: float) -> Tile:
-        """A texture (rows, columns), blurred by the optics, for frames of (columns, rows)."""
+    def of(cls, texture: Floats, frame: tuple[int, int], psf: PointSpread) -> Tile:
+        """A texture (rows, columns), as the lens shows it, for frames of (columns, rows)."""
         columns, rows = frame
         (high, wide), most = texture.shape, repeated_px(frame)
         margins = (most, most) if high == wide else (rows + ROOM, columns + ROOM)
         phase = (columns - 1) / 2 % 1, (rows - 1) / 2 % 1  # (0, 0) is the frame's middle
-        return cls(
-            (high, wide), np.pad(blurred(texture, psf_px), [(0, margin) for margin in margins], mode="wrap"), phase
-        )
+        return cls((high, wide), np.pad(blurred(texture, psf), [(0, margin) for margin in margins], mode="wrap"), phase)
 
     def places(self, chart: Chart, shift_px: tuple[float, float]) -> tuple[Floats, Floats]:
         """(rows, cols) float32 each: column and row of the texture that each pixel sees."""
@@ -60,14 +60,6 @@ class Tile:
     def at(self, columns: Floats, rows: Floats) -> Floats:
         """The texture at places between its pixels, linearly."""
         return np.asarray(cv2.remap(self.padded, columns, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP))
-
-
-def blurred(texture: Floats, sigma_px: float) -> Floats:
-    """A periodic texture after a Gaussian blur; its transform is exp(-2 pi^2 sigma^2 f^2)."""
-    rows, columns = texture.shape
-    square = np.fft.fftfreq(rows)[:, None] ** 2 + np.fft.rfftfreq(columns)[None, :] ** 2
-    passed = np.exp(-2 * np.pi**2 * sigma_px**2 * square)
-    return np.fft.irfft2(np.fft.rfft2(texture) * passed, s=texture.shape).astype(np.float32)
 
 
 def repeated_px(frame: tuple[int, int]) -> int:

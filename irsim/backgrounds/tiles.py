@@ -94,6 +94,7 @@ def _holds(near: tuple[int, int, Words, Words], column: int, row: int, width: in
 def _words(field: Floats, unit: float) -> Words:
     levels = field * np.float32(1 / unit)
     np.rint(levels, out=levels)
+    np.clip(levels, 0, GREATEST, out=levels)  # a sharp lens's kernel has values below 0
     return levels.astype(np.uint16)
 
 

@@ -15,6 +15,9 @@ Form = NewType("Form", object)
 Spread = NewType("Spread", object)
 """How the cells of a pixel spread over pixels, kept."""
 
+MOST_ADDED: int
+"""Arrays that `counts_of` adds to a signal, at most."""
+
 def normals(seed: bytes, table: Float32, pieces: Float32, deep: Float64, refined: int, out: Float32, /) -> None:
     """Fill `out` with unit normals from the table by the 16-bit words of an SFC64 generator of a seed of 32 bytes;
     those of the `refined` cells at either end are from `deep`, see `irsim.normal.deep_quantile`. `pieces` are of what
@@ -31,7 +34,7 @@ def signal_of(
 
 def counts_of(signal: Float32, out: Words, scale: float, offset: float, full: int, /, *added: Float32 | float) -> None:
     """out = scale (signal + sum of what is added) + offset, rounded to the nearest (halves to even), clipped to
-    0 .. full. Up to 8 arrays are added, each followed by its weight."""
+    0 .. full. Up to MOST_ADDED arrays are added, each followed by its weight."""
 
 def mixed(
     shares: tuple[float, ...],

@@ -41,13 +41,15 @@ static PyMethodDef methods[] = {
     {NULL, NULL, 0, NULL},
 };
 
-/* Which source it was made of, for whoever loads it: see irsim/compiled/loading.py. */
-static int tell_source(PyObject *kernels)
+/* Which source it was made of, for whoever loads it (see irsim/compiled/loading.py), and what callers must know. */
+static int tell(PyObject *kernels)
 {
+    if (PyModule_AddIntMacro(kernels, MOST_ADDED) < 0)
+        return -1;
     return PyModule_AddStringConstant(kernels, "SOURCE", SOURCE);
 }
 
-static PyModuleDef_Slot slots[] = {{Py_mod_exec, (void *)tell_source}, {0, NULL}};
+static PyModuleDef_Slot slots[] = {{Py_mod_exec, (void *)tell}, {0, NULL}};
 
 static PyModuleDef module = {
     .m_base = PyModuleDef_HEAD_INIT,

@@ -58,7 +58,6 @@ static void answer_twice(const float *light, const float *gain, float *out, Py_s
 }
 
 #define BLOCK 1024 /* pixels at a time: they stay in the first-level cache */
-#define MOST_ADDED 8
 
 /* What is added to a signal, and how it becomes counts. */
 typedef struct {

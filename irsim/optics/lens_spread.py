@@ -46,8 +46,8 @@ class LensSpread(PointSpread):
     def fwhm_px(self) -> float:
         return _fwhm_px(self)
 
-    def transfer(self, frequency: Floats) -> Floats:
-        """The transfer function at spatial frequencies, cycles a px (any shape)."""
+    def transfer(self, down: Floats, across: Floats) -> Floats:
+        frequency = np.hypot(down, across)
         total = np.zeros_like(frequency)
         for width, weight in self.colours:
             total += weight * diffraction(frequency * width)
@@ -117,7 +117,7 @@ def _form(spread: LensSpread) -> _Form:
     period = 2.0 * spread.reach_px
     highest = 1 / min(width for width, _ in spread.colours)
     frequencies = np.arange(math.floor(period * highest) + 1) / period
-    amplitudes = spread.transfer(np.hypot(frequencies[:, None], frequencies))
+    amplitudes = spread.transfer(frequencies[:, None], frequencies)
     pixels = np.arange(-spread.reach_px, spread.reach_px + 1.0)
     bare = _Form(period, frequencies, amplitudes)
     sums = bare.cosines(pixels).sum(axis=0)

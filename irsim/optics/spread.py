@@ -31,6 +31,11 @@ class PointSpread(ABC):
         """Full width at half maximum, px, of a point's light as pixels see it."""
 
     @abstractmethod
+    def transfer(self, down: Floats, across: Floats) -> Floats:
+        """The transfer function of the lens alone, without that of a pixel, at spatial frequencies along both axes,
+        cycles a px (arrays broadcast): what is left of a wave's amplitude, 1 at 0."""
+
+    @abstractmethod
     def share(self, rows: Floats, columns: Floats) -> Floats:
         """(n, m) share of a point's light on pixels whose centres lie `rows` (n,) px below, `columns` (m,) px right."""
 
@@ -62,6 +67,9 @@ class GaussianSpread(PointSpread):
     @property
     def fwhm_px(self) -> float:
         return fwhm_px(self.sigma_px)
+
+    def transfer(self, down: Floats, across: Floats) -> Floats:
+        return np.asarray(np.exp(-2 * np.pi**2 * self.sigma_px**2 * (down**2 + across**2)))
 
     def share(self, rows: Floats, columns: Floats) -> Floats:
         return np.outer(shares(rows, self.sigma_px), shares(columns, self.sigma_px))

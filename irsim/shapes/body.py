@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.kinds import Fraction, Kelvin, Length, suggestion
-from irsim.radiometry import radiance
+from irsim.radiometry import grey_body
 from irsim.shapes.base import Shape, View
 from irsim.shapes.joints import Rigid
 from irsim.shapes.mesh import Mesh, mesh
@@ -124,7 +124,7 @@ def _glow(body: Body, band: Band, surroundings: float) -> Floats:
     own = (_emissivity(body, solid) for solid in parts)
     others = (body.emissivities.get(_name(solid), body.emissivity) for solid in parts)
     emissivities = np.array([one if one is not None else other for one, other in zip(own, others, strict=True)])
-    return np.asarray(emissivities * radiance(band, temperatures) + (1 - emissivities) * surroundings)
+    return grey_body(band, temperatures, emissivities, surroundings)
 
 
 def draw_all(things: Sequence[tuple[Shape, View]]) -> list[Sprite | None]:

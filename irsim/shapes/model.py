@@ -14,7 +14,7 @@ from pydantic_core import PydanticCustomError
 from irsim.kinds import Fraction, Kelvin, Length, suggestion
 from irsim.marks import FileName
 from irsim.motion.posture import POSTURES, Posture, PostureName
-from irsim.radiometry import radiance
+from irsim.radiometry import grey_body
 from irsim.shapes.base import Shape, View
 from irsim.shapes.contours import Ints, contour
 from irsim.shapes.corners import corners
@@ -194,4 +194,4 @@ def _glow(model: Model, groups: tuple[str, ...], band: Band, surroundings: float
     """(groups,) in-band radiance, W/m2/sr."""
     temperatures = np.array([model.materials_k.get(name, model.temperature_k) for name in groups])
     emissivities = np.array([model.emissivities.get(name, model.emissivity) for name in groups])
-    return np.asarray(emissivities * radiance(band, temperatures) + (1 - emissivities) * surroundings)
+    return grey_body(band, temperatures, emissivities, surroundings)

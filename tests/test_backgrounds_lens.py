@@ -1,0 +1,131 @@
+"""Backgrounds are seen through the lens that targets are seen through: its transfer function, and the same edges."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from irsim.backgrounds.blur import softened
+from irsim.backgrounds.carpet import SOFT_PX, _no_sharper
+from irsim.backgrounds.panorama import ROOM, Panorama, Sheet
+from irsim.geometry import Geometry
+from irsim.loader import loads
+from irsim.optics import GaussianSpread, Lens, LensSpread, PointSpread
+from irsim.render import Renderer
+from irsim.scenario import Scenario
+from irsim.shapes.silhouette import Outline, sprite
+from irsim.stage import Stage
+from irsim.types import Box, Floats
+
+SIDE, SEEDS = 256, 2
+MARKS = (0.05, 0.1, 0.2, 0.3)
+"""Cycles a px."""
+
+GAUSSIAN = "psf_px: 0.7"
+DIFFRACTION = "psf_px: 0, optics: {f_number: 4, pitch_um: 15}"
+DEFOCUS = "psf_px: 0, optics: {f_number: 4, pitch_um: 15, defocus_px: 4}"
+SHARP = "psf_px: 0.3, optics: {f_number: 1, pitch_um: 15}"
+
+GROUND = "-1 ground, beta: 0"
+CARPET = "-20 ground, beta: 0, height_m: 300"
+CLOUDS = "5 sky, horizon_k: 250, zenith_k: 250, clouds: [{beta: 0, stretch: 1}]"
+EVOLVING = "5 sky, horizon_k: 250, zenith_k: 250, clouds: [{beta: 0, stretch: 1, evolve_s: 100}]"
+COUNTRY = "-12 landscape, betas: [1, 1]"
+SEA = "-12 sea, wind_m_s: 8"
+
+
+def scene(background: str, optics: str, seed: int) -> Scenario:
+    elevation, kind = background.split(" ", 1)
+    return loads(
+        f"seed: {seed}\nframes: 1\nbackground: {{kind: {kind}}}\n"
+        f"camera: {{size: [{SIDE}, {SIDE}], ifov_mrad: 0.25, band: lwir, elevation_deg: {elevation}, {optics}}}"
+    )
+
+
+def power(scenario: Scenario) -> Floats:
+    light = Renderer(scenario).scene(0)[0].astype(np.float64)
+    window = np.hanning(SIDE)
+    return np.asarray(np.abs(np.fft.fft2((light - light.mean()) * np.outer(window, window))) ** 2)
+
+
+@pytest.mark.parametrize(
+    ("background", "optics"),
+    [
+        *((kind, optics) for kind in (GROUND, CLOUDS) for optics in (GAUSSIAN, DIFFRACTION, DEFOCUS, SHARP)),
+        *((EVOLVING, optics) for optics in (DIFFRACTION, DEFOCUS, SHARP)),
+        *((kind, DEFOCUS) for kind in (CARPET, COUNTRY, SEA)),
+    ],
+)
+def test_a_background_has_the_transfer_function_of_the_lens(background: str, optics: str) -> None:
+    """By the ratio of power with and without a lens; of kinds that are blurred by the transform of what repeats, by
+    a kernel once, and in each frame."""
+    seen, bare = (
+        np.sum([power(scene(background, how, seed)) for seed in range(SEEDS)], axis=0) for how in (optics, "psf_px: 0")
+    )
+    frequency = np.hypot(np.fft.fftfreq(SIDE)[:, None], np.fft.fftfreq(SIDE))
+    rings = [np.abs(frequency - mark) < 0.006 for mark in MARKS]
+    found = [math.sqrt(seen[ring].sum() / bare[ring].sum()) for ring in rings]
+    expected = scene(background, optics, 0).stage.psf.transfer(np.zeros(len(MARKS)), np.array(MARKS))
+    np.testing.assert_allclose(found, expected, atol=0.02)
+
+
+@pytest.mark.parametrize("psf", [GaussianSpread(1.1), Lens().spread("lwir", 0.2), LensSpread(((3.0, 1.0),), 4.0)])
+def test_with_that_of_a_pixel_it_is_the_transform_of_a_point_s_shares(psf: PointSpread) -> None:
+    """These pass nothing of what a row of pixels takes for something else: a cycle a px less a few tenths."""
+    places = np.arange(-psf.reach_px, psf.reach_px + 1.0)
+    shares = psf.share(places, places)
+    for down, across in ((0.0, 0.05), (0.1, 0.1), (0.2, 0.0), (0.05, 0.3)):
+        waves = np.outer(np.cos(2 * np.pi * down * places), np.cos(2 * np.pi * across * places))
+        pixel = np.sinc(down) * np.sinc(across)  # sin(pi f) / (pi f)
+        expected = psf.transfer(np.array([down]), np.array([across]))[0] * pixel
+        assert (shares * waves).sum() == pytest.approx(expected, abs=0.005)
+
+
+def target_edge(psf: PointSpread, left: float) -> Floats:
+    """The row of pixels 0 .. 399 that crosses the edge of a half-plane from `left` on."""
+    corners = np.array([[1000.0, -300.0], [1000.0, 700.0], [left, 700.0], [left, -300.0]])
+    box = Box.from_edges(left, -300.0, 1000.0, 700.0)
+    edges = corners, np.roll(corners, -1, axis=0), np.zeros(4, np.int64)
+    drawn = sprite(Outline(edges, np.ones(1), box, box, psf, 1000.0))
+    row, begin = drawn.alpha[200 - drawn.y0], min(drawn.x0, 400)
+    return np.concatenate([np.zeros(begin), row[: 400 - begin]])
+
+
+@pytest.mark.parametrize(
+    ("psf", "tolerance"),
+    [
+        (GaussianSpread(1.2), 0.015),
+        (Lens().spread("lwir", 0.2), 0.015),
+        (Lens(defocus_px=4.0).spread("lwir", 0.2), 0.01),
+        # So sharp that it matters what a pixel's mean does not tell: where within the pixel the edge lies.
+        (GaussianSpread(0.6), 0.06),
+        (Lens(f_number=2.0).spread("mwir", 0.3), 0.05),
+    ],
+)
+@pytest.mark.parametrize("left", [200.5, 200.75, 201.0])
+def test_a_background_s_edge_is_as_soft_as_a_target_s(psf: PointSpread, tolerance: float, left: float) -> None:
+    cover = np.clip(np.arange(400) + 0.5 - left, 0, 1).astype(np.float32)
+    found = softened(np.tile(cover, (400, 1)), psf)[200]
+    inside = slice(100, 300)
+    np.testing.assert_allclose(found[inside], target_edge(psf, left)[inside], atol=tolerance)
+
+
+def test_wings_do_not_go_on_for_ever_beyond_a_picture() -> None:
+    psf, sheet = Lens().spread("lwir", 0.0), Sheet.of(Geometry((64, 48), 1e-3, 0.0)).between(-5.0, 5.0)
+    assert psf.reach_px > ROOM
+    picture = np.where(np.abs(sheet.rows)[:, None] <= 5, 1.0, 0.0) * np.ones(sheet.shape)
+    panorama = Panorama.on(sheet, picture, psf)
+    assert np.abs(panorama.padded[[0, -1]]).max() < 1e-5
+    assert panorama.padded[round(-panorama.top)].min() > 0.6  # row 0 of the map
+
+
+def test_what_passes_by_is_never_too_sharp() -> None:
+    geometry = Geometry((64, 48), 1e-3, -0.3)
+    soft, sharp = Lens().spread("lwir", 0.0), Lens(f_number=1.0).spread("mwir", 0.0)
+    assert _no_sharper(Stage(1, geometry, 30.0, "lwir", 1.1, lens=soft)) is soft
+    assert _no_sharper(Stage(1, geometry, 30.0, "mwir", 0.2)) == GaussianSpread(SOFT_PX)
+    widened = _no_sharper(Stage(1, geometry, 30.0, "mwir", 0.42 * 4.0 / 15.0, lens=sharp))
+    at_half = np.array([0.5])
+    assert widened.transfer(0 * at_half, at_half) == pytest.approx(0.29, abs=0.05)
