@@ -31,7 +31,7 @@ def test_the_flattest_window_by_chance_makes_no_fixed_pattern_weaker() -> None:
     found = []
     for _ in range(64):
         frames = 1000 + 30 * rng.standard_normal((1, 96, 128)) + 10 * rng.standard_normal((8, 96, 128))
-        found.append(measure_noise(frames).terms.vh)
+        found.append(measure_noise(frames, 30.0).terms.vh)
     assert np.mean([vh.value for vh in found]) == pytest.approx(30, rel=0.01)
     assert sum(vh.low < 30 < vh.high for vh in found) > 55
 
@@ -50,7 +50,7 @@ def test_noise_is_read_where_nothing_moves() -> None:
     frames += 25 * np.sin(columns / 4) * (columns < 80)
     for k in range(40):
         frames[k] += 30 * np.exp(-((columns - 90 - 1.5 * k) ** 2 + (rows - 30) ** 2) / 50)
-    report = measure_noise(frames)
+    report = measure_noise(frames, 30.0)
     assert not report.together
     assert report.region.x >= 80
     assert report.region.y >= 30

@@ -97,7 +97,7 @@ class NoiseReport:
 
 def measure_noise(
     frames: Values,
-    rate_hz: float = 30.0,
+    rate_hz: float,
     region: Region | None = None,
     top: float = 65535.0,
     taken: Mask | None = None,
