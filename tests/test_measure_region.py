@@ -58,7 +58,7 @@ def test_noise_is_read_where_nothing_moves() -> None:
     forced = measure_noise(frames, 30.0, Region(88, 4, 64, 56))
     assert forced.together
     assert forced.terms.tvh.value > 10.5
-    assert any("--region X,Y,W,H names a place that is still" in text for _, text in noise_lines(forced))
+    assert any("region=X,Y,W,H names a place that is still" in text for _, text in noise_lines(forced))
 
 
 CROSSED = """\
@@ -118,5 +118,5 @@ def test_a_slow_background_is_told_where_neighbouring_frames_are_alike(speed: fl
 @pytest.mark.parametrize("text", ["1,2,3", "a,b,c,d", "0,0,99,10", "0,0,3,10", "-1,0,8,8"])
 def test_a_region_outside_is_one_clear_error(text: str) -> None:
     assert parse_region("1,2,30,40", (64, 48)) == Region(1, 2, 30, 40)
-    with pytest.raises(InputError, match="allowed: x,y,w,h"):
+    with pytest.raises(InputError, match=rf"^region '{text}': .*; allowed: x,y,w,h"):
         parse_region(text, (64, 48))
