@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -44,6 +47,23 @@ def tell_unheeded(source: str, overrides: list[str] | None, without: str | None 
 
     for warning in unheeded(source, overrides or (), parts(without)):
         print(warning, file=sys.stderr)
+
+
+def in_options(text: str) -> str:
+    """A sentence of the library with its parameters as options: `region=X,Y,W,H` is `--region X,Y,W,H`."""
+    return re.sub(r"\b(display|region)=(?=[A-Z])", r"--\1 ", text)
+
+
+@contextmanager
+def from_option(option: str, parameter: str) -> Iterator[None]:
+    """What the library says is wrong with a parameter, "like 'x': ...", is so of the option that it came from."""
+    try:
+        yield
+    except InputError as error:
+        place, text = f"{parameter} ", str(error)
+        if not text.startswith(place):
+            raise
+        raise InputError(f"{option} {text.removeprefix(place)}") from None
 
 
 def parts(without: str | None) -> list[str]:

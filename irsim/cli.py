@@ -1,7 +1,4 @@
-"""The command line of irsim.
-
-Modules that take time to import are imported inside the commands: `irsim --help` must not wait.
-"""
+"""The command line of irsim. What takes time to import is imported inside the commands: `--help` must not wait."""
 
 from __future__ import annotations
 
@@ -13,7 +10,16 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from irsim import commands_authoring, commands_info, commands_measure
-from irsim.asked import OverridesArgument, SeedOption, SourceArgument, WithoutOption, open_changed, parts, tell_unheeded
+from irsim.asked import (
+    OverridesArgument,
+    SeedOption,
+    SourceArgument,
+    WithoutOption,
+    from_option,
+    open_changed,
+    parts,
+    tell_unheeded,
+)
 from irsim.errors import InputError
 from irsim.files import check_output, is_recording
 from irsim.span import parsed
@@ -210,7 +216,7 @@ def masks(
     start, stop = first + wanted.start, first + wanted.stop
     folder = output or Path(f"{Path(source).stem}-masks")
     count = 0
-    with progress_bar(f"masks {rendering.name}", stop - start) as progress:
+    with from_option("--target", "target"), progress_bar(f"masks {rendering.name}", stop - start) as progress:
         for done, paths in enumerate(write_masks(rendering.scenario, folder, start, stop, target, first), 1):
             count += len(paths)
             if progress is not None:
@@ -267,12 +273,7 @@ def import_(
     check_output(path, frames, truth, endings=(".mcap",))
     with progress_bar(f"import {frames.name}") as progress:
         import_frames(
-            *(frames, path, truth, rate),
-            agc=shown,
-            bits=bits,
-            accuracy_px=accuracy,
-            follow=follow,
-            progress=progress,
+            *(frames, path, truth, rate), agc=shown, bits=bits, accuracy_px=accuracy, follow=follow, progress=progress
         )
     for note in open_recording(path).contents.notes:
         print(f"irsim: note: {note}", file=sys.stderr)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from irsim.asked import OverridesArgument, SeedOption, WithoutOption, open_changed
+from irsim.asked import OverridesArgument, SeedOption, WithoutOption, from_option, in_options, open_changed
 from irsim.errors import InputError
 from irsim.span import parsed
 from irsim.terminal import given_path, progress_bar
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
-    from irsim.measure import Figures, Judged, Texture, Verdict
+    from irsim.measure import Figures, Judged, Region, Texture, Verdict
     from irsim.types import Input, Source
 
 Measured = Annotated[
@@ -52,10 +52,10 @@ def noise(
     without: WithoutOption = None,
 ) -> None:
     """Measure noise on a flat region: 3-D noise, memory in time, drift, bad pixels, with 95 % intervals."""
-    from irsim.measure import PICTURES, measure_noise, noise_lines, parse_region, taken_by_targets
+    from irsim.measure import PICTURES, measure_noise, noise_lines, taken_by_targets
 
     opened = open_changed(source, overrides, seed, without)
-    where = None if region is None else parse_region(region, opened.size)
+    where = _region(region, opened.size)
     wanted = _wanted(frames, opened)
     stack = read_stack(opened, wanted, "counts")
     try:
@@ -67,7 +67,7 @@ def noise(
         print(json.dumps({"source": source, "start": wanted.start, **report.as_json()}))
         return
     for label, text in noise_lines(report, wanted.start):
-        print(f"{label:8} {text}")
+        print(f"{label:8} {in_options(text)}")
     if opened.bits <= 8:
         print(f"{'note':8} {PICTURES}")
 
@@ -101,7 +101,6 @@ def fit(
     from irsim.files import check_output, replacing_text
     from irsim.fitting import check_replaced, fit_frames, open_pictures
     from irsim.loader import find
-    from irsim.measure import parse_region
 
     opened = open_changed(source, overrides, seed, without)
     try:
@@ -113,7 +112,7 @@ def fit(
         ) from None
     check_output(output, find(source), shown, endings=(".yaml", ".yml"))
     check_replaced(output)
-    where = None if region is None else parse_region(region, opened.size)
+    where = _region(region, opened.size)
     wanted = _wanted(frames, opened)
     with open_pictures(display, opened) as pictures:
         stack = read_stack(opened, wanted, "counts")
@@ -127,14 +126,14 @@ def fit(
             raise InputError(f"{source}: {error}") from None
     if output is not None:
         with replacing_text(output) as file:
-            file.write(found.text)
+            file.write(in_options(found.text))
     if as_json:
-        print(json.dumps(found.as_json()))
+        print(in_options(json.dumps(found.as_json())))
     elif output is None:
-        print(found.text, end="")
+        print(in_options(found.text), end="")
     else:
         for note in found.notes:
-            print(f"irsim: note: {note}", file=sys.stderr)
+            print(f"irsim: note: {in_options(note)}", file=sys.stderr)
         for label, text in found.summary():
             print(f"{label:8} {text}")
         print(output)
@@ -161,10 +160,14 @@ def realism(
     without: WithoutOption = None,
 ) -> None:
     """Compare a background's texture, and a camera's noise, with real recordings: cloud, trees, ground and so on."""
-    from irsim.measure import check_sort
+    from irsim.measure import check_class, check_sort
 
+    if like is not None:
+        with from_option("--like", "like"):
+            check_class(like)
     if camera is not None:
-        check_sort(camera)
+        with from_option("--camera", "like"):
+            check_sort(camera)
     opened = open_changed(source, overrides, seed, without)
     found = _compared(opened, source, like or _claim(opened), camera)
     unknown = found.noise_unknown
@@ -280,6 +283,14 @@ def read_stack(source: Source, wanted: range, input: Input) -> npt.NDArray[np.in
             if progress is not None:
                 progress(len(images))
     return np.stack(images)
+
+
+def _region(text: str | None, size: tuple[int, int]) -> Region | None:
+    """Where noise is to be read; None for the flattest window."""
+    from irsim.measure import parse_region
+
+    with from_option("--region", "region"):
+        return None if text is None else parse_region(text, size)
 
 
 def _wanted(frames: str | None, source: Source) -> range:

@@ -70,7 +70,7 @@ def write_masks(
     """
     names = [each.id for each in scenario.targets if scenario.is_on(each.id)]
     if target is not None and target not in names:
-        raise InputError(f"--target {target}: there is no such target; allowed: {', '.join(names) or 'nothing'}")
+        raise InputError(f"target {target!r}: there is no such target; allowed: {', '.join(names) or 'nothing'}")
     wanted, numbers = (names if target is None else [target]), range(start - first, stop - first)
     refuse_leftovers(folder, lambda file: _stays(file, numbers, wanted), "masks")
     make_folder(folder)

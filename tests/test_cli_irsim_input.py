@@ -55,6 +55,11 @@ BAD = {
         ["render", "scene.yaml", "--without", "white,,jet"],
         "irsim: --without 'white,,jet': a name is empty; allowed: ",
     ),
+    "no class": (["realism", "good.mcap", "--like", "x"], "irsim: --like 'x': no such class; allowed: cloud, "),
+    "no sort": (["realism", "good.mcap", "--camera", "x"], "irsim: --camera 'x': no such sort of camera; allowed: "),
+    "no region": (["noise", "good.mcap", "--region", "1,2"], "irsim: --region '1,2': is no region; allowed: x,y,w,h"),
+    "a region outside": (["fit", "good.mcap", "--region", "0,0,8,999"], "irsim: --region '0,0,8,999': does not fit; "),
+    "masks of nobody": (["masks", "scene.yaml", "--target", "x"], "irsim: --target 'x': there is no such target; "),
     "nothing that was displayed": (
         ["fit", "good.mcap", "--display", "nothere", "-o", "x.yaml"],
         "irsim: --display nothere: there is no such file or folder; allowed: ",

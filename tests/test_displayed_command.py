@@ -74,7 +74,10 @@ def test_without_pictures_it_says_where_the_display_comes_from(footage: tuple[Pa
     unknown = irsim.fit(mine)
     assert unknown.scenario.camera.agc.kind == "linear"
     assert unknown.display is None
-    assert any("cannot be told without pictures" in note and "--display" in note for note in unknown.notes)
+    assert any("cannot be told without pictures" in note and "display=PICTURES: a" in note for note in unknown.notes)
+    told = CliRunner().invoke(app, ["fit", str(mine)]).stdout
+    assert "--display PICTURES: a" in " ".join(told.split())
+    assert "display=" not in told
     said = irsim.fit(counts())
     assert "# as the recording says" in said.text
     assert not [note for note in said.notes if "display" in note]

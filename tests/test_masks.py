@@ -150,7 +150,7 @@ def test_masks_written_again_are_those_of_this_call_only(tmp_path: Path) -> None
 
 
 def test_mistakes_are_told(tmp_path: Path) -> None:
-    with pytest.raises(irsim.InputError, match="--target two: there is no such target; allowed: one"):
+    with pytest.raises(irsim.InputError, match="target 'two': there is no such target; allowed: one"):
         next(write_masks(scene(), tmp_path, 0, 1, "two"))
     (tmp_path / "file").write_text("")
     with pytest.raises(irsim.InputError, match="file: is no folder; allowed: the name of a folder"):

@@ -78,7 +78,8 @@ def test_pixels_that_blink_beneath_a_scene_that_slides_are_said_not_to_be_told()
     """A hundred of them are there; next to none is seen, and that was said to be known within 1 in 1000."""
     blinking = "noise: [{kind: white}, {kind: bad_pixels, blinking: 0.008, blink_ratio: 20}]"
     text = SLIDING.replace("noise: [{kind: white}]", blinking)
-    report = irsim.measure_noise(np.stack([frame.image for frame in irsim.open_source(irsim.loads(text)).frames()]))
+    source = irsim.open_source(irsim.loads(text))
+    report = irsim.measure_noise(np.stack([frame.image for frame in source.frames()]), source.rate_hz)
     assert report.slides
     assert any("pixels that blink are missed" in text for _, text in noise_lines(report))
     found = irsim.fit(irsim.loads(text))
@@ -94,7 +95,7 @@ def test_in_tiny_pictures_noise_before_what_may_slide_is_a_bound_to_fit_as_to_no
     """Of 40 mK; fit said 500."""
     source = irsim.open_source(irsim.loads(SLIDING.replace("[128, 96]", str([*size]))))
     frames = np.stack([frame.image for frame in source.frames()])
-    report = irsim.measure_noise(frames)
+    report = irsim.measure_noise(frames, 30.0)
     assert not report.slides
     found = irsim.fit(source)
     assert found.figures.noise.bound

@@ -21,7 +21,7 @@ def test_bad_pixels_are_counted_by_kind() -> None:
     assert sorted(map(tuple, np.argwhere(found.dead).tolist())) == [(5, 9), (30, 30)]
     assert np.argwhere(found.hot).tolist() == [[40, 12]]
     assert np.argwhere(found.blinking).tolist() == [[50, 50]]
-    report = measure_noise(frames)
+    report = measure_noise(frames, 30.0)
     assert report.terms.tvh.value == pytest.approx(10, rel=0.05)
     assert (report.dead, report.hot, report.blinking) == (2, 1, 1)
 
@@ -33,17 +33,17 @@ def test_what_does_not_happen_to_change_is_not_called_dead(sigma: float) -> None
     frames = np.rint(rng.uniform(100, 101, (64, 96)) + rng.normal(0, sigma, (400, 64, 96)))
     frames[:, 20, 30] = 100
     assert ((frames[:12] == frames[0]).all(axis=0).sum() > 100) == (sigma == 0.3)  # good ones, by chance
-    few = measure_noise(frames[:12])
+    few = measure_noise(frames[:12], 30.0)
     assert (few.dead, few.frozen_from is not None and few.frozen_from > 12) == (0, True)
     assert any("12 frames are too few to tell dead pixels" in text for _, text in noise_lines(few))
     assert np.argwhere(defects(frames).dead).tolist() == [[20, 30]]
-    assert not any("too few" in text for _, text in noise_lines(measure_noise(frames)))
+    assert not any("too few" in text for _, text in noise_lines(measure_noise(frames, 30.0)))
 
 
 def test_where_most_pixels_never_change_none_is_called_dead_for_it() -> None:
     frames = np.full((40, 32, 32), 7.0)
     frames[5, :8] += 1
-    report = measure_noise(frames)
+    report = measure_noise(frames, 30.0)
     assert (report.dead, report.frozen_from) == (0, None)
     assert any("most pixels never change" in text for _, text in noise_lines(report))
 
@@ -63,7 +63,7 @@ def test_neighbours_that_blink_do_not_hide_each_other() -> None:
     found = []
     for seed in range(8):
         frames = rendered(seed, (120, 96, 96), {"kind": "white"}, bad)
-        tvh = measure_noise(frames).terms.tvh
+        tvh = measure_noise(frames, 30.0).terms.tvh
         found.append(tvh.low <= 10 <= tvh.high)
         assert tvh.value == pytest.approx(10, rel=0.006)
     assert sum(found) >= 6
@@ -122,8 +122,8 @@ def test_what_targets_of_the_truth_do_is_not_counted() -> None:
     frames[15:30, 42, 66] += 500  # one that flickers
     taken = np.zeros((64, 96), bool)
     taken[36:48, 56:70] = True
-    assert (measure_noise(frames).hot, measure_noise(frames).blinking) == (2, 1)
-    report = measure_noise(frames, taken=taken)
+    assert (measure_noise(frames, 30.0).hot, measure_noise(frames, 30.0).blinking) == (2, 1)
+    report = measure_noise(frames, 30.0, taken=taken)
     assert (report.hot, report.blinking, report.pixels) == (1, 0, 64 * 96 - 12 * 14)
     nearly_all = np.ones((64, 96), bool)
-    assert measure_noise(frames, taken=nearly_all).hot == 2
+    assert measure_noise(frames, 30.0, taken=nearly_all).hot == 2

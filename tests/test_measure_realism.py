@@ -17,7 +17,7 @@ from irsim.cli import app
 from irsim.convert import import_frames
 from irsim.errors import InputError
 from irsim.loader import examples
-from irsim.measure import CLASSES, Texture, backdrops, classes_of, judge, texture
+from irsim.measure import CLASSES, Texture, backdrops, check_class, check_sort, classes_of, judge, texture
 from irsim.measure.spectrum import unevenness
 from irsim.recording import Recording, open_recording
 from irsim.types import Floats, Look
@@ -205,6 +205,12 @@ def test_it_says_which_figures_keep_a_picture_from_a_class(tmp_path: Path) -> No
     assert "uneven 0.02 (allowed 0.41 to 1.74)" in kept["  not cloud"]
     assert "spread" not in kept["  not cloud"]
     assert told.stdout.splitlines()[-1].startswith("its noise is not judged, for pictures of 8 bits hold no sensor's")
+
+
+def test_the_library_names_its_own_parameters() -> None:
+    for check in (check_class, check_sort):
+        with pytest.raises(InputError, match=r"^like 'cheese': no such (class|sort of camera); allowed: c"):
+            check("cheese")
 
 
 def test_the_command_says_so_by_its_status() -> None:

@@ -31,7 +31,7 @@ def test_the_flattest_window_by_chance_makes_no_fixed_pattern_weaker() -> None:
     found = []
     for _ in range(64):
         frames = 1000 + 30 * rng.standard_normal((1, 96, 128)) + 10 * rng.standard_normal((8, 96, 128))
-        found.append(measure_noise(frames).terms.vh)
+        found.append(measure_noise(frames, 30.0).terms.vh)
     assert np.mean([vh.value for vh in found]) == pytest.approx(30, rel=0.01)
     assert sum(vh.low < 30 < vh.high for vh in found) > 55
 
@@ -50,7 +50,7 @@ def test_noise_is_read_where_nothing_moves() -> None:
     frames += 25 * np.sin(columns / 4) * (columns < 80)
     for k in range(40):
         frames[k] += 30 * np.exp(-((columns - 90 - 1.5 * k) ** 2 + (rows - 30) ** 2) / 50)
-    report = measure_noise(frames)
+    report = measure_noise(frames, 30.0)
     assert not report.together
     assert report.region.x >= 80
     assert report.region.y >= 30
@@ -58,7 +58,7 @@ def test_noise_is_read_where_nothing_moves() -> None:
     forced = measure_noise(frames, 30.0, Region(88, 4, 64, 56))
     assert forced.together
     assert forced.terms.tvh.value > 10.5
-    assert any("--region X,Y,W,H names a place that is still" in text for _, text in noise_lines(forced))
+    assert any("region=X,Y,W,H names a place that is still" in text for _, text in noise_lines(forced))
 
 
 CROSSED = """\
@@ -118,5 +118,5 @@ def test_a_slow_background_is_told_where_neighbouring_frames_are_alike(speed: fl
 @pytest.mark.parametrize("text", ["1,2,3", "a,b,c,d", "0,0,99,10", "0,0,3,10", "-1,0,8,8"])
 def test_a_region_outside_is_one_clear_error(text: str) -> None:
     assert parse_region("1,2,30,40", (64, 48)) == Region(1, 2, 30, 40)
-    with pytest.raises(InputError, match="allowed: x,y,w,h"):
+    with pytest.raises(InputError, match=rf"^region '{text}': .*; allowed: x,y,w,h"):
         parse_region(text, (64, 48))

@@ -113,7 +113,7 @@ def moved(speed: float) -> NoiseReport:
     wide = texture(rng, SIDE, 4 * SIDE, 20.0)
     shifts = (speed * np.arange(40)).astype(int)
     scene = np.stack([wide[:, SIDE + shift : 2 * SIDE + shift] for shift in shifts])
-    return measure_noise(scene + pattern(rng, SIDE, SIDE) + rng.normal(0, NOISE, scene.shape))
+    return measure_noise(scene + pattern(rng, SIDE, SIDE) + rng.normal(0, NOISE, scene.shape), 30.0)
 
 
 def test_what_moves_is_told_from_noise_that_is_blurred() -> None:
@@ -132,7 +132,7 @@ def test_what_is_said_of_noise_that_is_blurred_is_plain_json() -> None:
     """Sharp noise of less than 0.3 counts: by rounding alone."""
     rng = np.random.default_rng(1)
     counts = np.rint(gaussian_filter(rng.normal(0, 15, (40, 96, 96)), (0, 1.5, 1.5)))
-    told = json.loads(json.dumps(measure_noise(counts).as_json()))
+    told = json.loads(json.dumps(measure_noise(counts, 30.0).as_json()))
     assert (told["together"], told["moving"]) == (True, False)
 
 

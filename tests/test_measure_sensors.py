@@ -22,7 +22,7 @@ def raw(name: str) -> Floats:
 @real
 def test_a_cooled_corrected_sensor() -> None:
     """The data's README: pair 1.75, tvh 1.65, lag-1 correlation .01, fixed pixel .66, drift .35 counts."""
-    report = measure_noise(raw("raw14_lwir"), top=16383)
+    report = measure_noise(raw("raw14_lwir"), 30.0, top=16383)
     assert report.temporal.pair.value == pytest.approx(1.75, rel=0.05)
     assert report.terms.tvh.value == pytest.approx(1.65, rel=0.08)
     assert report.temporal.memory is None
@@ -34,7 +34,7 @@ def test_a_cooled_corrected_sensor() -> None:
 @real
 def test_a_cooled_uncorrected_sensor() -> None:
     """The data's README: tvh 3.3, lag-1 -.01, fixed pixel 16, column 3, row 52 over odd and even rows."""
-    report = measure_noise(raw("raw14_mwir"), top=16383)
+    report = measure_noise(raw("raw14_mwir"), 30.0, top=16383)
     assert report.terms.tvh.value == pytest.approx(3.3, rel=0.08)
     assert report.temporal.memory is None
     assert report.terms.vh.value == pytest.approx(16, rel=0.1)

@@ -62,5 +62,5 @@ def test_few_frames_and_small_pictures_are_judged() -> None:
 def test_noise_and_fit_agree(speed: float) -> None:
     frames = sliding(speed, 3.0)
     figures = measure_figures(frames, 30.0)
-    assert measure_noise(frames).slides == (speed > 0) == (figures.pixel is None)
+    assert measure_noise(frames, 30.0).slides == (speed > 0) == (figures.pixel is None)
     assert any(note.startswith("the scene moves") for note in figures.notes) == (speed > 0)

@@ -237,7 +237,7 @@ def test_nothing_else_is_taken_for_a_step(draw: Callable[[np.random.Generator], 
 @pytest.mark.parametrize("name", ["raw14_lwir", "raw14_mwir", "raw16_lepton"])
 def test_real_sensors_keep_their_pattern(name: str) -> None:
     with np.load(REAL / name / "frames.npz") as file:
-        report = measure_noise(file["frames"])
+        report = measure_noise(file["frames"], 30.0)
     assert (report.stretch.repeats, report.stretch.steps) == (0, ())
 
 
@@ -246,7 +246,7 @@ def test_real_sensors_keep_their_pattern(name: str) -> None:
 def test_real_scenes_that_move_are_no_steps(name: str) -> None:
     film = cv2.VideoCapture(str(REAL / name / "frames.mp4"))
     frames = np.stack([film.read()[1][..., 0] for _ in range(180)])
-    assert measure_noise(frames).stretch.steps == ()
+    assert measure_noise(frames, 30.0).stretch.steps == ()
 
 
 @pytest.mark.parametrize(("start", "width"), [(60, 1), (40, 8), (60, 32)])

@@ -120,7 +120,7 @@ def test_clusters_of_bad_pixels_are_no_light(cluster: list[tuple[int, int]]) -> 
 def test_what_waves_hide_is_not_said_to_be_nothing(seed: int) -> None:
     """Rows of a fifth of the NETD were told as 0 (0 to 0), or as twenty times that with an interval far above."""
     frames = filmed("waves", seed)
-    report = measure_noise(frames, top=2.0**14 - 1)
+    report = measure_noise(frames, 30.0, top=2.0**14 - 1)
     for term in TERMS:
         found = getattr(report.terms, term)
         assert found.low <= found.value <= found.high
@@ -140,7 +140,7 @@ def test_what_waves_hide_is_not_said_to_be_nothing(seed: int) -> None:
 def test_what_a_whole_frame_has_in_common_hides_nothing() -> None:
     frames = rendered(3, (60, 64, 64), {"kind": "white"})
     wandering = frames + 40 * np.sin(np.arange(60) / 9).astype(np.float32)[:, None, None]
-    assert measure_noise(wandering).hidden == 0
+    assert measure_noise(wandering, 30.0).hidden == 0
 
 
 def test_what_is_full_of_light_is_not_dead() -> None:

@@ -16,6 +16,7 @@ SCENE = irsim.loads(
     "frames: 3\ncamera: {size: [32, 24]}\nbackground: {kind: ground}\n"
     "targets: [{id: jet, shape: {kind: point}, path: {kind: straight, start: [9, 9]}}]\n"
 )
+FRAMES = np.zeros((8, 32, 32), np.uint16)
 A_SCENARIO = r"of a str; allowed: a Scenario \(irsim\.load\('sky'\)\)"
 NO_REGION = r"region: .* is none; allowed: whole numbers \(column, row, columns, rows\)"
 NO_PATH = "is no path; allowed: text or a path"
@@ -47,6 +48,11 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
     "read_tracks": (lambda: irsim.read_tracks(anything(None)), NO_PATH),
     "is_recording": (lambda: irsim.is_recording(anything(None)), NO_PATH),
     "loads": (lambda: irsim.loads(anything(None)), "<text>: a NoneType is no text; allowed: the YAML text"),
+    "no rate": (lambda: irsim.measure_noise(FRAMES, 0), "rate_hz 0: allowed: a number above 0, frames a second"),
+    "a place for a rate": (
+        lambda: irsim.measure_noise(FRAMES, anything((0, 0, 9, 9))),
+        "rate_hz .*: allowed: a number",
+    ),
     "a name": (lambda: irsim.Moments(SCENE, "jet"), r"without 'jet': allowed: a list of names, such as \['jet'\]"),
     "a number": (lambda: irsim.Moments(SCENE, anything(3)), "without 3: allowed: a list of names"),
     "a name of a source": (lambda: irsim.open_source("sky", without="jet"), "without 'jet': allowed: a list of names"),

@@ -70,7 +70,7 @@ def _checked(pictures: Pictures, name: str, source: Source) -> Pictures:
     if source.bits <= 8 and all(_same(opened, source, k) for k in {0, len(source) // 2, len(source) - 1}):
         raise InputError(
             f"{name}: its pictures are the frames of {source.name} themselves, which tell of no display; "
-            "allowed: the counts as the sensor gave them, and --display what was shown of these"
+            "allowed: the counts as the sensor gave them, and beside them what was shown of these"
         )
     return pictures
 

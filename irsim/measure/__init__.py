@@ -7,7 +7,7 @@ from irsim.measure.interval import Measured
 from irsim.measure.memory import Memory, Temporal, temporal
 from irsim.measure.noise import PICTURES, NoiseReport, measure_noise, noise_lines
 from irsim.measure.noise_3d import Noise3dTerms, noise_3d
-from irsim.measure.realism import CLASSES, Judged, Verdict, classes_of, judge, judge_classes
+from irsim.measure.realism import CLASSES, Judged, Verdict, check_class, classes_of, judge, judge_classes
 from irsim.measure.realism_noise import (
     CAMERAS,
     cameras_of,
@@ -38,6 +38,7 @@ __all__ = [
     "Verdict",
     "backdrops",
     "cameras_of",
+    "check_class",
     "check_sort",
     "classes_of",
     "defects",

@@ -97,7 +97,7 @@ class NoiseReport:
 
 def measure_noise(
     frames: Values,
-    rate_hz: float = 30.0,
+    rate_hz: float,
     region: Region | None = None,
     top: float = 65535.0,
     taken: Mask | None = None,
@@ -225,20 +225,20 @@ def noise_lines(report: NoiseReport, start: int = 0) -> Iterator[tuple[str, str]
         yield "", unsure
     yield from (("left out", sentence) for sentence in report.stretch.left_out(start))
     if report.crossed:
-        yield "note", f"targets pass through {report.region}: --region X,Y,W,H names a place without them"
+        yield "note", f"targets pass through {report.region}: region=X,Y,W,H names a place without them"
     if report.slides:
         yield "note", "the scene moves: it slides before the camera in most of the picture"
     if report.doubtful and not report.together:
         these = "neighbouring pixels are" if "vh" in report.doubtful else "rows or columns beside each other are"
         yield "note", f"{these} alike in what stays here, as a scene makes them and no detector does:"
-        yield "", f"{', '.join(report.doubtful)} may be the scene's; --region X,Y,W,H names an even place,"
+        yield "", f"{', '.join(report.doubtful)} may be the scene's; region=X,Y,W,H names an even place,"
         yield "", "and irsim fit tells the camera's part from the scene's"
     if report.moving:
         yield "note", "neighbours change together, and not as noise does that is blurred: something moves here;"
     elif report.together:
         yield "note", "neighbours change together: noise itself is blurred over pixels, or something moves fast here;"
     if report.together:
-        yield "", "the figures above hold its motion and texture, too: --region X,Y,W,H names a place that is still;"
+        yield "", "the figures above hold its motion and texture, too: region=X,Y,W,H names a place that is still;"
         yield (
             "",
             f"noise that each pixel draws anew in each frame is at most {report.fine_most:.3g} counts, whatever moves",

@@ -42,17 +42,17 @@ def noise_notes(report: NoiseReport, memory: Memory | None, level: Measured | No
     if not report.slides and (missed := blinking_missed(report)):
         yield missed
     if report.crossed:
-        yield f"targets pass through {report.region}, where noise is read: --region X,Y,W,H names a place without them"
+        yield f"targets pass through {report.region}, where noise is read: region=X,Y,W,H names a place without them"
     if report.moving and not report.slides:
         yield (
             f"something moves at {report.region}, where noise is read: of the noise only what is sharp is told, no "
-            "memory, rows, columns or level; --region X,Y,W,H names a place that is still"
+            "memory, rows, columns or level; region=X,Y,W,H names a place that is still"
         )
         yield AT_MOST
     elif report.together and not report.moving:
         yield (
             f"neighbouring pixels change together at {report.region}, where noise is read: the camera smooths its "
-            "noise, or something moves fast; --region X,Y,W,H names a place that is still"
+            "noise, or something moves fast; region=X,Y,W,H names a place that is still"
         )
 
 

@@ -152,7 +152,7 @@ class Judged:
 
 def judge(found: Texture, like: str) -> tuple[Verdict, ...]:
     """Each figure beside the range of the class. InputError where there is no such class."""
-    _check_class(like)
+    check_class(like)
     return tuple(
         Verdict(figure, getattr(found, figure), low, high) for figure, (low, high) in CLASSES[like].ranges().items()
     )
@@ -161,7 +161,7 @@ def judge(found: Texture, like: str) -> tuple[Verdict, ...]:
 def judge_classes(found: Texture, like: str | None = None) -> Judged:
     """A texture beside all classes. InputError where there is no class `like`."""
     if like is not None:
-        _check_class(like)
+        check_class(like)
     figures = {figure: f"{getattr(found, figure):z8.2f}" for figure in Texture.__slots__}
     return Judged(figures, {name: judge(found, name) for name in CLASSES}, like)
 
@@ -171,6 +171,7 @@ def classes_of(found: Texture) -> tuple[str, ...]:
     return judge_classes(found).fitting
 
 
-def _check_class(like: str) -> None:
+def check_class(like: str) -> None:
+    """InputError where there is no such class."""
     if like not in CLASSES:
-        raise InputError(f"--like {like}: no such class; allowed: {', '.join(CLASSES)}")
+        raise InputError(f"like {like!r}: no such class; allowed: {', '.join(CLASSES)}")

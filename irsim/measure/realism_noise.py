@@ -85,7 +85,7 @@ def _with_turns(row: Measured, even: Measured | None) -> Measured:
 def check_sort(like: str) -> None:
     """InputError where there is no such sort of camera."""
     if like not in CAMERAS:
-        raise InputError(f"--camera {like}: no such sort; allowed: {', '.join(CAMERAS)}")
+        raise InputError(f"like {like!r}: no such sort of camera; allowed: {', '.join(CAMERAS)}")
 
 
 def judge_noise(found: Figures, like: str) -> tuple[Verdict, ...]:

@@ -59,11 +59,11 @@ def parse_region(text: str, size: tuple[int, int]) -> Region:
     allowed = f"allowed: x,y,w,h in whole px inside {columns}x{rows}, at least {LEAST_SIDE}x{LEAST_SIDE}"
     words = text.split(",")
     if len(words) != 4 or not all(word.strip().isdecimal() for word in words):
-        raise InputError(f"--region {text}: is no region; {allowed}")
+        raise InputError(f"region {text!r}: is no region; {allowed}")
     region = Region(*(int(word) for word in words))
     inside = region.x + region.w <= columns and region.y + region.h <= rows
     if not inside or min(region.w, region.h) < LEAST_SIDE:
-        raise InputError(f"--region {text}: does not fit; {allowed}")
+        raise InputError(f"region {text!r}: does not fit; {allowed}")
     return region
 
 
