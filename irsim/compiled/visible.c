@@ -1,8 +1,13 @@
 /* See irsim/shapes/visible.py, whose `visible_edges` does the same in the same order, so that pieces are the same to
- * the last bit, but for those of no length; here one edge after the other, with nothing kept but what covers it. */
+ * the last bit; here one edge after the other, with nothing kept but what covers it. */
 #include "visible.h"
 
+#include "fused.h"
 #include "wide.h"
+
+#ifdef WIDE_VECTORS
+#include <immintrin.h>
+#endif
 
 /* As there: edges of each layer lie this much further in than those of the one in front. */
 static const double INSET_PX = 1e-9;
@@ -63,13 +68,23 @@ static Edge inset(Point start, Point stop, double each, int64_t depth)
     return edge;
 }
 
-/* Does an edge run through a polygon of `count` lines? Where on them it enters and leaves is only asked of one that is
- * beyond none of them with both its ends, and beyond some with one. */
-static inline int runs_through(const Edge *edge, const double *restrict across, const double *restrict down,
-                               const double *restrict level, Py_ssize_t count, double *restrict starts,
-                               double *restrict stops, Through *through)
+/* The lines of one polygon, and room for how far an edge's ends are beyond each. */
+typedef struct {
+    const double *across, *down, *level;
+    Py_ssize_t count;
+    double *starts, *stops;
+} Sides;
+
+typedef int RunsThrough(const Edge *edge, const Sides *sides, Through *through);
+
+/* Does an edge run through a polygon? Where on its lines it enters and leaves is only asked of one that is beyond none
+ * of them with both its ends, and beyond some with one. */
+static inline int runs_through(const Edge *edge, const Sides *sides, Through *through)
 {
     const Point start = edge->start, stop = edge->stop;
+    const double *restrict across = sides->across, *restrict down = sides->down, *restrict level = sides->level;
+    double *restrict starts = sides->starts, *restrict stops = sides->stops;
+    const Py_ssize_t count = sides->count;
     int any = 0, both = 0;
     for (Py_ssize_t i = 0; i < count; i++) {
         starts[i] = start.x * across[i] + start.y * down[i] - level[i];
@@ -91,6 +106,40 @@ static inline int runs_through(const Edge *edge, const double *restrict across, 
     return from < to;
 }
 
+#ifdef WIDE_VECTORS
+#define LANES 8
+
+/* The same, eight lines at a time. */
+FUSING_WIDELY static inline int runs_through_widely(const Edge *edge, const Sides *sides, Through *through)
+{
+    const __m512d start_x = _mm512_set1_pd(edge->start.x), start_y = _mm512_set1_pd(edge->start.y);
+    const __m512d stop_x = _mm512_set1_pd(edge->stop.x), stop_y = _mm512_set1_pd(edge->stop.y);
+    const __m512d zero = _mm512_setzero_pd();
+    __m512d from = zero, to = _mm512_set1_pd(1.0);
+    for (Py_ssize_t i = 0; i < sides->count; i += LANES) {
+        const Py_ssize_t left = sides->count - i;
+        const __mmask8 asked = (__mmask8)(left < LANES ? (1 << left) - 1 : UINT8_MAX);
+        const __m512d x = _mm512_maskz_loadu_pd(asked, sides->across + i);
+        const __m512d y = _mm512_maskz_loadu_pd(asked, sides->down + i);
+        const __m512d level = _mm512_maskz_loadu_pd(asked, sides->level + i); /* nothing is beyond those not asked for */
+        const __m512d starts = _mm512_sub_pd(_mm512_add_pd(_mm512_mul_pd(start_x, x), _mm512_mul_pd(start_y, y)), level);
+        const __m512d stops = _mm512_sub_pd(_mm512_add_pd(_mm512_mul_pd(stop_x, x), _mm512_mul_pd(stop_y, y)), level);
+        const __mmask8 begins = _mm512_cmp_pd_mask(starts, zero, _CMP_LT_OQ);
+        const __mmask8 ends = _mm512_cmp_pd_mask(stops, zero, _CMP_LT_OQ);
+        if (begins & ends)
+            return 0;
+        if (begins | ends) {
+            const __m512d crossing = _mm512_div_pd(starts, _mm512_sub_pd(starts, stops));
+            from = _mm512_mask_max_pd(from, begins, from, crossing);
+            to = _mm512_mask_min_pd(to, ends, to, crossing);
+        }
+    }
+    through->entry = _mm512_reduce_max_pd(from);
+    through->leave = _mm512_reduce_min_pd(to);
+    return through->entry < through->leave;
+}
+#endif
+
 static void find_near(Picture *picture, int64_t own)
 {
     picture->count_near = 0;
@@ -100,7 +149,7 @@ static void find_near(Picture *picture, int64_t own)
 }
 
 /* The polygons that an edge runs through, up to the first that holds all of it: nothing beyond that one is seen. */
-WIDE static Py_ssize_t all_through(const Picture *picture, const Edge *edge)
+INLINED Py_ssize_t all_by(const Picture *picture, const Edge *edge, RunsThrough runs)
 {
     Py_ssize_t found = 0;
     for (Py_ssize_t i = 0; i < picture->count_near; i++) {
@@ -109,10 +158,11 @@ WIDE static Py_ssize_t all_through(const Picture *picture, const Edge *edge)
             continue;
         Through *place = &picture->through[found];
         place->polygon = other;
-        int64_t first = picture->first[other];
-        if (!runs_through(edge, picture->lines.across + first, picture->lines.down + first,
-                          picture->lines.level + first, picture->first[other + 1] - first, picture->entries,
-                          picture->leaves, place))
+        const Lines *lines = &picture->lines;
+        const int64_t first = picture->first[other];
+        const Sides sides = {lines->across + first, lines->down + first, lines->level + first,
+                             picture->first[other + 1] - first, picture->entries, picture->leaves};
+        if (!runs(edge, &sides, place))
             continue;
         found++;
         if (place->entry == 0.0 && place->leave == 1.0)
@@ -120,6 +170,20 @@ WIDE static Py_ssize_t all_through(const Picture *picture, const Edge *edge)
     }
     return found;
 }
+
+WIDE static Py_ssize_t all_by_loops(const Picture *picture, const Edge *edge)
+{
+    return all_by(picture, edge, runs_through);
+}
+
+#ifdef WIDE_VECTORS
+FUSING_WIDELY static Py_ssize_t all_widely(const Picture *picture, const Edge *edge)
+{
+    return all_by(picture, edge, runs_through_widely);
+}
+#else
+#define all_widely all_by_loops
+#endif
 
 /* Where the edge of that number is cut, in the order that its plain twin sorts them in. */
 static void sort_cuts(Cut *cuts, const Through *through, Py_ssize_t count, Py_ssize_t number)
@@ -163,12 +227,14 @@ static int keep(Pieces *pieces, const Edge *edge, int64_t layer, double begin, d
 static int keep_visible(const Picture *picture, Py_ssize_t number, int64_t own, Pieces *pieces)
 {
     const Edge *edge = &picture->edges[number];
-    Py_ssize_t count = all_through(picture, edge);
+    Py_ssize_t count = (fuses_widely() ? all_widely : all_by_loops)(picture, edge);
     sort_cuts(picture->cuts, picture->through, count, number);
     int open = 0; /* is there a piece that may go on? */
     double from = 0.0, to = 0.0, opacity = 0.0, gain = 0.0;
     for (Py_ssize_t i = 0; i <= 2 * count; i++) {
         double begin = i ? picture->cuts[i - 1].place : 0.0, end = i < 2 * count ? picture->cuts[i].place : 1.0;
+        if (!(begin < end))
+            continue; /* of no length */
         int64_t behind = nearest(picture->through, count, (begin + end) / 2, picture->layers);
         int bare = behind == picture->layers;
         double gains = picture->glow[own] - (bare ? 0.0 : picture->glow[behind]);

@@ -57,7 +57,7 @@ def visible_edges(
     own = layer[cut]
     bare = nearest == nothing
     gain = glow[own] - np.append(glow, 0.0)[nearest]
-    seen = np.flatnonzero((nearest > own) & (bare | (gain != 0)))
+    seen = np.flatnonzero((begin < end) & (nearest > own) & (bare | (gain != 0)))
     cut, begin, end, bare, gain = cut[seen], begin[seen], end[seen], bare[seen], gain[seen]
     # Pieces that follow each other with the same gains are one.
     joined = (cut[1:] == cut[:-1]) & (begin[1:] == end[:-1]) & (bare[1:] == bare[:-1]) & (gain[1:] == gain[:-1])
