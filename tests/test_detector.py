@@ -97,6 +97,13 @@ def ways() -> Iterator[tuple[str, dict[str, str]]]:
                 yield from ((word, {key: other}) for other in get_args(value.annotation) if other != value.default)
 
 
+@pytest.mark.parametrize("word", NOISES.kinds)
+def test_a_share_differs_from_frame_to_frame_where_it_grows_alone(word: str) -> None:
+    noise, moments = build(word), [at(0), at(9), at(500, rate_hz=25.0), Moment(500, SHAPE, RATE_HZ, 1, 400, 2)]
+    shares = {noise.share(moment, True) for moment in moments}
+    assert (len(shares) > 1) == noise.grows
+
+
 @pytest.mark.parametrize(("word", "keys"), list(ways()))
 @pytest.mark.parametrize("before", [True, False])
 def test_every_way_of_a_noise_is_exposed_alike_by_compiled_loops_and_plain_ones(

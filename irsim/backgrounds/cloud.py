@@ -53,8 +53,7 @@ class Look:
     def paint(self, thickness: Floats, warmth: Floats, lit: Floats | None) -> tuple[Floats, Floats]:
         """Transmittance and emission, before optics, (rows, cols) float32 each.
 
-        thickness, warmth: parts of fields of mean 0 and variance 1; lit: the share of the sun's light, 0..1, None
-        where there is none."""
+        thickness, warmth: parts of fields of mean 0 and variance 1; lit: see `Relief.lit`, None without sun."""
         if COMPILED:
             return self._painted(np.ascontiguousarray(thickness), np.ascontiguousarray(warmth), lit)
         above = np.maximum(thickness - np.float32(self.edge), 0)
@@ -63,7 +62,7 @@ class Look:
         np.clip(np.rint(places, out=places), 0, ENTRIES - 1, out=places)
         light = lookup(self.glow, places.astype(np.uint16))
         if lit is not None:
-            light += np.float32(self.sunlit) * lit * np.exp(-above)
+            light += np.float32(self.sunlit) * np.clip(lit, 0, 1) * np.exp(-above)
         light *= 1 - transmittance
         return transmittance, light
 
@@ -92,8 +91,9 @@ class Relief:
         return cls(slope / np.float32(2 * rms + 1e-12), coarse)
 
     def lit(self, rows: slice, columns: slice) -> Floats:
-        """The share of the sun's light, 0..1, on a part of the large picture, float32; it may reach past the edges."""
-        return np.clip(enlarged(self.falling, self.coarse, rows, columns), 0, 1)
+        """The share of the sun's light on a part of the large picture, float32, which may reach past the edges: below 0
+        it is none, above 1 all of it."""
+        return enlarged(self.falling, self.coarse, rows, columns)
 
 
 def slope_to_sun(thickness: Floats, sigma_px: float, sun_deg: float) -> Floats:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import numpy.typing as npt
 
+from irsim.compiled import COMPILED, kernels
 from irsim.shelf import Name, Shelf
 from irsim.types import Floats
 
@@ -81,8 +82,11 @@ class Tiled:
 
     def _painted(self, row: int, column: int) -> Words:
         """(2, TILE, TILE): transmittance and emission."""
+        words = np.empty((2, TILE, TILE), np.uint16)
         painted = self._paint(slice(row, row + TILE), slice(column, column + TILE))
-        return np.stack([_words(field, unit) for field, unit in zip(painted, self.units, strict=True)])
+        for field, unit, out in zip(painted, self.units, words, strict=True):
+            _put_words(field, unit, out)
+        return words
 
 
 def _holds(near: tuple[int, int, Words, Words], column: int, row: int, width: int, height: int) -> bool:
@@ -91,11 +95,14 @@ def _holds(near: tuple[int, int, Words, Words], column: int, row: int, width: in
     return bool(0 <= column - first <= columns - width and 0 <= row - top <= rows - height)
 
 
-def _words(field: Floats, unit: float) -> Words:
+def _put_words(field: Floats, unit: float, out: Words) -> None:
+    """The nearest words; values below 0, as a sharp lens's kernel has them, are 0."""
+    if COMPILED:
+        kernels.counts_of(np.ascontiguousarray(field), out, 1 / unit, 0.0, GREATEST)
+        return
     levels = field * np.float32(1 / unit)
     np.rint(levels, out=levels)
-    np.clip(levels, 0, GREATEST, out=levels)  # a sharp lens's kernel has values below 0
-    return levels.astype(np.uint16)
+    out[...] = np.clip(levels, 0, GREATEST, out=levels)
 
 
 def _parts(begin: int, length: int) -> Iterator[tuple[int, slice, slice]]:

@@ -44,7 +44,7 @@ INLINED void paint(const Look *look, const float *restrict thickness, const floa
 {
     const Look own = *look;
     int32_t places[BLOCK];
-    float thick[BLOCK], deep[BLOCK]; /* written and read again: else the compiler branches where they are 0 */
+    float thick[BLOCK], deep[BLOCK], lit_by[BLOCK]; /* written and read again: else the compiler branches where they are 0 */
     for (Py_ssize_t from = 0; from < count; from += BLOCK) {
         const Py_ssize_t length = count - from < BLOCK ? count - from : BLOCK;
         const float *restrict above = thickness + from, *restrict warm = warmth + from;
@@ -54,11 +54,12 @@ INLINED void paint(const Look *look, const float *restrict thickness, const floa
             places[i] = (int32_t)rintf(within(warm[i] * own.step + own.middle, ENTRIES - 1));
             thick[i] = within(above[i] - own.edge, FAINTEST);
             deep[i] = within((above[i] - own.edge) * own.depth, FAINTEST);
+            lit_by[i] = sunny ? within(sun[i], 1.0F) : 0.0F;
         }
         for (Py_ssize_t i = 0; i < length; i++)
             light[i] = own.glow[places[i]];
         for (Py_ssize_t i = 0; i < length; i++) {
-            const float added = sunny ? own.sunlit * sun[i] * faded(thick[i]) : 0.0F;
+            const float added = sunny ? own.sunlit * lit_by[i] * faded(thick[i]) : 0.0F;
             left[i] = faded(deep[i]);
             light[i] = (light[i] + added) * (1 - left[i]);
         }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import cv2
 import numpy as np
@@ -42,6 +42,9 @@ class Noise(NamedKind):
     place. Everything random is addressed by (seed, self.name, index): the same whatever frames were
     asked for before.
     """
+
+    grows: ClassVar[bool] = False
+    """Whether its `share` differs from frame to frame."""
 
     def gains(self, moment: Moment) -> Floats | None:
         """By what share each pixel answers more to light, before it saturates: (rows, cols) float32, read only; None
