@@ -52,7 +52,9 @@ def test_lit_edges_are_those_of_all_pixels(correlation_mrad: float, coarse: int)
     sigma_px = correlation_mrad / 6
     assert coarseness(sigma_px, 512) == coarse
     found, wanted = (
-        np.clip(Relief.of(slope_to_sun(shrunk(thickness, finer), sigma_px / finer, -45.0), finer).lit(WHOLE, WHOLE), 0, 1)
+        np.clip(
+            Relief.of(slope_to_sun(shrunk(thickness, finer), sigma_px / finer, -45.0), finer).lit(WHOLE, WHOLE), 0, 1
+        )
         for finer in (coarse, 1)
     )
     assert wanted.max() > 2 * wanted.mean()
