@@ -13,7 +13,7 @@ from irsim.atmosphere import Atmosphere
 from irsim.backgrounds import Gaze, Sea
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.sea import reflectance, slope_variance
-from irsim.backgrounds.waves import GRAVITY, PER_WAVE, longest_wave, wave_train
+from irsim.backgrounds.waves import GRAVITY, PER_WAVE, SIDES_DEG, longest_wave, spread_rad, wave_train
 from irsim.geometry import Geometry
 from irsim.radiometry import radiance, temperature
 from irsim.stage import Stage
@@ -44,6 +44,18 @@ def test_printed_figures_of_the_sea() -> None:
     period = 2 * math.pi * 10 / (0.877 * GRAVITY)
     assert period == pytest.approx(7.3, abs=0.01)
     assert longest_wave(10.0) == pytest.approx(GRAVITY * period**2 / (2 * math.pi), rel=1e-12)
+
+
+@pytest.mark.parametrize("number", range(3))
+def test_short_waves_run_more_ways(number: int) -> None:
+    """The two trains of an octave together, about the wind; of shorter ones no angle beyond 90 degrees is told."""
+    fx, fy = np.fft.fftfreq(512)[None, :], np.fft.fftfreq(512)[:, None]
+    angle, spread = np.arctan2(fx, np.abs(fy)), 0.0
+    for side, turned in enumerate(SIDES_DEG):
+        power = np.mean([np.abs(np.fft.fft2(wave_train(seed, number, side))) ** 2 for seed in range(2)], axis=0)
+        spread += np.average((angle + math.radians(turned)) ** 2, weights=power) / len(SIDES_DEG)
+    assert math.sqrt(spread) == pytest.approx(spread_rad(number), rel=0.08)
+    assert math.degrees(spread_rad(number)) == pytest.approx((24.7, 35.0, 47.2)[number], abs=0.1)
 
 
 def test_waves_are_as_long_as_they_say() -> None:

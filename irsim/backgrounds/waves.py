@@ -22,13 +22,26 @@ def longest_wave(wind_m_s: float) -> float:
     return float(2 * np.pi * wind_m_s**2 / (0.877**2 * GRAVITY))
 
 
+SIDES_DEG = (-20.0, 20.0)
+"""Directions of an octave's two trains, from that of the wind."""
+
+
+def spread_rad(number: int) -> float:
+    """How far the directions of waves are spread about that of the wind, rms, in an octave, counted from that of the
+    longest wave on: sqrt(2 / (s + 1)) of the law cos^(2 s)(angle / 2), s = 9.77 (f / f_peak)^-2.33 where the wind is
+    1.17 times as fast as the longest wave (Hasselmann, Dunckel and Ewing, J. Physical Oceanography 10 (1980) 1264).
+    Short waves run nearly all ways."""
+    s = 9.77 * 2 ** (-2.33 * number / 2)  # f goes with the root of 1 / length
+    return math.sqrt(2 / (s + 1))
+
+
 class Octave:
-    """An octave of waves: two trains, twenty degrees to either side of the wind, each with its own groups."""
+    """An octave of waves: two trains, each with its own groups."""
 
     def __init__(self, wind_m_s: float, wind_deg: float, number: int, seed: int) -> None:
         self.length_m = longest_wave(wind_m_s) / 2**number
         self._speed = math.sqrt(GRAVITY * self.length_m / (2 * math.pi))  # of deep water
-        self._angles = [math.radians(wind_deg + side) for side in (-20.0, 20.0)]
+        self._angles = [math.radians(wind_deg + side) for side in SIDES_DEG]
         self._trains = [padded(wave_train(seed, number, side)) for side in range(2)]
         draw = stream(seed, "waves", number)
         self._starts = draw.uniform(0, TILE, (2, 2)).tolist()
@@ -52,12 +65,14 @@ class Octave:
 
 
 def wave_train(seed: int, number: int, side: int) -> Floats:
-    """(TILE, TILE) periodic waves that run along the rows' axis, PER_WAVE texels long, long-crested; variance 1."""
+    """(TILE, TILE) periodic waves that run along the rows' axis, PER_WAVE texels long, of variance 1: together with the
+    other train they are spread as `spread_rad` says."""
+    own = math.sqrt(spread_rad(number) ** 2 - math.radians(SIDES_DEG[side]) ** 2)
     fx, fy = np.fft.rfftfreq(TILE)[None, :], np.fft.fftfreq(TILE)[:, None]
     length = np.hypot(fx, fy) * PER_WAVE
     with np.errstate(divide="ignore"):
         octave = np.exp(-0.5 * (np.log2(np.maximum(length, 1e-9)) / 0.4) ** 2)
-    spread = np.exp(-0.5 * (np.arctan2(fx, np.abs(fy)) / np.radians(25)) ** 2)
+    spread = np.exp(-0.25 * (np.arctan2(fx, np.abs(fy)) / own) ** 2)  # of amplitudes: own is that of their squares
     white = np.fft.rfft2(normals((TILE, TILE), seed, "waves", number, side))
     field = np.fft.irfft2(white * octave * spread, s=(TILE, TILE))
     return np.asarray(field / field.std(), dtype=np.float32)
