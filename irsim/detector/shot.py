@@ -32,8 +32,11 @@ class Shot(Noise):
         address = moment.seed, "noise", self.name, moment.index
         read_variance, well = response.read**2, response.well
         if COMPILED:
-            found = np.frombuffer(kernels.add_shot(*begun(*address), signal, read_variance, well, EXACT_E))
-            dark, held = found[::2].astype(np.intp), found[1::2].astype(np.float32)
+            found = kernels.add_shot(*begun(*address), signal, read_variance, well, EXACT_E)
+            if not found:
+                return
+            pairs = np.frombuffer(found)
+            dark, held = pairs[::2].astype(np.intp), pairs[1::2].astype(np.float32)
         else:
             dark = np.flatnonzero(signal < EXACT_E)
             held = signal.reshape(-1)[dark]
