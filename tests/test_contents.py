@@ -89,6 +89,21 @@ def test_files_that_overrides_and_tables_name_are_found_again(project: Path, els
     assert not np.array_equal(pictures(elsewhere / "again.mcap"), pictures(project / "made.mcap"))
 
 
+def test_another_recording_has_a_digest_of_its_own(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By an override, by a change and by a range, though the first one's stands in the text."""
+    scenario = irsim.load(project / "scene.yaml")
+    noted = project / "noted.yaml"
+    noted.write_text(irsim.dumps(scenario, folder=project))
+    other = irsim.record(irsim.Rendering(irsim.loads(GROUND, overrides=["seed=1"])), project / "other.mcap")
+    changed = irsim.change(scenario, {"background.file": str(other)})
+    assert changed.hash != scenario.hash
+    assert irsim.load(noted, [f"background.file={other}"]) == changed
+    ranges = "vary={background.file: {kind: choice, values: [footage/own.mcap, other.mcap]}}"
+    monkeypatch.chdir(project)
+    drawn = irsim.sample(irsim.load(noted, [ranges]), 8)
+    assert {each.background for each in drawn} == {scenario.background, changed.background}
+
+
 @pytest.mark.parametrize("what", ["mesh", "footage"])
 def test_a_changed_file_is_noticed_when_a_recording_is_rendered_again(project: Path, run: Run, what: str) -> None:
     assert run("render", "scene.yaml", "-o", "made.mcap", cwd=project).returncode == 0
