@@ -47,23 +47,30 @@ def sample_names(name: str, n: int) -> list[str]:
 
 
 def sample_texts(
-    scenario: Scenario, name: str, n: int, seed: int, repeat: str, progress: Callable[[int], None] | None = None
+    scenario: Scenario,
+    name: str,
+    n: int,
+    seed: int,
+    repeat: str,
+    folder: Path,
+    progress: Callable[[int], None] | None = None,
 ) -> list[str]:
     """`n` draws of `sample` as YAML texts, each with what was drawn and how to repeat it. InputError as `sample`.
 
     name     of the scenario
     repeat   the command that was given
+    folder   where they will lie: files that they are read from are named as they are found from there
     """
     texts = []
     for index in range(n):
         (drawn,) = sample(scenario, 1, seed, start=index)
-        texts.append(_sample_text(drawn, name, index, n, repeat, scenario.vary))
+        texts.append(_sample_text(drawn, name, index, n, repeat, scenario.vary, folder))
         if progress is not None:
             progress(index + 1)
     return texts
 
 
-def _sample_text(drawn: Scenario, name: str, index: int, n: int, repeat: str, keys: Iterable[str]) -> str:
+def _sample_text(drawn: Scenario, name: str, index: int, n: int, repeat: str, keys: Iterable[str], folder: Path) -> str:
     head = [f"Sample {index} of {n} drawn from {name}; all of them again: {repeat}"]
     head += [f"{key} = {json.dumps(value)}" for key, value in reach(drawn, keys).items()]
-    return "".join(f"# {' '.join(line.split())}\n" for line in head) + dumps(drawn, short=True)
+    return "".join(f"# {' '.join(line.split())}\n" for line in head) + dumps(drawn, True, folder)

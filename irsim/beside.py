@@ -1,11 +1,13 @@
-"""Files that a YAML file names: looked for beside it, not where the command happens to be given."""
+"""Files that a YAML file names: found from beside it, not from where the command happens to be given."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from irsim.contents import name_from, whole_name
 from irsim.errors import InputError
 from irsim.kinds import Part
 from irsim.overrides import placed
@@ -13,53 +15,63 @@ from irsim.schema import Slot, member
 from irsim.severity import entries
 from irsim.yamlfile import Document, KeyPath
 
+Renamed = Callable[[str], str]
+
 
 def beside(document: Document, folder: Path, root: type[Part]) -> Document:
-    """The document of a file in `folder` with the relative names of files in it as they are found from here.
+    """The document of a file in `folder` with the whole names of files in it.
 
-    One that is only in the working directory stays as it is, so that texts in which `irsim sample` and others have
-    named files from there hold wherever they are put. One that is nowhere is beside the document, as its error says.
+    One that is only in the working directory is that one. One that is nowhere is beside the document, as its error
+    says.
     """
-    if folder == Path():
-        return document
-    value = _found(document.value, Slot.of(root), folder)
+    return _with_names(document, lambda name: _found(name, folder), root)
+
+
+def named_from(document: Document, folder: Path, root: type[Part]) -> Document:
+    """The document, which has whole names of files, with those that `beside` makes whole again from `folder`."""
+    return _with_names(document, lambda name: name_from(folder, name), root)
+
+
+def _with_names(document: Document, renamed: Renamed, root: type[Part]) -> Document:
+    value = _each_name(document.value, Slot.of(root), renamed)
     for table, key in entries(document) if isinstance(value, dict) else ():
         try:
             slot = _slot(document.value, placed(document, key, None, table, root)[1], root)
         except InputError:  # told when the document is validated
             continue
-        value = {**value, table: {**value[table], key: _each(value[table][key], slot, folder)}}
+        value = {**value, table: {**value[table], key: _entry(value[table][key], slot, renamed)}}
     return replace(document, value=value)
 
 
-def _each(entry: Any, slot: Slot | None, folder: Path) -> Any:
+def _entry(entry: Any, slot: Slot | None, renamed: Renamed) -> Any:
     """An entry of a table, the values of a severity's list or of a choice, of a key of that slot."""
     if isinstance(entry, list):
-        return [_found(value, slot, folder) for value in entry]
+        return [_each_name(value, slot, renamed) for value in entry]
     if not isinstance(entry, dict):
         return entry
-    lists = {key: _each(entry[key], slot, folder) for key in entry if key == "values"}
-    return {**entry, **lists, **{key: _found(entry[key], slot, folder) for key in entry if key == "benign"}}
+    lists = {key: _entry(entry[key], slot, renamed) for key in entry if key == "values"}
+    return {**entry, **lists, **{key: _each_name(entry[key], slot, renamed) for key in entry if key == "benign"}}
 
 
-def _found(value: Any, slot: Slot | None, folder: Path) -> Any:
+def _each_name(value: Any, slot: Slot | None, renamed: Renamed) -> Any:
     if slot is None:
         return value
     if isinstance(value, str) and slot.is_file:
-        return _name(value, folder)
+        return renamed(value)
     if isinstance(value, dict):
-        return {key: _found(item, slot.child(value, key), folder) for key, item in value.items()}
+        return {key: _each_name(item, slot.child(value, key), renamed) for key, item in value.items()}
     if isinstance(value, list):
-        return [_found(item, slot.child(value, index), folder) for index, item in enumerate(value)]
+        return [_each_name(item, slot.child(value, index), renamed) for index, item in enumerate(value)]
     return value
 
 
-def _name(name: str, folder: Path) -> str:
+def _found(name: str, folder: Path) -> str:
     near = folder / name
     try:
-        return name if not near.exists() and Path(name).exists() else str(near)
+        only_here = not near.exists() and Path(name).exists()
     except (OSError, ValueError):  # a name that no file can have is told by who opens it
         return name
+    return whole_name(name if only_here else str(near))
 
 
 def _slot(value: Any, path: KeyPath, root: type[Part]) -> Slot | None:

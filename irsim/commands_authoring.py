@@ -83,7 +83,7 @@ def sample(
     ours, alike = {path.name for path in paths}, re.compile(rf"{re.escape(name)}-\d+\.yaml")
     refuse_leftovers(folder, lambda file: file not in ours and alike.fullmatch(file) is not None, "samples")
     with progress_bar(f"sample {name}", count) as progress:
-        texts = sample_texts(loaded, name, count, seed, repeat, progress)
+        texts = sample_texts(loaded, name, count, seed, repeat, folder, progress)
     make_folder(folder)
     for path, text in zip(paths, texts, strict=True):
         with replacing_text(path) as file:

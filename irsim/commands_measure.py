@@ -99,7 +99,7 @@ def fit(
     intervals; of the display, how far each number may be turned before the pictures tell."""
     from irsim.displayed import FITS
     from irsim.files import check_output, replacing_text
-    from irsim.fitting import check_replaced, fit_frames, open_pictures
+    from irsim.fitting import check_replaced, fit_frames, open_pictures, sealed
     from irsim.loader import find
 
     opened = open_changed(source, overrides, seed, without)
@@ -124,13 +124,14 @@ def fit(
                     found = fit_frames(stack, opened, where, wanted.start, pictures, progress)
         except InputError as error:
             raise InputError(f"{source}: {error}") from None
+    text = sealed(in_options(found.text))
     if output is not None:
         with replacing_text(output) as file:
-            file.write(in_options(found.text))
+            file.write(text)
     if as_json:
         print(in_options(json.dumps(found.as_json())))
     elif output is None:
-        print(in_options(found.text), end="")
+        print(text, end="")
     else:
         for note in found.notes:
             print(f"irsim: note: {in_options(note)}", file=sys.stderr)
@@ -266,9 +267,8 @@ def _claim(source: Source) -> str | None:
     """The class that a source's scenario claims to be like."""
     from irsim import yamlfile
 
-    if source.scenario_text is None:
-        return None
-    like: str | None = yamlfile.parse(source.scenario_text, source.name).value.get("like")
+    text = source.scenario_text
+    like: str | None = None if text is None else yamlfile.parse(text, source.name).value.get("like")
     return like
 
 

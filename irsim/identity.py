@@ -7,9 +7,12 @@ import inspect
 from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 from irsim.compiled import COMPILED
+from irsim.contents import DIGEST
 from irsim.kinds import Kind, Part
+from irsim.marks import Located
 
 NOT_PIXELS = {
     # read and check scenarios, and word what is wrong
@@ -44,6 +47,22 @@ def scene_code(scene: Part) -> str:
     for kind in sorted(set(_foreign_kinds(scene)), key=lambda kind: kind.kind):
         digest.update(f"{kind.kind}\0".encode() + _source(kind) + b"\0")
     return digest.hexdigest()
+
+
+def without_names(part: object, value: Any) -> Any:
+    """A part's plain value less the names of files whose digest stands beside them: what is in a file counts, not where
+    it lies nor how its name is spelt."""
+    if isinstance(part, tuple | list):
+        return [without_names(*pair) for pair in zip(part, value, strict=True)]
+    if not isinstance(part, Part):
+        return value
+    kept = {key: item for key, item in value.items() if not (DIGEST in value and _names_a_file(part, key))}
+    return {key: without_names(getattr(part, key), item) for key, item in kept.items()}
+
+
+def _names_a_file(part: Part, key: str) -> bool:
+    field = type(part).model_fields.get(key)
+    return field is not None and any(isinstance(mark, Located) for mark in field.metadata)
 
 
 @lru_cache

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
+from pathlib import Path
 from typing import Any, Generic
 
 from irsim import yamlfile
-from irsim.beside import beside
+from irsim.beside import beside, named_from
 from irsim.doubts import doubts, unheeded
 from irsim.errors import InputError, Notice
 from irsim.explain import AnyPart, formed, line, place_of
@@ -151,10 +152,15 @@ def _unheeded(document: Document, overrides: list[str], without: Sequence[str]) 
     ]
 
 
-def dumps(scenario: Scenario, short: bool = False) -> str:
-    """The scenario as YAML text; `loads` gives the equal scenario. With every key, or `short`: without defaults."""
-    expect_scenario("the text", scenario)
-    return yamlfile.write(brief(scenario) if short else plain(scenario))
+def dumps(scenario: Scenario, short: bool = False, folder: str | PathLike[str] | None = None) -> str:
+    """The scenario as YAML text; `loads` gives the equal scenario.
+
+    short    without defaults, else with every key
+    folder   where a file with that text will lie: files that the scene is read from are named as they are found from
+             there, and `load` gives the equal scenario when all are moved together. None: by their whole names
+    """
+    document = _document(expect_scenario("the text", scenario), brief if short else plain)
+    return yamlfile.write((document if folder is None else named_from(document, Path(folder), Scenario)).value)
 
 
 def build(part: type[AnyPart], values: Mapping[str, Any], name: str) -> AnyPart:
@@ -205,12 +211,13 @@ def _changed(document: Document, overrides: Iterable[str]) -> tuple[Document, li
             wrong.append(str(error))
     if wrong:
         raise InputError("\n".join(wrong))
-    return replace(document, value=_whole(document.value)), given
+    here = beside(document, Path(), Scenario)  # what overrides name, and a text that came without a file
+    return replace(here, value=_whole(here.value)), given
 
 
-def _document(scenario: Scenario) -> Document:
+def _document(scenario: Scenario, as_value: Callable[[Scenario], Any] = brief) -> Document:
     """A scenario as if it had been read."""
-    return Document("scenario", brief(scenario), {(): "scenario"}, {})
+    return Document("scenario", as_value(scenario), {(): "scenario"}, {})
 
 
 def _warning(document: Document, notice: Notice) -> str:

@@ -5,6 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
+from pydantic import AfterValidator
+
+from irsim.contents import whole_name
+
 
 @dataclass(frozen=True)
 class Items:
@@ -30,4 +34,5 @@ class Located:
     """Stands beside a field that names a file: in a YAML file a relative name is looked for beside that file first."""
 
 
-FileName = Annotated[str, Located()]
+FileName = Annotated[str, Located(), AfterValidator(whole_name)]
+"""A file's name, whole: what a scene is read from stays that when the working directory changes."""

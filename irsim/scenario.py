@@ -29,7 +29,7 @@ from irsim.consistency import (
 )
 from irsim.errors import InputError
 from irsim.expectation import EXPECTATIONS, Expectation
-from irsim.identity import scene_code
+from irsim.identity import scene_code, without_names
 from irsim.kinds import KeyPath, Name, Part, Several, Switch
 from irsim.motion import Company, Pointing
 from irsim.occluders import OCCLUDERS, Occluder
@@ -128,12 +128,12 @@ class Scenario(Part):
 
     @property
     def hash(self) -> str:
-        """Hex digest of all that decides the pixels and the truth: values, code and meshes; not what is about it."""
+        """Hex digest of all that decides the pixels and the truth: values, code and what is in files; not what is about
+        it, nor where files lie."""
         from irsim import __version__
 
-        value = json.loads(self.model_dump_json(exclude=ABOUT))
-        meshes = [target.shape.contents for target in self.targets if target.shape.contents]
-        text = json.dumps([__version__, scene_code(self), value, *meshes], sort_keys=True)
+        value = without_names(self, json.loads(self.model_dump_json(exclude=ABOUT)))
+        text = json.dumps([__version__, scene_code(self), value], sort_keys=True)
         return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
 
     @property

@@ -11,6 +11,11 @@ import numpy as np
 from irsim.shapes.body import Body
 from irsim.types import Floats
 
+BOX = "".join(f"v {x} {y} {z}\n" for x in (0, 1) for y in (0, 1) for z in (0, 1)) + (
+    "f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\n"
+)
+"""The text of an OBJ file: a closed cube."""
+
 GIVEN: dict[str, dict[str, Any]] = {
     "mesh": {"file": str(Path(__file__).parent / "wedge.obj"), "length_m": 10.0, "materials_k": {"stern": 400.0}}
 }

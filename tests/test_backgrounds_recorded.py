@@ -11,10 +11,10 @@ from command_line import Run
 
 from irsim.backgrounds import Footage, Recorded
 from irsim.errors import InputError
-from irsim.loader import dumps, loads
+from irsim.loader import change, dumps, loads
 from irsim.presets import PRESETS
 from irsim.radiometry import radiance, temperature
-from irsim.recording import open_recording, record
+from irsim.recording import Recording, open_recording, record
 from irsim.scale import Scale
 from irsim.scenario import Scenario
 from irsim.simulate import Rendering
@@ -226,6 +226,14 @@ def test_another_recording_of_the_same_name_is_another_scene(tmp_path: Path) -> 
     before = scene(footage(tmp_path)).hash
     after = scene(footage(tmp_path, netd_mk=80.0)).hash
     assert before != after
+
+
+def test_a_recording_is_read_whole_once_however_many_scenes_are_made_of_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = scene(footage(tmp_path))
+    monkeypatch.setattr(Recording, "hash", property(lambda _: pytest.fail("read again")))
+    assert change(first, {"seed": 3}).background == first.background
 
 
 def test_no_output_replaces_the_footage(tmp_path: Path, run: Run) -> None:

@@ -5,14 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from mesh_files import BOX
 
 import irsim
 from irsim.errors import InputError
 from irsim.loader import warnings
 
-CUBE = "".join(f"v {x} {y} {z}\n" for x in (0, 1) for y in (0, 1) for z in (0, 1)) + (
-    "f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\n"
-)
 SCENE = """\
 frames: 2
 camera: {size: [32, 24]}
@@ -32,7 +30,7 @@ def scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "scenes").mkdir()
     (tmp_path / "here").mkdir()
     monkeypatch.chdir(tmp_path / "here")
-    (tmp_path / "scenes" / "box.obj").write_text(CUBE)
+    (tmp_path / "scenes" / "box.obj").write_text(BOX)
     path = tmp_path / "scenes" / "scene.yaml"
     path.write_text(SCENE)
     return path
@@ -44,16 +42,16 @@ def mesh_of(scenario: irsim.Scenario) -> str:
 
 def test_a_mesh_beside_the_scenario_is_found_from_anywhere(scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert mesh_of(irsim.load(scene)) == str(scene.with_name("box.obj"))
-    assert mesh_of(irsim.load("../scenes/scene.yaml")) == "../scenes/box.obj"
+    assert irsim.load("../scenes/scene.yaml") == irsim.load(scene)
     monkeypatch.chdir(scene.parent)
-    assert mesh_of(irsim.load("scene.yaml")) == "box.obj"
+    assert irsim.load("scene.yaml") == irsim.load(scene)
 
 
 def test_what_is_in_the_working_directory_alone_is_found_too_and_that_beside_comes_first(scene: Path) -> None:
-    Path("box.obj").write_text(CUBE)
+    Path("box.obj").write_text(BOX)
     assert mesh_of(irsim.load(scene)) == str(scene.with_name("box.obj"))
     scene.with_name("box.obj").unlink()
-    assert mesh_of(irsim.load(scene)) == "box.obj"
+    assert mesh_of(irsim.load(scene)) == str(Path("box.obj").absolute())
 
 
 def test_one_that_is_nowhere_is_named_where_it_was_looked_for(scene: Path) -> None:
@@ -65,8 +63,8 @@ def test_one_that_is_nowhere_is_named_where_it_was_looked_for(scene: Path) -> No
 
 
 def test_an_override_is_looked_for_where_the_command_is_given(scene: Path) -> None:
-    Path("own.obj").write_text(CUBE)
-    assert mesh_of(irsim.load(scene, ["targets.box.shape.file=own.obj"])) == "own.obj"
+    Path("own.obj").write_text(BOX)
+    assert mesh_of(irsim.load(scene, ["targets.box.shape.file=own.obj"])) == str(Path("own.obj").absolute())
 
 
 def test_a_recorded_background_lies_beside_its_scenario_and_the_recording_of_it_is_rendered_again(scene: Path) -> None:
@@ -82,7 +80,7 @@ def test_a_recorded_background_lies_beside_its_scenario_and_the_recording_of_it_
 
 
 def test_files_under_severities_and_vary_lie_there_too(scene: Path) -> None:
-    scene.with_name("other.obj").write_text(CUBE)
+    scene.with_name("other.obj").write_text(BOX)
     severities = "severities:\n  targets.box.shape.file: [box.obj, other.obj]\n"
     scene.write_text(SCENE + severities)
     assert mesh_of(irsim.load(scene, ["severity=1"])) == str(scene.with_name("other.obj"))

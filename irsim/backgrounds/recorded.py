@@ -14,6 +14,7 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.backgrounds.base import FARTHEST, Background, Gaze, Layer
+from irsim.contents import with_digest
 from irsim.errors import InputError
 from irsim.kinds import Index, ScaleKelvin
 from irsim.marks import FileName
@@ -58,20 +59,7 @@ class Recorded(Background):
     @model_validator(mode="before")
     @classmethod
     def _look_inside(cls, data: Any) -> Any:
-        if not isinstance(data, dict) or not isinstance(data.get("file"), str):
-            return data
-        try:
-            recording = _opened(data["file"])
-            digest = recording.hash
-        except (InputError, OSError) as error:
-            raise _wrong("file", str(error)) from None
-        if data.get("digest") and data["digest"] != digest:
-            raise _wrong(
-                "digest", f"{data['file']} has changed: its digest is {digest}; allowed: that, or no key digest"
-            )
-        if isinstance(data.get("start"), int) and data["start"] >= len(recording):
-            raise _wrong("start", f"{data['file']} has no frame {data['start']}; allowed: 0 to {len(recording) - 1}")
-        return {**data, "digest": digest}
+        return with_digest(data, _digest)
 
     @classmethod
     def filled(cls, given: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -82,6 +70,13 @@ class Recorded(Background):
             return {**given, "range_k": _opened(given["file"]).header.range_k}
         except (InputError, OSError):  # told by `_look_inside`
             return given
+
+    @model_validator(mode="after")
+    def _start_is_there(self) -> Recorded:
+        frames = len(self.recording)
+        if self.start >= frames:
+            raise _wrong("start", f"{self.file} has no frame {self.start}; allowed: 0 to {frames - 1}")
+        return self
 
     @model_validator(mode="after")
     def _range_rises(self) -> Recorded:
@@ -195,6 +190,17 @@ def _opened(file: str) -> Recording:
     from irsim.recording import open_recording  # imports mcap and protobuf: only where a recording is asked for
 
     return open_recording(file)
+
+
+def _digest(file: str) -> str:
+    recording = _opened(file)
+    return _digest_of(recording.path, recording.container.stamp)
+
+
+@lru_cache(maxsize=64)
+def _digest_of(path: Path, stamp: tuple[int, int, int]) -> str:
+    """Of a file with that stamp: read once, however many scenes are made of it."""
+    return _opened(str(path)).hash
 
 
 def _wrong(key: str, what: str) -> PydanticCustomError:

@@ -15,7 +15,7 @@ from irsim.displayed import FittedDisplay, Pairs, fit_display, paired
 from irsim.fitting.pictures import Pictures, open_pictures
 from irsim.fitting.scene import Scene
 from irsim.fitting.summary import summary_lines
-from irsim.fitting.written import check_replaced
+from irsim.fitting.written import check_replaced, sealed
 from irsim.loader import loads
 from irsim.measure import FRAMES, Figures, Region, measure_figures, taken_by_targets
 from irsim.scenario import Scenario
@@ -123,4 +123,4 @@ def _pairs(stack: Counts, source: Source, pictures: Source, start: int) -> Pairs
     return paired(stack, source.bits, pictures, start - lead, lead)
 
 
-__all__ = ["Fit", "check_replaced", "fit", "fit_frames", "open_pictures"]
+__all__ = ["Fit", "check_replaced", "fit", "fit_frames", "open_pictures", "sealed"]

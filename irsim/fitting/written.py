@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import re
+import hashlib
 from pathlib import Path
 
 from irsim.errors import InputError
@@ -10,21 +10,30 @@ from irsim.errors import InputError
 BY = "by irsim fit;"
 """Stands in the first line of what a fit writes."""
 
-_OWN = re.compile(r"(targets|occluders):")
-"""Begins what a fit never has: its user added it."""
+_SEAL = "# A later fit replaces this file as long as nothing is changed in it: "
+"""Begins the last line of what a fit writes; the digest of all before it ends it."""
+
+
+def sealed(text: str) -> str:
+    """A fit's text with a last line that tells whether it is still as it was written."""
+    return f"{text}{_SEAL}{_digest(text)}\n"
 
 
 def check_replaced(path: Path | None) -> None:
-    """InputError where a file is there that no fit wrote, or to which its user has added what a fit would lose."""
+    """InputError where a file is there that no fit wrote, or that was changed since: a fit would lose what its user
+    has put there."""
     if path is None or not path.exists():
         return
     try:
-        lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+        text = path.read_text(encoding="utf-8", errors="replace")
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
-    allowed = "and a fit would replace it; allowed: another name"
-    if not (lines and lines[0].startswith("#") and BY in lines[0]):
-        raise InputError(f"{path}: is there already, irsim fit has not written it, {allowed}")
-    for number, line in enumerate(lines, start=1):
-        if _OWN.match(line):
-            raise InputError(f"{path}:{number}: holds {line.partition(':')[0]} that were added to it, {allowed}")
+    if text == sealed(text.rpartition(_SEAL)[0]):
+        return
+    head = text.partition("\n")[0]
+    what = "was changed after irsim fit wrote it" if BY in head else "is there already, irsim fit has not written it"
+    raise InputError(f"{path}: {what}, and a fit would replace it; allowed: another name")
+
+
+def _digest(text: str) -> str:
+    return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()

@@ -59,11 +59,6 @@ class Shape(Kind):
     """How its brightness changes over time."""
 
     @property
-    def contents(self) -> str:
-        """Digest of the files that decide how it looks; empty where there are none."""
-        return ""
-
-    @property
     def files(self) -> tuple[Path, ...]:
         """The files that it is read from."""
         return ()

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from irsim.contents import with_digest
+from irsim.errors import InputError
 from irsim.kinds import Fraction, Kelvin, Length, suggestion
 from irsim.marks import FileName
 from irsim.motion.posture import POSTURES, Posture, PostureName
@@ -18,7 +20,7 @@ from irsim.radiometry import grey_body
 from irsim.shapes.base import Shape, View
 from irsim.shapes.contours import Ints, contour
 from irsim.shapes.corners import corners
-from irsim.shapes.meshfile import MeshError, Triangles, read_mesh
+from irsim.shapes.meshfile import Triangles, read_mesh
 from irsim.shapes.polygon import as_changes, centroids, coverage
 from irsim.shapes.silhouette import Grid, spread
 from irsim.shapes.zbuffer import nearest
@@ -69,13 +71,17 @@ class Model(Shape):
     """Of all materials that `emissivities` does not name."""
     emissivities: Mapping[str, Fraction] = Field(default_factory=dict)
     """Emissivities of materials by name."""
+    digest: str = ""
+    """Of the mesh file's bytes; filled in, and compared where given: a changed mesh is another scene."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _look_inside(cls, given: Any) -> Any:
+        return with_digest(given, lambda file: read_mesh(file).digest)
 
     @model_validator(mode="after")
-    def _file_can_be_read(self) -> Model:
-        try:
-            groups = read_mesh(self.file).groups
-        except MeshError as error:
-            raise PydanticCustomError("mesh", "{what}", {"what": str(error), "at": ("file",)}) from None
+    def _materials_are_known(self) -> Model:
+        groups = self.mesh.groups
         named = ((key, name) for key in ("materials_k", "emissivities") for name in getattr(self, key))
         for key, name in named:
             if name not in groups:
@@ -94,8 +100,12 @@ class Model(Shape):
         return POSTURES[self.lies_as]
 
     @property
-    def contents(self) -> str:
-        return read_mesh(self.file).digest
+    def mesh(self) -> Triangles:
+        """What is in its file. InputError where that has changed since the scene was read."""
+        mesh = read_mesh(self.file)
+        if mesh.digest != self.digest:
+            raise InputError(f"{self.file}: was changed after the scene was read; read the scene again")
+        return mesh
 
     @property
     def files(self) -> tuple[Path, ...]:
@@ -103,7 +113,7 @@ class Model(Shape):
 
     @property
     def doubt(self) -> tuple[str, str] | None:
-        gaps = read_mesh(self.file).gaps
+        gaps = self.mesh.gaps
         if not gaps:
             return None
         return "file", (
@@ -113,7 +123,7 @@ class Model(Shape):
 
     def draw(self, view: View) -> Sprite | None:
         stage = view.stage
-        triangles, vertices, normals = _placed(self, read_mesh(self.file))
+        triangles, vertices, normals = _placed(self, self.mesh)
         placed = corners(vertices, view)
         if placed is None:
             return None

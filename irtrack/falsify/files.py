@@ -72,7 +72,7 @@ def _write_failure(folder: Path, hunt: Hunt, failure: Failure, name: str, comman
     head = [f"{hunt.subject.label}: {hunt.broken(failure.rule)} here, as found in {name}"]
     head += [f"all of it again: {command}"] if command else []
     with replacing_text(path) as file:
-        file.write("".join(f"# {line}\n" for line in head) + irsim.dumps(scene, short=True))
+        file.write("".join(f"# {line}\n" for line in head) + irsim.dumps(scene, short=True, folder=folder))
     with tempfile.TemporaryDirectory() as scratch:
         entry = Entry(hunt.subject.label, hunt.subject.tracker)
         results = Path(scratch) / "minimal.db"

@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -200,15 +201,22 @@ def keep(
     kept = Kept(path, subject.label, config["tracker"], changed_parameters(config), subject.input, True, how, limit_s)
     new = [each for each in (kept.path, kept.recording, kept.note) if not each.exists()]
     try:
-        for copy in (kept.recording, kept.path):
-            with replacing(copy) as file:
-                file.write((found / MINIMAL).with_suffix(copy.suffix).read_bytes())
+        with replacing(kept.recording) as file:
+            file.write((found / f"{MINIMAL}.mcap").read_bytes())
+        with replacing_text(kept.path) as text:
+            text.write(_head(found / f"{MINIMAL}.yaml") + irsim.dumps(scene, short=True, folder=folder))
         _note(kept)
     except BaseException:
         for each in new:
             each.unlink(missing_ok=True)
         raise
     return kept
+
+
+def _head(path: Path) -> str:
+    """The comments that a scene's file begins with."""
+    with path.open(encoding="utf-8") as lines:
+        return "".join(takewhile(lambda line: line.startswith("#"), lines))
 
 
 def _note(kept: Kept) -> None:

@@ -1,0 +1,64 @@
+"""Files that parts of a scene are read from: names that hold from anywhere, and digests of what is in them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from pydantic_core import PydanticCustomError
+
+from irsim.errors import InputError
+
+DIGEST = "digest"
+"""The key for the digest of a file's bytes, beside the key that names the file."""
+
+
+def whole_name(name: str) -> str:
+    """The name as it holds from any working directory. Links in its folder are followed, so that `..` means what it
+    says; one that is the file itself is not, for its name ends as the file's kind asks."""
+    folder, file = os.path.split(name)
+    try:
+        return os.path.join(os.path.realpath(folder), file)
+    except ValueError:  # no file can have it: told by who opens it
+        return name
+
+
+def same_name(one: object, other: object) -> bool:
+    """Do both name one file?"""
+    return isinstance(one, str) and isinstance(other, str) and whole_name(one) == whole_name(other)
+
+
+def name_from(folder: Path, name: str) -> str:
+    """A whole name as it is found from a folder: relative, so that both move together; whole where they share nothing
+    but the root, or not even that."""
+    here = os.path.realpath(folder)
+    try:
+        shared = Path(os.path.commonpath([here, name]))
+    except ValueError:  # on two drives
+        return name
+    return name if shared == shared.parent else Path(os.path.relpath(name, here)).as_posix()
+
+
+def with_digest(given: Any, digest_of: Callable[[str], str]) -> Any:
+    """The mapping of a part that is read from its `file`, with the file's digest filled in.
+
+    digest_of   of a file's name; InputError, OSError and ValueError say why it cannot be read
+
+    PydanticCustomError where it cannot, and where a digest is given that is another.
+    """
+    if not isinstance(given, Mapping) or not isinstance(given.get("file"), str):
+        return given
+    name = whole_name(given["file"])
+    try:
+        found = digest_of(name)
+    except (InputError, OSError, ValueError) as error:
+        raise _wrong("file", str(error)) from None
+    if given.get(DIGEST) and given[DIGEST] != found:
+        raise _wrong(DIGEST, f"{name} has changed: its digest is {found}; allowed: that, or no key {DIGEST}")
+    return {**given, DIGEST: found}
+
+
+def _wrong(key: str, what: str) -> PydanticCustomError:
+    return PydanticCustomError("file", "{what}", {"what": what, "at": (key,)})
