@@ -213,6 +213,17 @@ def test_the_library_names_its_own_parameters() -> None:
             check("cheese")
 
 
+def test_in_python_the_same_is_compared() -> None:
+    told = json.loads(CliRunner().invoke(app, ["realism", "clouds", "frames=12", "--json"]).stdout)
+    found = irsim.measure_realism(irsim.open_source("clouds", ["frames=12"]), "cloud")
+    assert json.loads(json.dumps({"source": "clouds", **found.as_json()})) == told
+    assert found.inside
+    assert found.noise_unknown == told["noise_unknown"]
+    assert not irsim.measure_realism(irsim.open_source("clouds", ["frames=12"]), "trees").inside
+    with pytest.raises(InputError, match=r"^like 'cheese': no such class"):
+        irsim.measure_realism(irsim.open_source("clouds"), "cheese")
+
+
 def test_the_command_says_so_by_its_status() -> None:
     good = CliRunner().invoke(app, ["realism", "clouds", "frames=12", "--like", "cloud", "--json"])
     assert good.exit_code == 0, good.output
