@@ -10,6 +10,7 @@ import numpy as np
 
 from irsim.measure.points import FULL
 from irsim.measure.region import Mask, Values
+from irsim.measure.robust import MEDIAN_TO_SIGMA
 from irsim.measure.shared import following, in_groups, unshared
 from irsim.types import Floats
 
@@ -33,8 +34,6 @@ _DISTURBED = 0.1
 all sides."""
 _BEYOND = 2
 """What is around a pixel reaches so far, px, beyond the edge too."""
-_MEDIAN_TO_SIGMA = 1.4826
-"""Sigma over the median of absolute deviations of a Gaussian."""
 _PASSES = 3
 """Frames, at most, for which what passes lights up a pixel that blinks only then; what is slower leaves a track."""
 _NEXT_PX = 8.0
@@ -129,7 +128,7 @@ def faint_blinkers(flat: Values) -> Mask:
     """
     variances = np.log(np.maximum(np.var(flat, axis=0, dtype=np.float64), np.finfo(np.float32).tiny))
     apart = variances - np.median(variances)
-    found: Mask = apart > _FAINT * _MEDIAN_TO_SIGMA * max(float(np.median(np.abs(apart))), 1 / math.sqrt(len(flat)))
+    found: Mask = apart > _FAINT * MEDIAN_TO_SIGMA * max(float(np.median(np.abs(apart))), 1 / math.sqrt(len(flat)))
     return found if found.mean() <= _FEW else np.zeros_like(found)
 
 
@@ -167,7 +166,7 @@ def without_specks(picture: Floats) -> Floats:
 
 def _far_off(apart: Floats) -> Mask:
     """Whether a difference to what is around is far beyond those of the place: texture and edges make them large."""
-    scale = np.maximum(around(np.abs(apart)), float(np.median(np.abs(apart)))) * _MEDIAN_TO_SIGMA
+    scale = np.maximum(around(np.abs(apart)), float(np.median(np.abs(apart)))) * MEDIAN_TO_SIGMA
     far: Mask = np.abs(apart) > _FAR * np.maximum(scale, np.finfo(np.float32).tiny)
     return far
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from irsim.measure.interval import LEVEL, Measured
 from irsim.measure.region import Mask, Values
+from irsim.measure.robust import MEDIAN_TO_SIGMA
 from irsim.types import Floats
 
 _LOOKED_AT = 48
@@ -77,7 +78,7 @@ def windows(picture: Floats, bad: Mask, most: int) -> Iterator[tuple[int, int, F
     Then the same of the coldest.
     """
     apart = picture - cv2.GaussianBlur(picture, (0, 0), 2 * REACH)
-    usual = float(np.median(np.abs(apart))) * 1.4826
+    usual = MEDIAN_TO_SIGMA * float(np.median(np.abs(apart)))
     for sign in (1, -1):
         signed = sign * apart
         top = (signed == cv2.dilate(signed, np.ones((2 * REACH + 1,) * 2, np.uint8))) & (signed > _BRIGHT * usual)

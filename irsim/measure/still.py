@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from irsim.measure.defects import Defects, around
-from irsim.measure.interval import Measured
+from irsim.measure.interval import ENDS, Measured
 from irsim.measure.points import FULL, REACH, fitted, windows
 from irsim.measure.region import Mask, Values
 from irsim.types import Floats
@@ -20,7 +20,7 @@ _LEAST_SIGMA = 0.3
 """A point's, px, at least. No cluster of hot pixels among 2160 passed this and the next, and 11 this alone."""
 _WORST = 0.05
 """Greatest difference between a still point and its Gaussian, as a share of its height."""
-_REACH_OF_ERROR = 1.96 * 2.5
+_REACH_OF_ERROR = ENDS * 2.5
 """Half of a 95 % interval of a still point's sigma over its `error`: what lies beneath it is the same in all frames and
 no white noise, so that sigmas scatter 1.2 to 2.7 times as much (77 points rendered on textured grounds)."""
 _SHARP = 0.05

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from irsim.types import Image
+from irtrack.features.robust import MEDIAN_TO_SIGMA
 
 Grid = npt.NDArray[np.float32]
 Hole = tuple[slice, slice]
@@ -89,7 +90,7 @@ class Backdrop:
         unknown = np.zeros(picture.shape, bool)
         unknown[hole] = True
         steps = np.abs(np.diff(picture, axis=1))
-        noise = max((1.4826 * float(np.median(steps))) ** 2 / 2, ROUNDING) if steps.size else ROUNDING
+        noise = max((MEDIAN_TO_SIGMA * float(np.median(steps))) ** 2 / 2, ROUNDING) if steps.size else ROUNDING
         margin = max(rows.stop - rows.start, columns.stop - columns.start)
         around = (
             slice(max(rows.start - margin, 0), rows.stop + margin),
@@ -171,7 +172,7 @@ class Backdrop:
         grey = laid[inner].ravel()
         middle = float(grey.mean())
         residual = raw[inner].ravel() - np.float32(self.gain) * grey - np.float32(self.offset)
-        scale = 1.4826 * float(np.median(np.abs(residual))) + ROUNDING
+        scale = MEDIAN_TO_SIGMA * float(np.median(np.abs(residual))) + ROUNDING
         weights = 1 / (1 + (residual / np.float32(2 * scale)) ** 2)
         slopes = np.stack([-self.gain * across, -self.gain * down, grey - middle, np.ones_like(grey)]).astype(
             np.float64
