@@ -10,7 +10,8 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
-from irsim.kinds import Family, Fraction, Index, NamedKind, Several
+from irsim.kinds import Family, NamedKind, Several
+from irsim.quantities import Fraction, Index
 from irsim.rng import bits
 
 BLOCK = 1024

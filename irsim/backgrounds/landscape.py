@@ -36,7 +36,9 @@ from irsim.backgrounds.plane import VANISHING_PX, covered, laid
 from irsim.backgrounds.sky import Sky
 from irsim.backgrounds.structures import Trees
 from irsim.backgrounds.texture import TILE
-from irsim.kinds import Feature, Height, Kelvin, KelvinSpread, NotNegative, Plausible, Several, Switches
+from irsim.kinds import Several, Switches
+from irsim.marks import Plausible
+from irsim.quantities import Feature, Height, Kelvin, KelvinSpread, NotNegative
 from irsim.radiometry import radiance
 from irsim.stage import Stage
 from irsim.types import Floats

@@ -18,7 +18,8 @@ from irsim.backgrounds.fields import spectral
 from irsim.backgrounds.landscape import above
 from irsim.backgrounds.sky import Sky
 from irsim.backgrounds.waves import TILE, Octave, longest_wave, mixed, padded, sampled
-from irsim.kinds import Degrees, Fraction, Height, Kelvin, Number, Switches
+from irsim.kinds import Switches
+from irsim.quantities import Degrees, Fraction, Height, Kelvin, Number
 from irsim.radiometry import limits, radiance
 from irsim.stage import Stage
 from irsim.types import Band, Floats

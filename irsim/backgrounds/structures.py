@@ -16,18 +16,9 @@ from irsim.backgrounds.panorama import Panorama, Sheet
 from irsim.backgrounds.parallax import Cylinder, Standing
 from irsim.backgrounds.texture import TILE
 from irsim.foliage import LARGEST, Crown, Foliage, broadleaf, bush, conifer
-from irsim.kinds import (
-    Fraction,
-    Kelvin,
-    KelvinSpread,
-    Metres,
-    Name,
-    NotNegative,
-    Part,
-    Plausible,
-    Range,
-    Switches,
-)
+from irsim.kinds import Name, Part, Switches
+from irsim.marks import Plausible
+from irsim.quantities import Fraction, Kelvin, KelvinSpread, Metres, NotNegative, Range
 from irsim.radiometry import radiance
 from irsim.rng import stream
 from irsim.stage import Stage

@@ -13,7 +13,8 @@ from pydantic import Field
 from irsim.detector.ar1 import Over, Process, over
 from irsim.detector.base import Moment, Noise, Ratio, read_only
 from irsim.detector.variance import Variance
-from irsim.kinds import Fraction, NotNegative, Switches
+from irsim.kinds import Switches
+from irsim.quantities import Fraction, NotNegative
 from irsim.types import Floats
 
 Term = tuple[str, Over, float]

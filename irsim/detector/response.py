@@ -14,7 +14,8 @@ from pydantic import Field
 
 from irsim.compiled import COMPILED, kernels
 from irsim.detector.photons import photon_radiance, photon_slope
-from irsim.kinds import Family, Kind, NotNegative, Positive
+from irsim.kinds import Family, Kind
+from irsim.quantities import NotNegative, Positive
 from irsim.radiometry import radiance, slope
 from irsim.types import Band, Counts, Curve, Floats
 

@@ -10,8 +10,9 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from irsim.geometry import gimbal
-from irsim.kinds import Height, Kind, NamedKind, Range, Speed
+from irsim.kinds import Kind, NamedKind
 from irsim.motion.dynamics import Dynamics
+from irsim.quantities import Height, Range, Speed
 from irsim.stage import Stage
 from irsim.types import Floats
 

@@ -11,9 +11,10 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.kinds import Fraction, Kelvin, Length, suggestion
+from irsim.kinds import suggestion
 from irsim.marks import FileName
 from irsim.motion.posture import POSTURES, Posture, PostureName
+from irsim.quantities import Fraction, Kelvin, Length
 from irsim.radiometry import grey_body
 from irsim.shapes.base import Shape, View
 from irsim.shapes.contours import Ints, contour

@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 from pydantic import Field
 
-from irsim.kinds import Fraction
+from irsim.quantities import Fraction
 from irsim.types import Box, Frame
 from irtrack.features.backdrop import Backdrop, Hole
 from irtrack.features.foreground import Greys, gathered, peaks
