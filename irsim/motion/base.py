@@ -36,6 +36,11 @@ class Path(Kind):
         """The first frame at which there is something on this path."""
         return -math.inf
 
+    @property
+    def level_m(self) -> float | None:
+        """How far the level ground that it goes on lies below the unmoved camera, m; None where it does not say."""
+        return None
+
     def refers(self) -> Mapping[str, str]:
         """Ids of the targets whose paths it asks for, by the key that names each."""
         return {}
@@ -95,6 +100,10 @@ class PixelPath(Path):
     ground_m: Height | None = None
     """For a target on level ground: how far the ground lies below the camera, metres. The range then
     follows from the direction, and range_m and closing_m_s do not count."""
+
+    @property
+    def level_m(self) -> float | None:
+        return self.ground_m
 
     @abstractmethod
     def pixels(self, frames: Floats, stage: Stage, name: str) -> Floats:
