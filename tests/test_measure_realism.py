@@ -20,7 +20,7 @@ from irsim.loader import examples
 from irsim.measure import CLASSES, Texture, backdrops, check_class, check_sort, classes_of, judge, texture
 from irsim.measure.spectrum import unevenness
 from irsim.recording import Recording, open_recording
-from irsim.types import Floats, Look
+from irsim.types import BackgroundClass, Floats
 from irsim.yamlfile import read
 
 REAL = Path(__file__).resolve().parents[2] / "shared" / "real"
@@ -95,7 +95,7 @@ def test_a_shipped_scene_is_like_what_it_claims(name: str) -> None:
 
 def test_sky_trees_and_ground_are_claimed() -> None:
     assert {"cloud", "ground", "treeline"} <= set(CLAIMS.values())
-    assert set(CLASSES) == set(get_args(Look))
+    assert set(CLASSES) == set(get_args(BackgroundClass))
 
 
 @pytest.mark.parametrize("name", CLAIMS)

@@ -110,16 +110,16 @@ class Sea(Sky):
         return float(radiance(stage.band, self.water_k))
 
     def land(self, stage: Stage) -> LandLight:
-        water = Water(self, self.clear(stage), stage)
+        water = SeaSurface(self, self.clear(stage), stage)
         return lambda gaze: water.light(gaze)[1][water.sky_left(gaze) == 0]
 
     def layers(self, stage: Stage) -> Sequence[Layer]:
         _, *clouds = super().layers(stage)
-        water = Water(self, self.clear(stage), stage)
+        water = SeaSurface(self, self.clear(stage), stage)
         return [water, *above(clouds, water)]
 
 
-class Water:
+class SeaSurface:
     """The opaque layer: the clear sky, and the sea below the horizon."""
 
     name = "sea"

@@ -7,7 +7,6 @@ from typing import Annotated, ClassVar
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 from pydantic import Field
 
 from irsim.backgrounds.fields import profile, spectral
@@ -22,11 +21,10 @@ from irsim.quantities import Fraction, Kelvin, KelvinSpread, Metres, NotNegative
 from irsim.radiometry import radiance
 from irsim.rng import stream
 from irsim.stage import Stage
-from irsim.types import Floats
+from irsim.types import Bools, Floats
 
 Spacing = Annotated[float, Field(ge=0.5, le=100_000)]
 """Metres; nearer to each other they would be too many to draw."""
-Mask = npt.NDArray[np.bool_]
 Feet = Callable[[Floats], Floats]
 """The rows of the map where things stand at columns of it, (n,) each."""
 
@@ -68,7 +66,7 @@ class Canvas:
         cv2.fillPoly(self.cover, [fine], 1, shift=4)
         cv2.fillPoly(self.kelvin, [fine], kelvin, shift=4)
 
-    def stamp(self, foot: tuple[float, float], middle: float, hides: Mask, kelvin: Floats, coarser: int) -> None:
+    def stamp(self, foot: tuple[float, float], middle: float, hides: Bools, kelvin: Floats, coarser: int) -> None:
         """A picture whose last row stands at a map place (x, y), `middle` being its column there.
 
         hides, kelvin  (rows, cols): where it covers what is behind it, and its temperatures; each pixel

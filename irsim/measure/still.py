@@ -11,8 +11,8 @@ import numpy as np
 from irsim.measure.defects import Defects, around
 from irsim.measure.interval import ENDS, Measured
 from irsim.measure.points import FULL, REACH, fitted, windows
-from irsim.measure.region import Mask, Values
-from irsim.types import Floats
+from irsim.measure.region import Values
+from irsim.types import Bools, Floats
 
 _POINTS = 24
 """The brightest that are looked at; those that are one pixel sharp are not among them."""
@@ -38,14 +38,14 @@ class Still:
     """points: sigmas of those found, px; around_points, full, around_full: masks (rows, columns)."""
 
     points: tuple[Measured, ...]
-    around_points: Mask
-    full: Mask
-    around_full: Mask
+    around_points: Bools
+    full: Bools
+    around_full: Bools
 
     @property
-    def all(self) -> Mask:
+    def all(self) -> Bools:
         """What is left out of texture and fixed pattern."""
-        still: Mask = self.around_points | self.around_full
+        still: Bools = self.around_points | self.around_full
         return still
 
     def spared(self, bad: Defects) -> Defects:
@@ -72,15 +72,15 @@ def still_things(frames: Values, bad: Defects, top: float = math.inf) -> Still:
     return Still(tuple(sigmas), points.astype(bool), full, near_full)
 
 
-def _sharp(level: Floats) -> Mask:
+def _sharp(level: Floats) -> Bools:
     """Whether a pixel is alone in what it has above the median of those around."""
     apart = level - around(level)
     beside = cv2.blur(apart, (3, 1)) * 3 + cv2.blur(apart, (1, 3)) * 3 - 2 * apart
-    sharp: Mask = (apart > 0) & (beside / 4 < _SHARP * apart)
+    sharp: Bools = (apart > 0) & (beside / 4 < _SHARP * apart)
     return sharp
 
 
-def _full(level: Floats, top: float) -> Mask:
+def _full(level: Floats, top: float) -> Bools:
     """Pixels that are full, but for stuck ones: groups that touch pixels which have light as well."""
     from scipy.ndimage import label
 

@@ -49,7 +49,7 @@ SMOOTHINGS = 200
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Look:
+class LaidFrame:
     """A frame laid on the backdrop.
 
     picture    (rows, columns) the frame in the backdrop's grey scale;  mean, variance: what is behind it
@@ -106,7 +106,7 @@ class Backdrop:
         variance[unknown] = max(float(ring.var()) if ring.size else 0.0, noise)
         return cls(mean, variance, np.where(unknown, 0, 1).astype(np.float32), noise)
 
-    def lay(self, image: Image, register: bool) -> tuple[Backdrop, Look]:
+    def lay(self, image: Image, register: bool) -> tuple[Backdrop, LaidFrame]:
         """The backdrop moved under a frame, and how the frame lies on it."""
         raw = image.astype(np.float32)
         moved = self._registered(raw) if register and min(raw.shape) >= LEAST_SIDE else self
@@ -120,16 +120,16 @@ class Backdrop:
             moved.shift[1] + whole[1] - self.shift[1],
         )
         variance = moved.variance + np.float32(SHIFT**2) * _steepness(mean)
-        return moved, Look(picture, mean, variance, moved.looks >= 1, moved.shift, travel)
+        return moved, LaidFrame(picture, mean, variance, moved.looks >= 1, moved.shift, travel)
 
-    def learn(self, look: Look, foreground: Grid, rate: float, hole: Hole | None) -> Backdrop:
+    def learn(self, laid: LaidFrame, foreground: Grid, rate: float, hole: Hole | None) -> Backdrop:
         """The backdrop after a frame: quickly where it is the backdrop that is seen, not at all in the hole."""
         share = np.maximum(1 / (self.looks + 1), np.float32(rate))
         open_ = np.ones(foreground.shape, np.float32)
         if hole is not None:
             open_[hole] = 0
         clear = share * (1 - foreground) * open_
-        residual = _shifted(look.picture - look.mean, (-look.shift[0], -look.shift[1]))
+        residual = _shifted(laid.picture - laid.mean, (-laid.shift[0], -laid.shift[1]))
         spread = np.minimum(residual**2, OUTLIER * self.variance)
         variance = np.maximum(self.variance + clear * (spread - self.variance), np.float32(self.noise / OUTLIER))
         rates = clear + np.float32(MOVING_RATE) * foreground * open_
