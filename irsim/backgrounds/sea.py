@@ -11,11 +11,11 @@ import numpy as np
 from pydantic import Field
 
 from irsim.atmosphere import Atmosphere
+from irsim.backgrounds.above import above
 from irsim.backgrounds.air import Below
 from irsim.backgrounds.base import FARTHEST, ClearLayer, Gaze, LandLight, Layer
 from irsim.backgrounds.blur import softened
 from irsim.backgrounds.fields import spectral
-from irsim.backgrounds.landscape import above
 from irsim.backgrounds.sky import Sky
 from irsim.backgrounds.waves import TILE, Octave, longest_wave, mixed, padded, sampled
 from irsim.kinds import Switches
