@@ -29,12 +29,13 @@ from irsim.display import AGCS
 from irsim.expectation import EXPECTATIONS
 from irsim.falloff import Falloff
 from irsim.faults import FAULTS
-from irsim.kinds import LARGEST, Family, Kind, Name, NamedKind, Part, Switch
+from irsim.kinds import Family, Kind, Name, NamedKind, Part, Switch
 from irsim.loader import examples, load, shipped
 from irsim.meanings import meanings
 from irsim.motion import PATHS, POINTINGS
 from irsim.occluders import OCCLUDERS
 from irsim.optics import Lens
+from irsim.quantities import LARGEST
 from irsim.scenario import Scenario
 from irsim.schema import Slot, plain
 from irsim.shapes import SHAPES

@@ -57,6 +57,7 @@ _PUBLIC = {
     "Fit": "irsim.fitting",
     "fit": "irsim.fitting",
     "measure_noise": "irsim.measure",
+    "measure_realism": "irsim.measure",
     "import_frames": "irsim.convert",
 }
 

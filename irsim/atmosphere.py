@@ -23,7 +23,8 @@ from pydantic import Field
 
 from irsim.climate import CLIMATES, FIT_HEIGHT_KM, FIT_KM, FIT_VISIBILITY_KM, FOG, Climate, ClimateName, fitted_band
 from irsim.errors import Notice
-from irsim.kinds import AirKelvin, Kelvin, Part, Switches
+from irsim.kinds import Part, Switches
+from irsim.quantities import AirKelvin, Kelvin
 from irsim.radiometry import hemisphere, limits, radiance
 from irsim.turbulence import Turbulence
 from irsim.types import Band, BandName, Floats

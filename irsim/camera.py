@@ -27,11 +27,12 @@ from irsim.display import AGCS, Agc, Linear, Plain
 from irsim.falloff import Falloff, Shade
 from irsim.faults import FAULTS, Fault, arrivals
 from irsim.geometry import Geometry
-from irsim.kinds import Part, ScaleKelvin, Several, Switches
+from irsim.kinds import Part, Several, Switches
 from irsim.marks import Items
 from irsim.motion import POINTINGS, Pointing
 from irsim.optics import Lens
 from irsim.presets import PRESETS, Preset
+from irsim.quantities import ScaleKelvin
 from irsim.radiometry import band_fault
 from irsim.smear import Smear
 from irsim.types import BandName, Floats

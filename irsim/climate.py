@@ -34,13 +34,14 @@ refractive index of water of Hale and Querry (Appl. Opt. 12, 555, 1973)."""
 class Climate:
     """A model atmosphere.
 
-    fit       (a, b) of each band at the two visibilities, 5 and 23 km
+    fit       (a, b) of tau = exp(-a R^b), R in km, of each band at the two visibilities, 5 and 23 km: fitted to
+              runs of LOWTRAN7 (Kneizys et al., AFGL-TR-88-0177, 1988), which are not kept here; largest error 0.022
     profile   ((km, K), ...) air temperature, linear between; McClatchey et al. 1972 as in Anderson et al.,
               AFGL-TR-86-0110 (1986), within 0.1 K; the U.S. Standard Atmosphere 1976 is linear itself
-    gas_km    scale height of what absorbs, km: that at which the layered sky has the printed clear-sky
-              temperatures (LOWTRAN7) within 2 K. It lies below the water column over the vapour at the
-              ground (1.4/5.9, 2.9/14 g/cm2 over g/m3: 2.4 and 2.1 km), as the continuum grows with the
-              square of the vapour: more so in humid air.
+    gas_km    scale height of what absorbs, km: that at which the layered sky has LOWTRAN7's clear-sky
+              temperatures at five elevations within 2 K (printed in `tests/test_atmosphere.py`). It lies below the
+              water column over the vapour at the ground (1.4/5.9, 2.9/14 g/cm2 over g/m3: 2.4 and 2.1 km), as
+              the continuum grows with the square of the vapour: more so in humid air.
     """
 
     fit: dict[BandName, tuple[tuple[float, float], tuple[float, float]]]

@@ -5,10 +5,8 @@ from __future__ import annotations
 import json
 import shlex
 import sys
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -21,8 +19,8 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
-    from irsim.measure import Figures, Judged, Region, Texture, Verdict
-    from irsim.types import Input, Source
+    from irsim.measure import Region
+    from irsim.types import Source
 
 Measured = Annotated[
     str, typer.Argument(metavar="SCENARIO|REC", help="A recording, or a scenario, which is rendered for it.")
@@ -35,11 +33,6 @@ RegionOption = Annotated[
     typer.Option(metavar="X,Y,W,H", help="Where only noise is seen, px; default: the flattest window that is still."),
 ]
 Json = Annotated[bool, typer.Option("--json", help="One JSON document instead of lines.")]
-
-_NOISY = 120
-"""Frames whose noise is compared with real cameras'."""
-_PICTURES = 9
-"""Pictures over the whole length whose texture is measured."""
 
 
 def noise(
@@ -57,7 +50,7 @@ def noise(
     opened = open_changed(source, overrides, seed, without)
     where = _region(region, opened.size)
     wanted = _wanted(frames, opened)
-    stack = read_stack(opened, wanted, "counts")
+    stack = _read(opened, wanted)
     try:
         taken = taken_by_targets(opened, wanted.start, wanted.stop)
         report = measure_noise(stack, opened.rate_hz, where, 2.0**opened.bits - 1, taken)
@@ -115,7 +108,7 @@ def fit(
     where = _region(region, opened.size)
     wanted = _wanted(frames, opened)
     with open_pictures(display, opened) as pictures:
-        stack = read_stack(opened, wanted, "counts")
+        stack = _read(opened, wanted)
         try:
             if pictures is None:
                 found = fit_frames(stack, opened, where, wanted.start)
@@ -161,7 +154,7 @@ def realism(
     without: WithoutOption = None,
 ) -> None:
     """Compare a background's texture, and a camera's noise, with real recordings: cloud, trees, ground and so on."""
-    from irsim.measure import check_class, check_sort
+    from irsim.measure import check_class, check_sort, measure_realism
 
     if like is not None:
         with from_option("--like", "like"):
@@ -170,97 +163,23 @@ def realism(
         with from_option("--camera", "like"):
             check_sort(camera)
     opened = open_changed(source, overrides, seed, without)
-    found = _compared(opened, source, like or _claim(opened), camera)
-    unknown = found.noise_unknown
-    if not as_json:
-        for line in _realism_lines(found, camera is not None):
-            print(line)
-    if unknown is not None and camera is not None:
-        raise InputError(f"{source}: {unknown}")
-    if as_json:
-        print(json.dumps({"source": source, **_realism_json(found)}))
-    if not all(verdict.inside for verdict in found.verdicts):
-        sys.exit(1)
-
-
-@dataclass(frozen=True)
-class _Compared:
-    """Texture and noise beside real ones: texture None where it is not asked for, noise a line where it is unknown."""
-
-    texture: Texture | None
-    classes: Judged | None
-    noise: dict[str, float]
-    sorts: Judged | str
-
-    @property
-    def noise_unknown(self) -> str | None:
-        return self.sorts if isinstance(self.sorts, str) else None
-
-    @property
-    def judged(self) -> tuple[Judged, ...]:
-        return tuple(each for each in (self.classes, self.sorts) if each is not None and not isinstance(each, str))
-
-    @property
-    def verdicts(self) -> tuple[Verdict, ...]:
-        return tuple(verdict for each in self.judged for verdict in each.verdicts)
-
-
-def _compared(opened: Source, name: str, like: str | None, camera: str | None) -> _Compared:
-    from irsim.measure import backdrops, judge_classes, judge_sorts, noise_figures, texture
-
-    found, classes = None, None
-    if camera is None or like is not None:
+    with progress_bar(f"read {opened.name}") as progress:
         try:
-            found = texture(backdrops(opened, _PICTURES))
+            found = measure_realism(opened, like or _claim(opened), camera, progress)
         except InputError as error:
-            raise InputError(f"{name}: {error}") from None
-        classes = judge_classes(found, like)
-    noise = _noise_to_judge(opened, camera is not None)
-    if isinstance(noise, str):
-        return _Compared(found, classes, {}, noise)
-    values = {figure: value.value for figure, value in noise_figures(noise).items()}
-    return _Compared(found, classes, values, judge_sorts(noise, camera))
-
-
-def _realism_lines(found: _Compared, asked: bool) -> Iterator[str]:
-    """For people; why noise is unknown only where it was not `asked` for, for then it is an error."""
-    if found.classes is not None:
-        yield from found.classes.lines("looks like", "no class of real recordings")
-    if not isinstance(found.sorts, str):
-        yield from found.sorts.lines("its noise is like", "that of no real camera")
-    elif not asked:
-        yield found.sorts
-
-
-def _realism_json(found: _Compared) -> dict[str, Any]:
-    told: dict[str, Any] = {}
-    if found.texture is not None and found.classes is not None:
-        told = {**asdict(found.texture), "like": found.classes.asked, "classes": found.classes.fitting}
-    if isinstance(found.sorts, str):
-        told["noise_unknown"] = found.sorts
-    else:
-        told |= {"camera": found.sorts.asked, **found.noise, "cameras": found.sorts.fitting}
-    kept = {name: verdicts for each in found.judged for name, verdicts in each.apart.items()}
-    outside = {name: [verdict.figure for verdict in verdicts] for name, verdicts in kept.items()}
-    ranges = {v.figure: {"low": v.low, "high": v.high, "inside": v.inside} for v in found.verdicts}
-    return {**told, "outside": outside, "ranges": ranges}
-
-
-def _noise_to_judge(source: Source, asked: bool) -> Figures | str:
-    """Figures whose noise can be compared with real cameras', or in a line why there are none."""
-    from irsim.measure import measure_figures, noise_figures, taken_by_targets
-
-    if source.bits <= 8 and not asked:
-        return "its noise is not judged, for pictures of 8 bits hold no sensor's; allowed: a sensor's counts"
-    looked = range(min(_NOISY, len(source)))
-    stack = read_stack(source, looked, "counts")
-    taken = taken_by_targets(source, looked.start, looked.stop)
-    try:
-        found = measure_figures(stack, source.rate_hz, None, 2.0**source.bits - 1, taken, passing=asked)
-        noise_figures(found)
-    except InputError as error:
-        return str(error)
-    return found
+            raise InputError(f"{source}: {error}") from None
+    if not as_json:
+        for line in found.lines():
+            print(line)
+    if found.noise_unknown is not None:
+        if camera is not None:
+            raise InputError(f"{source}: {found.noise_unknown}")
+        if not as_json:
+            print(found.noise_unknown)
+    if as_json:
+        print(json.dumps({"source": source, **found.as_json()}))
+    if not found.inside:
+        sys.exit(1)
 
 
 def _claim(source: Source) -> str | None:
@@ -272,17 +191,12 @@ def _claim(source: Source) -> str | None:
     return like
 
 
-def read_stack(source: Source, wanted: range, input: Input) -> npt.NDArray[np.integer]:
+def _read(source: Source, wanted: range) -> npt.NDArray[np.integer]:
     """The wanted frames as one array (T, rows, columns), with a progress bar."""
-    import numpy as np
+    from irsim.measure import read_counts
 
-    images = []
     with progress_bar(f"read {source.name}", len(wanted)) as progress:
-        for frame in source.frames(input, wanted.start, wanted.stop):
-            images.append(frame.image)
-            if progress is not None:
-                progress(len(images))
-    return np.stack(images)
+        return read_counts(source, wanted, progress)
 
 
 def _region(text: str | None, size: tuple[int, int]) -> Region | None:

@@ -9,7 +9,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from irsim.kinds import Family, Index, Kind, Name, Positive
+from irsim.kinds import Family, Kind, Name
+from irsim.quantities import Index, Positive
 
 
 class Expectation(Kind):

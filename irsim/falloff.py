@@ -9,7 +9,8 @@ from typing import ClassVar
 import numpy as np
 
 from irsim.geometry import Geometry
-from irsim.kinds import Fraction, Part, Switches
+from irsim.kinds import Part, Switches
+from irsim.quantities import Fraction
 from irsim.types import Floats
 
 

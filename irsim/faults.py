@@ -10,13 +10,13 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
-from irsim.kinds import Family, Fraction, Index, NamedKind, Several
+from irsim.kinds import Family, NamedKind, Several
+from irsim.quantities import Fraction, Index
 from irsim.rng import bits
+from irsim.types import Bools
 
 BLOCK = 1024
 """Frames whose chances are drawn in one go."""
-
-Flags = npt.NDArray[np.bool_]
 
 
 class Fault(NamedKind):
@@ -30,10 +30,10 @@ class Fault(NamedKind):
     """To how many frames in a row it happens, each time."""
 
     @abstractmethod
-    def copies(self, hit: Flags) -> npt.NDArray[np.intp]:
+    def copies(self, hit: Bools) -> npt.NDArray[np.intp]:
         """(n,) how many of each frame arrive, where `hit` says to which of them it happens."""
 
-    def hits(self, count: int, seed: int) -> Flags:
+    def hits(self, count: int, seed: int) -> Bools:
         """(count,) the frames, from 0 on, to which it happens. More frames change none of them."""
         begins = np.zeros(count, dtype=bool)
         listed = np.asarray(self.frames, dtype=np.int64)
@@ -41,21 +41,21 @@ class Fault(NamedKind):
         if self.rate > 0:
             begins |= _chances(count, seed, self.name) < self.rate
         last = np.maximum.accumulate(np.where(begins, np.arange(count), -self.length_frames))
-        hit: Flags = np.arange(count) - last < self.length_frames
+        hit: Bools = np.arange(count) - last < self.length_frames
         return hit
 
 
 class Drop(Fault):
     """Frames that do not arrive; the times of those that do tell of the gap."""
 
-    def copies(self, hit: Flags) -> npt.NDArray[np.intp]:
+    def copies(self, hit: Bools) -> npt.NDArray[np.intp]:
         return np.where(hit, 0, 1)
 
 
 class Duplicate(Fault):
     """Frames that arrive twice: the same picture and truth again, at the same time."""
 
-    def copies(self, hit: Flags) -> npt.NDArray[np.intp]:
+    def copies(self, hit: Bools) -> npt.NDArray[np.intp]:
         return np.where(hit, 2, 1)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from irsim.errors import Notice
-from irsim.kinds import Plausible
+from irsim.marks import Plausible
 from irsim.schema import Slot
 from irsim.yamlfile import KeyPath
 

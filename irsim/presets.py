@@ -1,4 +1,14 @@
-"""Cameras of the trade: keys of a camera by name."""
+"""Cameras of the trade: keys of a camera by name.
+
+None is one product. Optics, wells and integration times are of the usual size; noise in units of NETD follows raw
+counts where a comment names them, and is chosen elsewhere.
+
+Drift is chosen, not measured. Before 300 K the pattern is as large as a pixel's noise in time, beyond which a
+correction is due (W. Gross, Th. Hierl, M. Schulz, "Correctability and long-term stability of infrared focal plane
+arrays", Opt. Eng. 38, 862 (1999)), 17 minutes after one of `cooled_mwir` and one minute after one of `cooled_lwir`,
+offsets and gains together. The pattern of pixels of `uncooled_lwir` is 2.5 times as large when the shutter comes:
+eight clips of a Lepton 3 have 0.7 to 4.6 (`irsim.measure.CAMERAS`).
+"""
 
 from __future__ import annotations
 
@@ -6,11 +16,9 @@ from typing import Any, Literal
 
 Preset = Literal["cooled_mwir", "cooled_lwir", "uncooled_lwir", "ideal"]
 
-NETD_MK: dict[Preset, float] = {"cooled_mwir": 17.7, "cooled_lwir": 22.0, "uncooled_lwir": 40.0, "ideal": 0.0}
-"""What each is stated to have, mK at 300 K."""
-
 _LEFT_BY_CORRECTION = {"kind": "fixed_pattern", "pixel": 0.3, "column": 0.15, "row": 0.08, "redrawn": True}
-"""tvh:vh:h:v = 1:0.3:0.15:0.08 after a fresh correction."""
+"""tvh:vh:h:v = 1:0.3:0.15:0.08, chosen for a fresh correction: raw counts of a real cooled LWIR camera after its own
+have 1:0.40:0.085:0.12 (`irsim.measure.CAMERAS`)."""
 
 PRESETS: dict[Preset, dict[str, Any]] = {
     # InSb, 640x512 of 15 um behind 100 mm F/4: wells of 7 Me-, 37 % full of 300 K in 10 ms.
@@ -80,13 +88,16 @@ PRESETS: dict[Preset, dict[str, Any]] = {
         "time_constant_ms": 10.0,
         "noise": [
             {"kind": "white", "ratio": 0.6},
-            {"kind": "ar1", "ratio": 0.8, "time_constant_s": 1.05},  # with white, 1 in all
+            # with white, 1 in all; rho 0.9 at 9 Hz is 1.05 s, as in raw counts of a real one (Lepton 3)
+            {"kind": "ar1", "ratio": 0.8, "time_constant_s": 1.05},
             {"kind": "ar1", "id": "level", "over": "frame", "ratio": 1.0, "time_constant_s": 20.0},
             {"kind": "fixed_pattern", "pixel": 0.5, "column": 0.3, "row": 0.2, "redrawn": True},
             {"kind": "drift", "pixel": 2.5, "column": 0.7, "row": 0.5, "time_constant_s": 120.0},
             {"kind": "bad_pixels", "dead": 0.0, "hot": 0.0, "blinking": 0.0005},
         ],
-        "correction": {"period_frames": 5400, "freeze_frames": 15},  # a shutter every three minutes, for 0.5 s
+        # A shutter every three minutes, a Lepton's default (FLIR, Lepton Engineering Datasheet 500-0659-00-09, rev.
+        # 203), for 0.5 s: a Tau 640 takes less (FLIR, Tau 640 User's Manual TAU-0640-00-10, 2011).
+        "correction": {"period_frames": 5400, "freeze_frames": 15},
     },
     # Light and nothing else.
     "ideal": {"bits": 16, "netd_mk": 0.0, "noise": []},

@@ -1,4 +1,4 @@
-"""What the counts of a recording stand for: the light that gives them."""
+"""What counts stand for, of a camera or of a recording: the light that gives them."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ from irsim.stage import Stage
 from irsim.switches import less, switches
 from irsim.target import Target
 from irsim.turbulence import Turbulence
-from irsim.types import Look
+from irsim.types import BackgroundClass
 from irsim.variation import VARIATIONS, Variation
 from irsim.wording import counted
 
@@ -74,7 +74,7 @@ class Scenario(Part):
 
     about: str = ""
     """What this scenario is for."""
-    like: Look | None = None
+    like: BackgroundClass | None = None
     """Class of real backgrounds that its own claims to be like; `irsim realism` holds it to that."""
     seed: Annotated[int, Field(ge=0, lt=2**63)] = 0
     """Seed of everything random in the scene."""

@@ -10,7 +10,7 @@ from irsim.display import AGCS
 from irsim.draw import Labelled, labelled_sheet
 from irsim.gallery import write_sheet
 from irsim.loader import load
-from irsim.presets import NETD_MK
+from irsim.presets import PRESETS
 from irsim.scenario import Scenario
 from irsim.simulate import Rendering
 from irsim.types import Box
@@ -74,11 +74,12 @@ ZOOM_PX = 32
 
 def cameras() -> Iterator[Labelled]:
     """The same faint drone before an almost even sky by each camera preset: what is seen is the camera's noise."""
-    for preset, netd in NETD_MK.items():
+    for preset in PRESETS:
         camera = {**_SIZE, "preset": preset, "elevation_deg": 6}
         scenario = Scenario.model_validate({"seed": 3, "frames": 2, "camera": camera, **_FAINT})
         image = Rendering(scenario).frame(1, "display").image
-        yield Labelled(f"{preset}: NETD {netd:g} mK; a drone {_DRONE_M} m away", image, Box(160, 128, ZOOM_PX, ZOOM_PX))
+        label = f"{preset}: NETD {scenario.camera.netd():.3g} mK; a drone {_DRONE_M} m away"
+        yield Labelled(label, image, Box(160, 128, ZOOM_PX, ZOOM_PX))
 
 
 SHOWN_BY_AGC = (("sky", 40), ("countryside", 40), ("entrant", 70), ("sea", 30))

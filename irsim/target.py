@@ -7,8 +7,9 @@ from typing import Annotated, ClassVar
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.kinds import Name, Part, Several, Stretch, Switches, Triple, Turning
+from irsim.kinds import Name, Part, Several, Switches
 from irsim.motion import PATHS, Path
+from irsim.quantities import Stretch, Triple, Turning
 from irsim.shapes import SHAPES, Shape
 
 

@@ -13,7 +13,8 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from irsim.kinds import Metres, NotNegative, Part
+from irsim.kinds import Part
+from irsim.quantities import Metres, NotNegative
 from irsim.radiometry import limits
 from irsim.rng import stream
 from irsim.types import Band, Floats

@@ -15,7 +15,8 @@ from typing import Annotated, Any
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.kinds import LARGEST, Family, Kind, Number, Positive
+from irsim.kinds import Family, Kind
+from irsim.quantities import LARGEST, Number, Positive
 
 STEPS = 5
 """Severities from the benign value to an end of a range."""

@@ -10,7 +10,7 @@ import pytest
 from country import gaze, stage
 
 from irsim.backgrounds import Landscape
-from irsim.backgrounds.landscape import Country
+from irsim.backgrounds.country import Country
 from irsim.radiometry import temperature
 from irsim.scenario import Scenario
 from irsim.types import Floats

@@ -22,10 +22,10 @@ from irsim.detector import (
     ar1,
     bad_pixels,
     drift,
-    fixed_pattern,
     grain,
     noise_3d,
     shot,
+    terms,
 )
 from irsim.detector import response as response_module
 from irsim.detector.response import Electrons, Response, Setting
@@ -157,7 +157,7 @@ def forget() -> None:
         drift._deviation,
         drift._at,
         bad_pixels._telegraph,
-        fixed_pattern._pattern,
+        terms.staying,
     ):
         kept.cache_clear()
 

@@ -20,7 +20,7 @@ from irsim.loader import examples
 from irsim.measure import CLASSES, Texture, backdrops, check_class, check_sort, classes_of, judge, texture
 from irsim.measure.spectrum import unevenness
 from irsim.recording import Recording, open_recording
-from irsim.types import Floats, Look
+from irsim.types import BackgroundClass, Floats
 from irsim.yamlfile import read
 
 REAL = Path(__file__).resolve().parents[2] / "shared" / "real"
@@ -95,7 +95,7 @@ def test_a_shipped_scene_is_like_what_it_claims(name: str) -> None:
 
 def test_sky_trees_and_ground_are_claimed() -> None:
     assert {"cloud", "ground", "treeline"} <= set(CLAIMS.values())
-    assert set(CLASSES) == set(get_args(Look))
+    assert set(CLASSES) == set(get_args(BackgroundClass))
 
 
 @pytest.mark.parametrize("name", CLAIMS)
@@ -211,6 +211,17 @@ def test_the_library_names_its_own_parameters() -> None:
     for check in (check_class, check_sort):
         with pytest.raises(InputError, match=r"^like 'cheese': no such (class|sort of camera); allowed: c"):
             check("cheese")
+
+
+def test_in_python_the_same_is_compared() -> None:
+    told = json.loads(CliRunner().invoke(app, ["realism", "clouds", "frames=12", "--json"]).stdout)
+    found = irsim.measure_realism(irsim.open_source("clouds", ["frames=12"]), "cloud")
+    assert json.loads(json.dumps({"source": "clouds", **found.as_json()})) == told
+    assert found.inside
+    assert found.noise_unknown == told["noise_unknown"]
+    assert not irsim.measure_realism(irsim.open_source("clouds", ["frames=12"]), "trees").inside
+    with pytest.raises(InputError, match=r"^like 'cheese': no such class"):
+        irsim.measure_realism(irsim.open_source("clouds"), "cheese")
 
 
 def test_the_command_says_so_by_its_status() -> None:

@@ -13,7 +13,7 @@ from irsim.geometry import Geometry
 from irsim.loader import loads
 from irsim.occluders import OCCLUDERS
 from irsim.occluders.base import given
-from irsim.occluders.picture import Picture
+from irsim.occluders.billboard import Billboard
 from irsim.occluders.tree import Tree
 from irsim.radiometry import temperature
 from irsim.shapes.silhouette import Grid
@@ -162,7 +162,7 @@ def test_a_picture_of_one_colour_covers_its_rectangle() -> None:
     light = np.pad(np.full((40, 70, 2), [1.0, 7.0], np.float32), ((10, 10), (10, 10), (0, 0)))
     grid = Grid(0, 0, 12, 12, 2)
     corners = np.array([[1.25, 2.5], [10.25, 2.5], [10.25, 8.5], [1.25, 8.5]]) + grid.corner
-    area, down, right = Picture(light).fields(corners, grid)
+    area, down, right = Billboard(light).fields(corners, grid)
     np.testing.assert_allclose(area[1], 7 * area[0], rtol=1e-6)
     assert area[0].sum() / 4 == pytest.approx(7 * 4, rel=1e-3)
     np.testing.assert_allclose(area[0, 8:14, 6:17], 1.0, atol=1e-6)

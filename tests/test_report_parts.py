@@ -12,7 +12,7 @@ from irtrack.bench import SummaryRow
 from irtrack.metrics import ATTRIBUTES, Trace
 from irtrack.report.charts import Axis, Line, line_chart
 from irtrack.report.filmstrip import CROP_LEAST, Follower, moments, still
-from irtrack.report.palette import looks
+from irtrack.report.palette import styles
 from irtrack.report.plots import LEAST_ERROR, hidden_spans, quartiles
 from irtrack.report.words import lead, ms, percent, px, share
 
@@ -40,7 +40,7 @@ def trace(visible: list[float], distance: float = 0.0) -> Trace:
 
 
 def follower(label: str, lost_at: int | None, visible: list[float], distance: float = 0.0) -> Follower:
-    return Follower(label, looks([label])[label], trace(visible, distance), lost_at)
+    return Follower(label, styles([label])[label], trace(visible, distance), lost_at)
 
 
 def test_the_strip_shows_the_start_the_hiding_the_loss_and_the_end() -> None:
@@ -85,15 +85,15 @@ def test_hidden_spans_cover_whole_frames_hidden_in_most_seeds() -> None:
 
 def test_looks_differ_and_stay_with_their_labels() -> None:
     labels = [f"t{number}" for number in range(24)]
-    assert len(set(looks(labels).values())) == 24
-    assert looks(labels[:3]) == {label: looks(labels)[label] for label in labels[:3]}
-    for first, second in pairwise(looks(labels[:6]).values()):
+    assert len(set(styles(labels).values())) == 24
+    assert styles(labels[:3]) == {label: styles(labels)[label] for label in labels[:3]}
+    for first, second in pairwise(styles(labels[:6]).values()):
         assert first.color != second.color
 
 
 def test_a_chart_is_the_same_each_time_and_takes_the_colours_of_the_page() -> None:
-    look = looks(["a"])["a"]
-    line = Line(look, np.arange(5.0), np.array([1.0, 10.0, np.nan, 0.5, 2.0]))
+    style = styles(["a"])["a"]
+    line = Line(style, np.arange(5.0), np.array([1.0, 10.0, np.nan, 0.5, 2.0]))
 
     def draw() -> str:
         return line_chart([line], Axis("frame"), Axis("error", log=True), size=(300, 200), name="<one>")
@@ -103,7 +103,7 @@ def test_a_chart_is_the_same_each_time_and_takes_the_colours_of_the_page() -> No
     assert chart.startswith("<svg ")
     assert "<one>" not in chart
     assert "#000000" not in chart  # no black but the page's ink
-    assert look.color in chart
+    assert style.color in chart
     assert "currentColor" in chart
     assert ">frame</text>" in chart
 

@@ -9,8 +9,9 @@ from pydantic import Field, ValidationError
 
 from irsim import yamlfile
 from irsim.explain import explain
-from irsim.kinds import AboveZero, Fraction, NotNegative, Pair, Part, Several
+from irsim.kinds import Part, Several
 from irsim.marks import Items
+from irsim.quantities import AboveZero, Fraction, NotNegative, Pair
 from irsim.schema import Slot
 
 

@@ -31,8 +31,8 @@ EVEN = 2e-4
 300 K in LWIR 0.01 K."""
 
 FARTHEST_M = 100_000.0
-"""Ground is seen up to here at least, m: ranges up to here are plausible (`irsim.kinds`), and the air before it is all
-but opaque (of LWIR 0.01 passes, US standard, 23 km). On the round Earth it is seen as far from 780 m up."""
+"""Ground is seen up to here at least, m: ranges up to here are plausible (`irsim.quantities`), and the air before it is
+all but opaque (of LWIR 0.01 passes, US standard, 23 km). On the round Earth it is seen as far from 780 m up."""
 
 
 def horizon_m(height_m: float) -> float:

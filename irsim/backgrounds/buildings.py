@@ -11,7 +11,9 @@ from pydantic import Field
 from irsim.backgrounds.panorama import Sheet
 from irsim.backgrounds.parallax import Standing
 from irsim.backgrounds.structures import MOST_RELIEF, Canvas, Spacing, Structure, grain
-from irsim.kinds import Kelvin, KelvinDifference, KelvinSpread, Metres, Name, Plausible, Rising, Switches
+from irsim.kinds import Name, Switches
+from irsim.marks import Plausible
+from irsim.quantities import Kelvin, KelvinDifference, KelvinSpread, Metres, Rising
 from irsim.rng import stream
 from irsim.stage import Stage
 from irsim.types import Floats

@@ -15,8 +15,9 @@ from pydantic import Field
 from irsim.backgrounds.patches import Painted, Shape
 from irsim.backgrounds.plane import VANISHING_PX
 from irsim.foliage import LIGHT
-from irsim.kinds import Fraction, KelvinSpread, Part, Rising
+from irsim.kinds import Part
 from irsim.powerlaw import power_law
+from irsim.quantities import Fraction, KelvinSpread, Rising
 from irsim.rng import stream
 from irsim.types import Floats
 

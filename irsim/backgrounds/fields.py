@@ -11,8 +11,8 @@ import numpy as np
 from pydantic import AfterValidator, Field
 from pydantic_core import PydanticCustomError
 
-from irsim.kinds import Number
 from irsim.powerlaw import power_law
+from irsim.quantities import Number
 from irsim.rng import Address, normals
 from irsim.types import Floats
 

@@ -18,7 +18,8 @@ from irsim.backgrounds.hours import Hour, by_hour, typical
 from irsim.backgrounds.painting import Painting, Seen
 from irsim.backgrounds.patches import LYING, Fields, Painted, Roads, Water
 from irsim.backgrounds.texture import Tile, tile_shape
-from irsim.kinds import Feature, Height, Kelvin, KelvinSpread, Switches
+from irsim.kinds import Switches
+from irsim.quantities import Feature, Height, Kelvin, KelvinSpread
 from irsim.radiometry import radiance
 from irsim.stage import Stage
 from irsim.types import Floats

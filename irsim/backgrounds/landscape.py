@@ -3,28 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, Protocol
+from typing import Annotated, Any, ClassVar
 
-import cv2
 import numpy as np
 
+from irsim.backgrounds.above import above
 from irsim.backgrounds.air import ground_path
-from irsim.backgrounds.base import (
-    FARTHEST,
-    Changed,
-    ClearLayer,
-    Gaze,
-    LandLight,
-    Layer,
-    Names,
-    Shells,
-    Slices,
-    Veil,
-    is_veil,
-)
+from irsim.backgrounds.base import ClearLayer, LandLight, Layer, Names, Shells
 from irsim.backgrounds.buildings import Buildings
 from irsim.backgrounds.clutter import Clutter
+from irsim.backgrounds.country import Country, Laid
 from irsim.backgrounds.far import TALLEST, TREE_M, TYPICAL_MRAD, woods
 from irsim.backgrounds.fields import Betas, profile, spectral
 from irsim.backgrounds.hours import Hour, by_hour, typical
@@ -36,7 +24,9 @@ from irsim.backgrounds.plane import VANISHING_PX, covered, laid
 from irsim.backgrounds.sky import Sky
 from irsim.backgrounds.structures import Trees
 from irsim.backgrounds.texture import TILE
-from irsim.kinds import Feature, Height, Kelvin, KelvinSpread, NotNegative, Plausible, Several, Switches
+from irsim.kinds import Several, Switches
+from irsim.marks import Plausible
+from irsim.quantities import Feature, Height, Kelvin, KelvinSpread, NotNegative
 from irsim.radiometry import radiance
 from irsim.stage import Stage
 from irsim.types import Floats
@@ -202,104 +192,3 @@ class Landscape(Sky):
         """left, emission  (rows, cols): what it leaves of the light behind it, and its own as it arrives"""
         pictures = tuple(Panorama.on(sheet, part, stage.psf) for part in (left, emission))
         return Laid(name, Painting(pictures), self.camera_height_m)
-
-
-@dataclass(frozen=True, eq=False)
-class Laid:
-    """Something painted on the ground, and parallax by the distance at which each pixel meets it."""
-
-    name: str
-    painting: Painting
-    camera_height_m: float
-    range_m: float = FARTHEST
-
-    def light(self, gaze: Gaze) -> tuple[Floats, Floats]:
-        if not any(gaze.place):
-            transmittance, emission = self.painting.seen(gaze)
-            return transmittance, emission
-        columns, rows = self._places(gaze)
-        transmittance, emission = (tile.at(columns, rows) for tile in self.painting.tiles)
-        return transmittance, emission
-
-    def _places(self, gaze: Gaze) -> tuple[Floats, Floats]:
-        """Where the panorama, painted from the first place, shows the points of the plane that each pixel sees."""
-        chart, (x, y, z) = gaze.chart, gaze.place
-        geometry, height = chart.geometry, self.camera_height_m
-        unit, squeeze = geometry.ifov_rad, np.cos(geometry.elevation_rad)
-        azimuth = chart.spread(chart.u) * unit / squeeze
-        down = chart.spread(chart.v) * unit - geometry.elevation_rad  # angle below the horizon
-        distance = max(height - y, 0.1) / np.tan(np.maximum(down, 1e-6))
-        right, ahead = x + distance * np.sin(azimuth), z + distance * np.cos(azimuth)
-        first = np.arctan2(height, np.hypot(right, ahead))
-        picture = self.painting.tiles[0]
-        assert isinstance(picture, Panorama)
-        on_ground = down > 0
-        u = np.where(on_ground, np.arctan2(right, ahead), azimuth) * squeeze / unit
-        v = (np.where(on_ground, first, down) + geometry.elevation_rad) / unit
-        rows = np.clip(v - picture.top, 0, picture.padded.shape[0] - 1)
-        return (u - picture.left).astype(np.float32), rows.astype(np.float32)
-
-
-class Country:
-    """The opaque layer: the clear sky, and the ground before it."""
-
-    name = "country"
-    range_m = FARTHEST
-
-    def __init__(self, sky: Layer, ground: Laid) -> None:
-        self._sky, self._ground = sky, ground
-        self._last: tuple[Gaze, Floats] | None = None
-
-    def light(self, gaze: Gaze) -> tuple[None, Floats]:
-        transmittance, emission = self._ground.light(gaze)
-        self._last = gaze, transmittance
-        return None, cv2.multiply(self._sky.light(gaze)[1], transmittance) + emission
-
-    def sky_left(self, gaze: Gaze) -> Floats:
-        """(rows, cols): the share of each pixel that the ground leaves to the sky."""
-        last = self._last  # once: another thread may put its own there
-        if last is None or last[0] is not gaze:
-            last = self._last = gaze, self._ground.light(gaze)[0]
-        return last[1]
-
-
-class Hides(Protocol):
-    """What hides the lower part of the sky."""
-
-    def sky_left(self, gaze: Gaze) -> Floats:
-        """(rows, cols): the share of each pixel that it leaves to the sky."""
-        ...
-
-
-@dataclass(frozen=True, eq=False)
-class Above(Changed):
-    """A cloud layer that the ground or the sea hides."""
-
-    country: Hides
-
-    def light(self, gaze: Gaze) -> tuple[Floats, Floats]:
-        transmittance, emission = self.layer.light(gaze)
-        assert transmittance is not None
-        left = self.country.sky_left(gaze)
-        return 1 - (1 - transmittance) * left, emission * left
-
-
-@dataclass(frozen=True, eq=False)
-class VeilAbove(Above):
-    """One that fills the picture by itself."""
-
-    layer: Veil
-
-    def veil(self, under: Floats, light: Floats, gaze: Gaze, behind: Sequence[Slices]) -> list[Floats]:
-        """See `Veil`. Of what the layer changes in the light, the share that is not hidden."""
-        filled, left = np.empty_like(light), self.country.sky_left(gaze)
-        passed = self.layer.veil(under, filled, gaze, behind)
-        filled -= under
-        filled *= left
-        np.add(under, filled, out=light)
-        return [1 - (1 - part) * left[patch] for part, patch in zip(passed, behind, strict=True)]
-
-
-def above(layers: Sequence[Layer], country: Hides) -> Sequence[Layer]:
-    """Cloud layers, where the ground or the sea hides them."""
-    return [VeilAbove(layer, country) if is_veil(layer) else Above(layer, country) for layer in layers]

@@ -15,16 +15,9 @@ import numpy as np
 from pydantic import Field
 
 from irsim.backgrounds.fields import spectral
-from irsim.kinds import (
-    Feature,
-    KelvinDifference,
-    KelvinSpread,
-    NotNegative,
-    Part,
-    Plausible,
-    Positive,
-    Switches,
-)
+from irsim.kinds import Part, Switches
+from irsim.marks import Plausible
+from irsim.quantities import Feature, KelvinDifference, KelvinSpread, NotNegative, Positive
 from irsim.rng import stream
 from irsim.types import Floats
 

@@ -16,8 +16,8 @@ from pydantic_core import PydanticCustomError
 from irsim.backgrounds.base import FARTHEST, Background, Gaze, Layer
 from irsim.contents import with_digest
 from irsim.errors import InputError
-from irsim.kinds import Index, ScaleKelvin
 from irsim.marks import FileName
+from irsim.quantities import Index, ScaleKelvin
 from irsim.radiometry import limits
 from irsim.scale import Scale
 from irsim.stage import Stage

@@ -11,14 +11,15 @@ import numpy as np
 from pydantic import Field
 
 from irsim.atmosphere import Atmosphere
+from irsim.backgrounds.above import above
 from irsim.backgrounds.air import Below
 from irsim.backgrounds.base import FARTHEST, ClearLayer, Gaze, LandLight, Layer
 from irsim.backgrounds.blur import softened
 from irsim.backgrounds.fields import spectral
-from irsim.backgrounds.landscape import above
 from irsim.backgrounds.sky import Sky
 from irsim.backgrounds.waves import TILE, Octave, longest_wave, mixed, padded, sampled
-from irsim.kinds import Degrees, Fraction, Height, Kelvin, Number, Switches
+from irsim.kinds import Switches
+from irsim.quantities import Degrees, Fraction, Height, Kelvin, Number
 from irsim.radiometry import limits, radiance
 from irsim.stage import Stage
 from irsim.types import Band, Floats
@@ -109,16 +110,16 @@ class Sea(Sky):
         return float(radiance(stage.band, self.water_k))
 
     def land(self, stage: Stage) -> LandLight:
-        water = Water(self, self.clear(stage), stage)
+        water = SeaSurface(self, self.clear(stage), stage)
         return lambda gaze: water.light(gaze)[1][water.sky_left(gaze) == 0]
 
     def layers(self, stage: Stage) -> Sequence[Layer]:
         _, *clouds = super().layers(stage)
-        water = Water(self, self.clear(stage), stage)
+        water = SeaSurface(self, self.clear(stage), stage)
         return [water, *above(clouds, water)]
 
 
-class Water:
+class SeaSurface:
     """The opaque layer: the clear sky, and the sea below the horizon."""
 
     name = "sea"

@@ -28,20 +28,9 @@ from irsim.backgrounds.periodic import coarseness, shrunk
 from irsim.backgrounds.texture import Tile, tile_shape, tile_side
 from irsim.backgrounds.tiles import Tiled
 from irsim.climate import ClimateName
-from irsim.kinds import (
-    Degrees,
-    Feature,
-    Kelvin,
-    KelvinSpread,
-    Name,
-    NotNegative,
-    Number,
-    Part,
-    Plausible,
-    Range,
-    Several,
-    Switches,
-)
+from irsim.kinds import Name, Part, Several, Switches
+from irsim.marks import Plausible
+from irsim.quantities import Degrees, Feature, Kelvin, KelvinSpread, NotNegative, Number, Range
 from irsim.radiometry import radiance
 from irsim.stage import Stage
 from irsim.types import Band, Floats

@@ -7,7 +7,6 @@ from typing import Annotated, ClassVar
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 from pydantic import Field
 
 from irsim.backgrounds.fields import profile, spectral
@@ -16,26 +15,16 @@ from irsim.backgrounds.panorama import Panorama, Sheet
 from irsim.backgrounds.parallax import Cylinder, Standing
 from irsim.backgrounds.texture import TILE
 from irsim.foliage import LARGEST, Crown, Foliage, broadleaf, bush, conifer
-from irsim.kinds import (
-    Fraction,
-    Kelvin,
-    KelvinSpread,
-    Metres,
-    Name,
-    NotNegative,
-    Part,
-    Plausible,
-    Range,
-    Switches,
-)
+from irsim.kinds import Name, Part, Switches
+from irsim.marks import Plausible
+from irsim.quantities import Fraction, Kelvin, KelvinSpread, Metres, NotNegative, Range
 from irsim.radiometry import radiance
 from irsim.rng import stream
 from irsim.stage import Stage
-from irsim.types import Floats
+from irsim.types import Bools, Floats
 
 Spacing = Annotated[float, Field(ge=0.5, le=100_000)]
 """Metres; nearer to each other they would be too many to draw."""
-Mask = npt.NDArray[np.bool_]
 Feet = Callable[[Floats], Floats]
 """The rows of the map where things stand at columns of it, (n,) each."""
 
@@ -77,7 +66,7 @@ class Canvas:
         cv2.fillPoly(self.cover, [fine], 1, shift=4)
         cv2.fillPoly(self.kelvin, [fine], kelvin, shift=4)
 
-    def stamp(self, foot: tuple[float, float], middle: float, hides: Mask, kelvin: Floats, coarser: int) -> None:
+    def stamp(self, foot: tuple[float, float], middle: float, hides: Bools, kelvin: Floats, coarser: int) -> None:
         """A picture whose last row stands at a map place (x, y), `middle` being its column there.
 
         hides, kelvin  (rows, cols): where it covers what is behind it, and its temperatures; each pixel

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import Annotated, Literal
+from typing import Annotated
 
 import cv2
 import numpy as np
@@ -16,10 +16,9 @@ from irsim.detector.base import Additive, Moment, Ratio, read_only
 from irsim.detector.bridge import Bridge
 from irsim.detector.response import Response, Weighted
 from irsim.detector.scratch import scratch
+from irsim.detector.terms import Over, over
 from irsim.rng import begun, normals
 from irsim.types import Floats
-
-Over = Literal["pixel", "row", "column", "frame"]
 
 
 class Ar1(Additive):
@@ -71,12 +70,6 @@ class Ar1(Additive):
 
     def common(self, moment: Moment) -> float:
         return self.ratio**2 if self.over == "frame" else 0.0
-
-
-def over(shape: tuple[int, int], what: Over) -> tuple[int, int]:
-    """The shape of numbers for each pixel, row or column of a picture, or for it as a whole."""
-    rows, columns = shape
-    return {"pixel": (rows, columns), "row": (rows, 1), "column": (1, columns), "frame": (1, 1)}[what]
 
 
 @lru_cache(maxsize=8)

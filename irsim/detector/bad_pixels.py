@@ -14,7 +14,8 @@ from irsim.detector.base import Moment, Noise, Ratio, read_only
 from irsim.detector.bridge import Bridge
 from irsim.detector.response import Response
 from irsim.detector.variance import Variance
-from irsim.kinds import Fraction, Positive, Switches
+from irsim.kinds import Switches
+from irsim.quantities import Fraction, Positive
 from irsim.rng import stream, uniforms
 from irsim.types import Counts, Floats
 

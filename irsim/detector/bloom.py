@@ -8,7 +8,8 @@ import cv2
 import numpy as np
 from pydantic import Field
 
-from irsim.kinds import Fraction, Part
+from irsim.kinds import Part
+from irsim.quantities import Fraction
 from irsim.types import Floats
 
 Direction = Literal["columns", "rows", "around"]

@@ -10,14 +10,13 @@ import cv2
 import numpy as np
 from pydantic import Field
 
-from irsim.detector.ar1 import Over, Process, over
+from irsim.detector.ar1 import Process
 from irsim.detector.base import Moment, Noise, Ratio, read_only
+from irsim.detector.terms import Term, over
 from irsim.detector.variance import Variance
-from irsim.kinds import Fraction, NotNegative, Switches
+from irsim.kinds import Switches
+from irsim.quantities import Fraction, NotNegative
 from irsim.types import Floats
-
-Term = tuple[str, Over, float]
-"""Name of a term, what has a process of its own in it, and its sigma."""
 
 COARSE = 0.004
 """The drift is drawn at nodes at most this share of its time constant apart; straight lines between them lack two

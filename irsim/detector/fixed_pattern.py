@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import ClassVar
 
-import numpy as np
-
-from irsim.detector.base import Moment, Ratio, Steady, read_only
+from irsim.detector.base import Moment, Ratio, Steady
+from irsim.detector.terms import Term, staying
 from irsim.kinds import Switches
-from irsim.rng import normals
 from irsim.types import Floats
 
 
@@ -33,21 +30,12 @@ class FixedPattern(Steady):
 
     def pattern(self, moment: Moment) -> Floats:
         number = moment.corrections if self.redrawn else 0
-        return _pattern(moment.shape, moment.seed, self.name, number, self.pixel, self.column, self.row)
+        terms: tuple[Term, ...] = (
+            ("pixel", "pixel", self.pixel),
+            ("column", "column", self.column),
+            ("row", "row", self.row),
+        )
+        return staying(moment.shape, moment.seed, self.name, terms, number)
 
     def spread(self, moment: Moment, fixed: bool) -> float:
         return (self.pixel**2 + self.column**2 + self.row**2) if fixed else 0.0
-
-
-@lru_cache(maxsize=4)
-def _pattern(
-    shape: tuple[int, int], seed: int, name: str, number: int, pixel: float, column: float, row: float
-) -> Floats:
-    rows, columns = shape
-    after = (number,) if number else ()
-    pattern: Floats = (
-        normals(shape, seed, "noise", name, "pixel", *after) * np.float32(pixel)
-        + normals((1, columns), seed, "noise", name, "column", *after) * np.float32(column)
-        + normals((rows, 1), seed, "noise", name, "row", *after) * np.float32(row)
-    )
-    return read_only(pattern)

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import ClassVar
 
 import cv2
 import numpy as np
 
 from irsim.compiled import COMPILED, kernels
-from irsim.detector.base import Additive, Moment, Ratio, read_only
+from irsim.detector.base import Additive, Moment, Ratio
 from irsim.detector.grain import add_normals
 from irsim.detector.response import Response
+from irsim.detector.terms import Term, staying
 from irsim.kinds import Switches
 from irsim.rng import begun, normals
 from irsim.types import Floats
@@ -43,7 +43,7 @@ class Noise3d(Additive):
     """Sigma from pixel to pixel, anew in each frame."""
 
     def pattern(self, moment: Moment) -> Floats:
-        pattern = np.array(_fixed(moment.shape, moment.seed, self.name, self.v, self.h, self.vh))
+        pattern = self._fixed(moment)
         down, across = self._lines(moment)
         pattern = pattern + (down[:, None] + across)
         if not self.tvh:
@@ -69,7 +69,12 @@ class Noise3d(Additive):
     def steady(self, moment: Moment) -> Floats | None:
         if not (self.v or self.h or self.vh):
             return None
-        return _fixed(moment.shape, moment.seed, self.name, self.v, self.h, self.vh)
+        return self._fixed(moment)
+
+    def _fixed(self, moment: Moment) -> Floats:
+        """The terms that stay, (rows, cols). Read only."""
+        terms: tuple[Term, ...] = (("v", "row", self.v), ("h", "column", self.h), ("vh", "pixel", self.vh))
+        return staying(moment.shape, moment.seed, self.name, terms)
 
     def _lines(self, moment: Moment) -> tuple[Floats, Floats]:
         """The terms t and tv together, (rows,), and the term th, (cols,)."""
@@ -90,14 +95,3 @@ class Noise3d(Additive):
 
     def common(self, moment: Moment) -> float:
         return self.t**2
-
-
-@lru_cache(maxsize=4)
-def _fixed(shape: tuple[int, int], seed: int, name: str, v: float, h: float, vh: float) -> Floats:
-    """The terms that stay, (rows, cols)."""
-    rows, columns = shape
-    shapes = {"v": ((rows, 1), v), "h": ((1, columns), h), "vh": (shape, vh)}
-    pattern = np.zeros(shape, np.float32)
-    for term, (size, sigma) in shapes.items():
-        pattern += normals(size, seed, "noise", name, term) * np.float32(sigma)
-    return read_only(pattern)

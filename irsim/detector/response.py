@@ -14,8 +14,10 @@ from pydantic import Field
 
 from irsim.compiled import COMPILED, kernels
 from irsim.detector.photons import photon_radiance, photon_slope
-from irsim.kinds import Family, Kind, NotNegative, Positive
+from irsim.kinds import Family, Kind
+from irsim.quantities import NotNegative, Positive
 from irsim.radiometry import radiance, slope
+from irsim.scale import Scale
 from irsim.types import Band, Counts, Curve, Floats
 
 NETD_K = 300.0
@@ -174,19 +176,17 @@ class Stated(Detector):
 
     def response(self, setting: Setting) -> Response:
         """NETD is the change of temperature at 300 K that moves the mean count by one sigma: sigma = NETD dN/dT."""
-        dark, bright = (float(radiance(setting.band, temperature)) for temperature in setting.range_k)
-        full = 2**setting.bits - 1
-        gain = full / (bright - dark)
+        scale = Scale.between(setting.band, setting.range_k, setting.bits)
         return Response(
-            linear=gain,
-            root=0.0,
-            zero=-gain * dark,
+            linear=scale.linear,
+            root=scale.root,
+            zero=scale.zero,
             well=math.inf,
-            noise=setting.netd_mk * 1e-3 * slope(setting.band, NETD_K) * gain,
+            noise=setting.netd_mk * 1e-3 * slope(setting.band, NETD_K) * scale.linear,
             netd_mk=setting.netd_mk,
             gain=1.0,
             offset=0.0,
-            full=full,
+            full=2**setting.bits - 1,
             electrons=False,
             read=0.0,
         )

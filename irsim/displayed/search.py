@@ -11,10 +11,9 @@ import numpy as np
 from irsim.display import Agc
 from irsim.displayed.knobs import Knob
 from irsim.measure import ROUNDING
+from irsim.measure.robust import MEDIAN_TO_SIGMA
 from irsim.types import Floats
 
-NORMAL = 1.4826
-"""Standard deviation of what is normally distributed, per median distance from the median."""
 GROWS = 1.3
 """How much longer a step becomes where it was a good one."""
 
@@ -91,7 +90,7 @@ def as_good(errors: Floats, best: Floats, margin: float) -> bool:
     """
     more = errors - best
     usual = float(np.median(more))
-    spread = min(float(more.std()), NORMAL * float(np.median(np.abs(more - usual))))
+    spread = min(float(more.std()), MEDIAN_TO_SIGMA * float(np.median(np.abs(more - usual))))
     chance = min(2 * spread / math.sqrt(more.size), float(best.mean()) / 4)
     most = 4 * margin + np.minimum(best / 4, max(usual, 0) + 4 * spread)
     return bool(more.mean() <= margin + chance and np.all(more <= most))

@@ -8,6 +8,7 @@ import numpy as np
 
 from irsim.doubts.looked import watched
 from irsim.errors import Notice
+from irsim.kinds import KeyPath
 from irsim.scenario import Scenario
 
 
@@ -39,13 +40,15 @@ def long_paths(scenario: Scenario) -> Iterator[Notice]:
 
 def long_views(scenario: Scenario) -> Iterator[Notice]:
     """Occluders, and layers of the background at a range of their own, seen beyond the atmosphere's fit."""
-    stage, background = scenario.stage, scenario.background
-    for family in ("occluders", "clouds", "trees", "buildings"):
-        holder, at = (scenario, ()) if family == "occluders" else (background, ("background",))
-        for index, thing in enumerate(getattr(holder, family, ())):
-            why = stage.air.beyond(thing.range_m, stage.geometry.elevation_rad)
-            if why is not None:
-                yield Notice((*at, family, index, "range_m"), why)
+    stage = scenario.stage
+    things: list[tuple[KeyPath, float]] = [
+        *((("occluders", index), occluder.range_m) for index, occluder in enumerate(scenario.occluders)),
+        *((("background", *place), shell.range_m) for _, place, shell in scenario.background.shells()),
+    ]
+    for place, range_m in things:
+        why = stage.air.beyond(range_m, stage.geometry.elevation_rad)
+        if why is not None:
+            yield Notice((*place, "range_m"), why)
 
 
 def unlike_skies(scenario: Scenario) -> Iterator[Notice]:

@@ -27,7 +27,7 @@ def sunken(scenario: Scenario) -> Iterator[Notice]:
     """A camera that is carried below the ground or the sea: the background's, or what targets go on."""
     stage, background = scenario.stage, scenario.background
     shown = (target for target in scenario.targets if scenario.is_on(target.id))
-    under = [height for target in shown if (height := getattr(target.path, "ground_m", None)) is not None]
+    under = [height for target in shown if (height := target.path.level_m) is not None]
     height = min(under, default=math.inf) if background.surface_m is None else background.surface_m
     frames, least = watched(scenario.frames, LOOKED), min(LOWEST_M, height - ROUNDING_M)
     sinks = {

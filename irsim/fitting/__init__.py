@@ -17,7 +17,7 @@ from irsim.fitting.scene import Scene
 from irsim.fitting.summary import summary_lines
 from irsim.fitting.written import check_replaced, sealed
 from irsim.loader import loads
-from irsim.measure import FRAMES, Figures, Region, measure_figures, taken_by_targets
+from irsim.measure import FRAMES, Figures, Region, measure_figures, read_counts, taken_by_targets
 from irsim.scenario import Scenario
 from irsim.sources import open_source
 from irsim.types import Source
@@ -85,12 +85,7 @@ def fit(
     opened = open_source(source)
     last = min(start + FRAMES, len(opened)) if stop is None else min(stop, len(opened))
     with open_pictures(display, opened) as pictures:
-        return fit_frames(_counts(opened, start, last), opened, region, start, pictures)
-
-
-def _counts(source: Source, start: int, stop: int) -> Counts:
-    """(T, rows, columns)"""
-    return np.stack([frame.image for frame in source.frames("counts", start, stop)])
+        return fit_frames(read_counts(opened, range(start, last)), opened, region, start, pictures)
 
 
 def fit_frames(
@@ -119,7 +114,7 @@ def _pairs(stack: Counts, source: Source, pictures: Source, start: int) -> Pairs
     """Counts of `stack` and their pictures, with frames before it, of which a slow gain has a memory."""
     lead = min(start, max(FRAMES - len(stack), 0))
     if lead:
-        stack = np.concatenate([_counts(source, start - lead, start), stack])
+        stack = np.concatenate([read_counts(source, range(start - lead, start)), stack])
     return paired(stack, source.bits, pictures, start - lead, lead)
 
 

@@ -12,8 +12,8 @@ import numpy as np
 
 from irsim.detector import NETD_K, Electrons, Setting, electrons_like
 from irsim.displayed import FittedDisplay
+from irsim.fitting.agc import ChosenAgc
 from irsim.fitting.numbers import interval, plain
-from irsim.fitting.shown import Shown
 from irsim.fitting.written import BY
 from irsim.measure import PICTURES, Figures, Measured
 from irsim.radiometry import radiance, slope, temperature
@@ -38,7 +38,7 @@ class Scene:
     band: Band
     range_k: tuple[float, float]
     curve: Curve | None
-    shown: Shown
+    agc: ChosenAgc
     figures: Figures
     notes: tuple[str, ...]
 
@@ -46,9 +46,9 @@ class Scene:
     def of(
         cls, source: Source, figures: Figures, display: FittedDisplay | str | None, read: tuple[str, ...] = ()
     ) -> Scene:
-        """`display` as `Shown.of` has it, `read` notes on how its pictures were read."""
+        """`display` as `ChosenAgc.of` has it, `read` notes on how its pictures were read."""
         facts = source.camera
-        shown = Shown.of(source, display)
+        agc = ChosenAgc.of(source, display)
         unknown = [
             word
             for word, known in (
@@ -72,9 +72,9 @@ class Scene:
             band=facts.band or "lwir",
             range_k=facts.range_k or NOMINAL_RANGE_K,
             curve=facts.curve,
-            shown=shown,
+            agc=agc,
             figures=figures,
-            notes=(*notes, *read, *shown.notes),
+            notes=(*notes, *read, *agc.notes),
         )
 
     @cached_property
@@ -125,7 +125,7 @@ class Scene:
             yield f"    - kind: {kind}"
             for key, value in values.items():
                 yield _line(f"      {key}", value) if isinstance(value, Measured) else f"      {key}: {value}"
-        yield from (f"  {line}" for line in self.shown.lines())
+        yield from (f"  {line}" for line in self.agc.lines())
         yield from self.background()
 
     def detector(self) -> Iterator[str]:

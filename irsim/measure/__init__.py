@@ -1,6 +1,8 @@
 """Figures of recordings, real and rendered ones alike: pure functions of arrays."""
 
 from irsim.measure.backdrop import backdrops
+from irsim.measure.compared import Realism, measure_realism
+from irsim.measure.counts import read_counts
 from irsim.measure.defects import Defects, defects
 from irsim.measure.figures import FRAMES, ROUNDING, Figures, measure_figures
 from irsim.measure.interval import Measured
@@ -32,6 +34,7 @@ __all__ = [
     "Memory",
     "Noise3dTerms",
     "NoiseReport",
+    "Realism",
     "Region",
     "Temporal",
     "Texture",
@@ -49,10 +52,12 @@ __all__ = [
     "judge_sorts",
     "measure_figures",
     "measure_noise",
+    "measure_realism",
     "noise_3d",
     "noise_figures",
     "noise_lines",
     "parse_region",
+    "read_counts",
     "taken_by_targets",
     "temporal",
     "texture",

@@ -9,9 +9,10 @@ import cv2
 import numpy as np
 
 from irsim.measure.points import FULL
-from irsim.measure.region import Mask, Values
+from irsim.measure.region import Values
+from irsim.measure.robust import MEDIAN_TO_SIGMA
 from irsim.measure.shared import following, in_groups, unshared
-from irsim.types import Floats
+from irsim.types import Bools, Floats
 
 _FAR = 8.0
 """Robust sigmas beyond which a pixel is bad: a Gaussian one of 10^6 pixels is never there."""
@@ -33,8 +34,6 @@ _DISTURBED = 0.1
 all sides."""
 _BEYOND = 2
 """What is around a pixel reaches so far, px, beyond the edge too."""
-_MEDIAN_TO_SIGMA = 1.4826
-"""Sigma over the median of absolute deviations of a Gaussian."""
 _PASSES = 3
 """Frames, at most, for which what passes lights up a pixel that blinks only then; what is slower leaves a track."""
 _NEXT_PX = 8.0
@@ -59,18 +58,18 @@ class Defects:
     judged      how many pixels there are of which it can be told
     """
 
-    dead: Mask
-    hot: Mask
-    blinking: Mask
+    dead: Bools
+    hot: Bools
+    blinking: Bools
     frozen_from: int | None
     judged: int
 
     @property
-    def all(self) -> Mask:
-        bad: Mask = self.dead | self.hot | self.blinking
+    def all(self) -> Bools:
+        bad: Bools = self.dead | self.hot | self.blinking
         return bad
 
-    def off(self, taken: Mask | None) -> Defects:
+    def off(self, taken: Bools | None) -> Defects:
         """Those where no target was (rows, columns): one that stands, passes or flickers looks like a bad pixel. All,
         where targets were in more than half of the picture."""
         if taken is None or 2 * taken.sum() > taken.size:
@@ -108,7 +107,7 @@ def defects(frames: Values, top: float = math.inf) -> Defects:
     return Defects(dead, hot, blinking, frozen_from, dead.size)
 
 
-def stirred(frames: Values, noise: float) -> Mask:
+def stirred(frames: Values, noise: float) -> Bools:
     """Where the scene of frames (T, rows, columns) changes more than `noise` does, in sigmas (rows, columns).
 
     Pixels that blink are found there only if they change far more than it does: most are missed. What all pixels of a
@@ -116,11 +115,11 @@ def stirred(frames: Values, noise: float) -> Mask:
     """
     common = float(np.var(frames.mean(axis=(1, 2), dtype=np.float64)))
     change = around(frames.std(axis=0, dtype=np.float32)).astype(np.float64) ** 2 - common
-    moved: Mask = change > (_STIRRED * max(noise, _LEAST_NOISE)) ** 2
+    moved: Bools = change > (_STIRRED * max(noise, _LEAST_NOISE)) ** 2
     return moved
 
 
-def faint_blinkers(flat: Values) -> Mask:
+def faint_blinkers(flat: Values) -> Bools:
     """Pixels (rows, columns) of a flat region (T, rows, columns) that change more than by chance, if they are few.
 
     They blink by too little to be told from changes of a scene, but where there is none they are no noise:
@@ -129,7 +128,7 @@ def faint_blinkers(flat: Values) -> Mask:
     """
     variances = np.log(np.maximum(np.var(flat, axis=0, dtype=np.float64), np.finfo(np.float32).tiny))
     apart = variances - np.median(variances)
-    found: Mask = apart > _FAINT * _MEDIAN_TO_SIGMA * max(float(np.median(np.abs(apart))), 1 / math.sqrt(len(flat)))
+    found: Bools = apart > _FAINT * MEDIAN_TO_SIGMA * max(float(np.median(np.abs(apart))), 1 / math.sqrt(len(flat)))
     return found if found.mean() <= _FEW else np.zeros_like(found)
 
 
@@ -148,7 +147,7 @@ def _frozen_from(frames: Values) -> int | None:
     return 2 if share == 0 else math.ceil(2 * math.log(_BY_CHANCE / stays.size) / math.log(share))
 
 
-def patched(frames: Values, bad: Mask) -> Values:
+def patched(frames: Values, bad: Bools) -> Values:
     """Frames (T, rows, columns) with each bad pixel's values those of the nearest good one: to be read only, for they
     are the frames given, not a copy, where no pixel is bad (or all are)."""
     if not bad.any() or bad.all():
@@ -165,25 +164,25 @@ def without_specks(picture: Floats) -> Floats:
     return np.where(_far_off((picture - usual).astype(np.float32)), usual, picture)
 
 
-def _far_off(apart: Floats) -> Mask:
+def _far_off(apart: Floats) -> Bools:
     """Whether a difference to what is around is far beyond those of the place: texture and edges make them large."""
-    scale = np.maximum(around(np.abs(apart)), float(np.median(np.abs(apart)))) * _MEDIAN_TO_SIGMA
-    far: Mask = np.abs(apart) > _FAR * np.maximum(scale, np.finfo(np.float32).tiny)
+    scale = np.maximum(around(np.abs(apart)), float(np.median(np.abs(apart)))) * MEDIAN_TO_SIGMA
+    far: Bools = np.abs(apart) > _FAR * np.maximum(scale, np.finfo(np.float32).tiny)
     return far
 
 
-def _alone(picture: Floats) -> Mask:
+def _alone(picture: Floats) -> Bools:
     """Whether a pixel lies above all on the border of the 5 x 5 px around it.
 
     By at least half of what it lies above their median.
     """
     border = np.pad(np.zeros((3, 3), np.uint8), 1, constant_values=1)
     highest = cv2.dilate(_continued(picture), border)[_BEYOND:-_BEYOND, _BEYOND:-_BEYOND]
-    alone: Mask = picture - highest > (picture - around(picture)) / 2
+    alone: Bools = picture - highest > (picture - around(picture)) / 2
     return alone
 
 
-def _in_islands(changing: Mask, calm: Mask) -> Mask:
+def _in_islands(changing: Bools, calm: Bools) -> Bools:
     """Which of the pixels that change lie in small groups (rows, columns) beside which nearly all are calm.
 
     Those up to 3 px apart are one group: neighbours that blink do not hide each other. Light that moves or flickers is
@@ -194,17 +193,17 @@ def _in_islands(changing: Mask, calm: Mask) -> Mask:
         np.bincount(groups[mask], minlength=count + 1) for mask in (changing, ~changing, ~changing & ~calm)
     )
     small = (members <= _MOST_IN_GROUP) & (disturbed <= _DISTURBED * beside)
-    island: Mask = changing & small[groups]
+    island: Bools = changing & small[groups]
     return island
 
 
-def _filled(level: Floats, top: float) -> Mask:
+def _filled(level: Floats, top: float) -> Bools:
     """Where most pixels around are full of light all the time, and 2 px beside that."""
     full = (around(level) >= FULL * top).astype(np.uint8)
     return cv2.dilate(full, np.ones((2 * _BEYOND + 1,) * 2, np.uint8)).astype(bool)
 
 
-def _passed(values: Floats, doubtful: Mask, changing: Mask) -> Mask:
+def _passed(values: Floats, doubtful: Bools, changing: Bools) -> Bools:
     """Which of some pixels, among all that change (rows, columns), were lit up once by what did so with another
     one just before or after: a point too fast to leave a track."""
     from scipy.spatial import cKDTree

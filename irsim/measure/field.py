@@ -14,7 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from irsim.measure.interval import Measured
+from irsim.measure.hann import HANN_OVERLAP
+from irsim.measure.interval import ENDS, Measured
 from irsim.types import Floats
 
 TILE = 1024
@@ -23,18 +24,14 @@ _REFERENCE = 0.04
 """Cycles a px at which the strength of the texture is fitted: there it hangs least on the slopes."""
 _CLEAR = 2
 """Cycles a side that stay out on either side of the axes: rows and columns of a detector lie there."""
-_OVERLAP = 35 / 128 / (3 / 8) ** 2
-"""By how much a Hann window lowers the number of independent frequencies, an axis: N sum w^4 / (sum w^2)^2."""
 _SEEN = 30.0
 """Gain of log likelihood from which there is texture: four parameters bring 2 by chance, and a few bad pixels 10."""
 _NEAR = 0.01
 """A parameter so near to its bound is held there."""
-_PRIOR = np.array([0, 0, 0, 1 / 0.7, 1 / 0.7, 0]) ** 2 * _OVERLAP**2
+_PRIOR = np.array([0, 0, 0, 1 / 0.7, 1 / 0.7, 0]) ** 2 * HANN_OVERLAP**2
 """Weight of what is thought before of log c, the half of the longer side, and of log s, 0, each give or take 0.7: a
 picture hardly tells the size of what is larger than itself."""
 _STEPS = 60
-_NORMAL = 1.96
-"""Half of a 95 % interval in standard errors."""
 
 
 @dataclass(frozen=True)
@@ -100,11 +97,11 @@ def fit_field(periodogram: Floats, shape: tuple[int, int], psf_px: float) -> Spe
     start = np.array([np.log(max(middle.mean() - floor, floor * 1e-3)), 2.5, 2.5, np.log(max(shape) / 2), 0.0, 0.0])
     bounds = np.array([(-60, 60), (0.5, 6), (0.5, 6), (np.log(4), np.log(4 * max(shape))), (-2, 2), (-20, 5)])
     theta, loss = _scored(start, bounds, power, at, floor)
-    loss /= _OVERLAP**2
+    loss /= HANN_OVERLAP**2
     flat = float(power.mean())
-    flat_loss = power.size * (np.log(flat) + 1) / _OVERLAP**2
+    flat_loss = power.size * (np.log(flat) + 1) / HANN_OVERLAP**2
     if flat_loss - loss < _SEEN:
-        error = _NORMAL * flat * _OVERLAP / np.sqrt(power.size)
+        error = ENDS * flat * HANN_OVERLAP / np.sqrt(power.size)
         return Spectrum(None, Measured(flat, flat - error, flat + error), np.full(periodogram.shape, flat), flat_loss)
     covariance = _covariance(theta, bounds, at, floor)
 
@@ -116,7 +113,7 @@ def fit_field(periodogram: Floats, shape: tuple[int, int], psf_px: float) -> Spe
 
     def told(value: Callable[[Floats], float], back: Callable[[float], float] = float) -> Measured:
         steps = np.array([(value(theta + step) - value(theta - step)) / 2e-3 for step in 1e-3 * np.eye(len(theta))])
-        reach = _NORMAL * float(np.sqrt(max(steps @ covariance @ steps, 0.0)))
+        reach = ENDS * float(np.sqrt(max(steps @ covariance @ steps, 0.0)))
         middle = value(theta)
         return Measured(*(float(back(x)) for x in (middle, middle - reach, middle + reach)))
 
@@ -207,5 +204,5 @@ def _covariance(theta: Floats, bounds: Floats, at: _Frequencies, floor: float) -
     free = np.flatnonzero((theta > bounds[:, 0] + _NEAR) & (theta < bounds[:, 1] - _NEAR))
     slopes = _slopes(theta, at, floor)[free]
     covariance = np.zeros((len(theta), len(theta)))
-    covariance[np.ix_(free, free)] = np.linalg.pinv(slopes @ slopes.T + np.diag(_PRIOR[free])) * _OVERLAP**2
+    covariance[np.ix_(free, free)] = np.linalg.pinv(slopes @ slopes.T + np.diag(_PRIOR[free])) * HANN_OVERLAP**2
     return covariance

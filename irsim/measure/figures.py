@@ -20,11 +20,11 @@ from irsim.measure.noise import NoiseReport, measure_noise
 from irsim.measure.notes import AT_MOST, BLINKING, SMALL, blur_notes, noise_notes, texture_notes
 from irsim.measure.pattern import fixed_pattern
 from irsim.measure.points import point_blur
-from irsim.measure.region import Mask, Region, Values
+from irsim.measure.region import Region, Values
 from irsim.measure.steady import TOLD_SIDE
 from irsim.measure.still import Still, still_things
 from irsim.measure.unblurred import fit_unblurred
-from irsim.types import Floats
+from irsim.types import Bools, Floats
 
 ROUNDING = 1 / 12
 """Variance of rounding to whole counts, which every measured white noise holds."""
@@ -109,7 +109,7 @@ def measure_figures(
     rate_hz: float,
     region: Region | None = None,
     top: float = 65535.0,
-    taken: Mask | None = None,
+    taken: Bools | None = None,
     start: int = 0,
     passing: bool = True,
 ) -> Figures:

@@ -8,8 +8,8 @@ import numpy as np
 
 from irsim.measure.defects import RESTLESS, Defects, around, stirred
 from irsim.measure.interval import LEVEL, Measured
-from irsim.measure.region import Mask, Values
-from irsim.types import Floats
+from irsim.measure.region import Values
+from irsim.types import Bools, Floats
 
 _MANY = 10
 """Blinking pixels from which the law of their jumps can be read."""
@@ -94,7 +94,7 @@ def _rate(total: int, events: int) -> Measured | None:
     return Measured(total / events, total / high, total / max(low, 1e-3))
 
 
-def _share(mask: Mask, judged: float) -> Measured:
+def _share(mask: Bools, judged: float) -> Measured:
     """Of so many pixels that were judged, those in a mask; clusters of them count once for the interval."""
     from scipy.ndimage import label
 
@@ -108,7 +108,7 @@ def _share(mask: Mask, judged: float) -> Measured:
     return Measured(share, share * low * _UNEVEN / clusters, share * high * _UNEVEN / clusters)
 
 
-def _cluster(mask: Mask) -> float:
+def _cluster(mask: Bools) -> float:
     from scipy.ndimage import label
 
     return float(mask.sum() / max(int(label(mask)[1]), 1)) if mask.any() else 1.0

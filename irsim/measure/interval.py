@@ -12,6 +12,8 @@ from irsim.types import Floats
 
 LEVEL = 0.95
 """How often an interval holds the true value."""
+ENDS = 1.96
+"""Standard errors from a value to the ends of its interval where errors are normal: Phi^-1((1 + LEVEL) / 2)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,15 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from irsim.measure.hann import HANN_GAIN, HANN_OVERLAP
 from irsim.measure.interval import LEVEL, Measured, jackknife, root
+from irsim.measure.robust import MEDIAN_TO_SIGMA
 from irsim.types import Floats
 
 _FINEST = 0.1
 """Cycles a px from which lines are looked for: below, a scene's horizon and slopes speak."""
-_HANN_GAIN = 2 / 3
-"""(sum w)^2 / (N sum w^2) of a Hann window."""
-_OVERLAP = 35 / 128 / (3 / 8) ** 2
-"""By how much a Hann window lowers the number of independent frequencies: N sum w^4 / (sum w^2)^2."""
 _FAINT = 1e-3
 """Least variance of lines that is tried, as a share of the least power that is expected without them; and none."""
 _TRIED = 1000
@@ -24,8 +22,6 @@ _BENT = 35 / 18
 """By how much fewer lines are independent that are compared with their neighbours: 1 + 2 (4/6)^2 + 2 (1/6)^2."""
 _OUTSTANDING = 3.5
 """Robust sigmas beyond which a line is the scene's: of 500 Gaussian ones one in four pictures has one."""
-_MEDIAN_TO_SIGMA = 1.4826
-"""Sigma over the median of absolute deviations of a Gaussian."""
 
 
 @dataclass(frozen=True)
@@ -46,8 +42,8 @@ def lines(periodogram: Floats, density: Floats, shape: tuple[int, int]) -> Lines
     down, across = np.fft.fftfreq(rows), np.fft.rfftfreq(columns)
     y, x = (down > _FINEST) & (down < 0.49), (across > _FINEST) & (across < 0.49)
     return Lines(
-        _excess(periodogram[y, 0], density[y, 0], columns * _HANN_GAIN),
-        _excess(periodogram[0, x], density[0, x], rows * _HANN_GAIN),
+        _excess(periodogram[y, 0], density[y, 0], columns * HANN_GAIN),
+        _excess(periodogram[0, x], density[0, x], rows * HANN_GAIN),
     )
 
 
@@ -57,7 +53,7 @@ def _excess(power: Floats, expected: Floats, gain: float) -> Measured:
     All frequencies count alike in it. Its interval holds that by Whittle's likelihood too, in which they count by how
     little is expected: how much a texture has on the very axis is not known well where it is strong.
     """
-    mean = _above(float(power.mean()), float(expected.mean()), gain, 2 * power.size / _OVERLAP)
+    mean = _above(float(power.mean()), float(expected.mean()), gain, 2 * power.size / HANN_OVERLAP)
     likely = _likely(power, expected) / gain
     return Measured(mean.value, min(mean.low, root(float(likely[0]))), max(mean.high, root(float(likely[-1]))))
 
@@ -69,7 +65,7 @@ def _likely(power: Floats, expected: Floats) -> Floats:
     least = float(expected.min()) * _FAINT
     added = np.concatenate([[0.0], np.geomspace(least, max(10 * float(power.max()), 2 * least), _TRIED)])
     density = expected + added[:, None]
-    loss = (np.log(density) + power / density).sum(axis=1) / _OVERLAP
+    loss = (np.log(density) + power / density).sum(axis=1) / HANN_OVERLAP
     return np.asarray(added[loss <= loss.min() + chi2.ppf(LEVEL, 1) / 2])
 
 
@@ -102,7 +98,7 @@ def _common(picture: Floats) -> Measured:
     parts = np.stack([np.median(part, axis=1) for part in np.array_split(bent, min(_PARTS, bent.shape[1]), axis=1)])
     mean = parts.mean(axis=0)
     apart = np.abs(mean - np.median(mean))
-    parts = parts[:, apart <= _OUTSTANDING * _MEDIAN_TO_SIGMA * np.median(apart)]
+    parts = parts[:, apart <= _OUTSTANDING * MEDIAN_TO_SIGMA * np.median(apart)]
     common = np.mean([one @ other for k, one in enumerate(parts) for other in parts[k + 2 :]]) / parts.shape[1]
     power = float(np.square(parts.mean(axis=0)).mean())
     return _above(power, power - float(common), 1.5, parts.shape[1] / _BENT)

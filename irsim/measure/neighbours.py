@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from irsim.measure.memory import centred
+from irsim.measure.robust import MEDIAN_TO_SIGMA
 from irsim.types import Floats
 
 _TOGETHER = 0.1
@@ -60,11 +61,11 @@ def fine_sigma(frames: Floats) -> float:
 
     From differences of neighbouring frames under the mask [1 -2 1] x [1 -2 1], which passes no plane:
     J. Immerkaer, "Fast noise variance estimation", Computer Vision and Image Understanding 64 (1996).
-    The median of absolute values over 0.6745 stands for sigma; the mask gives 6 sigma, a difference sqrt(2).
+    The median of absolute values stands for sigma; the mask gives 6 sigma, a difference sqrt(2).
     """
     changes = np.diff(np.asarray(frames, np.float64), axis=0)
     bent = np.diff(np.diff(changes, n=2, axis=1), n=2, axis=2)
-    return float(np.median(np.abs(bent)) / 0.6745 / (6 * np.sqrt(2)))
+    return float(MEDIAN_TO_SIGMA * np.median(np.abs(bent)) / (6 * np.sqrt(2)))
 
 
 def _changed(frames: Floats, lag: int) -> tuple[float, float]:

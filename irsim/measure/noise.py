@@ -15,11 +15,11 @@ from irsim.measure.memory import LEAST_FRAMES, Temporal, temporal, time_freedom
 from irsim.measure.neighbours import alike, changes
 from irsim.measure.noise_3d import TERMS, Noise3dTerms, check_size, noise_3d
 from irsim.measure.quiet import quiet_sigma
-from irsim.measure.region import Mask, Region, Values, windows
+from irsim.measure.region import Region, Values, windows
 from irsim.measure.repeats import new_frames
 from irsim.measure.steady import slides
 from irsim.measure.stretch import Stretch, longest_stretch, pattern_steps
-from irsim.types import Floats
+from irsim.types import Bools, Floats
 from irsim.wording import counted
 
 _CHANCE = 1.05
@@ -100,7 +100,7 @@ def measure_noise(
     rate_hz: float,
     region: Region | None = None,
     top: float = 65535.0,
-    taken: Mask | None = None,
+    taken: Bools | None = None,
 ) -> NoiseReport:
     """Noise of frames (T, rows, columns) in counts, on `region` or the flattest window in which nothing moves.
 
@@ -167,7 +167,7 @@ def _bounded(sigma: Measured, whole: Measured, moving: bool) -> Measured:
     return Measured(sigma.value, 0.0, max(sigma.high, whole.high)) if moving or sigma.high == 0 else sigma
 
 
-def _read(frames: Values, region: Region | None, top: float, taken: Mask | None) -> tuple[Defects, Region, Floats]:
+def _read(frames: Values, region: Region | None, top: float, taken: Bools | None) -> tuple[Defects, Region, Floats]:
     """Bad pixels of frames, the region, or the flattest that is still, and the frames there without bad pixels."""
     bad = defects(frames, top)
     region = _still(frames, bad.all, top, taken) if region is None else region
@@ -176,12 +176,12 @@ def _read(frames: Values, region: Region | None, top: float, taken: Mask | None)
     return bad, region, np.asarray(patched(flat, faint_blinkers(flat)), np.float64)
 
 
-def _without(bad: Mask, frames: Values, region: Region) -> Floats:
+def _without(bad: Bools, frames: Values, region: Region) -> Floats:
     """A region of the frames, its bad pixels patched."""
     return patched(region.of(frames), bad[region.rows, region.columns]).astype(np.float64)
 
 
-def _still(frames: Values, bad: Mask, top: float, taken: Mask | None) -> Region:
+def _still(frames: Values, bad: Bools, top: float, taken: Bools | None) -> Region:
     """The flattest window in which nothing moves and no texture is seen; the flattest that is still, where texture is
     in all of these; the flattest of all, where something moves in each."""
     textured: Region | None = None

@@ -11,6 +11,7 @@ from irsim.measure.field import Spectrum, periodogram
 from irsim.measure.interval import Measured
 from irsim.measure.lines import common_lines, lines
 from irsim.measure.region import SIDE, Region
+from irsim.measure.robust import MEDIAN_TO_SIGMA
 from irsim.measure.unblurred import fit_unblurred
 from irsim.types import Floats
 
@@ -19,7 +20,6 @@ _LEAST_SIDE = 32
 _UNEVEN = 1.08
 """Rms of sharp changes over their robust sigma above which edges are in them: of a Gaussian field it is 1.00 (give or
 take 0.02 in 160 x 128 px), of three real sensors 1.02 to 1.04, of rendered fields, trees and roads 1.1 to 3.3."""
-_MEDIAN_OF_GAUSSIAN = 0.6745
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ def fixed_pattern(picture: Floats, blur: Measured | None, stirred: bool) -> Patt
     powers = periodogram(picture)
     spectrum, told = fit_unblurred(powers, picture.shape, blur)
     sharp = _sharp(picture)
-    uneven = float(np.sqrt(np.square(sharp).mean())) > _UNEVEN * float(np.median(sharp)) / _MEDIAN_OF_GAUSSIAN
+    uneven = float(np.sqrt(np.square(sharp).mean())) > _UNEVEN * MEDIAN_TO_SIGMA * float(np.median(sharp))
     fixed = common_lines(picture) if uneven or stirred else lines(powers, spectrum.density, picture.shape)
     quietest = _quietest(sharp) if uneven else None
     if quietest is None:

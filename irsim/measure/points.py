@@ -10,8 +10,9 @@ import cv2
 import numpy as np
 
 from irsim.measure.interval import LEVEL, Measured
-from irsim.measure.region import Mask, Values
-from irsim.types import Floats
+from irsim.measure.region import Values
+from irsim.measure.robust import MEDIAN_TO_SIGMA
+from irsim.types import Bools, Floats
 
 _LOOKED_AT = 48
 """Frames, over the whole length."""
@@ -49,7 +50,7 @@ class Spot:
         return low < self.sigma < high and self.misfit < _MISFIT
 
 
-def point_blur(frames: Values, bad: Mask, top: float = math.inf) -> Measured | None:
+def point_blur(frames: Values, bad: Bools, top: float = math.inf) -> Measured | None:
     """Sigma, px, of the sharpest thing seen in frames (T, rows, columns); None where no point is seen.
 
     It is the blur if that is a point, and more than it if it is not. In each frame, Gaussians integrated
@@ -71,13 +72,13 @@ def point_blur(frames: Values, bad: Mask, top: float = math.inf) -> Measured | N
     return _median(np.sort(sharpest))
 
 
-def windows(picture: Floats, bad: Mask, most: int) -> Iterator[tuple[int, int, Floats]]:
+def windows(picture: Floats, bad: Bools, most: int) -> Iterator[tuple[int, int, Floats]]:
     """Row, column and window of the `most` brightest things that stand out from a picture (rows, columns).
 
     Then the same of the coldest.
     """
     apart = picture - cv2.GaussianBlur(picture, (0, 0), 2 * REACH)
-    usual = float(np.median(np.abs(apart))) * 1.4826
+    usual = MEDIAN_TO_SIGMA * float(np.median(np.abs(apart)))
     for sign in (1, -1):
         signed = sign * apart
         top = (signed == cv2.dilate(signed, np.ones((2 * REACH + 1,) * 2, np.uint8))) & (signed > _BRIGHT * usual)

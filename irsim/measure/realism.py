@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from irsim.errors import InputError
 from irsim.measure.spectrum import Texture
 
-Range = tuple[float, float]
+Bounds = tuple[float, float]
 
 _SLOPE = 0.2
 """How far beta may lie beyond recordings of a sort: thin cloud has 3.8 in one of them, 3.6 in another."""
@@ -35,14 +35,14 @@ class Real:
     uneven                  how unevenly the texture lies; not judged where no sequence tells it
     """
 
-    beta: Range
-    beta_x: Range
-    beta_y: Range
-    spread: Range
-    rows: Range = (0.0, 1.0)
-    uneven: Range | None = None
+    beta: Bounds
+    beta_x: Bounds
+    beta_y: Bounds
+    spread: Bounds
+    rows: Bounds = (0.0, 1.0)
+    uneven: Bounds | None = None
 
-    def ranges(self) -> dict[str, Range]:
+    def ranges(self) -> dict[str, Bounds]:
         """Figure -> where it may lie: the class's values, widened by how far recordings of one sort differ."""
         found = {
             "beta": (self.beta[0] - _SLOPE, self.beta[1] + _SLOPE),
@@ -90,7 +90,7 @@ class Verdict:
     value: float
     low: float
     high: float
-    interval: Range | None = None
+    interval: Bounds | None = None
 
     @property
     def inside(self) -> bool:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from irsim.errors import InputError
 from irsim.measure.figures import Figures
 from irsim.measure.interval import Measured
-from irsim.measure.realism import Judged, Range, Verdict
+from irsim.measure.realism import Bounds, Judged, Verdict
 
 _FACTOR = 2.0
 """By which sensors of one sort differ: the pixel pattern of one uncooled camera is 2.5 to 6.4 over eight clips."""
@@ -22,11 +22,11 @@ BEYOND = "95 % interval (all but correlation: in units of a pixel's noise)"
 """What stands behind the values, as the head of its column."""
 
 
-def _wide(low: float, high: float) -> Range:
+def _wide(low: float, high: float) -> Bounds:
     return low / _FACTOR, high * _FACTOR
 
 
-CAMERAS: dict[str, dict[str, Range]] = {
+CAMERAS: dict[str, dict[str, Bounds]] = {
     "cooled": {
         "correlation": (-_WHITE, _WHITE),
         "pixel": _wide(0.37, 0.40),

@@ -9,11 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from irsim.errors import InputError
-from irsim.types import Floats, Source
+from irsim.types import Bools, Floats, Source
 
 Values = npt.NDArray[np.floating] | npt.NDArray[np.integer] | npt.NDArray[np.integer | np.floating]
 """Counts as they come, or in any unit."""
-Mask = npt.NDArray[np.bool_]
 
 SIDE = 64
 LEAST_SIDE = 4
@@ -67,12 +66,12 @@ def parse_region(text: str, size: tuple[int, int]) -> Region:
     return region
 
 
-def flattest(frames: Values, top: float, taken: Mask | None = None) -> Region:
+def flattest(frames: Values, top: float, taken: Bools | None = None) -> Region:
     """A window with the least variance over its pixels and the frames (T, rows, columns): first of `windows`."""
     return next(windows(frames, top, taken))
 
 
-def windows(frames: Values, top: float, taken: Mask | None = None) -> Iterator[Region]:
+def windows(frames: Values, top: float, taken: Bools | None = None) -> Iterator[Region]:
     """Windows of frames (T, rows, columns), at least one, those with the least variance over pixels and frames first.
 
     Of those that differ from the least by chance alone it is the middle one: the least of many would tell of a
@@ -135,7 +134,7 @@ def _least(costs: Floats, error: Floats, side: int) -> Iterator[Region]:
         left[max(row - reach + 1, 0) : row + reach, max(column - reach + 1, 0) : column + reach] = np.inf
 
 
-def taken_by_targets(source: Source, start: int, stop: int) -> Mask | None:
+def taken_by_targets(source: Source, start: int, stop: int) -> Bools | None:
     """(rows, columns): where truth has a target in any of the frames start .. stop-1; None where there is no truth."""
     if not source.has_truth:
         return None

@@ -8,8 +8,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from irsim.measure.region import Mask
-from irsim.types import Floats
+from irsim.types import Bools, Floats
 
 _FOLLOWS = 0.8
 """Correlation with a neighbour from which a pixel's changes are the scene's. Of 1181 pixels that seemed to blink before
@@ -21,7 +20,7 @@ has more. Chance has so much on few sides: what is far off stands out by eight s
 _CROSS = np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8)
 
 
-def following(values: Floats, asked: Mask) -> Mask:
+def following(values: Floats, asked: Bools) -> Bools:
     """Which of the pixels asked for change in time (T, rows, columns) as one of their eight neighbours does.
 
     Pixels of a cluster do not: each blinks by itself.
@@ -38,7 +37,7 @@ def following(values: Floats, asked: Mask) -> Mask:
     return found
 
 
-def unshared(height: Floats, found: Mask) -> Mask:
+def unshared(height: Floats, found: Bools) -> Bools:
     """Those of the pixels found (rows, columns) whose `height` no more than half of the pixels beside them share.
 
     Those up to 3 px apart are one group: members of a cluster do not count as beside it.
@@ -48,11 +47,11 @@ def unshared(height: Floats, found: Mask) -> Mask:
     beside = (highest > 0) & ~found
     lit = beside & (height > _SHARES * highest)
     sides, bright = (np.bincount(groups[mask], minlength=count + 1) for mask in (beside, lit))
-    alone: Mask = found & (2 * bright <= sides)[groups]
+    alone: Bools = found & (2 * bright <= sides)[groups]
     return alone
 
 
-def in_groups(found: Mask) -> tuple[npt.NDArray[np.intp], int]:
+def in_groups(found: Bools) -> tuple[npt.NDArray[np.intp], int]:
     """Groups of the pixels found, up to 3 px apart, with those around them, as numbers from 1 on (rows, columns); how
     many there are."""
     from scipy.ndimage import label

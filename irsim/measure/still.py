@@ -9,10 +9,10 @@ import cv2
 import numpy as np
 
 from irsim.measure.defects import Defects, around
-from irsim.measure.interval import Measured
+from irsim.measure.interval import ENDS, Measured
 from irsim.measure.points import FULL, REACH, fitted, windows
-from irsim.measure.region import Mask, Values
-from irsim.types import Floats
+from irsim.measure.region import Values
+from irsim.types import Bools, Floats
 
 _POINTS = 24
 """The brightest that are looked at; those that are one pixel sharp are not among them."""
@@ -20,7 +20,7 @@ _LEAST_SIGMA = 0.3
 """A point's, px, at least. No cluster of hot pixels among 2160 passed this and the next, and 11 this alone."""
 _WORST = 0.05
 """Greatest difference between a still point and its Gaussian, as a share of its height."""
-_REACH_OF_ERROR = 1.96 * 2.5
+_REACH_OF_ERROR = ENDS * 2.5
 """Half of a 95 % interval of a still point's sigma over its `error`: what lies beneath it is the same in all frames and
 no white noise, so that sigmas scatter 1.2 to 2.7 times as much (77 points rendered on textured grounds)."""
 _SHARP = 0.05
@@ -38,14 +38,14 @@ class Still:
     """points: sigmas of those found, px; around_points, full, around_full: masks (rows, columns)."""
 
     points: tuple[Measured, ...]
-    around_points: Mask
-    full: Mask
-    around_full: Mask
+    around_points: Bools
+    full: Bools
+    around_full: Bools
 
     @property
-    def all(self) -> Mask:
+    def all(self) -> Bools:
         """What is left out of texture and fixed pattern."""
-        still: Mask = self.around_points | self.around_full
+        still: Bools = self.around_points | self.around_full
         return still
 
     def spared(self, bad: Defects) -> Defects:
@@ -72,15 +72,15 @@ def still_things(frames: Values, bad: Defects, top: float = math.inf) -> Still:
     return Still(tuple(sigmas), points.astype(bool), full, near_full)
 
 
-def _sharp(level: Floats) -> Mask:
+def _sharp(level: Floats) -> Bools:
     """Whether a pixel is alone in what it has above the median of those around."""
     apart = level - around(level)
     beside = cv2.blur(apart, (3, 1)) * 3 + cv2.blur(apart, (1, 3)) * 3 - 2 * apart
-    sharp: Mask = (apart > 0) & (beside / 4 < _SHARP * apart)
+    sharp: Bools = (apart > 0) & (beside / 4 < _SHARP * apart)
     return sharp
 
 
-def _full(level: Floats, top: float) -> Mask:
+def _full(level: Floats, top: float) -> Bools:
     """Pixels that are full, but for stuck ones: groups that touch pixels which have light as well."""
     from scipy.ndimage import label
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from irsim.measure.region import Values
 from irsim.measure.repeats import Indices, NewFrames
+from irsim.measure.robust import MEDIAN_TO_SIGMA
 from irsim.types import Floats
 
 _WIDTHS = (1, 2, 4, 8, 16, 32)
@@ -27,8 +28,6 @@ _LASTING = 0.8
 _LASTING_WIDTH = 8
 """Of what a step adds between two frames so much lasts in means of 8. Where frames are lost from noise with
 memory, the two beside differ by more than others do, but noise forgets: of a correlation of 0.9 a frame, half stays."""
-_MEDIAN_TO_SIGMA = 1.4826
-"""Sigma over the median of absolute deviations of a Gaussian."""
 _NOTHING = 1e-30
 """Stands for no power at all."""
 _LIVELY = 0.05
@@ -141,7 +140,7 @@ class _Changes:
             places = range(width, len(frames) - width + 1)
             self._most[width] = _CLIP**2 * float(np.median([self.power((k, k), width, min(clip, 1)) for k in places]))
         powers = np.log([max(self.power((k, k), 1, 1), _NOTHING) for k in range(1, len(frames))])
-        scatter = _MEDIAN_TO_SIGMA * float(np.median(np.abs(np.diff(powers))))
+        scatter = MEDIAN_TO_SIGMA * float(np.median(np.abs(np.diff(powers))))
         self.chance = max(2 / float(np.sqrt(frames[0].size)), scatter)
 
     def between(self, pair: _Pair, width: int) -> Floats:

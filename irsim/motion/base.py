@@ -10,8 +10,9 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from irsim.geometry import gimbal
-from irsim.kinds import Height, Kind, NamedKind, Range, Speed
+from irsim.kinds import Kind, NamedKind
 from irsim.motion.dynamics import Dynamics
+from irsim.quantities import Height, Range, Speed
 from irsim.stage import Stage
 from irsim.types import Floats
 
@@ -34,6 +35,11 @@ class Path(Kind):
     def begins(self) -> float:
         """The first frame at which there is something on this path."""
         return -math.inf
+
+    @property
+    def level_m(self) -> float | None:
+        """How far the level ground that it goes on lies below the unmoved camera, m; None where it does not say."""
+        return None
 
     def refers(self) -> Mapping[str, str]:
         """Ids of the targets whose paths it asks for, by the key that names each."""
@@ -94,6 +100,10 @@ class PixelPath(Path):
     ground_m: Height | None = None
     """For a target on level ground: how far the ground lies below the camera, metres. The range then
     follows from the direction, and range_m and closing_m_s do not count."""
+
+    @property
+    def level_m(self) -> float | None:
+        return self.ground_m
 
     @abstractmethod
     def pixels(self, frames: Floats, stage: Stage, name: str) -> Floats:

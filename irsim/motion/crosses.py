@@ -9,10 +9,10 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from irsim.kinds import TOP_SPEED, Degrees, NotNegative, Number, PixelSpeed
 from irsim.motion.dynamics import Dynamics, constant_velocity
 from irsim.motion.others import Companion, level_course
 from irsim.motion.straight import unit
+from irsim.quantities import TOP_SPEED, Degrees, NotNegative, Number, PixelSpeed
 from irsim.stage import Stage
 from irsim.types import Floats
 

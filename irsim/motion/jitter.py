@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from irsim.kinds import NotNegative, Positive
 from irsim.motion.base import Pointing
+from irsim.motion.shaking import shaking
+from irsim.quantities import NotNegative, Positive
 from irsim.rng import stream
 from irsim.stage import Stage
 from irsim.types import Floats
@@ -17,9 +18,8 @@ _WAVES = 32
 class Jitter(Pointing):
     """Stationary random shaking in azimuth and elevation, independent of each other.
 
-    A sum of sinusoids with random phases and normally distributed frequencies (Shinozuka & Jan,
-    J. Sound Vib. 25, 1972): its mean autocorrelation is rms^2 exp(-t^2 / (2 correlation_s^2)), it is
-    smooth, and it is known at any frame without the frames before.
+    A sum of sinusoids with random phases and normally distributed frequencies: its mean autocorrelation is
+    rms^2 exp(-t^2 / (2 correlation_s^2)), and it is smooth.
     """
 
     rms_px: NotNegative = 0.5
@@ -31,7 +31,4 @@ class Jitter(Pointing):
         rng = stream(stage.seed, self.name, "jitter")
         angular = rng.standard_normal((2, _WAVES)) / self.correlation_s
         phases = rng.uniform(0, 2 * np.pi, (2, _WAVES))
-        seconds = np.asarray(frames, dtype=np.float64)[:, None, None] / stage.rate_hz
-        amplitude = self.rms_px * stage.geometry.ifov_rad * np.sqrt(2 / _WAVES)
-        shaking = amplitude * np.cos(angular * seconds + phases).sum(axis=-1)
-        return np.concatenate([shaking, np.zeros_like(shaking[:, :1])], axis=1)
+        return shaking(self.rms_px, angular, phases, frames, stage)

@@ -7,9 +7,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from irsim.errors import InputError
-from irsim.kinds import Name, NotNegative, Number, Pair, Positive, Velocity
+from irsim.kinds import Name
 from irsim.motion.attitude import STANDARD_GRAVITY
 from irsim.motion.base import Path
+from irsim.quantities import NotNegative, Number, Pair, Positive, Velocity
 from irsim.stage import Stage
 from irsim.types import Floats
 

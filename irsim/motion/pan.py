@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from irsim.kinds import Turning
 from irsim.motion.base import Pointing
+from irsim.quantities import Turning
 from irsim.stage import Stage
 from irsim.types import Floats
 

@@ -6,9 +6,10 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from irsim.kinds import Positive, Switches, Triple, Velocity
+from irsim.kinds import Switches
 from irsim.motion.base import MetrePath, Pointing, world_to_first
 from irsim.motion.paths import METRE_PATHS
+from irsim.quantities import Positive, Triple, Velocity
 from irsim.stage import Stage
 from irsim.types import Floats
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from irsim.kinds import Degrees, NotNegative, Pair, PixelSpeed, Positive, Triple, Velocity
 from irsim.motion.base import MetrePath, PixelPath
 from irsim.motion.dynamics import Dynamics
 from irsim.motion.straight import unit
+from irsim.quantities import Degrees, NotNegative, Pair, PixelSpeed, Positive, Triple, Velocity
 from irsim.rng import stream
 from irsim.stage import Stage
 from irsim.types import Floats

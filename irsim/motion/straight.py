@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from irsim.kinds import Degrees, Pair, PixelSpeed, Triple, Velocity
 from irsim.motion.base import MetrePath, PixelPath
 from irsim.motion.dynamics import Dynamics, constant_velocity
+from irsim.quantities import Degrees, Pair, PixelSpeed, Triple, Velocity
 from irsim.stage import Stage
 from irsim.types import Floats
 

@@ -7,8 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from irsim.errors import InputError
-from irsim.kinds import Name, NotNegative, Pair
+from irsim.kinds import Name
 from irsim.motion.base import Pointing
+from irsim.quantities import NotNegative, Pair
 from irsim.stage import Stage
 from irsim.types import Floats
 

@@ -9,8 +9,10 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.kinds import NotNegative, Positive, Several
+from irsim.kinds import Several
 from irsim.motion.base import Pointing
+from irsim.motion.shaking import shaking
+from irsim.quantities import NotNegative, Positive
 from irsim.rng import stream
 from irsim.stage import Stage
 from irsim.types import Floats
@@ -37,15 +39,14 @@ class Vibration(Pointing):
         phases = stream(stage.seed, self.name, "vibration").uniform(0, 2 * np.pi, (2, len(hertz)))
         seconds = np.asarray(frames, dtype=np.float64)[:, None, None] / stage.rate_hz
         waves = np.array(amplitudes) * np.sin(2 * np.pi * hertz * seconds + phases)
-        shaking = stage.geometry.ifov_rad * waves.sum(axis=-1)
-        return np.concatenate([shaking, np.zeros_like(shaking[:, :1])], axis=1)
+        turned = stage.geometry.ifov_rad * waves.sum(axis=-1)
+        return np.concatenate([turned, np.zeros_like(turned[:, :1])], axis=1)
 
 
 class Shake(Pointing):
     """Random shaking whose spectrum is given: of the density that it is to have, only the shape counts.
 
-    A sum of sinusoids of equal power with random phases, one from each of equally powerful slices of
-    the spectrum (Shinozuka & Jan, J. Sound Vib. 25, 1972), so that it is known at any frame alone.
+    A sum of sinusoids of equal power with random phases, one from each of equally powerful slices of the spectrum.
     """
 
     rms_px: NotNegative = 0.5
@@ -69,10 +70,7 @@ class Shake(Pointing):
         rng = stream(stage.seed, self.name, "shake")
         slices = (np.arange(_WAVES) + rng.random((2, _WAVES))) / _WAVES
         hertz, phases = self._frequencies(slices), rng.uniform(0, 2 * np.pi, (2, _WAVES))
-        seconds = np.asarray(frames, dtype=np.float64)[:, None, None] / stage.rate_hz
-        amplitude = self.rms_px * stage.geometry.ifov_rad * np.sqrt(2 / _WAVES)
-        shaking = amplitude * np.cos(2 * np.pi * hertz * seconds + phases).sum(axis=-1)
-        return np.concatenate([shaking, np.zeros_like(shaking[:, :1])], axis=1)
+        return shaking(self.rms_px, 2 * np.pi * hertz, phases, frames, stage)
 
     def _frequencies(self, shares: Floats) -> Floats:
         """Hz below which lie `shares` 0..1 of the power: the inverse of the spectrum's integral."""

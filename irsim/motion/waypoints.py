@@ -9,9 +9,10 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.kinds import TOP_PIXEL_SPEED, TOP_SPEED, Number, Pair, Positive, Several, Triple
+from irsim.kinds import Several
 from irsim.motion.base import MetrePath, PixelPath
 from irsim.motion.spline import Spline
+from irsim.quantities import TOP_PIXEL_SPEED, TOP_SPEED, Number, Pair, Positive, Triple
 from irsim.stage import Stage
 from irsim.types import Floats
 

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from irsim.kinds import Degrees, NotNegative, Pair, PixelSpeed, Positive
 from irsim.motion.base import PixelPath
 from irsim.motion.headed import HeadedPath
 from irsim.motion.straight import unit
+from irsim.quantities import Degrees, NotNegative, Pair, PixelSpeed, Positive
 from irsim.stage import Stage
 from irsim.types import Floats
 

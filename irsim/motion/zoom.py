@@ -9,8 +9,9 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.kinds import NotNegative, Several
+from irsim.kinds import Several
 from irsim.motion.base import Pointing
+from irsim.quantities import NotNegative
 from irsim.stage import Stage
 from irsim.types import Floats
 

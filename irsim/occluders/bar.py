@@ -7,8 +7,8 @@ from typing import Annotated, ClassVar
 import numpy as np
 from pydantic import Field
 
-from irsim.kinds import Degrees, Pair, Positive
 from irsim.occluders.base import Facet, Opaque, given
+from irsim.quantities import Degrees, Pair, Positive
 from irsim.stage import Stage
 from irsim.types import Box, Floats
 

@@ -12,7 +12,8 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.geometry import Geometry
-from irsim.kinds import Fraction, Kelvin, Name, NamedKind, Range, Stretch
+from irsim.kinds import Name, NamedKind
+from irsim.quantities import Fraction, Kelvin, Range, Stretch
 from irsim.shapes.polygon import outline
 from irsim.shapes.silhouette import Outline, sprite, within_sight
 from irsim.sight import Sight

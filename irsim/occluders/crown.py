@@ -8,15 +8,12 @@ from functools import lru_cache
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
 from irsim.foliage import LIGHT, SHADED, Crown, Foliage, broadleaf, wood
-from irsim.occluders.picture import Picture
+from irsim.occluders.billboard import Billboard
 from irsim.rng import stream
 from irsim.stage import Stage
-from irsim.types import Floats, arrays_frozen
-
-Mask = npt.NDArray[np.bool_]
+from irsim.types import Bools, Floats, arrays_frozen
 
 CELLS = 512
 """A crown is drawn on so many cells on its longer side, and scaled to where it is seen."""
@@ -51,10 +48,10 @@ class Form:
     reach   (2, 2): left, top and right, bottom of the arrays from the crown's foot, in widths and heights of it
     """
 
-    leaves: Mask
+    leaves: Bools
     warmth: Floats
     joined: Floats
-    wood: Mask
+    wood: Bools
     side: Floats
     reach: Floats
 
@@ -130,7 +127,7 @@ class Heat:
 
 
 @lru_cache(maxsize=32)
-def lit(form: Form, heat: Heat, lowest: bool, several: bool, stage: Stage) -> Picture:
+def lit(form: Form, heat: Heat, lowest: bool, several: bool, stage: Stage) -> Billboard:
     """The light of a crown of a tree; of several, those above the lowest show no wood, since leaves of the next are
     behind its gaps."""
     kelvin = heat.leaves_k + heat.spread_k * (form.joined if several else form.warmth)
@@ -138,4 +135,4 @@ def lit(form: Form, heat: Heat, lowest: bool, several: bool, stage: Stage) -> Pi
         kelvin = np.where(form.leaves, kelvin, heat.wood_k + heat.spread_k * BARK * form.side)
     cover = (form.leaves | form.wood).astype(np.float32)
     glow = stage.glow(np.maximum(kelvin, 1.0), heat.emissivity).astype(np.float32)
-    return arrays_frozen(Picture(np.stack([cover, cover * glow], axis=-1)))
+    return arrays_frozen(Billboard(np.stack([cover, cover * glow], axis=-1)))

@@ -10,10 +10,11 @@ from typing import Annotated, ClassVar
 import numpy as np
 from pydantic import Field
 
-from irsim.kinds import Fraction, Kelvin, KelvinSpread, NotNegative, Number, Pair, Switches
+from irsim.kinds import Switches
 from irsim.occluders.bar import Size
 from irsim.occluders.base import Occluder, given
 from irsim.occluders.billows import OUTERMOST, lumps, thickened, torn
+from irsim.quantities import Fraction, Kelvin, KelvinSpread, NotNegative, Number, Pair
 from irsim.rng import stream
 from irsim.shapes.silhouette import within_sight
 from irsim.sight import Sight

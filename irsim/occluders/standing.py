@@ -6,9 +6,10 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from irsim.kinds import Kelvin, NotNegative, Pair, Positive, Switches
+from irsim.kinds import Switches
 from irsim.occluders.bar import Size, rectangle
 from irsim.occluders.base import Facet, Opaque, given
+from irsim.quantities import Kelvin, NotNegative, Pair, Positive
 from irsim.stage import Stage
 from irsim.types import Box
 

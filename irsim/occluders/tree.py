@@ -13,11 +13,11 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.geometry import Geometry
-from irsim.kinds import Fraction, Kelvin, KelvinSpread, Pair, Positive
 from irsim.occluders.bar import Size
 from irsim.occluders.base import Occluder, bounds, given
 from irsim.occluders.crown import BARK, CORE, THICK, Form, Heat, form_of, gapless, lit
 from irsim.occluders.standing import foot
+from irsim.quantities import Fraction, Kelvin, KelvinSpread, Pair, Positive
 from irsim.rng import stream
 from irsim.shapes.polygon import as_changes, coverage, outline
 from irsim.shapes.silhouette import Grid, spread, within_sight

@@ -11,7 +11,8 @@ from pydantic import Field, ValidationError
 
 from irsim.display import AGCS, Agc
 from irsim.errors import InputError
-from irsim.kinds import AboveZero, NotNegative, Part, Several, importing_nothing
+from irsim.kinds import Part, Several, importing_nothing
+from irsim.quantities import AboveZero, NotNegative
 from irsim.types import Curve
 
 FORMAT = 1

@@ -13,7 +13,7 @@ from pydantic import Field
 
 from irsim.errors import InputError
 from irsim.files import path_of, replacing
-from irsim.kinds import AboveZero
+from irsim.quantities import AboveZero
 from irsim.recording.annotate import TRACK, draw
 from irsim.recording.chunks import ChunkWriter, Message
 from irsim.recording.container import open_container

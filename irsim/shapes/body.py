@@ -10,7 +10,8 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.kinds import Fraction, Kelvin, Length, suggestion
+from irsim.kinds import suggestion
+from irsim.quantities import Fraction, Kelvin, Length
 from irsim.radiometry import grey_body
 from irsim.shapes.base import Shape, View
 from irsim.shapes.joints import Rigid

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from irsim.kinds import Fraction, Kelvin, Length
 from irsim.motion.posture import VEHICLE, Posture
+from irsim.quantities import Fraction, Kelvin, Length
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
 from irsim.shapes.solids import Point3, Solid, block, mirrored, plate, profile, wheel

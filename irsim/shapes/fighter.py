@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from irsim.kinds import Kelvin, Length
 from irsim.motion.posture import AEROPLANE, Posture
+from irsim.quantities import Kelvin, Length
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
 from irsim.shapes.solids import Solid, mirrored, plate, profile, tube

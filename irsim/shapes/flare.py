@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from irsim.kinds import Area, Kelvin, NotNegative, Positive
+from irsim.quantities import Area, Kelvin, NotNegative, Positive
 from irsim.shapes.base import View
 from irsim.shapes.point import Point
 from irsim.sprite import Sprite

@@ -8,7 +8,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from irsim.kinds import Family, Fraction, Kind, NotNegative, Positive
+from irsim.kinds import Family, Kind
+from irsim.quantities import Fraction, NotNegative, Positive
 from irsim.rng import stream
 
 

@@ -7,7 +7,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from irsim.kinds import Fraction, Kelvin, Positive
+from irsim.quantities import Fraction, Kelvin, Positive
 from irsim.shapes.base import Shape, View
 from irsim.shapes.ellipse import ellipse
 from irsim.sprite import Sprite

@@ -13,9 +13,10 @@ from pydantic_core import PydanticCustomError
 
 from irsim.contents import with_digest
 from irsim.errors import InputError
-from irsim.kinds import Fraction, Kelvin, Length, suggestion
+from irsim.kinds import suggestion
 from irsim.marks import FileName
 from irsim.motion.posture import POSTURES, Posture, PostureName
+from irsim.quantities import Fraction, Kelvin, Length
 from irsim.radiometry import grey_body
 from irsim.shapes.base import Shape, View
 from irsim.shapes.contours import Ints, contour

@@ -11,8 +11,8 @@ import numpy as np
 from pydantic import model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.kinds import Area, Fraction, Kelvin, KelvinDifference, Number
 from irsim.optics import reaching
+from irsim.quantities import Area, Fraction, Kelvin, KelvinDifference, Number
 from irsim.radiometry import slope
 from irsim.shapes.base import Shape, View
 from irsim.shapes.ellipse import ellipse

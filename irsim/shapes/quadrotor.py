@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
-from irsim.kinds import Kelvin, Length, NotNegative, Switches
+from irsim.kinds import Switches
 from irsim.motion.posture import MULTIROTOR, Posture
+from irsim.quantities import Kelvin, Length, NotNegative
 from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
 from irsim.shapes.joints import Rigid, Turn, hinge, turned

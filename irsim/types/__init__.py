@@ -10,8 +10,10 @@ Conventions, everywhere in irsim and irtrack
 from irsim.types.source import CameraFacts, Display, Source
 from irsim.types.values import (
     SHOWN,
+    BackgroundClass,
     Band,
     BandName,
+    Bools,
     Box,
     Counts,
     Curve,
@@ -19,7 +21,6 @@ from irsim.types.values import (
     Frame,
     Image,
     Input,
-    Look,
     TargetTruth,
     Truth,
     arrays_frozen,
@@ -27,8 +28,10 @@ from irsim.types.values import (
 
 __all__ = [
     "SHOWN",
+    "BackgroundClass",
     "Band",
     "BandName",
+    "Bools",
     "Box",
     "CameraFacts",
     "Counts",
@@ -38,7 +41,6 @@ __all__ = [
     "Frame",
     "Image",
     "Input",
-    "Look",
     "Source",
     "TargetTruth",
     "Truth",

@@ -13,6 +13,7 @@ from irsim.lean import lean
 Counts = npt.NDArray[np.uint16]
 Image = npt.NDArray[np.uint8] | Counts
 Floats = npt.NDArray[np.floating]
+Bools = npt.NDArray[np.bool_]
 Held = TypeVar("Held")
 
 Input = Literal["display", "counts"]
@@ -26,7 +27,7 @@ Band = BandName | tuple[float, float]
 Curve = tuple[float, float, float]
 """(linear, root, zero): the noiseless count of in-band radiance L, W/m2/sr, is linear L + root sqrt(L) + zero."""
 
-Look = Literal["cloud", "horizon", "trees", "treeline", "ground", "city"]
+BackgroundClass = Literal["cloud", "horizon", "trees", "treeline", "ground", "city"]
 """Classes of real backgrounds whose figures are known (`irsim realism`)."""
 
 SHOWN = 0.5

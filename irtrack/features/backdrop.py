@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from irsim.types import Image
+from irtrack.features.robust import MEDIAN_TO_SIGMA
 
 Grid = npt.NDArray[np.float32]
 Hole = tuple[slice, slice]
@@ -48,7 +49,7 @@ SMOOTHINGS = 200
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Look:
+class LaidFrame:
     """A frame laid on the backdrop.
 
     picture    (rows, columns) the frame in the backdrop's grey scale;  mean, variance: what is behind it
@@ -89,7 +90,7 @@ class Backdrop:
         unknown = np.zeros(picture.shape, bool)
         unknown[hole] = True
         steps = np.abs(np.diff(picture, axis=1))
-        noise = max((1.4826 * float(np.median(steps))) ** 2 / 2, ROUNDING) if steps.size else ROUNDING
+        noise = max((MEDIAN_TO_SIGMA * float(np.median(steps))) ** 2 / 2, ROUNDING) if steps.size else ROUNDING
         margin = max(rows.stop - rows.start, columns.stop - columns.start)
         around = (
             slice(max(rows.start - margin, 0), rows.stop + margin),
@@ -105,7 +106,7 @@ class Backdrop:
         variance[unknown] = max(float(ring.var()) if ring.size else 0.0, noise)
         return cls(mean, variance, np.where(unknown, 0, 1).astype(np.float32), noise)
 
-    def lay(self, image: Image, register: bool) -> tuple[Backdrop, Look]:
+    def lay(self, image: Image, register: bool) -> tuple[Backdrop, LaidFrame]:
         """The backdrop moved under a frame, and how the frame lies on it."""
         raw = image.astype(np.float32)
         moved = self._registered(raw) if register and min(raw.shape) >= LEAST_SIDE else self
@@ -119,16 +120,16 @@ class Backdrop:
             moved.shift[1] + whole[1] - self.shift[1],
         )
         variance = moved.variance + np.float32(SHIFT**2) * _steepness(mean)
-        return moved, Look(picture, mean, variance, moved.looks >= 1, moved.shift, travel)
+        return moved, LaidFrame(picture, mean, variance, moved.looks >= 1, moved.shift, travel)
 
-    def learn(self, look: Look, foreground: Grid, rate: float, hole: Hole | None) -> Backdrop:
+    def learn(self, laid: LaidFrame, foreground: Grid, rate: float, hole: Hole | None) -> Backdrop:
         """The backdrop after a frame: quickly where it is the backdrop that is seen, not at all in the hole."""
         share = np.maximum(1 / (self.looks + 1), np.float32(rate))
         open_ = np.ones(foreground.shape, np.float32)
         if hole is not None:
             open_[hole] = 0
         clear = share * (1 - foreground) * open_
-        residual = _shifted(look.picture - look.mean, (-look.shift[0], -look.shift[1]))
+        residual = _shifted(laid.picture - laid.mean, (-laid.shift[0], -laid.shift[1]))
         spread = np.minimum(residual**2, OUTLIER * self.variance)
         variance = np.maximum(self.variance + clear * (spread - self.variance), np.float32(self.noise / OUTLIER))
         rates = clear + np.float32(MOVING_RATE) * foreground * open_
@@ -171,7 +172,7 @@ class Backdrop:
         grey = laid[inner].ravel()
         middle = float(grey.mean())
         residual = raw[inner].ravel() - np.float32(self.gain) * grey - np.float32(self.offset)
-        scale = 1.4826 * float(np.median(np.abs(residual))) + ROUNDING
+        scale = MEDIAN_TO_SIGMA * float(np.median(np.abs(residual))) + ROUNDING
         weights = 1 / (1 + (residual / np.float32(2 * scale)) ** 2)
         slopes = np.stack([-self.gain * across, -self.gain * down, grey - middle, np.ones_like(grey)]).astype(
             np.float64

@@ -12,15 +12,13 @@ from math import floor
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
-from irsim.types import Floats, Image
+from irsim.types import Bools, Floats, Image
 from irtrack.compiled import COMPILED, kernels
 from irtrack.features.gradients import Gradient, orientations, polar, sobel
 from irtrack.features.quantise import Bins, Quantiser, contiguous
 from irtrack.features.window import Window
 
-Mask = npt.NDArray[np.bool_]
 _NOTHING = float(np.finfo(np.float64).tiny)
 """Divides an empty histogram, which stays zero."""
 
@@ -35,7 +33,7 @@ class Pattern:
     x: Floats
     y: Floats
     kernel: Floats
-    edges: Mask
+    edges: Bools
 
     @classmethod
     def of(cls, window: Window, most: int) -> Pattern:
@@ -127,7 +125,7 @@ class Field:
     def _empty(self, count: int) -> Cue:
         return Cue(np.zeros((count, self.quantiser.bins)), np.zeros((count, self.edge_bins)))
 
-    def _cues(self, x: Bins, y: Bins, kernel: Floats, edges: Mask) -> Cue:
+    def _cues(self, x: Bins, y: Bins, kernel: Floats, edges: Bools) -> Cue:
         """Of windows (N, R, C) with their places x (N, C), y (N, R), all in the frame."""
         left, top, right, bottom = x.min(), y.min(), x.max() + 1, y.max() + 1
         at = ((y - top) * (right - left))[:, :, None] + (x - left)[:, None, :]
@@ -153,7 +151,7 @@ class Field:
         return cue.of(0)
 
 
-def _pixels(places: Floats, edge: int) -> tuple[Bins, Mask]:
+def _pixels(places: Floats, edge: int) -> tuple[Bins, Bools]:
     """The pixels of places on one axis, and which lie within its edge; of those that do not the first pixel."""
     at = np.floor(places + 0.5)
     within = (at >= 0) & (at < edge)

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from irsim.types import Floats, Image
-from irtrack.features.backdrop import Grid, Hole, Look
+from irtrack.features.backdrop import Grid, Hole, LaidFrame
 from irtrack.features.quantise import MARGIN, levels_between
 
 BINS = 32
@@ -41,28 +41,28 @@ class Greys:
         blank = cls(low - margin, high + margin, empty, empty)
         return replace(blank, target=blank._density(picture, kernel), ring=blank._density(picture, around))
 
-    def foreground(self, look: Look) -> Grid:
+    def foreground(self, laid: LaidFrame) -> Grid:
         """(rows, columns) probability that a pixel shows the target, the target and what is behind it equally likely.
 
         Where the backdrop was never seen, it may be any grey that surrounds it.
         """
         even = np.float32(ANYTHING / (self.high - self.low))
-        squares = np.minimum((look.picture - look.mean) ** 2 / look.variance, 60)
-        behind = np.exp(-0.5 * squares) / np.sqrt(np.float32(2 * np.pi) * look.variance)
-        place = np.clip((look.picture - self.low) * (BINS / (self.high - self.low)) - 0.5, 0, BINS - 1)
+        squares = np.minimum((laid.picture - laid.mean) ** 2 / laid.variance, 60)
+        behind = np.exp(-0.5 * squares) / np.sqrt(np.float32(2 * np.pi) * laid.variance)
+        place = np.clip((laid.picture - self.low) * (BINS / (self.high - self.low)) - 0.5, 0, BINS - 1)
         cell = np.minimum(place.astype(np.intp), BINS - 2)
         part = (place - cell).astype(np.float32)
         target = (1 - part) * self.target[cell] + part * self.target[cell + 1]
-        unknown = ~look.known
+        unknown = ~laid.known
         ring = (1 - part[unknown]) * self.ring[cell[unknown]] + part[unknown] * self.ring[cell[unknown] + 1]
         behind[unknown] = np.maximum(behind[unknown], ring)
         likely, unlikely = (1 - ANYTHING) * target + even, (1 - ANYTHING) * behind + even
         probability: Grid = (likely / (likely + unlikely)).astype(np.float32)
         return probability
 
-    def learned(self, look: Look, foreground: Grid, part: Hole, rate: float) -> Greys:
+    def learned(self, laid: LaidFrame, foreground: Grid, part: Hole, rate: float) -> Greys:
         """The target's greys after a frame, by those pixels of a part of it that are likely the target's."""
-        density = self._density(look.picture[part], foreground[part])
+        density = self._density(laid.picture[part], foreground[part])
         if foreground[part].sum() < 3:
             return self
         return replace(self, target=self.target + np.float32(rate) * (density - self.target))

@@ -23,6 +23,7 @@ import numpy.typing as npt
 from irsim.types import Floats, Image
 from irtrack.compiled import COMPILED, kernels
 from irtrack.features.quantise import contiguous
+from irtrack.features.robust import MEDIAN_TO_SIGMA
 
 Singles = npt.NDArray[np.float32]
 Kernel = Singles
@@ -101,10 +102,10 @@ class HighPass:
     def fitted(cls, image: Image, kernel: Kernel, grid: int) -> HighPass:
         """The gain that gives `REACH` deviations of a first frame's residual 128 grey levels.
 
-        The deviation is 1.4826 times the median absolute residual, which targets do not sway.
+        The deviation is told by the median absolute residual, which targets do not sway.
         """
         pixels = image.astype(np.float32)
-        deviation = 1.4826 * float(np.median(np.abs(pixels - background(pixels, kernel, grid))))
+        deviation = MEDIAN_TO_SIGMA * float(np.median(np.abs(pixels - background(pixels, kernel, grid))))
         return cls(kernel, grid, 128 / (REACH * max(deviation, ROUNDING)))
 
     def __call__(self, image: Image) -> Picture:

@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from irsim.types import Floats, Image
 from irtrack.features.correlation import peak
+from irtrack.features.robust import MEDIAN_TO_SIGMA
 
 ROUNDING = 1e-5
 """Of 32-bit sums over a few hundred pixels, of the largest count."""
@@ -62,14 +63,14 @@ def largest_parts(image: Image, components: int, rng: np.random.Generator) -> Pa
 def standardised(residual: Residual, size: tuple[int, int], sign: float, level: float) -> Residual:
     """z: the mean over a target's (w, h) px, less the frame's middle, in robust standard deviations.
 
-    The deviation is 1.4826 times the median distance from the median, which targets and edges hardly
+    The deviation is told by the median distance from the median, which targets and edges hardly
     move. sign is 1 for hot targets, -1 for cold ones. level is the largest count of the frame: what
     spreads no more than 32 bits round is nothing, and gives zeros.
     """
     mean = cv2.blur(residual, size, borderType=cv2.BORDER_REFLECT)
     some = mean[::THINNED, ::THINNED]
     middle = np.median(some)
-    deviation = 1.4826 * float(np.median(np.abs(some - middle)))
+    deviation = MEDIAN_TO_SIGMA * float(np.median(np.abs(some - middle)))
     if deviation <= 1e-6 * max(
         float(np.abs(residual).max()), 1.0
     ):  # what 32 bits leave of a background that is all gone

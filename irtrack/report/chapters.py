@@ -12,7 +12,7 @@ from irtrack.metrics.breaking import HALF
 from irtrack.report.charts import Axis, Line, line_chart
 from irtrack.report.figures import SeverityFigures, source_figures
 from irtrack.report.measured import Measured
-from irtrack.report.palette import Look
+from irtrack.report.palette import LineStyle
 from irtrack.report.sections import Room, Section, section
 
 
@@ -33,7 +33,7 @@ class Chapter:
 
 
 def chapters(
-    sources: Iterable[Measured], severities: Sequence[SeverityFigures], looks: Mapping[str, Look], room: Room
+    sources: Iterable[Measured], severities: Sequence[SeverityFigures], styles: Mapping[str, LineStyle], room: Room
 ) -> list[Chapter]:
     """The chapters in the order of the sources; a source is held in memory only while its section is made."""
     by_family = {each.family: each for each in severities}
@@ -43,9 +43,9 @@ def chapters(
         family = by_family.get(cell.family) if cell.severity is not None else None
         is_told = family is None or cell.severity == telling(family)
         name = measured.name if family is None else family.family
-        made = section(measured, source_figures(measured), looks, room if is_told else None)
+        made = section(measured, source_figures(measured), styles, room if is_told else None)
         found[name].append((cell.severity or 0, made))
-    return [_chapter(name, by_family.get(name), members, looks) for name, members in found.items()]
+    return [_chapter(name, by_family.get(name), members, styles) for name, members in found.items()]
 
 
 def telling(family: SeverityFigures) -> int:
@@ -60,14 +60,14 @@ def telling(family: SeverityFigures) -> int:
 
 
 def _chapter(
-    name: str, family: SeverityFigures | None, members: list[tuple[int, Section]], looks: Mapping[str, Look]
+    name: str, family: SeverityFigures | None, members: list[tuple[int, Section]], styles: Mapping[str, LineStyle]
 ) -> Chapter:
     if family is None:
         return Chapter(name, None, "", members[0][1], ())
     told = telling(family)
     ordered = sorted(members, key=lambda member: (member[0] != told, member[0]))
     curves = line_chart(
-        [Line(looks[label], p.severities, p.shares, p.low, p.high) for label, p in family.breaking.items()],
+        [Line(styles[label], p.severities, p.shares, p.low, p.high) for label, p in family.breaking.items()],
         Axis("severity"),
         Axis("share of runs lost", (0, 1.02)),
         size=(460, 260),

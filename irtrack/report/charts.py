@@ -10,7 +10,7 @@ from html import escape
 from typing import TYPE_CHECKING, Any
 
 from irsim.types import Floats
-from irtrack.report.palette import Look
+from irtrack.report.palette import LineStyle
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,7 +26,7 @@ POINTS_PER_PX = 0.72  # Figure sizes are inches of 100 px; matplotlib measures l
 class Line:
     """One tracker's line: x, y (n,), and the edges of a band where there is one."""
 
-    look: Look
+    style: LineStyle
     x: Floats
     y: Floats
     low: Floats | None = None
@@ -92,10 +92,10 @@ def line_chart(
 
 def _draw(axes: Axes, line: Line) -> None:
     width = 2 * POINTS_PER_PX
-    pattern = (0, tuple(length / width for length in line.look.dash)) if line.look.dash else "-"
-    axes.plot(line.x, line.y, color=line.look.color, linewidth=width, linestyle=pattern)
+    pattern = (0, tuple(length / width for length in line.style.dash)) if line.style.dash else "-"
+    axes.plot(line.x, line.y, color=line.style.color, linewidth=width, linestyle=pattern)
     if line.low is not None and line.high is not None:
-        axes.fill_between(line.x, line.low, line.high, color=line.look.color, alpha=0.2, linewidth=0)
+        axes.fill_between(line.x, line.low, line.high, color=line.style.color, alpha=0.2, linewidth=0)
 
 
 def _finish(axes: Axes, x: Axis, y: Axis) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from irsim.types import SHOWN, Box, Image
 from irtrack.metrics import Trace
-from irtrack.report.palette import Look
+from irtrack.report.palette import LineStyle
 
 FRAMES = 6
 """How many frames a strip has: one row on a wide page."""
@@ -31,7 +31,7 @@ class Follower:
     """One tracker's track in the strip; lost_at: index of the frame its loss is dated to."""
 
     label: str
-    look: Look
+    style: LineStyle
     trace: Trace
     lost_at: int | None
 
@@ -112,11 +112,11 @@ def still(image: Image, index: int, why: str, followers: Iterable[Follower], bot
     left, top, side = _crop_place(image, around)
     enlarged = image[top : top + side, left : left + side]
     rows, cols = image.shape
-    parts = {follower.label: (follower.look, box) for follower, box in boxes}
+    parts = {follower.label: (follower.style, box) for follower, box in boxes}
     crop = _svg(_png(_stretched(enlarged)), (left, top, *enlarged.shape[::-1]), truth, parts, "crop")
     # In the small picture of the whole frame a box is a mark: never too small to be seen.
     least = max(rows, cols) / 25
-    marks = {label: (look, box.at_least(least)) for label, (look, box) in parts.items()}
+    marks = {label: (style, box.at_least(least)) for label, (style, box) in parts.items()}
     whole = _svg(_jpeg(image), (0, 0, cols, rows), truth.at_least(least) if truth else None, marks, "whole")
     notes = tuple(_note(follower, index) for follower in followers)
     return Still(index, why, crop, whole, notes)
@@ -168,7 +168,7 @@ def _svg(
     uri: str,
     place: tuple[int, int, int, int],
     truth: Box | None,
-    boxes: Mapping[str, tuple[Look, Box]],
+    boxes: Mapping[str, tuple[LineStyle, Box]],
     name: str,
 ) -> str:
     """A picture with boxes over it; user units are the frame's px, pixel centres at whole numbers."""
@@ -178,8 +178,8 @@ def _svg(
         f'<svg class="{name}" viewBox="{left - 0.5} {top - 0.5} {width} {height}">',
         f'<image {edge} preserveAspectRatio="none" href="{uri}"/>',
     ]
-    for look, box in boxes.values():
-        parts.append(f'<rect {_corners(box)} stroke="{look.color}" stroke-dasharray="{look.svg_dash}"/>')
+    for style, box in boxes.values():
+        parts.append(f'<rect {_corners(box)} stroke="{style.color}" stroke-dasharray="{style.svg_dash}"/>')
     if truth:
         parts.append(f'<rect {_corners(truth)} class="truth-edge"/><rect {_corners(truth)} class="truth"/>')
     return "".join([*parts, "</svg>"])

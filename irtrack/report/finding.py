@@ -11,7 +11,7 @@ from irtrack.bench import Results
 from irtrack.report.figures import failures, source_figures
 from irtrack.report.measured import measured
 from irtrack.report.page import rendered, versions
-from irtrack.report.palette import looks
+from irtrack.report.palette import styles
 from irtrack.report.sections import Room, section
 
 
@@ -54,7 +54,7 @@ def _listed(facts: tuple[tuple[str, str], ...]) -> list[str]:
 def write_finding(results: Results, out: Path, finding: Finding, source: Source) -> None:
     """Write the page of a results file with one run in it, whose source is at hand."""
     cells = results.cells()
-    by_label = looks([cell.label for cell in cells])
+    by_label = styles([cell.label for cell in cells])
     (run,) = measured(results, cells)
     shown = section(run, source_figures(run), by_label, Room(), source)
     page = rendered(
@@ -63,7 +63,7 @@ def write_finding(results: Results, out: Path, finding: Finding, source: Source)
         beside=finding.beside(out.name),
         section=shown,
         label=cells[0].label,
-        looks=by_label,
+        styles=by_label,
         failures=failures(cells),
         has_replay=shown.pictures.replay is not None,
         versions=versions(results.runs()),

@@ -13,7 +13,7 @@ from irsim.types import Source
 from irtrack.bench import Cell, Results, SourceRow
 from irtrack.report.filmstrip import Follower, Still, still
 from irtrack.report.opening import opened
-from irtrack.report.palette import Look
+from irtrack.report.palette import LineStyle
 from irtrack.report.repeat import run_command
 
 MOST = 48
@@ -35,7 +35,7 @@ class Loss:
     still: Still
 
 
-def gallery(results: Results, cells: Sequence[Cell], looks: Mapping[str, Look]) -> tuple[tuple[Loss, ...], int]:
+def gallery(results: Results, cells: Sequence[Cell], styles: Mapping[str, LineStyle]) -> tuple[tuple[Loss, ...], int]:
     """The first failures, and how many there are in all; a source that cannot be opened any more shows none."""
     first = _first_losses(cells)
     rows = results.sources()
@@ -46,7 +46,7 @@ def gallery(results: Results, cells: Sequence[Cell], looks: Mapping[str, Look]) 
         if place not in sources:
             sources[place] = _opened(rows[place])
         source = sources[place]
-        if source is not None and (loss := _loss(results, cell, rows[place], source, looks)) is not None:
+        if source is not None and (loss := _loss(results, cell, rows[place], source, styles)) is not None:
             found.append(loss)
     return tuple(sorted(found, key=lambda loss: (loss.source, loss.label))), len(first)
 
@@ -78,13 +78,13 @@ def _opened(row: SourceRow) -> Source | None:
     return source if source.hash == row.hash else None
 
 
-def _loss(results: Results, cell: Cell, row: SourceRow, source: Source, looks: Mapping[str, Look]) -> Loss | None:
+def _loss(results: Results, cell: Cell, row: SourceRow, source: Source, styles: Mapping[str, LineStyle]) -> Loss | None:
     trace = results.trace(cell.key)
     if trace is None or cell.score is None or cell.score.lost_at is None:
         return None
     at = int(np.searchsorted(trace.indices, cell.score.lost_at))
     index = int(trace.indices[min(at + AFTER, len(trace.indices) - 1)])
-    follower = Follower(cell.label, looks[cell.label], trace, cell.score.lost_at)
+    follower = Follower(cell.label, styles[cell.label], trace, cell.score.lost_at)
     try:
         picture = still(source.frame(index, "display").image, index, "", [follower], both=True)
     except IrsimError:

@@ -19,7 +19,7 @@ from irtrack.report.chapters import chapters
 from irtrack.report.figures import failures, severity_figures
 from irtrack.report.gallery import gallery
 from irtrack.report.measured import measured
-from irtrack.report.palette import looks
+from irtrack.report.palette import styles
 from irtrack.report.repeat import repeat_commands
 from irtrack.report.sections import Room
 from irtrack.report.words import lead, ms, percent, px, share
@@ -31,7 +31,7 @@ SCRIPT = (files("irtrack.report") / "page.js").read_text()
 def page(results: Results, cells: Sequence[Cell]) -> str:
     """The report as HTML text."""
     # Colours by name, not by rank: a tracker keeps its own from report to report.
-    by_label = looks(sorted({cell.label for cell in cells}))
+    by_label = styles(sorted({cell.label for cell in cells}))
     severities = severity_figures(cells)
     found = chapters(measured(results, cells), severities, by_label, Room())
     overall = summary(cells, overall=True)
@@ -42,7 +42,7 @@ def page(results: Results, cells: Sequence[Cell]) -> str:
         results=results.path.name,
         overall=overall,
         lead=lead(overall),
-        looks=by_label,
+        styles=by_label,
         loss_tables=loss_tables(severities),
         chapters=found,
         has_replay=any(chapter.section.pictures.replay for chapter in found),

@@ -1,4 +1,4 @@
-"""How each tracker looks: one colour and one dash pattern in every table, chart and picture."""
+"""How each tracker is drawn: one colour and one dash pattern in every table, chart and picture."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ DASHES: tuple[tuple[float, ...], ...] = ((), (6, 3), (2, 2), (8, 2, 2, 2))
 
 
 @dataclass(frozen=True)
-class Look:
+class LineStyle:
     """color  '#rrggbb';  dash  on and off lengths in px, empty for a solid line."""
 
     color: str
@@ -26,9 +26,9 @@ class Look:
         return " ".join(f"{length:g}" for length in self.dash) or "none"
 
 
-def looks(labels: Iterable[str]) -> dict[str, Look]:
-    """A look for each label, in the order given."""
+def styles(labels: Iterable[str]) -> dict[str, LineStyle]:
+    """A style for each label, in the order given."""
     return {
-        label: Look(HUES[index % len(HUES)], DASHES[index // len(HUES) % len(DASHES)])
+        label: LineStyle(HUES[index % len(HUES)], DASHES[index // len(HUES) % len(DASHES)])
         for index, label in enumerate(labels)
     }

@@ -13,7 +13,7 @@ from irtrack.metrics.centre import PRECISION_PX, precision_curve
 from irtrack.metrics.loss import OFF_PX
 from irtrack.metrics.overlap import SUCCESS, success_curve
 from irtrack.report.charts import Axis, Line, line_chart
-from irtrack.report.palette import Look
+from irtrack.report.palette import LineStyle
 
 LEAST_ERROR = 0.1
 """Errors below this lie on the axis, px: a logarithmic axis has no zero."""
@@ -38,22 +38,22 @@ class Plots:
     held: str
 
 
-def plots(traces: Traces, survival: Mapping[str, Survival], looks: Mapping[str, Look], name: str) -> Plots | None:
+def plots(traces: Traces, survival: Mapping[str, Survival], styles: Mapping[str, LineStyle], name: str) -> Plots | None:
     """The charts of a source of that name; None where no frame has truth."""
     every = [trace for seeds in traces.values() for trace in seeds]
     if not any(np.isfinite(trace.truth_centers).any() for trace in every):
         return None
     return Plots(
-        error=error_chart(traces, every, looks, name),
+        error=error_chart(traces, every, styles, name),
         precision=line_chart(
-            [_banded(looks[label], PRECISION_PX, _precisions(seeds)) for label, seeds in traces.items()],
+            [_banded(styles[label], PRECISION_PX, _precisions(seeds)) for label, seeds in traces.items()],
             Axis("threshold on the centre error, px", (0, PRECISION_PX[-1])),
             Axis("share of frames within it", (0, 1.02)),
             size=SMALL,
             name=f"{name}: precision curve",
         ),
         success=line_chart(
-            [_banded(looks[label], SUCCESS, _successes(seeds)) for label, seeds in traces.items()],
+            [_banded(styles[label], SUCCESS, _successes(seeds)) for label, seeds in traces.items()],
             Axis("threshold on the overlap (intersection over union)", (0, 1)),
             Axis("share of frames above it", (0, 1.02)),
             size=SMALL,
@@ -61,7 +61,7 @@ def plots(traces: Traces, survival: Mapping[str, Survival], looks: Mapping[str, 
         ),
         held=line_chart(
             [
-                _steps(looks[label], held, max(len(trace.indices) - 1 for trace in traces[label]))
+                _steps(styles[label], held, max(len(trace.indices) - 1 for trace in traces[label]))
                 for label, held in survival.items()
             ],
             Axis("frames after the start"),
@@ -72,7 +72,7 @@ def plots(traces: Traces, survival: Mapping[str, Survival], looks: Mapping[str, 
     )
 
 
-def error_chart(traces: Traces, every: Sequence[Trace], looks: Mapping[str, Look], name: str) -> str:
+def error_chart(traces: Traces, every: Sequence[Trace], styles: Mapping[str, LineStyle], name: str) -> str:
     frames = np.unique(np.concatenate([trace.indices for trace in every]))
     lines, largest = [], OFF_PX
     grouped = -(-len(frames) // POINTS)
@@ -81,7 +81,7 @@ def error_chart(traces: Traces, every: Sequence[Trace], looks: Mapping[str, Look
         low, middle, high = quartiles(frames, seeds, grouped)
         largest = max(largest, float(np.nanmax(high, initial=OFF_PX)))
         band = (low, high) if len(seeds) > 1 else (None, None)
-        lines.append(Line(looks[label], x, middle, *band))
+        lines.append(Line(styles[label], x, middle, *band))
     diagonals = np.concatenate([np.hypot(*trace.truth_sizes.T) for trace in every])
     return line_chart(
         lines,
@@ -143,18 +143,18 @@ def _successes(seeds: Sequence[Trace]) -> Floats:
     return np.array(curves).reshape(len(curves), len(SUCCESS))
 
 
-def _banded(look: Look, x: Floats, curves: Floats) -> Line:
+def _banded(style: LineStyle, x: Floats, curves: Floats) -> Line:
     """The mean of curves (runs, n) with its 95 % interval at each x, Student's t over the runs."""
     if not len(curves):
-        return Line(look, x, np.full_like(x, np.nan))
+        return Line(style, x, np.full_like(x, np.nan))
     mean, low, high = mean_interval(curves)
     if len(curves) == 1:
-        return Line(look, x, mean)
-    return Line(look, x, mean, np.clip(low, 0, 1), np.clip(high, 0, 1))
+        return Line(style, x, mean)
+    return Line(style, x, mean, np.clip(low, 0, 1), np.clip(high, 0, 1))
 
 
-def _steps(look: Look, held: Survival, last: int) -> Line:
+def _steps(style: LineStyle, held: Survival, last: int) -> Line:
     """The step function of the share still held, from the start to the last frame."""
     x = np.repeat(np.concatenate([[0.0], held.times, [float(last)]]), 2)[1:-1]
     y, low, high = (np.repeat(np.concatenate([[1.0], each]), 2) for each in (held.held, held.low, held.high))
-    return Line(look, x, y, low, high)
+    return Line(style, x, y, low, high)

@@ -125,8 +125,8 @@ def _tracker(follower: Follower, kept: np.ndarray, particles: Mapping[int, str])
     scores = [None if row is None else _number(trace.scores[row], 3) for row in rows]
     return {
         "label": follower.label,
-        "color": follower.look.color,
-        "dash": list(follower.look.dash),
+        "color": follower.style.color,
+        "dash": list(follower.style.dash),
         "boxes": [_numbers(follower.box(index)) for index in kept.tolist()],
         "status": ["" if row is None else str(trace.statuses[row]) for row in rows],
         "off": [row is not None and bool(trace.off[row]) for row in rows],

@@ -13,7 +13,7 @@ from irtrack.report.figures import SourceFigures
 from irtrack.report.filmstrip import Follower, Still, moments, still
 from irtrack.report.measured import Measured
 from irtrack.report.opening import opened
-from irtrack.report.palette import Look
+from irtrack.report.palette import LineStyle
 from irtrack.report.plots import Plots, plots
 from irtrack.report.repeat import render_command, run_command
 from irtrack.report.replays import Replay, replayed
@@ -81,7 +81,7 @@ class Section:
 def section(
     measured: Measured,
     figures: SourceFigures,
-    looks: Mapping[str, Look],
+    styles: Mapping[str, LineStyle],
     room: Room | None,
     at_hand: Source | None = None,
 ) -> Section:
@@ -96,8 +96,8 @@ def section(
         name=source.name,
         facts=_facts(measured),
         figures=figures,
-        plots=plots(measured.traces, figures.survival, looks, source.name) if room and measured.traces else None,
-        pictures=_pictures(measured, looks, room, at_hand) if room else Pictures(),
+        plots=plots(measured.traces, figures.survival, styles, source.name) if room and measured.traces else None,
+        pictures=_pictures(measured, styles, room, at_hand) if room else Pictures(),
         seed=shown[0].key.tracker_seed,
         commands=(*([render] if render else []), *(run_command(cell, source) for cell in shown)),
         scenario=source.text if source.kind == "scenario" else None,
@@ -122,7 +122,7 @@ def _facts(measured: Measured) -> tuple[str, ...]:
     )
 
 
-def _pictures(measured: Measured, looks: Mapping[str, Look], room: Room, at_hand: Source | None) -> Pictures:
+def _pictures(measured: Measured, styles: Mapping[str, LineStyle], room: Room, at_hand: Source | None) -> Pictures:
     if not room.strips:
         return Pictures(note="No pictures: the page would grow too large; report fewer sources to see them.")
     source = measured.source
@@ -131,7 +131,9 @@ def _pictures(measured: Measured, looks: Mapping[str, Look], room: Room, at_hand
         cell, trace = measured.cells[place], measured.tracks.get(place)
         if trace is not None:
             cells.append(cell)
-            followers.append(Follower(cell.label, looks[cell.label], trace, cell.score.lost_at if cell.score else None))
+            followers.append(
+                Follower(cell.label, styles[cell.label], trace, cell.score.lost_at if cell.score else None)
+            )
     if not followers:
         return Pictures(note="No tracker finished on the seed that is shown: there is nothing to see.")
     try:

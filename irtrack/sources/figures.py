@@ -9,7 +9,7 @@ import numpy as np
 from irsim.types import Floats
 from irtrack.metrics import mean_interval, wilson
 from irtrack.report.charts import Axis, Line, line_chart
-from irtrack.report.palette import Look, looks
+from irtrack.report.palette import LineStyle, styles
 from irtrack.report.plots import error_chart
 from irtrack.sources.growth import PARTICLES, Filtering, GrowthResult
 from irtrack.sources.runs import Outcome
@@ -18,16 +18,16 @@ from irtrack.sources.values import Experiment, Run, Sweep
 SMALL = (450, 280)
 
 
-def over_frames(experiment: Experiment, found: Outcome, look: Mapping[str, Look]) -> str:
+def over_frames(experiment: Experiment, found: Outcome, style: Mapping[str, LineStyle]) -> str:
     """Centre error over frames, median and quartiles over the seeds; '' where nothing was run."""
     charted = experiment.charted or experiment.trackers
     traces = {label: [run.trace for run in found.of(label).values()] for label in charted}
     shown = {label: seeds for label, seeds in traces.items() if seeds}
     every = [trace for seeds in shown.values() for trace in seeds]
-    return error_chart(shown, every, look, experiment.scene.name) if every else ""
+    return error_chart(shown, every, style, experiment.scene.name) if every else ""
 
 
-def scores_over_frames(label: str, found: Outcome, look: Look) -> str:
+def scores_over_frames(label: str, found: Outcome, style: LineStyle) -> str:
     """The tracker's own score over frames, median and quartiles over the seeds; '' where it has none."""
     runs = list(found.of(label).values())
     if not runs or not all(np.isfinite(run.trace.scores[1:]).all() for run in runs):
@@ -36,7 +36,7 @@ def scores_over_frames(label: str, found: Outcome, look: Look) -> str:
     low, middle, high = np.percentile(table, (25, 50, 75), axis=0)
     frames = runs[0].trace.indices[1:]
     return line_chart(
-        [Line(look, frames, middle, low, high)],
+        [Line(style, frames, middle, low, high)],
         Axis("frame"),
         Axis("matching coefficient", (0, 1)),
         size=(900, 220),
@@ -49,7 +49,7 @@ def swept(
     figure: str,
     of: Callable[[Run], float | None],
     outcomes: Mapping[str, Outcome],
-    look: Mapping[str, Look],
+    style: Mapping[str, LineStyle],
 ) -> str:
     """A figure's mean over the seeds against the setting, with its 95 % interval."""
     lines = []
@@ -62,7 +62,7 @@ def swept(
                 points.append((x, *interval(values)))
         if points:
             place, middle, low, high = np.array(points).T
-            lines.append(Line(look[label], place, middle, low, high))
+            lines.append(Line(style[label], place, middle, low, high))
     if not lines:
         return ""
     limits = (-0.02, 1.02) if "share" in figure else None
@@ -86,13 +86,13 @@ def interval(values: Sequence[float]) -> tuple[float, float, float]:
 
 def growth_charts(result: GrowthResult) -> list[str]:
     """RMSE and Neff against N, and RMSE against Np / N."""
-    look = looks(result.by_particles)
+    style = styles(result.by_particles)
     n = np.array(PARTICLES, dtype=np.float64)
 
     def line(label: str, figure: Callable[[Filtering, int], Floats]) -> Line:
         every = result.by_particles[label].items()
         middle, low, high = np.array([mean_interval(figure(each, count)) for count, each in every]).T
-        return Line(look[label], n, middle, low, high)
+        return Line(style[label], n, middle, low, high)
 
     rmse = [line(label, lambda each, count: each.rmse) for label in result.by_particles]
     neff = [line(label, lambda each, count: each.neff / count) for label in result.by_particles]
@@ -102,7 +102,7 @@ def growth_charts(result: GrowthResult) -> list[str]:
         line_chart(rmse, Axis("N"), Axis("RMSE"), size=SMALL, name="growth model: RMSE against N"),
         line_chart(neff, Axis("N"), Axis("Neff / N", (0, 1)), size=SMALL, name="growth model: Neff against N"),
         line_chart(
-            [Line(look["WSPF"], shares, middle, low, high)],
+            [Line(style["WSPF"], shares, middle, low, high)],
             Axis("Np / N, at N = 100"),
             Axis("RMSE"),
             size=SMALL,

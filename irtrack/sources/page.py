@@ -17,7 +17,7 @@ from irsim.files import make_folder, replacing_text
 from irtrack.errors import InputError, whole
 from irtrack.metrics.loss import LOSS_RULE
 from irtrack.peers import PEERS
-from irtrack.report.palette import Look, looks
+from irtrack.report.palette import LineStyle, styles
 from irtrack.sources.cheng import CHENG
 from irtrack.sources.cost import COST
 from irtrack.sources.digests import AN, CAMSHIFT, CUI
@@ -45,7 +45,7 @@ PAGE = "sources.html"
 class ExperimentPart:
     experiment: Experiment
     head: tuple[str, ...]
-    looks: Mapping[str, Look]
+    styles: Mapping[str, LineStyle]
     rows: list[Row]
     charts: list[str]
 
@@ -53,7 +53,7 @@ class ExperimentPart:
 @dataclass(frozen=True)
 class SweepPart:
     title: str
-    looks: Mapping[str, Look]
+    styles: Mapping[str, LineStyle]
     charts: list[str]
 
 
@@ -131,9 +131,9 @@ def paper_part(paper: Paper, found: Mapping[str, Outcome]) -> PaperPart:
     """All that the page says of a paper."""
     sweeps = []
     for sweep in paper.sweeps:
-        look = looks(sweep.labels)
-        charts = [swept(sweep, name, of, found, look) for name, of in sweep.figures.items()]
-        sweeps.append(SweepPart(sweep.title, look, [chart for chart in charts if chart]))
+        style = styles(sweep.labels)
+        charts = [swept(sweep, name, of, found, style) for name, of in sweep.figures.items()]
+        sweeps.append(SweepPart(sweep.title, style, [chart for chart in charts if chart]))
     return PaperPart(
         paper,
         [experiment_part(experiment, found) for experiment in paper.experiments],
@@ -147,12 +147,12 @@ def paper_part(paper: Paper, found: Mapping[str, Outcome]) -> PaperPart:
 def experiment_part(experiment: Experiment, every: Mapping[str, Outcome]) -> ExperimentPart:
     """The table and the charts of an experiment; `every`: the outcomes by scene."""
     found = every[experiment.scene.name]
-    look = looks(experiment.charted or experiment.trackers)
-    charts = [] if experiment in HARD else [over_frames(experiment, found, look)]  # too many lines to tell apart
+    style = styles(experiment.charted or experiment.trackers)
+    charts = [] if experiment in HARD else [over_frames(experiment, found, style)]  # too many lines to tell apart
     if "fusion_wspf" in experiment.trackers and experiment not in HARD:
-        charts.append(scores_over_frames("fusion_wspf", found, look["fusion_wspf"]))
+        charts.append(scores_over_frames("fusion_wspf", found, style["fusion_wspf"]))
     head = scene_head(experiment)
-    return ExperimentPart(experiment, head, look, rows(experiment, every), [chart for chart in charts if chart])
+    return ExperimentPart(experiment, head, style, rows(experiment, every), [chart for chart in charts if chart])
 
 
 def scene_head(experiment: Experiment) -> tuple[str, ...]:
@@ -196,7 +196,7 @@ def render(
         growth=growth,
         growth_charts=growth_charts(growth) if growth else [],
         growth_verdicts=growth_verdicts,
-        growth_looks=looks(growth.by_particles) if growth else {},
+        growth_styles=styles(growth.by_particles) if growth else {},
         hard=hard,
         context=CONTEXT,
         ours=len(OURS),

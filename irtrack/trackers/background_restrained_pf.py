@@ -6,7 +6,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from irsim.kinds import Fraction
+from irsim.quantities import Fraction
 from irsim.types import Floats
 from irtrack.trackers.grey_pf import GreyPF
 

@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 from pydantic import Field
 
-from irsim.kinds import Fraction
+from irsim.quantities import Fraction
 from irsim.types import Box, Frame
 from irtrack.features.backdrop import Backdrop, Hole
 from irtrack.features.foreground import Greys, gathered, peaks
@@ -96,8 +96,8 @@ class ChangeKalman(GatedPart):
         y, x = np.ogrid[: image.shape[0], : image.shape[1]]
         ellipse = 1 - ((x - box.cx) / (box.w / 2 + 0.5)) ** 2 - ((y - box.cy) / (box.h / 2 + 0.5)) ** 2
         greys = Greys.of(image, hole, np.maximum(ellipse, 0))
-        _, look = backdrop.lay(image, False)
-        heights = gathered(greys.foreground(look), _kernel((box.w, box.h)))
+        _, laid = backdrop.lay(image, False)
+        heights = gathered(greys.foreground(laid), _kernel((box.w, box.h)))
         column, row = (round(min(max(c, 0), n - 1)) for c, n in zip((box.cx, box.cy), image.shape[::-1], strict=True))
         around = heights[max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2]
         mean, covariance = self.start(box)
@@ -107,25 +107,25 @@ class ChangeKalman(GatedPart):
     def step(self, state: ChangeState, frame: Frame, rng: np.random.Generator) -> tuple[ChangeState, Estimate]:
         """Lay the background, find plots, share them out, learn what is behind."""
         state.footage.check(frame)
-        backdrop, look = state.backdrop.lay(frame.image, self.register_frames)
-        foreground = state.greys.foreground(look)
+        backdrop, laid = state.backdrop.lay(frame.image, self.register_frames)
+        foreground = state.greys.foreground(laid)
         deviations = _kernel(state.size)
         reach = tuple(max(1, int(1.2 * d)) for d in deviations)
         least = max(FAINT * float(state.tracks.level[0]), LEAST)
         centers, heights = peaks(gathered(foreground, deviations), (reach[0], reach[1]), least, MOST_PLOTS)
-        tracks = advance(state.tracks, centers, heights, look.moved, self._rules(state.size))
+        tracks = advance(state.tracks, centers, heights, laid.moved, self._rules(state.size))
         if not self.company:
             tracks = tracks.take(np.arange(len(tracks.mean)) == 0)
         x, y, vx, vy = tracks.mean[0].tolist()
         sight = state.sight.unseen() if tracks.missed[0] > 0 else state.sight.seen()
         hole = _hole((x, y), state.size, frame.image.shape)
         whole = tracks.missed[0] == 0 and tracks.held[0] == 0
-        greys = state.greys.learned(look, foreground, hole, GREY_RATE) if whole else state.greys
+        greys = state.greys.learned(laid, foreground, hole, GREY_RATE) if whole else state.greys
         waiting = sight.missed < self.lost_after
         after = ChangeState(
             footage=state.footage,
             size=state.size,
-            backdrop=backdrop.learn(look, foreground, self.learn, hole if waiting else None),
+            backdrop=backdrop.learn(laid, foreground, self.learn, hole if waiting else None),
             greys=greys,
             tracks=tracks,
             sight=sight,

@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field as Parameter
 
-from irsim.kinds import Fraction
+from irsim.quantities import Fraction
 from irsim.types import Box, Floats, Frame, Image
 from irtrack.features.confidence import CONFIDENCES, Confidence
 from irtrack.features.correlation import rival as highest_apart

@@ -13,7 +13,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from irsim.kinds import Fraction
+from irsim.quantities import Fraction
 from irsim.types import Box, Floats, Frame, Image
 from irtrack.features.highpass import HighPass, full_kernel, ring_kernel
 from irtrack.features.histogram import (

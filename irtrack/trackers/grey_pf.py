@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from irsim.kinds import Fraction
+from irsim.quantities import Fraction
 from irsim.types import Box, Floats, Frame
 from irtrack.features.histogram import Judged
 from irtrack.filters import particles as cloud

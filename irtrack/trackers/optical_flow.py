@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 from pydantic import Field
 
-from irsim.kinds import Fraction
+from irsim.quantities import Fraction
 from irsim.types import Box, Floats, Frame, Image
 from irtrack.features.correlation import ncc, rival
 from irtrack.features.flow import Picture, forward_backward, spread_ratio

@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from irsim.kinds import Fraction
+from irsim.quantities import Fraction
 from irsim.types import Box, Floats, Frame, Image
 from irtrack.features.svd import Residual, candidates, largest_parts, standardised
 from irtrack.filters import particles as cloud

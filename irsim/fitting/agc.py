@@ -19,7 +19,7 @@ HOW = "give what the camera showed of the same frames (display=PICTURES: a folde
 
 
 @dataclass(frozen=True)
-class Shown:
+class ChosenAgc:
     """The AGC of a scenario: fitted to pictures, as a recording says it, or the usual one.
 
     fitted      None where no pictures tell it
@@ -32,7 +32,7 @@ class Shown:
     notes: tuple[str, ...]
 
     @classmethod
-    def of(cls, source: Source, display: FittedDisplay | str | None) -> Shown:
+    def of(cls, source: Source, display: FittedDisplay | str | None) -> ChosenAgc:
         """`display` is what was fitted to pictures, or why they do not tell it; None where there are none."""
         if isinstance(display, FittedDisplay):
             return cls(display.agc, display, "", display.notes)

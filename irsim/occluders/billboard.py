@@ -16,7 +16,7 @@ averaged over cells of just their size, so that it covers its area, spread by ha
 
 
 @dataclass(frozen=True, eq=False)
-class Picture:
+class Billboard:
     """light (rows, cols, 2) float32: the share of each cell that it covers, and that share times its radiance."""
 
     light: Floats

@@ -1,0 +1,54 @@
+"""Cloud layers that the ground or the sea hides."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from irsim.backgrounds.base import Changed, Gaze, Layer, Slices, Veil, is_veil
+from irsim.types import Floats
+
+
+class Hides(Protocol):
+    """What hides the lower part of the sky."""
+
+    def sky_left(self, gaze: Gaze) -> Floats:
+        """(rows, cols): the share of each pixel that it leaves to the sky."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Above(Changed):
+    """A cloud layer that the ground or the sea hides."""
+
+    country: Hides
+
+    def light(self, gaze: Gaze) -> tuple[Floats, Floats]:
+        transmittance, emission = self.layer.light(gaze)
+        assert transmittance is not None
+        left = self.country.sky_left(gaze)
+        return 1 - (1 - transmittance) * left, emission * left
+
+
+@dataclass(frozen=True, eq=False)
+class VeilAbove(Above):
+    """One that fills the picture by itself."""
+
+    layer: Veil
+
+    def veil(self, under: Floats, light: Floats, gaze: Gaze, behind: Sequence[Slices]) -> list[Floats]:
+        """See `Veil`. Of what the layer changes in the light, the share that is not hidden."""
+        filled, left = np.empty_like(light), self.country.sky_left(gaze)
+        passed = self.layer.veil(under, filled, gaze, behind)
+        filled -= under
+        filled *= left
+        np.add(under, filled, out=light)
+        return [1 - (1 - part) * left[patch] for part, patch in zip(passed, behind, strict=True)]
+
+
+def above(layers: Sequence[Layer], country: Hides) -> Sequence[Layer]:
+    """Cloud layers, where the ground or the sea hides them."""
+    return [VeilAbove(layer, country) if is_veil(layer) else Above(layer, country) for layer in layers]

@@ -1,0 +1,23 @@
+"""Frames of a source as one array: what measurements are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+
+from irsim.types import Source
+
+Progress = Callable[[int, int], None]
+"""Called with the frames read so far, and how many there will be."""
+
+
+def read_counts(source: Source, wanted: range, progress: Progress | None = None) -> npt.NDArray[np.integer]:
+    """Counts of the frames `wanted`, which follow each other: (T, rows, columns)."""
+    images = []
+    for frame in source.frames("counts", wanted.start, wanted.stop):
+        images.append(frame.image)
+        if progress is not None:
+            progress(len(images), len(wanted))
+    return np.stack(images)

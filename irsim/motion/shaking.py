@@ -1,0 +1,20 @@
+"""Random shaking as a sum of sinusoids, known at any frame without the frames before."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from irsim.stage import Stage
+from irsim.types import Floats
+
+
+def shaking(rms_px: float, angular: Floats, phases: Floats, frames: Floats, stage: Stage) -> Floats:
+    """(n, 3) rad at frame numbers (n,): azimuth and elevation, each of that root mean square at zoom 1; no roll.
+
+    angular (2, waves) rad/s and phases (2, waves), rad, of sinusoids that have equal power. Its spectrum is how the
+    frequencies are spread: M. Shinozuka and C.-M. Jan, J. Sound Vib. 25, 111 (1972).
+    """
+    seconds = np.asarray(frames, dtype=np.float64)[:, None, None] / stage.rate_hz
+    amplitude = rms_px * stage.geometry.ifov_rad * np.sqrt(2 / angular.shape[-1])
+    turned = amplitude * np.cos(angular * seconds + phases).sum(axis=-1)
+    return np.concatenate([turned, np.zeros_like(turned[:, :1])], axis=1)
