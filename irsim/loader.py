@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import reprlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
@@ -15,7 +16,7 @@ from irsim.errors import InputError, Notice
 from irsim.explain import AnyPart, formed, line, place_of
 from irsim.files import is_binary, is_recording
 from irsim.kinds import Part, importing_nothing
-from irsim.overrides import override, place_of_override, placed
+from irsim.overrides import given_overrides, override, place_of_override, placed
 from irsim.plausible import implausible
 from irsim.ranges import places_of_parts, range_doubts, values_at
 from irsim.scenario import Scenario, expect_scenario
@@ -80,6 +81,11 @@ def change(scenario: Scenario, values: Mapping[str, Any]) -> Scenario:
     place of each fault is 'KEY=VALUE'.
     """
     document, given = _document(expect_scenario("a change", scenario)), []
+    if not (isinstance(values, Mapping) and all(isinstance(key, str) for key in values)):
+        raise InputError(
+            f"values {reprlib.repr(values)}: allowed: a mapping of override keys to values, such as "
+            "{'camera.netd_mk': 80}"
+        )
     for key, value in values.items():
         document, path = placed(document, key, value, f"{key}={value}", Scenario)
         given.append(path)
@@ -126,7 +132,7 @@ def warnings(path: str | PathLike[str], overrides: Iterable[str] = ()) -> list[s
 def unheeded_overrides(path: str | PathLike[str], overrides: Iterable[str], without: Sequence[str] = ()) -> list[str]:
     """Those of `warnings` that say of an override that it counts for nothing, where the parts named `without` are
     switched off; and a warning of each override of such a part. InputError as `load`."""
-    return _unheeded(_read(path, Scenario), list(overrides), without)
+    return _unheeded(_read(path, Scenario), given_overrides(overrides), without)
 
 
 def unheeded_in(text: str, name: str, overrides: Iterable[str], without: Sequence[str] = ()) -> list[str]:
@@ -193,11 +199,9 @@ def _changed(document: Document, overrides: Iterable[str]) -> tuple[Document, li
             f"{document.values[()]}: has the keys of a suite, not of a scenario; allowed: irtrack bench SUITE, "
             "with --check to check it only; a suite's file name holds 'suite'"
         )
-    if isinstance(overrides, str):
-        raise InputError(f"overrides {overrides!r}: allowed: a list of them, [{overrides!r}]")
     wrong: list[str] = []
     given: list[KeyPath] = []
-    for text in overrides:
+    for text in given_overrides(overrides):
         try:
             document, path = override(document, text, Scenario)
             given.append(path)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from irsim.measure.defects import Defects, defects, faint_blinkers, patched, stirred
+from irsim.measure.given import as_region, check_given
 from irsim.measure.interval import Measured
 from irsim.measure.memory import LEAST_FRAMES, Temporal, temporal, time_freedom
 from irsim.measure.neighbours import alike, changes
@@ -98,7 +99,7 @@ class NoiseReport:
 def measure_noise(
     frames: Values,
     rate_hz: float,
-    region: Region | None = None,
+    region: Region | tuple[int, int, int, int] | None = None,
     top: float = 65535.0,
     taken: Mask | None = None,
 ) -> NoiseReport:
@@ -107,16 +108,21 @@ def measure_noise(
     Frames that repeat the one before do not count; where the fixed pattern changes, the longest stretch without
     such a step does.
 
-    top     the highest count there can be. InputError where frames are too few or small.
+    region  x, y, w, h, px
+    top     the highest count there can be
     taken   (rows, columns): where targets are in some frame, so that noise is not measured there
+
+    InputError where frames are too few or small or not finite, and where an argument is something else.
     """
+    check_given(frames, rate_hz, top, taken)
     check_size(frames)
+    asked = None if region is None else as_region(region, frames)
     new = new_frames(frames, rate_hz)
     stretch = longest_stretch(new, [], len(frames))
-    bad, place, flat = _read(stretch.of(frames), region, top, taken)
+    bad, place, flat = _read(stretch.of(frames), asked, top, taken)
     if steps := pattern_steps(flat, new.number):
         stretch = longest_stretch(new, steps, len(frames))
-        bad, place, flat = _read(stretch.of(frames), region, top, taken)
+        bad, place, flat = _read(stretch.of(frames), asked, top, taken)
     frames, region = stretch.of(frames), place
     number = np.array(stretch.number)
     flow = temporal(flat, stretch.rate_hz, number)
