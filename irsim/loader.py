@@ -197,7 +197,7 @@ def _changed(document: Document, overrides: Iterable[str]) -> tuple[Document, li
     if document.value.keys() >= SUITE_KEYS:
         raise InputError(
             f"{document.values[()]}: has the keys of a suite, not of a scenario; allowed: irtrack bench SUITE, "
-            "with --check to check it only; a suite's file name holds 'suite'"
+            "or irtrack.load_suite; a suite's file name holds 'suite'"
         )
     wrong: list[str] = []
     given: list[KeyPath] = []
