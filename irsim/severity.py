@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -58,6 +58,12 @@ def astray(document: Document, root: type[Part]) -> dict[tuple[str, str], str]:
     return wrong
 
 
+def at_severities(severities: Sequence[int]) -> str:
+    """'at severity 2', 'at severities 2, 3 and 5'."""
+    *others, last = map(str, severities)
+    return f"at severities {', '.join(others)} and {last}" if others else f"at severity {last}"
+
+
 def entries(document: Document) -> list[tuple[str, str]]:
     """Table and key of all that stands in the tables."""
     return [(table, key) for table in TABLES for key in _table(document, table)]
@@ -71,7 +77,9 @@ def without(document: Document, table: str, key: str) -> Document:
 
 def _levels(document: Document) -> int:
     """How many severities there are; 0 where none are listed."""
-    return min((len(values) for values in _table(document, "severities").values() if isinstance(values, list)), default=0)
+    return min(
+        (len(values) for values in _table(document, "severities").values() if isinstance(values, list)), default=0
+    )
 
 
 def _path(document: Document, table: str, key: str, root: type[Part]) -> KeyPath:

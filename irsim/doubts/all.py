@@ -16,7 +16,7 @@ from irsim.doubts.footage import unknown_scale, unlike_recording, untouched
 from irsim.doubts.lens import two_lenses, unlike_pupils
 from irsim.doubts.paths import pulls, through_camera
 from irsim.doubts.standing import aloft, buried
-from irsim.doubts.targets import idle, never_seen, nowhere, odd_shapes, past_the_end, standing_still, too_late
+from irsim.doubts.targets import hardly_seen, idle, nowhere, odd_shapes, past_the_end, standing_still, too_late
 from irsim.doubts.unseen import mostly_hidden
 from irsim.errors import Notice
 from irsim.intent import overdone
@@ -43,7 +43,7 @@ DOUBTS = (
         nowhere,
         buried,
         aloft,
-        never_seen,
+        hardly_seen,
         mostly_hidden,
         idle,
         overdone,
