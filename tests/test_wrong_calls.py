@@ -145,6 +145,17 @@ def test_of_many_names_the_nearest_stand_first() -> None:
         irsim.Moments(irsim.load("sky"), ["far.textur"])
 
 
+def test_where_nothing_is_like_it_names_stand_in_the_order_of_the_scenario() -> None:
+    """Their likeness to nonsense ordered them, another way for each."""
+    scenario = irsim.load("sky")
+    names = list(dict.fromkeys(name for name, _ in scenario.names()))
+    assert len(names) > 8
+    for word in ("xyzzy", "qq"):
+        with pytest.raises(InputError) as caught:
+            irsim.Moments(scenario, [word])
+        assert str(caught.value) == f"without: there is no '{word}'; allowed: {', '.join(names)}"
+
+
 def test_one_name_or_several_with_commas_are_short_for_a_list() -> None:
     whole = irsim.load("sky", ["without=[jet, white]"])
     assert irsim.load("sky", ["without=jet, white"]) == whole

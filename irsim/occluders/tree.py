@@ -25,6 +25,7 @@ from irsim.sight import Sight
 from irsim.sprite import Sprite
 from irsim.stage import Stage
 from irsim.types import Box, Floats, arrays_frozen
+from irsim.wording import counted
 
 CORNER = math.radians(60.0)
 """Seen from the crown's middle, what its core is placed over has its corners this far from upright."""
@@ -70,7 +71,8 @@ class Tree(Occluder):
     """[width, height] of the crown, px."""
     tiers: Annotated[int, Field(ge=1, le=MOST_TIERS)] | None = None
     """Crowns one below the other, each larger than the one above, as of a fir; none ends below its foot. Where not
-    given: one; placed by whom it hides as many as a trunk that would be long and bare takes."""
+    given: one; placed by whom it hides as many as a trunk that would be long and bare takes, for its top one
+    hides; fewer than are given where there is no room for them above the ground (warned of)."""
     leaves: Fraction = 0.8
     """How much of the crown's outer part hides what is behind: 0.4 is a bare tree; the middle hides all."""
     trunk_k: Kelvin = 291.0
@@ -162,7 +164,13 @@ class Tree(Occluder):
     def short(self, placed: Occluder) -> tuple[str, str] | None:
         if not isinstance(placed, Tree) or not self.tiers or given(placed.tiers) >= self.tiers:
             return None
-        return "tiers", f"{placed.tiers} of them end above its foot where it hides {self.hides}, and it has no more"
+        high, (_, tall) = given(placed.height_px), given(placed.crown_px)
+        needed = _reaches()[self.tiers - 1] * tall
+        return "tiers", (
+            f"it has {counted(given(placed.tiers), 'crown')}: the top one, which hides {self.hides}, is {tall:.0f} px "
+            f"high, so {self.tiers} of them need a tree {needed:.0f} px high, and from its top to the ground are "
+            f"{high:.0f}; try a range_m nearer to the camera, or foot_px, height_px and crown_px"
+        )
 
     def _form(self, slim: float, stage: Stage, tier: int = 0) -> Form:
         """A crown of its, so many times as high as wide."""
