@@ -199,8 +199,8 @@ def _extent(name: str) -> tuple[float, float]:
 def zoom_corner(box: Box, taken: Sequence[Box], size: tuple[int, int]) -> tuple[float, float]:
     """Lower left corner, as shares of the axes, of the enlarged part of a picture of `size` (columns, rows).
 
-    It stands in the corner that hides the fewest of what is `taken` (boxes of targets, their names) and of `box` itself,
-    of these in the farthest from `box`.
+    It stands in the corner that hides the fewest of what is `taken` (boxes of targets, their names) and of `box`
+    itself, of these in the farthest from `box`.
     """
     columns, rows = size
     width, height = ZOOM_SHARE * rows, ZOOM_SHARE * rows
