@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import inspect
 import json
+import math
 import re
 import textwrap
 from collections.abc import Callable, Iterator
@@ -29,6 +30,8 @@ from irsim.display import AGCS
 from irsim.expectation import EXPECTATIONS
 from irsim.falloff import Falloff
 from irsim.faults import FAULTS
+from irsim.gallery import bodies, framed, typical
+from irsim.geometry import Geometry
 from irsim.kinds import Family, Kind, Name, NamedKind, Part, Switch
 from irsim.loader import examples, load, shipped
 from irsim.meanings import meanings
@@ -41,6 +44,7 @@ from irsim.schema import Slot, plain
 from irsim.shapes import SHAPES
 from irsim.shapes.flicker import FLICKERS
 from irsim.smear import Smear
+from irsim.stage import Stage
 from irsim.target import Target
 from irsim.turbulence import Turbulence
 from irsim.types import TargetTruth
@@ -239,6 +243,25 @@ def exception_list() -> Iterator[str]:
             yield f"| `{tracker}` | `{name}` | {cell(reason)} |"
 
 
+def centre_offsets() -> Iterator[str]:
+    """How far the area centroid of each body lies from the middle of its box, drawn in the poses of `irsim gallery`."""
+    yield "| kind | across, of the box's width | down, of its height | both, of its diagonal |"
+    yield "| --- | --- | --- | --- |"
+    worst = []
+    for kind in bodies():
+        shape = typical(kind)
+        sprites = [framed(shape, pose, CENTRE_STAGE, 0.0) for pose in shape.poses]
+        across = max(abs(sprite.center[0] - sprite.box.cx) / sprite.box.w for sprite in sprites)
+        down = max(abs(sprite.center[1] - sprite.box.cy) / sprite.box.h for sprite in sprites)
+        both = max(math.dist(sprite.center, (sprite.box.cx, sprite.box.cy)) / sprite.box.diagonal for sprite in sprites)
+        worst.append((both, f"| {kind} | {100 * across:.0f} % | {100 * down:.0f} % | {100 * both:.0f} % |"))
+    yield from (line for _, line in sorted(worst, reverse=True))
+
+
+CENTRE_STAGE = Stage(0, Geometry((256, 256), 5e-4), 30.0, "lwir", 0.6, ambient=30.0)
+"""A camera that draws bodies large enough to measure them."""
+
+
 def loss_rule() -> Iterator[str]:
     yield from textwrap.wrap(f"**Lost.** {LOSS_RULE}", 100)
 
@@ -253,6 +276,7 @@ PARTS: dict[str, Callable[[], Iterator[str]]] = {
     "properties": property_list,
     "exceptions": exception_list,
     "loss rule": loss_rule,
+    "centre offsets": centre_offsets,
     "truth fields": truth_fields,
 }
 

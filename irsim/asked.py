@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -47,11 +46,6 @@ def tell_unheeded(source: str, overrides: list[str] | None, without: str | None 
 
     for warning in unheeded(source, overrides or (), parts(without)):
         print(warning, file=sys.stderr)
-
-
-def in_options(text: str) -> str:
-    """A sentence of the library with its parameters as options: `region=X,Y,W,H` is `--region X,Y,W,H`."""
-    return re.sub(r"\b(display|region)=(?=[A-Z])", r"--\1 ", text)
 
 
 @contextmanager

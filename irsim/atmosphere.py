@@ -21,7 +21,18 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from irsim.climate import CLIMATES, FIT_HEIGHT_KM, FIT_KM, FIT_VISIBILITY_KM, FOG, Climate, ClimateName, fitted_band
+from irsim.climate import (
+    CLIMATES,
+    FIT_ERROR,
+    FIT_HEIGHT_KM,
+    FIT_KM,
+    FIT_VISIBILITY_KM,
+    FOG,
+    Climate,
+    ClimateName,
+    fitted_band,
+    unshared,
+)
 from irsim.errors import Notice
 from irsim.kinds import Part, Switches
 from irsim.quantities import AirKelvin, Kelvin
@@ -171,10 +182,14 @@ class Atmosphere(Part):
                 "haze goes with the inverse of visibility",
             )
         name = _fitted(band)
-        if limits(band) != limits(name):
-            low, high = limits(band)
+        apart = unshared(band, name)
+        if apart > FIT_ERROR:
+            (low, high), (lowest, highest) = limits(band), limits(name)
             yield Notice(
-                ("preset",), f"transmittance is fitted to {name}, not to {low:g} to {high:g} um: that of {name} is used"
+                ("preset",),
+                f"transmittance is fitted to {name}, {lowest:g} to {highest:g} um, not to {low:g} to {high:g} um: that "
+                f"of {name} is used, which may be off by up to {apart:.2f}, the share of the light that the two bands "
+                "do not have in common",
             )
 
     def beyond(self, range_m: float, elevation_rad: float, climbed_m: float = 0.0) -> str | None:

@@ -23,7 +23,7 @@ from irsim.asked import (
 from irsim.errors import InputError
 from irsim.files import check_output, is_recording
 from irsim.span import parsed
-from irsim.terminal import commands, given_path, progress_bar, run
+from irsim.terminal import commands, given_path, in_options, progress_bar, run
 from irsim.wording import counted
 
 if TYPE_CHECKING:
@@ -77,10 +77,10 @@ def check(
             wrong += 1
             # As `FILE:LINE:COLUMN: ...`, without a prefix, so that editors can jump there.
             own = len(scenarios) == 1 or Path(scenario).stem in str(error)
-            print(error if own else f"{scenario}: {error}", file=sys.stderr)
+            print(in_options(str(error) if own else f"{scenario}: {error}"), file=sys.stderr)
         else:
             for line in told:
-                print(line, file=sys.stderr)
+                print(in_options(line), file=sys.stderr)
             print(f"{scenario}: ok")
     if wrong:
         sys.exit(2)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from irsim.radiometry import BAND_UM, limits
+from irsim.radiometry import BAND_UM, limits, radiance
 from irsim.types import Band, BandName
 
 STANDARD_K = 288.15
@@ -20,6 +20,8 @@ FIT_HEIGHT_KM = 0.1
 """Their height above the sea, km."""
 FIT_VISIBILITY_KM = (5.0, 23.0)
 """Their two visibilities, km."""
+FIT_ERROR = 0.022
+"""By how much the fit misses a transmittance at most."""
 
 FOG: dict[str, dict[BandName, float]] = {
     "advection": {"mwir": 1.08, "lwir": 1.13},
@@ -80,3 +82,11 @@ def fitted_band(band: Band) -> BandName | None:
         if min(high, highest) - max(low, lowest) >= (high - low) / 2:
             return name
     return None
+
+
+def unshared(band: Band, fitted: BandName) -> float:
+    """Share of light (of a black body like the air) that two bands do not have in common. Transmittances lie from 0 to
+    1, so that means over the two bands differ by no more (the total variation of their weights)."""
+    (low, high), (lowest, highest) = limits(band), limits(fitted)
+    common = max(low, lowest), min(high, highest)
+    return 1 - float(radiance(common, STANDARD_K) / max(radiance(each, STANDARD_K) for each in (band, fitted)))

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from irsim.asked import OverridesArgument, SeedOption, WithoutOption, from_option, in_options, open_changed
+from irsim.asked import OverridesArgument, SeedOption, WithoutOption, from_option, open_changed
 from irsim.errors import InputError
 from irsim.span import parsed
-from irsim.terminal import given_path, progress_bar
+from irsim.terminal import given_path, in_options, progress_bar
 
 if TYPE_CHECKING:
     import numpy as np

@@ -19,6 +19,8 @@ from irsim.types import Band, Floats
 
 HIDES = 0.01
 """Truth names as an occluder what hides at least this share of a target."""
+ROUNDING = 1e-9
+"""A share of a target that is no more than sums of areas miss."""
 
 
 class Piece(NamedTuple):
@@ -46,6 +48,7 @@ class Seen:
     within  where its patch and the picture meet, as slices of each; None where they do not
     left    the share of each pixel's area of the patch that is still seen: only to be read, as it is the sprite's
             own where that is all of it
+    scr     None where no part of it is in the picture, and where nothing varies around it
     levels  its mean light and that of what it replaces, W/m2/sr, nan outside the picture
     asked   the light, W/m2/sr, that gives the contrast or SCR which it asks for, None where it asks for none
     """
@@ -189,9 +192,10 @@ def _draw(light: Floats, piece: Piece, seen: list[Seen], band: Band, noise: Nois
     alpha, own, replaced = _laid(light, sprite)
     if piece.tracked:
         levels = (own / alpha, replaced / alpha) if alpha > 0 else (math.nan, math.nan)
-        ratio = scr(light, sprite.box, noise)
         shown = piece if sprite is piece.sprite else piece._replace(sprite=sprite)
         left = _left(sprite.cover, within[0])
+        # A corner of the box may be in the picture where the target is not, and its light is blurred beyond it.
+        ratio = scr(light, sprite.box, noise) if _total(left) > ROUNDING * sprite.area else math.nan
         seen.append(Seen(shown, within, left, levels, ratio if math.isfinite(ratio) else None, asked))
 
 

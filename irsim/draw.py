@@ -127,13 +127,17 @@ def _draw_frame(
     axes.imshow(frame.image, cmap="gray", vmin=greys[0], vmax=greys[1], interpolation="nearest")
     axes.set_title(f"frame {frame.index}, {frame.time:.2f} s", fontsize=8, pad=2)
     axes.autoscale(False)
+    taken: list[Box] = []
     for target in truth.targets if truth is not None else ():
         box = Box(target.box.cx, target.box.cy, target.box.w + MARGIN_PX, target.box.h + MARGIN_PX)
         _draw_box(axes, box, target.hidden)
         name = shortened(target.id, columns / px_per_pt)
         wide, high = (px_per_pt * points for points in _extent(name))
+        left, bottom = name_place(box, (wide, high), (columns, rows))
+        taken += [target.box, Box.from_edges(left, bottom - high, left + wide, bottom)]
         axes.text(
-            *name_place(box, (wide, high), (columns, rows)),
+            left,
+            bottom,
             name,
             color=TRUTH_COLOR,
             fontsize=NAME_PT,
@@ -143,8 +147,7 @@ def _draw_frame(
         )
     followed = truth.target(follow) if truth is not None and follow is not None else None
     if followed is not None and followed.in_view is not False:
-        others = [target.box for target in truth.targets if target is not followed] if truth is not None else []
-        _draw_zoom(axes, frame.image, followed.box, others, greys)
+        _draw_zoom(axes, frame.image, followed.box, taken, greys)
 
 
 def _draw_box(axes: Axes, box: Box, hidden: bool) -> None:
@@ -193,10 +196,11 @@ def _extent(name: str) -> tuple[float, float]:
     return float(TextPath((0, 0), name, size=NAME_PT).get_extents().x1), 1.2 * NAME_PT
 
 
-def zoom_corner(box: Box, others: Sequence[Box], size: tuple[int, int]) -> tuple[float, float]:
+def zoom_corner(box: Box, taken: Sequence[Box], size: tuple[int, int]) -> tuple[float, float]:
     """Lower left corner, as shares of the axes, of the enlarged part of a picture of `size` (columns, rows).
 
-    It stands in the corner that hides the fewest of the other boxes, of these in the farthest from `box`.
+    It stands in the corner that hides the fewest of what is `taken` (boxes of targets, their names) and of `box`
+    itself, of these in the farthest from `box`.
     """
     columns, rows = size
     width, height = ZOOM_SHARE * rows, ZOOM_SHARE * rows
@@ -209,7 +213,7 @@ def zoom_corner(box: Box, others: Sequence[Box], size: tuple[int, int]) -> tuple
                 and other.left - MARGIN_PX < left + width
                 and top < other.bottom + MARGIN_PX
                 and other.top - MARGIN_PX < top + height
-                for other in [box, *others]
+                for other in [box, *taken]
             )
             near = -math.hypot(left + width / 2 - box.cx, top + height / 2 - box.cy)
             if best is None or (hidden, near) < best:
@@ -224,7 +228,7 @@ def zoom_side(box: Box, size: tuple[int, int]) -> int | None:
     return side if side < min(ZOOM_SHARE * rows, columns) else None
 
 
-def _draw_zoom(axes: Axes, image: Image, box: Box, others: Sequence[Box], greys: tuple[int, int]) -> None:
+def _draw_zoom(axes: Axes, image: Image, box: Box, taken: Sequence[Box], greys: tuple[int, int]) -> None:
     """An enlarged part around a box, in the corner where it hides least; none where it would show the box smaller than
     the picture does."""
     rows, columns = image.shape
@@ -233,7 +237,7 @@ def _draw_zoom(axes: Axes, image: Image, box: Box, others: Sequence[Box], greys:
         return
     left = min(max(round(box.cx - side / 2), 0), columns - side)
     top = min(max(round(box.cy - side / 2), 0), rows - side)
-    zoom = axes.inset_axes((*zoom_corner(box, others, (columns, rows)), ZOOM_SHARE * rows / columns, ZOOM_SHARE))
+    zoom = axes.inset_axes((*zoom_corner(box, taken, (columns, rows)), ZOOM_SHARE * rows / columns, ZOOM_SHARE))
     zoom.imshow(
         image[top : top + side, left : left + side],
         cmap="gray",

@@ -57,7 +57,7 @@ def crop(shape: Shape, pose: Angles, *, band: Band = "lwir", time: float = 0.0, 
     """
     behind = float(radiance(band, shape.behind_k))
     stage = Stage(0, Geometry((side, side), 5e-4), 30.0, band, 0.6, ambient=behind)
-    sprite = _framed(shape, pose, stage, time)
+    sprite = framed(shape, pose, stage, time)
     light = np.full((side, side), behind)
     _paint(light, sprite)
     shown = temperature(band, light) + NOISE_K * normals((side, side), 0, "gallery", shape.kind, 0)
@@ -111,8 +111,8 @@ def write_blind(folder: Path, seed: int) -> Path:
     return key
 
 
-def _framed(shape: Shape, pose: Angles, stage: Stage, time: float) -> Sprite:
-    """The body in the middle of the frame, at the range where it fills it."""
+def framed(shape: Shape, pose: Angles, stage: Stage, time: float) -> Sprite:
+    """The body in the middle of the frame, at the range where it fills it; pose as in `crop`, time in s."""
     side = stage.geometry.size[0]
     down = np.radians(shape.from_above_deg)
     tilt = np.array([[1, 0, 0], [0, np.cos(down), -np.sin(down)], [0, np.sin(down), np.cos(down)]])

@@ -165,8 +165,7 @@ class Family:
         if module not in sys.modules and not _may_import.get():
             raise self._unknown(
                 f"{word!r} is somebody's own {self.name} kind, and what this file names is not imported; "
-                f"allowed: {', '.join(self.kinds)}, or import it first, if you trust it "
-                f"(--import {module} before the command)"
+                f"allowed: {', '.join(self.kinds)}, or import {module} first, if you trust it"
             )
         try:
             found = getattr(importlib.import_module(module), name)

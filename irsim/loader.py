@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import reprlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
@@ -16,12 +17,12 @@ from irsim.errors import InputError, Notice
 from irsim.explain import AnyPart, formed, line, place_of
 from irsim.files import is_binary, is_recording
 from irsim.kinds import Part, importing_nothing
-from irsim.overrides import override, place_of_override, placed
+from irsim.overrides import given_overrides, override, place_of_override, placed
 from irsim.plausible import implausible
 from irsim.ranges import places_of_parts, range_doubts, values_at
 from irsim.scenario import Scenario, expect_scenario
 from irsim.schema import Slot, brief, plain, shown
-from irsim.severity import settle
+from irsim.severity import at_severities, settle
 from irsim.shipped import examples, find, shipped
 from irsim.validation import told, validated
 from irsim.yamlfile import Document, KeyPath, scalar
@@ -81,6 +82,11 @@ def change(scenario: Scenario, values: Mapping[str, Any]) -> Scenario:
     place of each fault is 'KEY=VALUE'.
     """
     document, given = _document(expect_scenario("a change", scenario)), []
+    if not (isinstance(values, Mapping) and all(isinstance(key, str) for key in values)):
+        raise InputError(
+            f"values {reprlib.repr(values)}: allowed: a mapping of override keys to values, such as "
+            "{'camera.netd_mk': 80}"
+        )
     for key, value in values.items():
         document, path = placed(document, key, value, f"{key}={value}", Scenario)
         given.append(path)
@@ -115,19 +121,36 @@ def read_part(path: str | PathLike[str], part: type[AnyPart], wants: str = "exam
 
 
 def warnings(path: str | PathLike[str], overrides: Iterable[str] = ()) -> list[str]:
-    """Lines 'file:line:column: key: warning: what' on what is legal but may not be meant. InputError as `load`."""
+    """Lines 'file:line:column: key: warning: what' on what is legal but may not be meant, at each severity unless an
+    override says which; what comes at some only names these, at the place of the first. InputError as `load`."""
     document, given = _changed(_read(path, Scenario), overrides)
     scenario = validated(document, given, at_all_severities=True)
+    levels = min(map(len, scenario.severities.values()), default=0)
+    if not levels or ("severity",) in given:
+        return [_warning(*each) for each in _noticed(document, given)]
+    found: dict[Notice, tuple[Document, list[int]]] = {}
+    for severity in range(levels):
+        other, path_of = placed(document, "severity", severity, f"severity {severity}", Scenario)
+        for settled, notice in _noticed(other, [*given, path_of]):
+            found.setdefault(notice, (settled, []))[1].append(severity)
+    return [
+        _warning(settled, notice if len(at) == levels else notice._replace(what=f"{at_severities(at)}: {notice.what}"))
+        for notice, (settled, at) in found.items()
+    ]
+
+
+def _noticed(document: Document, given: list[KeyPath]) -> list[tuple[Document, Notice]]:
+    """What may not be meant at the document's own severity, each with the document of which its place is."""
+    scenario = validated(document, given)
     document = settle(document, Scenario, given)
     unlikely = implausible(Slot.of(Scenario), document.value)
-    notices = [*unlikely, *doubts(scenario), *range_doubts(document, scenario)]
-    return [_warning(document, notice) for notice in notices]
+    return [(document, each) for each in (*unlikely, *doubts(scenario), *range_doubts(document, scenario))]
 
 
 def unheeded_overrides(path: str | PathLike[str], overrides: Iterable[str], without: Sequence[str] = ()) -> list[str]:
     """Those of `warnings` that say of an override that it counts for nothing, where the parts named `without` are
     switched off; and a warning of each override of such a part. InputError as `load`."""
-    return _unheeded(_read(path, Scenario), list(overrides), without)
+    return _unheeded(_read(path, Scenario), given_overrides(overrides), without)
 
 
 def unheeded_in(text: str, name: str, overrides: Iterable[str], without: Sequence[str] = ()) -> list[str]:
@@ -197,13 +220,11 @@ def _changed(document: Document, overrides: Iterable[str]) -> tuple[Document, li
     if document.value.keys() >= SUITE_KEYS:
         raise InputError(
             f"{document.values[()]}: has the keys of a suite, not of a scenario; allowed: irtrack bench SUITE, "
-            "with --check to check it only; a suite's file name holds 'suite'"
+            "or irtrack.load_suite; a suite's file name holds 'suite'"
         )
-    if isinstance(overrides, str):
-        raise InputError(f"overrides {overrides!r}: allowed: a list of them, [{overrides!r}]")
     wrong: list[str] = []
     given: list[KeyPath] = []
-    for text in overrides:
+    for text in given_overrides(overrides):
         try:
             document, path = override(document, text, Scenario)
             given.append(path)

@@ -81,6 +81,8 @@ class Moments:
         as the mean does not hold it. Without `fixed`, what changes from frame to frame only. Infinite where a pixel
         says nothing of the light: dead, or saturated. InputError of a recorded background, whose noise is not known.
         """
+        if not isinstance(fixed, bool | np.bool_):
+            raise InputError(f"fixed {fixed!r}: allowed: True or False")
         self._refuse_recorded()
         return self._cut(np.asarray(self._renderer.variance(self._taken(index), fixed), dtype=np.float64), region)
 

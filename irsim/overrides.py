@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import reprlib
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -11,6 +13,23 @@ from irsim.explain import listed
 from irsim.kinds import Part
 from irsim.schema import Slot, brief, item_name, item_names
 from irsim.yamlfile import Document, KeyPath, scalar
+
+
+def given_overrides(overrides: object) -> list[str]:
+    """The overrides that a caller gave; InputError for what is no list of texts, such as one text or a mapping."""
+    if isinstance(overrides, Mapping):
+        raise InputError(
+            f"overrides {reprlib.repr(overrides)}: is a mapping; allowed: a list of texts, such as "
+            "['camera.netd_mk=80'], or irsim.change(scenario, {'camera.netd_mk': 80})"
+        )
+    if isinstance(overrides, str):
+        raise InputError(f"overrides {overrides!r}: allowed: a list of them, [{overrides!r}]")
+    texts: list[Any] = list(overrides) if isinstance(overrides, Iterable) else [None]
+    if not all(isinstance(text, str) for text in texts):
+        raise InputError(
+            f"overrides {reprlib.repr(overrides)}: allowed: a list of texts, such as ['camera.netd_mk=80']"
+        )
+    return texts
 
 
 def override(document: Document, text: str, root: type[Part]) -> tuple[Document, KeyPath]:

@@ -114,6 +114,7 @@ class Scenario(Part):
             cast,
             air,
             lens.spread(camera.band, psf_px) if lens else None,
+            leaves_k=self.background.leaves_k,
         )
         told = air.surroundings(camera.band) is not None
         return bare if told else replace(bare, ambient=self.background.ambient(bare))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -22,17 +22,21 @@ _NO_CAUSES = {"about", "seed", "expect", *TABLES}
 def settle(document: Document, root: type[Part], given: Iterable[KeyPath]) -> Document:
     """The document with the values of its severity.
 
-    A key that was `given` by hand stays as it was given, and leaves the tables: it varies no more.
+    A key that was `given` by hand, or within what was, stays as it was given, and leaves the tables: it varies no more.
+    Where no key is left under `severities`, all severities are the same, and it is at severity 0.
     Only what is well formed is applied; what is not, is found when the document is validated, and of keys that lead
     nowhere by `astray`.
     """
     fixed, lost = list(given), astray(document, root)
+    levels = _levels(document)
     for table, key in entries(document):
         if (table, key) not in lost:
             path = _path(document, table, key, root)
             if any(path[: len(other)] == other[: len(path)] for other in fixed):
                 document = without(document, table, key)
     severity = document.value.get("severity", 0)
+    if type(severity) is int and 0 <= severity < levels and not _table(document, "severities"):
+        document = replace(document, value={**document.value, "severity": 0})
     for key, values in _table(document, "severities").items():
         known = ("severities", key) not in lost and isinstance(values, list)
         if known and type(severity) is int and 0 <= severity < len(values):
@@ -54,6 +58,12 @@ def astray(document: Document, root: type[Part]) -> dict[tuple[str, str], str]:
     return wrong
 
 
+def at_severities(severities: Sequence[int]) -> str:
+    """'at severity 2', 'at severities 2, 3 and 5'."""
+    *others, last = map(str, severities)
+    return f"at severities {', '.join(others)} and {last}" if others else f"at severity {last}"
+
+
 def entries(document: Document) -> list[tuple[str, str]]:
     """Table and key of all that stands in the tables."""
     return [(table, key) for table in TABLES for key in _table(document, table)]
@@ -63,6 +73,13 @@ def without(document: Document, table: str, key: str) -> Document:
     """The document less one key of a table."""
     left = {name: item for name, item in _table(document, table).items() if name != key}
     return replace(document, value={**document.value, table: left})
+
+
+def _levels(document: Document) -> int:
+    """How many severities there are; 0 where none are listed."""
+    return min(
+        (len(values) for values in _table(document, "severities").values() if isinstance(values, list)), default=0
+    )
 
 
 def _path(document: Document, table: str, key: str, root: type[Part]) -> KeyPath:

@@ -10,7 +10,7 @@ from pathlib import Path
 from irsim.cards import source_card, source_line
 from irsim.crew import rendered
 from irsim.display import Agc, Screen
-from irsim.errors import frame_number
+from irsim.errors import frame_number, whole
 from irsim.loader import dumps
 from irsim.render import Renderer
 from irsim.scenario import Scenario, expect_scenario
@@ -64,7 +64,7 @@ class Rendering:
         return self.scenario.seed
 
     def with_seed(self, seed: int) -> Rendering:
-        return Rendering(self.scenario.model_copy(update={"seed": seed}), self.name)
+        return Rendering(self.scenario.model_copy(update={"seed": whole("seed", seed)}), self.name)
 
     @property
     def camera(self) -> CameraFacts:

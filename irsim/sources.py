@@ -11,6 +11,7 @@ from pathlib import Path
 from irsim.errors import InputError
 from irsim.files import is_recording
 from irsim.loader import load, loads, unheeded_in, unheeded_overrides
+from irsim.overrides import given_overrides
 from irsim.recording import Recording, open_recording
 from irsim.scenario import Scenario, given_names
 from irsim.simulate import Rendering
@@ -51,7 +52,7 @@ def open_source(
         if seed is not None:
             raise InputError(f"{path}: a recording has no seed; allowed for scenarios only")
         return open_recording(Path(path))
-    changes = [*overrides, *([] if seed is None else [f"seed={seed}"])]
+    changes = [*given_overrides(overrides), *([] if seed is None else [f"seed={seed}"])]
     return Rendering(load(path, [*changes, *switched_off(path, changes, without)]), Path(path).stem)
 
 

@@ -40,7 +40,8 @@ class Stage:
     """seed of the scene; geometry of the camera; rate_hz; band; psf_px, the optical blur's sigma in px, or
     that of the Gaussian about as wide (see `psf`); cast, who else is in the scene (None: nobody); air, what is between
     (by default nothing); lens, the point spread where it is no Gaussian; ambient, the radiance in W/m2/sr of
-    what is around where the air does not say; shelf, what other processes that render the
+    what is around where the air does not say; leaves_k, how warm leaves are by the hour of the background, K (None: it
+    has none); shelf, what other processes that render the
     scene have worked out."""
 
     seed: int
@@ -52,6 +53,7 @@ class Stage:
     air: Atmosphere = NOTHING
     lens: PointSpread | None = None
     ambient: float = 0.0
+    leaves_k: float | None = None
     shelf: Shelf = field(default_factory=Shelf, compare=False, repr=False)
 
     @cached_property

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import os
+import re
 import signal
 import sys
 from collections.abc import Iterator
@@ -56,6 +57,25 @@ def given_path(text: str | os.PathLike[str]) -> Path:
     return Path(text)
 
 
+OPTIONS = {
+    "display=PICTURES": "--display PICTURES",
+    "init=BOX": "--init X,Y,W,H[@FRAME]",
+    "rate_hz=HZ": "--rate HZ",
+    "region=X,Y,W,H": "--region X,Y,W,H",
+    "stop=N": "--frames N",
+    "truth=CSV": "--truth CSV",
+}
+"""What sentences of the library call parameters by, and which option each of them is."""
+
+
+def in_options(text: str) -> str:
+    """A sentence of the library as the command line says it: `region=X,Y,W,H` is `--region X,Y,W,H`, and a module is
+    imported by an option."""
+    for parameter, option in OPTIONS.items():
+        text = text.replace(parameter, option)
+    return re.sub(r"\bimport ([\w.]+) first, if you trust it", r"--import \1 before the command, if you trust it", text)
+
+
 def run(app: typer.Typer, name: str) -> None:
     """Run the command `name`: what is raised on purpose becomes lines on standard error and exit status 2."""
     # Kinds and trackers of a user's own (module:Class) may lie in the folder where the command is given.
@@ -83,7 +103,7 @@ def run(app: typer.Typer, name: str) -> None:
         sys.exit(2)
     except IrsimError as error:
         for line in str(error).splitlines():
-            print(f"{name}: {line}", file=sys.stderr)
+            print(f"{name}: {in_options(line)}", file=sys.stderr)
         sys.exit(2)
     except BrokenPipeError:
         # Whoever read the output has gone: leave quietly, also when Python flushes at its end.

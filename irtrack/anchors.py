@@ -36,12 +36,13 @@ def run_anchors(
 
     target, input, seed   as in `irtrack.run`. InputError for bad input, TrackerError for what the tracker raises.
     """
+    step = whole("every", every, least=1)
     chosen, opened = named(tracker), irsim.open_source(source)
     truths = list(opened.truths())
     followed = find_start(opened, truths, target).target
     return [
         _run(chosen, opened, truths, followed, order, input, whole("seed", seed))
-        for order in orders(truths, followed, every)
+        for order in orders(truths, followed, step)
     ]
 
 

@@ -18,8 +18,10 @@ def score(track: Track, against: Reference | str | Path | irsim.Scenario | Sourc
     against   the source that the track was run on, as `irtrack.run` takes it: a scenario is rendered again for its
               truth. Or a `Reference`, of any frames; those that the track has not seen are left out.
 
-    InputError for another source than the track's, and as `irsim.open_source`.
+    InputError for what is no track, for another source than the track's, and as `irsim.open_source`.
     """
+    if not isinstance(track, Track):
+        raise InputError(f"track: a {type(track).__name__} is none; allowed: a Track, as irtrack.run gives it")
     if isinstance(against, Reference):
         return metrics.score(track, against)
     source = irsim.open_source(against)

@@ -46,7 +46,7 @@ def find_start(
             raise InputError(f"start frame {frame}: {source.name} has no such frame; allowed: 0 to {len(source) - 1}")
         return Start(target, frame, _checked(source, box))
     if not source.has_truth:
-        raise InputError(f"{source.name} has no truth; say where the target is with --init X,Y,W,H[@FRAME]")
+        raise InputError(f"{source.name} has no truth; say where the target is with init=BOX")
     wanted = target if target is not None else source.follow
     ids: dict[str, None] = {}
     for truth in truths:
@@ -57,7 +57,7 @@ def find_start(
         if seen is not None and shows(seen):
             return Start(seen.id, truth.index, _checked(source, seen.box))
     if wanted is None:
-        raise InputError(f"{source.name} has no target in any frame; say where it is with --init X,Y,W,H[@FRAME]")
+        raise InputError(f"{source.name} has no target in any frame; say where it is with init=BOX")
     if wanted not in ids:
         raise _unknown(source, wanted, ids)
     raise InputError(f"target '{wanted}' of {source.name} never shows at least half of itself; allowed: one that does")

@@ -9,7 +9,7 @@ import pytest
 from scipy import integrate
 
 from irsim.atmosphere import Atmosphere
-from irsim.climate import CLIMATES, ClimateName, fitted_band
+from irsim.climate import CLIMATES, ClimateName, fitted_band, unshared
 from irsim.radiometry import radiance, temperature
 from irsim.types import Band, BandName
 
@@ -207,3 +207,23 @@ def test_a_warmer_day_shifts_all_heights() -> None:
 )
 def test_the_fit_of_the_nearest_band_serves(band: Band, name: BandName | None) -> None:
     assert fitted_band(band) == name
+
+
+@pytest.mark.parametrize(
+    ("band", "fitted"), [((3.4, 4.9), "mwir"), ((7.7, 9.3), "lwir"), ((8.0, 14.0), "lwir"), ((2.5, 4.5), "mwir")]
+)
+def test_no_air_is_farther_off_its_fit_than_is_told(band: Band, fitted: BandName) -> None:
+    """The worst air lets through just where the one band has more of its light than the other, by Planck's law."""
+    um = np.linspace(2, 16, 140_001)
+    planck = um**-5 / np.expm1(14387.77 / (um * 288.15))
+
+    def weights(limits: tuple[float, float]) -> np.ndarray:
+        inside = planck * ((um >= limits[0]) & (um <= limits[1]))
+        return np.asarray(inside / inside.sum())
+
+    assert isinstance(band, tuple)
+    own, theirs = weights(band), weights({"mwir": (3.0, 5.0), "lwir": (8.0, 12.0)}[fitted])
+    worst = (own * (own > theirs)).sum() - (theirs * (own > theirs)).sum()
+    assert fitted_band(band) == fitted
+    assert unshared(band, fitted) == pytest.approx(worst, abs=1e-3)
+    assert unshared(fitted, fitted) == 0

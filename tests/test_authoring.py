@@ -231,7 +231,8 @@ def test_check_warns_of_ranges_with_scenes_that_cannot_be(tmp_path: Path, run: R
     done = run("check", "crossed.yaml", cwd=tmp_path)
     assert done.stderr == (
         "crossed.yaml:12:60: vary.targets.b.path.at_frame.high: warning: with 400 no scenario can be made: "
-        "there is no frame 400; allowed: 0 to 59, or more frames, of which --frames 60 renders the first\n"
+        "there is no frame 400; allowed: 0 to 59, or more frames, of which the first 60 can be rendered alone "
+        "(--frames N)\n"
     )
 
 

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import ast
+import re
 from pathlib import Path
 
 import pytest
 import typer
 
 from irsim.cli import app as irsim_app
+from irsim.terminal import OPTIONS, in_options
 from irsim.types import Box
 from irtrack import InputError
 from irtrack.cli import app as irtrack_app
 from irtrack.cli.options import parameters, split_settings, start_box
 from irtrack.trackers import find
+
+ROOT = Path(__file__).parent.parent
 
 
 def test_a_start_box_is_read_as_label_files_write_it() -> None:
@@ -61,3 +66,30 @@ def test_the_page_of_commands_names_every_command_and_its_options(name: str) -> 
 def _named(option: str, row: str) -> bool:
     short = {"--output": "-o"}
     return option in row or short.get(option, option) in row
+
+
+COMMAND_LINE = {"irsim/span.py", "irtrack/golden.py"}
+"""Modules besides those of the commands whose errors speak of options: only the command line comes there."""
+
+
+def test_errors_of_the_library_name_arguments_not_options() -> None:
+    looked, found = 0, []
+    for path in sorted([*ROOT.glob("irsim/**/*.py"), *ROOT.glob("irtrack/**/*.py")]):
+        name = path.relative_to(ROOT).as_posix()
+        if "import typer" in path.read_text() or name.startswith("irtrack/cli/") or name in COMMAND_LINE:
+            continue
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Raise):
+                looked += 1
+                texts = [each.value for each in ast.walk(node) if isinstance(each, ast.Constant)]
+                found += [(name, text) for text in texts if isinstance(text, str) and re.search(r"--[a-z]", text)]
+    assert looked > 300
+    assert not found
+
+
+@pytest.mark.parametrize("parameter", OPTIONS)
+def test_what_is_said_of_arguments_is_said_of_options_on_the_command_line(parameter: str) -> None:
+    """Each is an option of some command, as the reference of commands has it."""
+    option = in_options(f"give it ({parameter})").removeprefix("give it (").removesuffix(")")
+    assert option.split()[0].removeprefix("--") in re.findall(r"--([a-z]+)", (ROOT / "docs/commands.md").read_text())
+    assert in_options("import my_kinds first, if you trust it").startswith("--import my_kinds before the command")

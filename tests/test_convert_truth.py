@@ -134,7 +134,7 @@ def test_nobody_of_that_name_to_follow(tmp_path: Path, folder: Path, truth: Call
     table = truth("frame,x,y,w,h,id\n0,1,1,2,2,jet\n")
     with pytest.raises(InputError, match=r"gt\.csv: there is no target 'jat'; allowed: jet; did you mean 'jet'\?"):
         import_frames(folder, tmp_path / "r.mcap", truth=table, follow="jat")
-    with pytest.raises(InputError, match=r"allowed with truth only \(--truth CSV\)"):
+    with pytest.raises(InputError, match=r"allowed with truth only \(truth=CSV\)"):
         import_frames(folder, tmp_path / "r.mcap", follow="jet")
 
 

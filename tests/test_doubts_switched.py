@@ -28,7 +28,7 @@ AIR = {"preset": "us_standard"}
 SCENES: dict[str, tuple[str, dict[str, Any]]] = {
     "folded": ("of the zenith", _scene({"kind": "pan", "elevation_deg_s": 45.0})),
     "beads": ("px from step to step", _scene(PAN, camera={"smear": {"time_ms": 20.0, "steps": 2}})),
-    "never_seen": ("never in the picture", _scene(PAN, target={"absent": [(0, 10)]}, frames=30)),
+    "hardly_seen": ("never in the picture", _scene(PAN, target={"absent": [(0, 10)]}, frames=30)),
     "idle": (
         "it hides no target",
         # The camera has gone 10 m aside before the target is there: the bar, 500 m away, stands 30 px aside of it.

@@ -196,3 +196,53 @@ def test_a_crossing_whose_angle_the_camera_s_motion_changes_is_told(
         if shown is not None
         else []
     )
+
+
+@pytest.mark.parametrize(
+    ("shape", "ground_m", "said"),
+    [
+        *[("tank", 10, False), ("tank", 10.9, False), ("tank", 11.1, True), ("tank", 600, True), ("tank", 5, True)],
+        *[("point", 8.8, True), ("point", 9.1, False), ("boat", 7, False)],
+    ],
+)
+@pytest.mark.parametrize("kind", ["landscape", "sea"])
+def test_a_ground_of_its_own_unlike_the_backgrounds_is_told(kind: str, shape: str, ground_m: float, said: bool) -> None:
+    """A metre is a tenth of 10 m; the middle of what is long may be higher up."""
+    path = {"kind": "straight", "start": (80, 110), "speed": 0, "ground_m": ground_m}
+    background = {"kind": kind, "camera_height_m": 10, **({"hills_mrad": 0} if kind == "landscape" else {})}
+    scene = {"frames": 9, "camera": CAMERA, "background": background}
+    target = {"id": "it", "shape": {"kind": shape, **({"area_m2": 2} if shape == "point" else {})}, "path": path}
+    notices = [*doubts(Scenario.model_validate({**scene, "targets": [target]}))]
+    found = [notice.what for notice in notices if notice.at == ("targets", 0, "path", "ground_m")]
+    assert len(found) == said
+    assert not any("goes below" in each.what or "m above the" in each.what for each in notices)
+    for what in found:
+        surface = "sea" if kind == "sea" else "ground"
+        side = "farther" if ground_m > 10 else "nearer"
+        assert what.startswith(f"the background has its {surface} 10 m below the camera, it goes {ground_m:g} m below")
+        assert f"is {side} than the {surface}" in what
+
+
+def test_a_ground_of_its_own_is_all_there_is_where_the_background_has_none() -> None:
+    path = {"kind": "straight", "start": (80, 110), "speed": 0, "ground_m": 40}
+    assert told(path, background={"kind": "ground"}) == []
+
+
+@pytest.mark.parametrize(("range_m", "said"), [(12000, False), (15900, False), (16300, True), (50000, True)])
+def test_what_a_round_earth_would_hide_is_told(range_m: float, said: bool) -> None:
+    """From 9 m the horizon is 3.86 * 3 = 11.6 km away, and 4.5 km from 1.35 m, where a boat's middle is taken to be."""
+    up = {"kind": "straight_m", "start_m": (0, 9 - 1.35, range_m), "velocity_m_s": (0, 0, 0)}
+    lines = [
+        line for line in told(up, "boat", background={"kind": "sea", "camera_height_m": 9}) if "round earth" in line
+    ]
+    assert len(lines) == said
+    for line in lines:
+        found = re.search(r"what is 1.35 m up beyond ([\d.]+) km from a camera 9 m up; the sea is flat", line)
+        assert found is not None
+        assert float(found[1]) == pytest.approx(3.86 * (3 + math.sqrt(1.35)), rel=5e-3)
+
+
+def test_the_sky_and_ground_of_no_depth_know_no_horizon() -> None:
+    far = {"kind": "straight_m", "start_m": (0, 8, 80000), "velocity_m_s": (0, 0, 0)}
+    assert not any("round earth" in line for line in told(far, "boat"))
+    assert not any("round earth" in line for line in told(far, "boat", background={"kind": "ground"}))

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from irsim.doubts import doubts
-from irsim.loader import loads
+from irsim.loader import loads, warnings
 
 SCENE = """
 frames: 100
@@ -55,3 +57,39 @@ def test_what_is_behind_it_or_switched_off_or_before_another_is_not_told() -> No
     still = BAR.format(range_m=100, middle=20, wide=10)
     assert told(occluders=still) == []
     assert len(told(PLAIN, still, "follow=other")) == 1
+
+
+LEAVES = """
+frames: 100
+camera: {size: [160, 120]}
+background: {kind: ground}
+targets:
+  - {id: jet, shape: {kind: point, area_m2: 3}, path: {kind: straight, start: [59.6, 62], speed: 1, range_m: 300}}
+"""
+
+
+@pytest.mark.parametrize(("speed", "outside"), [(1.0, 0), (2.0, 50), (2.1, 52), (5.0, 80), (1e4, 99)])
+def test_a_target_that_is_out_of_the_picture_for_most_of_the_time_is_told(speed: float, outside: int) -> None:
+    """From 59.6 px on it has 99.9 px to the right edge, at 159.5."""
+    scenario = loads(LEAVES, overrides=[f"targets.jet.path.speed={speed}"])
+    told = [each for each in doubts(scenario) if "out of the picture" in each.what]
+    assert [each.at for each in told] == [("targets", 0, "path")] * (outside > 50)
+    for each in told:
+        assert each.what == (
+            f"jet, whom trackers follow, is out of the picture in {outside} of the 100 frames in which it is there; "
+            "irsim info tells which"
+        )
+
+
+def test_warnings_name_the_severities_that_bring_them(tmp_path: Path) -> None:
+    path = tmp_path / "f.yaml"
+    path.write_text(
+        f"{LEAVES}severities:\n  targets.jet.path.range_m: [900, 3, 900, 3]\n  camera.netd_mk: [9, 9, 9, 9]\n"
+    )
+    (line,) = warnings(path)
+    assert line.startswith(f"{path}:8:35: targets.jet.path.range_m: warning: at severities 1 and 3: 3 is allowed but ")
+    assert warnings(path, ["severity=2"]) == []
+    (alone,) = warnings(path, ["severity=3"])
+    assert alone.startswith(f"{path}:8:43: targets.jet.path.range_m: warning: 3 is allowed but ")
+    (always,) = warnings(path, ["targets.jet.path.range_m=3"])
+    assert always.startswith("override targets.jet.path.range_m: warning: 3 is allowed but ")

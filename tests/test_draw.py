@@ -24,6 +24,8 @@ def test_the_enlarged_part_hides_no_other_target_while_a_corner_is_free() -> Non
     assert zoom_corner(followed, corners[:1], SIZE) == (0.85, 0.7)
     assert zoom_corner(followed, corners[:2], SIZE) == (0.0, 0.0)
     assert zoom_corner(followed, corners, SIZE) == (0.85, 0.0)
+    name = Box.from_edges(130, 88, 175, 98)  # of a target that is to the left of the corner
+    assert zoom_corner(followed, [name], SIZE) == (0.85, 0.7)
 
 
 @pytest.mark.parametrize(

@@ -129,7 +129,7 @@ def test_too_few_frames_say_how_to_render_fewer(tmp_path: Any) -> None:
     with pytest.raises(InputError) as caught:
         open_rendering(path, ["frames=20"])
     said = f"{path}:12:38: occluders.bar.frames: there is no frame 36; allowed: 0 to 19, or more frames, of which "
-    assert str(caught.value) == said + "--frames 20 renders the first"
+    assert str(caught.value) == said + "the first 20 can be rendered alone (stop=N)"
     done = CliRunner().invoke(app, ["render", str(path), "--frames", "20", "-o", str(tmp_path / "few.mcap")])
     assert done.exit_code == 0
     assert len(open_recording(tmp_path / "few.mcap")) == 20

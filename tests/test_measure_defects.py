@@ -8,7 +8,7 @@ from even_noise import rendered
 from scipy.ndimage import gaussian_filter
 
 from irsim.measure import defects, measure_noise
-from irsim.measure.noise import noise_lines
+from irsim.measure.words import noise_lines
 
 
 def test_bad_pixels_are_counted_by_kind() -> None:
@@ -127,3 +127,30 @@ def test_what_targets_of_the_truth_do_is_not_counted() -> None:
     assert (report.hot, report.blinking, report.pixels) == (1, 0, 64 * 96 - 12 * 14)
     nearly_all = np.ones((64, 96), bool)
     assert measure_noise(frames, 30.0, taken=nearly_all).hot == 2
+
+
+def test_what_a_still_scene_hides_is_told() -> None:
+    """Hot pixels of 20 sigmas: found where the picture is even, missed in the third that is textured."""
+    rng = np.random.default_rng(5)
+    frames = rendered(6, (60, 96, 96), {"kind": "white"})
+    frames[:, :, 64:] += 60 * rng.standard_normal((96, 32)).astype(np.float32)
+    places = [(row, column) for row in range(8, 90, 12) for column in (8, 20, 32, 44, 74, 86)]
+    for row, column in places:
+        frames[:, row, column] = frames[:, row, column - 1] + 200
+    report = measure_noise(frames, 30.0)
+    assert report.uneven == pytest.approx(1 / 3, abs=0.04)
+    assert 300 < report.uneven_by < 1500
+    hot = {(row, column) for row, column in np.argwhere(defects(frames).hot).tolist()}
+    assert hot == {place for place in places if place[1] < 64}
+    (line,) = [text for _, text in noise_lines(report) if "the scene differs" in text]
+    assert f"stand out by {report.uneven_by:.3g} counts" in line
+    for row, column in places:
+        frames[:, row, column] += 2 * report.uneven_by
+    assert defects(frames).hot.sum() > 0.9 * len(places)
+
+
+def test_noise_and_fixed_pattern_hide_no_hot_pixels() -> None:
+    for kinds in ([{"kind": "white"}], [{"kind": "white"}, {"kind": "fixed_pattern"}]):
+        report = measure_noise(rendered(4, (60, 96, 96), *kinds), 30.0)
+        assert report.uneven < 0.002  # median of 25 px, by chance
+        assert not any("the scene differs" in text for _, text in noise_lines(report))

@@ -18,9 +18,9 @@ from irsim.cli import app
 from irsim.errors import InputError
 from irsim.measure import Region, measure_noise, noise_3d, temporal
 from irsim.measure.memory import fit_memory, time_freedom
-from irsim.measure.noise import noise_lines
 from irsim.measure.noise_3d import TERMS, components, mean_squares
 from irsim.measure.stretch import Stretch
+from irsim.measure.words import noise_lines
 
 
 def test_components_undo_the_expected_mean_squares() -> None:

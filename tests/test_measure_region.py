@@ -14,7 +14,7 @@ from irsim.cli import app
 from irsim.errors import InputError
 from irsim.measure import Region, flattest, measure_noise, parse_region, taken_by_targets
 from irsim.measure.neighbours import fine_sigma
-from irsim.measure.noise import noise_lines
+from irsim.measure.words import noise_lines
 from irsim.sources import open_source
 
 

@@ -20,7 +20,7 @@ from irsim.fitting import Fit
 from irsim.measure import Measured, NoiseReport, Region, measure_figures, measure_noise
 from irsim.measure.lines import common_lines, lines
 from irsim.measure.neighbours import alike, changes
-from irsim.measure.noise import noise_lines
+from irsim.measure.words import noise_lines
 from irsim.types import Floats
 
 NOISE, PIXEL, COLUMN, ROW = 4.0, 2.0, 1.5, 1.0
@@ -211,6 +211,24 @@ def test_what_is_seen_is_not_written_as_fixed_pattern(name: str) -> None:
 def test_rendered_and_fitted_again_the_figures_agree(name: str) -> None:
     first = fitted(name)[1]
     assert not apart(first.figures, irsim.fit(first.scenario).figures)
+
+
+@pytest.mark.parametrize(("name", "layered"), [("treeline", True), ("sea", True), ("ground", False)])
+def test_what_is_not_made_again_of_a_scene_is_told(name: str, layered: bool) -> None:
+    notes = fitted(name)[1].figures.notes
+    assert any("a horizon: sky, sea, waves" in note for note in notes) == layered
+
+
+def test_a_texture_that_is_the_same_all_over_is_told_nothing_of() -> None:
+    text = """\
+frames: 12
+camera: {size: [96, 72], netd_mk: 40}
+background: {kind: ground, spread_k: 3, correlation_mrad: 8}
+"""
+    notes = irsim.fit(irsim.loads(text)).notes
+    assert not any("not made again" in note or "standing still" in note for note in notes)
+    panned = irsim.loads(text, overrides=["camera.motion=[{kind: pan, azimuth_deg_s: 1}]"])
+    assert any("standing still" in note for note in irsim.fit(panned).notes)
 
 
 def test_a_gradient_that_is_no_texture_is_told_of() -> None:

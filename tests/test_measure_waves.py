@@ -11,8 +11,8 @@ from even_noise import rendered
 import irsim
 from irsim.detector.bad_pixels import places
 from irsim.measure import defects, measure_figures, measure_noise
-from irsim.measure.noise import noise_lines
 from irsim.measure.noise_3d import TERMS
+from irsim.measure.words import noise_lines
 from irsim.optics import GaussianSpread
 from irsim.types import Floats
 

@@ -252,7 +252,8 @@ def test_crowns_that_were_asked_for_and_have_no_room_where_it_stands_are_told() 
     lack = asked.short(higher)
     assert lack is not None
     assert lack[0] == "tiers"
-    assert lack[1].startswith(f"{higher.tiers} of them end above its foot")
+    assert lack[1].startswith(f"it has {higher.tiers} crown")
+    assert "so 6 of them need a tree" in lack[1]
     text = """\
 camera: {size: [320, 240], ifov_mrad: 0.5, elevation_deg: -3}
 background: {kind: landscape, camera_height_m: 10}
@@ -261,7 +262,7 @@ targets:
 occluders: [{kind: tree, id: oak, hides: car, frames: [50, 56], range_m: 150, tiers: 6}]
 """
     told = {notice.at: notice.what for notice in doubts(loads(text))}
-    assert "of them end above its foot where it hides car" in told["occluders", 0, "tiers"]
+    assert "the top one, which hides car, is" in told["occluders", 0, "tiers"]
 
 
 def test_no_wood_shows_where_its_crowns_meet() -> None:

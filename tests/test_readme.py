@@ -105,6 +105,38 @@ def test_generated_parts_are_up_to_date() -> None:
     assert not stale, "run `make docs`"
 
 
+def resolved(name: str) -> object:
+    """What a dotted name stands for: attributes, and modules that nobody has imported yet."""
+    found: object = importlib.import_module(name.partition(".")[0])
+    for end in (match.start() for match in re.finditer(r"\.|$", name)):
+        if "." in name[:end]:
+            step = name[:end].rpartition(".")[2]
+            found = getattr(found, step) if hasattr(found, step) else importlib.import_module(name[:end])
+    return found
+
+
+TOLD_AS_MODULES = {"irsim.measure", "irsim.strategies", "irtrack.metrics", "irtrack.trackers"}
+"""What readers are told of as a module or a group of entry points; any other name is a function or a class."""
+
+TRAX_PROPERTIES = {"irtrack.seed", "irtrack.time"}
+"""What goes along with pictures in a foreign protocol: no names in Python."""
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
+def test_names_of_the_packages_exist(path: Path) -> None:
+    """In text, between back quotes; blocks of code are run. Who works on the code is told of modules, too."""
+    quoted = re.findall(r"`([^`\n]+)`", re.sub(BLOCK, "", path.read_text()))
+    names = {
+        name
+        for text in quoted
+        for name in re.findall(r"(?<![\w/.-])(?:irsim|irtrack)(?:\.[A-Za-z]\w*)+", text)
+        if not name.endswith((".db", ".html", ".json"))
+    }
+    inner = path.name in {"architecture.md", "CONTRIBUTING.md"}
+    for name in names - TRAX_PROPERTIES:
+        assert not isinstance(resolved(name), ModuleType) or inner or name in TOLD_AS_MODULES, name
+
+
 def test_pictures_are_small() -> None:
     pictures = list((ROOT / "docs" / "img").glob("*"))
     assert pictures

@@ -197,3 +197,22 @@ def test_contrast_is_the_difference_of_temperatures() -> None:
 def test_a_frame_past_the_end_is_an_index_error() -> None:
     with pytest.raises(IndexError, match="frames 0 to 3"):
         Rendering(scene()).frame(4)
+
+
+@pytest.mark.parametrize("pitch", [-40.0, 40.0])
+def test_a_target_out_of_the_picture_has_no_scr_though_a_corner_of_its_box_is_in_it(pitch: float) -> None:
+    """A slanted missile that moves out past a corner of the picture: one way its body leaves it before its box does."""
+    target = {
+        "id": "one",
+        "shape": {"kind": "missile"},
+        "path": {"kind": "straight", "start": (5.0, 5.0), "speed": 0.5, "heading_deg": 225.0, "range_m": 1500.0},
+        "attitude_deg": (90.0, pitch, 0.0),
+    }
+    scenario = scene(
+        60, targets=[target], camera={"size": (160, 120), "ifov_mrad": 0.05}, background={"kind": "ground"}
+    )
+    seen = [truth.targets[0] for truth in irsim.Rendering(scenario).truths()]
+    assert all((each.scr is None) == (each.visible is not None and each.visible < 1e-9) for each in seen)
+    assert any(each.scr is not None for each in seen)
+    if pitch < 0:
+        assert any(each.scr is None and min(each.box.right, each.box.bottom) > 1 for each in seen)

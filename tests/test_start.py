@@ -75,7 +75,7 @@ def test_a_pixel_centre_on_the_boxes_edge_is_inside() -> None:
 
 
 def test_no_truth_asks_for_a_box() -> None:
-    with pytest.raises(InputError, match=r"strip has no truth.*--init"):
+    with pytest.raises(InputError, match=r"strip has no truth.*init=BOX"):
         irtrack.run(Walker(), Strip(has_truth=False))
     with pytest.raises(InputError, match="never shows"):
         irtrack.run(Walker(), Strip(visible=(0.1, 0.2)))

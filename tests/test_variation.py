@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable
 from typing import Any
@@ -214,6 +215,35 @@ def test_a_key_given_by_hand_keeps_its_value_at_every_severity() -> None:
     assert (scenario.camera.netd_mk, scenario.camera.size[0]) == (55, 96)
     again = loads(dumps(scenario), overrides=["severity=1"])
     assert (again.camera.netd_mk, again.camera.size[0]) == (55, 80)
+
+
+def test_what_is_given_by_hand_whole_is_so_at_every_severity_there_is() -> None:
+    for text in (LEVELS, loads(LEVELS, overrides=["severity=1"])):
+        given = {"camera.netd_mk": 55, "camera.size": [96, 48], "severity": 2}
+        if isinstance(text, str):
+            by_hand = loads(text, overrides=[f"{key}={value}" for key, value in given.items()])
+        else:
+            by_hand = change(text, given)
+        assert (by_hand.camera.netd_mk, by_hand.camera.size) == (55, (96, 48))
+        assert (by_hand.severity, by_hand.severities) == (0, {})
+    (line,) = errors_of(LEVELS, "camera.netd_mk=55", "camera.size=[96, 48]", "severity=3")
+    assert line.startswith("override severity: 3 is out of range")
+
+
+def test_a_whole_part_may_vary_of_which_a_key_is_harder_at_each_severity() -> None:
+    """A draw is of the part as it is listed; where nothing is drawn, the severity's value holds."""
+    paths = [{"kind": "straight", "start": [9, 9], "speed": speed} for speed in (5, 7)]
+    text = (
+        f"{TEXT}severities:\n  targets.jet.path.speed: [1, 2, 3]\n"
+        f"vary:\n  targets.jet.path: {{kind: choice, values: {json.dumps(paths)}}}\n"
+    )
+    for severity in range(3):
+        scenario = loads(text, overrides=[f"severity={severity}"])
+        assert reach(scenario, ["targets.jet.path.speed"]) == {"targets.jet.path.speed": severity + 1}
+        benign = irsim.variations(scenario).benign()
+        assert reach(change(scenario, benign), ["targets.jet.path.speed"]) == {"targets.jet.path.speed": severity + 1}
+        drawn = [reach(each, ["targets.jet.path.speed"]) for each in irsim.sample(scenario, 8)]
+        assert {each["targets.jet.path.speed"] for each in drawn} == {5, 7}
 
 
 def test_a_severity_may_vary_too() -> None:

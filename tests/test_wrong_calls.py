@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import irsim
+import irtrack
 from irsim.errors import InputError
 
 SCENE = irsim.loads(
@@ -53,6 +54,59 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
         lambda: irsim.measure_noise(FRAMES, anything((0, 0, 9, 9))),
         "rate_hz .*: allowed: a number",
     ),
+    "frames in a list": (
+        lambda: irsim.measure_noise(anything(FRAMES.tolist()), 30.0),
+        "frames: a list; allowed: an",
+    ),
+    "frames by a name": (
+        lambda: irsim.measure_noise(anything("sky"), 30.0),
+        "frames: a str; allowed: an array of",
+    ),
+    "one frame": (lambda: irsim.measure_noise(FRAMES[0], 30.0), r"frames: an array of uint16 of shape \(32, 32\); all"),
+    "frames that are not finite": (
+        lambda: irsim.measure_noise(np.where(np.arange(8)[:, None, None] == 5, np.nan, FRAMES), 30.0),
+        "frames: 1 of 8 hold values that are not finite, frame 5 first; allowed: finite numbers",
+    ),
+    "a highest count": (lambda: irsim.measure_noise(FRAMES, 30.0, top=0), "top 0: allowed: a number above 0"),
+    "targets' places": (
+        lambda: irsim.measure_noise(FRAMES, 30.0, taken=np.zeros((3, 3), np.bool_)),
+        r"taken: .* of shape \(3, 3\); allowed: None, or an array of bool of shape \(32, 32\)",
+    ),
+    "a region of noise": (
+        lambda: irsim.measure_noise(FRAMES, 30.0, anything("0,0,9,9")),
+        "region '0,0,9,9': allowed",
+    ),
+    "a region beyond": (
+        lambda: irsim.measure_noise(FRAMES, 30.0, (0, 0, 99, 9)),
+        r"region \(0, 0, 99, 9\): does not",
+    ),
+    "changes in a list": (
+        lambda: irsim.change(SCENE, anything(["seed=1"])),
+        r"values \['seed=1'\]: allowed: a map",
+    ),
+    "a change of a list": (lambda: irsim.change(anything([SCENE]), {}), "a change of a list; allowed: a Scenario"),
+    "overrides in a mapping": (
+        lambda: irsim.load("sky", anything({"camera.netd_mk": 80})),
+        r"overrides \{.*\}: is a mapping; allowed: a list of texts, .* or irsim\.change\(scenario, ",
+    ),
+    "a source's overrides in a mapping": (
+        lambda: irsim.open_source("sky", anything({"seed": 1})),
+        r"overrides \{.*\}: is a mapping; allowed: a list of texts",
+    ),
+    "overrides that are numbers": (lambda: irsim.load("sky", anything([3])), r"overrides \[3\]: allowed: a list of te"),
+    "True for a frame": (lambda: irsim.Rendering(SCENE).frame(True), "frame True: allowed: a whole number, 0 to 2"),
+    "True for a start": (lambda: next(irsim.frames(SCENE, True)), "start True: allowed: a whole number, 0 or more"),
+    "a seed": (lambda: irsim.Rendering(SCENE).with_seed(anything("a")), "seed 'a': allowed: a whole number, 0 or more"),
+    "neither fixed nor not": (
+        lambda: irsim.Moments(SCENE).variance(0, fixed=anything("no")),
+        "fixed 'no': allowed: True or False",
+    ),
+    "no step between anchors": (lambda: irtrack.run_anchors("kalman", SCENE, every=0), "every 0: allowed: 1 or more"),
+    "no track": (
+        lambda: irtrack.score(anything(None), SCENE),
+        "track: a NoneType is none; allowed: a Track, as irt",
+    ),
+    "no tracker's name": (lambda: irtrack.make(anything(None)), "tracker None: is no name; allowed: text"),
     "a name": (lambda: irsim.Moments(SCENE, "jet"), r"without 'jet': allowed: a list of names, such as \['jet'\]"),
     "a number": (lambda: irsim.Moments(SCENE, anything(3)), "without 3: allowed: a list of names"),
     "a name of a source": (lambda: irsim.open_source("sky", without="jet"), "without 'jet': allowed: a list of names"),
@@ -89,6 +143,17 @@ def test_of_many_names_the_nearest_stand_first() -> None:
         irsim.load("sky", ["without=[far.textur]"])
     with pytest.raises(InputError, match=r"there is no 'far\.textur'; allowed: far\.texture, near\.texture, "):
         irsim.Moments(irsim.load("sky"), ["far.textur"])
+
+
+def test_where_nothing_is_like_it_names_stand_in_the_order_of_the_scenario() -> None:
+    """Their likeness to nonsense ordered them, another way for each."""
+    scenario = irsim.load("sky")
+    names = list(dict.fromkeys(name for name, _ in scenario.names()))
+    assert len(names) > 8
+    for word in ("xyzzy", "qq"):
+        with pytest.raises(InputError) as caught:
+            irsim.Moments(scenario, [word])
+        assert str(caught.value) == f"without: there is no '{word}'; allowed: {', '.join(names)}"
 
 
 def test_one_name_or_several_with_commas_are_short_for_a_list() -> None:

@@ -173,6 +173,11 @@ class Background(Kind):
         has none, or does not say."""
         return None
 
+    @property
+    def leaves_k(self) -> float | None:
+        """How warm the leaves are of what stands before it, by its `hour`, K; None where it has none."""
+        return None
+
     def altitude_m(self, given: float) -> float:
         """How high above the sea the unmoved camera is, m, where its air has it at `given`: no lower than above its
         own ground."""

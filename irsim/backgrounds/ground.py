@@ -14,7 +14,7 @@ from irsim.backgrounds.base import FARTHEST, Background, Gaze, LandLight, Layer,
 from irsim.backgrounds.carpet import Carpet, Level
 from irsim.backgrounds.clutter import Clutter
 from irsim.backgrounds.fields import Betas, Histogram, shaped, spectral
-from irsim.backgrounds.hours import Hour, by_hour, typical
+from irsim.backgrounds.hours import Hour, by_hour, leaves_k, typical
 from irsim.backgrounds.painting import Painting, Seen
 from irsim.backgrounds.patches import LYING, Fields, Painted, Roads, Water
 from irsim.backgrounds.texture import Tile, tile_shape
@@ -94,6 +94,10 @@ class Ground(Background):
     @property
     def surface_m(self) -> float | None:
         return self.height_m
+
+    @property
+    def leaves_k(self) -> float | None:
+        return leaves_k(self.hour)
 
     def layers(self, stage: Stage) -> Sequence[Layer]:
         geometry = stage.geometry

@@ -49,6 +49,11 @@ def by_hour(given: Mapping[str, Any], keys: Mapping[str, str]) -> dict[str, Any]
     return {**{key: table[what] for key, what in keys.items() if what in table}, **given}
 
 
+def leaves_k(hour: Hour) -> float | None:
+    """How warm leaves are at an hour, K; None where it is none."""
+    return None if hour == "any" else TEMPERATURES[hour]["trees"]
+
+
 def typical(given: float | None, hour: Hour, what: str) -> float:
     """What is given, or else what the table has of that hour, K."""
     return given if given is not None else TEMPERATURES[hour][what]

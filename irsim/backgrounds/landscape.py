@@ -15,7 +15,7 @@ from irsim.backgrounds.clutter import Clutter
 from irsim.backgrounds.country import Country, Laid
 from irsim.backgrounds.far import TALLEST, TREE_M, TYPICAL_MRAD, woods
 from irsim.backgrounds.fields import Betas, profile, spectral
-from irsim.backgrounds.hours import Hour, by_hour, typical
+from irsim.backgrounds.hours import Hour, by_hour, leaves_k, typical
 from irsim.backgrounds.painting import Painting
 from irsim.backgrounds.panorama import Panorama, Sheet
 from irsim.backgrounds.parallax import Cylinder
@@ -82,6 +82,10 @@ class Landscape(Sky):
     @property
     def surface_m(self) -> float:
         return self.camera_height_m
+
+    @property
+    def leaves_k(self) -> float | None:
+        return leaves_k(self.hour)
 
     def _below(self, sky: ClearLayer, stage: Stage) -> float:
         return float(radiance(stage.band, self.ground_k))

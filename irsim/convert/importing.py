@@ -78,9 +78,9 @@ def import_frames(
         _refuse_given(source, given)
         return recover(source, out, progress)
     if accuracy_px is not None and truth is None:
-        raise InputError(f"{source}: an accuracy is that of the truth; allowed with truth only (--truth CSV)")
+        raise InputError(f"{source}: an accuracy is that of the truth; allowed with truth only (truth=CSV)")
     if follow is not None and truth is None:
-        raise InputError(f"{source}: whom to follow is told by the truth; allowed with truth only (--truth CSV)")
+        raise InputError(f"{source}: whom to follow is told by the truth; allowed with truth only (truth=CSV)")
     accuracy = ACCURACY_PX if accuracy_px is None else accuracy_px
 
     pictures = open_pictures(source)
@@ -158,7 +158,7 @@ def _rate(source: Path, pictures: Pictures, asked: float | None) -> tuple[float,
     if pictures.rate_hz is not None:
         return pictures.rate_hz, []
     if isinstance(pictures, Video):
-        raise InputError(f"{source}: this video states no frame rate; give one (--rate HZ)")
+        raise InputError(f"{source}: this video states no frame rate; give one (rate_hz=HZ)")
     return RATE_HZ, [f"no rate was given: {RATE_HZ:g} Hz assumed"]
 
 

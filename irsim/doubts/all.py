@@ -13,10 +13,11 @@ from irsim.doubts.display import odd_greys, tiny_tiles
 from irsim.doubts.effect import overruled, two_exposures, without_effect
 from irsim.doubts.endless import ground_in_the_sky, ground_to_the_horizon, left_behind, stays_behind
 from irsim.doubts.footage import unknown_scale, unlike_recording, untouched
+from irsim.doubts.horizon import beyond_horizon
 from irsim.doubts.lens import two_lenses, unlike_pupils
 from irsim.doubts.paths import pulls, through_camera
-from irsim.doubts.standing import aloft, buried
-from irsim.doubts.targets import idle, never_seen, nowhere, odd_shapes, past_the_end, standing_still, too_late
+from irsim.doubts.standing import aloft, buried, unlike_level
+from irsim.doubts.targets import hardly_seen, idle, nowhere, odd_shapes, past_the_end, standing_still, too_late
 from irsim.doubts.unseen import mostly_hidden
 from irsim.errors import Notice
 from irsim.intent import overdone
@@ -41,9 +42,11 @@ DOUBTS = (
         too_late,
         past_the_end,
         nowhere,
+        unlike_level,
         buried,
         aloft,
-        never_seen,
+        beyond_horizon,
+        hardly_seen,
         mostly_hidden,
         idle,
         overdone,

@@ -26,13 +26,43 @@ STEEP = 4.0
 """So many standard deviations above the mean, hills end."""
 
 
+AGREES = 0.1
+"""By such a share of the camera's height a target's level may be off: it looks too large or too small by as much."""
+
+
+def unlike_level(scenario: Scenario) -> Iterator[Notice]:
+    """Targets on a ground (`ground_m`) that is not the background's: deeper, or higher than half their length, for it
+    is their middle that goes there."""
+    background = scenario.background
+    level = background.surface_m
+    if level is None:
+        return
+    for index, target in enumerate(scenario.targets):
+        ground_m = target.path.level_m
+        if ground_m is None:
+            continue
+        _, _, range_m = _way(scenario, target, level)
+        hills_m = STEEP * getattr(background, "hills_mrad", 0.0) * 1e-3 * float(range_m.max(initial=0))
+        near = max(AGREES * level, DEEP_M) + hills_m
+        half_m = getattr(target.shape, "length_m", 0.0) / 2
+        if not -near <= level - ground_m <= max(near, half_m + hills_m):
+            yield Notice(
+                ("targets", index, "path", "ground_m"),
+                f"the background has its {background.surface} {level:g} m below the camera, {target.id} goes "
+                f"{ground_m:g} m below it and is {'farther' if ground_m > level else 'nearer'} than the "
+                f"{background.surface} where it stands; try {level:g}",
+            )
+
+
 def buried(scenario: Scenario) -> Iterator[Notice]:
-    """Targets that go below the ground or the sea, which does not hide them."""
+    """Targets that go below the ground or the sea, which does not hide them; not those that say how deep it is."""
     level = scenario.background.surface_m
     if level is None:
         return
     surface = scenario.background.surface
     for index, target in enumerate(scenario.targets):
+        if target.path.level_m is not None:
+            continue
         frames, deep, range_m = _way(scenario, target, level)
         in_metres = isinstance(target.path, MetrePath | CrossesM)
         too_deep = DEEP_M if in_metres else max((FARTHER - 1) * level, DEEP_M)
@@ -48,13 +78,13 @@ def buried(scenario: Scenario) -> Iterator[Notice]:
 
 
 def aloft(scenario: Scenario) -> Iterator[Notice]:
-    """Targets that stand on the ground or float, high above it."""
+    """Targets that stand on the ground or float, high above it; not those that say how deep it is."""
     background = scenario.background
     level = background.surface_m
     if level is None:
         return
     for index, target in enumerate(scenario.targets):
-        if not target.shape.grounded:
+        if not target.shape.grounded or target.path.level_m is not None:
             continue
         frames, deep, range_m = _way(scenario, target, level)
         hills_m = getattr(background, "hills_mrad", 0.0) * 1e-3 * range_m

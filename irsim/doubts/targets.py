@@ -71,9 +71,13 @@ def nowhere(scenario: Scenario) -> Iterator[Notice]:
             yield Notice(("targets", index, "absent"), f"{target.id} is there in no frame")
 
 
-def never_seen(scenario: Scenario) -> Iterator[Notice]:
-    """The target to follow, where its middle is outside the picture in all frames in which it is (of long scenarios:
-    in LOOKED evenly spread ones)."""
+MOST = 0.5
+"""It is warned of a target that is outside the picture in a larger share of the frames in which it is there."""
+
+
+def hardly_seen(scenario: Scenario) -> Iterator[Notice]:
+    """The target to follow, where its middle is outside the picture in most frames in which it is there (of long
+    scenarios: in LOOKED evenly spread ones)."""
     scenario = scenario.shown
     index, target = next(
         ((index, target) for index, target in enumerate(scenario.targets) if scenario.follow in (None, target.id)),
@@ -88,8 +92,15 @@ def never_seen(scenario: Scenario) -> Iterator[Notice]:
     if len(frames):
         mount = Mount.of(scenario.motions, frames, stage)
         places = mount.seen(target.path.positions(frames, stage, target.id)).tolist()
-    if not any(scenario.camera.geometry.inside(x, y) for x, y in places):
-        yield Notice(("targets", index, "path"), f"{target.id}, whom trackers follow, is never in the picture")
+    inside = sum(scenario.camera.geometry.inside(x, y) for x, y in places)
+    outside = len(places) - inside
+    whom, at = f"{target.id}, whom trackers follow,", ("targets", index, "path")
+    if not inside:
+        yield Notice(at, f"{whom} is never in the picture")
+    elif outside > MOST * len(places):
+        looked = "in which it is there" if scenario.frames <= LOOKED else "that were looked at"
+        what = f"{whom} is out of the picture in {outside} of the {len(places)} frames {looked}; irsim info tells which"
+        yield Notice(at, what)
 
 
 def idle(scenario: Scenario) -> Iterator[Notice]:

@@ -14,6 +14,6 @@ class UnmetError(ValueError):
 def no_frame(index: float, frames: int) -> str:
     """Why a frame is not there, and how to render fewer without doing away with it."""
     return (
-        f"there is no frame {index:g}; allowed: 0 to {frames - 1}, or more frames, of which --frames {frames} "
-        "renders the first"
+        f"there is no frame {index:g}; allowed: 0 to {frames - 1}, or more frames, of which the first {frames} can be "
+        "rendered alone (stop=N)"
     )

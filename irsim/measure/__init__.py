@@ -7,7 +7,7 @@ from irsim.measure.defects import Defects, defects
 from irsim.measure.figures import FRAMES, ROUNDING, Figures, measure_figures
 from irsim.measure.interval import Measured
 from irsim.measure.memory import Memory, Temporal, temporal
-from irsim.measure.noise import PICTURES, NoiseReport, measure_noise, noise_lines
+from irsim.measure.noise import NoiseReport, measure_noise
 from irsim.measure.noise_3d import Noise3dTerms, noise_3d
 from irsim.measure.realism import CLASSES, Judged, Verdict, check_class, classes_of, judge, judge_classes
 from irsim.measure.realism_noise import (
@@ -20,6 +20,7 @@ from irsim.measure.realism_noise import (
 )
 from irsim.measure.region import Region, flattest, parse_region, taken_by_targets
 from irsim.measure.spectrum import Texture, texture
+from irsim.measure.words import PICTURES, noise_lines
 
 __all__ = [
     "CAMERAS",

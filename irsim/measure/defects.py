@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -119,6 +120,22 @@ def stirred(frames: Values, noise: float) -> Bools:
     return moved
 
 
+class Uneven(NamedTuple):
+    """Share of a picture where a still scene hides dead and hot pixels, and the counts by which one has to stand out
+    there to be found, in the median (0 for no share)."""
+
+    share: float
+    counts: float
+
+
+def uneven(frames: Values, noise: float) -> Uneven:
+    """Where what stands in frames (T, rows, columns) differs from pixel to pixel by more than `noise`, a sigma."""
+    level = frames.mean(axis=0, dtype=np.float64)
+    usual = _usually((level - around(level)).astype(np.float32))
+    hides = usual > _STIRRED * max(noise, _LEAST_NOISE)
+    return Uneven(float(hides.mean()), float(_FAR * np.median(usual[hides])) if hides.any() else 0.0)
+
+
 def faint_blinkers(flat: Values) -> Bools:
     """Pixels (rows, columns) of a flat region (T, rows, columns) that change more than by chance, if they are few.
 
@@ -166,9 +183,13 @@ def without_specks(picture: Floats) -> Floats:
 
 def _far_off(apart: Floats) -> Bools:
     """Whether a difference to what is around is far beyond those of the place: texture and edges make them large."""
-    scale = np.maximum(around(np.abs(apart)), float(np.median(np.abs(apart)))) * MEDIAN_TO_SIGMA
-    far: Bools = np.abs(apart) > _FAR * np.maximum(scale, np.finfo(np.float32).tiny)
+    far: Bools = np.abs(apart) > _FAR * np.maximum(_usually(apart), np.finfo(np.float32).tiny)
     return far
+
+
+def _usually(apart: Floats) -> Floats:
+    """Robust sigma of the differences of the place, or of the whole picture where that is more."""
+    return np.maximum(around(np.abs(apart)), float(np.median(np.abs(apart)))) * MEDIAN_TO_SIGMA
 
 
 def _alone(picture: Floats) -> Bools:

@@ -17,7 +17,7 @@ from irsim.measure.level import fit_level
 from irsim.measure.lines import turns, without_turns
 from irsim.measure.memory import mean_share
 from irsim.measure.noise import NoiseReport, measure_noise
-from irsim.measure.notes import AT_MOST, BLINKING, SMALL, blur_notes, noise_notes, texture_notes
+from irsim.measure.notes import AT_MOST, BLINKING, SMALL, blur_notes, noise_notes, texture_notes, unlike_notes
 from irsim.measure.pattern import fixed_pattern
 from irsim.measure.points import point_blur
 from irsim.measure.region import Region, Values
@@ -166,7 +166,11 @@ def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: 
     finer = terms.tvh.value**2 / (across * down) + terms.tv.value**2 / down + terms.th.value**2 / across
     level = fit_level(levels, finer, number)
     time_frames = None if level.time_frames is None else level.time_frames.map(lambda time: time * slower)
-    scene = (*texture_notes(fixed, picture, terms.tvh.value), *blur_notes(blur, fixed.blur, still))
+    scene = (
+        *texture_notes(fixed, picture, terms.tvh.value),
+        *unlike_notes(fixed.spectrum, picture, report.moving),
+        *blur_notes(blur, fixed.blur, still),
+    )
     found = Figures(
         noise=_less(terms.tvh, ROUNDING),
         white=_less(terms.tvh if memory is None else memory.white, ROUNDING),
@@ -226,6 +230,7 @@ def _of_moving(report: NoiseReport, whole: Values, blur: Measured | None, still:
             AT_MOST,
             BLINKING,
             *noise_notes(report, None, None),
+            *unlike_notes(spectrum, pictures[len(pictures) // 2], True),
             *blur_notes(blur, psf, still),
         ),
         **_NOT_OF_TIME,

@@ -1,17 +1,17 @@
-"""All that can be said of a recording's noise, on one flat region of it."""
+"""All that can be measured of a recording's noise, on one flat region of it."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from irsim.measure.defects import Defects, defects, faint_blinkers, patched, stirred
+from irsim.measure.defects import Defects, around, defects, faint_blinkers, patched, stirred, uneven
+from irsim.measure.given import as_region, check_given
 from irsim.measure.interval import Measured
-from irsim.measure.memory import LEAST_FRAMES, Temporal, temporal, time_freedom
+from irsim.measure.memory import Temporal, temporal, time_freedom
 from irsim.measure.neighbours import alike, changes
 from irsim.measure.noise_3d import TERMS, Noise3dTerms, check_size, noise_3d
 from irsim.measure.quiet import quiet_sigma
@@ -20,11 +20,12 @@ from irsim.measure.repeats import new_frames
 from irsim.measure.steady import slides
 from irsim.measure.stretch import Stretch, longest_stretch, pattern_steps
 from irsim.types import Bools, Floats
-from irsim.wording import counted
 
 _CHANCE = 1.05
 """By how much sharp noise may be more than what is measured of it: white noise in the least of pictures, 64x64 px and
 32 frames, scatters by 1 % (`quiet_sigma`, 24 draws)."""
+_OF_TIME = ("pair", "lags", "memory", "drift")
+"""What is told beside the terms, and holds what moves as they do."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,9 @@ class NoiseReport:
     slope_per_s of the frames' means, by least squares
     dead, hot, blinking     pixels in the whole picture, where no target of the truth was
     hidden      share of the picture in which the scene changes by more than the noise: pixels that blink are missed
+    uneven      share of the picture in which what stands differs from pixel to pixel by more than the noise: pixels
+                there that are dead or hot are missed
+    uneven_by   counts by which such a pixel has to stand out there to be found, in the median; 0 where `uneven` is 0
     pixels      how many of it these are among
     frozen_from frames from which on a pixel that never changes counts as dead; None where most never do
     """
@@ -74,6 +78,8 @@ class NoiseReport:
     hot: int
     blinking: int
     hidden: float
+    uneven: float
+    uneven_by: float
     pixels: int
     frozen_from: int | None
 
@@ -98,7 +104,7 @@ class NoiseReport:
 def measure_noise(
     frames: Values,
     rate_hz: float,
-    region: Region | None = None,
+    region: Region | tuple[int, int, int, int] | None = None,
     top: float = 65535.0,
     taken: Bools | None = None,
 ) -> NoiseReport:
@@ -107,16 +113,21 @@ def measure_noise(
     Frames that repeat the one before do not count; where the fixed pattern changes, the longest stretch without
     such a step does.
 
-    top     the highest count there can be. InputError where frames are too few or small.
+    region  x, y, w, h, px
+    top     the highest count there can be
     taken   (rows, columns): where targets are in some frame, so that noise is not measured there
+
+    InputError where frames are too few or small or not finite, and where an argument is something else.
     """
+    check_given(frames, rate_hz, top, taken)
     check_size(frames)
+    asked = None if region is None else as_region(region, frames)
     new = new_frames(frames, rate_hz)
     stretch = longest_stretch(new, [], len(frames))
-    bad, place, flat = _read(stretch.of(frames), region, top, taken)
+    bad, place, flat = _read(stretch.of(frames), asked, top, taken)
     if steps := pattern_steps(flat, new.number):
         stretch = longest_stretch(new, steps, len(frames))
-        bad, place, flat = _read(stretch.of(frames), region, top, taken)
+        bad, place, flat = _read(stretch.of(frames), asked, top, taken)
     frames, region = stretch.of(frames), place
     number = np.array(stretch.number)
     flow = temporal(flat, stretch.rate_hz, number)
@@ -137,6 +148,9 @@ def measure_noise(
     fine = moved.fine
     if sliding or moved.moving:
         fine = min(fine, quiet_sigma(whole if sliding else flat))
+    doubtful = (*TERMS, *_OF_TIME) if moved.together else alike(flat.mean(axis=0))
+    sigma = fine if moved.moving else terms.tvh.value
+    steep = uneven(whole, _standing(flat, sigma, "vh" in doubtful))
     return NoiseReport(
         region=region,
         stretch=stretch,
@@ -148,7 +162,7 @@ def measure_noise(
         fine=fine,
         together=moved.together,
         moving=moved.moving,
-        doubtful=(*TERMS, *_OF_TIME) if moved.together else alike(flat.mean(axis=0)),
+        doubtful=doubtful,
         slides=sliding,
         crossed=taken is not None and bool(taken[region.rows, region.columns].any()),
         drift=float(means.std(ddof=1)),
@@ -156,10 +170,19 @@ def measure_noise(
         dead=int(told.dead.sum()),
         hot=int(told.hot.sum()),
         blinking=int(told.blinking.sum()),
-        hidden=float(stirred(frames, fine if moved.moving else terms.tvh.value).mean()),
+        hidden=float(stirred(frames, sigma).mean()),
+        uneven=steep.share,
+        uneven_by=steep.counts,
         pixels=told.judged,
         frozen_from=bad.frozen_from,
     )
+
+
+def _standing(flat: Floats, sigma: float, of_scene: bool) -> float:
+    """Sigma of what noise leaves from pixel to pixel in the mean of all frames (T, rows, columns): what differs there,
+    or, where that is the scene's, what is left of a noise of `sigma` that is new in each frame."""
+    level = flat.mean(axis=0)
+    return sigma / math.sqrt(len(flat)) if of_scene else float((level - around(level)).std())
 
 
 def _bounded(sigma: Measured, whole: Measured, moving: bool) -> Measured:
@@ -194,98 +217,3 @@ def _still(frames: Values, bad: Bools, top: float, taken: Bools | None) -> Regio
             return region
         textured = textured or region
     return textured or offered[0]
-
-
-def noise_lines(report: NoiseReport, start: int = 0) -> Iterator[tuple[str, str]]:
-    """Labels and texts for people; `start` is the number of the first frame that was looked at."""
-    doubts = dict.fromkeys(report.doubtful, "; may be the scene's")
-    yield "region", f"{report.region} (x,y,w,h px), {counted(report.frames, 'frame')}, mean {report.mean:.1f} counts"
-    for term, what in zip(TERMS, _WORDS, strict=True):
-        yield term, f"{_ranged(getattr(report.terms, term))}  {what}{doubts.get(term, '')}"
-    flow = report.temporal
-    yield "pair", f"{_ranged(flow.pair)}  pixel, from differences of neighbouring frames{doubts.get('pair', '')}"
-    shown = "  ".join(f"{lag}: {r.value:.2f}" for lag, r in zip(flow.lags, flow.correlation, strict=True))
-    yield "lags", f"correlation over frames  {shown}{doubts.get('lags', '')}"
-    if flow.memory is not None:
-        m = flow.memory
-        yield "memory", f"rho {_ranged(m.rho)}, time constant {_ranged(m.time_constant_s)} s{doubts.get('memory', '')}"
-        yield "", f"white {_ranged(m.white)}, with memory {_ranged(m.correlated)} counts"
-    elif report.frames >= LEAST_FRAMES:
-        yield "memory", f"none: white in time{doubts.get('memory', '')}"
-    else:
-        yield "memory", f"not known: needs {LEAST_FRAMES} frames"
-    drifted = f"{report.drift:.3g} counts of the frames' mean, slope {report.slope_per_s:.3g} a second"
-    yield "drift", drifted + doubts.get("drift", "")
-    yield "bad", f"{report.dead} dead, {report.hot} hot, {report.blinking} blinking of {report.pixels} pixels"
-    if report.slides:
-        yield "", "where the scene slides, pixels that blink are missed, or look dead or hot, unless they change more"
-    elif missed := blinking_missed(report):
-        yield "", missed
-    if unsure := frozen_unknown(report):
-        yield "", unsure
-    yield from (("left out", sentence) for sentence in report.stretch.left_out(start))
-    if report.crossed:
-        yield "note", f"targets pass through {report.region}: region=X,Y,W,H names a place without them"
-    if report.slides:
-        yield "note", "the scene moves: it slides before the camera in most of the picture"
-    if report.doubtful and not report.together:
-        these = "neighbouring pixels are" if "vh" in report.doubtful else "rows or columns beside each other are"
-        yield "note", f"{these} alike in what stays here, as a scene makes them and no detector does:"
-        yield "", f"{', '.join(report.doubtful)} may be the scene's; region=X,Y,W,H names an even place,"
-        yield "", "and irsim fit tells the camera's part from the scene's"
-    if report.moving:
-        yield "note", "neighbours change together, and not as noise does that is blurred: something moves here;"
-    elif report.together:
-        yield "note", "neighbours change together: noise itself is blurred over pixels, or something moves fast here;"
-    if report.together:
-        yield "", "the figures above hold its motion and texture, too: region=X,Y,W,H names a place that is still;"
-        yield (
-            "",
-            f"noise that each pixel draws anew in each frame is at most {report.fine_most:.3g} counts, whatever moves",
-        )
-
-
-PICTURES = "8 bits: figures are those of a picture after gain control, not of a sensor"
-"""What is to be said of recordings of no more."""
-
-
-def blinking_missed(report: NoiseReport) -> str | None:
-    """Where pixels that blink cannot be told from what the scene does; None where they can, but for some places."""
-    if report.hidden < _SOME:
-        return None
-    return (
-        f"in {100 * report.hidden:.0f} % of the picture the scene changes by more than the noise: pixels that blink "
-        "there cannot be told from it, unless they change far more"
-    )
-
-
-def frozen_unknown(report: NoiseReport) -> str | None:
-    """Why pixels that never change are not called dead; None where they are."""
-    if report.frozen_from is None:
-        return "most pixels never change: dead ones that hold their value cannot be told from them"
-    if report.frames < report.frozen_from:
-        return (
-            f"{report.frames} frames are too few to tell dead pixels that hold their value from good ones that did "
-            f"not happen to change: that takes {report.frozen_from} or more"
-        )
-    return None
-
-
-_SOME = 0.01
-"""Share of a picture: what moves in less hides hardly a bad pixel."""
-_OF_TIME = ("pair", "lags", "memory", "drift")
-"""What is told beside the terms, and holds what moves as they do."""
-_WORDS = (
-    "frame to frame, the whole picture",
-    "row to row, fixed",
-    "column to column, fixed",
-    "row to row, anew in each frame",
-    "column to column, anew in each frame",
-    "pixel to pixel, fixed",
-    "pixel to pixel, anew in each frame",
-)
-
-
-def _ranged(value: Measured) -> str:
-    ends = f"{value.low:.3g} or more" if math.isinf(value.high) else f"{value.low:.3g} to {value.high:.3g}"
-    return f"{value.value:.3g} ({ends})"

@@ -5,13 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+import numpy as np
+
+from irsim.measure.field import Spectrum
 from irsim.measure.gradient import gradient_notes
 from irsim.measure.interval import Measured
 from irsim.measure.memory import Memory
-from irsim.measure.noise import NoiseReport, blinking_missed, frozen_unknown
+from irsim.measure.noise import NoiseReport
 from irsim.measure.pattern import Pattern
 from irsim.measure.steady import TOLD_SIDE
 from irsim.measure.still import Still
+from irsim.measure.words import blinking_missed, frozen_unknown, standing_missed
 from irsim.types import Floats
 from irsim.wording import counted
 
@@ -41,6 +45,8 @@ def noise_notes(report: NoiseReport, memory: Memory | None, level: Measured | No
         yield unsure
     if not report.slides and (missed := blinking_missed(report)):
         yield missed
+    if not report.slides and (missed := standing_missed(report)):
+        yield missed
     if report.crossed:
         yield f"targets pass through {report.region}, where noise is read: region=X,Y,W,H names a place without them"
     if report.moving and not report.slides:
@@ -64,6 +70,27 @@ def texture_notes(fixed: Pattern, picture: Floats, noise: float) -> Iterator[str
             f"edges and things of the scene look like fixed pattern: it is told at {fixed.quietest}, where least is "
             "seen, rows and columns by what all parts of the picture have in common"
         )
+
+
+_LAYERED = 0.5
+"""Share of a picture's variance that the means of its rows have, above which it is layered: of 24 grounds, whose
+largest features are as wide as the picture, one has 0.4 and the others less; with a horizon it is 0.6 to 0.9."""
+_USUAL = (0.02, 0.98)
+"""Shares of the pixels between which a picture's usual values lie: hot things do not make rows differ."""
+
+
+def unlike_notes(spectrum: Spectrum, picture: Floats, moves: bool) -> Iterator[str]:
+    """What a ground of the same texture all over does not make again of a picture (rows, columns)."""
+    if spectrum.texture is None:
+        return
+    usual = np.clip(picture, *np.quantile(picture, _USUAL))
+    if usual.mean(axis=1).var() > _LAYERED * usual.var():
+        yield (
+            "the picture is layered, as with a horizon: sky, sea, waves and rows of things are not made again, the "
+            "background is written as a ground of one texture all over with the same spread of counts"
+        )
+    if moves:
+        yield "what moves in the scene is written standing still"
 
 
 def blur_notes(blur: Measured | None, psf: Measured, still: Still) -> Iterator[str]:

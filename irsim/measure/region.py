@@ -54,16 +54,25 @@ class Region(NamedTuple):
 
 def parse_region(text: str, size: tuple[int, int]) -> Region:
     """'x,y,w,h' within a picture of size (columns, rows); InputError where it is not."""
-    columns, rows = size
-    allowed = f"allowed: x,y,w,h in whole px inside {columns}x{rows}, at least {LEAST_SIDE}x{LEAST_SIDE}"
     words = text.split(",")
     if len(words) != 4 or not all(word.strip().isdecimal() for word in words):
-        raise InputError(f"region {text!r}: is no region; {allowed}")
+        raise InputError(f"region {text!r}: is no region; {_allowed(size)}")
     region = Region(*(int(word) for word in words))
-    inside = region.x + region.w <= columns and region.y + region.h <= rows
-    if not inside or min(region.w, region.h) < LEAST_SIDE:
-        raise InputError(f"region {text!r}: does not fit; {allowed}")
+    check_region(region, repr(text), size)
     return region
+
+
+def check_region(region: Region, shown: str, size: tuple[int, int]) -> None:
+    """InputError for a region, `shown` as it was given, that is not within a picture of size (columns, rows) or is
+    smaller than can be measured."""
+    columns, rows = size
+    inside = 0 <= region.x <= columns - region.w and 0 <= region.y <= rows - region.h
+    if not inside or min(region.w, region.h) < LEAST_SIDE:
+        raise InputError(f"region {shown}: does not fit; {_allowed(size)}")
+
+
+def _allowed(size: tuple[int, int]) -> str:
+    return f"allowed: x,y,w,h in whole px inside {size[0]}x{size[1]}, at least {LEAST_SIDE}x{LEAST_SIDE}"
 
 
 def flattest(frames: Values, top: float, taken: Bools | None = None) -> Region:

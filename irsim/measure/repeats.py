@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from irsim.errors import InputError
 from irsim.measure.region import Values
 
 Indices = npt.NDArray[np.intp]
@@ -43,15 +41,7 @@ def new_frames(frames: Values, rate_hz: float) -> NewFrames:
     higher rate. Lost frames cannot be seen at all: those beside them count as neighbours.
 
     Frames alike by chance are no repeats: where noise is far below one count, all count.
-
-    InputError of a rate that is none.
     """
-    try:
-        sound = 0 < rate_hz < math.inf
-    except TypeError:
-        sound = False
-    if not sound:
-        raise InputError(f"rate_hz {rate_hz!r}: allowed: a number above 0, frames a second")
     count = len(frames)
     changed = np.array([int(np.count_nonzero(frames[k] != frames[k - 1])) for k in range(1, count)], np.intp)
     index = np.concatenate([[0], np.flatnonzero(changed) + 1]).astype(np.intp)

@@ -25,6 +25,7 @@ from irsim.sight import Sight
 from irsim.sprite import Sprite
 from irsim.stage import Stage
 from irsim.types import Box, Floats, arrays_frozen
+from irsim.wording import counted
 
 CORNER = math.radians(60.0)
 """Seen from the crown's middle, what its core is placed over has its corners this far from upright."""
@@ -48,6 +49,10 @@ WIDER = 1.25
 """How many times larger it is."""
 MOST_TIERS = 20
 """Crowns of a tree."""
+LEAVES_K = 290.0
+"""How warm leaves are where nothing says it, K."""
+WARMER_K = 1.0
+"""Trunks are so much warmer."""
 BARE = 0.12
 """Share of a tree's height below which no crown reaches."""
 NEARLY = 1e-9
@@ -59,8 +64,8 @@ class Tree(Occluder):
 
     placing: ClassVar[tuple[str, ...]] = ("foot_px", "height_px", "crown_px")
 
-    temperature_k: Kelvin = 290.0
-    """Mean temperature of the leaves, kelvin."""
+    temperature_k: Kelvin | None = None
+    """Mean temperature of the leaves, kelvin; by the background's `hour` where not given, else 290."""
     emissivity: Fraction = 0.95
     foot_px: Pair | None = None
     """[x, y] of the middle of its foot, px of the unmoved camera."""
@@ -70,11 +75,13 @@ class Tree(Occluder):
     """[width, height] of the crown, px."""
     tiers: Annotated[int, Field(ge=1, le=MOST_TIERS)] | None = None
     """Crowns one below the other, each larger than the one above, as of a fir; none ends below its foot. Where not
-    given: one; placed by whom it hides as many as a trunk that would be long and bare takes."""
+    given: one; placed by whom it hides as many as a trunk that would be long and bare takes, for its top one
+    hides; fewer than are given where there is no room for them above the ground (warned of)."""
     leaves: Fraction = 0.8
     """How much of the crown's outer part hides what is behind: 0.4 is a bare tree; the middle hides all."""
-    trunk_k: Kelvin = 291.0
-    """Temperature of trunk and boughs, kelvin."""
+    trunk_k: Kelvin | None = None
+    """Temperature of trunk and boughs, kelvin; where not given 1 K above that of leaves at the background's `hour`,
+    else 291."""
     spread_k: KelvinSpread = 1.0
     """Standard deviation of temperature within the crown, kelvin: the lit side is warmer, as the trunk's is, and each
     clump's."""
@@ -130,8 +137,15 @@ class Tree(Occluder):
         pieces = np.stack([corners[:-1, :-1], corners[:-1, 1:], corners[1:, 1:], corners[1:, :-1]], axis=2)
         streaks = stream(stage.seed, self.name, "bark").standard_normal((len(LEVELS) - 1, STRIPS))
         facing = -(across[:-1] + across[1:]) / 2
-        kelvin = self.trunk_k + self.spread_k * (BARK * facing + STREAKS * streaks)
+        _, trunk_k = self.warmth(stage)
+        kelvin = trunk_k + self.spread_k * (BARK * facing + STREAKS * streaks)
         return pieces.reshape(-1, 4, 2), np.maximum(kelvin, 1.0).ravel()
+
+    def warmth(self, stage: Stage) -> tuple[float, float]:
+        """Mean temperatures of the leaves and of the trunk, kelvin."""
+        usual_k = LEAVES_K if stage.leaves_k is None else stage.leaves_k
+        leaves_k = usual_k if self.temperature_k is None else self.temperature_k
+        return leaves_k, usual_k + WARMER_K if self.trunk_k is None else self.trunk_k
 
     def extent(self, stage: Stage) -> Box:
         pieces, _ = self.trunk(stage)
@@ -162,7 +176,13 @@ class Tree(Occluder):
     def short(self, placed: Occluder) -> tuple[str, str] | None:
         if not isinstance(placed, Tree) or not self.tiers or given(placed.tiers) >= self.tiers:
             return None
-        return "tiers", f"{placed.tiers} of them end above its foot where it hides {self.hides}, and it has no more"
+        high, (_, tall) = given(placed.height_px), given(placed.crown_px)
+        needed = _reaches()[self.tiers - 1] * tall
+        return "tiers", (
+            f"it has {counted(given(placed.tiers), 'crown')}: the top one, which hides {self.hides}, is {tall:.0f} px "
+            f"high, so {self.tiers} of them need a tree {needed:.0f} px high, and from its top to the ground are "
+            f"{high:.0f}; try a range_m nearer to the camera, or foot_px, height_px and crown_px"
+        )
 
     def _form(self, slim: float, stage: Stage, tier: int = 0) -> Form:
         """A crown of its, so many times as high as wide."""
@@ -203,7 +223,7 @@ def _drawn(tree: Tree, stage: Stage, lens: Geometry, rotation: bytes, place: byt
     if window is None:
         return None
     grid = Grid.over(window)
-    heat = Heat(tree.temperature_k, tree.trunk_k, tree.spread_k, tree.emissivity)
+    heat = Heat(*tree.warmth(stage), tree.spread_k, tree.emissivity)
     several, below = len(forms) > 1, range(len(forms) - 1, -1, -1)
     pictures = (
         lit(form, heat, lower == 0, several, stage).fields(crown, grid)

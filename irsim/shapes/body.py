@@ -50,7 +50,8 @@ class Body(Shape):
 
     @model_validator(mode="after")
     def _parts_are_there(self) -> Body:
-        allowed = sorted({_name(solid) for solid in self.solids if _emissivity(self, solid) is None} - {_SKIN})
+        names = (_name(solid) for solid in self.solids if _emissivity(self, solid) is None)
+        allowed = list(dict.fromkeys(name for name in names if name != _SKIN))
         for name in self.emissivities:
             if name not in allowed:
                 what = (

@@ -148,7 +148,8 @@ class TargetTruth:
     contrast_k    apparent temperature of the target's mean less that of what is behind it, K
     scr           signal-to-clutter ratio, positive where it is brighter than the ring around it: of the
                   noiseless light of the target and what is behind it, the camera's noise counted
-                  as clutter (`irsim.contrast`); None outside the frame, and where nothing varies
+                  as clutter (formula: docs/moments.md); None where no part of the target is in the frame,
+                  and where nothing varies around it
     accuracy_px   how far the centre may be off; 0 for rendered truth, nothing scores tighter
     """
 

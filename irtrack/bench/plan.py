@@ -104,7 +104,7 @@ def plans(
             raise InputError(f"two sources are named '{each.name}'; allowed: names that differ, as in {other}")
         names.add(each.name)
         if init is None and not each.source.has_truth:
-            raise InputError(f"{each.name} has no truth to measure by; irtrack run follows a box given by --init")
+            raise InputError(f"{each.name} has no truth to measure by; irtrack run follows a box given by init=BOX")
         followed = _followed(each.source, seeds.scenes, each.target or target, init)
         for seeded, row, tracker_seeds in _seeded(each, seeds):
             members = tuple(

@@ -115,6 +115,8 @@ def of(tracker: object) -> Tracker:
 
 def find(name: str) -> type[Any]:
     """The class of a tracker's name; InputError where there is none."""
+    if not isinstance(name, str):
+        raise InputError(f"tracker {name!r}: is no name; allowed: text, such as 'kalman'")
     if name in PEERS and name not in offered():
         raise InputError(f"{name}: is not in {required(name)}'s environment; allowed: after {HINT}")
     if name in NAMED:

@@ -1,0 +1,66 @@
+"""What callers give to be measured: checked before anything is worked out of it."""
+
+from __future__ import annotations
+
+import math
+import operator
+import reprlib
+from typing import Any
+
+import numpy as np
+
+from irsim.errors import InputError
+from irsim.measure.region import Region, Values, check_region
+
+_NUMBERS = "iuf"
+"""Sorts of arrays that hold counts: whole numbers with and without a sign, and floats."""
+
+
+def check_given(frames: object, rate_hz: object, top: object, taken: object) -> None:
+    """InputError for frames that are no array (T, rows, columns) of finite numbers, for a rate or a highest count that
+    is no number above 0, and for `taken` that is no mask of their size."""
+    size = _checked(frames).shape[1:]
+    _check_above(rate_hz, "rate_hz", "frames a second")
+    _check_above(top, "top", "the highest count that there can be")
+    if taken is not None and not (isinstance(taken, np.ndarray) and taken.dtype == np.bool_ and taken.shape == size):
+        raise InputError(f"taken: {_kind(taken)}; allowed: None, or an array of bool of shape {size} (rows, columns)")
+
+
+def _checked(frames: object) -> Values:
+    """The frames as they are; InputError for what is no array (T, rows, columns) of finite numbers."""
+    if not (isinstance(frames, np.ndarray) and frames.ndim == 3 and frames.dtype.kind in _NUMBERS):
+        raise InputError(f"frames: {_kind(frames)}; allowed: an array of numbers, (frames, rows, columns)")
+    if frames.dtype.kind == "f":
+        wrong = [number for number, frame in enumerate(frames) if not np.isfinite(frame).all()]
+        if wrong:
+            raise InputError(
+                f"frames: {len(wrong)} of {len(frames)} hold values that are not finite, frame {wrong[0]} first; "
+                "allowed: finite numbers"
+            )
+    return frames
+
+
+def as_region(given: object, frames: Values) -> Region:
+    """The region that a caller gave as four whole numbers; InputError where it is none within the frames."""
+    rows, columns = frames.shape[1:]
+    if not isinstance(given, tuple | list) or len(given) != 4:
+        raise InputError(f"region {given!r}: allowed: four whole numbers (x, y, w, h), px")
+    try:
+        region = Region(*map(operator.index, given))
+    except TypeError:
+        raise InputError(f"region {given!r}: allowed: four whole numbers (x, y, w, h), px") from None
+    check_region(region, str(tuple(region)), (columns, rows))
+    return region
+
+
+def _check_above(given: Any, name: str, what: str) -> None:
+    number = isinstance(given, int | float | np.integer | np.floating) and not isinstance(given, bool)
+    if not (number and 0 < given < math.inf):
+        raise InputError(f"{name} {reprlib.repr(given)}: allowed: a number above 0, {what}")
+
+
+def _kind(given: object) -> str:
+    """What a value is, for people: 'a list', 'an array of float64 of shape (32, 32)'."""
+    if isinstance(given, np.ndarray):
+        return f"an array of {given.dtype} of shape {given.shape}"
+    return f"a {type(given).__name__}"

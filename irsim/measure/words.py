@@ -1,0 +1,116 @@
+"""A report of noise in words, and what it does not tell."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from irsim.measure.interval import Measured
+from irsim.measure.memory import LEAST_FRAMES
+from irsim.measure.noise import NoiseReport
+from irsim.measure.noise_3d import TERMS
+from irsim.wording import counted
+
+
+def noise_lines(report: NoiseReport, start: int = 0) -> Iterator[tuple[str, str]]:
+    """Labels and texts for people; `start` is the number of the first frame that was looked at."""
+    doubts = dict.fromkeys(report.doubtful, "; may be the scene's")
+    yield "region", f"{report.region} (x,y,w,h px), {counted(report.frames, 'frame')}, mean {report.mean:.1f} counts"
+    for term, what in zip(TERMS, _WORDS, strict=True):
+        yield term, f"{_ranged(getattr(report.terms, term))}  {what}{doubts.get(term, '')}"
+    flow = report.temporal
+    yield "pair", f"{_ranged(flow.pair)}  pixel, from differences of neighbouring frames{doubts.get('pair', '')}"
+    shown = "  ".join(f"{lag}: {r.value:.2f}" for lag, r in zip(flow.lags, flow.correlation, strict=True))
+    yield "lags", f"correlation over frames  {shown}{doubts.get('lags', '')}"
+    if flow.memory is not None:
+        m = flow.memory
+        yield "memory", f"rho {_ranged(m.rho)}, time constant {_ranged(m.time_constant_s)} s{doubts.get('memory', '')}"
+        yield "", f"white {_ranged(m.white)}, with memory {_ranged(m.correlated)} counts"
+    elif report.frames >= LEAST_FRAMES:
+        yield "memory", f"none: white in time{doubts.get('memory', '')}"
+    else:
+        yield "memory", f"not known: needs {LEAST_FRAMES} frames"
+    drifted = f"{report.drift:.3g} counts of the frames' mean, slope {report.slope_per_s:.3g} a second"
+    yield "drift", drifted + doubts.get("drift", "")
+    yield "bad", f"{report.dead} dead, {report.hot} hot, {report.blinking} blinking of {report.pixels} pixels"
+    if report.slides:
+        yield "", "where the scene slides, pixels that blink are missed, or look dead or hot, unless they change more"
+    else:
+        yield from (("", missed) for missed in (blinking_missed(report), standing_missed(report)) if missed)
+    if unsure := frozen_unknown(report):
+        yield "", unsure
+    yield from (("left out", sentence) for sentence in report.stretch.left_out(start))
+    if report.crossed:
+        yield "note", f"targets pass through {report.region}: region=X,Y,W,H names a place without them"
+    if report.slides:
+        yield "note", "the scene moves: it slides before the camera in most of the picture"
+    if report.doubtful and not report.together:
+        these = "neighbouring pixels are" if "vh" in report.doubtful else "rows or columns beside each other are"
+        yield "note", f"{these} alike in what stays here, as a scene makes them and no detector does:"
+        yield "", f"{', '.join(report.doubtful)} may be the scene's; region=X,Y,W,H names an even place,"
+        yield "", "and irsim fit tells the camera's part from the scene's"
+    if report.moving:
+        yield "note", "neighbours change together, and not as noise does that is blurred: something moves here;"
+    elif report.together:
+        yield "note", "neighbours change together: noise itself is blurred over pixels, or something moves fast here;"
+    if report.together:
+        yield "", "the figures above hold its motion and texture, too: region=X,Y,W,H names a place that is still;"
+        yield (
+            "",
+            f"noise that each pixel draws anew in each frame is at most {report.fine_most:.3g} counts, whatever moves",
+        )
+
+
+PICTURES = "8 bits: figures are those of a picture after gain control, not of a sensor"
+"""What is to be said of recordings of no more."""
+
+
+def blinking_missed(report: NoiseReport) -> str | None:
+    """Where pixels that blink cannot be told from what the scene does; None where they can, but for some places."""
+    if report.hidden < _SOME:
+        return None
+    return (
+        f"in {100 * report.hidden:.0f} % of the picture the scene changes by more than the noise: pixels that blink "
+        "there cannot be told from it, unless they change far more"
+    )
+
+
+def standing_missed(report: NoiseReport) -> str | None:
+    """Where dead and hot pixels cannot be told from what stands in the scene; None where they can, but for some
+    places."""
+    if report.uneven < _SOME:
+        return None
+    return (
+        f"in {100 * report.uneven:.0f} % of the picture the scene differs from pixel to pixel by more than the noise: "
+        f"pixels that are dead or hot there are missed unless they stand out by {report.uneven_by:.3g} counts or so"
+    )
+
+
+def frozen_unknown(report: NoiseReport) -> str | None:
+    """Why pixels that never change are not called dead; None where they are."""
+    if report.frozen_from is None:
+        return "most pixels never change: dead ones that hold their value cannot be told from them"
+    if report.frames < report.frozen_from:
+        return (
+            f"{report.frames} frames are too few to tell dead pixels that hold their value from good ones that did "
+            f"not happen to change: that takes {report.frozen_from} or more"
+        )
+    return None
+
+
+_SOME = 0.01
+"""Share of a picture: what moves in less hides hardly a bad pixel."""
+_WORDS = (
+    "frame to frame, the whole picture",
+    "row to row, fixed",
+    "column to column, fixed",
+    "row to row, anew in each frame",
+    "column to column, anew in each frame",
+    "pixel to pixel, fixed",
+    "pixel to pixel, anew in each frame",
+)
+
+
+def _ranged(value: Measured) -> str:
+    ends = f"{value.low:.3g} or more" if math.isinf(value.high) else f"{value.low:.3g} to {value.high:.3g}"
+    return f"{value.value:.3g} ({ends})"
