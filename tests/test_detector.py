@@ -98,10 +98,10 @@ def ways() -> Iterator[tuple[str, dict[str, str]]]:
 
 
 @pytest.mark.parametrize("word", NOISES.kinds)
-def test_a_share_differs_from_frame_to_frame_where_it_grows_alone(word: str) -> None:
+def test_a_share_is_the_same_in_all_frames_where_it_says_so_and_only_there(word: str) -> None:
     noise, moments = build(word), [at(0), at(9), at(500, rate_hz=25.0), Moment(500, SHAPE, RATE_HZ, 1, 400, 2)]
     shares = {noise.share(moment, True) for moment in moments}
-    assert (len(shares) > 1) == noise.grows
+    assert (len(shares) == 1) == noise.stationary
 
 
 @pytest.mark.parametrize(("word", "keys"), list(ways()))

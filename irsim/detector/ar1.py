@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import cv2
 import numpy as np
@@ -23,6 +23,8 @@ from irsim.types import Floats
 
 class Ar1(Additive):
     """x[k] = rho x[k-1] + sqrt(1 - rho^2) white[k] in each pixel, stationary from frame 0 on."""
+
+    stationary: ClassVar[bool] = True
 
     ratio: Ratio = 1.0
     """Sigma in units of the camera's NETD."""

@@ -30,6 +30,7 @@ class BadPixels(Noise):
     blinking pixels differ from pixel to pixel: exponential, in blinking ones up or down.
     """
 
+    stationary: ClassVar[bool] = True
     switches: ClassVar[Switches] = {what: (what, 0.0) for what in ("dead", "hot", "blinking")}
 
     dead: Share = 0.0005

@@ -43,8 +43,9 @@ class Noise(NamedKind):
     asked for before.
     """
 
-    grows: ClassVar[bool] = False
-    """Whether its `share` differs from frame to frame."""
+    stationary: ClassVar[bool] = False
+    """Whether its `share` is known to be the same in all frames: it is asked once then. A subclass that says another share
+    says this anew."""
 
     def gains(self, moment: Moment) -> Floats | None:
         """By what share each pixel answers more to light, before it saturates: (rows, cols) float32, read only; None

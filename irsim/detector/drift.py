@@ -33,7 +33,6 @@ class Drift(Noise):
     the last correction: from 0 it grows to the sigmas below as 1 - rho^(2(k-c)) in variance.
     """
 
-    grows: ClassVar[bool] = True
     switches: ClassVar[Switches] = {term: (term, 0.0) for term in ("pixel", "column", "row", "gain")}
 
     pixel: Ratio = 0.5

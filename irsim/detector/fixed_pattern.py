@@ -17,6 +17,7 @@ class FixedPattern(Steady):
     D'Agostino and Webb, Proc. SPIE 1488 (1991).
     """
 
+    stationary: ClassVar[bool] = True
     switches: ClassVar[Switches] = {term: (term, 0.0) for term in ("pixel", "column", "row")}
 
     pixel: Ratio = 0.3

@@ -25,6 +25,7 @@ class Noise3d(Additive):
     horizontal (from column to column). All are in units of the camera's NETD.
     """
 
+    stationary: ClassVar[bool] = True
     switches: ClassVar[Switches] = {term: (term, 0.0) for term in ("t", "v", "h", "tv", "th", "vh", "tvh")}
 
     t: Ratio = 0.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -14,6 +14,8 @@ from irsim.types import Floats
 
 class OddEven(Steady):
     """Even rows or columns lie above odd ones: two amplifiers whose offsets differ."""
+
+    stationary: ClassVar[bool] = True
 
     ratio: Annotated[float, Field(ge=-1000, le=1000)] = 1.0
     """Half of what even ones lie above odd ones, in units of the camera's NETD; below 0 where they lie below."""

@@ -129,16 +129,16 @@ class Sensor:
 
     def equivalent(self, index: int) -> Equivalent:
         """The noise of a frame's pixels, but for bad ones, as light: of all terms together, without rounding."""
-        moment, (still, growing) = self.moment(index, (1, 1)), self._shares
-        variance = Variance.together([still, *(noise.share(moment, True) for noise in growing)])
+        moment, (known, others) = self.moment(index, (1, 1)), self._shares
+        variance = Variance.together([known, *(noise.share(moment, True) for noise in others)])
         return Equivalent(self.response, variance, self.falloff and self.falloff(index))
 
     @cached_property
     def _shares(self) -> tuple[Variance, Sequence[Noise]]:
         """What those noises have together whose share is the same in all frames, and the others."""
         first = self.moment(0, (1, 1))
-        still = Variance.together(noise.share(first, True) for noise in self.noises if not noise.grows)
-        return still, [noise for noise in self.noises if noise.grows]
+        known = Variance.together(noise.share(first, True) for noise in self.noises if noise.stationary)
+        return known, [noise for noise in self.noises if not noise.stationary]
 
     def held(self, light: Floats, index: int, out: Floats | None = None, gain: Floats | None = None) -> Floats:
         """What pixels hold of `light`, (rows, cols) in W/m2/sr, at a frame, before anything is read; in `out`, where

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import cv2
 import numpy as np
 
@@ -23,6 +25,8 @@ class Shot(Noise):
     Variance S + read noise^2 in electrons: a Poisson number below 200 electrons, above them its normal
     limit, both noises in one draw. What a full well holds does not vary.
     """
+
+    stationary: ClassVar[bool] = True
 
     @property
     def needs_electrons(self) -> bool:

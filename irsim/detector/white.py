@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import numpy as np
 
 from irsim.detector.base import Additive, Moment, Ratio
@@ -13,6 +15,8 @@ from irsim.types import Floats
 
 class White(Additive):
     """Independent from pixel to pixel and from frame to frame (tvh in 3-D noise terms)."""
+
+    stationary: ClassVar[bool] = True
 
     ratio: Ratio = 1.0
     """Sigma in units of the camera's NETD."""
