@@ -12,8 +12,8 @@ from pydantic import ValidationError
 from irsim.atmosphere import Atmosphere
 from irsim.backgrounds import Gaze, Sea
 from irsim.backgrounds.chart import Chart
-from irsim.backgrounds.sea import reflectance, slope_variance
-from irsim.backgrounds.waves import GRAVITY, PER_WAVE, SIDES_DEG, longest_wave, spread_rad, wave_train
+from irsim.backgrounds.sea import BANDS, reflectance, slope_variance
+from irsim.backgrounds.waves import GRAVITY, PER_WAVE, SIDE_RAD, Octave, leaning, longest_wave, spread_rad, wave_train
 from irsim.geometry import Geometry
 from irsim.radiometry import radiance, temperature
 from irsim.stage import Stage
@@ -46,16 +46,35 @@ def test_printed_figures_of_the_sea() -> None:
     assert longest_wave(10.0) == pytest.approx(GRAVITY * period**2 / (2 * math.pi), rel=1e-12)
 
 
-@pytest.mark.parametrize("number", range(3))
-def test_short_waves_run_more_ways(number: int) -> None:
-    """The two trains of an octave together, about the wind; of shorter ones no angle beyond 90 degrees is told."""
+def directions(number: int) -> tuple[Floats, Floats]:
+    """Of the two trains of an octave: angles from the wind, and the power there."""
     fx, fy = np.fft.fftfreq(512)[None, :], np.fft.fftfreq(512)[:, None]
-    angle, spread = np.arctan2(fx, np.abs(fy)), 0.0
-    for side, turned in enumerate(SIDES_DEG):
-        power = np.mean([np.abs(np.fft.fft2(wave_train(seed, number, side))) ** 2 for seed in range(2)], axis=0)
-        spread += np.average((angle + math.radians(turned)) ** 2, weights=power) / len(SIDES_DEG)
-    assert math.sqrt(spread) == pytest.approx(spread_rad(number), rel=0.08)
-    assert math.degrees(spread_rad(number)) == pytest.approx((24.7, 35.0, 47.2)[number], abs=0.1)
+    angle = np.arctan2(fx, np.abs(fy))
+    power = [
+        np.mean([np.abs(np.fft.fft2(wave_train(seed, number, k))) ** 2 for seed in range(2)], axis=0) for k in (0, 1)
+    ]
+    return np.stack([angle - SIDE_RAD, angle + SIDE_RAD]), np.stack(power)
+
+
+@pytest.mark.parametrize(("number", "degrees"), [(0, 24.7), (1, 32.9), (2, 42.7)])
+def test_short_waves_run_more_ways(number: int, degrees: float) -> None:
+    assert math.degrees(spread_rad(number)) == pytest.approx(degrees, abs=0.1)
+    angle, power = directions(number)
+    assert math.degrees(math.sqrt(np.average(angle**2, weights=power))) == pytest.approx(degrees, rel=0.08)
+
+
+@pytest.mark.parametrize("number", range(BANDS))
+def test_slopes_lean_as_waves_run(number: int) -> None:
+    angle, power = directions(number)
+    across, along = leaning(number)
+    assert across**2 == pytest.approx(np.average(np.sin(angle) ** 2, weights=power), abs=0.02)
+    assert across**2 + along**2 == pytest.approx(1)
+    places = np.random.default_rng(1).uniform(0, 1e4, (2, 200, 200)).astype(np.float32)
+    for wind_deg, turned in ((0.0, False), (90.0, True)):
+        to_right, to_camera = Octave(6.0, wind_deg, number, 1).at(*places, 0.0)
+        beside, ahead = (to_camera, to_right) if turned else (to_right, to_camera)
+        assert float(beside.var()) == pytest.approx(2 * across**2, rel=0.15)
+        assert float(ahead.var()) == pytest.approx(2 * along**2, rel=0.15)
 
 
 def test_waves_are_as_long_as_they_say() -> None:

@@ -44,7 +44,7 @@ class Noise(NamedKind):
     """
 
     stationary: ClassVar[bool] = False
-    """Whether its `share` is known to be the same in all frames: it is asked once then. A subclass that says another share
+    """Whether its `share` is known to be the same in all frames: it is asked once then. A subclass with another share
     says this anew."""
 
     def gains(self, moment: Moment) -> Floats | None:
