@@ -60,5 +60,11 @@ def with_digest(given: Any, digest_of: Callable[[str], str]) -> Any:
     return {**given, DIGEST: found}
 
 
+def unchanged(file: str, digest: str, now: str) -> None:
+    """InputError where a file's digest was another when the scene was read than it is `now`."""
+    if now != digest:
+        raise InputError(f"{file}: was changed after the scene was read; read the scene again")
+
+
 def _wrong(key: str, what: str) -> PydanticCustomError:
     return PydanticCustomError("file", "{what}", {"what": what, "at": (key,)})

@@ -198,6 +198,13 @@ def test_a_mesh_that_changes_after_the_scene_was_read_is_told(project: Path) -> 
         rendering.frame(1)
 
 
+def test_a_recording_that_changes_after_the_scene_was_read_is_told(project: Path) -> None:
+    scenario, footage = irsim.load(project / "scene.yaml"), project / "footage" / "own.mcap"
+    irsim.record(irsim.Rendering(irsim.loads(GROUND, overrides=["seed=1"])), footage)
+    with pytest.raises(InputError, match=r"own\.mcap: was changed after the scene was read"):
+        irsim.Rendering(scenario).frame(0)
+
+
 def test_a_bench_from_another_folder_or_of_a_moved_scene_runs_nothing_again(
     project: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -11,8 +11,7 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.contents import with_digest
-from irsim.errors import InputError
+from irsim.contents import unchanged, with_digest
 from irsim.kinds import suggestion
 from irsim.marks import FileName
 from irsim.motion.posture import POSTURES, Posture, PostureName
@@ -104,8 +103,7 @@ class Model(Shape):
     def mesh(self) -> Triangles:
         """What is in its file. InputError where that has changed since the scene was read."""
         mesh = read_mesh(self.file)
-        if mesh.digest != self.digest:
-            raise InputError(f"{self.file}: was changed after the scene was read; read the scene again")
+        unchanged(self.file, self.digest, mesh.digest)
         return mesh
 
     @property
