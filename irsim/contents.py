@@ -11,8 +11,8 @@ from pydantic_core import PydanticCustomError
 
 from irsim.errors import InputError
 
-DIGEST = "digest"
-"""The key for the digest of a file's bytes, beside the key that names the file."""
+FILE, DIGEST = "file", "digest"
+"""The key that names the file that a part is read from, and beside it that for the digest of the file's bytes."""
 
 
 def whole_name(name: str) -> str:
@@ -48,13 +48,13 @@ def with_digest(given: Any, digest_of: Callable[[str], str]) -> Any:
 
     PydanticCustomError where it cannot, and where a digest is given that is another.
     """
-    if not isinstance(given, Mapping) or not isinstance(given.get("file"), str):
+    if not isinstance(given, Mapping) or not isinstance(given.get(FILE), str):
         return given
-    name = whole_name(given["file"])
+    name = whole_name(given[FILE])
     try:
         found = digest_of(name)
     except (InputError, OSError, ValueError) as error:
-        raise _wrong("file", str(error)) from None
+        raise _wrong(FILE, str(error)) from None
     if given.get(DIGEST) and given[DIGEST] != found:
         raise _wrong(DIGEST, f"{name} has changed: its digest is {found}; allowed: that, or no key {DIGEST}")
     return {**given, DIGEST: found}

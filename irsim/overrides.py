@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from irsim.contents import DIGEST, same_name
+from irsim.contents import DIGEST, FILE, same_name
 from irsim.errors import InputError
 from irsim.explain import listed
 from irsim.kinds import Part
@@ -95,7 +95,7 @@ def _placed_in_mapping(node: dict[str, Any], slot: Slot | None, steps: list[str]
         keys = [*(["kind"] if slot is not None and slot.family else []), *part.model_fields]
         raise InputError(f"unknown key '{step}'{listed(keys, step)}")
     below = node.get(step)
-    if child is not None and child.is_file and not same_name(value, below):
+    if step == FILE and child is not None and child.is_file and not same_name(value, below):
         node = {other: item for other, item in node.items() if other != DIGEST}  # it was the other file's
     if below is None and rest:
         below = _beginning(part, step, child, rest[0], node)

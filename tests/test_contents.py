@@ -19,7 +19,11 @@ from mesh_files import BOX
 import irsim
 from irsim.errors import InputError
 from irsim.identity import without_names
+from irsim.kinds import Part
+from irsim.marks import FileName
+from irsim.overrides import override
 from irsim.recording import open_recording
+from irsim.yamlfile import Document
 from irtrack.bench import Entry, run_bench
 from irtrack.falsify import find_failure, kept_failures
 
@@ -188,6 +192,27 @@ def test_only_names_of_files_with_a_digest_leave_the_hash(project: Path) -> None
     sky = irsim.load("sky")
     value = sky.model_dump(mode="json")
     assert without_names(sky, value) == value
+
+
+class Two(Part):
+    """Read from a file and its digest, and from another without."""
+
+    file: FileName
+    other: FileName = ""
+    digest: str = ""
+
+
+def test_the_name_of_a_file_without_a_digest_stays_in_the_hash() -> None:
+    """Else two scenes would have one: the digest is that of what stands at `file`, where it has been filled in."""
+    value = {"file": "a", "other": "b", "digest": "c"}
+    assert without_names(Two(file="a"), value) == {"other": "b", "digest": "c"}
+    assert without_names(Two(file="a"), {**value, "digest": ""}) == {**value, "digest": ""}
+
+
+def test_a_digest_stays_where_another_file_than_its_own_is_changed() -> None:
+    document = Document("text", {"file": "a", "other": "b", "digest": "c"}, {}, {})
+    assert override(document, "other=d", Two)[0].value == {"file": "a", "other": "d", "digest": "c"}
+    assert override(document, "file=d", Two)[0].value == {"file": "d", "other": "b"}
 
 
 def test_a_mesh_that_changes_after_the_scene_was_read_is_told(project: Path) -> None:
