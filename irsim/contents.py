@@ -14,6 +14,15 @@ from irsim.errors import InputError
 FILE, DIGEST = "file", "digest"
 """The key that names the file that a part is read from, and beside it that for the digest of the file's bytes."""
 
+Stamp = tuple[int, int, int]
+"""What tells a file from one that has taken its place, without reading it: its number, its bytes, when written, ns."""
+
+
+def stamp(file: str | Path | int) -> Stamp:
+    """Of a file by its name, or by its number where it is open. OSError or ValueError where there is none to be had."""
+    state = os.stat(file)
+    return state.st_ino, state.st_size, state.st_mtime_ns
+
 
 def whole_name(name: str) -> str:
     """The name as it holds from any working directory. Links in its folder are followed, so that `..` means what it

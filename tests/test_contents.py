@@ -14,7 +14,7 @@ import planted_failure
 import pytest
 from bench_fakes import Logger, steps
 from command_line import Run
-from mesh_files import BOX
+from mesh_files import BOX, GIVEN
 
 import irsim
 from irsim.errors import InputError
@@ -23,6 +23,7 @@ from irsim.kinds import Part
 from irsim.marks import FileName
 from irsim.overrides import override
 from irsim.recording import open_recording
+from irsim.shapes.meshfile import read_mesh
 from irsim.yamlfile import Document
 from irtrack.bench import Entry, run_bench
 from irtrack.falsify import find_failure, kept_failures
@@ -221,6 +222,23 @@ def test_a_mesh_that_changes_after_the_scene_was_read_is_told(project: Path) -> 
     change_mesh(project / "box.obj")
     with pytest.raises(InputError, match=r"box\.obj: was changed after the scene was read"):
         rendering.frame(1)
+
+
+def test_a_mesh_that_another_takes_the_place_of_is_read_anew(tmp_path: Path) -> None:
+    """Though it is as old, as copies that keep times are."""
+    paths = [tmp_path / "box.obj", tmp_path / "tall.obj"]
+    for path, text in zip(paths, (BOX, TALL), strict=True):
+        path.write_text(text)
+        os.utime(path, ns=(0, 1))
+    first = read_mesh(str(paths[0])).digest
+    paths[1].replace(paths[0])
+    assert read_mesh(str(paths[0])).digest != first
+
+
+def test_many_meshes_are_read_once(tmp_path: Path) -> None:
+    paths = [str(shutil.copy(GIVEN["mesh"]["file"], tmp_path / f"{number}.obj")) for number in range(40)]
+    meshes = [read_mesh(path) for path in paths]
+    assert [read_mesh(path) for path in paths] == meshes  # meshes are equal where they are one
 
 
 def test_a_recording_that_changes_after_the_scene_was_read_is_told(project: Path) -> None:

@@ -14,7 +14,7 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.backgrounds.base import FARTHEST, Background, Gaze, Layer
-from irsim.contents import unchanged, with_digest
+from irsim.contents import Stamp, unchanged, with_digest
 from irsim.errors import InputError
 from irsim.marks import FileName
 from irsim.quantities import Index, ScaleKelvin
@@ -199,7 +199,7 @@ def _digest(recording: Recording) -> str:
 
 
 @lru_cache(maxsize=64)
-def _digest_of(path: Path, stamp: tuple[int, int, int]) -> str:
+def _digest_of(path: Path, stamp: Stamp) -> str:
     """Of a file with that stamp: read once, however many scenes are made of it."""
     return _opened(str(path)).hash
 
