@@ -216,6 +216,17 @@ def test_a_digest_stays_where_another_file_than_its_own_is_changed() -> None:
     assert override(document, "file=d", Two)[0].value == {"file": "d", "other": "b"}
 
 
+def test_a_digest_that_is_given_holds_whatever_the_order(project: Path) -> None:
+    shutil.copy(project / "box.obj", project / "other.obj")
+    given = ["targets.box.shape.digest=0a", f"targets.box.shape.file={project / 'other.obj'}"]
+    scenario = irsim.load(project / "scene.yaml")
+    for order in (given, given[::-1]):
+        with pytest.raises(InputError, match=r"digest: \S+other\.obj has changed"):
+            irsim.load(project / "scene.yaml", order)
+        with pytest.raises(InputError, match=r"digest: \S+other\.obj has changed"):
+            irsim.change(scenario, dict(each.split("=") for each in order))
+
+
 def test_a_mesh_that_changes_after_the_scene_was_read_is_told(project: Path) -> None:
     rendering = irsim.Rendering(irsim.load(project / "scene.yaml"))
     rendering.frame(0)
