@@ -233,15 +233,17 @@ def _beyond_end(path: Path) -> int | None:
 
 def check_mcap(path: Path) -> None:
     """InputError where `path` is not a file that begins like MCAP."""
-    if path.is_dir():
-        raise InputError(f"{path}: is a folder; allowed: a recording (irsim import makes one of a folder of PNG)")
     try:
+        if path.is_dir():
+            raise InputError(f"{path}: is a folder; allowed: a recording (irsim import makes one of a folder of PNG)")
         with open(path, "rb") as file:
             head = file.read(len(MAGIC))
     except FileNotFoundError:
         raise InputError(f"{path}: there is no such file") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    except ValueError as error:
+        raise InputError(f"{path}: no file can have this name: {error}") from None
     if not head:
         raise InputError(f"{path}: is empty; allowed: a recording (.mcap)")
     if not MAGIC.startswith(head):

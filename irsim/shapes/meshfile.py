@@ -47,7 +47,7 @@ def read_mesh(path: str) -> Triangles:
     except FileNotFoundError:
         raise MeshError(f"{path}: there is no such file") from None
     except OSError as error:
-        raise MeshError(f"{path}: {error.strerror or error}") from None
+        raise MeshError(f"{path}: cannot be read: {error.strerror or error}") from None
     return _read(path, found)
 
 
