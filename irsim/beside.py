@@ -66,6 +66,8 @@ def _each_name(value: Any, slot: Slot | None, renamed: Renamed) -> Any:
 
 
 def _found(name: str, folder: Path) -> str:
+    if not name:  # told by who opens it
+        return name
     near = folder / name
     try:
         only_here = not near.exists() and Path(name).exists()

@@ -11,13 +11,24 @@ from pydantic_core import PydanticCustomError
 
 from irsim.errors import InputError
 
-DIGEST = "digest"
-"""The key for the digest of a file's bytes, beside the key that names the file."""
+FILE, DIGEST = "file", "digest"
+"""The key that names the file that a part is read from, and beside it that for the digest of the file's bytes."""
+
+Stamp = tuple[int, int, int]
+"""What tells a file from one that has taken its place, without reading it: its number, its bytes, when written, ns."""
+
+
+def stamp(file: str | Path | int) -> Stamp:
+    """Of a file by its name, or by its number where it is open. OSError or ValueError where there is none to be had."""
+    state = os.stat(file)
+    return state.st_ino, state.st_size, state.st_mtime_ns
 
 
 def whole_name(name: str) -> str:
     """The name as it holds from any working directory. Links in its folder are followed, so that `..` means what it
     says; one that is the file itself is not, for its name ends as the file's kind asks."""
+    if not name:
+        return name
     folder, file = os.path.split(name)
     try:
         return os.path.join(os.path.realpath(folder), file)
@@ -46,18 +57,42 @@ def with_digest(given: Any, digest_of: Callable[[str], str]) -> Any:
 
     digest_of   of a file's name; InputError, OSError and ValueError say why it cannot be read
 
-    PydanticCustomError where it cannot, and where a digest is given that is another.
+    PydanticCustomError where it cannot, and where a digest is given that is another. A mapping whose file or digest is
+    no text is handed back, for its fields to tell.
     """
-    if not isinstance(given, Mapping) or not isinstance(given.get("file"), str):
+    if not isinstance(given, Mapping):
         return given
-    name = whole_name(given["file"])
+    if not (isinstance(given.get(FILE), str) and isinstance(given.get(DIGEST, ""), str)):
+        return given
+    name = whole_name(given[FILE])
+    if (fault := _fault_of(name)) is not None:
+        raise _wrong(FILE, fault)
     try:
         found = digest_of(name)
-    except (InputError, OSError, ValueError) as error:
-        raise _wrong("file", str(error)) from None
+    except OSError as error:
+        raise _wrong(FILE, f"{name}: cannot be read: {error.strerror or error}") from None
+    except (InputError, ValueError) as error:
+        raise _wrong(FILE, str(error)) from None
     if given.get(DIGEST) and given[DIGEST] != found:
         raise _wrong(DIGEST, f"{name} has changed: its digest is {found}; allowed: that, or no key {DIGEST}")
     return {**given, DIGEST: found}
+
+
+def _fault_of(name: str) -> str | None:
+    """Why no file can have the name."""
+    if not name:
+        return "the name is empty; allowed: the name of a file"
+    try:
+        possible = b"\0" not in os.fsencode(name)
+    except UnicodeEncodeError:
+        possible = False
+    return None if possible else f"{name}: no file can have this name; allowed: no zero bytes, no halves of letters"
+
+
+def unchanged(file: str, digest: str, now: str) -> None:
+    """InputError where a file's digest was another when the scene was read than it is `now`."""
+    if now != digest:
+        raise InputError(f"{file}: was changed after the scene was read; read the scene again")
 
 
 def _wrong(key: str, what: str) -> PydanticCustomError:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from irsim.compiled import COMPILED
-from irsim.contents import DIGEST
+from irsim.contents import DIGEST, FILE
 from irsim.kinds import Kind, Part
 from irsim.marks import Located
 
@@ -56,12 +56,13 @@ def without_names(part: object, value: Any) -> Any:
         return [without_names(*pair) for pair in zip(part, value, strict=True)]
     if not isinstance(part, Part):
         return value
-    kept = {key: item for key, item in value.items() if not (DIGEST in value and _names_a_file(part, key))}
+    kept = {key: item for key, item in value.items() if not (key == FILE and value.get(DIGEST) and _is_named(part))}
     return {key: without_names(getattr(part, key), item) for key, item in kept.items()}
 
 
-def _names_a_file(part: Part, key: str) -> bool:
-    field = type(part).model_fields.get(key)
+def _is_named(part: Part) -> bool:
+    """Is its key `file` the name of one?"""
+    field = type(part).model_fields.get(FILE)
     return field is not None and any(isinstance(mark, Located) for mark in field.metadata)
 
 

@@ -81,14 +81,15 @@ def change(scenario: Scenario, values: Mapping[str, Any]) -> Scenario:
     A key so given varies no more: it leaves `severities` and `vary`. InputError as `load`, where the
     place of each fault is 'KEY=VALUE'.
     """
-    document, given = _document(expect_scenario("a change", scenario)), []
+    document = _document(expect_scenario("a change", scenario))
+    given: list[KeyPath] = []
     if not (isinstance(values, Mapping) and all(isinstance(key, str) for key in values)):
         raise InputError(
             f"values {reprlib.repr(values)}: allowed: a mapping of override keys to values, such as "
             "{'camera.netd_mk': 80}"
         )
     for key, value in values.items():
-        document, path = placed(document, key, value, f"{key}={value}", Scenario)
+        document, path = placed(document, key, value, f"{key}={value}", Scenario, given)
         given.append(path)
     return validated(document, given)
 
@@ -226,7 +227,7 @@ def _changed(document: Document, overrides: Iterable[str]) -> tuple[Document, li
     given: list[KeyPath] = []
     for text in given_overrides(overrides):
         try:
-            document, path = override(document, text, Scenario)
+            document, path = override(document, text, Scenario, given)
             given.append(path)
         except InputError as error:
             wrong.append(str(error))

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import reprlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from irsim.contents import DIGEST, same_name
+from irsim.contents import DIGEST, FILE, same_name
 from irsim.errors import InputError
 from irsim.explain import listed
 from irsim.kinds import Part
@@ -32,8 +32,11 @@ def given_overrides(overrides: object) -> list[str]:
     return texts
 
 
-def override(document: Document, text: str, root: type[Part]) -> tuple[Document, KeyPath]:
-    """The document with one value set, and where; errors in it will be placed at 'override KEY'.
+def override(
+    document: Document, text: str, root: type[Part], given: Iterable[KeyPath] = ()
+) -> tuple[Document, KeyPath]:
+    """The document with one value set, and where; errors in it will be placed at 'override KEY'. `given` as of
+    `placed`.
 
     Steps reach list items by id (or by kind, where they have no id) or number, and a part that the
     text leaves out begins from its default. InputError where the path leads nowhere.
@@ -47,7 +50,7 @@ def override(document: Document, text: str, root: type[Part]) -> tuple[Document,
         value = scalar(written)
     except InputError as error:
         raise InputError(f"{place}: {error}") from None
-    return placed(document, key, value, place, root)
+    return placed(document, key, value, place, root, given)
 
 
 def place_of_override(text: str) -> str:
@@ -55,13 +58,17 @@ def place_of_override(text: str) -> str:
     return f"override {text.partition('=')[0].strip()}"
 
 
-def placed(document: Document, key: str, value: Any, place: str, root: type[Part]) -> tuple[Document, KeyPath]:
+def placed(
+    document: Document, key: str, value: Any, place: str, root: type[Part], given: Iterable[KeyPath] = ()
+) -> tuple[Document, KeyPath]:
     """The document with `value` at an override's key, known to stand at `place`; and the path that the key means.
+
+    given   places whose values were given by hand: a digest among them stays when another file is named beside it
 
     InputError, 'place: what', where the key leads nowhere.
     """
     try:
-        tree, path = _placed(document.value, Slot.of(root), key.split("."), value)
+        tree, path = _placed(document.value, Slot.of(root), key.split("."), value, list(given))
     except InputError as error:
         raise InputError(f"{place}: {error}") from None
     changed = replace(
@@ -73,21 +80,25 @@ def placed(document: Document, key: str, value: Any, place: str, root: type[Part
     return changed, path
 
 
-def _placed(node: Any, slot: Slot | None, steps: list[str], value: Any) -> tuple[Any, KeyPath]:
-    """A copy of `node` with the value at the steps, and the path that they mean."""
+def _placed(
+    node: Any, slot: Slot | None, steps: list[str], value: Any, given: Sequence[KeyPath] = ()
+) -> tuple[Any, KeyPath]:
+    """A copy of `node` with the value at the steps, and the path that they mean; `given` as of `placed`, from here."""
     if not steps:
         return value, ()
     if isinstance(node, dict):
-        return _placed_in_mapping(node, slot, steps, value)
+        return _placed_in_mapping(node, slot, steps, value, given)
     if isinstance(node, list):
         index = _index(node, slot, steps[0])
         child = slot.child(node, index) if slot is not None else None
-        item, path = _placed(node[index], child, steps[1:], value)
+        item, path = _placed(node[index], child, steps[1:], value, _below(given, index))
         return [*node[:index], item, *node[index + 1 :]], (index, *path)
     raise _single(steps[0])
 
 
-def _placed_in_mapping(node: dict[str, Any], slot: Slot | None, steps: list[str], value: Any) -> tuple[Any, KeyPath]:
+def _placed_in_mapping(
+    node: dict[str, Any], slot: Slot | None, steps: list[str], value: Any, given: Sequence[KeyPath]
+) -> tuple[Any, KeyPath]:
     step, *rest = _table_key(node, steps) if slot is not None and slot.is_table else steps
     part = slot.part(node) if slot is not None else None
     child = slot.child(node, step) if slot is not None else None
@@ -95,12 +106,18 @@ def _placed_in_mapping(node: dict[str, Any], slot: Slot | None, steps: list[str]
         keys = [*(["kind"] if slot is not None and slot.family else []), *part.model_fields]
         raise InputError(f"unknown key '{step}'{listed(keys, step)}")
     below = node.get(step)
-    if child is not None and child.is_file and not same_name(value, below):
+    names_another = step == FILE and child is not None and child.is_file and not same_name(value, below)
+    if names_another and (DIGEST,) not in given:
         node = {other: item for other, item in node.items() if other != DIGEST}  # it was the other file's
     if below is None and rest:
         below = _beginning(part, step, child, rest[0], node)
-    below, path = _placed(below, child, rest, value)
+    below, path = _placed(below, child, rest, value, _below(given, step))
     return {**node, step: below}, (step, *path)
+
+
+def _below(paths: Sequence[KeyPath], step: str | int) -> list[KeyPath]:
+    """Those of the paths that lead by that step, from there on."""
+    return [path[1:] for path in paths if path[:1] == (step,)]
 
 
 def _table_key(node: dict[str, Any], steps: list[str]) -> list[str]:

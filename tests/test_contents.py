@@ -14,12 +14,17 @@ import planted_failure
 import pytest
 from bench_fakes import Logger, steps
 from command_line import Run
-from mesh_files import BOX
+from mesh_files import BOX, GIVEN
 
 import irsim
 from irsim.errors import InputError
 from irsim.identity import without_names
+from irsim.kinds import Part
+from irsim.marks import FileName
+from irsim.overrides import override
 from irsim.recording import open_recording
+from irsim.shapes.meshfile import read_mesh
+from irsim.yamlfile import Document
 from irtrack.bench import Entry, run_bench
 from irtrack.falsify import find_failure, kept_failures
 
@@ -190,12 +195,68 @@ def test_only_names_of_files_with_a_digest_leave_the_hash(project: Path) -> None
     assert without_names(sky, value) == value
 
 
+class Two(Part):
+    """Read from a file and its digest, and from another without."""
+
+    file: FileName
+    other: FileName = ""
+    digest: str = ""
+
+
+def test_the_name_of_a_file_without_a_digest_stays_in_the_hash() -> None:
+    """Else two scenes would have one: the digest is that of what stands at `file`, where it has been filled in."""
+    value = {"file": "a", "other": "b", "digest": "c"}
+    assert without_names(Two(file="a"), value) == {"other": "b", "digest": "c"}
+    assert without_names(Two(file="a"), {**value, "digest": ""}) == {**value, "digest": ""}
+
+
+def test_a_digest_stays_where_another_file_than_its_own_is_changed() -> None:
+    document = Document("text", {"file": "a", "other": "b", "digest": "c"}, {}, {})
+    assert override(document, "other=d", Two)[0].value == {"file": "a", "other": "d", "digest": "c"}
+    assert override(document, "file=d", Two)[0].value == {"file": "d", "other": "b"}
+
+
+def test_a_digest_that_is_given_holds_whatever_the_order(project: Path) -> None:
+    shutil.copy(project / "box.obj", project / "other.obj")
+    given = ["targets.box.shape.digest=0a", f"targets.box.shape.file={project / 'other.obj'}"]
+    scenario = irsim.load(project / "scene.yaml")
+    for order in (given, given[::-1]):
+        with pytest.raises(InputError, match=r"digest: \S+other\.obj has changed"):
+            irsim.load(project / "scene.yaml", order)
+        with pytest.raises(InputError, match=r"digest: \S+other\.obj has changed"):
+            irsim.change(scenario, dict(each.split("=") for each in order))
+
+
 def test_a_mesh_that_changes_after_the_scene_was_read_is_told(project: Path) -> None:
     rendering = irsim.Rendering(irsim.load(project / "scene.yaml"))
     rendering.frame(0)
     change_mesh(project / "box.obj")
     with pytest.raises(InputError, match=r"box\.obj: was changed after the scene was read"):
         rendering.frame(1)
+
+
+def test_a_mesh_that_another_takes_the_place_of_is_read_anew(tmp_path: Path) -> None:
+    """Though it is as old, as copies that keep times are."""
+    paths = [tmp_path / "box.obj", tmp_path / "tall.obj"]
+    for path, text in zip(paths, (BOX, TALL), strict=True):
+        path.write_text(text)
+        os.utime(path, ns=(0, 1))
+    first = read_mesh(str(paths[0])).digest
+    paths[1].replace(paths[0])
+    assert read_mesh(str(paths[0])).digest != first
+
+
+def test_many_meshes_are_read_once(tmp_path: Path) -> None:
+    paths = [str(shutil.copy(GIVEN["mesh"]["file"], tmp_path / f"{number}.obj")) for number in range(40)]
+    meshes = [read_mesh(path) for path in paths]
+    assert [read_mesh(path) for path in paths] == meshes  # meshes are equal where they are one
+
+
+def test_a_recording_that_changes_after_the_scene_was_read_is_told(project: Path) -> None:
+    scenario, footage = irsim.load(project / "scene.yaml"), project / "footage" / "own.mcap"
+    irsim.record(irsim.Rendering(irsim.loads(GROUND, overrides=["seed=1"])), footage)
+    with pytest.raises(InputError, match=r"own\.mcap: was changed after the scene was read"):
+        irsim.Rendering(scenario).frame(0)
 
 
 def test_a_bench_from_another_folder_or_of_a_moved_scene_runs_nothing_again(

@@ -8,10 +8,13 @@ from pathlib import Path
 
 import planted_failure
 import pytest
+from mesh_files import BOX
 
 import irsim
 from irtrack.falsify import find_failure, kept_failures, revisit
-from irtrack.falsify.trial import ENDS, RAISES, RULE
+from irtrack.falsify.kept import keep
+from irtrack.falsify.trial import ENDS, RAISES, RULE, Subject
+from irtrack.trackers import make
 
 FAR = {"px": 30.0}
 """A parameter by which the rule of `folder` is broken."""
@@ -79,3 +82,28 @@ def test_a_note_that_says_an_unknown_way_to_fail_is_a_fault(folder: Path, tmp_pa
     note.write_text(note.read_text().replace('"raises"', '"sulks"'))
     (kept,) = kept_failures(note.parent)
     assert kept.fault == f"{note}: is no note of a kept failure: how 'sulks': allowed: rule, raises, ends"
+
+
+def test_a_scene_is_kept_once_and_beside_one_whose_mesh_has_changed(tmp_path: Path) -> None:
+    """A kept scene that cannot be read any more is another; the same one of a mesh that lies elsewhere is the same."""
+    kept_in = tmp_path / "regressions"
+
+    def kept(folder: str, mesh: str, px: int = 5) -> str:
+        found = tmp_path / folder
+        found.mkdir(exist_ok=True)
+        (found / "box.obj").write_text(mesh)
+        text = (
+            "frames: 2\ncamera: {size: [32, 24]}\nbackground: {kind: ground}\ntargets: [{id: box, shape: "
+            f"{{kind: mesh, file: box.obj, length_m: 4}}, path: {{kind: straight, start: [15, 12]}}}}]\n"
+            f"expect: [{{kind: error_below, px: {px}}}]\n"
+        )
+        (found / "minimal.yaml").write_text(text)
+        scene = irsim.load(found / "minimal.yaml")
+        irsim.record(irsim.Rendering(scene), found / "minimal.mcap")
+        subject = Subject("kalman", make("kalman"), "display", scene.expect)
+        return str(keep(found, subject, "far", RULE, kept_in))
+
+    first = kept("one", BOX)
+    assert kept("two", BOX) == first
+    assert kept("one", BOX, px=6) == f"{first}-2"
+    assert kept("one", BOX.replace(" 1\n", " 3\n")) == f"{first}-3"

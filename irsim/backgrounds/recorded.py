@@ -14,7 +14,7 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.backgrounds.base import FARTHEST, Background, Gaze, Layer
-from irsim.contents import with_digest
+from irsim.contents import Stamp, unchanged, with_digest
 from irsim.errors import InputError
 from irsim.marks import FileName
 from irsim.quantities import Index, ScaleKelvin
@@ -59,7 +59,7 @@ class Recorded(Background):
     @model_validator(mode="before")
     @classmethod
     def _look_inside(cls, data: Any) -> Any:
-        return with_digest(data, _digest)
+        return with_digest(data, lambda file: _digest(_opened(file)))
 
     @classmethod
     def filled(cls, given: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -96,8 +96,10 @@ class Recorded(Background):
 
     @property
     def recording(self) -> Recording:
-        """The recording, opened."""
-        return _opened(self.file)
+        """The recording, opened. InputError where it has changed since the scene was read."""
+        found = _opened(self.file)
+        unchanged(self.file, self.digest, _digest(found))
+        return found
 
     def scale(self, band: Band) -> Scale:
         """What its counts stand for in the light of a camera of that band."""
@@ -192,13 +194,12 @@ def _opened(file: str) -> Recording:
     return open_recording(file)
 
 
-def _digest(file: str) -> str:
-    recording = _opened(file)
+def _digest(recording: Recording) -> str:
     return _digest_of(recording.path, recording.container.stamp)
 
 
 @lru_cache(maxsize=64)
-def _digest_of(path: Path, stamp: tuple[int, int, int]) -> str:
+def _digest_of(path: Path, stamp: Stamp) -> str:
     """Of a file with that stamp: read once, however many scenes are made of it."""
     return _opened(str(path)).hash
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import io
 import mmap
-import os
 import struct
 import zlib
 from collections.abc import Iterator
@@ -25,6 +24,7 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, AttachmentIndex, Channel, ChunkIndex, Metadata, MetadataIndex
 from mcap.stream_reader import StreamReader
 
+from irsim.contents import Stamp, stamp
 from irsim.errors import InputError
 from irsim.recording.damage import BROKEN, DamageError, damage, decoded
 from irsim.wording import counted
@@ -83,7 +83,7 @@ class Container:
 
     path: Path
     remedy: str
-    stamp: tuple[int, int, int]
+    stamp: Stamp
     channels: tuple[Channel, ...]
     chunks: tuple[ChunkIndex, ...]
     metadata_index: tuple[MetadataIndex, ...]
@@ -94,7 +94,7 @@ class Container:
         """The file, open for the length of a block."""
         try:
             with open(self.path, "rb", buffering=0) as file:
-                if _stamp(file) != self.stamp:
+                if stamp(file.fileno()) != self.stamp:
                     raise InputError(f"{self.path}: was changed after it was opened; open it again")
                 yield file
         except OSError as error:
@@ -192,8 +192,8 @@ def open_container(path: Path, remedy: str = "") -> Container:
     file; DamageError, which ends with the `remedy`, where it is cut short or its summary is broken."""
     check_mcap(path)
     with open(path, "rb") as file:
-        stamp = _stamp(file)
-        size = stamp[1]
+        found = stamp(file.fileno())
+        size = found[1]
         file.seek(max(size - _FOOTER.size - len(MAGIC), 0))
         tail = file.read()
         if len(tail) < _FOOTER.size + len(MAGIC) or not tail.endswith(MAGIC):
@@ -213,7 +213,7 @@ def open_container(path: Path, remedy: str = "") -> Container:
     return Container(
         path=path,
         remedy=remedy,
-        stamp=stamp,
+        stamp=found,
         channels=tuple(record for record in records if isinstance(record, Channel)),
         chunks=tuple(sorted(chunks, key=lambda chunk: chunk.chunk_start_offset)),
         metadata_index=tuple(record for record in records if isinstance(record, MetadataIndex)),
@@ -233,15 +233,17 @@ def _beyond_end(path: Path) -> int | None:
 
 def check_mcap(path: Path) -> None:
     """InputError where `path` is not a file that begins like MCAP."""
-    if path.is_dir():
-        raise InputError(f"{path}: is a folder; allowed: a recording (irsim import makes one of a folder of PNG)")
     try:
+        if path.is_dir():
+            raise InputError(f"{path}: is a folder; allowed: a recording (irsim import makes one of a folder of PNG)")
         with open(path, "rb") as file:
             head = file.read(len(MAGIC))
     except FileNotFoundError:
         raise InputError(f"{path}: there is no such file") from None
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    except ValueError as error:
+        raise InputError(f"{path}: no file can have this name: {error}") from None
     if not head:
         raise InputError(f"{path}: is empty; allowed: a recording (.mcap)")
     if not MAGIC.startswith(head):
@@ -290,8 +292,3 @@ def unpack(packed: memoryview, compression: str, size: int) -> memoryview | None
 
 def _matches(data: bytes | memoryview, crc: int) -> bool:
     return crc == 0 or zlib.crc32(data) == crc  # MCAP: 0 means that there is none
-
-
-def _stamp(file: io.IOBase | BinaryIO) -> tuple[int, int, int]:
-    state = os.fstat(file.fileno())
-    return state.st_ino, state.st_size, state.st_mtime_ns

@@ -11,12 +11,15 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from irsim.contents import Stamp, stamp
 from irsim.types import Floats
 
 MOST_FACES = 20_000
 """Triangles that a mesh may have: drawing takes a time about in proportion."""
 FARTHEST = 1e12
 """No coordinate of a mesh is larger, in whatever unit: beyond, squares and cubes of them overflow."""
+REMEMBERED = 64
+"""Meshes that are not read again at each draw: more than a scene is likely to have."""
 
 
 class MeshError(ValueError):
@@ -40,16 +43,16 @@ class Triangles:
 def read_mesh(path: str) -> Triangles:
     """The mesh in a file; MeshError where there is none to be read. A file is read again when it changes."""
     try:
-        stamp = Path(path).stat().st_mtime_ns
+        found = stamp(path)
     except FileNotFoundError:
         raise MeshError(f"{path}: there is no such file") from None
     except OSError as error:
-        raise MeshError(f"{path}: {error.strerror or error}") from None
-    return _read(path, stamp)
+        raise MeshError(f"{path}: cannot be read: {error.strerror or error}") from None
+    return _read(path, found)
 
 
-@lru_cache(maxsize=16)
-def _read(path: str, stamp: int) -> Triangles:
+@lru_cache(maxsize=REMEMBERED)
+def _read(path: str, stamp: Stamp) -> Triangles:
     readers: dict[str, Callable[[str, bytes], _Parsed]] = {".obj": _obj, ".stl": _stl}
     reader = readers.get(Path(path).suffix.lower())
     if reader is None:

@@ -11,8 +11,7 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.contents import with_digest
-from irsim.errors import InputError
+from irsim.contents import unchanged, with_digest
 from irsim.kinds import suggestion
 from irsim.marks import FileName
 from irsim.motion.posture import POSTURES, Posture, PostureName
@@ -21,7 +20,7 @@ from irsim.radiometry import grey_body
 from irsim.shapes.base import Shape, View
 from irsim.shapes.contours import Ints, contour
 from irsim.shapes.corners import corners
-from irsim.shapes.meshfile import Triangles, read_mesh
+from irsim.shapes.meshfile import REMEMBERED, Triangles, read_mesh
 from irsim.shapes.polygon import as_changes, centroids, coverage
 from irsim.shapes.silhouette import Grid, spread
 from irsim.shapes.zbuffer import nearest
@@ -104,8 +103,7 @@ class Model(Shape):
     def mesh(self) -> Triangles:
         """What is in its file. InputError where that has changed since the scene was read."""
         mesh = read_mesh(self.file)
-        if mesh.digest != self.digest:
-            raise InputError(f"{self.file}: was changed after the scene was read; read the scene again")
+        unchanged(self.file, self.digest, mesh.digest)
         return mesh
 
     @property
@@ -190,7 +188,7 @@ def _middle(field: Floats, grid: Grid, otherwise: Floats) -> Floats:
     return np.asarray(grid.corner + np.array([x, y]) / grid.fine)
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=REMEMBERED)
 def _placed(model: Model, triangles: Triangles) -> tuple[Triangles, Floats, Floats]:
     """The mesh, its vertices (V, 3) m in body axes about their middle, and its faces' outward normals (F, 3)."""
     own = triangles.vertices[:, np.abs(_AXES[model.axes]) - 1] * np.sign(_AXES[model.axes])

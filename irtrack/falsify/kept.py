@@ -195,7 +195,7 @@ def keep(
     stem = file_stem(name, subject.label)
     path = folder / f"{stem}.yaml"
     number = 2
-    while path.exists() and irsim.load(path) != scene:
+    while path.exists() and not _holds(path, scene):
         path, number = folder / f"{stem}-{number}.yaml", number + 1
     # Not the defaults: what is tried later is the tracker as it will be.
     kept = Kept(path, subject.label, config["tracker"], changed_parameters(config), subject.input, True, how, limit_s)
@@ -211,6 +211,15 @@ def keep(
             each.unlink(missing_ok=True)
         raise
     return kept
+
+
+def _holds(path: Path, scene: irsim.Scenario) -> bool:
+    """Does the file say the same scene, with the same rules? Not one that cannot be read: what it names has changed."""
+    try:
+        kept = irsim.load(path)
+    except InputError:
+        return False
+    return (kept.hash, kept.expect) == (scene.hash, scene.expect)
 
 
 def _head(path: Path) -> str:

@@ -1,0 +1,67 @@
+"""Names and digests of files that cannot be: one line each, with its place, the name and what is allowed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from mesh_files import BOX
+
+import irsim
+from irsim.errors import InputError
+from irsim.recording import open_recording
+
+GROUND = "frames: 2\ncamera: {size: [32, 24]}\nbackground: {kind: ground}\n"
+TEXTS = {
+    "background": GROUND.replace("kind: ground", "kind: recording, KEYS"),
+    "targets.box.shape": f"{GROUND}targets:\n"
+    "  - {id: box, path: {kind: straight, start: [9, 9]}, shape: {kind: mesh, length_m: 4, KEYS}}\n",
+}
+FILES = {"background": "own.mcap", "targets.box.shape": "box.obj"}
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The working directory, with files to name."""
+    irsim.record(irsim.Rendering(irsim.loads(GROUND)), tmp_path / FILES["background"])
+    (tmp_path / FILES["targets.box.shape"]).write_text(BOX)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def told(text: str, *overrides: str) -> str:
+    """The one line that is told."""
+    with pytest.raises(InputError) as caught:
+        irsim.loads(text, "f.yaml", overrides)
+    (line,) = str(caught.value).splitlines()
+    return line
+
+
+@pytest.mark.parametrize("place", TEXTS)
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ('file: "a\\0b"', "file: {folder}/a\\x00b: no file can have this name; allowed: no zero bytes, "),
+        (f"file: {'a' * 300}", f"file: {{folder}}/{'a' * 300}: cannot be read: File name too long"),
+        ('file: ""', "file: the name is empty; allowed: the name of a file"),
+        ("file: FILE, digest: 0", "digest: expected text, not 0; allowed: text"),
+        ("file: FILE, digest: null", "digest: expected text, not nothing; allowed: text"),
+        ('file: FILE, digest: "5"', "digest: {folder}/FILE has changed: its digest is "),
+    ],
+)
+def test_what_cannot_be_is_one_line_with_its_place(folder: Path, place: str, keys: str, said: str) -> None:
+    text, line = (each.replace("FILE", FILES[place]) for each in (TEXTS[place].replace("KEYS", keys), said))
+    assert f": {place}.{line.format(folder=folder)}" in told(text)
+
+
+@pytest.mark.parametrize("name", ['"a\\0b"', "a" * 300, '""'])
+def test_an_override_beside_such_a_name_is_one_line(name: str) -> None:
+    """The default that it would begin from is the recording's."""
+    text = TEXTS["background"].replace("KEYS", f"file: {name}")
+    assert told(text, "background.range_k.0=250").startswith("override background.range_k.0: ")
+
+
+@pytest.mark.parametrize("name", ["a\0b", "a" * 300])
+def test_no_recording_has_such_a_name(name: str) -> None:
+    with pytest.raises(InputError, match=r"^a.*: (no file can have this name|cannot be read): "):
+        open_recording(name)
