@@ -117,17 +117,17 @@ def fit(
                     found = fit_frames(stack, opened, where, wanted.start, pictures, progress)
         except InputError as error:
             raise InputError(f"{source}: {error}") from None
-    text = sealed(in_options(found.text))
+    text, notes = sealed(in_options(found.text)), list(map(in_options, found.notes))
     if output is not None:
         with replacing_text(output) as file:
             file.write(text)
     if as_json:
-        print(in_options(json.dumps(found.as_json())))
+        print(json.dumps({**found.as_json(), "notes": notes}))
     elif output is None:
         print(text, end="")
     else:
-        for note in found.notes:
-            print(f"irsim: note: {in_options(note)}", file=sys.stderr)
+        for note in notes:
+            print(f"irsim: note: {note}", file=sys.stderr)
         for label, text in found.summary():
             print(f"{label:8} {text}")
         print(output)
