@@ -171,13 +171,10 @@ def realism(
     if not as_json:
         for line in found.lines():
             print(line)
-    if found.noise_unknown is not None:
-        if camera is not None:
-            raise InputError(f"{source}: {found.noise_unknown}")
-        if not as_json:
-            print(found.noise_unknown)
     if as_json:
         print(json.dumps({"source": source, **found.as_json()}))
+    elif found.noise_unknown is not None:
+        print(found.noise_unknown)
     if not found.inside:
         sys.exit(1)
 

@@ -43,6 +43,12 @@ def whole(name: str, given: Any, least: int = 0) -> int:
     return number
 
 
+def expect_source(what: str, given: Any) -> None:
+    """InputError where `what` is asked of anything else than a Source."""
+    if not callable(getattr(given, "pairs", None)):
+        raise InputError(f"{what} of a {type(given).__name__}; allowed: a Source, such as irsim.open_source gives")
+
+
 def frame_number(given: Any, length: int) -> int:
     """The number of a frame that a caller gave, numpy's too, whether there is one or not; InputError for anything else
     than a whole number."""

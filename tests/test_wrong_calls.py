@@ -38,6 +38,22 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
     "change": (lambda: irsim.change(anything("sky"), {}), A_SCENARIO),
     "dumps": (lambda: irsim.dumps(anything("sky")), A_SCENARIO),
     "record": (lambda: irsim.record(anything("sky"), "x.mcap"), "of a str; allowed: a Source, such as irsim.open_sou"),
+    "measure_realism": (
+        lambda: irsim.measure_realism(anything("sky")),
+        "a comparison of a str; allowed: a Source, such as irsim.open_source gives",
+    ),
+    "a class in a list": (
+        lambda: irsim.measure_realism(irsim.Rendering(SCENE), anything(["cloud"])),
+        r"like \['cloud'\]: no such class; allowed: cloud, ",
+    ),
+    "a camera in a list": (
+        lambda: irsim.measure_realism(irsim.Rendering(SCENE), camera=anything(["cooled"])),
+        r"like \['cooled'\]: no such sort of camera; allowed: cooled, ",
+    ),
+    "a camera of three frames": (
+        lambda: irsim.measure_realism(irsim.Rendering(SCENE), camera="cooled"),
+        "3 frames are too few to measure noise; allowed: at least 4",
+    ),
     "a region that is a name": (lambda: irsim.Moments(SCENE).mean(0, anything("a")), f"{NO_REGION}.*without="),
     "a region of two": (lambda: irsim.Moments(SCENE).mean(0, anything((1, 2))), NO_REGION),
     "a region of fractions": (lambda: irsim.Moments(SCENE).variance(0, anything((1.5, 2, 3, 4))), NO_REGION),
