@@ -35,7 +35,7 @@ class InputError(IrsimError):
 def whole(name: str, given: Any, least: int = 0) -> int:
     """The whole number that a caller gave, numpy's too; InputError for anything else and below `least`."""
     try:
-        number = _number(given)
+        number = as_whole(given)
     except TypeError:
         raise InputError(f"{name} {given!r}: allowed: a whole number, {least} or more") from None
     if number < least:
@@ -53,12 +53,12 @@ def frame_number(given: Any, length: int) -> int:
     """The number of a frame that a caller gave, numpy's too, whether there is one or not; InputError for anything else
     than a whole number."""
     try:
-        return _number(given)
+        return as_whole(given)
     except TypeError:
         raise InputError(f"frame {given!r}: allowed: a whole number, 0 to {length - 1}") from None
 
 
-def _number(given: Any) -> int:
+def as_whole(given: Any) -> int:
     """A whole number as int. TypeError for anything else; True is none, though Python has it for 1."""
     if isinstance(given, bool):
         raise TypeError

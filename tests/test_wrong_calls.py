@@ -92,6 +92,15 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
         lambda: irsim.measure_noise(FRAMES, 30.0, anything("0,0,9,9")),
         "region '0,0,9,9': allowed",
     ),
+    "True in a region of noise": (
+        lambda: irsim.measure_noise(FRAMES, 30.0, anything((True, 0, 9, 9))),
+        r"region \(True, 0, 9, 9\): allowed: four whole numbers",
+    ),
+    "a long region of noise": (
+        lambda: irsim.measure_noise(FRAMES, 30.0, anything(list(range(9999)))),
+        r"region \[0, 1, 2, 3, 4, 5, \.\.\.\]: allowed: four whole numbers",
+    ),
+    "True in a region": (lambda: irsim.Moments(SCENE).mean(0, anything((True, 2, 3, 4))), NO_REGION),
     "a region beyond": (
         lambda: irsim.measure_noise(FRAMES, 30.0, (0, 0, 99, 9)),
         r"region \(0, 0, 99, 9\): does not",
