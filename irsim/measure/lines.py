@@ -8,8 +8,7 @@ import numpy as np
 
 from irsim.measure.hann import HANN_GAIN, HANN_OVERLAP
 from irsim.measure.interval import LEVEL, Measured, jackknife, root
-from irsim.measure.robust import MEDIAN_TO_SIGMA
-from irsim.types import Floats
+from irsim.types import MEDIAN_TO_SIGMA, Floats
 
 _FINEST = 0.1
 """Cycles a px from which lines are looked for: below, a scene's horizon and slopes speak."""
