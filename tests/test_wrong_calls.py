@@ -54,6 +54,10 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
         lambda: irsim.measure_realism(irsim.Rendering(SCENE), camera="cooled"),
         "3 frames are too few to measure noise; allowed: at least 4",
     ),
+    "a fit of no frames": (
+        lambda: irsim.fit(SCENE, start=2, stop=2),
+        "there are no frames 2:2; allowed: one or more of its 3",
+    ),
     "a region that is a name": (lambda: irsim.Moments(SCENE).mean(0, anything("a")), f"{NO_REGION}.*without="),
     "a region of two": (lambda: irsim.Moments(SCENE).mean(0, anything((1, 2))), NO_REGION),
     "a region of fractions": (lambda: irsim.Moments(SCENE).variance(0, anything((1.5, 2, 3, 4))), NO_REGION),
