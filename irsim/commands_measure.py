@@ -45,7 +45,7 @@ def noise(
     without: WithoutOption = None,
 ) -> None:
     """Measure noise on a flat region: 3-D noise, memory in time, drift, bad pixels, with 95 % intervals."""
-    from irsim.measure import PICTURES, measure_noise, noise_lines, taken_by_targets
+    from irsim.measure import EIGHT_BITS, measure_noise, noise_lines, taken_by_targets
 
     opened = open_changed(source, overrides, seed, without)
     where = _region(region, opened.size)
@@ -62,7 +62,7 @@ def noise(
     for label, text in noise_lines(report, wanted.start):
         print(f"{label:8} {in_options(text)}")
     if opened.bits <= 8:
-        print(f"{'note':8} {PICTURES}")
+        print(f"{'note':8} {EIGHT_BITS}")
 
 
 def fit(
@@ -117,17 +117,17 @@ def fit(
                     found = fit_frames(stack, opened, where, wanted.start, pictures, progress)
         except InputError as error:
             raise InputError(f"{source}: {error}") from None
-    text = sealed(in_options(found.text))
+    text, notes = sealed(in_options(found.text)), list(map(in_options, found.notes))
     if output is not None:
         with replacing_text(output) as file:
             file.write(text)
     if as_json:
-        print(in_options(json.dumps(found.as_json())))
+        print(json.dumps({**found.as_json(), "notes": notes}))
     elif output is None:
         print(text, end="")
     else:
-        for note in found.notes:
-            print(f"irsim: note: {in_options(note)}", file=sys.stderr)
+        for note in notes:
+            print(f"irsim: note: {note}", file=sys.stderr)
         for label, text in found.summary():
             print(f"{label:8} {text}")
         print(output)
@@ -171,13 +171,10 @@ def realism(
     if not as_json:
         for line in found.lines():
             print(line)
-    if found.noise_unknown is not None:
-        if camera is not None:
-            raise InputError(f"{source}: {found.noise_unknown}")
-        if not as_json:
-            print(found.noise_unknown)
     if as_json:
         print(json.dumps({"source": source, **found.as_json()}))
+    elif found.noise_unknown is not None:
+        print(found.noise_unknown)
     if not found.inside:
         sys.exit(1)
 

@@ -35,7 +35,7 @@ class InputError(IrsimError):
 def whole(name: str, given: Any, least: int = 0) -> int:
     """The whole number that a caller gave, numpy's too; InputError for anything else and below `least`."""
     try:
-        number = _number(given)
+        number = as_whole(given)
     except TypeError:
         raise InputError(f"{name} {given!r}: allowed: a whole number, {least} or more") from None
     if number < least:
@@ -43,16 +43,22 @@ def whole(name: str, given: Any, least: int = 0) -> int:
     return number
 
 
+def expect_source(what: str, given: Any) -> None:
+    """InputError where `what` is asked of anything else than a Source."""
+    if not callable(getattr(given, "pairs", None)):
+        raise InputError(f"{what} of a {type(given).__name__}; allowed: a Source, such as irsim.open_source gives")
+
+
 def frame_number(given: Any, length: int) -> int:
     """The number of a frame that a caller gave, numpy's too, whether there is one or not; InputError for anything else
     than a whole number."""
     try:
-        return _number(given)
+        return as_whole(given)
     except TypeError:
         raise InputError(f"frame {given!r}: allowed: a whole number, 0 to {length - 1}") from None
 
 
-def _number(given: Any) -> int:
+def as_whole(given: Any) -> int:
     """A whole number as int. TypeError for anything else; True is none, though Python has it for 1."""
     if isinstance(given, bool):
         raise TypeError

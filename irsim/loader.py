@@ -22,7 +22,7 @@ from irsim.plausible import implausible
 from irsim.ranges import places_of_parts, range_doubts, values_at
 from irsim.scenario import Scenario, expect_scenario
 from irsim.schema import Slot, brief, plain, shown
-from irsim.severity import at_severities, settle
+from irsim.severity import merged, settle
 from irsim.shipped import examples, find, shipped
 from irsim.validation import told, validated
 from irsim.yamlfile import Document, KeyPath, scalar
@@ -125,24 +125,32 @@ def warnings(path: str | PathLike[str], overrides: Iterable[str] = ()) -> list[s
     """Lines 'file:line:column: key: warning: what' on what is legal but may not be meant, at each severity unless an
     override says which; what comes at some only names these, at the place of the first. InputError as `load`."""
     document, given = _changed(_read(path, Scenario), overrides)
-    scenario = validated(document, given, at_all_severities=True)
+    try:
+        noticed = list(merged(_noticed_at_each(document, given)))
+    except InputError:
+        validated(document, given, at_all_severities=True)  # all that is wrong at once
+        raise
+    return [_warning(*each) for each in noticed]
+
+
+def _noticed_at_each(document: Document, given: list[KeyPath]) -> list[list[tuple[Document, Notice]]]:
+    """What may not be meant, severity by severity; each of them is looked at once, for occluders are dear to place."""
+    chosen = ("severity",) in given
+    scenario = validated(document, given, at_all_severities=chosen)
     levels = min(map(len, scenario.severities.values()), default=0)
-    if not levels or ("severity",) in given:
-        return [_warning(*each) for each in _noticed(document, given)]
-    found: dict[Notice, tuple[Document, list[int]]] = {}
+    if chosen or not levels:
+        return [_noticed(document, given, scenario)]
+    found = []
     for severity in range(levels):
         other, path_of = placed(document, "severity", severity, f"severity {severity}", Scenario)
-        for settled, notice in _noticed(other, [*given, path_of]):
-            found.setdefault(notice, (settled, []))[1].append(severity)
-    return [
-        _warning(settled, notice if len(at) == levels else notice._replace(what=f"{at_severities(at)}: {notice.what}"))
-        for notice, (settled, at) in found.items()
-    ]
+        ways = [*given, path_of]
+        own = severity == scenario.severity
+        found.append(_noticed(other, ways, scenario if own else validated(other, ways)))
+    return found
 
 
-def _noticed(document: Document, given: list[KeyPath]) -> list[tuple[Document, Notice]]:
-    """What may not be meant at the document's own severity, each with the document of which its place is."""
-    scenario = validated(document, given)
+def _noticed(document: Document, given: list[KeyPath], scenario: Scenario) -> list[tuple[Document, Notice]]:
+    """What may not be meant in the document's scenario, each with the document of which its place is."""
     document = settle(document, Scenario, given)
     unlikely = implausible(Slot.of(Scenario), document.value)
     return [(document, each) for each in (*unlikely, *doubts(scenario), *range_doubts(document, scenario))]

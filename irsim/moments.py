@@ -6,14 +6,14 @@ taken away.
 
 from __future__ import annotations
 
-import operator
+import reprlib
 from collections.abc import Iterable
 from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
 
-from irsim.errors import InputError, frame_number
+from irsim.errors import InputError, as_whole, frame_number
 from irsim.names import no_such
 from irsim.render import NOWHERE, Renderer
 from irsim.scenario import Scenario, expect_scenario, given_names
@@ -111,11 +111,11 @@ class Moments:
         if region is None:
             return picture
         try:
-            left, top, columns, rows = map(operator.index, region)
+            left, top, columns, rows = map(as_whole, region)
         except (TypeError, ValueError):
             raise InputError(
-                f"region: {region!r} is none; allowed: whole numbers (column, row, columns, rows), px; names of what "
-                "is switched off are for Moments itself, without=[...]"
+                f"region: {reprlib.repr(region)} is none; allowed: whole numbers (column, row, columns, rows), px; "
+                "names of what is switched off are for Moments itself, without=[...]"
             ) from None
         width, height = self.scenario.camera.size
         if not (0 <= left < left + columns <= width and 0 <= top < top + rows <= height):

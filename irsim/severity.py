@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
-from irsim.errors import InputError
+from irsim.errors import InputError, Notice
 from irsim.explain import place_of
 from irsim.kinds import Part
 from irsim.overrides import placed
@@ -14,6 +16,9 @@ from irsim.yamlfile import Document, KeyPath
 
 TABLES = ("severities", "vary")
 """Keys of a scenario under which override keys stand."""
+
+_NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+"""A number in a sentence; those in names, such as jet2, are none."""
 
 _NO_CAUSES = {"about", "seed", "expect", *TABLES}
 """Keys that make a scene no harder: they cannot stand in a table."""
@@ -59,9 +64,28 @@ def astray(document: Document, root: type[Part]) -> dict[tuple[str, str], str]:
 
 
 def at_severities(severities: Sequence[int]) -> str:
-    """'at severity 2', 'at severities 2, 3 and 5'."""
+    """'at severity 2', 'at severities 2, 3 and 5', 'at severities 1 to 4'."""
     *others, last = map(str, severities)
+    if len(others) > 1 and severities[-1] - severities[0] == len(others):
+        return f"at severities {others[0]} to {last}"
     return f"at severities {', '.join(others)} and {last}" if others else f"at severity {last}"
+
+
+def merged(found: Sequence[Iterable[tuple[Document, Notice]]]) -> Iterator[tuple[Document, Notice]]:
+    """What is noticed at each severity, the first of it standing for those that differ in numbers alone; what comes at
+    some severities only names them, and where numbers differ, they are those of the first."""
+    same: dict[tuple[object, ...], list[tuple[int, Document, Notice]]] = {}
+    for severity, noticed in enumerate(found):
+        times: Counter[tuple[object, ...]] = Counter()
+        for document, notice in noticed:
+            key = (notice.at, _NUMBER.sub("#", notice.what))
+            times[key] += 1
+            same.setdefault((*key, times[key]), []).append((severity, document, notice))
+    for each in same.values():
+        (_, document, notice), at = each[0], [severity for severity, _, _ in each]
+        alike = all(other.what == notice.what for _, _, other in each)
+        where = "" if alike and len(at) == len(found) else f"{at_severities(at)}: "
+        yield document, notice._replace(what=f"{where}{'' if alike else 'at the first of them: '}{notice.what}")
 
 
 def entries(document: Document) -> list[tuple[str, str]]:

@@ -67,12 +67,16 @@ OPTIONS = {
 }
 """What sentences of the library call parameters by, and which option each of them is."""
 
+_ALONE = r"(?m)(?!^)(?<![\w.'\"/\\-]){}(?![\w'\"/\\-]|\.\w)"
+"""A word by itself within a sentence: no part of a file's name, of an override or of what is quoted."""
+
 
 def in_options(text: str) -> str:
     """A sentence of the library as the command line says it: `region=X,Y,W,H` is `--region X,Y,W,H`, and a module is
-    imported by an option."""
+    imported by an option. What only begins or ends like a parameter is a word of the user's, and so is what a line
+    begins with, its place."""
     for parameter, option in OPTIONS.items():
-        text = text.replace(parameter, option)
+        text = re.sub(_ALONE.format(re.escape(parameter)), option, text)
     return re.sub(r"\bimport ([\w.]+) first, if you trust it", r"--import \1 before the command, if you trust it", text)
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from typer.testing import CliRunner
 
+import irsim
 from irsim.cli import app
 from irsim.errors import InputError
 
@@ -30,7 +31,10 @@ def test_a_fit_replaces_nothing_but_a_fit_as_it_was_written(tmp_path: Path) -> N
         (f"{fitted}# my own\n", "was changed after"),
         (fitted.replace("psf_px: ", "psf_px: 1"), "was changed after"),
         (fitted.replace("frames: 12\n", "frames: 50\n"), "was changed after"),
-        (fitted.rpartition("# A later fit")[0], "was changed after"),
+        (
+            fitted.rpartition("# A later fit")[0],
+            "irsim fit has not written it like this, the last line of a fit is mis",
+        ),
     ):
         assert text != fitted
         camera.write_text(text)
@@ -48,3 +52,12 @@ def test_a_fit_that_went_to_standard_output_is_one_too(tmp_path: Path) -> None:
     camera.write_text(CliRunner().invoke(app, ["fit", str(scene)]).stdout)
     assert CliRunner().invoke(app, ["fit", str(scene), "-o", str(camera)]).exit_code == 0
     assert CliRunner().invoke(app, ["show", str(camera), "-o", str(tmp_path / "shown.png")]).exit_code == 0
+
+
+def test_a_fit_that_was_written_from_python_is_one_too(tmp_path: Path) -> None:
+    """Where no sentence speaks of options, both write the same."""
+    scene, camera = tmp_path / "scene.yaml", tmp_path / "camera.yaml"
+    scene.write_text(SCENE)
+    camera.write_text(irsim.fit(scene).text)
+    assert CliRunner().invoke(app, ["fit", str(scene), "-o", str(camera)]).exit_code == 0
+    assert irsim.loads(camera.read_text()) == irsim.fit(scene).scenario

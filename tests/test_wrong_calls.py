@@ -38,6 +38,26 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
     "change": (lambda: irsim.change(anything("sky"), {}), A_SCENARIO),
     "dumps": (lambda: irsim.dumps(anything("sky")), A_SCENARIO),
     "record": (lambda: irsim.record(anything("sky"), "x.mcap"), "of a str; allowed: a Source, such as irsim.open_sou"),
+    "measure_realism": (
+        lambda: irsim.measure_realism(anything("sky")),
+        "a comparison of a str; allowed: a Source, such as irsim.open_source gives",
+    ),
+    "a class in a list": (
+        lambda: irsim.measure_realism(irsim.Rendering(SCENE), anything(["cloud"])),
+        r"like \['cloud'\]: no such class; allowed: cloud, ",
+    ),
+    "a camera in a list": (
+        lambda: irsim.measure_realism(irsim.Rendering(SCENE), camera=anything(["cooled"])),
+        r"like \['cooled'\]: no such sort of camera; allowed: cooled, ",
+    ),
+    "a camera of three frames": (
+        lambda: irsim.measure_realism(irsim.Rendering(SCENE), camera="cooled"),
+        "3 frames are too few to measure noise; allowed: at least 4",
+    ),
+    "a fit of no frames": (
+        lambda: irsim.fit(SCENE, start=2, stop=2),
+        "there are no frames 2:2; allowed: one or more of its 3",
+    ),
     "a region that is a name": (lambda: irsim.Moments(SCENE).mean(0, anything("a")), f"{NO_REGION}.*without="),
     "a region of two": (lambda: irsim.Moments(SCENE).mean(0, anything((1, 2))), NO_REGION),
     "a region of fractions": (lambda: irsim.Moments(SCENE).variance(0, anything((1.5, 2, 3, 4))), NO_REGION),
@@ -76,6 +96,15 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
         lambda: irsim.measure_noise(FRAMES, 30.0, anything("0,0,9,9")),
         "region '0,0,9,9': allowed",
     ),
+    "True in a region of noise": (
+        lambda: irsim.measure_noise(FRAMES, 30.0, anything((True, 0, 9, 9))),
+        r"region \(True, 0, 9, 9\): allowed: four whole numbers",
+    ),
+    "a long region of noise": (
+        lambda: irsim.measure_noise(FRAMES, 30.0, anything(list(range(9999)))),
+        r"region \[0, 1, 2, 3, 4, 5, \.\.\.\]: allowed: four whole numbers",
+    ),
+    "True in a region": (lambda: irsim.Moments(SCENE).mean(0, anything((True, 2, 3, 4))), NO_REGION),
     "a region beyond": (
         lambda: irsim.measure_noise(FRAMES, 30.0, (0, 0, 99, 9)),
         r"region \(0, 0, 99, 9\): does not",

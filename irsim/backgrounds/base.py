@@ -197,6 +197,11 @@ class Background(Kind):
         """Its sky without clouds; None where it has no sky."""
         return None
 
+    @property
+    def bare(self) -> Background:
+        """The same without what stands or lies on its ground or sea; its `land` is the same."""
+        return self
+
     def land(self, stage: Stage) -> LandLight | None:
         """How its bare ground or sea looks, without what stands or lies on it; None where it has none, or does not
         say."""

@@ -131,9 +131,13 @@ class Ground(Background):
         """It has no sky: all around is as warm as it is in the mean."""
         return float(radiance(stage.band, self.mean_k))
 
+    @property
+    def bare(self) -> Ground:
+        return self.model_copy(update=dict.fromkeys(LYING))
+
     def land(self, stage: Stage) -> LandLight:
-        bare = self.model_copy(update=dict.fromkeys(LYING)).layers(stage)[0]
-        return lambda gaze: bare.light(gaze)[1].ravel()
+        terrain = self.bare.layers(stage)[0]
+        return lambda gaze: terrain.light(gaze)[1].ravel()
 
     def names(self) -> Names:
         for name in LYING:

@@ -90,10 +90,14 @@ class Landscape(Sky):
     def _below(self, sky: ClearLayer, stage: Stage) -> float:
         return float(radiance(stage.band, self.ground_k))
 
-    def land(self, stage: Stage) -> LandLight:
+    @property
+    def bare(self) -> Landscape:
         nothing: dict[str, Any] = dict.fromkeys(LYING) | dict.fromkeys(("clouds", "trees", "buildings"), ())
         nothing["far_woods_mrad"] = 0.0
-        country = self.model_copy(update=nothing).layers(stage)[0]
+        return self.model_copy(update=nothing)
+
+    def land(self, stage: Stage) -> LandLight:
+        country = self.bare.layers(stage)[0]
         assert isinstance(country, Country)
         return lambda gaze: country.light(gaze)[1][country.sky_left(gaze) == 0]
 

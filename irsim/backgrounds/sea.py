@@ -109,6 +109,10 @@ class Sea(Sky):
     def _below(self, sky: ClearLayer, stage: Stage) -> float:
         return float(radiance(stage.band, self.water_k))
 
+    @property
+    def bare(self) -> Sea:
+        return self.model_copy(update={"clouds": ()})
+
     def land(self, stage: Stage) -> LandLight:
         water = SeaSurface(self, self.clear(stage), stage)
         return lambda gaze: water.light(gaze)[1][water.sky_left(gaze) == 0]

@@ -11,8 +11,7 @@ import numpy as np
 from irsim.display import Agc
 from irsim.displayed.knobs import Knob
 from irsim.measure import ROUNDING
-from irsim.measure.robust import MEDIAN_TO_SIGMA
-from irsim.types import Floats
+from irsim.types import MEDIAN_TO_SIGMA, Floats
 
 GROWS = 1.3
 """How much longer a step becomes where it was a good one."""

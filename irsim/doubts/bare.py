@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import lru_cache
 
 import numpy as np
 
+from irsim.backgrounds import Background
 from irsim.doubts.looked import watched
 from irsim.instant import Instant
 from irsim.scenario import Scenario
+from irsim.stage import Stage
 from irsim.types import Floats
 
 LOOKED = 3
@@ -34,11 +37,34 @@ def _sky(scenario: Scenario) -> Iterator[tuple[str, Floats]]:
 
 def _land(scenario: Scenario) -> Iterator[tuple[str, Floats]]:
     """Light of the pixels below the horizon, or of all, in LOOKED frames in which there are some."""
-    background, stage = scenario.background, scenario.stage
-    light = background.land(stage)
-    if light is None:
-        return
-    now = Instant.of(scenario, stage)
-    below = np.concatenate([light(now.gaze(frame)) for frame in watched(scenario.frames, LOOKED).astype(int).tolist()])
+    stage = scenario.stage
+    below = _below(_Outlook(scenario.background.bare, stage, Instant.of(scenario, stage), scenario.frames))
     if below.size:
-        yield f"the {background.surface}", below
+        yield f"the {scenario.background.surface}", below
+
+
+class _Outlook:
+    """All that the light of a bare ground or sea depends on: severities that change nothing of it are the same."""
+
+    def __init__(self, background: Background, stage: Stage, now: Instant, frames: int) -> None:
+        self.background, self.stage, self.now, self.frames = background, stage, now, frames
+        self._moved = tuple(way.tobytes() for way in (now.mount.turns, now.mount.places, now.mount.zooms))
+
+    def __hash__(self) -> int:
+        return hash(self._moved)
+
+    def __eq__(self, other: object) -> bool:
+        mine = (self.frames, self._moved, self.stage, self.background)
+        return isinstance(other, _Outlook) and mine == (other.frames, other._moved, other.stage, other.background)
+
+
+@lru_cache(maxsize=1)
+def _below(outlook: _Outlook) -> Floats:
+    """Light of the pixels below the horizon: worked out once for all warnings, and for severities that are alike."""
+    light = outlook.background.land(outlook.stage)
+    if light is None:
+        return np.zeros(0)
+    frames = watched(outlook.frames, LOOKED).astype(int).tolist()
+    below = np.concatenate([light(outlook.now.gaze(frame)) for frame in frames])
+    below.setflags(write=False)
+    return below

@@ -24,8 +24,6 @@ TALL_M = 5.0
 for hills."""
 STEEP = 4.0
 """So many standard deviations above the mean, hills end."""
-
-
 AGREES = 0.1
 """By such a share of the camera's height a target's level may be off: it looks too large or too small by as much."""
 

@@ -10,16 +10,17 @@ from irsim.motion import Mount
 from irsim.scenario import Scenario
 from irsim.watch import LOOKED, Watch
 
+STILL = 0.05
+"""Of the way to the next place at which they look the same, that turning parts go in all frames: less is not seen."""
+MOST = 0.5
+"""It is warned of a target that is outside the picture in a larger share of the frames in which it is there."""
+
 
 def odd_shapes(scenario: Scenario) -> Iterator[Notice]:
     for index, target in enumerate(scenario.targets):
         if target.shape.doubt is not None:
             key, why = target.shape.doubt
             yield Notice(("targets", index, "shape", key), why)
-
-
-STILL = 0.05
-"""Of the way to the next place at which they look the same, that turning parts go in all frames: less is not seen."""
 
 
 def standing_still(scenario: Scenario) -> Iterator[Notice]:
@@ -69,10 +70,6 @@ def nowhere(scenario: Scenario) -> Iterator[Notice]:
     for index, target in enumerate(scenario.targets):
         if target.absent and not any(map(target.exists, range(scenario.frames))):
             yield Notice(("targets", index, "absent"), f"{target.id} is there in no frame")
-
-
-MOST = 0.5
-"""It is warned of a target that is outside the picture in a larger share of the frames in which it is there."""
 
 
 def hardly_seen(scenario: Scenario) -> Iterator[Notice]:

@@ -31,7 +31,8 @@ class Fit:
 
     figures     in counts, px and frames, with intervals
     display     its AGC, fitted to what the camera showed, with tolerances; None where no pictures tell it
-    text        the scenario as YAML, with the ranges as comments; `irsim render` takes it
+    text        the scenario as YAML, with the ranges as comments; `irsim render` takes it. Its last line tells a later
+                `irsim fit -o` that nothing in it was changed
     notes       what could not be told, and what was taken for it
     """
 
@@ -107,7 +108,7 @@ def fit_frames(
     scene = Scene.of(source, figures, shown, () if pictures is None else pictures.notes)
     lines = "\n".join(scene.lines(len(stack)))
     fitted = shown if isinstance(shown, FittedDisplay) else None
-    return Fit(source.name, len(stack), figures, fitted, lines + "\n", (*figures.notes, *scene.notes))
+    return Fit(source.name, len(stack), figures, fitted, sealed(lines + "\n"), (*figures.notes, *scene.notes))
 
 
 def _pairs(stack: Counts, source: Source, pictures: Source, start: int) -> Pairs:

@@ -15,8 +15,10 @@ _SEAL = "# A later fit replaces this file as long as nothing is changed in it: "
 
 
 def sealed(text: str) -> str:
-    """A fit's text with a last line that tells whether it is still as it was written."""
-    return f"{text}{_SEAL}{_digest(text)}\n"
+    """A fit's text with a last line that tells whether it is still as it was written; an older such line goes."""
+    before, seal, rest = text.rpartition(_SEAL)
+    body = before if seal else rest
+    return f"{body}{_SEAL}{_digest(body)}\n"
 
 
 def check_replaced(path: Path | None) -> None:
@@ -28,10 +30,14 @@ def check_replaced(path: Path | None) -> None:
         text = path.read_text(encoding="utf-8", errors="replace")
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
-    if text == sealed(text.rpartition(_SEAL)[0]):
+    if _SEAL in text and text == sealed(text):
         return
-    head = text.partition("\n")[0]
-    what = "was changed after irsim fit wrote it" if BY in head else "is there already, irsim fit has not written it"
+    if BY not in text.partition("\n")[0]:
+        what = "is there already, irsim fit has not written it"
+    elif _SEAL in text:
+        what = "was changed after irsim fit wrote it"
+    else:
+        what = "irsim fit has not written it like this, the last line of a fit is missing"
     raise InputError(f"{path}: {what}, and a fit would replace it; allowed: another name")
 
 

@@ -20,13 +20,13 @@ from irsim.measure.realism_noise import (
 )
 from irsim.measure.region import Region, flattest, parse_region, taken_by_targets
 from irsim.measure.spectrum import Texture, texture
-from irsim.measure.words import PICTURES, noise_lines
+from irsim.measure.words import EIGHT_BITS, noise_lines
 
 __all__ = [
     "CAMERAS",
     "CLASSES",
+    "EIGHT_BITS",
     "FRAMES",
-    "PICTURES",
     "ROUNDING",
     "Defects",
     "Figures",

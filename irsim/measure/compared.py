@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from irsim.errors import InputError
+from irsim.errors import InputError, expect_source
 from irsim.measure.backdrop import backdrops
 from irsim.measure.counts import Progress, read_counts
 from irsim.measure.figures import Figures, measure_figures
@@ -14,7 +14,7 @@ from irsim.measure.interval import Measured
 from irsim.measure.realism import Judged, Verdict, check_class, judge_classes
 from irsim.measure.realism_noise import check_sort, judge_sorts, noise_figures
 from irsim.measure.region import taken_by_targets
-from irsim.measure.spectrum import Texture, texture
+from irsim.measure.spectrum import texture
 from irsim.types import Source
 
 _NOISY = 120
@@ -27,12 +27,12 @@ _PICTURES = 9
 class Realism:
     """Texture and noise beside real ones.
 
-    texture, classes    what is measured, and beside all classes of backgrounds; None where it is not asked for
+    texture, classes    what is measured, and beside classes of backgrounds; empty and None where it is not asked for
     noise, sorts        the same of noise, beside all sorts of camera; empty and None where it cannot be judged
     noise_unknown       why it cannot, in a line; None where it can
     """
 
-    texture: Texture | None
+    texture: Mapping[str, float]
     classes: Judged | None
     noise: Mapping[str, Measured]
     sorts: Judged | None
@@ -62,8 +62,8 @@ class Realism:
     def as_json(self) -> dict[str, Any]:
         """Plain values, ready for json.dumps."""
         told: dict[str, Any] = {}
-        if self.texture is not None and self.classes is not None:
-            told = {**asdict(self.texture), "like": self.classes.asked, "classes": self.classes.fitting}
+        if self.classes is not None:
+            told = {**self.texture, "like": self.classes.asked, "classes": self.classes.fitting}
         if self.sorts is None:
             told["noise_unknown"] = self.noise_unknown
         else:
@@ -85,18 +85,23 @@ def measure_realism(
                 if `like` is, too
     progress    told of the frames that are read for the noise
 
-    InputError where there is no such class or sort, or pictures are too small to have a texture.
+    InputError where there is no such class or sort, pictures are too small to have a texture, or `camera` is given and
+    the noise cannot be judged.
     """
+    expect_source("a comparison", source)
     if like is not None:
         check_class(like)
     if camera is not None:
         check_sort(camera)
-    found, classes = None, None
+    found: dict[str, float] = {}
+    classes = None
     if camera is None or like is not None:
-        found = texture(backdrops(source, _PICTURES))
-        classes = judge_classes(found, like)
+        measured = texture(backdrops(source, _PICTURES))
+        found, classes = asdict(measured), judge_classes(measured, like)
     figures = _noisy_figures(source, camera is not None, progress)
     if isinstance(figures, str):
+        if camera is not None:
+            raise InputError(figures)
         return Realism(found, classes, {}, None, figures)
     return Realism(found, classes, noise_figures(figures), judge_sorts(figures, camera), None)
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
+from irsim.errors import InputError
 from irsim.types import Source
 
 Progress = Callable[[int, int], None]
@@ -14,10 +15,16 @@ Progress = Callable[[int, int], None]
 
 
 def read_counts(source: Source, wanted: range, progress: Progress | None = None) -> npt.NDArray[np.integer]:
-    """Counts of the frames `wanted`, which follow each other: (T, rows, columns)."""
+    """Counts of the frames `wanted`, which follow each other: (T, rows, columns), uint8 or uint16 as in the source.
+
+    InputError where the source has none of them.
+    """
     images = []
     for frame in source.frames("counts", wanted.start, wanted.stop):
         images.append(frame.image)
         if progress is not None:
             progress(len(images), len(wanted))
+    if not images:
+        asked = f"{wanted.start}:{wanted.stop}"
+        raise InputError(f"{source.name}: there are no frames {asked}; allowed: one or more of its {len(source)}")
     return np.stack(images)

@@ -11,9 +11,8 @@ import numpy as np
 
 from irsim.measure.points import FULL
 from irsim.measure.region import Values
-from irsim.measure.robust import MEDIAN_TO_SIGMA
 from irsim.measure.shared import following, in_groups, unshared
-from irsim.types import Bools, Floats
+from irsim.types import MEDIAN_TO_SIGMA, Bools, Floats
 
 _FAR = 8.0
 """Robust sigmas beyond which a pixel is bad: a Gaussian one of 10^6 pixels is never there."""

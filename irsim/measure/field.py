@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from irsim.measure.hann import HANN_OVERLAP
+from irsim.measure.hann import HANN_FREEDOM
 from irsim.measure.interval import ENDS, Measured
 from irsim.types import Floats
 
@@ -28,7 +28,7 @@ _SEEN = 30.0
 """Gain of log likelihood from which there is texture: four parameters bring 2 by chance, and a few bad pixels 10."""
 _NEAR = 0.01
 """A parameter so near to its bound is held there."""
-_PRIOR = np.array([0, 0, 0, 1 / 0.7, 1 / 0.7, 0]) ** 2 * HANN_OVERLAP**2
+_PRIOR = np.array([0, 0, 0, 1 / 0.7, 1 / 0.7, 0]) ** 2 * HANN_FREEDOM**2
 """Weight of what is thought before of log c, the half of the longer side, and of log s, 0, each give or take 0.7: a
 picture hardly tells the size of what is larger than itself."""
 _STEPS = 60
@@ -97,11 +97,11 @@ def fit_field(periodogram: Floats, shape: tuple[int, int], psf_px: float) -> Spe
     start = np.array([np.log(max(middle.mean() - floor, floor * 1e-3)), 2.5, 2.5, np.log(max(shape) / 2), 0.0, 0.0])
     bounds = np.array([(-60, 60), (0.5, 6), (0.5, 6), (np.log(4), np.log(4 * max(shape))), (-2, 2), (-20, 5)])
     theta, loss = _scored(start, bounds, power, at, floor)
-    loss /= HANN_OVERLAP**2
+    loss /= HANN_FREEDOM**2
     flat = float(power.mean())
-    flat_loss = power.size * (np.log(flat) + 1) / HANN_OVERLAP**2
+    flat_loss = power.size * (np.log(flat) + 1) / HANN_FREEDOM**2
     if flat_loss - loss < _SEEN:
-        error = ENDS * flat * HANN_OVERLAP / np.sqrt(power.size)
+        error = ENDS * flat * HANN_FREEDOM / np.sqrt(power.size)
         return Spectrum(None, Measured(flat, flat - error, flat + error), np.full(periodogram.shape, flat), flat_loss)
     covariance = _covariance(theta, bounds, at, floor)
 
@@ -204,5 +204,5 @@ def _covariance(theta: Floats, bounds: Floats, at: _Frequencies, floor: float) -
     free = np.flatnonzero((theta > bounds[:, 0] + _NEAR) & (theta < bounds[:, 1] - _NEAR))
     slopes = _slopes(theta, at, floor)[free]
     covariance = np.zeros((len(theta), len(theta)))
-    covariance[np.ix_(free, free)] = np.linalg.pinv(slopes @ slopes.T + np.diag(_PRIOR[free])) * HANN_OVERLAP**2
+    covariance[np.ix_(free, free)] = np.linalg.pinv(slopes @ slopes.T + np.diag(_PRIOR[free])) * HANN_FREEDOM**2
     return covariance

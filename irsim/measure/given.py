@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-import operator
 import reprlib
 from typing import Any
 
 import numpy as np
 
-from irsim.errors import InputError
+from irsim.errors import InputError, as_whole
 from irsim.measure.region import Region, Values, check_region
 
 _NUMBERS = "iuf"
@@ -43,12 +42,12 @@ def _checked(frames: object) -> Values:
 def as_region(given: object, frames: Values) -> Region:
     """The region that a caller gave as four whole numbers; InputError where it is none within the frames."""
     rows, columns = frames.shape[1:]
-    if not isinstance(given, tuple | list) or len(given) != 4:
-        raise InputError(f"region {given!r}: allowed: four whole numbers (x, y, w, h), px")
     try:
-        region = Region(*map(operator.index, given))
+        if not (isinstance(given, tuple | list) and len(given) == 4):
+            raise TypeError
+        region = Region(*map(as_whole, given))
     except TypeError:
-        raise InputError(f"region {given!r}: allowed: four whole numbers (x, y, w, h), px") from None
+        raise InputError(f"region {reprlib.repr(given)}: allowed: four whole numbers (x, y, w, h), px") from None
     check_region(region, str(tuple(region)), (columns, rows))
     return region
 

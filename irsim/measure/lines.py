@@ -6,10 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from irsim.measure.hann import HANN_GAIN, HANN_OVERLAP
+from irsim.measure.hann import HANN_FREEDOM, HANN_GAIN
 from irsim.measure.interval import LEVEL, Measured, jackknife, root
-from irsim.measure.robust import MEDIAN_TO_SIGMA
-from irsim.types import Floats
+from irsim.types import MEDIAN_TO_SIGMA, Floats
 
 _FINEST = 0.1
 """Cycles a px from which lines are looked for: below, a scene's horizon and slopes speak."""
@@ -53,7 +52,7 @@ def _excess(power: Floats, expected: Floats, gain: float) -> Measured:
     All frequencies count alike in it. Its interval holds that by Whittle's likelihood too, in which they count by how
     little is expected: how much a texture has on the very axis is not known well where it is strong.
     """
-    mean = _above(float(power.mean()), float(expected.mean()), gain, 2 * power.size / HANN_OVERLAP)
+    mean = _above(float(power.mean()), float(expected.mean()), gain, 2 * power.size / HANN_FREEDOM)
     likely = _likely(power, expected) / gain
     return Measured(mean.value, min(mean.low, root(float(likely[0]))), max(mean.high, root(float(likely[-1]))))
 
@@ -65,7 +64,7 @@ def _likely(power: Floats, expected: Floats) -> Floats:
     least = float(expected.min()) * _FAINT
     added = np.concatenate([[0.0], np.geomspace(least, max(10 * float(power.max()), 2 * least), _TRIED)])
     density = expected + added[:, None]
-    loss = (np.log(density) + power / density).sum(axis=1) / HANN_OVERLAP
+    loss = (np.log(density) + power / density).sum(axis=1) / HANN_FREEDOM
     return np.asarray(added[loss <= loss.min() + chi2.ppf(LEVEL, 1) / 2])
 
 

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from irsim.measure.memory import centred
-from irsim.measure.robust import MEDIAN_TO_SIGMA
-from irsim.types import Floats
+from irsim.types import MEDIAN_TO_SIGMA, Floats
 
 _TOGETHER = 0.1
 """Correlation of neighbouring pixels' changes above which they change together, where there are many pixels."""

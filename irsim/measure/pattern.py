@@ -11,9 +11,8 @@ from irsim.measure.field import Spectrum, periodogram
 from irsim.measure.interval import Measured
 from irsim.measure.lines import common_lines, lines
 from irsim.measure.region import SIDE, Region
-from irsim.measure.robust import MEDIAN_TO_SIGMA
 from irsim.measure.unblurred import fit_unblurred
-from irsim.types import Floats
+from irsim.types import MEDIAN_TO_SIGMA, Floats
 
 _LEAST_SIDE = 32
 """Of smaller windows, px, a spectrum tells nothing."""

@@ -11,8 +11,7 @@ import numpy as np
 
 from irsim.measure.interval import LEVEL, Measured
 from irsim.measure.region import Values
-from irsim.measure.robust import MEDIAN_TO_SIGMA
-from irsim.types import Bools, Floats
+from irsim.types import MEDIAN_TO_SIGMA, Bools, Floats
 
 _LOOKED_AT = 48
 """Frames, over the whole length."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
@@ -171,7 +172,7 @@ def classes_of(found: Texture) -> tuple[str, ...]:
     return judge_classes(found).fitting
 
 
-def check_class(like: str) -> None:
+def check_class(like: object) -> None:
     """InputError where there is no such class."""
-    if like not in CLASSES:
-        raise InputError(f"like {like!r}: no such class; allowed: {', '.join(CLASSES)}")
+    if not (isinstance(like, str) and like in CLASSES):
+        raise InputError(f"like {reprlib.repr(like)}: no such class; allowed: {', '.join(CLASSES)}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import reprlib
 from collections.abc import Mapping
 
 from irsim.errors import InputError
@@ -82,10 +83,10 @@ def _with_turns(row: Measured, even: Measured | None) -> Measured:
     return Measured(math.hypot(row.value, even.value), math.hypot(row.low, least), math.hypot(row.high, far))
 
 
-def check_sort(like: str) -> None:
+def check_sort(like: object) -> None:
     """InputError where there is no such sort of camera."""
-    if like not in CAMERAS:
-        raise InputError(f"like {like!r}: no such sort of camera; allowed: {', '.join(CAMERAS)}")
+    if not (isinstance(like, str) and like in CAMERAS):
+        raise InputError(f"like {reprlib.repr(like)}: no such sort of camera; allowed: {', '.join(CAMERAS)}")
 
 
 def judge_noise(found: Figures, like: str) -> tuple[Verdict, ...]:

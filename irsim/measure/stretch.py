@@ -10,8 +10,7 @@ import numpy as np
 
 from irsim.measure.region import Values
 from irsim.measure.repeats import Indices, NewFrames
-from irsim.measure.robust import MEDIAN_TO_SIGMA
-from irsim.types import Floats
+from irsim.types import MEDIAN_TO_SIGMA, Floats
 
 _WIDTHS = (1, 2, 4, 8, 16, 32)
 """Frames on either side of a step that are averaged: narrow ones place it, wide ones see a weak one."""

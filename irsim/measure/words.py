@@ -11,6 +11,21 @@ from irsim.measure.noise import NoiseReport
 from irsim.measure.noise_3d import TERMS
 from irsim.wording import counted
 
+EIGHT_BITS = "8 bits: figures are those of a picture after gain control, not of a sensor"
+"""What is to be said of recordings of no more."""
+
+_SOME = 0.01
+"""Share of a picture: what moves in less hides hardly a bad pixel."""
+_WORDS = (
+    "frame to frame, the whole picture",
+    "row to row, fixed",
+    "column to column, fixed",
+    "row to row, anew in each frame",
+    "column to column, anew in each frame",
+    "pixel to pixel, fixed",
+    "pixel to pixel, anew in each frame",
+)
+
 
 def noise_lines(report: NoiseReport, start: int = 0) -> Iterator[tuple[str, str]]:
     """Labels and texts for people; `start` is the number of the first frame that was looked at."""
@@ -61,10 +76,6 @@ def noise_lines(report: NoiseReport, start: int = 0) -> Iterator[tuple[str, str]
         )
 
 
-PICTURES = "8 bits: figures are those of a picture after gain control, not of a sensor"
-"""What is to be said of recordings of no more."""
-
-
 def blinking_missed(report: NoiseReport) -> str | None:
     """Where pixels that blink cannot be told from what the scene does; None where they can, but for some places."""
     if report.hidden < _SOME:
@@ -96,19 +107,6 @@ def frozen_unknown(report: NoiseReport) -> str | None:
             f"not happen to change: that takes {report.frozen_from} or more"
         )
     return None
-
-
-_SOME = 0.01
-"""Share of a picture: what moves in less hides hardly a bad pixel."""
-_WORDS = (
-    "frame to frame, the whole picture",
-    "row to row, fixed",
-    "column to column, fixed",
-    "row to row, anew in each frame",
-    "column to column, anew in each frame",
-    "pixel to pixel, fixed",
-    "pixel to pixel, anew in each frame",
-)
 
 
 def _ranged(value: Measured) -> str:

@@ -17,7 +17,7 @@ from foxglove_schemas_protobuf.ImageAnnotations_pb2 import ImageAnnotations
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
 from irsim.display import AGCS, Agc, Screen
-from irsim.errors import InputError, whole
+from irsim.errors import InputError, expect_source, whole
 from irsim.files import check_output, path_of, replacing
 from irsim.recording.annotate import annotate_truth, stamp
 from irsim.recording.bands import words_of
@@ -197,8 +197,7 @@ def record(
     InputError where the frames are not in the source or the file cannot be written.
     """
     path = path_of(path)
-    if not callable(getattr(source, "pairs", None)):
-        raise InputError(f"a record of a {type(source).__name__}; allowed: a Source, such as irsim.open_source gives")
+    expect_source("a record", source)
     check_output(path, *source.needs)
     start, stop = whole("start", start), whole("stop", len(source) if stop is None else stop)
     whole("jobs", jobs, 1)

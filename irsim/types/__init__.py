@@ -9,6 +9,7 @@ Conventions, everywhere in irsim and irtrack
 
 from irsim.types.source import CameraFacts, Display, Source
 from irsim.types.values import (
+    MEDIAN_TO_SIGMA,
     SHOWN,
     BackgroundClass,
     Band,
@@ -27,6 +28,7 @@ from irsim.types.values import (
 )
 
 __all__ = [
+    "MEDIAN_TO_SIGMA",
     "SHOWN",
     "BackgroundClass",
     "Band",

@@ -33,6 +33,11 @@ BackgroundClass = Literal["cloud", "horizon", "trees", "treeline", "ground", "ci
 SHOWN = 0.5
 """A target is shown, and not hidden, where at least this fraction of it is visible."""
 
+MEDIAN_TO_SIGMA = 1.4826
+"""Sigma of what is normally distributed over its median distance from the median, a spread that few outliers hardly
+move: 1 / Phi^-1(3/4). F. R. Hampel, "The influence curve and its role in robust estimation", J. Am. Stat. Assoc. 69,
+383 (1974)."""
+
 
 def arrays_frozen(held: Held) -> Held:
     """A value whose fields that are arrays cannot be changed any more: what is kept is given to many."""

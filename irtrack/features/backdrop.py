@@ -16,8 +16,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from irsim.types import Image
-from irtrack.features.robust import MEDIAN_TO_SIGMA
+from irsim.types import MEDIAN_TO_SIGMA, Image
 
 Grid = npt.NDArray[np.float32]
 Hole = tuple[slice, slice]

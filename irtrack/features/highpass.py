@@ -20,10 +20,9 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from irsim.types import Floats, Image
+from irsim.types import MEDIAN_TO_SIGMA, Floats, Image
 from irtrack.compiled import COMPILED, kernels
 from irtrack.features.quantise import contiguous
-from irtrack.features.robust import MEDIAN_TO_SIGMA
 
 Singles = npt.NDArray[np.float32]
 Kernel = Singles

@@ -13,9 +13,8 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from irsim.types import Floats, Image
+from irsim.types import MEDIAN_TO_SIGMA, Floats, Image
 from irtrack.features.correlation import peak
-from irtrack.features.robust import MEDIAN_TO_SIGMA
 
 ROUNDING = 1e-5
 """Of 32-bit sums over a few hundred pixels, of the largest count."""
