@@ -69,9 +69,9 @@ def test_slopes_lean_as_waves_run(number: int) -> None:
     across, along = leaning(number)
     assert across**2 == pytest.approx(np.average(np.sin(angle) ** 2, weights=power), abs=0.02)
     assert across**2 + along**2 == pytest.approx(1)
-    places = np.random.default_rng(1).uniform(0, 1e4, (2, 200, 200)).astype(np.float32)
+    right, far = np.random.default_rng(1).uniform(0, 1e4, (2, 200, 200)).astype(np.float32)
     for wind_deg, turned in ((0.0, False), (90.0, True)):
-        to_right, to_camera = Octave(6.0, wind_deg, number, 1).at(*places, 0.0)
+        to_right, to_camera = Octave(6.0, wind_deg, number, 1).at(right, far, 0.0)
         beside, ahead = (to_camera, to_right) if turned else (to_right, to_camera)
         assert float(beside.var()) == pytest.approx(2 * across**2, rel=0.15)
         assert float(ahead.var()) == pytest.approx(2 * along**2, rel=0.15)
