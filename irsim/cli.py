@@ -174,7 +174,7 @@ def render(
 ) -> None:
     """Render a scenario, or a recording again by the scenario in it, into a recording (default: NAME.mcap here)."""
     from irsim.loader import find
-    from irsim.recording import record
+    from irsim.recording import check_default, record
     from irsim.sources import open_rendering
 
     wanted = None if frames is None else parsed(frames)
@@ -183,6 +183,8 @@ def render(
     tell_unheeded(source, overrides, without)
     path = output or Path(f"{Path(source).stem}.mcap")
     check_output(path, find(source), endings=(".mcap",))
+    if output is None:
+        check_default(path)
     with progress_bar(f"render {rendering.name}", stop - start) as progress:
         record(rendering, path, start, stop, jobs, progress)
     _say_written(path)

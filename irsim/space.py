@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from irsim.errors import InputError
+from irsim.errors import InputError, whole
 from irsim.loader import change, reach
 from irsim.rng import stream
 from irsim.scenario import Scenario, expect_scenario
@@ -121,7 +121,10 @@ def sample(scenario: Scenario, n: int, seed: int = 0, start: int = 0) -> list[Sc
     Draw k is the same for any `n`; those from `start` on are given. InputError where nothing varies, and
     where no scenario can be made of a draw.
     """
-    if not expect_scenario("sample", scenario).vary:
+    expect_scenario("sample", scenario)
+    whole("n", n)
+    whole("seed", seed)
+    if not scenario.vary:
         raise InputError("vary: nothing varies in this scenario; allowed: override keys, each with a kind of variation")
     space = variations(scenario)
     drawn = []

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from command_line import SMALL_SCENE, Run
@@ -97,3 +98,25 @@ def test_a_recording_renders_no_code_that_it_names(run: Run, folder: Path) -> No
     assert done.stderr.startswith("irsim: r.mcap: scenario:1:"), done.stderr
     assert "is not imported" in done.stderr
     assert "evil_scene" not in sys.modules
+
+
+def test_a_default_name_replaces_what_was_rendered_alone(run: Run, folder: Path) -> None:
+    """Imported footage, and files that are no recordings, only where they are named."""
+    footage = folder / "scene.mcap"
+    pictures = folder / "pictures"
+    pictures.mkdir()
+    for number in range(2):
+        cv2.imwrite(str(pictures / f"{number}.png"), np.full((8, 8), 7, np.uint8))
+    irsim.import_frames(pictures, footage, rate_hz=30)
+    kept = footage.read_bytes()
+    done = run("render", "scene.yaml", cwd=folder)
+    assert done.returncode == 2
+    assert done.stderr.startswith(
+        "scene.mcap: is there already, was not rendered from a scenario, and would be replaced;"
+    )
+    assert footage.read_bytes() == kept
+    assert run("render", "scene.yaml", "-o", "scene.mcap", cwd=folder).returncode == 0
+    assert run("render", "scene.yaml", cwd=folder).returncode == 0  # by now it was
+    footage.write_bytes(b"mine")
+    assert run("render", "scene.yaml", cwd=folder).returncode == 2
+    assert footage.read_bytes() == b"mine"

@@ -2,6 +2,7 @@
 
 from irsim.recording.read import Recording, open_recording
 from irsim.recording.recover import recover
+from irsim.recording.replaced import check_default
 from irsim.recording.tracks import TrackHeader, TrackRecording, TrackState, read_tracks, write_tracks
 from irsim.recording.verify import damages
 from irsim.recording.write import record
@@ -11,6 +12,7 @@ __all__ = [
     "TrackHeader",
     "TrackRecording",
     "TrackState",
+    "check_default",
     "damages",
     "open_recording",
     "read_tracks",

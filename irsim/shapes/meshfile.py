@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -104,7 +104,7 @@ def _obj(path: str, data: bytes) -> _Parsed:
     names: dict[str, int] = {}
     by_material = b"usemtl" in data
     current = ""
-    for number, line in enumerate(data.decode("utf-8", errors="replace").splitlines(), start=1):
+    for number, line in _obj_lines(data.decode("utf-8", errors="replace")):
         word, *rest = line.partition("#")[0].split() or [""]
         try:
             if word == "v":
@@ -125,6 +125,21 @@ def _obj(path: str, data: bytes) -> _Parsed:
         np.array(group, dtype=np.int64),
         tuple(names),
     )
+
+
+def _obj_lines(text: str) -> Iterator[tuple[int, str]]:
+    """Lines with the number of each, from 1 on; one that ends in a backslash goes on in the next."""
+    begun, first = "", 1
+    for number, line in enumerate(text.splitlines(), start=1):
+        first = first if begun else number
+        begun += line
+        if begun.endswith("\\"):
+            begun = begun[:-1] + " "
+        else:
+            yield first, begun
+            begun = ""
+    if begun:
+        yield first, begun
 
 
 def _three(words: list[str]) -> tuple[float, ...]:

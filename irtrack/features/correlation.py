@@ -29,12 +29,16 @@ def ncc(region: Image | Floats, template: Floats) -> Floats:
     return np.clip(np.nan_to_num(scores, nan=0.0, posinf=0.0, neginf=0.0), -1.0, 1.0)
 
 
-def peak(scores: Floats) -> tuple[tuple[float, float], float]:
+def peak(scores: Floats, usual: tuple[float, float] | None = None) -> tuple[tuple[float, float], float]:
     """The highest place (x, y), refined to a fraction of a pixel, and the score there.
+
+    usual   the place where none is higher than another, as for a template without structure; else the first of all
 
     Each axis takes the top of the parabola through the peak and its two neighbours; a peak on the
     edge has no neighbour there and stays whole on that axis.
     """
+    if usual is not None and float(np.ptp(scores)) == 0.0:
+        return usual, float(scores.flat[0])
     row, column = np.unravel_index(int(np.argmax(scores)), scores.shape)
     y, x = int(row), int(column)
     top = float(scores[y, x])

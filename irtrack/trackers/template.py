@@ -35,8 +35,9 @@ class Template(TrackerPart):
     The method is the template matching of J. Cheng et al. 2006, section 3 (their reference 1), which
     searches the whole frame; the coefficient is Lewis's (Vision Interface 1995, eq. 2). The source
     leaves open the measure, sub-pixel peaks and whether the template is updated: not updated by
-    default. The estimate is always the best match, also where the status says that it is none. The
-    template must lie in the frame, so a target that leaves is followed up to the edge.
+    default. The estimate is always the best match, also where the status says that it is none; where all
+    match alike, as with a template without structure (a saturated target that fills its box), the last
+    place. The template must lie in the frame, so a target that leaves is followed up to the edge.
     """
 
     source: ClassVar[str] = "Cheng, Zhou, Cai, Yang 2006 (baseline); Lewis 1995"
@@ -62,8 +63,9 @@ class Template(TrackerPart):
         """The best match in the region searched."""
         state.footage.check(frame)
         window = state.window
-        left, top, searched = region(frame.image, window, window.corner(state.center), self.window)
-        (x, y), score = peak(ncc(searched, state.template))
+        corner = window.corner(state.center)
+        left, top, searched = region(frame.image, window, corner, self.window)
+        (x, y), score = peak(ncc(searched, state.template), (corner[0] - left, corner[1] - top))
         center = window.center((left + x, top + y))
         sight = state.sight.after(score, state.floor, self.seen)
         template = state.template
