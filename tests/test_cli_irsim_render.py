@@ -111,9 +111,7 @@ def test_a_default_name_replaces_what_was_rendered_alone(run: Run, folder: Path)
     kept = footage.read_bytes()
     done = run("render", "scene.yaml", cwd=folder)
     assert done.returncode == 2
-    assert done.stderr.startswith(
-        "scene.mcap: is there already, was not rendered from a scenario, and would be replaced;"
-    )
+    assert "scene.mcap: is there already, was not rendered from a scenario, and would be replaced;" in done.stderr
     assert footage.read_bytes() == kept
     assert run("render", "scene.yaml", "-o", "scene.mcap", cwd=folder).returncode == 0
     assert run("render", "scene.yaml", cwd=folder).returncode == 0  # by now it was

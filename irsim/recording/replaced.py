@@ -19,6 +19,6 @@ def check_default(path: Path) -> None:
         rendered = False
     if not rendered:
         raise InputError(
-            f"{path}: is there already, was not rendered from a scenario, and would be replaced; allowed: a name that "
-            "is said, this one or another"
+            f"{path}: is there already, was not rendered from a scenario, and would be replaced; allowed: -o with this "
+            "name or another"
         )
