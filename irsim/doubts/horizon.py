@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from irsim.atmosphere import EARTH_KM
-from irsim.doubts.looked import watched
+from irsim.doubts.looked import existing, watched
 from irsim.errors import Notice
 from irsim.scenario import Scenario
 from irsim.types import Floats
@@ -31,7 +31,7 @@ def beyond_horizon(scenario: Scenario) -> Iterator[Notice]:
     looked = watched(scenario.frames, LOOKED)
     down = stage.geometry.down
     for index, target in enumerate(scenario.targets):
-        frames = looked[[target.exists(int(frame)) for frame in looked]]
+        frames = existing(target, looked)
         if not len(frames):
             continue
         camera, places = cast.standpoints(frames, stage), target.path.positions(frames, stage, target.id)

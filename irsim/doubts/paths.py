@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from irsim.doubts.looked import watched
+from irsim.doubts.looked import existing, watched
 from irsim.errors import Notice
 from irsim.motion import MetrePath
 from irsim.motion.attitude import STANDARD_GRAVITY
@@ -28,7 +28,7 @@ def through_camera(scenario: Scenario) -> Iterator[Notice]:
     looked = watched(scenario.frames, LOOKED)
     apart = np.diff(looked).max(initial=1)
     for index, target in enumerate(scenario.targets):
-        frames = looked[[target.exists(int(frame)) for frame in looked]]
+        frames = existing(target, looked)
         if len(frames) < 2 or cast is None:
             continue
         places = target.path.positions(frames, stage, target.id) - cast.standpoints(frames, stage)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from irsim.doubts.looked import watched
+from irsim.doubts.looked import existing, watched
 from irsim.errors import Notice
 from irsim.motion import CrossesM, MetrePath
 from irsim.scenario import Scenario
@@ -103,8 +103,7 @@ def _way(scenario: Scenario, target: Target, level: float) -> tuple[Floats, Floa
     level: how far the surface lies below the camera's first place, m.
     """
     stage = scenario.stage
-    frames = watched(scenario.frames, LOOKED)
-    frames = frames[[target.exists(int(frame)) for frame in frames]]
+    frames = existing(target, watched(scenario.frames, LOOKED))
     if not len(frames):
         return frames, frames, frames
     places = target.path.positions(frames, stage, target.id)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from irsim.doubts.looked import watched
+from irsim.doubts.looked import existing, watched
 from irsim.errors import Notice
 from irsim.motion import Mount
 from irsim.scenario import Scenario
@@ -83,7 +83,7 @@ def hardly_seen(scenario: Scenario) -> Iterator[Notice]:
     if target is None or not scenario.is_on(target.id):
         return
     frames = watched(scenario.frames, LOOKED)
-    frames = frames[[target.exists(int(frame)) for frame in frames]]
+    frames = existing(target, frames)
     stage = scenario.stage
     places = []
     if len(frames):
