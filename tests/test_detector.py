@@ -157,6 +157,7 @@ def forget() -> None:
         drift._deviation,
         drift._at,
         bad_pixels._telegraph,
+        noise_3d._lines,
         terms.staying,
     ):
         kept.cache_clear()

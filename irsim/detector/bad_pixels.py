@@ -11,12 +11,12 @@ import numpy.typing as npt
 from pydantic import Field
 
 from irsim.detector.base import Moment, Noise, Ratio, read_only
-from irsim.detector.bridge import Bridge
 from irsim.detector.response import Response
+from irsim.detector.telegraph import Address, Telegraph
 from irsim.detector.variance import Variance
 from irsim.kinds import Switches
 from irsim.quantities import Fraction, Positive
-from irsim.rng import stream, uniforms
+from irsim.rng import stream
 from irsim.types import Counts, Floats
 
 Places = npt.NDArray[np.intp]
@@ -56,7 +56,7 @@ class BadPixels(Noise):
         blinking, jumps = self._blinking(moment)
         if blinking.size:
             on = self._telegraph(moment, blinking.size).frame(moment.index)
-            signal.reshape(-1)[blinking[on]] += (jumps[on] * response.noise).astype(np.float32)
+            signal.reshape(-1)[blinking] += on * (jumps * np.float32(response.noise))
 
     def steady(self, moment: Moment) -> Floats | None:
         if not self.hot:
@@ -96,9 +96,10 @@ class BadPixels(Noise):
 
 @lru_cache(maxsize=16)
 def _jumps(seed: int, name: str, what: str, count: int, mean: float = 1.0) -> Floats:
-    """Exponential numbers of that mean, each with a sign of its own."""
+    """Exponential numbers of that mean, each with a sign of its own, float32."""
     drawn = stream(seed, "noise", name, what).random((2, count))
-    return np.asarray(mean * (np.where(drawn[0] < 0.5, -1.0, 1.0) * -np.log1p(-drawn[1])))
+    jumps = mean * (np.where(drawn[0] < 0.5, -1.0, 1.0) * -np.log1p(-drawn[1]))
+    return read_only(jumps.astype(np.float32))
 
 
 @lru_cache(maxsize=4)
@@ -133,45 +134,6 @@ def places(shape: tuple[int, int], share: float, cluster: float, seed: int, name
     return np.array(list(found), np.intp)
 
 
-Address = tuple[int, str, str, str]
-
-
 @lru_cache(maxsize=8)
 def _telegraph(on: float, off: float, count: int, address: Address) -> Telegraph:
     return Telegraph(on, off, count, address)
-
-
-class Telegraph(Bridge[npt.NDArray[np.bool_]]):
-    """Which of `count` pixels are on, each a Markov chain of its own: on and off, its mean stays in frames.
-
-    Over d frames the chain forgets by exp(-d (1/on + 1/off)). Given the states d before and d after, the
-    one between is on with odds P(on | before) P(after | on) to P(off | before) P(after | off).
-    """
-
-    def __init__(self, on: float, off: float, count: int, address: Address) -> None:
-        super().__init__(1 / on + 1 / off)
-        self.share = on / (on + off)
-        self.count = count
-        self.address = address
-
-    def anchor(self, index: int) -> npt.NDArray[np.bool_]:
-        return self._uniform(index) < self.share
-
-    def between(
-        self, before: npt.NDArray[np.bool_], after: npt.NDArray[np.bool_], index: int, distance: int
-    ) -> npt.NDArray[np.bool_]:
-        if_on, either = _odds(self.share, math.exp(-self.decay * distance))
-        ends = before.view(np.uint8) + (after.view(np.uint8) << 1)
-        return np.asarray(self._uniform(index) * either[ends] < if_on[ends])
-
-    def _uniform(self, index: int) -> Floats:
-        return uniforms(self.count, *self.address, index)
-
-
-@lru_cache(maxsize=32)
-def _odds(share: float, kept: float) -> tuple[Floats, Floats]:
-    """(4,) each: P(on | before) P(after | on), and the sum of it and P(off | before) P(after | off), where it is off
-    both times, on before, on after, and on both times. share of time on; kept, what is not yet forgotten."""
-    from_on, from_off = share + (1 - share) * kept, share * (1 - kept)
-    if_on = np.outer([1 - from_on, from_on], [from_off, from_on]).ravel()
-    return if_on, if_on + np.outer([1 - from_off, from_off], [1 - from_off, 1 - from_on]).ravel()

@@ -18,6 +18,9 @@ from irsim.types import Counts, Floats
 Ratio = Annotated[float, Field(ge=0, le=1000)]
 """A sigma in units of the camera's NETD."""
 
+AT_ONCE = 32
+"""What is little in a frame is drawn for so many frames together: an address costs as much as a thousand numbers."""
+
 
 @dataclass(frozen=True)
 class Moment:

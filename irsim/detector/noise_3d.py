@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import ClassVar
 
 import cv2
 import numpy as np
 
 from irsim.compiled import COMPILED, kernels
-from irsim.detector.base import Additive, Moment, Ratio
+from irsim.detector.base import AT_ONCE, Additive, Moment, Ratio, read_only
 from irsim.detector.grain import add_normals
 from irsim.detector.response import Response
 from irsim.detector.terms import Term, staying
@@ -78,17 +79,10 @@ class Noise3d(Additive):
         return staying(moment.shape, moment.seed, self.name, terms)
 
     def _lines(self, moment: Moment) -> tuple[Floats, Floats]:
-        """The terms t and tv together, (rows,), and the term th, (cols,)."""
-        rows, columns = moment.shape
-        name, level = self.name, self._line
-        down = level(name, "t", self.t, 1, moment) + level(name, "tv", self.tv, rows, moment)
-        return down, level(name, "th", self.th, columns, moment)
-
-    @staticmethod
-    def _line(name: str, term: str, sigma: float, length: int, moment: Moment) -> Floats:
-        if not sigma:
-            return np.zeros(length, np.float32)
-        return normals((length,), moment.seed, "noise", name, term, moment.index) * np.float32(sigma)
+        """The terms t and tv together, (rows,), and the term th, (cols,). Read only."""
+        block, at = divmod(moment.index, AT_ONCE)
+        down, across = _lines(moment.shape, moment.seed, self.name, (self.t, self.tv, self.th), block)
+        return down[at], across[at]
 
     def spread(self, moment: Moment, fixed: bool) -> float:
         changing = self.t**2 + self.tv**2 + self.th**2 + self.tvh**2
@@ -96,3 +90,18 @@ class Noise3d(Additive):
 
     def common(self, moment: Moment) -> float:
         return self.t**2
+
+
+@lru_cache(maxsize=4)
+def _lines(
+    shape: tuple[int, int], seed: int, name: str, sigmas: tuple[float, float, float], block: int
+) -> tuple[Floats, Floats]:
+    """The terms t and tv together, (AT_ONCE, rows), and the term th, (AT_ONCE, cols), of a block of frames."""
+
+    def drawn(term: str, sigma: float, length: int) -> Floats:
+        if not sigma:
+            return np.zeros((AT_ONCE, length), np.float32)
+        return normals((AT_ONCE, length), seed, "noise", name, term, block) * np.float32(sigma)
+
+    (rows, columns), (t, tv, th) = shape, sigmas
+    return read_only(drawn("t", t, 1) + drawn("tv", tv, rows)), read_only(drawn("th", th, columns))
