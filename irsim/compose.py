@@ -64,21 +64,24 @@ class Seen:
     @property
     def visible(self) -> float:
         """Fraction 0..1 of the target's area that is in the frame and not hidden."""
-        if self.left is self.piece.sprite.cover:
-            return 1.0
-        if self.within is None:
-            return 0.0
-        return min(max(_total(self.left) / self.piece.sprite.area, 0.0), 1.0)
+        return 0.0 if self.within is None else _visible(self.left, self.piece.sprite)
 
     def hide(self, name: str, where: Slices, passed: Floats) -> None:
         """Something nearer lets only `passed` (0..1) of the patch's pixels `where` through."""
         left = self.left.copy()
         part = left[where]
         after = part * passed
-        if _total(part) - _total(after) >= HIDES * self.piece.sprite.area:
+        if _total(part - after) >= HIDES * self.piece.sprite.area:
             self.occluders.append(name)
         left[where] = after
         self.left = left
+
+
+def _visible(left: Floats, sprite: Sprite) -> float:
+    """Fraction 0..1 of a sprite's area, by what is left of each pixel's share of it."""
+    if left is sprite.cover:
+        return 1.0
+    return min(max(_total(left) / sprite.area, 0.0), 1.0)
 
 
 def _total(shares: Floats) -> float:
@@ -100,11 +103,8 @@ def overlap(
     right, bottom = min(x + columns, other_x + other_columns), min(y + rows, other_y + other_rows)
     if left >= right or top >= bottom:  # one of them is empty
         return None
-
-    def within(origin: tuple[int, int]) -> Slices:
-        return slice(top - origin[1], bottom - origin[1]), slice(left - origin[0], right - origin[0])
-
-    return within(corner), within(other)
+    within = slice(top - y, bottom - y), slice(left - x, right - x)
+    return within, (slice(top - other_y, bottom - other_y), slice(left - other_x, right - other_x))
 
 
 def compose(
@@ -195,7 +195,7 @@ def _draw(light: Floats, piece: Piece, seen: list[Seen], band: Band, noise: Nois
         shown = piece if sprite is piece.sprite else piece._replace(sprite=sprite)
         left = _left(sprite.cover, within[0])
         # A corner of the box may be in the picture where the target is not, and its light is blurred beyond it.
-        ratio = scr(light, sprite.box, noise) if _total(left) > ROUNDING * sprite.area else math.nan
+        ratio = scr(light, sprite.box, noise) if _visible(left, sprite) > ROUNDING else math.nan
         seen.append(Seen(shown, within, left, levels, ratio if math.isfinite(ratio) else None, asked))
 
 

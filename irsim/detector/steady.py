@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from operator import is_
 
 import numpy as np
 
@@ -21,14 +22,10 @@ class Sum:
         if not patterns:
             return None
         kept = self._kept  # once: another thread may put its own there
-        if kept is not None and len(kept[0]) == len(patterns) and all(map(_same, kept[0], patterns)):
+        if kept is not None and len(kept[0]) == len(patterns) and all(map(is_, kept[0], patterns)):
             return kept[1]
         total = np.array(np.broadcast_to(patterns[0], moment.shape), np.float32, order="C")
         for pattern in patterns[1:]:
             total += pattern
         self._kept = patterns, total
         return total
-
-
-def _same(first: Floats, second: Floats) -> bool:
-    return first is second
