@@ -13,7 +13,7 @@ import numpy as np
 from irsim.backgrounds import Gaze, Layer, Slices, is_veil, veiled
 from irsim.compiled import COMPILED, kernels
 from irsim.contrast import Noise, asked_light, lit, quiet, scr
-from irsim.radiometry import temperature
+from irsim.radiometry import temperature_of
 from irsim.sprite import Sprite
 from irsim.types import Band, Floats
 
@@ -164,11 +164,11 @@ def _is_target(thing: Layer | Piece) -> TypeGuard[Piece]:
     return isinstance(thing, Piece) and thing.tracked
 
 
-def contrasts(seen: Sequence[Seen], band: Band) -> list[float | None]:
-    """Apparent temperature of each target's mean light less that of the light that it replaces, K; None outside the
+def contrast_k(seen: Seen, band: Band) -> float | None:
+    """Apparent temperature of a target's mean light less that of the light that it replaces, K; None outside the
     picture."""
-    levels = np.array([target.levels for target in seen]).reshape(-1, 2)
-    return [own - behind if not math.isnan(own) else None for own, behind in temperature(band, levels).tolist()]
+    own, behind = seen.levels
+    return None if math.isnan(own) else temperature_of(band, own) - temperature_of(band, behind)
 
 
 def _draw(light: Floats, piece: Piece, seen: list[Seen], band: Band, noise: Noise) -> None:

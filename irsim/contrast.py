@@ -23,7 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from irsim.compiled import COMPILED, kernels
-from irsim.radiometry import radiance, temperature
+from irsim.radiometry import radiance, temperature_of
 from irsim.sprite import Sprite
 from irsim.types import Band, Box, Floats
 
@@ -140,7 +140,7 @@ def asked_light(sprite: Sprite, light: Floats, band: Band, noise: Noise = quiet)
     under = light[rows, columns].astype(np.float64)
     behind = float((alpha * under).sum() / alpha.sum())
     if wanted.contrast_k is not None:
-        own = float(radiance(band, max(float(temperature(band, behind)) + wanted.contrast_k, 1.0)))
+        own = float(radiance(band, max(temperature_of(band, behind) + wanted.contrast_k, 1.0)))
     else:
         assert wanted.scr is not None
         box = sprite.box

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import sys
+from bisect import bisect
 from collections.abc import Callable
 from functools import lru_cache
 
@@ -101,6 +103,23 @@ def temperature(band: Band, radiance: float | Floats) -> Floats:
     """Black-body temperature, K, of an in-band radiance, W/m2/sr (any shape): the inverse of `radiance`."""
     inverse_t, log_l = _table(band)
     return np.asarray(-1 / np.interp(np.log(np.maximum(radiance, sys.float_info.min)), log_l, inverse_t))
+
+
+def temperature_of(band: Band, radiance: float) -> float:
+    """`temperature` of a single one, in a fifth of the time."""
+    log_l, inverse_t = _steps(band)
+    level = math.log(max(radiance, sys.float_info.min))
+    after = min(max(bisect(log_l, level), 1), len(log_l) - 1)
+    low, high = log_l[after - 1], log_l[after]
+    share = (min(max(level, low), high) - low) / (high - low)
+    return -1 / (inverse_t[after - 1] + share * (inverse_t[after] - inverse_t[after - 1]))
+
+
+@lru_cache
+def _steps(band: Band) -> tuple[list[float], list[float]]:
+    """Log in-band radiance, and minus inverse temperature, as single numbers."""
+    inverse_t, log_l = _table(band)
+    return log_l.tolist(), inverse_t.tolist()
 
 
 def slope(band: Band, temperature_k: float) -> float:

@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from irsim.compose import Piece, compose, contrasts
+from irsim.compose import Piece, compose, contrast_k
 from irsim.contrast import scr, stands_out
 from irsim.errors import Notice
 from irsim.render import Renderer
@@ -66,7 +66,7 @@ class _Scene:
         sprite = piece.sprite
         if key == "scr" and math.isinf(scr(light, sprite.box, noise)):
             return "neither noise nor clutter is around it, and it is invisible; allowed: noise, clutter, or contrast_k"
-        found = seen[0].scr if key == "scr" else contrasts(seen, band)[0]
+        found = seen[0].scr if key == "scr" else contrast_k(seen[0], band)
         if found is None:
             return None
         if wanted < 0 and found > ENOUGH * wanted:

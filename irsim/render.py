@@ -13,7 +13,7 @@ import numpy as np
 
 from irsim.arrival import arriving
 from irsim.backgrounds import Filmed, Layer
-from irsim.compose import Piece, Seen, compose, contrasts, uncovered
+from irsim.compose import Piece, Seen, compose, contrast_k, uncovered
 from irsim.contrast import Noise, lit, quiet
 from irsim.instant import Instant, Shifts, Swept
 from irsim.intent import built
@@ -235,24 +235,19 @@ class Renderer:
         return self.now.sight(index)
 
     def _truth(self, index: int, seen: list[Seen]) -> Truth:
-        found = {
-            target.piece.name: (target, contrast_k)
-            for target, contrast_k in zip(seen, contrasts(seen, self.stage.band), strict=True)
-        }
+        found = {target.piece.name: target for target in seen}
         crossing = _crossing({target.piece.name: target.piece.sprite.box for target in seen})
         return Truth(
             index,
             index / self.stage.rate_hz,
             tuple(
-                self._target_truth(number, index, *found[course.target.id], course.target.id in crossing)
+                self._target_truth(number, index, found[course.target.id], course.target.id in crossing)
                 for number, course in enumerate(self.courses)
                 if course.target.id in found
             ),
         )
 
-    def _target_truth(
-        self, number: int, index: int, seen: Seen, contrast_k: float | None, crossing: bool
-    ) -> TargetTruth:
+    def _target_truth(self, number: int, index: int, seen: Seen, crossing: bool) -> TargetTruth:
         target, sprite = self.courses[number].target, seen.piece.sprite
         vx, vy, yaw, pitch, roll = self.motions[number][index].tolist()
         return TargetTruth(
@@ -268,7 +263,7 @@ class Renderer:
             occluders=tuple(seen.occluders),
             crossing=crossing,
             in_view=self.stage.geometry.inside(*sprite.center),
-            contrast_k=contrast_k,
+            contrast_k=contrast_k(seen, self.stage.band),
             scr=seen.scr,
         )
 

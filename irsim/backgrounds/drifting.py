@@ -68,12 +68,12 @@ class Drifting:
             through, emission = self.light(gaze)
             return veiled(under, light, through, emission if air is None else in_air(through, emission, air), behind)
         early, late, share = self._around(gaze.time)
-        places = (at % early.side for at in first)
-        (width, column, right), (height, row, down) = (
-            (length + 1, int(place), _beyond(length, place))
-            for length, place in zip(light.shape[::-1], places, strict=True)
+        height, width = light.shape
+        column, right = _beyond(width, first[0] % early.side)
+        row, down = _beyond(height, first[1] % early.side)
+        passed, emitted = zip(
+            early.window(column, row, width + 1, height + 1), late.window(column, row, width + 1, height + 1), strict=True
         )
-        passed, emitted = zip(*(state.window(column, row, width, height) for state in (early, late)), strict=True)
         kernels.veil(under, share, right, down, *early.units, light, *passed, *emitted, *(air or ()))
         patches = []
         for down_to, across_to in behind:
@@ -98,6 +98,8 @@ class Drifting:
         steps = time / self._period_s * STEPS
         first = math.floor(steps)
         known = self._states  # once: another thread may put its own there
+        if first in known and first + 1 in known:
+            return known[first], known[first + 1], steps - first
         states = self._states = {k: known.get(k) or self._state_at(k / STEPS) for k in (first, first + 1)}
         return states[first], states[first + 1], steps - first
 
@@ -118,9 +120,10 @@ def _first(chart: Chart, right: Shift, down: Shift) -> tuple[float, float] | Non
     return u - right - (width - 1) / 2, v - down - (height - 1) / 2
 
 
-def _beyond(length: int, place: float) -> float:
-    """How far a place lies beyond a whole px, as getRectSubPix rounds it for a picture of that length."""
-    return float(np.float32((length - 1) / 2 + place - int(place)) - np.float32((length - 1) / 2))
+def _beyond(length: int, place: float) -> tuple[int, float]:
+    """The whole px of a place, and how far it lies beyond, as getRectSubPix rounds it for a picture of that length."""
+    whole, middle = int(place), (length - 1) / 2
+    return whole, float(np.float32(middle + place - whole)) - middle
 
 
 Seeing = Callable[[Tiled, Tiled, float], tuple[Floats, Floats]]
