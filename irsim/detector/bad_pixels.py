@@ -53,10 +53,9 @@ class BadPixels(Noise):
     """Mean time that a blinking pixel stays at its own level, s."""
 
     def add(self, signal: Floats, response: Response, moment: Moment) -> None:
-        blinking, jumps = self._blinking(moment)
+        blinking, jumps = self._blinking(response, moment)
         if blinking.size:
-            on = self._telegraph(moment, blinking.size).frame(moment.index)
-            signal.reshape(-1)[blinking] += on * (jumps * np.float32(response.noise))
+            signal.reshape(-1)[blinking] += jumps * self._telegraph(moment, blinking.size).frame(moment.index)
 
     def steady(self, moment: Moment) -> Floats | None:
         if not self.hot:
@@ -74,8 +73,8 @@ class BadPixels(Noise):
         p (1 - p) height^2 about their own mean; for hot ones height^2, nothing about their own mean."""
         variance = np.zeros(signal.size)
         on = self.on_s / (self.on_s + self.off_s)
-        blinking, jumps = self._blinking(moment)
-        variance[blinking] = (on if fixed else on * (1 - on)) * (jumps * response.noise) ** 2
+        blinking, jumps = self._blinking(response, moment)
+        variance[blinking] = (on if fixed else on * (1 - on)) * jumps.astype(np.float64) ** 2
         raised = self.steady(moment) if fixed else None
         if raised is not None:
             variance += (raised.ravel().astype(np.float64) * response.noise) ** 2
@@ -85,9 +84,11 @@ class BadPixels(Noise):
     def _places(self, what: str, share: float, moment: Moment) -> Places:
         return places(moment.shape, share, self.cluster, moment.seed, self.name, what)
 
-    def _blinking(self, moment: Moment) -> tuple[Places, Floats]:
+    def _blinking(self, response: Response, moment: Moment) -> tuple[Places, Floats]:
+        """Where they are, and their jumps in units of the signal."""
         blinking = self._places("blinking", self.blinking, moment)
-        return blinking, _jumps(moment.seed, self.name, "jumps", blinking.size, self.blink_ratio)
+        mean = self.blink_ratio * response.noise
+        return blinking, _jumps(moment.seed, self.name, "jumps", blinking.size, mean)
 
     def _telegraph(self, moment: Moment, count: int) -> Telegraph:
         address = moment.seed, "noise", self.name, "telegraph"
