@@ -85,7 +85,7 @@ def test_the_command_compares_noise(tmp_path: Path) -> None:
 def test_without_a_sort_noise_is_compared_with_all_and_status_is_0(tmp_path: Path) -> None:
     scene = tmp_path / "scene.yaml"
     scene.write_text(PRESET.replace("PRESET", "uncooled_lwir"))
-    told = CliRunner().invoke(app, ["realism", str(scene), "frames=40"])
+    told = CliRunner().invoke(app, ["realism", str(scene), "frames=100"])
     assert told.exit_code == 0, told.output
     assert "looks like: no class of real recordings" in told.stdout
     assert "its noise is like: uncooled" in told.stdout
@@ -93,7 +93,7 @@ def test_without_a_sort_noise_is_compared_with_all_and_status_is_0(tmp_path: Pat
     assert "correlation" in kept
     assert "(allowed -0.05 to 0.05)" in kept
     assert "  not uncooled" not in told.stdout
-    found = json.loads(CliRunner().invoke(app, ["realism", str(scene), "frames=40", "--json"]).stdout)
+    found = json.loads(CliRunner().invoke(app, ["realism", str(scene), "frames=100", "--json"]).stdout)
     assert found["cameras"] == ["uncooled"]
     assert found["correlation"] > 0.5
     assert "correlation" in found["outside"]["cooled"]
