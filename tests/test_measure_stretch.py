@@ -122,7 +122,10 @@ def remembering(kind: str) -> tuple[NoiseReport, ...]:
     return tuple(found)
 
 
-@pytest.mark.parametrize(("kind", "rate_hz"), [("shut", 30), ("doubled", 30), ("slow", 9)])
+@pytest.mark.parametrize(
+    ("kind", "rate_hz"),
+    [("shut", 30), *(pytest.param(*each, marks=pytest.mark.slow) for each in [("doubled", 30), ("slow", 9)])],
+)
 def test_memory_is_counted_in_frames_of_the_camera(kind: str, rate_hz: float) -> None:
     memories = []
     for report in remembering(kind):

@@ -42,8 +42,8 @@ class Noise(NamedKind):
     """One term of a detector's noise. It overrides what it has to do with a frame, and tells its variance.
 
     `signal` is the frame so far, (rows, cols) float32 in the units of `response`, and is changed in
-    place. Everything random is addressed by (seed, self.name, index): the same whatever frames were
-    asked for before.
+    place. Everything random is addressed by (seed, self.name, index), or by index // AT_ONCE: the same
+    whatever frames were asked for before.
     """
 
     stationary: ClassVar[bool] = False
