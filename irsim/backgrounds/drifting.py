@@ -71,9 +71,8 @@ class Drifting:
         height, width = light.shape
         column, right = _beyond(width, first[0] % early.side)
         row, down = _beyond(height, first[1] % early.side)
-        passed, emitted = zip(
-            early.window(column, row, width + 1, height + 1), late.window(column, row, width + 1, height + 1), strict=True
-        )
+        seen = column, row, width + 1, height + 1
+        passed, emitted = zip(early.window(*seen), late.window(*seen), strict=True)
         kernels.veil(under, share, right, down, *early.units, light, *passed, *emitted, *(air or ()))
         patches = []
         for down_to, across_to in behind:
