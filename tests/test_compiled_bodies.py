@@ -97,6 +97,7 @@ SQUARE = ((4.0, 4.0), math.sqrt(8), math.pi / 4, 4)
 @example([SQUARE, ((8.0, 4.0), math.sqrt(8), math.pi / 4, 4)], [5.0, 1.0] * 3, (0.0, 0.0, 9.0, 8.0), SPREADS[1])
 @example([SQUARE, ((4.0, 4.0), 0.0, 0.0, 5)], [5.0, 1.0] * 3, (0.0, 0.0, 9.0, 8.0), SPREADS[0])
 @example([SQUARE], [1.0] * 6, (40.0, -50.0, 3.0, 3.0), SPREADS[1])  # nothing of it is in the window
+@example([((1.0, 2.0), 1e-9, 0.0, 3)] * 2, [0.0] * 6, (0.0, 0.0, 1.0, 1.0), SPREADS[0])  # nothing of it is seen
 def test_polygons_that_hide_each_other(
     given: list[tuple[tuple[float, float], float, float, int]],
     glow: list[float],

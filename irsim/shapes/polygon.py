@@ -119,15 +119,17 @@ def outline(points: Floats) -> tuple[Floats, Floats]:
 def centroids(start: Floats, stop: Floats, weights: Floats, counts: Ints) -> tuple[Floats, Floats]:
     """Integrals (grids, channels) and centroids (grids, channels, 2) of flat fields, see `changes`, by Green's theorem.
 
-    counts  how many of the edges, in order, are on each grid: one at least
+    counts  how many of the edges, in order, are on each grid
     A centroid is nan where the integral is 0.
     """
-    first = np.cumsum(counts) - counts
-    origin = start[first]
+    some, shape = np.flatnonzero(counts), (len(counts), weights.shape[1])
+    first = (np.cumsum(counts) - counts)[some]
+    origin, integral, moment = np.zeros((len(counts), 2)), np.zeros(shape), np.zeros((*shape, 2))
+    origin[some] = start[first]
     reference = np.repeat(origin, counts, axis=0)
     a, b = start - reference, stop - reference
     twice = weights * (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])[:, None]
-    integral = np.add.reduceat(twice, first) / 2
-    moment = np.add.reduceat(twice[:, :, None] * (a + b)[:, None], first)
+    integral[some] = np.add.reduceat(twice, first) / 2
+    moment[some] = np.add.reduceat(twice[:, :, None] * (a + b)[:, None], first)
     with np.errstate(divide="ignore", invalid="ignore"):
         return integral, origin[:, None] + moment / (6 * integral[..., None])

@@ -61,7 +61,9 @@ def visible_edges(
     cut, begin, end, bare, gain = cut[seen], begin[seen], end[seen], bare[seen], gain[seen]
     # Pieces that follow each other with the same gains are one.
     joined = (cut[1:] == cut[:-1]) & (begin[1:] == end[:-1]) & (bare[1:] == bare[:-1]) & (gain[1:] == gain[:-1])
-    heads, tails = np.flatnonzero(np.append(True, ~joined)), np.flatnonzero(np.append(~joined, True))
+    begins, ends = np.ones(len(cut), np.bool_), np.ones(len(cut), np.bool_)
+    begins[1:], ends[:-1] = ~joined, ~joined
+    heads, tails = np.flatnonzero(begins), np.flatnonzero(ends)
     cut = cut[heads]
     origin, along = start.take(cut, axis=0), delta.take(cut, axis=0)
     weights = np.stack([bare[heads], gain[heads]], axis=1)
