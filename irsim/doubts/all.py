@@ -54,9 +54,15 @@ DOUBTS = (
 )
 
 
-def doubts(scenario: Scenario) -> Iterator[Notice]:
-    """Warnings, such as of a path longer than any that the atmosphere was fitted to; none of what is switched off."""
-    yield from _of_what_is_on(scenario, DOUBTS)
+def doubts(scenario: Scenario, looked: Callable[[], None] | None = None) -> Iterator[Notice]:
+    """Warnings, such as of a path longer than any that the atmosphere was fitted to; none of what is switched off.
+
+    looked   called after each of DOUBTS, for some of them take long
+    """
+    for doubt in DOUBTS:
+        yield from _of_what_is_on(scenario, (doubt,))
+        if looked is not None:
+            looked()
 
 
 def unheeded(scenario: Scenario) -> Iterator[Notice]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Iterator
 from functools import lru_cache
 
@@ -20,17 +19,18 @@ from irsim.watch import Watch
 
 
 class _Parts:
-    """What a scenario is made of, less what is switched off in it: copies that share their parts are the same."""
+    """What a scenario is made of, less what is switched off in it: copies that share their parts are the same, and so
+    are those whose parts are equal, such as of a file that is read twice."""
 
     def __init__(self, scenario: Scenario) -> None:
         self.scenario = scenario.whole
         self.parts = tuple(getattr(scenario, key) for key in type(scenario).model_fields if key != "without")
 
     def __hash__(self) -> int:
-        return hash(tuple(map(id, self.parts)))
+        return hash((self.scenario.frames, self.scenario.seed))
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Parts) and all(map(operator.is_, self.parts, other.parts))
+        return isinstance(other, _Parts) and self.parts == other.parts
 
 
 @lru_cache(maxsize=4)
