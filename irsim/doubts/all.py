@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from irsim.doubts.air import beyond_fit, long_paths, long_views, unlike_skies
-from irsim.doubts.background import cold_clouds, folded, large_features, off_scale
-from irsim.doubts.camera import beads, sunken
+from irsim.doubts.background import cold_clouds, folded, large_features, off_scale, upside_down
+from irsim.doubts.camera import beads, follows_nobody, noisy, sunken
 from irsim.doubts.cold import colder_than_space
 from irsim.doubts.crossing import misses, turned
 from irsim.doubts.display import odd_greys, tiny_tiles
@@ -29,11 +29,13 @@ UNHEEDED = (overruled, without_effect)
 
 DOUBTS = (
     *(beyond_fit, *UNHEEDED, two_exposures, long_paths, long_views, unlike_skies),
-    *(off_scale, cold_clouds, colder_than_space, large_features, folded),
+    *(off_scale, upside_down, cold_clouds, colder_than_space, large_features, folded),
     *(two_lenses, unlike_pupils, ground_in_the_sky, ground_to_the_horizon, stays_behind, left_behind),
     *(unknown_scale, unlike_recording, untouched),
     *(odd_greys, tiny_tiles, through_camera, pulls, misses, turned),
     *(
+        noisy,
+        follows_nobody,
         beads,
         sunken,
         odd_shapes,
