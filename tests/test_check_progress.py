@@ -12,11 +12,13 @@ from typer.testing import CliRunner
 import irsim
 from irsim.cli import app
 from irsim.doubts import DOUBTS
-from irsim.intent import placed
+from irsim.intent import overdone, placed
 from irsim.loader import warnings
+from irsim.occluders import Occluder
 from irsim.occluders.tree import Tree
 from irsim.stage import Stage
 from irsim.types import Box
+from irsim.watch import Watch
 
 SCENE = """\
 frames: 30
@@ -94,3 +96,24 @@ def test_an_occluder_of_a_scene_read_twice_is_placed_once_and_measured_once_a_lo
     assert placed(irsim.loads(HIDDEN)) == first
     assert asked == []
     assert placed(irsim.loads(HIDDEN, overrides=["targets.a.path.speed=2.1"])) != first
+
+
+def test_what_an_occluder_hides_is_found_in_each_frame_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whoever placed it knows; with something off it is found anew, and here comes to the same: it hides a slow tank for
+    long."""
+    slow = HIDDEN.replace("speed: 2", "speed: 0.5").replace("frames: 30", "frames: 90").replace("[12, 15]", "[40, 41]")
+    slow = slow.replace("kind: point", "kind: tank")
+    asked: list[int] = []
+    hidden = Watch.hidden
+
+    def counted(self: Watch, occluder: Occluder, name: str, index: int) -> float:
+        asked.append(index)
+        return hidden(self, occluder, name, index)
+
+    scenario = irsim.loads(slow)
+    monkeypatch.setattr(Watch, "hidden", counted)
+    told = list(overdone(scenario))
+    assert asked == []
+    assert list(overdone(scenario.model_copy(update={"without": ("agc",)}))) == told
+    assert len(asked) >= 90
+    assert [notice.at for notice in told] == [("occluders", 0, "frames")]
