@@ -99,8 +99,7 @@ def test_an_occluder_of_a_scene_read_twice_is_placed_once_and_measured_once_a_lo
 
 
 def test_what_an_occluder_hides_is_found_in_each_frame_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whoever placed it knows; with something off it is found anew, and here comes to the same: it hides a slow tank for
-    long."""
+    """Whoever placed it knows. With something off it is found anew, and comes to the same: a tank hidden long."""
     slow = HIDDEN.replace("speed: 2", "speed: 0.5").replace("frames: 30", "frames: 90").replace("[12, 15]", "[40, 41]")
     slow = slow.replace("kind: point", "kind: tank")
     asked: list[int] = []
