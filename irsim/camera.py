@@ -28,7 +28,7 @@ from irsim.falloff import Falloff, Shade
 from irsim.faults import FAULTS, Fault, arrivals
 from irsim.geometry import Geometry
 from irsim.kinds import Part, Several, Switches
-from irsim.marks import Items
+from irsim.marks import Items, Plausible
 from irsim.motion import POINTINGS, Pointing
 from irsim.optics import Lens
 from irsim.presets import PRESETS, Preset
@@ -38,6 +38,12 @@ from irsim.smear import Smear
 from irsim.types import BandName, Floats
 
 Side = Annotated[int, Field(ge=16, le=4096)]
+FrameRate = Annotated[float, Field(ge=0.001, le=10_000), Plausible(0.001, 2000, "Hz")]
+"""A round bound of our own: beyond it hardly a camera reads whole frames, and a period in microseconds, or pixels a
+second, may be what was written."""
+Blur = Annotated[float, Field(ge=0, le=20), Plausible(0, 5, "px")]
+"""A sigma of 5 px spreads a point over more than a hundred pixels: no camera is so far out of focus, and small targets
+are blurred to nothing."""
 
 
 class Camera(Part):
@@ -50,7 +56,7 @@ class Camera(Part):
     """A camera of the trade; keys given beside it override its own."""
     size: Annotated[tuple[Side, Side], Field(strict=False)] = (320, 240)
     """Columns, rows."""
-    rate_hz: Annotated[float, Field(ge=0.001, le=10_000)] = 30.0
+    rate_hz: FrameRate = 30.0
     """Frames a second."""
     ifov_mrad: Annotated[float, Field(ge=0.001, le=20)] = 0.5
     """Field of view of one pixel, milliradian."""
@@ -62,7 +68,7 @@ class Camera(Part):
     """Depth of the counts."""
     range_k: Annotated[tuple[ScaleKelvin, ScaleKelvin], Field(strict=False)] = (220.0, 400.0)
     """Scene temperatures that give count 0 and full scale, for a detector of kind stated."""
-    psf_px: Annotated[float, Field(ge=0, le=20)] = 0.6
+    psf_px: Blur = 0.6
     """Sigma of the optical blur (Gaussian), px; with `optics`, of what aberrations add to them."""
     optics: Lens | None = None
     """Diffraction and defocus; where not given, `psf_px` stands for all blur."""

@@ -71,16 +71,16 @@ def check(
     wrong = 0
     for scenario in scenarios:
         try:
-            told = warnings(scenario, [*changes, *switched_off(scenario, changes, parts(without))])
-            told += [line for line in unheeded(scenario, changes, parts(without)) if line not in told]
+            with progress_bar(f"check {scenario}") as progress:
+                told = warnings(scenario, [*changes, *switched_off(scenario, changes, parts(without))], progress)
+                told += [line for line in unheeded(scenario, changes, parts(without)) if line not in told]
         except InputError as error:
             wrong += 1
             # As `FILE:LINE:COLUMN: ...`, without a prefix, so that editors can jump there.
             own = len(scenarios) == 1 or Path(scenario).stem in str(error)
             print(in_options(str(error) if own else f"{scenario}: {error}"), file=sys.stderr)
         else:
-            for line in told:
-                print(in_options(line), file=sys.stderr)
+            sys.stderr.writelines(f"{in_options(line)}\n" for line in told)
             print(f"{scenario}: ok")
     if wrong:
         sys.exit(2)

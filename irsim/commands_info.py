@@ -6,12 +6,13 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from irsim.asked import OverridesArgument, SeedOption, SourceArgument, WithoutOption, open_changed
+from irsim.terminal import progress_bar
 from irsim.wording import counted, plain
 
 if TYPE_CHECKING:
     from irsim.recording import Recording
     from irsim.survey import Spell, Survey
-    from irsim.types import Source
+    from irsim.types import Source, Truth
 
 
 def info(
@@ -62,7 +63,7 @@ def _facts(source: Source, duration_s: float) -> Iterator[tuple[str, str]]:
     if not source.has_truth:
         yield "truth", "none: give trackers --init"
     else:
-        truths = list(source.truths())
+        truths = _truths(source)
         accuracy = max((target.accuracy_px for truth in truths for target in truth.targets), default=0.0)
         yield "truth", "exact" if accuracy == 0 else f"within {plain(accuracy, 6)} px"
         for target in survey(truths, source.size):
@@ -70,6 +71,17 @@ def _facts(source: Source, duration_s: float) -> Iterator[tuple[str, str]]:
     if source.follow:
         yield "follow", source.follow
     yield "hash", source.hash
+
+
+def _truths(source: Source) -> list[Truth]:
+    """Of all frames: a scenario's are drawn for it."""
+    truths = []
+    with progress_bar(f"info {source.name}", len(source)) as progress:
+        for truth in source.truths():
+            truths.append(truth)
+            if progress is not None:
+                progress(len(truths))
+    return truths
 
 
 def _target(target: Survey) -> Iterator[tuple[str, str]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, LiteralString
 
 from pydantic_core import PydanticCustomError
 
@@ -13,6 +13,9 @@ from irsim.errors import InputError
 
 FILE, DIGEST = "file", "digest"
 """The key that names the file that a part is read from, and beside it that for the digest of the file's bytes."""
+
+NO_FILE: LiteralString = "no_file"
+"""The type of the error that a part's file is not there."""
 
 Stamp = tuple[int, int, int]
 """What tells a file from one that has taken its place, without reading it: its number, its bytes, when written, ns."""
@@ -70,9 +73,9 @@ def with_digest(given: Any, digest_of: Callable[[str], str]) -> Any:
     try:
         found = digest_of(name)
     except OSError as error:
-        raise _wrong(FILE, f"{name}: cannot be read: {error.strerror or error}") from None
+        raise _wrong(FILE, f"{name}: cannot be read: {error.strerror or error}", _kind(name)) from None
     except (InputError, ValueError) as error:
-        raise _wrong(FILE, str(error)) from None
+        raise _wrong(FILE, str(error), _kind(name)) from None
     if given.get(DIGEST) and given[DIGEST] != found:
         raise _wrong(DIGEST, f"{name} has changed: its digest is {found}; allowed: that, or no key {DIGEST}")
     return {**given, DIGEST: found}
@@ -95,5 +98,10 @@ def unchanged(file: str, digest: str, now: str) -> None:
         raise InputError(f"{file}: was changed after the scene was read; read the scene again")
 
 
-def _wrong(key: str, what: str) -> PydanticCustomError:
-    return PydanticCustomError("file", "{what}", {"what": what, "at": (key,)})
+def _kind(name: str) -> LiteralString:
+    """Of the error that a file cannot be read: where it is gone, who tells it says how to name another."""
+    return "file" if os.path.exists(name) else NO_FILE
+
+
+def _wrong(key: str, what: str, kind: LiteralString = "file") -> PydanticCustomError:
+    return PydanticCustomError(kind, "{what}", {"what": what, "at": (key,)})

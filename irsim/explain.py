@@ -9,6 +9,7 @@ from typing import Any, TypeVar, get_args
 
 from pydantic import ValidationError
 
+from irsim.contents import NO_FILE
 from irsim.errors import InputError
 from irsim.kinds import Part, suggestion
 from irsim.schema import Slot, member, shown
@@ -70,7 +71,10 @@ def explain(
         once = "" if slot is not None and len(slot.choices) > 1 else f"{kind} {detail['msg']}"
         if (path, once) not in lines:
             what = " ".join(_what(kind, detail, slot, path, top, document.value).split())
-            lines[path, once] = line(document, path, shown(path, top, document.value), what, kind == "extra_forbidden")
+            name = shown(path, top, document.value)
+            if kind == NO_FILE and not place_of(document, path).startswith("override "):
+                what += f"; {name}=PATH puts another in its place"
+            lines[path, once] = line(document, path, name, what, kind == "extra_forbidden")
     return in_order(lines.values())
 
 

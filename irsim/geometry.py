@@ -12,6 +12,7 @@ axis; the principal point is the middle of the frame.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -31,6 +32,14 @@ def gimbal(azimuth: float, elevation: float, roll: float) -> Floats:
     lift = np.array([[1, 0, 0], [0, ce, se], [0, -se, ce]])
     twist = np.array([[cr, sr, 0], [-sr, cr, 0], [0, 0, 1]])
     return np.asarray(twist @ lift @ turn)
+
+
+@lru_cache(maxsize=16)
+def _lifted(elevation: float) -> Floats:
+    """The gimbal of the first pointing, kept: every frame's rotation asks for it."""
+    rotation = gimbal(0.0, elevation, 0.0)
+    rotation.setflags(write=False)
+    return rotation
 
 
 @dataclass(frozen=True)
@@ -63,7 +72,7 @@ class Geometry:
 
     def rotation(self, turn: Floats) -> Floats:
         """(3, 3): first-camera vectors to the vectors of a camera turned by (azimuth, elevation, roll) rad."""
-        return self.world_rotation(turn) @ gimbal(0.0, self.elevation_rad, 0.0).T
+        return self.world_rotation(turn) @ _lifted(self.elevation_rad).T
 
     def world_rotation(self, turn: Floats) -> Floats:
         """(3, 3): world vectors to the vectors of the turned camera."""

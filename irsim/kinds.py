@@ -125,9 +125,16 @@ def importing_nothing() -> Iterator[None]:
         _may_import.reset(before)
 
 
-def suggestion(word: object, allowed: Iterable[str]) -> str:
-    """'; did you mean …?' where a known word is near, else ''."""
-    lowered = {each.lower(): each for each in allowed}
+NO_OTHERS: Mapping[str, str] = {}
+"""No words that people use for what has another name."""
+
+
+def suggestion(word: object, allowed: Iterable[str], meant: Mapping[str, str] = NO_OTHERS) -> str:
+    """'; did you mean …?' where a known word is near, else ''.
+
+    meant   other words, in small letters, each with the known one that it is another name of
+    """
+    lowered = {**meant, **{each.lower(): each for each in allowed}}
     near = difflib.get_close_matches(str(word).lower(), lowered, n=1, cutoff=0.6)
     return f"; did you mean '{lowered[near[0]]}'?" if near else ""
 
@@ -139,9 +146,13 @@ class Family:
     places: the custom error 'inside' carries the kind's class and its own list of errors.
     """
 
-    def __init__(self, name: str, base: type[Kind], kinds: Mapping[str, type[Kind]]) -> None:
+    def __init__(
+        self, name: str, base: type[Kind], kinds: Mapping[str, type[Kind]], meant: Mapping[str, str] = NO_OTHERS
+    ) -> None:
+        """`meant` as of `suggestion`."""
         self.name = name
         self.base = base
+        self.meant = meant
         self.kinds = dict(kinds)
         for word, kind in self.kinds.items():
             kind.kind = word
@@ -157,7 +168,7 @@ class Family:
             return self._foreign(word)
         raise self._unknown(
             f"unknown {self.name} kind {word!r}; allowed: {', '.join(self.kinds)} or module:Class"
-            + suggestion(word, self.kinds)
+            + suggestion(word, self.kinds, self.meant)
         )
 
     def _foreign(self, word: str) -> type[Kind]:

@@ -6,13 +6,14 @@ import math
 import reprlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import count
 from os import PathLike
 from pathlib import Path
 from typing import Any, Generic
 
 from irsim import yamlfile
 from irsim.beside import beside, named_from
-from irsim.doubts import doubts, unheeded
+from irsim.doubts import DOUBTS, doubts, unheeded
 from irsim.errors import InputError, Notice
 from irsim.explain import AnyPart, formed, line, place_of
 from irsim.files import is_binary, is_recording
@@ -121,39 +122,54 @@ def read_part(path: str | PathLike[str], part: type[AnyPart], wants: str = "exam
     return Written(formed(document, part), document)
 
 
-def warnings(path: str | PathLike[str], overrides: Iterable[str] = ()) -> list[str]:
+def warnings(
+    path: str | PathLike[str], overrides: Iterable[str] = (), progress: Callable[[int, int], None] | None = None
+) -> list[str]:
     """Lines 'file:line:column: key: warning: what' on what is legal but may not be meant, at each severity unless an
-    override says which; what comes at some only names these, at the place of the first. InputError as `load`."""
+    override says which; what comes at some only names these, at the place of the first. InputError as `load`.
+
+    progress   called with how many looks, at each severity for each kind of doubt, are done, and of how many
+    """
     document, given = _changed(_read(path, Scenario), overrides)
     try:
-        noticed = list(merged(_noticed_at_each(document, given)))
+        noticed = list(merged(_noticed_at_each(document, given, progress)))
     except InputError:
         validated(document, given, at_all_severities=True)  # all that is wrong at once
         raise
     return [_warning(*each) for each in noticed]
 
 
-def _noticed_at_each(document: Document, given: list[KeyPath]) -> list[list[tuple[Document, Notice]]]:
+def _noticed_at_each(
+    document: Document, given: list[KeyPath], progress: Callable[[int, int], None] | None
+) -> list[list[tuple[Document, Notice]]]:
     """What may not be meant, severity by severity; each of them is looked at once, for occluders are dear to place."""
     chosen = ("severity",) in given
     scenario = validated(document, given, at_all_severities=chosen)
     levels = min(map(len, scenario.severities.values()), default=0)
-    if chosen or not levels:
-        return [_noticed(document, given, scenario)]
+    one, done = chosen or not levels, count(1)
+
+    def looked() -> None:
+        if progress is not None:
+            progress(next(done), len(DOUBTS) * (1 if one else levels))
+
+    if one:
+        return [_noticed(document, given, scenario, looked)]
     found = []
     for severity in range(levels):
         other, path_of = placed(document, "severity", severity, f"severity {severity}", Scenario)
         ways = [*given, path_of]
         own = severity == scenario.severity
-        found.append(_noticed(other, ways, scenario if own else validated(other, ways)))
+        found.append(_noticed(other, ways, scenario if own else validated(other, ways), looked))
     return found
 
 
-def _noticed(document: Document, given: list[KeyPath], scenario: Scenario) -> list[tuple[Document, Notice]]:
+def _noticed(
+    document: Document, given: list[KeyPath], scenario: Scenario, looked: Callable[[], None]
+) -> list[tuple[Document, Notice]]:
     """What may not be meant in the document's scenario, each with the document of which its place is."""
     document = settle(document, Scenario, given)
     unlikely = implausible(Slot.of(Scenario), document.value)
-    return [(document, each) for each in (*unlikely, *doubts(scenario), *range_doubts(document, scenario))]
+    return [(document, each) for each in (*unlikely, *doubts(scenario, looked), *range_doubts(document, scenario))]
 
 
 def unheeded_overrides(path: str | PathLike[str], overrides: Iterable[str], without: Sequence[str] = ()) -> list[str]:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -97,7 +97,7 @@ class Watch:
         """Where an occluder lies before target `name`, as it is drawn at frame `index`, and its cover there."""
         if self.first_m(name, index, target) <= occluder.range_m:
             return None
-        extent = occluder.extent(self.stage)
+        extent = self._extent(occluder)
         if extent is not None and not self._near(target, extent, occluder.range_m, index):
             return None
         screen = occluder.draw(self.sight(index))
@@ -105,6 +105,11 @@ class Watch:
             return None
         met = overlap((target.x0, target.y0), target.cover.shape, (screen.x0, screen.y0), screen.cover.shape)
         return None if met is None else (met[0], screen.cover[met[1]])
+
+    @cached_property
+    def _extent(self) -> Callable[[Occluder], Box | None]:
+        """What holds all of an occluder: the same in all frames, and asked for in each."""
+        return lru_cache(maxsize=16)(lambda occluder: occluder.extent(self.stage))
 
     def _near(self, target: Sprite, extent: Box, range_m: float, index: int) -> bool:
         """Could something of that extent, px of the unmoved camera, meet the target at frame `index`?"""

@@ -104,6 +104,21 @@ def test_the_schema_takes_kinds_of_ones_own() -> None:
     validator().validate(irsim.scalar(TEXT.replace("kind: sky", "kind: 'mine:Sky'").replace("coverage", "anything")))
 
 
+@pytest.mark.parametrize(("off", "taken"), [(["psf"], True), ("psf", True), ("psf, agc", True), (3, False)])
+def test_the_schema_takes_a_word_where_a_scenario_does(off: object, taken: bool) -> None:
+    scene = {"background": {"kind": "sky"}, "without": off}
+    assert (not list(validator().iter_errors(scene))) == taken
+    assert loadable(scene) == taken
+
+
+def loadable(scene: dict[str, Any]) -> bool:
+    try:
+        loads(json.dumps(scene))
+    except InputError:
+        return False
+    return True
+
+
 def test_the_schema_says_what_every_kind_is_for() -> None:
     """Editors show it while one types."""
 

@@ -135,7 +135,8 @@ def test_a_recording_whose_files_have_moved_takes_their_new_names(project: Path,
     shutil.move(project, elsewhere / "moved")
     lost = run("render", "moved/made.mcap", "-o", "again.mcap", cwd=elsewhere)
     assert lost.returncode == 2
-    assert f"background.file: {project / 'footage' / 'own.mcap'}: there is no such file" in lost.stderr
+    for key, name in (("background.file", "footage/own.mcap"), ("targets.box.shape.file", "box.obj")):
+        assert f"{key}: {project / name}: there is no such file; {key}=PATH puts another in its place\n" in lost.stderr
     new = ["background.file=moved/footage/own.mcap", "targets.box.shape.file=moved/box.obj"]
     assert run("render", "moved/made.mcap", *new, "-o", "again.mcap", cwd=elsewhere).returncode == 0
     assert np.array_equal(pictures(elsewhere / "again.mcap"), pictures(elsewhere / "moved" / "made.mcap"))

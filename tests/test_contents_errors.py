@@ -54,6 +54,17 @@ def test_what_cannot_be_is_one_line_with_its_place(folder: Path, place: str, key
     assert f": {place}.{line.format(folder=folder)}" in told(text)
 
 
+@pytest.mark.parametrize("place", TEXTS)
+def test_a_file_that_is_gone_is_told_with_the_override_that_names_another(folder: Path, place: str) -> None:
+    text, gone = TEXTS[place].replace("KEYS", "file: GONE"), f"gone{Path(FILES[place]).suffix}"
+    said = f"{place}.file: {folder}/{gone}: there is no such file"
+    assert told(text.replace("GONE", gone)).endswith(f": {said}; {place}.file=PATH puts another in its place")
+    assert irsim.loads(text.replace("GONE", gone), "f.yaml", [f"{place}.file={FILES[place]}"])
+    assert told(text.replace("GONE", FILES[place]), f"{place}.file={gone}") == f"override {said}"
+    (folder / gone).write_bytes(b"no such thing")
+    assert "puts another" not in told(text.replace("GONE", gone))
+
+
 @pytest.mark.parametrize("name", ['"a\\0b"', "a" * 300, '""'])
 def test_an_override_beside_such_a_name_is_one_line(name: str) -> None:
     """The default that it would begin from is the recording's."""

@@ -191,4 +191,10 @@ def test_where_nothing_is_like_it_names_stand_in_the_order_of_the_scenario() -> 
 def test_one_name_or_several_with_commas_are_short_for_a_list() -> None:
     whole = irsim.load("sky", ["without=[jet, white]"])
     assert irsim.load("sky", ["without=jet, white"]) == whole
-    assert irsim.loads(irsim.dumps(whole)) == whole
+    text = irsim.dumps(whole)
+    assert irsim.loads(text) == whole
+    assert "\nwithout: [jet, white]\n" in text
+    for short, same in (("jet, white", whole), ("jet", irsim.load("sky", ["without=[jet]"]))):
+        assert irsim.loads(text.replace("[jet, white]", short)) == same
+    with pytest.raises(InputError, match=r"without.0: there is no 'yet'; allowed: .*; did you mean 'jet'\?$"):
+        irsim.loads(text.replace("[jet, white]", "yet"))

@@ -12,7 +12,17 @@ from irsim.backgrounds.sky import Sky
 from irsim.kinds import Family
 
 BACKGROUNDS = Family(
-    "background", Background, {"sky": Sky, "ground": Ground, "landscape": Landscape, "sea": Sea, "recording": Recorded}
+    "background",
+    Background,
+    {"sky": Sky, "ground": Ground, "landscape": Landscape, "sea": Sea, "recording": Recorded},
+    {
+        "clouds": "sky",
+        "terrain": "ground",
+        "horizon": "landscape",
+        "ocean": "sea",
+        "water": "sea",
+        "video": "recording",
+    },
 )
 
 __all__ = [

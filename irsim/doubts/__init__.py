@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from irsim.doubts.all import doubts, unheeded
+from irsim.doubts.all import DOUBTS, doubts, unheeded
 
-__all__ = ["doubts", "unheeded"]
+__all__ = ["DOUBTS", "doubts", "unheeded"]

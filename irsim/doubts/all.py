@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from irsim.doubts.air import beyond_fit, long_paths, long_views, unlike_skies
-from irsim.doubts.background import cold_clouds, folded, large_features, off_scale
-from irsim.doubts.camera import beads, sunken
+from irsim.doubts.background import cold_clouds, folded, large_features, off_scale, upside_down
+from irsim.doubts.camera import beads, follows_nobody, noisy, sunken
 from irsim.doubts.cold import colder_than_space
 from irsim.doubts.crossing import misses, turned
 from irsim.doubts.display import odd_greys, tiny_tiles
@@ -29,11 +29,13 @@ UNHEEDED = (overruled, without_effect)
 
 DOUBTS = (
     *(beyond_fit, *UNHEEDED, two_exposures, long_paths, long_views, unlike_skies),
-    *(off_scale, cold_clouds, colder_than_space, large_features, folded),
+    *(off_scale, upside_down, cold_clouds, colder_than_space, large_features, folded),
     *(two_lenses, unlike_pupils, ground_in_the_sky, ground_to_the_horizon, stays_behind, left_behind),
     *(unknown_scale, unlike_recording, untouched),
     *(odd_greys, tiny_tiles, through_camera, pulls, misses, turned),
     *(
+        noisy,
+        follows_nobody,
         beads,
         sunken,
         odd_shapes,
@@ -54,9 +56,15 @@ DOUBTS = (
 )
 
 
-def doubts(scenario: Scenario) -> Iterator[Notice]:
-    """Warnings, such as of a path longer than any that the atmosphere was fitted to; none of what is switched off."""
-    yield from _of_what_is_on(scenario, DOUBTS)
+def doubts(scenario: Scenario, looked: Callable[[], None] | None = None) -> Iterator[Notice]:
+    """Warnings, such as of a path longer than any that the atmosphere was fitted to; none of what is switched off.
+
+    looked   called after each of DOUBTS, for some of them take long
+    """
+    for doubt in DOUBTS:
+        yield from _of_what_is_on(scenario, (doubt,))
+        if looked is not None:
+            looked()
 
 
 def unheeded(scenario: Scenario) -> Iterator[Notice]:

@@ -42,6 +42,17 @@ def _scale(detector: Detector) -> tuple[str, ...]:
     return ("detector",) if detector.timed_by is None else ("detector", detector.timed_by)
 
 
+def upside_down(scenario: Scenario) -> Iterator[Notice]:
+    """A clear sky that is warmer at the zenith than at the horizon, where most of the air is."""
+    sky = scenario.background
+    if isinstance(sky, Sky) and sky.preset is None and sky.zenith_k > sky.horizon_k:
+        yield Notice(
+            ("background", "zenith_k"),
+            f"the zenith of {sky.zenith_k:g} K is warmer than the horizon of {sky.horizon_k:g} K; a clear sky is "
+            "coldest at the zenith: try them the other way round",
+        )
+
+
 def cold_clouds(scenario: Scenario) -> Iterator[Notice]:
     """Clouds that are colder than the clear sky low in the picture, where it is warmest.
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from irsim.doubts.looked import watched
 from irsim.errors import Notice
-from irsim.motion import Mount
+from irsim.motion import Mount, Tracks
 from irsim.scenario import Scenario
 from irsim.smear import MOST_STEPS
 from irsim.types import Floats
@@ -21,6 +21,33 @@ ROUNDING_M = 1e-6
 """Sums of metres are off by far less, and nobody sees so little."""
 BEADS_PX = 1.2
 """Two blurs of the usual sigma, 0.6 px: points farther apart than these are told from each other."""
+
+
+NOISIEST_MK = 1000.0
+"""Of a camera of the trade; those that one can buy have some 20 to 100 mK."""
+
+
+def noisy(scenario: Scenario) -> Iterator[Notice]:
+    """A NETD written in other units, say; not one that severities or ranges raise on purpose."""
+    camera, key = scenario.camera, "netd_mk"
+    meant = f"camera.{key}" in {*scenario.severities, *scenario.vary}
+    if camera.netd_mk > NOISIEST_MK and key in camera.detector.heeds and not meant:
+        yield Notice(
+            ("camera", key),
+            f"{camera.netd_mk:g} mK is allowed but hardly meant: noise of {camera.netd_mk / 1000:g} K; "
+            f"plausible: up to {NOISIEST_MK:g}",
+        )
+
+
+def follows_nobody(scenario: Scenario) -> Iterator[Notice]:
+    """A camera that turns after a target that is switched off, and so is in no picture."""
+    for index, motion in enumerate(scenario.camera.motion):
+        if isinstance(motion, Tracks) and not scenario.is_on(motion.target):
+            yield Notice(
+                ("camera", "motion", index, "target"),
+                f"{motion.target} is switched off, and the camera follows it all the same; without "
+                f"{motion.name} as well it stands still",
+            )
 
 
 def sunken(scenario: Scenario) -> Iterator[Notice]:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import lru_cache
 
 from irsim.errors import InputError, Notice
@@ -16,38 +16,50 @@ from irsim.intent.unmet import UnmetError
 from irsim.motion import Crossing
 from irsim.occluders import Occluder
 from irsim.scenario import Scenario
+from irsim.types import Floats
 from irsim.watch import Watch
 
 
 class _Parts:
-    """What a scenario is made of, less what is switched off in it: copies that share their parts are the same."""
+    """What a scenario is made of, less what is switched off in it: copies that share their parts are the same, and so
+    are those whose parts are equal, such as of a file that is read twice."""
 
     def __init__(self, scenario: Scenario) -> None:
         self.scenario = scenario.whole
         self.parts = tuple(getattr(scenario, key) for key in type(scenario).model_fields if key != "without")
 
     def __hash__(self) -> int:
-        return hash(tuple(map(id, self.parts)))
+        return hash((self.scenario.frames, self.scenario.seed))
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Parts) and all(map(operator.is_, self.parts, other.parts))
+        return isinstance(other, _Parts) and self.parts == other.parts
+
+
+@dataclass(frozen=True, eq=False)
+class _Placed:
+    """An occluder in its place, and how much of its target it hides in each frame (`Hold.shares`), where it has one."""
+
+    screen: Occluder
+    shares: Floats | None = None
 
 
 @lru_cache(maxsize=4)
-def _tried(parts: _Parts) -> tuple[Occluder | UnmetError, ...]:
+def _tried(parts: _Parts) -> tuple[_Placed | UnmetError, ...]:
     """Each occluder in its place, or why it has none: worked out once for who checks a scenario, doubts and renders it.
 
     What --without switches off plays no part: an occluder stays where it is.
     """
     watch = Watch(parts.scenario)
     return tuple(
-        _place(watch, occluder) if occluder.hides is not None else occluder for occluder in parts.scenario.occluders
+        _place(watch, occluder) if occluder.hides is not None else _Placed(occluder)
+        for occluder in parts.scenario.occluders
     )
 
 
-def _place(watch: Watch, occluder: Occluder) -> Occluder | UnmetError:
+def _place(watch: Watch, occluder: Occluder) -> _Placed | UnmetError:
     try:
-        return place(watch, occluder)
+        hold = place(watch, occluder)
+        return _Placed(hold.screen, hold.shares)
     except UnmetError as fault:
         return UnmetError(fault.key, str(fault))  # without what it came through, which would be kept with it
 
@@ -55,10 +67,10 @@ def _place(watch: Watch, occluder: Occluder) -> Occluder | UnmetError:
 def placed(scenario: Scenario) -> tuple[Occluder, ...]:
     """The occluders, each with its place. InputError for an intent that cannot be met."""
     found = []
-    for occluder, screen in zip(scenario.occluders, _tried(_Parts(scenario)), strict=True):
-        if isinstance(screen, UnmetError):
-            raise InputError(f"occluders.{occluder.name}.{screen.key}: {screen}")
-        found.append(screen)
+    for occluder, tried in zip(scenario.occluders, _tried(_Parts(scenario)), strict=True):
+        if isinstance(tried, UnmetError):
+            raise InputError(f"occluders.{occluder.name}.{tried.key}: {tried}")
+        found.append(tried.screen)
     return tuple(found)
 
 
@@ -88,8 +100,11 @@ def overdone(scenario: Scenario) -> Iterator[Notice]:
     Where they stand does not depend on what is switched off; for how long they hide does.
     """
     watch = Watch(scenario)
+    # What has been found with nothing off holds where nothing is.
+    tried = () if scenario.without else _tried(_Parts(scenario))
+    known = {index: each.shares for index, each in enumerate(tried) if isinstance(each, _Placed)}
     holds = {
-        index: Hold(watch, screen, occluder)
+        index: Hold(watch, screen, occluder, known.get(index))
         for index, (occluder, screen) in enumerate(zip(scenario.occluders, built(scenario).occluders, strict=True))
         if occluder.hides in watch.courses and scenario.is_on(occluder.name)
     }

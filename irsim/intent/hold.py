@@ -29,17 +29,23 @@ MUCH = 0.2
 """It is warned of one that hides so much more of the target than asked in some of the frames that are asked for."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Hold:
-    """A placed occluder, and one that is the same with its intent. What it hides is told without anything nearer."""
+    """A placed occluder, and one that is the same with its intent. What it hides is told without anything nearer.
+
+    known  (frames,) its `shares`, where they have been worked out before: in every frame, which takes long
+    """
 
     watch: Watch
     screen: Occluder
     occluder: Occluder
+    known: Floats | None = None
 
     @cached_property
     def shares(self) -> Floats:
         """(frames,) how much of its target it hides in each."""
+        if self.known is not None:
+            return self.known
         name, _ = asked(self.occluder)
         return np.array([self.watch.hidden(self.screen, name, index) for index in range(self.watch.scenario.frames)])
 

@@ -30,25 +30,25 @@ Placing = Callable[[float], Occluder]
 """The occluder, placed, that is so dense or covers so large a part."""
 
 
-def place(watch: Watch, occluder: Occluder) -> Occluder:
-    """The occluder with the place that its intent asks for; UnmetError where there is none."""
+def place(watch: Watch, occluder: Occluder) -> Hold:
+    """The occluder with the place that its intent asks for, and what it hides; UnmetError where there is none."""
     _, (_, last) = asked(occluder)
     if last >= watch.scenario.frames:
         raise UnmetError("frames", no_frame(last, watch.scenario.frames))
     covered = window(watch, occluder)
     try:
-        screen = _nearest(watch, occluder, covered)
+        hold = _nearest(watch, occluder, covered)
     except UnmetError:
         raise
     except ValueError as error:
         raise UnmetError("hides", str(error)) from None
-    why = Hold(watch, screen, occluder).never_ends()
+    why = hold.never_ends()
     if why is not None:
         raise UnmetError("frames", why)
-    return screen
+    return hold
 
 
-def _nearest(watch: Watch, occluder: Occluder, covered: Box) -> Occluder:
+def _nearest(watch: Watch, occluder: Occluder, covered: Box) -> Hold:
     """The occluder over the part of the window that hides at least what is asked, hardly longer than asked, and where
     most is hidden the least more. The first part that is CLOSE is taken."""
     name, _ = asked(occluder)
@@ -61,8 +61,8 @@ def _nearest(watch: Watch, occluder: Occluder, covered: Box) -> Occluder:
             raise UnmetError("fraction", f"it can hide {shares.min():.2f} of {name} at most; allowed: so much")
         found.append(Hold(watch, screen, occluder))
         if shares.max() <= occluder.fraction + CLOSE and (len(found) == 1 or not found[-1].outlasts()):
-            return screen
-    return min(found, key=lambda hold: (hold.outlasts(), hold.most)).screen
+            return found[-1]
+    return min(found, key=lambda hold: (hold.outlasts(), hold.most))
 
 
 def _placing(watch: Watch, occluder: Occluder, covered: Box, part: Part, sideways: bool) -> Placing:

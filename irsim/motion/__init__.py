@@ -46,6 +46,7 @@ __all__ = [
     "Path",
     "PixelPath",
     "Pointing",
+    "Tracks",
     "angles_deg",
     "attitudes",
 ]

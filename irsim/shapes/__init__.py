@@ -13,6 +13,7 @@ from irsim.shapes.fighter import Fighter
 from irsim.shapes.flare import Flare
 from irsim.shapes.helicopter import Helicopter
 from irsim.shapes.hot_spot import HotSpot
+from irsim.shapes.meant import MEANT
 from irsim.shapes.missile import Missile
 from irsim.shapes.model import Model
 from irsim.shapes.pedestrian import Pedestrian
@@ -41,6 +42,7 @@ SHAPES = Family(
         "flare": Flare,
         "hot_spot": HotSpot,
     },
+    MEANT,
 )
 
 __all__ = ["SHAPES", "Shape", "View", "draw_all"]

@@ -1,0 +1,118 @@
+"""Commands that look at every frame of a scenario tell how far they are, and look no more often than they must."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import irsim
+from irsim.cli import app
+from irsim.doubts import DOUBTS
+from irsim.intent import overdone, placed
+from irsim.loader import warnings
+from irsim.occluders import Occluder
+from irsim.occluders.tree import Tree
+from irsim.stage import Stage
+from irsim.types import Box
+from irsim.watch import Watch
+
+SCENE = """\
+frames: 30
+camera: {size: [64, 48]}
+background: {kind: sky}
+targets:
+  - id: a
+    shape: {kind: point}
+    path: {kind: straight, start: [2, 20], speed: 2, range_m: 500}
+"""
+HIDDEN = SCENE + "occluders:\n  - {kind: tree, id: oak, range_m: 100, hides: a, frames: [12, 15]}\n"
+
+
+@pytest.fixture
+def told(monkeypatch: pytest.MonkeyPatch) -> dict[str, list[tuple[int, ...]]]:
+    """What is told to each bar, by its label."""
+    bars: dict[str, list[tuple[int, ...]]] = {}
+
+    @contextmanager
+    def bar(label: str, total: int | None = None) -> Iterator[object]:
+        counts = bars[label] = [] if total is None else [(0, total)]
+        yield lambda *given: counts.append(given)
+
+    for module in ("irsim.cli", "irsim.commands_info"):
+        monkeypatch.setattr(f"{module}.progress_bar", bar)
+    return bars
+
+
+def scene(folder: Path, text: str = SCENE) -> str:
+    file = folder / "scene.yaml"
+    file.write_text(text)
+    return str(file)
+
+
+def test_a_check_tells_of_each_doubt(told: dict[str, list[tuple[int, ...]]], tmp_path: Path) -> None:
+    file = scene(tmp_path)
+    done = CliRunner().invoke(app, ["check", file])
+    assert (done.exit_code, done.stdout) == (0, f"{file}: ok\n")
+    assert told == {f"check {file}": [(done, len(DOUBTS)) for done in range(1, len(DOUBTS) + 1)]}
+
+
+def test_a_check_of_several_severities_tells_of_all(tmp_path: Path) -> None:
+    file, counts = scene(tmp_path, SCENE + "severities: {camera.netd_mk: [40, 80, 160]}\n"), list[tuple[int, int]]()
+    warnings(file, progress=lambda *given: counts.append(given))
+    assert counts == [(done, 3 * len(DOUBTS)) for done in range(1, 3 * len(DOUBTS) + 1)]
+    counts.clear()
+    warnings(file, ["severity=1"], lambda *given: counts.append(given))
+    assert counts[-1] == (len(DOUBTS), len(DOUBTS))
+
+
+def test_info_tells_of_each_frame(told: dict[str, list[tuple[int, ...]]], tmp_path: Path) -> None:
+    assert CliRunner().invoke(app, ["info", scene(tmp_path)]).exit_code == 0
+    assert told == {"info scene": [(0, 30), *((done,) for done in range(1, 31))]}
+
+
+def test_nothing_is_told_where_nobody_sees_it(tmp_path: Path) -> None:
+    assert CliRunner().invoke(app, ["check", scene(tmp_path)]).stderr == ""
+
+
+def test_an_occluder_of_a_scene_read_twice_is_placed_once_and_measured_once_a_look(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """What it may cover is the same in all frames."""
+    asked: list[Tree] = []
+    extent = Tree.extent
+
+    def counted(self: Tree, stage: Stage) -> Box:
+        asked.append(self)
+        return extent(self, stage)
+
+    monkeypatch.setattr(Tree, "extent", counted)
+    first = placed(irsim.loads(HIDDEN))
+    assert 0 < len(asked) == len(set(asked))
+    asked.clear()
+    assert placed(irsim.loads(HIDDEN)) == first
+    assert asked == []
+    assert placed(irsim.loads(HIDDEN, overrides=["targets.a.path.speed=2.1"])) != first
+
+
+def test_what_an_occluder_hides_is_found_in_each_frame_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whoever placed it knows. With something off it is found anew, and comes to the same: a tank hidden long."""
+    slow = HIDDEN.replace("speed: 2", "speed: 0.5").replace("frames: 30", "frames: 90").replace("[12, 15]", "[40, 41]")
+    slow = slow.replace("kind: point", "kind: tank")
+    asked: list[int] = []
+    hidden = Watch.hidden
+
+    def counted(self: Watch, occluder: Occluder, name: str, index: int) -> float:
+        asked.append(index)
+        return hidden(self, occluder, name, index)
+
+    scenario = irsim.loads(slow)
+    monkeypatch.setattr(Watch, "hidden", counted)
+    told = list(overdone(scenario))
+    assert asked == []
+    assert list(overdone(scenario.model_copy(update={"without": ("agc",)}))) == told
+    assert len(asked) >= 90
+    assert [notice.at for notice in told] == [("occluders", 0, "frames")]
