@@ -73,9 +73,9 @@ def with_digest(given: Any, digest_of: Callable[[str], str]) -> Any:
     try:
         found = digest_of(name)
     except OSError as error:
-        raise _wrong(FILE, f"{name}: cannot be read: {error.strerror or error}", _kind(name)) from None
+        raise _wrong(FILE, f"{name}: cannot be read: {error.strerror or error}", _error_type(name)) from None
     except (InputError, ValueError) as error:
-        raise _wrong(FILE, str(error), _kind(name)) from None
+        raise _wrong(FILE, str(error), _error_type(name)) from None
     if given.get(DIGEST) and given[DIGEST] != found:
         raise _wrong(DIGEST, f"{name} has changed: its digest is {found}; allowed: that, or no key {DIGEST}")
     return {**given, DIGEST: found}
@@ -98,7 +98,7 @@ def unchanged(file: str, digest: str, now: str) -> None:
         raise InputError(f"{file}: was changed after the scene was read; read the scene again")
 
 
-def _kind(name: str) -> LiteralString:
+def _error_type(name: str) -> LiteralString:
     """Of the error that a file cannot be read: where it is gone, who tells it says how to name another."""
     return "file" if os.path.exists(name) else NO_FILE
 

@@ -72,7 +72,7 @@ def explain(
         if (path, once) not in lines:
             what = " ".join(_what(kind, detail, slot, path, top, document.value).split())
             name = shown(path, top, document.value)
-            if kind == NO_FILE and not place_of(document, path).startswith("override "):
+            if kind == NO_FILE and path in document.values and not place_of(document, path).startswith("override "):
                 what += f"; {name}=PATH puts another in its place"
             lines[path, once] = line(document, path, name, what, kind == "extra_forbidden")
     return in_order(lines.values())

@@ -134,9 +134,16 @@ def suggestion(word: object, allowed: Iterable[str], meant: Mapping[str, str] = 
 
     meant   other words, in small letters, each with the known one that it is another name of
     """
-    lowered = {**meant, **{each.lower(): each for each in allowed}}
-    near = difflib.get_close_matches(str(word).lower(), lowered, n=1, cutoff=0.6)
-    return f"; did you mean '{lowered[near[0]]}'?" if near else ""
+    written, lowered = str(word).lower(), {each.lower(): each for each in allowed}
+    # A slip in a known word goes before one in another name for it: 'sar' is nearer to 'car' than to 'sam'.
+    found = meant.get(written) or _nearest(written, lowered, 0.6) or _nearest(written, meant, 0.8)
+    return f"; did you mean '{found}'?" if found else ""
+
+
+def _nearest(word: str, known: Mapping[str, str], least: float) -> str | None:
+    """What the word stands for that is most alike, at least so much (1: the same letters in their order)."""
+    near = difflib.get_close_matches(word, known, n=1, cutoff=least)
+    return known[near[0]] if near else None
 
 
 class Family:

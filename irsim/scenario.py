@@ -88,8 +88,8 @@ class Scenario(Part):
     follow: Name | None = None
     """Id of the target to track; the first where not given."""
     without: Annotated[Several[Switch], BeforeValidator(_listed, json_schema_input_type=Several[Switch] | str)] = ()
-    """Names of what is switched off, one or several with commas between them too; everything else stays as it is, bit
-    for bit."""
+    """Names of what is switched off, a list or a text with commas between them; everything else stays as it is, bit for
+    bit."""
     severity: Annotated[int, Field(ge=0, le=99)] = 0
     """Which values of `severities` hold; 0 is the benign case."""
     severities: Mapping[str, Levels] = {}

@@ -190,12 +190,12 @@ def progress_bar(label: str, total: int | None = None, ticking: bool = True) -> 
     from rich.console import Console
 
     columns = (
-        progress.TextColumn("{task.description}"),
+        progress.TextColumn("{task.description}", markup=False),  # names of files may have brackets
         progress.BarColumn(),
         progress.MofNCompleteColumn(),
         progress.TextColumn("{task.fields[rate]}"),
         progress.TimeRemainingColumn(),
-        progress.TextColumn("{task.fields[note]}"),
+        progress.TextColumn("{task.fields[note]}", markup=False),
     )
     with progress.Progress(*columns, console=Console(stderr=True), transient=True, auto_refresh=ticking) as bar:
         task = bar.add_task(label, total=total, rate="", note="")

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 
@@ -21,6 +21,9 @@ from irsim.types import Box, Floats
 
 LOOKED = 3000
 """Frames at which a doubt about an occluder looks."""
+
+MOST_EXTENTS = 16
+"""Occluders whose extents are kept at once: where one is placed, many are tried."""
 
 
 @dataclass(frozen=True)
@@ -107,9 +110,17 @@ class Watch:
         return None if met is None else (met[0], screen.cover[met[1]])
 
     @cached_property
-    def _extent(self) -> Callable[[Occluder], Box | None]:
+    def _extents(self) -> dict[int, tuple[Occluder, Box | None]]:
+        """By the occluder's own number, as those of users need not be hashable: it is kept, so that no other has it."""
+        return {}
+
+    def _extent(self, occluder: Occluder) -> Box | None:
         """What holds all of an occluder: the same in all frames, and asked for in each."""
-        return lru_cache(maxsize=16)(lambda occluder: occluder.extent(self.stage))
+        if id(occluder) not in self._extents:
+            if len(self._extents) == MOST_EXTENTS:
+                self._extents.clear()
+            self._extents[id(occluder)] = occluder, occluder.extent(self.stage)
+        return self._extents[id(occluder)][1]
 
     def _near(self, target: Sprite, extent: Box, range_m: float, index: int) -> bool:
         """Could something of that extent, px of the unmoved camera, meet the target at frame `index`?"""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,6 +19,7 @@ from irsim.loader import warnings
 from irsim.occluders import Occluder
 from irsim.occluders.tree import Tree
 from irsim.stage import Stage
+from irsim.terminal import progress_bar
 from irsim.types import Box
 from irsim.watch import Watch
 
@@ -116,3 +119,22 @@ def test_what_an_occluder_hides_is_found_in_each_frame_once(monkeypatch: pytest.
     assert list(overdone(scenario.model_copy(update={"without": ("agc",)}))) == told
     assert len(asked) >= 90
     assert [notice.at for notice in told] == [("occluders", 0, "frames")]
+
+
+class Terminal(io.StringIO):
+    """What takes itself for a terminal."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+def test_a_bar_takes_a_name_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Brackets mark up text elsewhere: this one would close what was never opened."""
+    shown = Terminal()
+    monkeypatch.setattr(sys, "stderr", shown)
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setenv("COLUMNS", "120")
+    with progress_bar("check x[/b]/h.yaml", 3) as move:
+        assert move is not None
+        move(1)
+    assert "check x[/b]/h.yaml" in shown.getvalue()

@@ -37,6 +37,12 @@ def told(text: str, *overrides: str) -> str:
     return line
 
 
+CAR = """
+background: {kind: sky}
+targets: [{id: a, shape: {kind: car}, path: {kind: straight, start: [5, 24], speed: 1, range_m: 500}}]
+"""
+
+
 @pytest.mark.parametrize("place", TEXTS)
 @pytest.mark.parametrize(
     ("keys", "said"),
@@ -63,6 +69,14 @@ def test_a_file_that_is_gone_is_told_with_the_override_that_names_another(folder
     assert told(text.replace("GONE", FILES[place]), f"{place}.file={gone}") == f"override {said}"
     (folder / gone).write_bytes(b"no such thing")
     assert "puts another" not in told(text.replace("GONE", gone))
+
+
+def test_a_file_of_a_choice_that_is_gone_is_told_without_an_override(folder: Path) -> None:
+    """The shape that stands there has no such key."""
+    vary = "vary: {targets.a.shape: {kind: choice, values: [{kind: mesh, file: gone.obj, length_m: 3}, {kind: car}]}}"
+    said = told(f"{CAR}{vary}")
+    assert "gone.obj: there is no such file" in said
+    assert "puts another" not in said
 
 
 @pytest.mark.parametrize("name", ['"a\\0b"', "a" * 300, '""'])

@@ -39,8 +39,14 @@ def test_each_word_is_none_of_the_kinds_and_means_one(name: str, word: str) -> N
         ("person", "pedestrian"),
         ("ship", "boat"),
         ("bus", "truck"),
+        ("quadcoptr", "quadrotor"),
         ("pont", "point"),
         ("tnk", "tank"),
+        ("sar", "car"),  # as near to 'sam'
+        ("mank", "tank"),  # as near to 'man'
+        ("druck", "truck"),
+        ("plare", "flare"),
+        ("figater", "fighter"),
     ],
 )
 def test_targets_are_meant_by_their_names_of_every_day(word: str, kind: str) -> None:
@@ -50,5 +56,6 @@ def test_targets_are_meant_by_their_names_of_every_day(word: str, kind: str) -> 
 
 
 def test_what_nobody_means_is_not_guessed() -> None:
-    assert "did you mean" not in told(SHAPES, "zebra")
+    for word in ("zebra", "smoke", "none", "horse"):
+        assert "did you mean" not in told(SHAPES, word)
     assert suggestion("uav", SHAPES.kinds) == ""

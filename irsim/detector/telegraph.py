@@ -15,6 +15,9 @@ from irsim.types import Bools, Floats
 
 Address = tuple[int, str, str, str]
 
+MOST = 1 << 16
+"""Pixels that are drawn at once for all frames of a block: with all numbers on the way some 40 MB."""
+
 
 class Telegraph:
     """Which of `count` pixels are on, each a Markov chain of its own: on and off, its mean stays in frames.
@@ -41,13 +44,19 @@ class Telegraph:
         ends = self.ends
         states = np.empty((AT_ONCE + 1, ends.count), np.bool_)
         states[0], states[-1] = ends.frame(block), ends.frame(block + 1)
-        drawn = uniforms(AT_ONCE * ends.count, *ends.address, "frames", block).reshape(AT_ONCE, ends.count)
+        for first in range(0, ends.count, MOST):
+            self._fill(states[:, first : first + MOST], block, first)
+        return states
+
+    def _fill(self, states: Bools, block: int, first: int) -> None:
+        """Put in the frames between those of the ends, for the pixels from `first` on."""
+        count = states.shape[1]
+        drawn = uniforms(AT_ONCE * count, *self.ends.address, "frames", block, first).reshape(AT_ONCE, count)
         distance = AT_ONCE // 2
         while distance:
             known, middle = states[:: 2 * distance], slice(distance, None, 2 * distance)
-            states[middle] = ends.midway(known[:-1], known[1:], drawn[middle], distance)
+            states[middle] = self.ends.midway(known[:-1], known[1:], drawn[middle], distance)
             distance //= 2
-        return states
 
 
 class _Ends(Bridge[Bools]):

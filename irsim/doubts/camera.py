@@ -24,18 +24,18 @@ BEADS_PX = 1.2
 
 
 NOISIEST_MK = 1000.0
-"""Of a camera of the trade; those that one can buy have some 20 to 100 mK."""
+"""A round bound of our own: cameras of the trade have some 20 to 100 mK."""
 
 
 def noisy(scenario: Scenario) -> Iterator[Notice]:
     """A NETD written in other units, say; not one that severities or ranges raise on purpose."""
     camera, key = scenario.camera, "netd_mk"
-    meant = f"camera.{key}" in {*scenario.severities, *scenario.vary}
+    meant = {"camera", f"camera.{key}"} & {*scenario.severities, *scenario.vary}
     if camera.netd_mk > NOISIEST_MK and key in camera.detector.heeds and not meant:
         yield Notice(
             ("camera", key),
-            f"{camera.netd_mk:g} mK is allowed but hardly meant: noise of {camera.netd_mk / 1000:g} K; "
-            f"plausible: up to {NOISIEST_MK:g}",
+            f"{camera.netd_mk:g} mK is allowed but hardly meant: {camera.netd_mk / 1000:g} K; "
+            f"plausible: up to {NOISIEST_MK:g} mK",
         )
 
 
@@ -45,8 +45,8 @@ def follows_nobody(scenario: Scenario) -> Iterator[Notice]:
         if isinstance(motion, Tracks) and not scenario.is_on(motion.target):
             yield Notice(
                 ("camera", "motion", index, "target"),
-                f"{motion.target} is switched off, and the camera follows it all the same; without "
-                f"{motion.name} as well it stands still",
+                f"{motion.target} is switched off, and the camera follows it all the same; without {motion.name} as "
+                "well it does not",
             )
 
 

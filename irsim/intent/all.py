@@ -16,7 +16,7 @@ from irsim.intent.unmet import UnmetError
 from irsim.motion import Crossing
 from irsim.occluders import Occluder
 from irsim.scenario import Scenario
-from irsim.types import Floats
+from irsim.types import Floats, arrays_frozen
 from irsim.watch import Watch
 
 
@@ -32,7 +32,13 @@ class _Parts:
         return hash((self.scenario.frames, self.scenario.seed))
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Parts) and self.parts == other.parts
+        try:
+            return isinstance(other, _Parts) and self.parts == other.parts
+        except (
+            TypeError,
+            ValueError,
+        ):  # such as of an array that a kind of one's own holds
+            return False
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +65,7 @@ def _tried(parts: _Parts) -> tuple[_Placed | UnmetError, ...]:
 def _place(watch: Watch, occluder: Occluder) -> _Placed | UnmetError:
     try:
         hold = place(watch, occluder)
-        return _Placed(hold.screen, hold.shares)
+        return arrays_frozen(_Placed(hold.screen, hold.shares))
     except UnmetError as fault:
         return UnmetError(fault.key, str(fault))  # without what it came through, which would be kept with it
 
