@@ -39,7 +39,7 @@ def told(
         ("netd_mk: 1000", None),
         (
             "netd_mk: 5000",
-            "camera.netd_mk: warning: 5000 mK is allowed but hardly meant: noise of 5 K; plausible: up to 1000",
+            "camera.netd_mk: warning: 5000 mK is allowed but hardly meant: 5 K; plausible: up to 1000 mK",
         ),
     ],
 )
@@ -52,7 +52,7 @@ def test_noise_that_severities_raise_is_meant(tmp_path: Path) -> None:
     assert told(tmp_path, more=ladder) == []
     assert told(tmp_path, "severity=1", more=ladder) == []
     (line,) = told(tmp_path, "camera.netd_mk=8000", more=ladder)
-    assert "noise of 8 K" in line
+    assert "hardly meant: 8 K" in line
     assert told(tmp_path, more="vary: {camera.netd_mk: {kind: uniform, low: 20, high: 4000}}\n") == []
 
 
