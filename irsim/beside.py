@@ -9,6 +9,7 @@ from typing import Any
 
 from irsim.contents import name_from, whole_name
 from irsim.errors import InputError
+from irsim.files import is_there
 from irsim.kinds import Part
 from irsim.overrides import placed
 from irsim.schema import Slot, member
@@ -69,11 +70,7 @@ def _found(name: str, folder: Path) -> str:
     if not name:  # told by who opens it
         return name
     near = folder / name
-    try:
-        only_here = not near.exists() and Path(name).exists()
-    except (OSError, ValueError):  # a name that no file can have is told by who opens it
-        return name
-    return whole_name(name if only_here else str(near))
+    return whole_name(name if not is_there(near) and is_there(name) else str(near))
 
 
 def _slot(value: Any, path: KeyPath, root: type[Part]) -> Slot | None:

@@ -21,7 +21,7 @@ from irsim.asked import (
     tell_unheeded,
 )
 from irsim.errors import InputError
-from irsim.files import check_output, is_recording
+from irsim.files import check_output, is_recording, is_there
 from irsim.span import parsed
 from irsim.terminal import commands, given_path, in_options, progress_bar, run
 from irsim.wording import counted
@@ -64,7 +64,7 @@ def check(
     from irsim.loader import warnings
     from irsim.sources import switched_off, unheeded
 
-    changes = [word for word in words if "=" in word and not Path(word).exists()]
+    changes = [word for word in words if "=" in word and not is_there(word)]
     scenarios = [word for word in words if word not in changes]
     if not scenarios:
         raise InputError(f"{changes[0]}: nothing to change; allowed: a scenario's file or name beside it")

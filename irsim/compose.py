@@ -46,8 +46,8 @@ class Seen:
     """A target as it is drawn.
 
     within  where its patch and the picture meet, as slices of each; None where they do not
-    left    the share of each pixel's area of the patch that is still seen: only to be read, as it is the sprite's
-            own where that is all of it
+    shown   the share of each pixel's area of the patch that it covers in the picture, and of it what is still seen,
+    left    both only to be read, as they are the sprite's own where that is all of it
     scr     None where no part of it is in the picture, and where nothing varies around it
     levels  its mean light and that of what it replaces, W/m2/sr, nan outside the picture
     asked   the light, W/m2/sr, that gives the contrast or SCR which it asks for, None where it asks for none
@@ -55,6 +55,7 @@ class Seen:
 
     piece: Piece
     within: tuple[Slices, Slices] | None
+    shown: Floats
     left: Floats
     levels: tuple[float, float]
     scr: float | None
@@ -67,21 +68,27 @@ class Seen:
         return 0.0 if self.within is None else _visible(self.left, self.piece.sprite)
 
     def hide(self, name: str, where: Slices, passed: Floats) -> None:
-        """Something nearer lets only `passed` (0..1) of the patch's pixels `where` through."""
-        left = self.left.copy()
-        part = left[where]
-        after = part * passed
-        if _total(part - after) >= HIDES * self.piece.sprite.area:
+        """Something nearer lets only `passed` (0..1) of the patch's pixels `where` through. It is named for what it
+        hides by itself, though something between the two may hide as much."""
+        if _total(self.shown[where] * (1 - passed)) >= HIDES * self.piece.sprite.area:
             self.occluders.append(name)
-        left[where] = after
+        left = self.left.copy()
+        left[where] *= passed
         self.left = left
 
 
 def _visible(left: Floats, sprite: Sprite) -> float:
     """Fraction 0..1 of a sprite's area, by what is left of each pixel's share of it."""
-    if left is sprite.cover:
+    if left is sprite.cover and _is_whole(sprite):
         return 1.0
     return min(max(_total(left) / sprite.area, 0.0), 1.0)
+
+
+def _is_whole(sprite: Sprite) -> bool:
+    """Whether its patch holds all of it: only what can reach the picture is drawn of a body."""
+    (left, top, right, bottom), (rows, columns) = sprite.box.edges, sprite.cover.shape
+    x, y = sprite.x0 - 0.5, sprite.y0 - 0.5
+    return x <= left and right <= x + columns and y <= top and bottom <= y + rows
 
 
 def _total(shares: Floats) -> float:
@@ -177,7 +184,8 @@ def _draw(light: Floats, piece: Piece, seen: list[Seen], band: Band, noise: Nois
     within = overlap(corner, sprite.cover.shape, (0, 0), light.shape)
     if within is None:
         if piece.tracked:
-            seen.append(Seen(piece, None, np.zeros(sprite.cover.shape), (math.nan, math.nan), None))
+            nothing = np.zeros(sprite.cover.shape)
+            seen.append(Seen(piece, None, nothing, nothing, (math.nan, math.nan), None))
         return
     asked = asked_light(sprite, light, band, noise)
     if asked is not None:
@@ -192,11 +200,11 @@ def _draw(light: Floats, piece: Piece, seen: list[Seen], band: Band, noise: Nois
     alpha, own, replaced = _laid(light, sprite)
     if piece.tracked:
         levels = (own / alpha, replaced / alpha) if alpha > 0 else (math.nan, math.nan)
-        shown = piece if sprite is piece.sprite else piece._replace(sprite=sprite)
-        left = _left(sprite.cover, within[0])
+        drawn = piece if sprite is piece.sprite else piece._replace(sprite=sprite)
+        shown = _shown(sprite.cover, within[0])
         # A corner of the box may be in the picture where the target is not, and its light is blurred beyond it.
-        ratio = scr(light, sprite.box, noise) if _visible(left, sprite) > ROUNDING else math.nan
-        seen.append(Seen(shown, within, left, levels, ratio if math.isfinite(ratio) else None, asked))
+        ratio = scr(light, sprite.box, noise) if _visible(shown, sprite) > ROUNDING else math.nan
+        seen.append(Seen(drawn, within, shown, shown, levels, ratio if math.isfinite(ratio) else None, asked))
 
 
 def _laid(light: Floats, sprite: Sprite) -> tuple[float, float, float]:
@@ -215,14 +223,14 @@ def _laid(light: Floats, sprite: Sprite) -> tuple[float, float, float]:
     return sums
 
 
-def _left(cover: Floats, inner: Slices) -> Floats:
+def _shown(cover: Floats, inner: Slices) -> Floats:
     """A cover, 0 but for the part of it in the picture; itself where that is all of it."""
     inside = cover[inner]
     if inside.shape == cover.shape:
         return cover
-    left = np.zeros(cover.shape)
-    left[inner] = inside
-    return left
+    shown = np.zeros(cover.shape)
+    shown[inner] = inside
+    return shown
 
 
 def _faded(sprite: Sprite, light: Floats, within: tuple[Slices, Slices]) -> Sprite:

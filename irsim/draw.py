@@ -38,6 +38,9 @@ NAME_PT = 7
 """Size of targets' names, points."""
 NARROWED = 1.05
 """A frame is drawn narrower than its cell of the sheet by up to so much, so that names are that much larger in it."""
+HIGHLIGHT = 97.0
+"""Percentile of the counts in a target's box that is drawn white where it is enlarged: what is hotter, an engine, hides
+nothing of the body."""
 MARGIN_PX = 6.0
 """Boxes are drawn larger by this, or they would hide what they show."""
 
@@ -51,8 +54,9 @@ def contact_sheet(source: Source, path: str | Path, start: int = 0, stop: int | 
     """Draw frames of a source, spread evenly over start .. stop-1, as a PNG file and return its path.
 
     Each frame has its number and time, its targets' boxes, and an enlarged part around the target
-    that is followed. Where all the frames together leave half of the greys unused, what they use is drawn from
-    black to white, and the title says so. InputError where the file cannot be written.
+    that is followed, whose own counts are drawn from black to white. Where all the frames together leave half
+    of the greys unused, what they use is drawn from black to white, and the title says so.
+    InputError where the file cannot be written.
     """
     from matplotlib.figure import Figure
 
@@ -65,7 +69,7 @@ def contact_sheet(source: Source, path: str | Path, start: int = 0, stop: int | 
     frames = [source.frame(index, "display") for index in indices]
     black, white = greys = drawn_greys([frame.image for frame in frames])
     facts = f"{width} x {height} px, {source.bits} bits, {counted(len(source), 'frame')} at {source.rate_hz:g} Hz"
-    boxes = "; boxes: truth, dotted where more than half is hidden; what is enlarged has the same greys"
+    boxes = "; boxes: truth, dotted where more than half is hidden; what is enlarged has greys of its own"
     key = boxes if source.has_truth else "; no truth"
     stretched = "" if greys == WHOLE else f"; greys {black} to {white} drawn from black to white"
     title = fill(f"{source.name}: {facts}{key}{stretched}", int(TITLE_LETTERS_PER_IN * cell * columns))
@@ -75,7 +79,10 @@ def contact_sheet(source: Source, path: str | Path, start: int = 0, stop: int | 
         axes.set_axis_off()
     for axes, frame in zip(grid.flat, frames, strict=False):
         truth = next(iter(source.truths(frame.index, frame.index + 1)), None)
-        _draw_frame(axes, frame, truth, source.follow, greys, NARROWED * width / (cell * POINTS_PER_IN))
+        taken = _draw_frame(axes, frame, truth, greys, NARROWED * width / (cell * POINTS_PER_IN))
+        followed = truth.target(source.follow) if truth is not None and source.follow is not None else None
+        if followed is not None and followed.in_view is not False:
+            _draw_zoom(axes, source.frame(frame.index).image, followed.box, taken)
     with replacing(path) as file:
         figure.savefig(file, format="png", dpi=110)
     return path
@@ -112,15 +119,14 @@ def labelled_sheet(pictures: Sequence[Labelled], path: str | Path, columns: int 
         axes.set_title(picture.label, fontsize=9, pad=2)
         if picture.part is not None:
             _draw_box(axes, picture.part, hidden=False)
-            _draw_zoom(axes, picture.image, picture.part, [], WHOLE)
+            _draw_zoom(axes, picture.image, picture.part, [])
     with replacing(path) as file:
         figure.savefig(file, format="png", dpi=110)
     return path
 
 
-def _draw_frame(
-    axes: Axes, frame: Frame, truth: Truth | None, follow: str | None, greys: tuple[int, int], px_per_pt: float
-) -> None:
+def _draw_frame(axes: Axes, frame: Frame, truth: Truth | None, greys: tuple[int, int], px_per_pt: float) -> list[Box]:
+    """A frame with its targets' boxes and names; what these take."""
     from matplotlib.patheffects import withStroke
 
     rows, columns = frame.image.shape
@@ -128,13 +134,15 @@ def _draw_frame(
     axes.set_title(f"frame {frame.index}, {frame.time:.2f} s", fontsize=8, pad=2)
     axes.autoscale(False)
     taken: list[Box] = []
+    names: list[Box] = []
     for target in truth.targets if truth is not None else ():
         box = Box(target.box.cx, target.box.cy, target.box.w + MARGIN_PX, target.box.h + MARGIN_PX)
         _draw_box(axes, box, target.hidden)
         name = shortened(target.id, columns / px_per_pt)
         wide, high = (px_per_pt * points for points in _extent(name))
-        left, bottom = name_place(box, (wide, high), (columns, rows))
-        taken += [target.box, Box.from_edges(left, bottom - high, left + wide, bottom)]
+        left, bottom = name_place(box, (wide, high), (columns, rows), names)
+        names.append(Box.from_edges(left, bottom - high, left + wide, bottom))
+        taken += [target.box, names[-1]]
         axes.text(
             left,
             bottom,
@@ -145,9 +153,7 @@ def _draw_frame(
             clip_on=True,
             path_effects=[withStroke(linewidth=1.5, foreground="black")],
         )
-    followed = truth.target(follow) if truth is not None and follow is not None else None
-    if followed is not None and followed.in_view is not False:
-        _draw_zoom(axes, frame.image, followed.box, taken, greys)
+    return taken
 
 
 def _draw_box(axes: Axes, box: Box, hidden: bool) -> None:
@@ -166,17 +172,32 @@ def _draw_box(axes: Axes, box: Box, hidden: bool) -> None:
     )
 
 
-def name_place(box: Box, extent: tuple[float, float], size: tuple[int, int]) -> tuple[float, float]:
-    """Lower left corner, px, of a name of that extent (width, height): above its box, within a picture of `size`
-    (columns, rows) while any of the box is in it; where there is no room below it, or else in it."""
+def name_place(
+    box: Box, extent: tuple[float, float], size: tuple[int, int], names: Sequence[Box] = ()
+) -> tuple[float, float]:
+    """Lower left corner, px, of a name of that extent (width, height), within a picture of `size` (columns, rows) while
+    any of the box is in it: above its box, or where other names stand there already, below or beside it. Where there is
+    no room above, it is below, or else in it."""
     (wide, high), (columns, rows) = extent, size
     left = min(max(box.left, 0.0), box.right)
     if box.left < columns:
         left = min(left, max(columns - wide, 0.0))
-    if box.bottom < 0 or box.top - 1 - high >= 0:
-        return left, box.top - 1
-    below = box.bottom + 1 + high
-    return left, below if below <= rows else max(box.top, 0.0) + 1 + high
+    above, below, middle = box.top - 1, box.bottom + 1 + high, box.cy + high / 2
+    if box.bottom < 0 or above - high >= 0:
+        first = left, above
+    else:
+        first = left, below if below <= rows else max(box.top, 0.0) + 1 + high
+    others = (left, below), (box.right + 1, middle), (box.left - 1 - wide, middle)
+    inside = [(x, y) for x, y in others if x >= 0 and x + wide <= columns and high <= y <= rows]
+    return min([first, *inside], key=lambda place: _covered(place, extent, names))
+
+
+def _covered(place: tuple[float, float], extent: tuple[float, float], names: Sequence[Box]) -> float:
+    """How much, px2, a name at a place (its lower left corner) would cover of other names."""
+    (left, bottom), (wide, high) = place, extent
+    across = (max(min(left + wide, name.right) - max(left, name.left), 0.0) for name in names)
+    down = (max(min(bottom, name.bottom) - max(bottom - high, name.top), 0.0) for name in names)
+    return sum(x * y for x, y in zip(across, down, strict=True))
 
 
 def shortened(name: str, most_pt: float) -> str:
@@ -228,21 +249,29 @@ def zoom_side(box: Box, size: tuple[int, int]) -> int | None:
     return side if side < min(ZOOM_SHARE * rows, columns) else None
 
 
-def _draw_zoom(axes: Axes, image: Image, box: Box, taken: Sequence[Box], greys: tuple[int, int]) -> None:
+def _within(image: Image, box: Box) -> Image:
+    """The pixels of a picture that a box meets, one at least."""
+    (left, top, right, bottom), (rows, columns) = box.edges, image.shape
+    x, y = (min(max(round(at), 0), most - 1) for at, most in ((left, columns), (top, rows)))
+    return image[y : max(round(bottom) + 1, y + 1), x : max(round(right) + 1, x + 1)]
+
+
+def _draw_zoom(axes: Axes, image: Image, box: Box, taken: Sequence[Box]) -> None:
     """An enlarged part around a box, in the corner where it hides least; none where it would show the box smaller than
-    the picture does."""
+    the picture does. Its greys are its own: where a picture shows a hot body as one white spot, its parts are seen."""
     rows, columns = image.shape
     side = zoom_side(box, (columns, rows))
     if side is None:
         return
     left = min(max(round(box.cx - side / 2), 0), columns - side)
     top = min(max(round(box.cy - side / 2), 0), rows - side)
+    part = image[top : top + side, left : left + side]
     zoom = axes.inset_axes((*zoom_corner(box, taken, (columns, rows)), ZOOM_SHARE * rows / columns, ZOOM_SHARE))
     zoom.imshow(
-        image[top : top + side, left : left + side],
+        part,
         cmap="gray",
-        vmin=greys[0],
-        vmax=greys[1],
+        vmin=float(part.min()),
+        vmax=float(np.percentile(_within(image, box), HIGHLIGHT)),
         interpolation="nearest",
         extent=(left - 0.5, left + side - 0.5, top + side - 0.5, top - 0.5),
     )

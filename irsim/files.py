@@ -27,6 +27,14 @@ def path_of(given: object) -> Path:
     return Path(given)
 
 
+def is_there(path: str | os.PathLike[str]) -> bool:
+    """Whether there is something of that name; False for a name that no file can have, too long or with a zero byte."""
+    try:
+        return Path(path).exists()
+    except (OSError, ValueError):
+        return False
+
+
 def is_recording(path: str | os.PathLike[str]) -> bool:
     """Whether the file is a recording, by its content; one cut to nothing, or not to be read, goes by its suffix."""
     path = path_of(path)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from irsim.errors import InputError
 from irsim.explain import listed
-from irsim.files import path_of
+from irsim.files import is_there, path_of
 
 
 def examples() -> dict[str, Path]:
@@ -29,19 +29,15 @@ def find(path: str | PathLike[str], wants: str = "examples") -> Path:
     wanted = fspath(path)
     if not wanted:
         raise InputError("'': the name is empty; allowed: a file, or a shipped scenario's name")
-    try:
-        exists = Path(path).exists()
-    except (OSError, ValueError):
-        exists = False
     folder, slash, name = wanted.rpartition("/")
-    if exists or Path(name).suffix or Path(name).name != name or Path(folder).name != folder:
+    if is_there(path) or Path(name).suffix or Path(name).name != name or Path(folder).name != folder:
         return Path(path)
     names = {f"{folder}{slash}{known}": file for known, file in shipped(folder or "examples").items()}
     if wanted in names:
         return names[wanted]
     if folder and not names:
         return Path(path)
-    elsewhere = sorted(f"{place.name}/{wanted}" for place in _folders() if (place / f"{wanted}.yaml").is_file())
+    elsewhere = sorted(f"{place.name}/{wanted}" for place in _folders() if is_there(place / f"{wanted}.yaml"))
     hint = f"; did you mean '{elsewhere[0]}'?" if elsewhere else ""
     if not folder and wants != "examples":
         names = {f"{wants}/{known}": file for known, file in shipped(wants).items()}

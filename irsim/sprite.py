@@ -55,9 +55,10 @@ def averaged(middle: Sprite, parts: Sequence[tuple[float, Sprite]]) -> Sprite:
     """The sprite whose light is the mean of `parts`, each with its share; all else is that of `middle`."""
     if not parts:
         return middle
-    x0, y0 = min(part.x0 for _, part in parts), min(part.y0 for _, part in parts)
-    right = max(part.x0 + part.alpha.shape[1] for _, part in parts)
-    bottom = max(part.y0 + part.alpha.shape[0] for _, part in parts)
+    drawn = [middle, *(part for _, part in parts)]  # what turns may reach farthest in the middle
+    x0, y0 = min(each.x0 for each in drawn), min(each.y0 for each in drawn)
+    right = max(each.x0 + each.alpha.shape[1] for each in drawn)
+    bottom = max(each.y0 + each.alpha.shape[0] for each in drawn)
     whole = sum(share for share, _ in parts)
     cover, alpha, emission = np.zeros((3, bottom - y0, right - x0))
 

@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from irsim.compose import overlap
+from irsim.compose import ROUNDING, overlap
 from irsim.course import Course
 from irsim.motion import Mount
 from irsim.occluders import Occluder
@@ -81,6 +81,18 @@ class Watch:
             return 0.0
         where, cover = met
         return float((target.cover[where] * cover).sum() / target.area)
+
+    def hidden_of_shown(self, occluder: Occluder, name: str, index: int) -> float:
+        """Share 0..1 that this occluder alone hides of what is in the picture of target `name`; 0 where nothing is."""
+        target = self.sprite(name, index)
+        shown = 0.0 if target is None else self._shown(target)
+        return self.hidden(occluder, name, index) / shown if shown > ROUNDING else 0.0
+
+    def _shown(self, target: Sprite) -> float:
+        """Share 0..1 of a target that is in the picture, hidden or not."""
+        columns, rows = self.stage.geometry.size
+        met = overlap((target.x0, target.y0), target.cover.shape, (0, 0), (rows, columns))
+        return 0.0 if met is None else float(target.cover[met[0]].sum() / target.area)
 
     def hidden_by(self, occluders: Sequence[Occluder], name: str, index: int) -> float:
         """Share 0..1 of target `name` that all of these together hide at frame `index`."""

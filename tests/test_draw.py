@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from irsim.draw import drawn_greys, name_place, shortened, zoom_corner, zoom_side
+from irsim.draw import _draw_zoom, drawn_greys, name_place, shortened, zoom_corner, zoom_side
 from irsim.types import Box
 
 SIZE = (200, 100)  # the enlarged part is 30 px wide and high
@@ -72,3 +72,28 @@ def test_a_name_wider_than_the_picture_lacks_its_middle() -> None:
     assert re.fullmatch("a+…b+", short)
     assert 10 < len(short) < 40
     assert shortened("jet", 100) == "jet"
+
+
+def test_a_name_stands_beside_those_that_are_there() -> None:
+    box, extent = Box(60, 50, 10, 10), (30.0, 8.0)
+    above, below = Box.from_edges(50, 36, 90, 44), Box.from_edges(50, 56, 90, 64)
+    assert name_place(box, extent, SIZE) == (55, 44)
+    assert name_place(box, extent, SIZE, [above]) == (55, 64)
+    assert name_place(box, extent, SIZE, [above, below]) == (66, 54)
+    everywhere = [Box(100, 50, 200, 100)]
+    assert name_place(box, extent, SIZE, everywhere) == (55, 44)
+
+
+def test_what_is_enlarged_shows_the_parts_of_a_hot_body() -> None:
+    """A body of 40 px of many counts each, which a display may show white all over."""
+    from matplotlib.figure import Figure
+
+    image = np.full((120, 160), 1000, np.uint16)
+    image[50:54, 60:70] = 3000
+    image[51:53, 60:70:2] = 4000
+    axes = Figure().subplots()
+    _draw_zoom(axes, image, Box(64.5, 51.5, 10, 4), [])
+    (shown,) = axes.child_axes[0].images
+    assert shown.norm.vmin == 1000
+    assert shown.norm.vmax == 4000
+    assert set(np.unique(np.asarray(shown.get_array()))) == {1000, 3000, 4000}

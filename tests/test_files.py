@@ -10,10 +10,12 @@ import sys
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 import irsim
+from irsim.cli import app
 from irsim.errors import InputError
-from irsim.files import check_output, replacing, replacing_text
+from irsim.files import check_output, is_there, replacing, replacing_text
 
 
 def test_a_file_takes_its_name_at_the_end(tmp_path: Path) -> None:
@@ -148,3 +150,15 @@ def test_a_recording_is_tidy(tmp_path: Path) -> None:
     scene = irsim.loads("frames: 1\ncamera: {size: [16, 16]}\nbackground: {kind: ground}\n")
     irsim.record(irsim.Rendering(scene), tmp_path / "a.mcap")
     assert os.listdir(tmp_path) == ["a.mcap"]
+
+
+@pytest.mark.parametrize("name", ["x" * 300, "a\0b", "f/" * 3000])
+def test_a_name_that_no_file_can_have_is_not_there(name: str) -> None:
+    assert not is_there(name)
+
+
+def test_long_changes_and_long_names_are_no_faults_of_the_system() -> None:
+    fine = CliRunner().invoke(app, ["check", "sky", "about=" + "x" * 300])
+    wrong = CliRunner().invoke(app, ["check", "x" * 300])
+    assert fine.exit_code == 0, fine.output
+    assert "there is no such file" in str(wrong.exception or wrong.output)

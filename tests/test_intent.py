@@ -59,6 +59,20 @@ def test_truth_shows_that_it_was_hidden_then_and_not_otherwise(kind: str, fracti
     assert min(shown[66:]) == pytest.approx(1)
 
 
+def at_the_edge(first: int, last: int) -> str:
+    """A jet on its way out at the left, and a bar that is to hide it."""
+    way = "{kind: straight, start: [8, 60], speed: 1, heading_deg: 180, range_m: 2000}"
+    return (
+        "{frames: 40, camera: {size: [160, 120], ifov_mrad: 0.3}, background: {kind: sky}, "
+        f"targets: [{{id: jet, shape: {{kind: fighter}}, path: {way}}}], "
+        f"occluders: [{{kind: bar, hides: jet, frames: [{first}, {last}], range_m: 900}}]}}"
+    )
+
+
+def test_what_is_in_the_picture_of_a_target_at_its_edge_is_hidden() -> None:
+    assert max(visible(at_the_edge(2, 5), range(2, 6))) < 1e-3
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_a_tree_hides_hardly_longer_than_a_house_does(seed: int) -> None:
     """What a house hides beyond the seven frames is what a box is wider than the tank in it. A crown that had no gaps

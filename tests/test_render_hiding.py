@@ -78,6 +78,28 @@ def test_a_target_at_the_edge_is_partly_visible() -> None:
     assert target.in_view
 
 
+@pytest.mark.parametrize("psf_px", [0.0, 0.05, 0.6])
+@pytest.mark.parametrize("kind", ["truck", "fighter"])
+def test_what_lies_outside_is_not_visible_whatever_the_blur(kind: str, psf_px: float) -> None:
+    """Without any blur, nothing is drawn of a body beyond the picture's edge: its patch ends there."""
+    cut = scene(shape=kind, x=158.0, camera={"size": (160, 120), "netd_mk": 0.0, "psf_px": psf_px})
+    wide = scene(shape=kind, x=158.0, camera={"size": (320, 120), "netd_mk": 0.0, "psf_px": 0.6})
+    target, whole = (next(iter(Rendering(each).truths())).targets[0] for each in (cut, wide))
+    (piece,) = Renderer(cut)._pieces(0)
+    inside = piece.sprite.cover[:, : 160 - piece.sprite.x0]
+    assert whole.visible == 1
+    assert target.visible == pytest.approx(inside.sum() / piece.sprite.area, abs=1e-9)
+    assert target.visible is not None
+    assert 0.3 < target.visible < 0.9
+
+
+def test_each_occluder_is_named_that_hides_by_itself() -> None:
+    """The nearer bar hides nothing that the farther one leaves, and hides the target all the same."""
+    bars = [*bar(id="far", range_m=700.0), *bar(id="near", range_m=500.0)]
+    (target,) = next(iter(Rendering(scene(occluders=bars)).truths())).targets
+    assert target.occluders == ("far", "near")
+
+
 def test_a_target_outside_is_not_in_view_and_changes_no_pixel() -> None:
     outside = Rendering(scene(x=-100.0))
     (target,) = next(iter(outside.truths())).targets

@@ -48,6 +48,20 @@ def spread_of(light: Floats) -> tuple[float, float, float, float]:
     return x, y, float((weight * (columns - x) ** 2).sum()), float((weight * (rows - y) ** 2).sum())
 
 
+def test_what_turns_may_reach_farthest_in_the_middle_of_the_exposure() -> None:
+    """A rotor that lies across the edge of the picture in the middle, and along it at all of the steps."""
+    path = {"kind": "straight", "start": (32.0, 24.0), "speed": 0.8, "heading_deg": -170.0, "range_m": 50.0}
+    drone = {"id": "one", "shape": {"kind": "quadrotor"}, "path": path}
+    camera = {"size": (64, 48), "ifov_mrad": 0.3, "rate_hz": 50.0}
+    sharp, smeared = (
+        Rendering(scene(frames=70, targets=[drone], camera={**camera, "smear": smear}))
+        for smear in (None, {"time_ms": 10.0})
+    )
+    for still, truth in zip(sharp.truths(), smeared.truths(), strict=True):
+        ((found,), (expected,)) = truth.targets, still.targets
+        assert found.visible == pytest.approx(expected.visible, abs=1e-6)
+
+
 @pytest.mark.parametrize("time_ms", [5.0, 20.0, 40.0])
 def test_a_streak_is_as_long_as_speed_times_time(time_ms: float) -> None:
     """A line of length L has the variance L^2 / 12, n points evenly spread over it (1 - 1/n^2) of that."""

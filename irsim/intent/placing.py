@@ -78,7 +78,7 @@ def _densest_needed(watch: Watch, occluder: Occluder, of: Placing) -> tuple[Occl
     name, (first, last) = asked(occluder)
 
     def shares(screen: Occluder, frames: list[int]) -> Floats:
-        return np.array([watch.hidden(screen, name, index) for index in frames])
+        return np.array([watch.hidden_of_shown(screen, name, index) for index in frames])
 
     every = list(range(first, last + 1))
     looked = np.unique(np.linspace(first, last, _LOOKED).round().astype(int)).tolist()

@@ -42,8 +42,8 @@ class Occluder(NamedKind):
     frames: Stretch | None = None
     """[first, last] frame, both counted, in which it shall hide it."""
     fraction: Annotated[float, Field(gt=0, le=1)] = 1.0
-    """How much of the target it shall hide in those frames, at least (to 0.001; but for a trace of all of it). 0.2 more
-    is warned of."""
+    """How much of what is in the picture of the target it shall hide in those frames, at least (to 0.001; but for a
+    trace of all of it). 0.2 more is warned of."""
 
     @model_validator(mode="after")
     def _place_or_intent(self) -> Self:

@@ -143,11 +143,12 @@ class TargetTruth:
                   more), whatever is behind it; for an isothermal target the same as center. The centroid of
                   what it adds to the picture is another: that of `irsim.Moments.contribution`
     velocity      (vx, vy) px per frame period, apparent (the camera's own motion included): the step since the
-                  scenario's frame before, dropped or not; in frame 0 that to frame 1
+                  scenario's frame before, dropped or not; in frame 0 that to frame 1. That of the place that its path
+                  gives: the centre goes round it as it turns or moves its limbs
     attitude      (yaw, pitch, roll) degrees in the camera's first frame
     range_m       metres from the camera
     visible       fraction 0..1 of the target's area that is in the frame and not hidden
-    occluders     names of what hides some of it
+    occluders     names of what hides some of it, by itself a hundredth of its area at least, what lies behind them too
     crossing      another target's box meets this one's
     in_view       its centre is inside the frame
     contrast_k    apparent temperature of the target's mean less that of what is behind it, K
