@@ -37,6 +37,14 @@ def test_fog_hides_by_its_visibility() -> None:
             assert -np.log(air.transmittance(band, 150.0)) == pytest.approx(3.912 / 0.4 * 0.15 * ratio, rel=1e-9)
 
 
+def test_fog_lies_up_to_two_hundred_metres() -> None:
+    """Straight up from the sea the path holds 0.2 km of it, from half that height half as much, from above none."""
+    for altitude_m, km in ((0.0, 0.2), (100.0, 0.1), (250.0, 0.0)):
+        air = Atmosphere(fog_visibility_km=0.4, altitude_m=altitude_m)
+        expected = 3.912 / 0.4 * km * FOG["radiation"]["lwir"]
+        assert -np.log(air.transmittance("lwir", 10e3, np.pi / 2)) == pytest.approx(expected, rel=1e-6)
+
+
 def extinction(size: float, index: complex) -> float:
     """Mie's efficiency of extinction of a sphere of size parameter `size` (Bohren & Huffman, 1983, ch. 4)."""
     orders = int(size + 4 * size ** (1 / 3) + 2)

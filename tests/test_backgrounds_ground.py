@@ -58,8 +58,8 @@ def test_a_road_is_as_wide_as_asked_for() -> None:
 
 
 @pytest.mark.parametrize("per_mrad2", [0.001, 0.01])
-def test_clutter_has_the_density_sizes_and_contrasts_asked_for(per_mrad2: float) -> None:
-    counts = []
+def test_clutter_has_the_density_contrasts_and_share_of_cold_asked_for(per_mrad2: float) -> None:
+    counts, covered, covered_by_cold = [], 0, 0
     for seed in range(8):
         cover, kelvin = Clutter(per_mrad2=per_mrad2, size_mrad=(2, 3), contrast_k=(4, 6), cold=0.25).paint(
             (SIDE, SIDE), PX_PER_MRAD, seed
@@ -68,10 +68,34 @@ def test_clutter_has_the_density_sizes_and_contrasts_asked_for(per_mrad2: float)
         counts.append(count)
         found = np.abs(kelvin[cover > 0.5])
         assert 4 <= found.min() <= found.max() <= 6
+        covered += found.size
+        covered_by_cold += int(np.count_nonzero(kelvin[cover > 0.5] < 0))
     expected = per_mrad2 * (SIDE / PX_PER_MRAD) ** 2
     # Poisson over 8 maps; at the higher density some overlap and count as one.
     overlap = per_mrad2 * math.pi * 2.5**2 / 2
     assert np.mean(counts) == pytest.approx(expected, abs=4 * math.sqrt(expected / 8) + overlap * expected)
+    # Cold and warm ones are of the same sizes, so cold ones cover their share: binomial over all things.
+    assert covered_by_cold / covered == pytest.approx(0.25, abs=4 * math.sqrt(0.25 * 0.75 / (8 * expected)))
+
+
+def test_clutter_is_as_long_as_asked_for_and_at_least_half_as_wide() -> None:
+    """An even ellipse's variance along an axis is a quarter of its half axis squared; what overlaps or is cut by the
+    map's edge is no even ellipse of its area, and is left out."""
+    axes = []
+    for seed in range(12):
+        cover, _ = Clutter(per_mrad2=0.0002, size_mrad=(6, 12)).paint((SIDE, SIDE), PX_PER_MRAD, seed)
+        labels, count = ndimage.label(cover > 0.5)
+        for places in (np.argwhere(labels == number) for number in range(1, count + 1)):
+            short, long = 4 * np.sqrt(np.linalg.eigvalsh(np.cov(places.T)))
+            inner = places.min() > 0 and places.max() < SIDE - 1
+            if inner and len(places) == pytest.approx(math.pi / 4 * short * long, rel=0.02):
+                axes.append((short / PX_PER_MRAD, long / PX_PER_MRAD))
+    shorts, longs = np.array(axes).T
+    assert len(longs) > 100
+    # A quarter of a mrad is half a pixel. The mean: evenly from 6 to 12, four standard errors.
+    assert 6 - 0.25 < longs.min() < longs.max() < 12 + 0.25
+    assert longs.mean() == pytest.approx(9, abs=4 * 6 / math.sqrt(12 * len(longs)))
+    assert 0.5 - 0.05 < (shorts / longs).min() < 0.6
 
 
 def test_no_clutter_where_its_density_is_zero() -> None:

@@ -128,6 +128,15 @@ class TestSinger:
         assert a.std() == pytest.approx(0.05, rel=0.05)
         assert np.mean(a[1:] * a[:-1]) / a.var() == pytest.approx(np.exp(-1), abs=0.05)
 
+    @pytest.mark.parametrize("after", [0, 3])
+    def test_its_acceleration_has_that_spread_from_the_first_frame_on(self, after: int) -> None:
+        value = path(kind="singer", start=[0, 0], speed=0.0, sigma=0.05, correlation_frames=8.0)
+        frames = after + np.array([0.0, 0.01, 0.02])
+        x = np.array([value.pixels(frames, stage(seed), "jet") for seed in range(600)])  # type: ignore[attr-defined]  # a PixelPath
+        a = (x[:, 0] - 2 * x[:, 1] + x[:, 2]) / 1e-4
+        # 1,200 independent values: their standard deviation is known to 2 %.
+        assert a.std() == pytest.approx(0.05, rel=0.08)
+
     def test_no_sigma_is_the_steady_way(self) -> None:
         value = path(kind="singer", start=[5, 6], speed=2.0, heading_deg=90.0, sigma=0.0)
         np.testing.assert_allclose(pixels(value, [-1.0, 10.5]), [[5, 4], [5, 27]], atol=1e-9)
@@ -194,15 +203,19 @@ class TestOthers:
         assert np.linalg.norm(places(beside, [20], scene)) == pytest.approx(850)
 
     @pytest.mark.parametrize("angle", [-120.0, 40.0, 90.0])
-    @pytest.mark.parametrize("miss", [0.0, 6.0])
+    @pytest.mark.parametrize("miss", [0.0, 6.0, -6.0])
     def test_a_crossing_meets_at_its_frame_and_angle(self, angle: float, miss: float) -> None:
         scene = stage(leader=LEADER)
         value = path(kind="crosses", target="leader", at_frame=30.0, angle_deg=angle, miss_px=miss, speed=1.5)
         frames = np.arange(0, 60, 0.5)
         apart = np.linalg.norm(pixels(value, frames, scene) - pixels(LEADER, frames, scene), axis=1)
         assert frames[np.argmin(apart)] == 30.0
-        assert apart.min() == pytest.approx(miss, abs=1e-6)
+        assert apart.min() == pytest.approx(abs(miss), abs=1e-6)
         step = np.diff(pixels(value, [30, 31], scene), axis=0)[0]
+        # Positive ones are to the right of who looks along its motion relative to the other, y being down.
+        along = step - np.diff(pixels(LEADER, [30, 31], scene), axis=0)[0]
+        right = np.array([-along[1], along[0]]) / np.hypot(*along)
+        assert (pixels(value, [30], scene) - pixels(LEADER, [30], scene))[0] @ right == pytest.approx(miss, abs=1e-6)
         assert np.hypot(*step) == pytest.approx(1.5)
         assert np.degrees(np.arctan2(step[1], step[0])) == pytest.approx(10 + angle)
 

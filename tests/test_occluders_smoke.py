@@ -1,4 +1,4 @@
-"""Smoke that billows: it hides as much in its dense part, its edge is torn and rolls, and it is unevenly warm."""
+"""Smoke: it drifts, grows and thins; billows hide as much, tear its edge and roll, and are unevenly warm."""
 
 from __future__ import annotations
 
@@ -104,3 +104,28 @@ def test_placed_over_a_window_it_rises_and_hides_all_of_it(window: Box) -> None:
     alpha = whole(sprite, sprite.alpha)
     hidden = alpha[round(window.top) : round(window.bottom), round(window.left) : round(window.right)]
     assert hidden.min() > 0.87  # of 0.9: the corners are on the edge of the dense part
+
+
+@pytest.mark.parametrize(("begins_frame", "drifted_s"), [(None, 2.0), (15.0, 1.0)])
+def test_it_drifts_with_the_wind_from_where_it_is_full_grown(begins_frame: float | None, drifted_s: float) -> None:
+    """At 2 s, frame 60: without a beginning it stood at its place in frame 0, else 15 frames after it began."""
+    keys = {} if begins_frame is None else {"begins_frame": begins_frame}
+    box = drawn(smoke(drift_px_s=(20.0, -8.0), grow_frames=15.0, **keys), time=2.0).box
+    assert (box.cx, box.cy) == pytest.approx((160 + 20 * drifted_s, 120 - 8 * drifted_s))
+
+
+@pytest.mark.parametrize(
+    ("ages", "size", "share"),
+    [
+        ({"begins_frame": 20.0, "grow_frames": 20.0}, 0.675, 0.5),  # half-way from 0.35 to all of its size
+        ({"begins_frame": -10.0, "grow_frames": 10.0, "lasts_frames": 20.0, "fade_frames": 20.0}, 1.15, 0.5),
+    ],
+    ids=["grows", "fades"],
+)
+def test_it_thins_as_it_grows(ages: dict[str, float], size: float, share: float) -> None:
+    """Half-way into its growth or its fading in frame 30, its depth is half that of the full one, over the root of how
+    much larger it is."""
+    full, other = (drawn(smoke(opacity=0.8, **keys), time=1.0) for keys in ({}, ages))
+    assert (other.box.w, other.box.h) == pytest.approx((90 * size, 60 * size))
+    depth, of_other = (-math.log1p(-whole(sprite, sprite.alpha)[120, 160]) for sprite in (full, other))
+    assert of_other / depth == pytest.approx(share / math.sqrt(size))

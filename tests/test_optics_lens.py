@@ -114,6 +114,13 @@ def test_defocus_is_an_even_disc() -> None:
     np.testing.assert_allclose(share, 4 / (math.pi * 400), rtol=0.03)
 
 
+def test_the_gaussian_in_its_place_has_the_variance_of_the_disc_of_defocus() -> None:
+    """On each axis, that of places spread evenly over a disc of 8 px, beside what diffraction makes."""
+    x, y = np.meshgrid(*[np.arange(-4, 4, 0.02) + 0.01] * 2)
+    sharp, blurred = (Lens(defocus_px=diameter).sigma_px("lwir") for diameter in (0.0, 8.0))
+    assert blurred**2 - sharp**2 == pytest.approx(float(np.mean(x[np.hypot(x, y) < 4] ** 2)), rel=1e-3)
+
+
 def test_the_full_width_is_where_the_light_is_half() -> None:
     at_half = MONO.share(np.zeros(1), np.array([MONO.fwhm_px / 2]))[0, 0]
     assert at_half == pytest.approx(MONO.share(np.zeros(1), np.zeros(1))[0, 0] / 2)

@@ -32,13 +32,14 @@ class Line(Path):
 
 
 class Round(Path):
-    """A circle of 10 m at 10 m/s: upright before the camera, or level."""
+    """A circle of 10 m at 10 m/s: upright before the camera, or level; to the left as it stands, or to the right."""
 
     upright: bool
+    to_right: bool = False
 
     def positions(self, frames: Floats, stage: Stage, name: str) -> Floats:
         t = np.asarray(frames) / stage.rate_hz
-        one, other = 10 * np.cos(t), 10 * np.sin(t)
+        one, other = (-10 if self.to_right else 10) * np.cos(t), 10 * np.sin(t)
         flat = np.zeros_like(t)
         return np.stack([one, other, 300 + flat] if self.upright else [one, flat, 300 + other], axis=-1)
 
@@ -108,12 +109,17 @@ def test_on_ground_below_the_camera_it_is_level_and_looks_where_it_drives() -> N
     np.testing.assert_allclose(angles(value, VEHICLE, [0.0, 20.0])[:, 0], 0.0, atol=1.0)
 
 
-def test_a_bird_banks_in_a_level_turn() -> None:
+@pytest.mark.parametrize(("to_right", "lowered"), [(True, 1), (False, -1)])
+def test_a_bird_banks_into_a_level_turn(to_right: bool, lowered: int) -> None:
+    """A turn to the right lowers the right wing, one to the left raises it."""
     # tan(bank) = v omega / g at 10 m/s and 1 rad/s; over half a second to each side that seems 2 % weaker.
-    found = angles(Round(upright=False), BIRD, [100.0, 131.3])
+    value, frames = Round(upright=False, to_right=to_right), np.array([100.0, 131.3])
+    found = angles(value, BIRD, frames)
     bank = math.degrees(math.atan(10 / STANDARD_GRAVITY))
     np.testing.assert_allclose(np.abs(found[:, 2]), bank, rtol=0.03)
     np.testing.assert_allclose(found[:, 1], 0.0, atol=1e-6)
+    right_wing = attitudes(value, frames, level(), "it", posture=BIRD)[:, :, 1]
+    np.testing.assert_allclose(right_wing @ level().geometry.down, lowered * math.sin(math.radians(bank)), rtol=0.03)
 
 
 def test_a_bird_goes_through_the_vertical_without_rolling_over() -> None:

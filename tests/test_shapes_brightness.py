@@ -51,6 +51,12 @@ class TestFlicker:
         assert np.mean(np.array(factors) == 1.0) == pytest.approx(0.25, abs=1e-9)
         assert set(factors) == {1.0, 0.1}
 
+    def test_a_phase_is_where_in_its_period_a_blink_begins(self) -> None:
+        """From 0.2 of a period of 2 s on: bright to 0.25 of it, 0.1 s later, and again from its end, at 1.6 s."""
+        value = flicker("blink", period_s=2.0, bright=0.25, dim=0.1, phase=0.2)
+        factors = [value.factor(time, 0, "a") for time in (0.0, 0.05, 0.15, 1.0, 1.55, 1.65, 2.05)]
+        assert factors == [1.0, 1.0, 0.1, 0.1, 0.1, 1.0, 1.0]
+
     def test_wave_is_a_sine(self) -> None:
         value = flicker("wave", hz=2.0, depth=0.4, phase=0.25)
         assert value.factor(0.0, 0, "a") == pytest.approx(1.4)

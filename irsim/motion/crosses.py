@@ -44,7 +44,8 @@ class Crosses(Crossing):
     picture of one that turns, moves or zooms both have its motion, too, and the angle between them is another. A target
     that stands counts as going right."""
     miss_px: Number = 0.0
-    """How near they come: distance of their places at that frame, across their relative motion, px."""
+    """How near they come: distance of their places at that frame, across their relative motion, px; positive where it
+    passes to the right of the other, negative to the left, as seen along its motion relative to it."""
     speed: PixelSpeed = 2.0
     """Px per frame."""
     farther_m: Number = 0.0
