@@ -98,7 +98,12 @@ def test_sky_trees_and_ground_are_claimed() -> None:
     assert set(CLASSES) == set(get_args(BackgroundClass))
 
 
-@pytest.mark.parametrize("name", CLAIMS)
+LONGER = "hiding", "platform"
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] if name in LONGER else []) for name in CLAIMS]
+)
 def test_a_shipped_scene_is_like_no_class_that_it_does_not_claim(name: str) -> None:
     """Ground is not city, a sea is neither trees nor a tree line, a sky over the horizon has no tree line."""
     assert set(classes_of(of_scene(name))) <= {CLAIMS[name]}

@@ -91,7 +91,12 @@ def reports(spoil: Callable[[np.random.Generator], Floats]) -> tuple[NoiseReport
     return tuple(measure_noise(spoil(np.random.default_rng(seed)), 30.0, WHOLE) for seed in range(SEEDS))
 
 
-@pytest.mark.parametrize("spoil", SPOILT)
+SLOWER = (corrected_twice, doubled, lossy)
+
+
+@pytest.mark.parametrize(
+    "spoil", [pytest.param(spoil, marks=[pytest.mark.slow] if spoil in SLOWER else []) for spoil in SPOILT]
+)
 def test_what_went_in_is_found_all_the_same(spoil: Callable[[np.random.Generator], Floats]) -> None:
     """Lost frames leave no trace in white noise, and none is claimed."""
     steps, repeats = SPOILT[spoil]
@@ -223,6 +228,7 @@ def crossed(rng: np.random.Generator) -> Floats:
     return frames
 
 
+@pytest.mark.parametrize("seeds", [range(15), pytest.param(range(15, 60), marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     "draw",
     [
@@ -230,8 +236,8 @@ def crossed(rng: np.random.Generator) -> Floats:
         *(odd_frames, shaken, panned, crossed),
     ],
 )
-def test_nothing_else_is_taken_for_a_step(draw: Callable[[np.random.Generator], Floats]) -> None:
-    for seed in range(60):
+def test_nothing_else_is_taken_for_a_step(draw: Callable[[np.random.Generator], Floats], seeds: range) -> None:
+    for seed in seeds:
         frames = draw(np.random.default_rng(seed))
         assert pattern_steps(frames, np.arange(len(frames))) == [], seed
 

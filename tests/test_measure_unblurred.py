@@ -43,7 +43,7 @@ def test_without_a_point_the_fixed_pattern_is_held_all_the_same() -> None:
     assert found.psf.low <= 0.47 <= found.psf.high
 
 
-@pytest.mark.parametrize("psf_px", [0.42, 0.6, 0.78])
+@pytest.mark.parametrize("psf_px", [0.6, *(pytest.param(each, marks=pytest.mark.slow) for each in (0.42, 0.78))])
 def test_what_hangs_on_an_unseen_blur_lies_in_its_intervals(psf_px: float) -> None:
     found = []
     passed = np.exp(-2 * np.pi**2 * psf_px**2 * np.add.outer(*[np.fft.fftfreq(1024) ** 2] * 2))

@@ -116,7 +116,7 @@ def test_clusters_of_bad_pixels_are_no_light(cluster: list[tuple[int, int]]) -> 
         )
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (2, 3))])
 def test_what_waves_hide_is_not_said_to_be_nothing(seed: int) -> None:
     """Rows of a fifth of the NETD were told as 0 (0 to 0), or as twenty times that with an interval far above."""
     frames = filmed("waves", seed)

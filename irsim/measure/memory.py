@@ -2,6 +2,9 @@
 
 Read off the differences of frames k apart, which fixed pattern leaves alone: half their variance is
 w^2 + s^2 (1 - rho^k) for white noise of sigma w and AR(1) noise of sigma s and lag-1 correlation rho.
+
+What drifts for much longer than the recording lasts, as non-uniformity does between corrections, adds d k. In so many
+frames nobody can tell it from a part of slow AR(1) noise, so intervals hold what both readings allow, with and without.
 """
 
 from __future__ import annotations
@@ -9,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -87,8 +91,8 @@ def temporal(frames: Values, rate_hz: float, number: Indices | None = None) -> T
     blocks = _blocks(np.stack(pictures, axis=-1))
     mean_correlation = _mean_correlation(number)
 
-    def statistic(means: Floats) -> Floats:
-        white, correlated, decay = fit_memory(lags, means[: len(lags)])
+    def statistic(means: Floats, drifts: bool = False) -> Floats:
+        white, correlated, decay = fit_memory(lags, means[: len(lags)], drifts)
         total = white + correlated
         mean_part = (white + correlated * mean_correlation(decay)) / times
         return np.array(
@@ -113,7 +117,8 @@ def temporal(frames: Values, rate_hz: float, number: Indices | None = None) -> T
     correlation = tuple(shown)
     remembered = rise.low > 0 and shown[0].low > _LEAST_CORRELATION
     if times >= LEAST_FRAMES and remembered:
-        _, white, correlated, total, log_decay, pixel, *modelled = jackknife(blocks, statistic)
+        steady, drifting = (jackknife(blocks, partial(statistic, drifts=drifts)) for drifts in (False, True))
+        _, white, correlated, total, log_decay, pixel, *modelled = map(_either, steady, drifting)
         correlation = tuple(modelled)
         if log_decay.low <= _least_decay(lags) + _NEAR:
             # It may last for any longer: of what stays over the recording nobody can tell it from fixed pattern.
@@ -133,6 +138,11 @@ def temporal(frames: Values, rate_hz: float, number: Indices | None = None) -> T
         )
     differences = tuple(root(float(blocks[:, i].mean())) for i in range(len(lags)))
     return Temporal(pair.map(root), lags, differences, correlation, memory)
+
+
+def _either(one: Measured, other: Measured) -> Measured:
+    """The first, with an interval that holds both."""
+    return Measured(one.value, min(one.low, other.low), max(one.high, other.high))
 
 
 def time_freedom(memory: Memory | None, number: Indices) -> float:
@@ -170,8 +180,9 @@ def _least_decay(lags: tuple[int, ...]) -> float:
     return math.log(1 / (_LONGEST * lags[-1]))
 
 
-def fit_memory(lags: tuple[int, ...], half_squares: Floats) -> tuple[float, float, float]:
-    """(w^2, s^2, -log rho), least squares of w^2 + s^2 (1 - rho^k) in the logarithm's first order.
+def fit_memory(lags: tuple[int, ...], half_squares: Floats, drifts: bool = False) -> tuple[float, float, float]:
+    """(w^2, s^2, -log rho), least squares of w^2 + s^2 (1 - rho^k) in the logarithm's first order; d k is added where
+    it `drifts`.
 
     half_squares    (lags,) half the mean squared difference of frames that far apart
     """
@@ -180,7 +191,8 @@ def fit_memory(lags: tuple[int, ...], half_squares: Floats) -> tuple[float, floa
     low, high = _least_decay(lags), math.log(6.0)
     for _ in range(4):
         decays = np.linspace(low, high, 61)
-        found = [_linear(1 - np.exp(-lag * math.exp(decay)), wanted) for decay in decays]
+        shapes = (1 - np.exp(-lag * math.exp(decay)) for decay in decays)
+        found = [_drifting(shape, lag, wanted) if drifts else _linear(shape, wanted) for shape in shapes]
         best = int(np.argmin([error for _, _, error in found]))
         low, high = decays[max(best - 1, 0)], decays[min(best + 1, 60)]
     white, correlated, _ = found[best]
@@ -198,6 +210,15 @@ def _linear(shape: Floats, wanted: Floats) -> tuple[float, float, float]:
     elif correlated < 0:
         white, correlated = ay / aa, 0.0
     return float(white), float(correlated), float(np.square(white * a + correlated * b - 1).sum())
+
+
+def _drifting(shape: Floats, lag: Floats, wanted: Floats) -> tuple[float, float, float]:
+    """The same with d >= 0 of d lag besides."""
+    from scipy.optimize import nnls
+
+    parts = np.stack([np.ones_like(shape), shape, lag], axis=1) / wanted.clip(_FLOOR)[:, None]
+    (white, correlated, _), left = nnls(parts, np.ones_like(shape))
+    return float(white), float(correlated), float(left) ** 2
 
 
 def _lags(number: Indices) -> Iterator[int]:

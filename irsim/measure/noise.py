@@ -19,6 +19,7 @@ from irsim.measure.region import Region, Values, windows
 from irsim.measure.repeats import new_frames
 from irsim.measure.steady import slides
 from irsim.measure.stretch import Stretch, longest_stretch, pattern_steps
+from irsim.measure.whiteness import remembering
 from irsim.types import Bools, Floats
 
 _CHANCE = 1.05
@@ -45,6 +46,8 @@ class NoiseReport:
     doubtful    names of what may be the scene's. Where neighbours change together these are all `terms` and "pair",
                 "lags", "memory" and "drift"; else those of the terms in which neighbouring pixels, rows or columns are
                 alike
+    remembered  correlation from frame to frame of those of t, tv and th that are not drawn anew in each: they are more
+                than is told of them, and v and h hold what stays of them meanwhile
     slides      whether the whole scene slides before the camera; blurred noise does not. Pixels that blink by less than
                 it changes are then missed, or are among the dead or hot ones
     crossed     whether a target of the truth is in the region in some frame
@@ -70,6 +73,7 @@ class NoiseReport:
     together: bool
     moving: bool
     doubtful: tuple[str, ...]
+    remembered: dict[str, float]
     slides: bool
     crossed: bool
     drift: float
@@ -141,6 +145,7 @@ def measure_noise(
             vh=_bounded(memory.pixel, terms.vh, moved.moving),
             tvh=_bounded(memory.total, terms.tvh, moved.moving),
         )
+    remembered = {} if moved.moving else remembering(flat, number, terms, flow.memory)
     means = flat.mean(axis=(1, 2))
     whole = patched(frames, bad.all)
     sliding = slides(whole)
@@ -163,6 +168,7 @@ def measure_noise(
         together=moved.together,
         moving=moved.moving,
         doubtful=doubtful,
+        remembered=remembered,
         slides=sliding,
         crossed=taken is not None and bool(taken[region.rows, region.columns].any()),
         drift=float(means.std(ddof=1)),

@@ -57,6 +57,8 @@ def noise_lines(report: NoiseReport, start: int = 0) -> Iterator[tuple[str, str]
     yield from (("left out", sentence) for sentence in report.stretch.left_out(start))
     if report.crossed:
         yield "note", f"targets pass through {report.region}: region=X,Y,W,H names a place without them"
+    if report.remembered:
+        yield "note", remembered_told(report)
     if report.slides:
         yield "note", "the scene moves: it slides before the camera in most of the picture"
     if report.doubtful and not report.together:
@@ -74,6 +76,18 @@ def noise_lines(report: NoiseReport, start: int = 0) -> Iterator[tuple[str, str]
             "",
             f"noise that each pixel draws anew in each frame is at most {report.fine_most:.3g} counts, whatever moves",
         )
+
+
+def remembered_told(report: NoiseReport) -> str:
+    """Which of t, tv and th are not drawn anew in each frame, and what follows."""
+    terms = [f"{term} ({alike:.2f})" for term, alike in report.remembered.items()]
+    are, they, them = ("is", "it is", "it") if len(terms) == 1 else ("are", "they are", "them")
+    stays = " and ".join(stay for term, stay in (("tv", "v"), ("th", "h")) if term in report.remembered)
+    held = f", and {stays} may be what stays of {them} meanwhile" if stays else ""
+    return (
+        f"from one frame to the next {', '.join(terms)} {are} alike, not drawn anew: over longer times {they} larger "
+        f"than told{held}"
+    )
 
 
 def blinking_missed(report: NoiseReport) -> str | None:
