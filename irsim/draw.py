@@ -39,8 +39,8 @@ NAME_PT = 7
 NARROWED = 1.05
 """A frame is drawn narrower than its cell of the sheet by up to so much, so that names are that much larger in it."""
 HIGHLIGHT = 97.0
-"""Percentile of the counts in a target's box that is drawn white where it is enlarged: what is hotter, an engine, hides
-nothing of the body."""
+"""Percentile of the counts in a target's box, or around it where that is more, that is drawn white where it is
+enlarged: what is hotter, an engine, hides nothing of the body."""
 MARGIN_PX = 6.0
 """Boxes are drawn larger by this, or they would hide what they show."""
 
@@ -271,7 +271,7 @@ def _draw_zoom(axes: Axes, image: Image, box: Box, taken: Sequence[Box]) -> None
         part,
         cmap="gray",
         vmin=float(part.min()),
-        vmax=float(np.percentile(_within(image, box), HIGHLIGHT)),
+        vmax=max(float(np.percentile(counts, HIGHLIGHT)) for counts in (part, _within(image, box))),
         interpolation="nearest",
         extent=(left - 0.5, left + side - 0.5, top + side - 0.5, top - 0.5),
     )

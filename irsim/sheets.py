@@ -63,7 +63,13 @@ _FAINT = {
     "targets": [
         {
             "id": "drone",
-            "shape": {"kind": "quadrotor", "temperature_k": 281.5},
+            "shape": {
+                "kind": "quadrotor",
+                "temperature_k": 280.6,
+                "motors_k": 281.4,
+                "battery_k": 281,
+                "rotors_k": 280.2,
+            },
             "path": {"kind": "straight", "start": [160, 128], "range_m": _DRONE_M},
         }
     ],
