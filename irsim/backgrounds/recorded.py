@@ -8,12 +8,12 @@ from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-import cv2
 import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.backgrounds.base import FARTHEST, Background, Gaze, Layer
+from irsim.backgrounds.own_noise import own_noise
 from irsim.contents import Stamp, unchanged, with_digest
 from irsim.errors import InputError
 from irsim.marks import FileName
@@ -36,9 +36,9 @@ class Recorded(Background):
     Counts stand for the light that gave them by the recording's own camera, where it says so and sees the same band;
     else for radiance evenly between black bodies of `range_k`: L = L0 + (L1 - L0) count / full.
     What is drawn changes a pixel's light, and its count by that change, but the camera's noise stays: what
-    sets the pixel off from the eight about it, which may be fine texture too. Every other pixel keeps its
-    count bit for bit. The camera needs the recording's size and depth; its detector, noise and motion
-    do not touch the recorded frames.
+    sets the pixel off from the eight about it, as far as noise does. Small objects and edges set it off farther and
+    are hidden; texture no stronger than noise is not. Every other pixel keeps its count bit for bit. The camera needs
+    the recording's size and depth; its detector, noise and motion do not touch the recorded frames.
     """
 
     noisy: ClassVar[bool] = True
@@ -174,14 +174,8 @@ class Footage:
         """
         counts = self.counts(index)
         added = self._scale.rise(self._light(counts), light)
-        kept = (1 - uncovered) * _grain(counts)
+        kept = (1 - uncovered) * own_noise(counts, 2**self._recording.bits - 1)
         return np.asarray(counts + added + kept)
-
-
-def _grain(counts: Image) -> Floats:
-    """What single pixels differ by from the median of the 3 x 3 about them, counts: of white noise 97 %, little of
-    what optics have blurred."""
-    return counts.astype(np.float32) - cv2.medianBlur(counts, 3)
 
 
 def _same(one: Band | None, other: Band) -> bool:
