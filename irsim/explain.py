@@ -29,6 +29,7 @@ _EXPECTED = {
 _RANGES = {"greater_than", "greater_than_equal", "less_than", "less_than_equal", "finite_number"}
 _OF_IDS = {"duplicate_id", "unknown_id"}
 _LONGEST = 40
+_HEADING = "heading_deg"
 
 
 AnyPart = TypeVar("AnyPart", bound=Part)
@@ -190,7 +191,7 @@ def _what(kind: str, detail: Mapping[str, Any], slot: Slot | None, path: KeyPath
     if kind.startswith("string_"):
         return f"{_seen(given)} is not allowed{allowed}"
     if kind in _RANGES or kind == "int_parsing_size":
-        return f"{_seen(given)} is out of range{allowed}"
+        return f"{_seen(given)} is out of range{allowed}{_direction(path, given, root, value)}"
     if kind == "literal_error" and slot is not None:
         return f"unknown value {_seen(given)}{allowed}{suggestion(given, map(str, get_args(slot.annotation)))}"
     if kind in ("too_long", "too_short", "too_few"):
@@ -200,15 +201,29 @@ def _what(kind: str, detail: Mapping[str, Any], slot: Slot | None, path: KeyPath
 
 
 def _unknown_key(path: KeyPath, root: Slot, value: Any) -> str:
-    slot, above = root, value
-    for step in path[:-1]:
-        child = slot.child(above, step)
-        if child is None:
-            return "unknown key"
-        slot, above = child, member(above, step)
-    part = slot.part(above)
+    slot, part = _holder(path, root, value)
+    if slot is None:
+        return "unknown key"
     keys = list(part.model_fields) if part is not None else []
     return "unknown key" + listed((["kind", *keys] if slot.family else keys), str(path[-1]))
+
+
+def _direction(path: KeyPath, given: Any, root: Slot, value: Any) -> str:
+    """Of a speed below 0, what says instead which way a thing goes."""
+    _, part = _holder(path, root, value)
+    turned = part is not None and _HEADING in part.model_fields and str(path[-1]).startswith("speed")
+    return f"; {_HEADING} says which way it goes" if turned and isinstance(given, int | float) and given < 0 else ""
+
+
+def _holder(path: KeyPath, root: Slot, value: Any) -> tuple[Slot | None, type[Part] | None]:
+    """The slot in which what has the last step of the path stands, and the part that it is, None where unknown."""
+    slot = root
+    for step in path[:-1]:
+        child = slot.child(value, step)
+        if child is None:
+            return None, None
+        slot, value = child, member(value, step)
+    return slot, slot.part(value)
 
 
 def _seen(given: Any) -> str:

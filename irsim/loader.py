@@ -26,6 +26,7 @@ from irsim.schema import Slot, brief, plain, shown
 from irsim.severity import merged, settle
 from irsim.shipped import examples, find, shipped
 from irsim.validation import told, validated
+from irsim.wrongtext import is_meant_as_text
 from irsim.yamlfile import Document, KeyPath, scalar
 
 __all__ = [
@@ -225,7 +226,7 @@ def _read(path: str | PathLike[str], root: type[Part], wants: str = "examples") 
     file = find(path, wants)
     if file.is_file() and is_recording(file):
         raise InputError(f"{path}: is a recording, no YAML; irsim info tells what is in it")
-    if file.is_file() and is_binary(file):
+    if file.is_file() and is_binary(file) and not is_meant_as_text(file):
         raise InputError(
             f"{path}: is neither a scenario nor a recording, it is not UTF-8 text; "
             "irsim import makes recordings of pictures"

@@ -12,7 +12,7 @@ from irsim.errors import InputError, Notice
 from irsim.explain import place_of
 from irsim.kinds import Part
 from irsim.overrides import placed
-from irsim.yamlfile import Document, KeyPath
+from irsim.yamlfile import Document, KeyPath, dotted
 
 TABLES = ("severities", "vary")
 """Keys of a scenario under which override keys stand."""
@@ -117,4 +117,7 @@ def _table(document: Document, table: str) -> dict[str, Any]:
 
 
 def _place(document: Document, table: str, key: str) -> str:
-    return f"{place_of(document, (table, key), at_key=True)}: {table}"
+    """'file:line:column: vary.camera.netd'."""
+    name = dotted((table, key))
+    place = place_of(document, (table, key), at_key=True)
+    return place if place == f"override {name}" else f"{place}: {name}"

@@ -33,12 +33,18 @@ def usage_line(error: Any) -> str:
         return _clause(error.message) + hint
     name = max(param.opts, key=len) if param.param_type_name == "option" else param.metavar or param.name
     if not error.message:
-        return f"{name}: is missing{hint}"
+        return f"{name}: is missing{_words(param)}{hint}"
     for detail in getattr(error.__cause__, "errors", list)():
         if detail["type"] in _WANTED:
             wanted = _WANTED[detail["type"]].format(**detail.get("ctx", {}))
             return f"{name}: must be {wanted}, not {detail['input']}"
     return f"{name}: {_clause(error.message)}"
+
+
+def _words(param: Any) -> str:
+    """'; allowed: a, b or c' of an argument whose help lists its words, and so begins with a small letter."""
+    help = getattr(param, "help", None) or ""
+    return f"; allowed: {_clause(help)}" if help[:1].islower() else ""
 
 
 def _clause(sentence: str) -> str:

@@ -16,6 +16,7 @@ import yaml
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from irsim.errors import InputError
+from irsim.wrongtext import is_utf16
 
 KeyPath = tuple[str | int, ...]
 """Keys and list indices from the root to a value."""
@@ -47,12 +48,14 @@ def read(path: str | Path) -> Document:
         raw = Path(path).read_bytes()
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: cannot read it: {_reason(error)}") from None
+    if is_utf16(raw):
+        raise InputError(f"{path}: looks like UTF-16 text, as some editors write; allowed: UTF-8 (save it as that)")
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        line = raw.count(b"\n", 0, error.start) + 1
-        column = error.start - raw.rfind(b"\n", 0, error.start)
-        raise InputError(f"{path}:{line}:{column}: this is not UTF-8 text") from None
+        raise InputError(f"{path}:{_place_in(raw, error.start)}: this is not UTF-8 text") from None
+    if "\0" in text:
+        raise InputError(f"{path}:{_place_in(raw, raw.index(0))}: a zero byte stands here; allowed: text, without any")
     return parse(text, str(path))
 
 
@@ -221,6 +224,12 @@ class _Build:
 def dotted(path: KeyPath) -> str:
     """'camera.size.0', always on one line."""
     return ".".join(str(step) if str(step).isprintable() else repr(step) for step in path)
+
+
+def _place_in(raw: bytes, offset: int) -> str:
+    """'line:column' of a byte, from 1."""
+    line, column = raw.count(b"\n", 0, offset) + 1, offset - raw.rfind(b"\n", 0, offset)
+    return f"{line}:{column}"
 
 
 def _code(character: str | int) -> int:

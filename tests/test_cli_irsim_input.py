@@ -172,6 +172,11 @@ def test_bad_input_is_one_line_and_status_2(run: Run, messy: Path, case: str) ->
 WRONG_USAGE = {
     "nothing to render": (["render"], "irsim: SCENARIO|REC: is missing; see irsim render --help"),
     "nothing to check": (["check"], "irsim: SCENARIO|KEY=VALUE: is missing; see irsim check --help"),
+    "nothing to begin from": (
+        ["new"],
+        "irsim: KIND: is missing; allowed: sky, ground, sea, landscape, recording (yours), severities or vary; "
+        "see irsim new --help",
+    ),
     "no jobs": (["render", "scene.yaml", "--jobs", "0"], "irsim: --jobs: must be 1 or more, not 0"),
     "part of a job": (["render", "scene.yaml", "--jobs", "1.5"], "irsim: --jobs: must be a whole number, not 1.5"),
     "rate in words": (["import", "clip", "--rate", "abc"], "irsim: --rate: must be a number, not abc"),

@@ -53,6 +53,15 @@ class TestFlare:
         assert jet is not None
         assert old.center[0] < jet.center[0]
 
+    @pytest.mark.parametrize(
+        ("shape", "first"), [("flare", 21), ("flare, rise_s: 0", 20), ("hot_spot", 20), ("bird", 20)]
+    )
+    def test_what_is_thrown_is_there_from_that_frame_on_but_a_flare_is_dark_in_it(self, shape: str, first: int) -> None:
+        path = "{kind: thrown, target: jet, at_frame: 20}"
+        renderer = Renderer(loads(HEAD + f"  - {{id: it, shape: {{kind: {shape}}}, path: {path}}}\n"))
+        there = [frame for frame in range(18, 24) if renderer.scene(frame)[1].target("it") is not None]
+        assert there == list(range(first, 24))
+
     def test_its_light_is_its_fire(self) -> None:
         text = HEAD + "  - {id: flare, shape: {kind: flare}, path: {kind: thrown, target: jet, at_frame: 20}}\n"
         flare, empty = (

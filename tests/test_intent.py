@@ -196,9 +196,17 @@ def test_one_that_hides_nobody_is_told(tmp_path: Any) -> None:
 @pytest.mark.parametrize(
     ("camera", "absent", "told"),
     [
-        ("", "[[69, 99]]", []),
+        ("", "[[60, 69]]", []),
+        ("", "[[69, 99]]", ["7:25: targets.tank.absent.0: warning: it goes on until frame 99, after the last, 69"]),
         ("", "[[3, 9], [70, 99]]", ["7:33: targets.tank.absent.1: warning: it begins at frame 70, after the last, 69"]),
-        ("", "[[0, 30], [31, 99]]", ["7:24: targets.tank.absent: warning: tank is there in no frame"]),
+        (
+            "",
+            "[[0, 30], [31, 99]]",
+            [
+                "7:34: targets.tank.absent.1: warning: it goes on until",
+                "7:24: targets.tank.absent: warning: tank is there in no frame",
+            ],
+        ),
         ("correction: {frames: [30, 80]},", "[]", ["camera.correction.frames.1: warning: it begins at frame 80"]),
         ("faults: [{kind: drop, frames: [80]}],", "[]", ["camera.faults.drop.frames.0: warning: it begins at"]),
     ],

@@ -103,6 +103,12 @@ WRONG = {
     "truth for a number": ("seed: 7", "seed: true", "2:7: seed: expected a whole number, not true; allowed: ", ""),
     "nothing for a number": ("seed: 7", "seed:", "2:6: seed: expected a whole number, not nothing; allowed: ", ""),
     "below the range": ("60", "-1", "6:12: camera.netd_mk: -1 is out of range; allowed: a number, ", ""),
+    "speed below 0": (
+        "speed: 2",
+        "speed: -2",
+        "19:54: targets.jet.path.speed: -2 is out of range; allowed: a number, from 0 to 10000000; heading_deg says ",
+        "which way it goes",
+    ),
     "infinite": ("60", ".inf", "6:12: camera.netd_mk: inf is out of range; allowed: a number, ", ""),
     "open end": (
         "coverage: 0.3",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -102,11 +103,22 @@ def test_nothing_of_the_shipped_examples_is_implausible() -> None:
         assert not list(implausible(Slot.of(Scenario), yamlfile.read(path).value)), name
 
 
-def test_what_is_no_text_is_neither_scenario_nor_recording(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "data",
+    [b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", bytes(5000), np.arange(5000, dtype="<u2").tobytes(), b"\xff\xfe\0\xd8\0\0"],
+)
+def test_what_is_no_text_is_neither_scenario_nor_recording(tmp_path: Path, data: bytes) -> None:
     picture = tmp_path / "g.png"
-    picture.write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR")
+    picture.write_bytes(data)
     done = CliRunner().invoke(app, ["info", str(picture)])
     assert str(done.exception).startswith(f"{picture}: is neither a scenario nor a recording")
+
+
+def test_a_zero_byte_in_a_text_is_told_with_its_place(tmp_path: Path) -> None:
+    path = tmp_path / "zero.yaml"
+    path.write_bytes(b"frames: 3\0\n")
+    done = CliRunner().invoke(app, ["info", str(path)])
+    assert str(done.exception) == f"{path}:1:10: a zero byte stands here; allowed: text, without any"
 
 
 def test_an_optional_temperature_has_its_range_too() -> None:

@@ -223,7 +223,9 @@ def test_what_is_wrong_is_told_with_its_line(tmp_path: Path, text: str, line: in
 @pytest.mark.parametrize(
     ("name", "data", "words"),
     [
-        ("a.obj", b"", "holds no faces"),
+        ("a.obj", b"", "holds no faces; allowed: a closed surface of triangles, in .obj by lines such as 'f 1 2 3'"),
+        ("a.stl", b"solid x\nendsolid x\n", "holds no faces; allowed: a closed surface of triangles, in"),
+        ("a.obj", b"v 1 2 3\nf 1 1 1\n", "all its points are one; allowed: a closed surface, whose points lie apart"),
         ("a.ply", b"ply", "allowed: .obj, .stl"),
         ("a.stl", b"\x00" * 90, "no STL file"),
         ("a.stl", b"solid x\nfacet normal 0 0 1\nvertex 1 2 3\nendfacet\n", "without three vertices"),

@@ -282,7 +282,8 @@ def test_what_is_off_raises_no_doubt_by_another_key() -> None:
 frames: 20
 camera: {size: [96, 64], motion: [{kind: platform, sway_m: [0, 0, 3], sway_period_s: 0.6}]}
 background: {kind: ground, height_m: 2, fields: {lane_k: -300}}
-targets: [{id: tank, shape: {kind: tank}, absent: [[0, 14]], path: {kind: straight, start: [20, 30], speed: 7}}]
+targets:
+  - {id: tank, shape: {kind: tank}, absent: [[0, 14]], path: {kind: straight, start: [20, 30], speed: 7, range_m: 200}}
 """
     scenario = loads(text)
     for name, at in (

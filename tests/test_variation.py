@@ -156,8 +156,14 @@ def vary(entry: str, *overrides: str) -> str:
 @pytest.mark.parametrize(
     ("entry", "said"),
     [
-        ("camra.bits: {kind: integers, low: 1, high: 2}", "f.yaml:27:3: vary: unknown key 'camra'; allowed: about,"),
-        ("targets.jat.path.speed: {kind: uniform, low: 1, high: 2}", "f.yaml:27:3: vary: there is no 'jat'; allowed: "),
+        (
+            "camra.bits: {kind: integers, low: 1, high: 2}",
+            "f.yaml:27:3: vary.camra.bits: unknown key 'camra'; allowed: about,",
+        ),
+        (
+            "targets.jat.path.speed: {kind: uniform, low: 1, high: 2}",
+            "f.yaml:27:3: vary.targets.jat.path.speed: there is no 'jat'; allowed: ",
+        ),
         ("camera.bits: {kind: unifrm, low: 1, high: 2}", "f.yaml:27:23: vary.camera.bits.kind: unknown variation kind"),
         ("camera.bits: {kind: choice}", "f.yaml:27:16: vary.camera.bits.values: it is missing; allowed: a list"),
         ("camera.bits: {kind: integers, low: 10, high: 20}", "f.yaml:27:48: vary.camera.bits.high: with 20: camera."),
@@ -171,7 +177,7 @@ def vary(entry: str, *overrides: str) -> str:
         ),
         ("camera.netd_mk: {kind: normal, mean: 1, sd: 1, low: 20, high: 22}", "f.yaml:27:40: vary.camera.netd_mk.mea"),
         ("camera.correction.freeze_frames: {kind: uniform, low: 1, high: 2}", "f.yaml:27:36: vary.camera.correction."),
-        ("seed: {kind: integers, low: 1, high: 2}", "f.yaml:27:3: vary: 'seed' cannot vary"),
+        ("seed: {kind: integers, low: 1, high: 2}", "f.yaml:27:3: vary.seed: 'seed' cannot vary"),
         (
             "targets.jet.path: {kind: uniform, low: 1, high: 2}",
             "f.yaml:27:21: vary.targets.jet.path: the scenario has ",
@@ -258,8 +264,8 @@ def test_a_severity_may_vary_too() -> None:
         ("[10, 40, 90]", "[10]", "f.yaml:27:19: severities.camera.netd_mk: too few items; allowed: a list, "),
         ("[10, 40, 90]", "7", "f.yaml:27:19: severities.camera.netd_mk: expected a list, not 7; "),
         ("[10, 40, 90]", "[-3, 40, 90]", "f.yaml:27:20: camera.netd_mk: -3 is out of range; "),
-        ("camera.netd_mk: [", "camera.netd: [", "f.yaml:27:3: severities: unknown key 'netd'; "),
-        ("camera.netd_mk: [", "severity: [", "f.yaml:27:3: severities: 'severity' cannot vary"),
+        ("camera.netd_mk: [", "camera.netd: [", "f.yaml:27:3: severities.camera.netd: unknown key 'netd'; "),
+        ("camera.netd_mk: [", "severity: [", "f.yaml:27:3: severities.severity: 'severity' cannot vary"),
         ("severities:", "severity: 3\nseverities:", "f.yaml:26:11: severity: 3 is out of range; allowed: 0 to 2"),
         ("severities:", "severity: -1\nseverities:", "f.yaml:26:11: severity: -1 is out of range; "),
     ],

@@ -12,6 +12,7 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from irsim.errors import InputError
+from irsim.loader import load
 from irsim.yamlfile import MOST_VALUES, parse, read, scalar, write
 
 
@@ -156,8 +157,11 @@ def test_all_duplicates_are_told() -> None:
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     latin = tmp_path / "latin.yaml"
     latin.write_bytes(b"a: 1\nb: caf\xe9\n")
+    zero = tmp_path / "zero.yaml"
+    zero.write_bytes(b"a: 1\nb: 2\0\n")
     cases = {
         latin: f"{latin}:2:7: this is not UTF-8 text",
+        zero: f"{zero}:2:5: a zero byte stands here; allowed: text, without any",
         tmp_path: f"{tmp_path}: cannot read it: Is a directory",
         tmp_path / "none.yaml": f"{tmp_path / 'none.yaml'}: cannot read it: there is no such file",
     }
@@ -165,6 +169,19 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
         with pytest.raises(InputError) as caught:
             read(path)
         assert str(caught.value) == expected
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be"])
+@pytest.mark.parametrize("text", ["frames: 3\r\nabout: caf\xe9\r\n", "a: 1\n" * 4000])
+def test_a_file_in_utf_16_is_told_as_that(tmp_path: Path, encoding: str, text: str) -> None:
+    """However it is asked for: as a scenario, too."""
+    path = tmp_path / "wide.yaml"
+    path.write_bytes(text.encode(encoding))
+    for ask in (read, load):
+        with pytest.raises(InputError) as caught:
+            ask(path)
+        what = "looks like UTF-16 text, as some editors write; allowed: UTF-8 (save it as that)"
+        assert str(caught.value) == f"{path}: {what}"
 
 
 def test_a_byte_order_mark_is_no_matter(tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ from irsim.doubts.footage import unknown_scale, unlike_recording, untouched
 from irsim.doubts.horizon import beyond_horizon
 from irsim.doubts.lens import two_lenses, unlike_pupils
 from irsim.doubts.paths import pulls, through_camera
+from irsim.doubts.speeds import too_fast
 from irsim.doubts.standing import aloft, buried, unlike_level
 from irsim.doubts.targets import hardly_seen, idle, nowhere, odd_shapes, past_the_end, standing_still, too_late
 from irsim.doubts.unseen import mostly_hidden
@@ -32,7 +33,7 @@ DOUBTS = (
     *(off_scale, upside_down, cold_clouds, colder_than_space, large_features, folded),
     *(two_lenses, unlike_pupils, ground_in_the_sky, ground_to_the_horizon, stays_behind, left_behind),
     *(unknown_scale, unlike_recording, untouched),
-    *(odd_greys, tiny_tiles, through_camera, pulls, misses, turned),
+    *(odd_greys, tiny_tiles, through_camera, pulls, too_fast, misses, turned),
     *(
         noisy,
         follows_nobody,

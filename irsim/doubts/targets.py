@@ -50,6 +50,11 @@ def past_the_end(scenario: Scenario) -> Iterator[Notice]:
     for place, frame in _beginnings(scenario):
         if frame > last:
             yield Notice(place, f"it begins at frame {frame}, after the last, {last}")
+    for index, target in enumerate(scenario.targets):
+        for number, (first, until) in enumerate(target.absent):
+            if first <= last < until:
+                at = ("targets", index, "absent", number)
+                yield Notice(at, f"it goes on until frame {until}, after the last, {last}")
 
 
 def _beginnings(scenario: Scenario) -> Iterator[tuple[tuple[str | int, ...], int]]:

@@ -62,7 +62,7 @@ class Thrown(Companion):
     """Thrown from another target at a given frame; it slows down in the air and falls. Before that it is not there."""
 
     at_frame: NotNegative
-    """Frame at which it is thrown."""
+    """Frame at which it is thrown: the first in which it is there (a flare is dark in it, unless its rise_s is 0)."""
     velocity_m_s: Velocity = (0.0, 0.0, -20.0)
     """[right, ahead, up] of the thrower's way, as seen from above, on top of the thrower's velocity, m/s."""
     slow_s: Positive = 1.0

@@ -48,6 +48,8 @@ class Shape(Kind):
     """How its kind lies along its path."""
     grounded: ClassVar[bool] = False
     """Does its kind stand on the ground, or float on the sea?"""
+    fastest_m_s: ClassVar[float | None] = None
+    """How fast the fastest of its kind are known to go over the ground, m/s; None where that says nothing."""
     poses: ClassVar[tuple[Angles, ...]] = ((90.0, 0.0, 0.0), (50.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     """Yaw, pitch, roll, degrees, that it is often seen at: pictures use them."""
     behind_k: ClassVar[float] = 262.0

@@ -29,6 +29,8 @@ class Bird(Body):
     switches: ClassVar[Switches] = {"beat": ("beat_hz", 0.0)}
     alike: ClassVar[Mapping[str, int]] = {"beat_hz": 1}
     poses: ClassVar[tuple[Angles, ...]] = ((55.0, 15.0, 15.0), (90.0, 0.0, 0.0), (20.0, 5.0, 0.0))
+    # A peregrine's stoop: 242 mph, 108 m/s (K. Franklin's Frightful, 1999).
+    fastest_m_s: ClassVar[float | None] = 110.0
     solids: ClassVar[tuple[Solid, ...]] = (
         tube(
             (0.32, -0.01, 0.06, 0.06),

@@ -22,6 +22,8 @@ class Boat(Body):
     poses: ClassVar[tuple[Angles, ...]] = ((115.0, 0.0, 0.0), (90.0, 0.0, 0.0), (60.0, 0.0, 0.0))
     behind_k: ClassVar[float] = 282.0
     from_above_deg: ClassVar[float] = 4.0
+    # The Skjold class of patrol boats: 60 kn, 31 m/s; the hydrofoil HMCS Bras d'Or: 63 kn (1969).
+    fastest_m_s: ClassVar[float | None] = 40.0
     solids: ClassVar[tuple[Solid, ...]] = (
         Solid(
             (

@@ -19,6 +19,8 @@ class Fighter(Body):
 
     lies: ClassVar[Posture] = AEROPLANE
     poses: ClassVar[tuple[Angles, ...]] = ((70.0, 10.0, -50.0), (90.0, 0.0, 0.0), (20.0, 10.0, -60.0))
+    # The MiG-25 at its limit for short dashes, Mach 3 at height (Mach 2.83 for longer): 885 m/s.
+    fastest_m_s: ClassVar[float | None] = 900.0
     solids: ClassVar[tuple[Solid, ...]] = (
         tube((0.5, 0.01, 0.004, 0.004), (0.41, 0.005, 0.02, 0.02), (0.22, 0.0, 0.043, 0.043)),
         tube(

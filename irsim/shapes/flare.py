@@ -22,7 +22,8 @@ class Flare(Point):
     temperature_k: Kelvin = 2000.0
     """Of the fire, kelvin (magnesium and teflon: about 2000)."""
     rise_s: NotNegative = 0.15
-    """Time in which it lights up, to 63 %, s."""
+    """Time in which it lights up, to 63 %, s. Above 0, it is dark in the frame of its throw, and in truth from the next
+    on."""
     burn_s: NotNegative = 2.5
     """How long it burns before it begins to fade, s."""
     fade_s: Positive = 0.6

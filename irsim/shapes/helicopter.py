@@ -47,6 +47,8 @@ class Helicopter(Body):
     switches: ClassVar[Switches] = {"rotor": ("rotor_hz", 0.0)}
     alike: ClassVar[Mapping[str, int]] = {"rotor_hz": 4}
     poses: ClassVar[tuple[Angles, ...]] = ((65.0, -4.0, 8.0), (90.0, 0.0, 0.0), (150.0, 0.0, 0.0))
+    # The Eurocopter X3, which has propellers too: 255 kn, 131 m/s (2013); the Westland Lynx of 1986: 111 m/s.
+    fastest_m_s: ClassVar[float | None] = 135.0
     solids: ClassVar[tuple[Solid, ...]] = (
         tube(
             (0.47, 0.04, 0.03, 0.03),

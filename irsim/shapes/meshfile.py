@@ -63,7 +63,10 @@ def _read(path: str, stamp: Stamp) -> Triangles:
         raise MeshError(f"{path}: cannot be read: {error.strerror or error}") from None
     corners, faces, group, names = reader(path, data)
     if not len(faces):
-        raise MeshError(f"{path}: holds no faces")
+        raise MeshError(
+            f"{path}: holds no faces; allowed: a closed surface of triangles, in .obj by lines such as 'f 1 2 3', in "
+            ".stl by facets"
+        )
     if len(faces) > MOST_FACES:
         raise MeshError(f"{path}: has {len(faces)} triangles; allowed: at most {MOST_FACES}")
     if not np.abs(corners).max() <= FARTHEST:  # nan, too
@@ -71,7 +74,7 @@ def _read(path: str, stamp: Stamp) -> Triangles:
     # One vertex a place, so that faces that touch share their edges (in STL each has its own corners).
     size = float(np.ptp(corners, axis=0).max())
     if not size > 0:
-        raise MeshError(f"{path}: all its points are one")
+        raise MeshError(f"{path}: all its points are one; allowed: a closed surface, whose points lie apart")
     _, first, merged = np.unique(np.round(corners / size, 7), axis=0, return_index=True, return_inverse=True)
     vertices, faces = corners[first], merged.reshape(-1)[faces]
     whole = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])

@@ -23,6 +23,8 @@ class Missile(Body):
     """
 
     poses: ClassVar[tuple[Angles, ...]] = ((70.0, 20.0, 45.0), (90.0, 0.0, 0.0), (50.0, 35.0, 20.0))
+    # Of air-to-air missiles the R-37M, Mach 6 at height: 1800 m/s. Ballistic ones are another matter.
+    fastest_m_s: ClassVar[float | None] = 2000.0
     solids: ClassVar[tuple[Solid, ...]] = (
         tube((0.5, 0.0, 0.008, 0.008), (0.475, 0.0, 0.022, 0.022), (0.44, 0.0, 0.032, 0.032), heat="dome_k"),
         tube((0.44, 0.0, 0.032, 0.032), (-0.5, 0.0, 0.036, 0.036)),

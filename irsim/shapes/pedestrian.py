@@ -55,6 +55,8 @@ class Pedestrian(Body):
     poses: ClassVar[tuple[Angles, ...]] = ((120.0, 0.0, 0.0), (90.0, 0.0, 0.0), (180.0, 0.0, 0.0))
     behind_k: ClassVar[float] = 287.0
     from_above_deg: ClassVar[float] = 8.0
+    # U. Bolt, Berlin 2009: 12.4 m/s.
+    fastest_m_s: ClassVar[float | None] = 12.5
     solids: ClassVar[tuple[Solid, ...]] = (
         ball((0.005, 0.0, -0.425), (0.054, 0.044, 0.068), "hair_k"),
         ball((0.03, 0.0, -0.412), (0.036, 0.036, 0.05), "face_k"),

@@ -23,6 +23,8 @@ class Truck(Body):
     poses: ClassVar[tuple[Angles, ...]] = ((125.0, 0.0, 0.0), (90.0, 0.0, 0.0), (35.0, 0.0, 0.0))
     behind_k: ClassVar[float] = 284.0
     from_above_deg: ClassVar[float] = 12.0
+    # Racing lorries are held to 160 km/h, 44 m/s (FIA); those on roads to less.
+    fastest_m_s: ClassVar[float | None] = 50.0
     solids: ClassVar[tuple[Solid, ...]] = (
         profile(((0.5, -0.06), (0.5, -0.18), (0.46, -0.29), (0.32, -0.29), (0.32, -0.06)), -0.135, 0.135, "cab_k"),
         Solid(
