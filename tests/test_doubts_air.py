@@ -50,6 +50,27 @@ def test_things_beyond_the_fit_are_told_too() -> None:
         assert far == (("background", family, 1, "range_m"), "a range of 40 km lies beyond the fitted 0.5 to 20 km")
 
 
+@pytest.mark.parametrize(("altitude_m", "warned"), [(100.0, False), (1500.0, False), (1700.0, True), (15e3, True)])
+def test_a_clear_sky_above_most_of_the_fitted_gas_is_told(altitude_m: float, warned: bool) -> None:
+    air = {"preset": "us_standard", "altitude_m": altitude_m}
+    told = doubts(scene(atmosphere=air, background={"kind": "sky", "preset": "us_standard"}, targets=[]))
+    words = [notice.what for notice in told if notice.at == ("atmosphere", "altitude_m")]
+    assert len(words) == warned
+    assert all("of the gas to which it was fitted" in what for what in words)
+
+
+@pytest.mark.parametrize(
+    ("height_m", "words"), [(300.0, []), (8000.0, ["in the middle of the picture: a path up to 8000 m above the sea"])]
+)
+def test_ground_beyond_the_fit_is_told(height_m: float, words: list[str]) -> None:
+    ground = {"kind": "ground", "height_m": height_m, "spread_k": 0.0}
+    air = {"preset": "us_standard", "altitude_m": height_m}
+    told = doubts(scene(atmosphere=air, background=ground, camera={"elevation_deg": -30.0}, targets=[]))
+    found = [notice.what for notice in told if notice.at == ("background", "kind")]
+    assert len(found) == len(words)
+    assert all(word in what for word, what in zip(words, found, strict=True))
+
+
 def test_within_the_fit_nothing_is_told() -> None:
     assert list(doubts(scene())) == []
     assert list(doubts(scene(atmosphere={}, targets=[target(50e3)]))) == []

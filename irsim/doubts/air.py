@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
 
+from irsim.climate import CLIMATES, FIT_HEIGHT_KM, FIT_KM
 from irsim.doubts.looked import watched
 from irsim.errors import Notice
 from irsim.kinds import KeyPath
 from irsim.scenario import Scenario
+
+LEAST_GAS = 0.5
+"""Share of the fitted gas above a camera from which on a clear sky is taken as fitted: that above some 1,500 m."""
 
 
 def beyond_fit(scenario: Scenario) -> Iterator[Notice]:
@@ -49,6 +54,35 @@ def long_views(scenario: Scenario) -> Iterator[Notice]:
         why = stage.air.beyond(range_m, stage.geometry.elevation_rad)
         if why is not None:
             yield Notice((*place, "range_m"), why)
+
+
+def high_skies(scenario: Scenario) -> Iterator[Notice]:
+    """A clear sky of a preset, seen from so high that little of the gas is left to which it was fitted."""
+    stage, preset = scenario.stage, scenario.sky_preset
+    climate = next((climate for name, climate in CLIMATES.items() if name == preset), None)
+    if climate is None or scenario.background.clear(stage) is None:
+        return
+    height_km = stage.air.altitude_m * 1e-3
+    left = math.exp((FIT_HEIGHT_KM - height_km) / climate.gas_km)
+    if left < LEAST_GAS:
+        yield Notice(
+            ("atmosphere", "altitude_m"),
+            f"above {height_km * 1e3:.0f} m the sky of {preset} holds {left:.0%} of the gas to which it was fitted, at "
+            f"{FIT_HEIGHT_KM * 1e3:.0f} m: ozone and carbon dioxide, which thin out less than water, are missing, and "
+            "it is too cold",
+        )
+
+
+def far_ground(scenario: Scenario) -> Iterator[Notice]:
+    """Level ground or sea that is seen in the middle of the picture, farther or through thinner air than the fit's."""
+    stage, depth_m = scenario.stage, scenario.background.surface_m
+    depression = -stage.geometry.elevation_rad
+    if depth_m is None or depression <= 0:
+        return
+    range_m = depth_m / math.sin(depression)
+    why = stage.air.beyond(range_m, -depression) if range_m >= FIT_KM[0] * 1e3 else None
+    if why is not None:
+        yield Notice(("background", "kind"), f"in the middle of the picture: {why}")
 
 
 def unlike_skies(scenario: Scenario) -> Iterator[Notice]:

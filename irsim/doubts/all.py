@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
-from irsim.doubts.air import beyond_fit, long_paths, long_views, unlike_skies
+from irsim.doubts.air import beyond_fit, far_ground, high_skies, long_paths, long_views, unlike_skies
 from irsim.doubts.background import cold_clouds, folded, large_features, off_scale, upside_down
 from irsim.doubts.camera import beads, follows_nobody, noisy, sunken
 from irsim.doubts.cold import colder_than_space
@@ -29,7 +29,7 @@ UNHEEDED = (overruled, without_effect)
 """Those that say of a key that it counts for nothing."""
 
 DOUBTS = (
-    *(beyond_fit, *UNHEEDED, two_exposures, long_paths, long_views, unlike_skies),
+    *(beyond_fit, *UNHEEDED, two_exposures, long_paths, long_views, far_ground, high_skies, unlike_skies),
     *(off_scale, upside_down, cold_clouds, colder_than_space, large_features, folded),
     *(two_lenses, unlike_pupils, ground_in_the_sky, ground_to_the_horizon, stays_behind, left_behind),
     *(unknown_scale, unlike_recording, untouched),
