@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 from scipy import ndimage, stats
 
-from irsim.detector import Ar1, BadPixels, Drift, Moment, Noise, Noise3d, OddEven
+from irsim.detector import Ar1, BadPixels, Drift, Moment, Noise, Noise3d, OddEven, Sensor
 from irsim.detector.bad_pixels import places
 from irsim.detector.response import Electrons, Response, Setting
 from irsim.detector.telegraph import Telegraph
+from irsim.radiometry import radiance
 from irsim.types import Floats
 
 SHAPE = (120, 160)
@@ -167,6 +168,20 @@ def test_gain_drifts_in_proportion_to_the_light() -> None:
     assert strong.std() * response().noise / 4e6 == pytest.approx(0.01, rel=0.03)
 
 
+def test_variance_of_drifting_gains_is_that_of_many_pixels() -> None:
+    """Of the light's part of the signal alone: dark current, half of the signal here, passes no gain. A time constant
+    after the correction the square has grown to 1 - exp(-2)."""
+    dark = Electrons(dark_me_s=300.0).response(Setting("mwir", 14, 40.0, (220.0, 400.0)))
+    noise = Drift(pixel=0.0, column=0.0, row=0.0, gain=0.01, time_constant_s=10.0, age_s=10.0)
+    light = np.full(SHAPE, radiance("mwir", 300.0), np.float32)
+    camera, lit = Sensor(dark, (noise,), RATE_HZ, 1), dark.at(float(light[0, 0])) - dark.zero
+    assert lit == pytest.approx(dark.zero, rel=0.1)
+    expected = (1 - math.exp(-2)) * (0.01 * lit / dark.gain) ** 2 + 1 / 12
+    np.testing.assert_allclose(camera.variance(light, 0), expected, rtol=1e-5)
+    assert camera.expose(light, 0).var() == pytest.approx(expected, rel=5 * math.sqrt(2 / light.size))
+    np.testing.assert_allclose(camera.variance(light, 0, fixed=False), 1 / 12)
+
+
 def test_drift_is_smooth_from_frame_to_frame() -> None:
     """No step anywhere is larger than the process takes: variance 2 (1 - rho) = 2/300 of 4 a frame, or less."""
     seen = np.stack([drift_at(index) for index in range(600, 700)])
@@ -192,6 +207,15 @@ def test_bad_pixels_lie_in_clusters_of_the_mean_size() -> None:
         picture[places((1000, 1000), 0.002, cluster, 3, "bad", "hot")] = True
         regions = ndimage.label(picture.reshape(1000, 1000))[1]
         assert picture.sum() / regions == pytest.approx(cluster, rel=0.1)
+
+
+def test_clusters_grow_along_rows_as_along_columns() -> None:
+    """Bad pixels beside each other are as many as those below each other, within four sigmas of halves."""
+    picture = np.zeros((1000, 1000), bool)
+    picture.reshape(-1)[places((1000, 1000), 0.002, 4.0, 3, "bad", "hot")] = True
+    beside = int((picture[:, 1:] & picture[:, :-1]).sum())
+    below = int((picture[1:] & picture[:-1]).sum())
+    assert abs(beside - below) < 4 * math.sqrt(beside + below)
 
 
 def test_dead_pixels_stand_still_and_hot_ones_lie_high() -> None:

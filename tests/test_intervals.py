@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from irsim.measure.interval import jackknife
 from irsim.rng import stream
 from irtrack.metrics import mean_interval, wilson
 from irtrack.sources.figures import interval
@@ -19,6 +20,17 @@ def test_the_interval_of_a_mean_is_students(count: int, level: float) -> None:
     expected = stats.t.interval(level, count - 1, values.mean(axis=0), stats.sem(values, axis=0))
     assert mean == pytest.approx(values.mean(axis=0))
     assert np.array([low, high]) == pytest.approx(np.array(expected))
+
+
+@pytest.mark.parametrize("count", [2, 8, 36])
+def test_leaving_out_one_by_one_gives_students_interval_of_a_mean(count: int) -> None:
+    """The jackknife of a mean is its standard error exactly (Efron 1982, section 3.1), beside scipy.stats."""
+    blocks = stream(0, "blocks").normal(3, 2, (count, 4))
+    found = jackknife(blocks, lambda mean: mean)
+    low, high = stats.t.interval(0.95, count - 1, blocks.mean(axis=0), stats.sem(blocks, axis=0))
+    assert [each.value for each in found] == pytest.approx(list(blocks.mean(axis=0)))
+    assert [each.low for each in found] == pytest.approx(list(low))
+    assert [each.high for each in found] == pytest.approx(list(high))
 
 
 def test_one_value_says_nothing_of_its_interval() -> None:

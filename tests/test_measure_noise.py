@@ -86,6 +86,15 @@ def test_each_term_lies_in_its_interval_at_the_stated_rate(term: str) -> None:
     assert abs(variances.mean() - true**2) < 4 * error  # unbiased
 
 
+@pytest.mark.parametrize("term", ["tv", "th", "vh", "tvh"])
+def test_an_interval_is_as_wide_as_its_term_scatters(term: str) -> None:
+    """1.96 standard deviations to either side, which 60 scenes tell within 9 %; of terms along one axis, with some 20
+    degrees of freedom, the intervals are wider than that."""
+    found = [getattr(terms, term) for terms in many()]
+    reach = np.mean([(x.high - x.low) / 2 for x in found])
+    assert reach == pytest.approx(1.96 * np.std([x.value for x in found], ddof=1), rel=0.15)
+
+
 WHITE, CORRELATED, RHO, PIXEL = 1.0, 0.8, 0.8, 0.5
 
 

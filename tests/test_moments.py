@@ -64,6 +64,19 @@ def test_variance_is_that_of_many_frames(camera: dict[str, Any]) -> None:
     assert np.abs(z).max() < 5
 
 
+def test_variance_from_frame_to_frame_leaves_out_what_stays() -> None:
+    """In squares of one NETD white noise has 1, correlated 0.25 and fixed pattern 2.25 + 0.64 + 0.16; rounding 1/12."""
+    noise = [
+        {"kind": "white"},
+        {"kind": "ar1", "ratio": 0.5, "rho": 0.9},
+        {"kind": "fixed_pattern", "pixel": 1.5, "column": 0.8, "row": 0.4},
+    ]
+    scenario = scene(camera={"netd_mk": 50.0, "noise": noise})
+    moments, unit = Moments(scenario), scenario.camera.response().noise ** 2
+    np.testing.assert_allclose(moments.variance(1, fixed=False), 1.25 * unit + 1 / 12, rtol=1e-5)
+    np.testing.assert_allclose(moments.variance(1), (1.25 + 3.05) * unit + 1 / 12, rtol=1e-5)
+
+
 @pytest.mark.parametrize("kind", ["point", "fighter", "quadrotor", "hot_spot"])
 @pytest.mark.parametrize("camera", CAMERAS[1:3])
 def test_a_contribution_follows_its_shift_smoothly(kind: str, camera: dict[str, Any]) -> None:

@@ -57,6 +57,22 @@ def test_truth_is_the_centroid_of_a_noiseless_picture(shape: str, dx: float, dy:
     assert np.hypot(found[0] - target.signal_center[0], found[1] - target.signal_center[1]) < 0.01
 
 
+@pytest.mark.parametrize("contrast", [0.3, 1.7])
+def test_of_a_target_that_stands_out_less_or_more_truth_is_the_centroid_of_its_light(contrast: float) -> None:
+    """Of what it would give by itself and what is lent by, or to, the warm sky behind."""
+    path = {"kind": "straight", "start": (80.3, 60.2), "speed": 0.0, "range_m": 150.0}
+    car = {"id": "one", "shape": {"kind": "car"}, "path": path}
+    sky = {"kind": "sky", "horizon_k": 290.0, "zenith_k": 290.0}
+    usual, other = (Renderer(scene(targets=[{**car, "contrast": share}], background=sky)) for share in (1.0, contrast))
+    (seen,), (truth,), (own,) = other.seen(0), other.scene(0)[1].targets, usual.scene(0)[1].targets
+    sprite = seen.piece.sprite
+    x, y = centroid(sprite.emission)
+    assert truth.signal_center == pytest.approx((x + sprite.x0, y + sprite.y0), abs=1e-3)
+    assert truth.signal_center is not None
+    assert own.signal_center is not None
+    assert np.hypot(*np.subtract(truth.signal_center, own.signal_center)) > 0.05
+
+
 @pytest.mark.parametrize("shape", [name for name, _ in SHAPES])
 def test_a_shift_of_a_hundredth_of_a_pixel_is_seen(shape: str) -> None:
     centers = []

@@ -71,6 +71,19 @@ def test_the_visible_fraction_is_the_share_of_area_that_no_bar_covers(edge: floa
     assert target.visible == pytest.approx(expected, abs=0.01)
 
 
+@pytest.mark.parametrize(("share", "told"), [(0.005, ()), (0.02, ("bar",))])
+def test_what_hides_a_hundredth_of_a_target_is_named(share: float, told: tuple[str, ...]) -> None:
+    """A bar whose straight edge has that share of the target left of it, by its coverage counted per column."""
+    (piece,) = Renderer(scene())._pieces(0)
+    sprite = piece.sprite
+    columns = np.cumsum(sprite.cover.sum(axis=0)) / sprite.cover.sum()
+    left = float(np.interp(share, columns, sprite.x0 + np.arange(columns.size) + 0.5))
+    hidden = scene(occluders=bar(center_px=(left - 30, 60.0), size_px=(60.0, 80.0)))
+    (target,) = next(iter(Rendering(hidden).truths())).targets
+    assert target.visible == pytest.approx(1 - share, abs=0.2 * share)
+    assert target.occluders == told
+
+
 def test_a_target_at_the_edge_is_partly_visible() -> None:
     (target,) = next(iter(Rendering(scene(x=4.0)).truths())).targets
     assert target.visible is not None

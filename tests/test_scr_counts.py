@@ -10,6 +10,7 @@ import pytest
 
 from irsim.contrast import scr
 from irsim.detector import Moment, Noise
+from irsim.detector.equivalent import Equivalent
 from irsim.detector.variance import Variance
 from irsim.render import Renderer
 from irsim.scenario import Scenario
@@ -94,6 +95,15 @@ def test_where_the_lens_darkens_noise_is_more_light() -> None:
     assert corner / middle == pytest.approx(1 / 0.4, rel=0.05)  # cos^4 of 0.12 rad is another 3 %
     beyond = noise(5.0, Box(-50, 9000, 1, 1))
     assert math.isfinite(beyond)
+
+
+def test_what_the_lens_lets_through_is_looked_up_at_the_row_and_column_of_a_box() -> None:
+    """In a picture twice as wide as high, no pixel of which has as much light as another."""
+    response = Renderer(scene({"netd_mk": 40.0}, 300.0)).sensor.response
+    share = np.linspace(0.2, 1, 3 * 6, dtype=np.float32).reshape(3, 6)
+    for row, column in ((0, 2), (2, 0), (1, 5), (2, 1)):
+        noise = Equivalent(response, Variance(own=1.0), share)(5.0, Box(column + 0.3, row - 0.3, 1, 1))
+        assert noise == pytest.approx(response.noise / response.linear / share[row, column], rel=1e-6)
 
 
 @pytest.mark.parametrize("preset", ["cooled_mwir", "cooled_lwir", "uncooled_lwir"])
