@@ -153,9 +153,7 @@ def forget() -> None:
     for kept in (
         ar1._process,
         drift._process,
-        drift._between,
         drift._deviation,
-        drift._at,
         bad_pixels._telegraph,
         noise_3d._lines,
         terms.staying,

@@ -58,6 +58,7 @@ def written() -> Scenario:
         white=about(4.0),
         memory=None,
         memory_frames=None,
+        walk=about(0.01),
         row_noise=None,
         column_noise=None,
         level=None,

@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 from irsim.cli import app
 from irsim.errors import InputError
 from irsim.measure import Region, measure_noise, noise_3d, temporal
-from irsim.measure.memory import fit_memory, time_freedom
+from irsim.measure.memory import time_freedom
 from irsim.measure.noise_3d import TERMS, components, mean_squares
 from irsim.measure.stretch import Stretch
 from irsim.measure.words import noise_lines
@@ -160,13 +160,6 @@ def test_white_noise_has_no_memory() -> None:
         assert found.memory is None
         assert found.pair.value == pytest.approx(10, rel=0.03)
         assert abs(found.correlation[0].value) < 0.03
-
-
-def test_a_curve_of_differences_gives_its_parameters() -> None:
-    lags = (1, 2, 3, 5, 9, 18, 36)
-    curve = np.array([0.5 + 2.0 * (1 - 0.9**k) for k in lags])
-    white, correlated, decay = fit_memory(lags, curve)
-    assert (white, correlated, math.exp(-decay)) == pytest.approx((0.5, 2.0, 0.9), rel=1e-3)
 
 
 def test_freedom_of_white_noise_is_one_less_than_the_frames() -> None:

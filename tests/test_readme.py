@@ -52,7 +52,15 @@ def commands() -> Iterator[str]:
         yield path
 
 
-@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+LONG = {"stress.md", "report.md", "properties.md", "tutorial.md"}
+"""Each of these tracks dozens of scenes: half a minute and more."""
+
+
+@pytest.mark.parametrize(
+    "document",
+    [pytest.param(path, marks=pytest.mark.slow if path.name in LONG else ()) for path in DOCUMENTS],
+    ids=lambda path: path.name,
+)
 def test_commands_and_code_of_the_documents_run(document: Path, tmp_path: Path, commands: str) -> None:
     """All blocks of a document in their order, in one folder, as a reader would go through it.
 

@@ -6,7 +6,6 @@ import math
 from functools import lru_cache
 from typing import Annotated, ClassVar
 
-import cv2
 import numpy as np
 from pydantic import Field
 
@@ -18,19 +17,21 @@ from irsim.kinds import Switches
 from irsim.quantities import Fraction, NotNegative
 from irsim.types import Floats
 
-COARSE = 0.004
-"""The drift is drawn at nodes at most this share of its time constant apart; straight lines between them lack two
-thousandths of the variance that it tends to, at most."""
+COARSE = 0.001
+"""The drift is drawn anew at most this share of its time constant apart, and stays so meanwhile."""
 
-STAIRS = 4
-"""Steps from node to node in which it goes along that line: each is about a fiftieth of the sigma it tends to."""
+LEAP = 0.1
+"""Steps are at most so much of the NETD in sigma, unless a frame's is more: finer ones tell no one more about a drift
+that is seen through the camera's noise (300 frames of `uncooled_lwir`, steps of 2 frames: `irsim noise` finds what went
+in; of 8, with straight lines between, a fifth less of the drift)."""
 
 
 class Drift(Noise):
     """Offset and gain of each pixel wander off after a correction, and are drawn back: mean-reverting.
 
     Each is D[k] = X[k] - rho^(k-c) X[c], with X a stationary Ornstein-Uhlenbeck process and c the frame of
-    the last correction: from 0 it grows to the sigmas below as 1 - rho^(2(k-c)) in variance.
+    the last correction: from 0 it grows to the sigmas below as 1 - rho^(2(k-c)) in variance. Frames are counted by
+    the steps in which it is drawn.
     """
 
     switches: ClassVar[Switches] = {term: (term, 0.0) for term in ("pixel", "column", "row", "gain")}
@@ -63,65 +64,41 @@ class Drift(Noise):
     def share(self, moment: Moment, fixed: bool) -> Variance:
         if not fixed:
             return Variance()
-        decay, since = self._course(moment)
-        grown = -math.expm1(-2 * decay * (moment.index - since))
+        decay, since, now = self._course(moment)
+        grown = -math.expm1(-2 * decay * (now - since))
         return Variance(own=grown * (self.pixel**2 + self.column**2 + self.row**2), gain=grown * self.gain**2)
 
-    def _course(self, moment: Moment) -> tuple[float, int]:
-        """Decay a frame, and the frame of the last correction (below 0 where it was before frame 0)."""
+    def _course(self, moment: Moment) -> tuple[float, int, int]:
+        """Decay a step, and the steps of the last correction (below 0 where that was before frame 0) and this frame."""
         since = moment.corrected if moment.corrections else -round(self.age_s * moment.rate_hz)
-        return 1 / (moment.rate_hz * self.time_constant_s), since
+        decay = 1 / (moment.rate_hz * self.time_constant_s)
+        step = _step(decay, self.pixel**2 + self.column**2 + self.row**2)
+        return decay * step, since // step, moment.index // step
 
     def _now(self, moment: Moment, terms: tuple[Term, ...]) -> Floats:
         """The sum of the terms' D at this frame, (rows, cols)."""
-        decay, since = self._course(moment)
-        stays = max(_step(decay) // STAIRS, 1)
-        index = max(moment.index - moment.index % stays, since)
-        return _between(decay, moment.shape, moment.seed, self.name, terms, since, index)
+        return _deviation(moment.shape, moment.seed, self.name, terms, *self._course(moment))
 
 
-def _step(decay: float) -> int:
-    """Frames from node to node: a power of two, as are the chunks of frames that processes render (`irsim.crew`)."""
-    return 1 << max(int(COARSE / decay), 1).bit_length() - 1
+def _step(decay: float, variance: float) -> int:
+    """Frames that a step takes: a power of two, as are the chunks of frames that processes render (`irsim.crew`)."""
+    most = min(COARSE / decay, LEAP**2 / (2 * decay * variance) if variance else math.inf)
+    return 1 << max(int(most), 1).bit_length() - 1
 
 
 @lru_cache(maxsize=4)
-def _between(
-    decay: float, shape: tuple[int, int], seed: int, name: str, terms: tuple[Term, ...], since: int, index: int
-) -> Floats:
-    """The sum of the terms' D at a frame, on the straight line between the nodes before and after it."""
-    step, node = _step(decay), index // _step(decay)
-    start, end = max(node * step, since), (node + 1) * step
-    share = (end - index) / (end - start)
-    before, after = (_deviation(decay, shape, seed, name, terms, since, at) for at in (start, end))
-    return read_only(np.asarray(cv2.addWeighted(before, share, after, 1 - share, 0)))
-
-
-@lru_cache(maxsize=8)
 def _deviation(
-    decay: float, shape: tuple[int, int], seed: int, name: str, terms: tuple[Term, ...], since: int, index: int
+    shape: tuple[int, int], seed: int, name: str, terms: tuple[Term, ...], decay: float, since: int, now: int
 ) -> Floats:
-    """The sum of the terms' D at a node, or at the correction itself."""
+    """The sum of the terms' D at a step."""
     total = np.zeros(shape, np.float32)
-    kept = np.float32(math.exp(-decay * (index - since)))
+    kept = np.float32(math.exp(-decay * (now - since)))
     for term, what, sigma in terms:
-        key = (decay, over(shape, what), seed, name, term)
-        total += np.float32(sigma) * (_at(*key, index) - kept * _at(*key, since))
+        process = _process(decay, over(shape, what), seed, name, term)
+        total += np.float32(sigma) * (process.frame(now) - kept * process.frame(since))
     return read_only(total)
 
 
 @lru_cache(maxsize=8)
-def _at(decay: float, shape: tuple[int, int], seed: int, name: str, term: str, index: int) -> Floats:
-    """X at a frame: at a node, or on the straight line between two."""
-    process = _process(decay, shape, seed, name, term)
-    node, beyond = divmod(index, _step(decay))
-    before = process.frame(node)
-    if not beyond:
-        return before
-    share = np.float32(beyond / _step(decay))
-    return read_only(before + share * (process.frame(node + 1) - before))
-
-
-@lru_cache(maxsize=8)
 def _process(decay: float, shape: tuple[int, int], seed: int, name: str, term: str) -> Process:
-    return Process(decay * _step(decay), shape, seed, "noise", name, term)
+    return Process(decay, shape, seed, "noise", name, term)

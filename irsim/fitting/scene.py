@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -10,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from irsim.detector import NETD_K, Electrons, Setting, electrons_like
+from irsim.detector import NETD_K, Drift, Electrons, Setting, electrons_like
 from irsim.displayed import FittedDisplay
 from irsim.fitting.agc import ChosenAgc
 from irsim.fitting.numbers import interval, plain
@@ -157,6 +158,10 @@ class Scene:
         yield "noise_3d", {"tvh": 0, **{key: self._ratio(value) for key, value in terms.items() if value is not None}}
         if found.memory is not None and found.memory_frames is not None:
             yield "ar1", {"ratio": self._ratio(found.memory), "time_constant_s": self._seconds(found.memory_frames)}
+        if found.walk is not None:
+            drift = Drift()  # How far it goes at last nobody saw: after its time constant it has slowed down.
+            end = found.walk.map(lambda counts: counts * math.sqrt(drift.time_constant_s * self.rate_hz / 2))
+            yield "drift", {"pixel": self._ratio(end), "column": 0, "row": 0, "time_constant_s": drift.time_constant_s}
         if found.level is not None and found.level_frames is not None:
             time = self._seconds(found.level_frames)
             yield "ar1", {"id": "level", "over": "frame", "ratio": self._ratio(found.level), "time_constant_s": time}

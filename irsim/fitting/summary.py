@@ -14,6 +14,8 @@ def summary_lines(found: Figures, display: FittedDisplay | None) -> Iterator[tup
     yield "noise", f"{_told(found.noise)} counts in time, of each pixel"
     if found.memory is not None and found.memory_frames is not None:
         yield "", f"of it {_told(found.memory)} with a memory of {_told(found.memory_frames)} frames"
+    if found.walk is not None:
+        yield "", f"drifts from pixel to pixel by {_told(found.walk)} in a frame, as the root of their number"
     rest = (("rows", found.row_noise), ("columns", found.column_noise), ("level", found.level))
     if anew := _named(rest):
         yield "", f"{anew}, anew in each frame"

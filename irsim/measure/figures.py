@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 from typing import Any
@@ -15,7 +16,7 @@ from irsim.measure.flaws import Flaws, flaws
 from irsim.measure.interval import Measured, root
 from irsim.measure.level import fit_level
 from irsim.measure.lines import turns, without_turns
-from irsim.measure.memory import mean_share
+from irsim.measure.memory import Memory, mean_variance
 from irsim.measure.noise import NoiseReport, measure_noise
 from irsim.measure.notes import AT_MOST, BLINKING, SMALL, blur_notes, noise_notes, texture_notes, unlike_notes
 from irsim.measure.pattern import fixed_pattern
@@ -40,7 +41,7 @@ _FAR = 4.0
 _SKEWED = 4.0
 """Standard errors from which a histogram is no Gaussian one."""
 _NOT_OF_TIME: dict[str, Any] = dict.fromkeys(
-    ("memory", "memory_frames", "row_noise", "column_noise", "level", "level_frames")
+    ("memory", "memory_frames", "walk", "row_noise", "column_noise", "level", "level_frames")
 )
 """Figures that cannot be told where something moves."""
 _NOT_OF_PLACE: dict[str, Any] = dict.fromkeys(("pixel", "row", "column", "even_rows", "even_columns"))
@@ -56,6 +57,8 @@ class Figures:
     noise                   whole temporal sigma of a pixel; of it white the part without memory, memory that with.
                             Where something moves both are upper bounds of what is sharp and has no memory
     memory_frames           in which the part with memory falls to a correlation of 1/e
+    walk                    by which what drifts from pixel to pixel has changed after a frame; it grows as the root of
+                            their number. None where it may be none
     row_noise, column_noise temporal sigmas of whole rows and columns, white in time
     level, level_frames     sigma of the whole frame's level, and the time of its memory
     pixel, row, column      sigmas of what stays: fixed pattern that is white over pixels, rows, columns
@@ -71,6 +74,7 @@ class Figures:
     white: Measured
     memory: Measured | None
     memory_frames: Measured | None
+    walk: Measured | None
     row_noise: Measured | None
     column_noise: Measured | None
     level: Measured | None
@@ -160,7 +164,7 @@ def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: 
     # Of temporal noise, in the mean of the frames: pixels, rows, columns.
     left, left_rows, left_columns = report.fine**2 / count, 0.0, 0.0
     if not report.moving:
-        left = mean_share(memory, number) * terms.tvh.value**2
+        left = mean_variance(memory, terms.tvh.value, report.stretch.rate_hz, number)
         left_rows, left_columns = terms.tv.value**2 / count, terms.th.value**2 / count
     across, down = report.region.w, report.region.h
     finer = terms.tvh.value**2 / (across * down) + terms.tv.value**2 / down + terms.th.value**2 / across
@@ -176,6 +180,7 @@ def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: 
         white=_less(terms.tvh if memory is None else memory.white, ROUNDING),
         memory=None if memory is None else memory.correlated,
         memory_frames=None if memory is None else memory.time_constant_s.map(lambda s: s * report.rate_hz),
+        walk=None if memory is None else _walk(memory, report.rate_hz),
         row_noise=terms.tv,
         column_noise=terms.th,
         level=level.sigma,
@@ -205,6 +210,10 @@ def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: 
     }
     notes = (*noise_notes(report, None, None), *scene)
     return replace(found, noise=noise, white=noise, notes=notes, **stays, **_NOT_OF_TIME)
+
+
+def _walk(memory: Memory, rate_hz: float) -> Measured | None:
+    return memory.walk.map(lambda sigma: sigma / math.sqrt(rate_hz)) if memory.walk.low > 0 else None
 
 
 def _of_moving(report: NoiseReport, whole: Values, blur: Measured | None, still: Still, bad: Flaws) -> Figures:

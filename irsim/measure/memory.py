@@ -1,10 +1,7 @@
-"""What noise remembers from frame to frame: white noise plus a first-order autoregressive one.
+"""What noise remembers from frame to frame: white noise plus a first-order autoregressive one, beside a slow drift.
 
-Read off the differences of frames k apart, which fixed pattern leaves alone: half their variance is
-w^2 + s^2 (1 - rho^k) for white noise of sigma w and AR(1) noise of sigma s and lag-1 correlation rho.
-
-What drifts for much longer than the recording lasts, as non-uniformity does between corrections, adds d k. In so many
-frames nobody can tell it from a part of slow AR(1) noise, so intervals hold what both readings allow, with and without.
+What drifts for much longer than the recording lasts, as non-uniformity does between corrections, is in so many frames a
+random walk (`irsim.measure.mixture`).
 """
 
 from __future__ import annotations
@@ -16,7 +13,9 @@ from functools import partial
 
 import numpy as np
 
+from irsim.measure.cosines import Cosines
 from irsim.measure.interval import Measured, jackknife, root
+from irsim.measure.mixture import Mixture, fit_mixture
 from irsim.measure.region import Values
 from irsim.measure.repeats import Indices
 from irsim.types import Floats
@@ -27,10 +26,6 @@ _BLOCKS = 6
 _FLOOR = 1e-12
 _LEAST_PAIRS = 0.25
 """Share of the frames that must have another one so far on for a lag to be told, but for the first."""
-_LONGEST = 20.0
-"""Time constants are looked for up to so many times the longest lag: whatever is longer looks alike in it."""
-_NEAR = 1e-6
-"""The end of a search is met within this."""
 _LEAST_CORRELATION = 0.02
 """Correlation below which noise is called white: cooled cameras show up to 0.01 of either sign."""
 
@@ -43,7 +38,10 @@ class Memory:
     total                   sigma of both
     rho, time_constant_s    of the correlated part; its correlation over k frames is rho^k. Where they may be longer
                             than can be told, up to 1 and infinity
-    pixel                   sigma of the fixed pattern from pixel to pixel, freed of the time mean of both
+    walk                    sigma by which what drifts has changed after a second; it grows as the root of time. 0 where
+                            the noise goes without
+    pixel                   sigma of the fixed pattern from pixel to pixel in the first frame, freed of the time mean of
+                            all these
     """
 
     white: Measured
@@ -51,6 +49,7 @@ class Memory:
     total: Measured
     rho: Measured
     time_constant_s: Measured
+    walk: Measured
     pixel: Measured
 
 
@@ -61,7 +60,7 @@ class Temporal:
     pair            sigma from differences of neighbouring frames, over sqrt(2)
     lags            differences' lags, frames of the camera
     difference      sigma from differences of frames that many apart, over sqrt(2)
-    correlation     of noise over each lag (1 - difference^2 / total^2)
+    correlation     of noise over each lag, but for what drifts
     memory          None where noise is white in time, or the frames too few to tell
     """
 
@@ -78,8 +77,8 @@ def temporal(frames: Values, rate_hz: float, number: Indices | None = None) -> T
     number  (T,) rising: when the frames were taken, in frames of the camera at `rate_hz`; each after the other where
             not given. Two neighbours at least must follow each other.
 
-    Rows, columns and frames as a whole may have noise of their own: it is taken out first. Intervals
-    are those of a jackknife over 36 blocks of pixels.
+    Rows, columns and frames as a whole may have noise of their own: it is taken out first. Intervals come of how
+    36 blocks of pixels differ.
     """
     values = centred(np.asarray(frames, np.float64))
     times, rows, columns = values.shape
@@ -89,23 +88,6 @@ def temporal(frames: Values, rate_hz: float, number: Indices | None = None) -> T
     pictures = [_squares(values, number, lag) / 2 * scale for lag in lags]
     pictures += [values.var(axis=0) * scale, np.square(values.mean(axis=0)) * scale]
     blocks = _blocks(np.stack(pictures, axis=-1))
-    mean_correlation = _mean_correlation(number)
-
-    def statistic(means: Floats, drifts: bool = False) -> Floats:
-        white, correlated, decay = fit_memory(lags, means[: len(lags)], drifts)
-        total = white + correlated
-        mean_part = (white + correlated * mean_correlation(decay)) / times
-        return np.array(
-            [
-                means[0],
-                white,
-                correlated,
-                total,
-                math.log(decay),
-                means[-1] - mean_part,
-                *(1 - means[: len(lags)] / max(total, _FLOOR)),
-            ]
-        )
 
     # What the frames show without a model: correlations about the variance within the recording.
     def plain(means: Floats) -> Floats:
@@ -117,32 +99,61 @@ def temporal(frames: Values, rate_hz: float, number: Indices | None = None) -> T
     correlation = tuple(shown)
     remembered = rise.low > 0 and shown[0].low > _LEAST_CORRELATION
     if times >= LEAST_FRAMES and remembered:
-        steady, drifting = (jackknife(blocks, partial(statistic, drifts=drifts)) for drifts in (False, True))
-        _, white, correlated, total, log_decay, pixel, *modelled = map(_either, steady, drifting)
-        correlation = tuple(modelled)
-        if log_decay.low <= _least_decay(lags) + _NEAR:
-            # It may last for any longer: of what stays over the recording nobody can tell it from fixed pattern.
-            within, staying = (float(blocks[:, len(lags) + i].mean()) for i in range(2))
-            log_decay = replace(log_decay, low=-math.inf)
-            correlated, total = (
-                replace(each, low=min(each.low, within), high=each.high + staying) for each in (correlated, total)
-            )
-            pixel = replace(pixel, low=0.0, high=max(pixel.high, staying))
-        memory = Memory(
-            white=white.map(root),
-            correlated=correlated.map(root),
-            total=total.map(root),
-            rho=log_decay.map(lambda x: math.exp(-math.exp(x))),
-            time_constant_s=log_decay.map(lambda x: math.exp(-x) / rate_hz),
-            pixel=pixel.map(root),
-        )
+        cosines = Cosines.of(number)
+        modes = _blocks(np.moveaxis(cosines.squares(values) * scale, 0, -1))
+        mixture = fit_mixture(modes, (rows - 1) * (columns - 1), cosines)
+        within, staying = jackknife(blocks[:, -2:], lambda means: means)
+        memory = _memory(mixture, rate_hz, number, within, staying)
+        correlation = tuple(mixture.measured(partial(_correlation, lag)) for lag in lags)
     differences = tuple(root(float(blocks[:, i].mean())) for i in range(len(lags)))
     return Temporal(pair.map(root), lags, differences, correlation, memory)
 
 
-def _either(one: Measured, other: Measured) -> Measured:
-    """The first, with an interval that holds both."""
-    return Measured(one.value, min(one.low, other.low), max(one.high, other.high))
+def _memory(mixture: Mixture, rate_hz: float, number: Indices, within: Measured, staying: Measured) -> Memory:
+    """Of a mixture; within and staying are the variance about the mean of the frames, and that of the mean."""
+    white = mixture.measured(lambda variances, _: variances[0])
+    correlated = mixture.measured(lambda variances, _: variances[1])
+    total = mixture.measured(lambda variances, _: variances[0] + variances[1])
+    log_decay = mixture.measured(lambda _, log_decay: log_decay)
+    left = mixture.measured(partial(_mean, number))
+    down, up = (
+        math.hypot(*ends)
+        for ends in (
+            (staying.value - staying.low, left.high - left.value),
+            (staying.high - staying.value, left.value - left.low),
+        )
+    )
+    kept = staying.value - left.value
+    pixel = Measured(kept, kept - down, kept + up)
+    if mixture.slowest:
+        # It may last for any longer: of what stays over the recording nobody can tell it from fixed pattern.
+        log_decay = replace(log_decay, low=-math.inf)
+        correlated, total = (
+            replace(each, low=min(each.low, within.value), high=each.high + staying.value)
+            for each in (correlated, total)
+        )
+        pixel = replace(pixel, low=0.0, high=max(pixel.high, staying.value))
+    return Memory(
+        white=white.map(root),
+        correlated=correlated.map(root),
+        total=total.map(root),
+        rho=log_decay.map(lambda x: math.exp(-math.exp(x))),
+        time_constant_s=log_decay.map(lambda x: math.exp(-x) / rate_hz),
+        walk=mixture.measured(lambda variances, _: variances[2] * rate_hz).map(root),
+        pixel=pixel.map(root),
+    )
+
+
+def _correlation(lag: int, variances: Floats, log_decay: float) -> float:
+    total = max(float(variances[0] + variances[1]), _FLOOR)
+    return float(variances[1]) / total * math.exp(-math.exp(log_decay) * lag)
+
+
+def _mean(number: Indices, variances: Floats, log_decay: float) -> float:
+    """Variance of the mean of frames taken at `number` (T,), of what walks since the first one."""
+    white, correlated, walk = variances
+    lasting = correlated * _mean_correlation(number)(math.exp(log_decay))
+    return float((white + lasting) / len(number) + walk * _mean_walk(number))
 
 
 def time_freedom(memory: Memory | None, number: Indices) -> float:
@@ -160,12 +171,13 @@ def time_freedom(memory: Memory | None, number: Indices) -> float:
     return float(np.trace(matrix) ** 2 / np.square(matrix).sum())
 
 
-def mean_share(memory: Memory | None, number: Indices) -> float:
-    """Variance of the mean over that of the noise, of frames taken at `number` (T,), in frames of the camera."""
-    if memory is None or not memory.total.value:
-        return 1 / len(number)
-    share = (memory.correlated.value / memory.total.value) ** 2
-    return (1 - share + share * _mean_correlation(number)(-math.log(memory.rho.value))) / len(number)
+def mean_variance(memory: Memory | None, sigma: float, rate_hz: float, number: Indices) -> float:
+    """Of the mean of frames taken at `number` (T,), in frames of the camera at `rate_hz`; sigma is the noise's where it
+    has no memory."""
+    if memory is None:
+        return sigma**2 / len(number)
+    variances = np.square([memory.white.value, memory.correlated.value, memory.walk.value / math.sqrt(rate_hz)])
+    return _mean(number, variances, math.log(-math.log(memory.rho.value)))
 
 
 def centred(values: Floats) -> Floats:
@@ -173,52 +185,6 @@ def centred(values: Floats) -> Floats:
     level = values.mean(axis=(1, 2), keepdims=True)
     centred: Floats = values - values.mean(axis=1, keepdims=True) - values.mean(axis=2, keepdims=True) + level
     return centred
-
-
-def _least_decay(lags: tuple[int, ...]) -> float:
-    """The logarithm of the slowest decay a frame that is looked for."""
-    return math.log(1 / (_LONGEST * lags[-1]))
-
-
-def fit_memory(lags: tuple[int, ...], half_squares: Floats, drifts: bool = False) -> tuple[float, float, float]:
-    """(w^2, s^2, -log rho), least squares of w^2 + s^2 (1 - rho^k) in the logarithm's first order; d k is added where
-    it `drifts`.
-
-    half_squares    (lags,) half the mean squared difference of frames that far apart
-    """
-    wanted = np.asarray(half_squares, np.float64)
-    lag = np.asarray(lags, np.float64)
-    low, high = _least_decay(lags), math.log(6.0)
-    for _ in range(4):
-        decays = np.linspace(low, high, 61)
-        shapes = (1 - np.exp(-lag * math.exp(decay)) for decay in decays)
-        found = [_drifting(shape, lag, wanted) if drifts else _linear(shape, wanted) for shape in shapes]
-        best = int(np.argmin([error for _, _, error in found]))
-        low, high = decays[max(best - 1, 0)], decays[min(best + 1, 60)]
-    white, correlated, _ = found[best]
-    return white, correlated, math.exp(decays[best])
-
-
-def _linear(shape: Floats, wanted: Floats) -> tuple[float, float, float]:
-    """w^2 >= 0 and s^2 >= 0 of w^2 + s^2 shape ~ wanted with equal relative errors, and the sum of squares."""
-    a, b = 1 / wanted.clip(_FLOOR), shape / wanted.clip(_FLOOR)
-    aa, ab, bb, ay, by = a @ a, a @ b, b @ b, a.sum(), b.sum()
-    determinant = max(aa * bb - ab * ab, _FLOOR * aa * bb)
-    white, correlated = (bb * ay - ab * by) / determinant, (aa * by - ab * ay) / determinant
-    if white < 0:
-        white, correlated = 0.0, by / bb
-    elif correlated < 0:
-        white, correlated = ay / aa, 0.0
-    return float(white), float(correlated), float(np.square(white * a + correlated * b - 1).sum())
-
-
-def _drifting(shape: Floats, lag: Floats, wanted: Floats) -> tuple[float, float, float]:
-    """The same with d >= 0 of d lag besides."""
-    from scipy.optimize import nnls
-
-    parts = np.stack([np.ones_like(shape), shape, lag], axis=1) / wanted.clip(_FLOOR)[:, None]
-    (white, correlated, _), left = nnls(parts, np.ones_like(shape))
-    return float(white), float(correlated), float(left) ** 2
 
 
 def _lags(number: Indices) -> Iterator[int]:
@@ -256,3 +222,8 @@ def _blocks(pictures: Floats) -> Floats:
     cut = pictures[: down * high, : across * wide].reshape(down, high, across, wide, -1)
     means: Floats = cut.mean(axis=(1, 3)).reshape(down * across, -1)
     return means
+
+
+def _mean_walk(number: Indices) -> float:
+    """Variance of the mean of T frames of a walk that begins with the first one, and grows by 1 a frame."""
+    return float(np.minimum.outer(number, number).mean() - number[0])

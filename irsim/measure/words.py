@@ -41,6 +41,8 @@ def noise_lines(report: NoiseReport, start: int = 0) -> Iterator[tuple[str, str]
         m = flow.memory
         yield "memory", f"rho {_ranged(m.rho)}, time constant {_ranged(m.time_constant_s)} s{doubts.get('memory', '')}"
         yield "", f"white {_ranged(m.white)}, with memory {_ranged(m.correlated)} counts"
+        if m.walk.low > 0:
+            yield "", f"pixels drift by {_ranged(m.walk)} counts in a second, as the root of time"
     elif report.frames >= LEAST_FRAMES:
         yield "memory", f"none: white in time{doubts.get('memory', '')}"
     else:

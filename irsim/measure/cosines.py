@@ -1,0 +1,80 @@
+"""Noise over time as cosines: what white noise, AR(1) noise and a random walk each give to every mode.
+
+The discrete cosines of a series of T frames, all but the constant one, leave fixed pattern alone, and AR(1) noise is
+nearly independent from mode to mode in them (N. Ahmed, T. Natarajan, K. R. Rao, "Discrete Cosine Transform", IEEE
+Trans. Computers C-23, 1974). The variance that each holds is known exactly, of frames at any times.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from irsim.measure.repeats import Indices
+from irsim.types import Floats
+
+_EACH = 64
+"""The slowest modes are kept each; from there on neighbours, whose variances are nearly alike, are put together."""
+_BINS = 96
+"""How many are left of the others, evenly in log."""
+
+
+@dataclass(frozen=True)
+class Cosines:
+    """Modes of frames taken at given times.
+
+    basis   (M, T) orthonormal, each without a mean
+    starts  (B,) first mode of each bin
+    sizes   (B,) modes in each bin
+    pairs   (B, L) share of the correlation over each lag, 0 .. L - 1 frames of the camera, in a bin's variance
+    """
+
+    basis: Floats
+    starts: Indices
+    sizes: Indices
+    pairs: Floats
+
+    @classmethod
+    def of(cls, number: Indices) -> Cosines:
+        """Those of frames taken at `number` (T,), rising, in frames of the camera."""
+        from scipy.fft import dct, irfft, next_fast_len, rfft
+
+        count = len(number)
+        basis = dct(np.eye(count), axis=0, norm="ortho")[1:]
+        starts = np.unique(
+            np.concatenate([np.arange(min(_EACH, count - 1)), np.geomspace(_EACH, count - 1, _BINS)[:-1].astype(int)])
+        )
+        starts = starts[starts < count - 1]
+        sizes = np.diff(np.append(starts, count - 1))
+        lags = int(number[-1] - number[0]) + 1
+        length = next_fast_len(2 * lags)
+        pairs = np.empty((len(starts), lags))
+        for bin_, (start, size) in enumerate(zip(starts, sizes, strict=True)):
+            spread = np.zeros((size, length))
+            spread[:, number - number[0]] = basis[start : start + size]
+            power = np.square(np.abs(rfft(spread, axis=1))).mean(axis=0)
+            pairs[bin_] = irfft(power, length)[:lags]
+        pairs[:, 1:] *= 2
+        return cls(basis, starts, sizes, pairs)
+
+    def squares(self, values: Floats) -> Floats:
+        """(B, ...) mean square of the modes of each bin in values (T, ...)."""
+        modes = np.square(np.tensordot(self.basis, values, axes=1))
+        sizes = self.sizes.reshape(-1, *[1] * (values.ndim - 1))
+        found: Floats = np.add.reduceat(modes, self.starts, axis=0) / sizes
+        return found
+
+    def white(self) -> Floats:
+        """(B,) variance of each bin in unit white noise."""
+        return np.ones(len(self.starts))
+
+    def remembered(self, decay: float) -> Floats:
+        """(B,) that in unit AR(1) noise of correlation exp(-decay k) over k frames."""
+        found: Floats = self.pairs @ np.exp(-decay * np.arange(self.pairs.shape[1]))
+        return found
+
+    def walked(self) -> Floats:
+        """(B,) that in a random walk whose variance grows by 1 a frame: half the mean square over k frames is k / 2."""
+        found: Floats = self.pairs @ (-0.5 * np.arange(self.pairs.shape[1]))
+        return found
