@@ -61,6 +61,8 @@ def written() -> Scenario:
         walk=about(0.01),
         row_noise=None,
         column_noise=None,
+        rows=None,
+        columns=None,
         level=None,
         level_frames=None,
         pixel=about(2.0),

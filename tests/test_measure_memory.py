@@ -96,7 +96,7 @@ def test_what_noise_is_made_of_lies_in_its_intervals(times: int, walk: float) ->
         "total": lambda m: m.total.low <= 1 <= m.total.high,
         "rho": lambda m: m.rho.low <= math.exp(-1 / 12) <= m.rho.high,
         "walk": lambda m: m.walk.low <= math.sqrt(walk * 25) <= m.walk.high,
-        "pixel": lambda m: m.pixel.low <= math.sqrt(25 + walk * times / 3) <= m.pixel.high,
+        "fixed": lambda m: m.fixed.low <= 5 <= m.fixed.high,
     }
     held = dict.fromkeys(truth, 0)
     for seed in range(20):

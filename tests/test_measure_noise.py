@@ -117,7 +117,7 @@ def remembering() -> tuple[Any, ...]:
         ("total", 10 * math.hypot(WHITE, CORRELATED)),
         ("rho", RHO),
         ("time_constant_s", -1 / (30 * math.log(RHO))),
-        ("pixel", 10 * PIXEL),
+        ("fixed", 10 * PIXEL),
     ],
 )
 def test_memory_lies_in_its_interval_at_the_stated_rate(name: str, true: float) -> None:
@@ -149,7 +149,7 @@ def test_noise_that_outlasts_the_recording_is_told_as_such() -> None:
         assert memory is not None
         assert memory.time_constant_s.high == math.inf
         assert memory.correlated.low < 30 < memory.correlated.high
-        assert (memory.pixel.low, report.terms.vh.low) == (0, 0)
+        assert (memory.fixed.low, report.terms.vh.low) == (0, 0)
         assert "or more) s" in dict(noise_lines(report))["memory"]
         json.loads(json.dumps(report.as_json(), allow_nan=False))
 

@@ -141,7 +141,7 @@ def test_memory_is_counted_in_frames_of_the_camera(kind: str, rate_hz: float) ->
     held([memory.rho for memory in memories], RHO)
     held([memory.time_constant_s for memory in memories], -1 / (rate_hz * np.log(RHO)))
     held([memory.total for memory in memories], SIGMA)
-    held([memory.pixel for memory in memories], PIXEL)
+    held([memory.fixed for memory in memories], PIXEL)
 
 
 def test_frames_that_are_alike_by_chance_or_always_are_no_repeats() -> None:

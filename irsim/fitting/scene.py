@@ -16,7 +16,7 @@ from irsim.displayed import FittedDisplay
 from irsim.fitting.agc import ChosenAgc
 from irsim.fitting.numbers import interval, plain
 from irsim.fitting.written import BY
-from irsim.measure import EIGHT_BITS, Figures, Measured
+from irsim.measure import EIGHT_BITS, Figures, Measured, Memory
 from irsim.radiometry import radiance, slope, temperature
 from irsim.scale import Scale
 from irsim.types import Band, Curve, Source
@@ -158,10 +158,19 @@ class Scene:
         yield "noise_3d", {"tvh": 0, **{key: self._ratio(value) for key, value in terms.items() if value is not None}}
         if found.memory is not None and found.memory_frames is not None:
             yield "ar1", {"ratio": self._ratio(found.memory), "time_constant_s": self._seconds(found.memory_frames)}
-        if found.walk is not None:
-            drift = Drift()  # How far it goes at last nobody saw: after its time constant it has slowed down.
-            end = found.walk.map(lambda counts: counts * math.sqrt(drift.time_constant_s * self.rate_hz / 2))
-            yield "drift", {"pixel": self._ratio(end), "column": 0, "row": 0, "time_constant_s": drift.time_constant_s}
+        for over, lines in (("row", found.rows), ("column", found.columns)):
+            if lines is not None and lines.correlated.value:
+                memory = {"ratio": self._ratio(lines.correlated), "time_constant_s": lines.time_constant_s}
+                yield "ar1", {"id": f"{over}s", "over": over, **memory}
+        drifts = {
+            "pixel": None if found.walk is None else found.walk.map(lambda counts: counts * math.sqrt(self.rate_hz)),
+            "column": _walk(found.columns),
+            "row": _walk(found.rows),
+        }
+        if any(drifts.values()):
+            slow = Drift().time_constant_s  # How far it goes at last nobody saw: it slows down after that.
+            ends = {key: 0 if walk is None else self._drift(walk, slow) for key, walk in drifts.items()}
+            yield "drift", {**ends, "time_constant_s": slow}
         if found.level is not None and found.level_frames is not None:
             time = self._seconds(found.level_frames)
             yield "ar1", {"id": "level", "over": "frame", "ratio": self._ratio(found.level), "time_constant_s": time}
@@ -169,6 +178,10 @@ class Scene:
             yield "odd_even", {"id": f"odd_even_{along}", "along": along, "ratio": self._ratio(turned)}
         if any(share.value for share in (found.flaws.dead, found.flaws.hot, found.flaws.blinking)):
             yield "bad_pixels", dict(self._flaws())
+
+    def _drift(self, walk: Measured, slow_s: float) -> Measured:
+        """What a drift tends to, of that time constant, which begins with so many counts a root of a second."""
+        return self._ratio(walk.map(lambda counts: counts * math.sqrt(slow_s / 2)))
 
     def _flaws(self) -> Iterator[tuple[str, Any]]:
         bad = self.figures.flaws
@@ -223,3 +236,7 @@ def _least(counts: float) -> float:
 
 def _line(key: str, value: Measured) -> str:
     return f"{key}: {plain(value.value)}  # {interval(value)}"
+
+
+def _walk(lines: Memory | None) -> Measured | None:
+    return lines.walk if lines is not None and lines.walk.low > 0 else None

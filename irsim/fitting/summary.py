@@ -16,6 +16,9 @@ def summary_lines(found: Figures, display: FittedDisplay | None) -> Iterator[tup
         yield "", f"of it {_told(found.memory)} with a memory of {_told(found.memory_frames)} frames"
     if found.walk is not None:
         yield "", f"drifts from pixel to pixel by {_told(found.walk)} in a frame, as the root of their number"
+    for what, lines in (("rows", found.rows), ("columns", found.columns)):
+        if lines is not None:
+            yield "", f"{what} {_told(lines.correlated)} with a memory of {_told(lines.time_constant_s)} s"
     rest = (("rows", found.row_noise), ("columns", found.column_noise), ("level", found.level))
     if anew := _named(rest):
         yield "", f"{anew}, anew in each frame"

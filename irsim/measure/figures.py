@@ -14,7 +14,6 @@ from irsim.measure.defects import defects, patched, without_specks
 from irsim.measure.field import Field, Spectrum, periodogram
 from irsim.measure.flaws import Flaws, flaws
 from irsim.measure.interval import Measured, root
-from irsim.measure.level import fit_level
 from irsim.measure.lines import turns, without_turns
 from irsim.measure.memory import Memory, mean_variance
 from irsim.measure.noise import NoiseReport, measure_noise
@@ -41,7 +40,7 @@ _FAR = 4.0
 _SKEWED = 4.0
 """Standard errors from which a histogram is no Gaussian one."""
 _NOT_OF_TIME: dict[str, Any] = dict.fromkeys(
-    ("memory", "memory_frames", "walk", "row_noise", "column_noise", "level", "level_frames")
+    ("memory", "memory_frames", "walk", "row_noise", "column_noise", "rows", "columns", "level", "level_frames")
 )
 """Figures that cannot be told where something moves."""
 _NOT_OF_PLACE: dict[str, Any] = dict.fromkeys(("pixel", "row", "column", "even_rows", "even_columns"))
@@ -60,6 +59,7 @@ class Figures:
     walk                    by which what drifts from pixel to pixel has changed after a frame; it grows as the root of
                             their number. None where it may be none
     row_noise, column_noise temporal sigmas of whole rows and columns, white in time
+    rows, columns           where they remember: of what there is besides
     level, level_frames     sigma of the whole frame's level, and the time of its memory
     pixel, row, column      sigmas of what stays: fixed pattern that is white over pixels, rows, columns
     even_rows, even_columns what even ones lie above odd ones, halved
@@ -77,6 +77,8 @@ class Figures:
     walk: Measured | None
     row_noise: Measured | None
     column_noise: Measured | None
+    rows: Memory | None
+    columns: Memory | None
     level: Measured | None
     level_frames: Measured | None
     pixel: Measured | None
@@ -94,8 +96,9 @@ class Figures:
     notes: tuple[str, ...]
 
     def measured(self) -> Iterator[tuple[str, Measured]]:
-        """Names and values of all figures with an interval, those of texture and flaws under theirs."""
-        for part, prefix in ((self, ""), (self.texture, "texture."), (self.flaws, "flaws.")):
+        """Names and values of all figures with an interval, those of parts under theirs."""
+        for name in ("", "rows", "columns", "texture", "flaws"):
+            part, prefix = (getattr(self, name), f"{name}.") if name else (self, "")
             for field in fields(part) if part is not None else ():
                 value = getattr(part, field.name)
                 if isinstance(value, Measured):
@@ -155,8 +158,7 @@ def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: 
     terms, memory, count = report.terms, report.temporal.memory, len(whole)
     number = np.array(report.stretch.number)
     slower = report.rate_hz / report.stretch.rate_hz
-    levels = report.region.of(whole).mean(axis=(1, 2), dtype=np.float64)
-    usual = report.fine if report.moving else float(np.hypot(terms.tvh.value, levels.std()))
+    usual = report.fine if report.moving else float(np.hypot(terms.tvh.value, report.drift))
     settled = _settled(whole, usual)
     even_rows, even_columns = turns(settled, 0), turns(settled, 1)
     picture = without_turns(settled, even_rows.value, even_columns.value)
@@ -165,10 +167,12 @@ def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: 
     left, left_rows, left_columns = report.fine**2 / count, 0.0, 0.0
     if not report.moving:
         left = mean_variance(memory, terms.tvh.value, report.stretch.rate_hz, number)
-        left_rows, left_columns = terms.tv.value**2 / count, terms.th.value**2 / count
-    across, down = report.region.w, report.region.h
-    finer = terms.tvh.value**2 / (across * down) + terms.tv.value**2 / down + terms.th.value**2 / across
-    level = fit_level(levels, finer, number)
+        left_rows, left_columns = (
+            mean_variance(report.lines.get(term), getattr(terms, term).value, report.stretch.rate_hz, number)
+            for term in ("tv", "th")
+        )
+    rows, columns = report.lines.get("tv"), report.lines.get("th")
+    level = report.level
     time_frames = None if level.time_frames is None else level.time_frames.map(lambda time: time * slower)
     scene = (
         *texture_notes(fixed, picture, terms.tvh.value),
@@ -181,8 +185,10 @@ def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: 
         memory=None if memory is None else memory.correlated,
         memory_frames=None if memory is None else memory.time_constant_s.map(lambda s: s * report.rate_hz),
         walk=None if memory is None else _walk(memory, report.rate_hz),
-        row_noise=terms.tv,
-        column_noise=terms.th,
+        row_noise=terms.tv if rows is None else rows.white,
+        column_noise=terms.th if columns is None else columns.white,
+        rows=rows,
+        columns=columns,
         level=level.sigma,
         level_frames=time_frames,
         pixel=_less(fixed.floor.map(root), left),

@@ -32,7 +32,7 @@ _LEAST_CORRELATION = 0.02
 
 @dataclass(frozen=True)
 class Memory:
-    """Noise with memory, in the units of the frames.
+    """Noise with memory, of pixels, rows or columns, in the units of the frames.
 
     white, correlated       sigmas of the part without and the part with memory
     total                   sigma of both
@@ -40,8 +40,7 @@ class Memory:
                             than can be told, up to 1 and infinity
     walk                    sigma by which what drifts has changed after a second; it grows as the root of time. 0 where
                             the noise goes without
-    pixel                   sigma of the fixed pattern from pixel to pixel in the first frame, freed of the time mean of
-                            all these
+    fixed                   sigma of the fixed pattern in the first frame, freed of the time mean of all these
     """
 
     white: Measured
@@ -50,7 +49,7 @@ class Memory:
     rho: Measured
     time_constant_s: Measured
     walk: Measured
-    pixel: Measured
+    fixed: Measured
 
 
 @dataclass(frozen=True)
@@ -103,14 +102,15 @@ def temporal(frames: Values, rate_hz: float, number: Indices | None = None) -> T
         modes = _blocks(np.moveaxis(cosines.squares(values) * scale, 0, -1))
         mixture = fit_mixture(modes, (rows - 1) * (columns - 1), cosines)
         within, staying = jackknife(blocks[:, -2:], lambda means: means)
-        memory = _memory(mixture, rate_hz, number, within, staying)
+        memory = memory_of(mixture, rate_hz, number, within, staying)
         correlation = tuple(mixture.measured(partial(_correlation, lag)) for lag in lags)
     differences = tuple(root(float(blocks[:, i].mean())) for i in range(len(lags)))
     return Temporal(pair.map(root), lags, differences, correlation, memory)
 
 
-def _memory(mixture: Mixture, rate_hz: float, number: Indices, within: Measured, staying: Measured) -> Memory:
-    """Of a mixture; within and staying are the variance about the mean of the frames, and that of the mean."""
+def memory_of(mixture: Mixture, rate_hz: float, number: Indices, within: Measured, staying: Measured) -> Memory:
+    """Of a mixture in frames taken at `number` (T,), in frames of the camera at `rate_hz`; within and staying are the
+    variance about the mean of the frames, and that of the mean."""
     white = mixture.measured(lambda variances, _: variances[0])
     correlated = mixture.measured(lambda variances, _: variances[1])
     total = mixture.measured(lambda variances, _: variances[0] + variances[1])
@@ -124,7 +124,7 @@ def _memory(mixture: Mixture, rate_hz: float, number: Indices, within: Measured,
         )
     )
     kept = staying.value - left.value
-    pixel = Measured(kept, kept - down, kept + up)
+    fixed = Measured(kept, kept - down, kept + up)
     if mixture.slowest:
         # It may last for any longer: of what stays over the recording nobody can tell it from fixed pattern.
         log_decay = replace(log_decay, low=-math.inf)
@@ -132,7 +132,7 @@ def _memory(mixture: Mixture, rate_hz: float, number: Indices, within: Measured,
             replace(each, low=min(each.low, within.value), high=each.high + staying.value)
             for each in (correlated, total)
         )
-        pixel = replace(pixel, low=0.0, high=max(pixel.high, staying.value))
+        fixed = replace(fixed, low=0.0, high=max(fixed.high, staying.value))
     return Memory(
         white=white.map(root),
         correlated=correlated.map(root),
@@ -140,7 +140,7 @@ def _memory(mixture: Mixture, rate_hz: float, number: Indices, within: Measured,
         rho=log_decay.map(lambda x: math.exp(-math.exp(x))),
         time_constant_s=log_decay.map(lambda x: math.exp(-x) / rate_hz),
         walk=mixture.measured(lambda variances, _: variances[2] * rate_hz).map(root),
-        pixel=pixel.map(root),
+        fixed=fixed.map(root),
     )
 
 

@@ -73,11 +73,12 @@ class Mixture:
         return Measured(value, low, high)
 
 
-def fit_mixture(blocks: Floats, freedom: float, cosines: Cosines) -> Mixture:
+def fit_mixture(blocks: Floats, freedom: float, cosines: Cosines, known: Floats | float = 0.0) -> Mixture:
     """What noise is made of.
 
     blocks      (N, B) mean squares of the modes in each bin, over equal blocks of pixels, independent of each other
     freedom     degrees of freedom of each mode in all of them
+    known       (B,) of their variance that is something else's
     """
     from scipy.stats import t
 
@@ -85,11 +86,11 @@ def fit_mixture(blocks: Floats, freedom: float, cosines: Cosines) -> Mixture:
     weights = freedom * cosines.sizes
 
     def profile(log_decay: float, walks: bool = True) -> _Profile:
-        return _at(log_decay, squares, weights, cosines, walks)
+        return _at(log_decay, squares, weights, cosines, known, walks)
 
     ends = _ends(cosines)
     best = _likeliest(profile, ends)
-    reach = float(t.ppf((1 + LEVEL) / 2, len(blocks) - 1)) ** 2 * _excess(best, blocks, weights, cosines)
+    reach = float(t.ppf((1 + LEVEL) / 2, len(blocks) - 1)) ** 2 * _excess(best, blocks, weights, cosines, known)
     slow, fast = (_side(profile, best, end, reach) for end in ends)
     slices = [best, *(profile(at) for at in np.linspace(slow, fast, _SLICES))]
     lacks = np.array([each.lacks - best.lacks for each in slices])
@@ -116,7 +117,9 @@ def _parts(log_decay: float, cosines: Cosines) -> Floats:
     return np.stack([cosines.white(), cosines.remembered(math.exp(log_decay)), cosines.walked()], axis=1)
 
 
-def _at(log_decay: float, squares: Floats, weights: Floats, cosines: Cosines, walks: bool) -> _Profile:
+def _at(
+    log_decay: float, squares: Floats, weights: Floats, cosines: Cosines, known: Floats | float, walks: bool
+) -> _Profile:
     """Likeliest variances, none below 0, by Fisher's scoring; where nothing `walks`, of the first two alone."""
     from scipy.optimize import nnls
 
@@ -129,9 +132,9 @@ def _at(log_decay: float, squares: Floats, weights: Floats, cosines: Cosines, wa
     foreseen, lacks = squares.clip(least), math.inf
     for _ in range(_ROUNDS):
         scale = np.sqrt(weights) / foreseen
-        variances, _ = nnls(parts * scale[:, None], squares * scale)
+        variances, _ = nnls(parts * scale[:, None], (squares - known) * scale)
         variances[0] = max(variances[0], least)
-        foreseen = parts @ variances
+        foreseen = known + parts @ variances
         before, lacks = lacks, float(weights @ (np.log(foreseen) + squares / foreseen))
         if abs(before - lacks) <= _SETTLED * abs(lacks):
             break
@@ -140,7 +143,7 @@ def _at(log_decay: float, squares: Floats, weights: Floats, cosines: Cosines, wa
     return _Profile(log_decay, variances / size, lacks, covariance / np.outer(size, size))
 
 
-def _excess(best: _Profile, blocks: Floats, weights: Floats, cosines: Cosines) -> float:
+def _excess(best: _Profile, blocks: Floats, weights: Floats, cosines: Cosines, known: Floats | float) -> float:
     """By how much scores of the blocks scatter more than those of normal noise that is independent from pixel to pixel
     and mode to mode; at least 1 (P. McCullagh, J. A. Nelder, "Generalized Linear Models", 1989, section 9.2.3)."""
     step = 1e-3
@@ -148,7 +151,7 @@ def _excess(best: _Profile, blocks: Floats, weights: Floats, cosines: Cosines) -
     slope = (_parts(best.log_decay + step, cosines) - parts) @ best.variances / step
     parts = np.column_stack([parts, slope])
     parts = parts / np.abs(parts).max(axis=0).clip(1e-300)
-    foreseen = _parts(best.log_decay, cosines) @ best.variances
+    foreseen = known + _parts(best.log_decay, cosines) @ best.variances
     weighted = parts * (weights / foreseen**2)[:, None] / 2
     count = len(blocks)
     scores = (blocks - blocks.mean(axis=0)) / count @ weighted

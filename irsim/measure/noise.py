@@ -11,7 +11,9 @@ import numpy as np
 from irsim.measure.defects import Defects, around, defects, faint_blinkers, patched, stirred, uneven
 from irsim.measure.given import as_region, check_given
 from irsim.measure.interval import Measured
-from irsim.measure.memory import Temporal, temporal, time_freedom
+from irsim.measure.level import Level, fit_level
+from irsim.measure.line_memory import level_remembers, remembering
+from irsim.measure.memory import Memory, Temporal, temporal, time_freedom
 from irsim.measure.neighbours import alike, changes
 from irsim.measure.noise_3d import TERMS, Noise3dTerms, check_size, noise_3d
 from irsim.measure.quiet import quiet_sigma
@@ -19,7 +21,6 @@ from irsim.measure.region import Region, Values, windows
 from irsim.measure.repeats import new_frames
 from irsim.measure.steady import slides
 from irsim.measure.stretch import Stretch, longest_stretch, pattern_steps
-from irsim.measure.whiteness import remembering
 from irsim.types import Bools, Floats
 
 _CHANCE = 1.05
@@ -27,6 +28,7 @@ _CHANCE = 1.05
 32 frames, scatters by 1 % (`quiet_sigma`, 24 draws)."""
 _OF_TIME = ("pair", "lags", "memory", "drift")
 """What is told beside the terms, and holds what moves as they do."""
+_STAYS = {"tv": "v", "th": "h"}
 
 
 @dataclass(frozen=True)
@@ -46,8 +48,9 @@ class NoiseReport:
     doubtful    names of what may be the scene's. Where neighbours change together these are all `terms` and "pair",
                 "lags", "memory" and "drift"; else those of the terms in which neighbouring pixels, rows or columns are
                 alike
-    remembered  correlation from frame to frame of those of t, tv and th that are not drawn anew in each: they are more
-                than is told of them, and v and h hold what stays of them meanwhile
+    lines       memory of those of tv and th that are not drawn anew in each frame: the term is then the whole sigma,
+                and v or h what stays but for it
+    level       sigma and memory of the frames' level; where it remembers, "t" is its whole sigma
     slides      whether the whole scene slides before the camera; blurred noise does not. Pixels that blink by less than
                 it changes are then missed, or are among the dead or hot ones
     crossed     whether a target of the truth is in the region in some frame
@@ -73,7 +76,8 @@ class NoiseReport:
     together: bool
     moving: bool
     doubtful: tuple[str, ...]
-    remembered: dict[str, float]
+    lines: dict[str, Memory]
+    level: Level
     slides: bool
     crossed: bool
     drift: float
@@ -142,11 +146,16 @@ def measure_noise(
         flow = replace(flow, memory=replace(memory, white=_bounded(memory.white, flow.pair, moved.moving)))
         terms = replace(
             terms,
-            vh=_bounded(memory.pixel, terms.vh, moved.moving),
+            vh=_bounded(memory.fixed, terms.vh, moved.moving),
             tvh=_bounded(memory.total, terms.tvh, moved.moving),
         )
-    remembered = {} if moved.moving else remembering(flat, number, terms, flow.memory)
+    lines = {} if moved.moving else remembering(flat, number, stretch.rate_hz, terms)
     means = flat.mean(axis=(1, 2))
+    level = fit_level(means, _finer(terms, region), number)
+    if not (lines or moved.moving) and level.time_frames is not None and level_remembers(flat, number, terms.t):
+        terms = replace(terms, t=level.sigma)
+    terms = replace(terms, **{term: memory.total for term, memory in lines.items()})
+    terms = replace(terms, **{_STAYS[term]: memory.fixed for term, memory in lines.items()})
     whole = patched(frames, bad.all)
     sliding = slides(whole)
     told = bad.off(taken)
@@ -168,7 +177,8 @@ def measure_noise(
         together=moved.together,
         moving=moved.moving,
         doubtful=doubtful,
-        remembered=remembered,
+        lines=lines,
+        level=level,
         slides=sliding,
         crossed=taken is not None and bool(taken[region.rows, region.columns].any()),
         drift=float(means.std(ddof=1)),
@@ -182,6 +192,12 @@ def measure_noise(
         pixels=told.judged,
         frozen_from=bad.frozen_from,
     )
+
+
+def _finer(terms: Noise3dTerms, region: Region) -> float:
+    """Variance of the mean of a frame's region by the noise of its pixels, rows and columns."""
+    pixel, row, column = (getattr(terms, term).value ** 2 for term in ("tvh", "tv", "th"))
+    return float(pixel / (region.w * region.h) + row / region.h + column / region.w)
 
 
 def _standing(flat: Floats, sigma: float, of_scene: bool) -> float:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 
 from irsim.measure.interval import Measured
-from irsim.measure.memory import LEAST_FRAMES
+from irsim.measure.memory import LEAST_FRAMES, Memory
 from irsim.measure.noise import NoiseReport
 from irsim.measure.noise_3d import TERMS
 from irsim.wording import counted
@@ -38,15 +38,14 @@ def noise_lines(report: NoiseReport, start: int = 0) -> Iterator[tuple[str, str]
     shown = "  ".join(f"{lag}: {r.value:.2f}" for lag, r in zip(flow.lags, flow.correlation, strict=True))
     yield "lags", f"correlation over frames  {shown}{doubts.get('lags', '')}"
     if flow.memory is not None:
-        m = flow.memory
-        yield "memory", f"rho {_ranged(m.rho)}, time constant {_ranged(m.time_constant_s)} s{doubts.get('memory', '')}"
-        yield "", f"white {_ranged(m.white)}, with memory {_ranged(m.correlated)} counts"
-        if m.walk.low > 0:
-            yield "", f"pixels drift by {_ranged(m.walk)} counts in a second, as the root of time"
+        yield from _remembered("memory", "pixels", flow.memory, doubts.get("memory", ""))
     elif report.frames >= LEAST_FRAMES:
         yield "memory", f"none: white in time{doubts.get('memory', '')}"
     else:
         yield "memory", f"not known: needs {LEAST_FRAMES} frames"
+    for term, memory in report.lines.items():
+        what = "rows" if term == "tv" else "columns"
+        yield from _remembered(what, what, memory, doubts.get(term, ""))
     drifted = f"{report.drift:.3g} counts of the frames' mean, slope {report.slope_per_s:.3g} a second"
     yield "drift", drifted + doubts.get("drift", "")
     yield "bad", f"{report.dead} dead, {report.hot} hot, {report.blinking} blinking of {report.pixels} pixels"
@@ -59,8 +58,6 @@ def noise_lines(report: NoiseReport, start: int = 0) -> Iterator[tuple[str, str]
     yield from (("left out", sentence) for sentence in report.stretch.left_out(start))
     if report.crossed:
         yield "note", f"targets pass through {report.region}: region=X,Y,W,H names a place without them"
-    if report.remembered:
-        yield "note", remembered_told(report)
     if report.slides:
         yield "note", "the scene moves: it slides before the camera in most of the picture"
     if report.doubtful and not report.together:
@@ -80,16 +77,13 @@ def noise_lines(report: NoiseReport, start: int = 0) -> Iterator[tuple[str, str]
         )
 
 
-def remembered_told(report: NoiseReport) -> str:
-    """Which of t, tv and th are not drawn anew in each frame, and what follows."""
-    terms = [f"{term} ({alike:.2f})" for term, alike in report.remembered.items()]
-    are, they, them = ("is", "it is", "it") if len(terms) == 1 else ("are", "they are", "them")
-    stays = " and ".join(stay for term, stay in (("tv", "v"), ("th", "h")) if term in report.remembered)
-    held = f", and {stays} may be what stays of {them} meanwhile" if stays else ""
-    return (
-        f"from one frame to the next {', '.join(terms)} {are} alike, not drawn anew: over longer times {they} larger "
-        f"than told{held}"
-    )
+def _remembered(label: str, what: str, memory: Memory, doubt: str) -> Iterator[tuple[str, str]]:
+    if memory.correlated.high > 0:
+        yield label, f"rho {_ranged(memory.rho)}, time constant {_ranged(memory.time_constant_s)} s{doubt}"
+        label = ""
+        yield label, f"white {_ranged(memory.white)}, with memory {_ranged(memory.correlated)} counts"
+    if memory.walk.low > 0:
+        yield label, f"{what} drift by {_ranged(memory.walk)} counts in a second, as the root of time"
 
 
 def blinking_missed(report: NoiseReport) -> str | None:

@@ -1,4 +1,4 @@
-"""What frames, rows and columns have in common is told where it remembers; memory beside slow drift is held."""
+"""What frames, rows and columns have in common is told with its memory; memory beside slow drift is held."""
 
 from __future__ import annotations
 
@@ -28,16 +28,55 @@ def series(rng: np.random.Generator, shape: tuple[int, ...], rho: float) -> Floa
 @pytest.mark.parametrize("term", AXES)
 @pytest.mark.parametrize("rho", [0.0, 0.9])
 def test_a_term_that_remembers_is_told_and_no_other(term: str, rho: float) -> None:
-    told = 0
+    told = inside = 0
     for seed in range(5):
         rng = np.random.default_rng(seed)
         frames = 1000 + SIGMA * rng.standard_normal((FRAMES, SIDE, SIDE)) + 5 * series(rng, AXES[term], rho)
         report = measure_noise(frames, 30.0, WHOLE)
-        told += term in report.remembered
-        assert set(report.remembered) <= {term}
-        notes = [text for label, text in noise_lines(report) if label == "note"]
-        assert any(text.startswith(f"from one frame to the next {term} (") for text in notes) == bool(report.remembered)
+        labels = [label for label, _ in noise_lines(report)]
+        assert set(report.lines) <= {term}
+        assert [label for label in labels if label in LABELS.values()] == [LABELS[each] for each in report.lines]
+        told += report.level.time_frames is not None if term == "t" else term in report.lines
+        sigma = getattr(report.terms, term)
+        inside += sigma.low < 5 < sigma.high
     assert told == (5 if rho else 0)
+    assert inside >= 4
+
+
+LABELS = {"tv": "rows", "th": "columns"}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("term", "stays"), [("tv", "v"), ("th", "h")])
+def test_what_lines_are_made_of_lies_in_its_intervals(term: str, stays: str) -> None:
+    """White, AR(1) and fixed, beside pixels that remember, too; 20 recordings each."""
+    true = {"white": 0.3, "correlated": 0.8, "total": math.hypot(0.3, 0.8), "rho": 0.9, "fixed": 0.6}
+    inside = dict.fromkeys((*true, "walk", "term", "stays"), 0)
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        pixels = series(rng, (FRAMES, SIDE, SIDE), 0.8) + rng.standard_normal((SIDE, SIDE))
+        lines = 0.8 * series(rng, AXES[term], 0.9) + 0.3 * rng.standard_normal(AXES[term])
+        fixed = 0.6 * rng.standard_normal((1, *AXES[term][1:]))
+        report = measure_noise(100 + pixels + lines + fixed, 30.0, WHOLE)
+        memory = report.lines[term]
+        for name, value in true.items():
+            inside[name] += getattr(memory, name).low <= value <= getattr(memory, name).high
+        inside["walk"] += memory.walk.low == 0
+        inside["term"] += getattr(report.terms, term) == memory.total
+        inside["stays"] += getattr(report.terms, stays) == memory.fixed
+    assert min(inside.values()) >= 16, inside
+
+
+def test_lines_that_drift_are_told() -> None:
+    """By a walk of 0.1 a frame: 0.1 sqrt(30) in a second."""
+    held_ = 0
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        walk = 0.1 * rng.standard_normal(AXES["th"]).cumsum(axis=0)
+        report = measure_noise(100 + rng.standard_normal((FRAMES, SIDE, SIDE)) + walk, 30.0, WHOLE)
+        found = report.lines["th"].walk
+        held_ += found.low <= 0.1 * math.sqrt(30) <= found.high
+    assert held_ >= 4
 
 
 def test_memory_of_pixels_is_not_taken_for_that_of_rows() -> None:
@@ -45,7 +84,7 @@ def test_memory_of_pixels_is_not_taken_for_that_of_rows() -> None:
     for seed in range(5):
         rng = np.random.default_rng(seed)
         frames = 1000 + SIGMA * series(rng, (FRAMES, SIDE, SIDE), 0.9) + 0.3 * rng.standard_normal(AXES["tv"])
-        assert measure_noise(frames, 30.0, WHOLE).remembered == {}
+        assert measure_noise(frames, 30.0, WHOLE).lines == {}
 
 
 @pytest.mark.slow
