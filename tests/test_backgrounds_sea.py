@@ -229,7 +229,8 @@ def test_the_air_weakens_the_sun_on_its_way_down_and_on_to_the_camera() -> None:
         return float(lit - dark)
 
     slant = 1 / math.sin(math.radians(30))
-    gas, haze = (scale * math.exp(0.1 / scale) * slant for scale in (2.1, 1.2))  # as far as a level path at 100 m
+    wet, mixed, haze = (scale * math.exp(0.1 / scale) * slant for scale in (2.1, 7.0, 1.2))  # level paths at 100 m
+    gas = 0.952 * wet + 0.048 * mixed
     (a5, b5), (a23, b23) = (0.614, 0.57), (0.554, 0.47)
 
     def of_haze(km: float) -> float:
