@@ -250,7 +250,7 @@ def test_bloom_all_around_flows_on_past_full_pixels_and_loses_nothing(side: int,
     added = signal - 100.0
     for axis in (0, 1):
         middle = added.sum(axis=axis, dtype=np.float64) @ np.arange(161.0) / added.sum(dtype=np.float64)
-        assert middle == pytest.approx(80.0, abs=0.1)
+        assert middle == pytest.approx(80.0, abs=0.25)
 
 
 @pytest.mark.parametrize("along", ["columns", "rows", "around"])
