@@ -5,9 +5,10 @@ Transmittance over a band is no Beer's law: strong lines are soon opaque, what i
     tau(R) = exp(-a R^b),  R in km,
 
 fitted to LOWTRAN7 for level paths 100 m above the sea, 0.5 to 20 km long (largest error 0.022). Other
-paths are cut into layers: an absorber thins out with height, and a path counts as the level one that
-holds as much of it. Each step of a path shines as a black body at its air's temperature by the share
-that it absorbs (Kirchhoff), so path light and transmittance always belong together: behind an opaque
+paths are cut into layers: water, air and haze thin out with height, and a path counts as the level one
+that holds as much of what absorbs; ozone, high above that one, is added (`irsim.climate`). Each step of a
+path shines as a black body at its air's temperature by the share that it absorbs (Kirchhoff), so path
+light and transmittance always belong together: behind an opaque
 path everything has the temperature of the air.
 """
 
@@ -28,9 +29,11 @@ from irsim.climate import (
     FIT_KM,
     FIT_VISIBILITY_KM,
     FOG,
+    OZONE,
     Climate,
     ClimateName,
     fitted_band,
+    ozone,
     unshared,
 )
 from irsim.errors import Notice
@@ -157,8 +160,6 @@ class Atmosphere(Part):
         what haze adds for each inverse km of visibility, and D_23 - A/23 what is left without it. Below
         0.5 km A is proportional to R: haze has no lines.
         """
-        if self.preset == "none":
-            return np.zeros_like(gas_km)
         near, far = FIT_VISIBILITY_KM
         (a5, b5), (a23, b23) = self._climate.fit[_fitted(band)]
 
@@ -192,7 +193,7 @@ class Atmosphere(Part):
                 "do not have in common",
             )
 
-    def beyond(self, range_m: float, elevation_rad: float, climbed_m: float = 0.0) -> str | None:
+    def beyond(self, band: Band, range_m: float, elevation_rad: float, climbed_m: float = 0.0) -> str | None:
         """Why a path, as of `path`, lies beyond the fit; None where it does not."""
         if self.preset == "none":
             return None
@@ -201,7 +202,7 @@ class Atmosphere(Part):
         if not shortest <= along <= longest:
             return f"a range of {along:.3g} km lies beyond the fitted {shortest:g} to {longest:g} km"
         stations, heights = self._stations(np.asarray(along), np.asarray(elevation_rad), _STEPS, climbed_m)
-        share = _amount(stations, heights, self._climate.gas_km)[-1] / along
+        share = _amount(stations, self._climate.gas(_fitted(band), heights))[-1] / along
         if abs(share - 1) > THINNED:
             top = max(heights) * 1e3
             return (
@@ -209,6 +210,18 @@ class Atmosphere(Part):
                 f"{FIT_HEIGHT_KM * 1e3:.0f} m: scaled by layers, it holds {share:.0%} of the gas"
             )
         return None
+
+    def _of_gas_and_haze(self, band: Band, places: Floats, heights: Floats) -> Floats:
+        """(..., n) optical depth of paths up to each station by all but rain and fog."""
+        if self.preset == "none":
+            return np.zeros_like(places)
+        name = _fitted(band)
+        haze = np.exp((FIT_HEIGHT_KM - heights) / AEROSOL_KM)
+        total = self.depth(band, _amount(places, self._climate.gas(name, heights)), _amount(places, haze))
+        if name in OZONE:
+            whole, power = OZONE[name]
+            total = total + whole * _amount(places, ozone(heights)) ** power
+        return total
 
     @property
     def _climate(self) -> Climate:
@@ -227,7 +240,7 @@ class Atmosphere(Part):
         self, band: Band, along: Floats, elevation: Floats, steps: int, climbed_m: float = 0.0
     ) -> tuple[Floats, Floats]:
         places, heights = self._stations(along, elevation, steps, climbed_m)
-        total = self.depth(band, _amount(places, heights, self._climate.gas_km), _amount(places, heights, AEROSOL_KM))
+        total = self._of_gas_and_haze(band, places, heights)
         if self.rain_mm_h:
             total = total + rain_extinction(self.rain_mm_h) * _below(places, heights, RAIN_TOP_KM)
         if self.fog_visibility_km is not None:
@@ -274,9 +287,8 @@ def _sums(steps: Floats) -> Floats:
     return sums
 
 
-def _amount(places: Floats, heights: Floats, scale_km: float) -> Floats:
-    """(..., n) km: level path at the fit's height that holds as much as each path up to its stations."""
-    density = np.exp((FIT_HEIGHT_KM - heights) / scale_km)
+def _amount(places: Floats, density: Floats) -> Floats:
+    """(..., n) km: level path of density 1 that holds as much as each path up to its stations."""
     return _sums((density[..., 1:] + density[..., :-1]) * (places[..., 1:] - places[..., :-1]) / 2)
 
 

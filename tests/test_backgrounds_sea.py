@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from irsim.atmosphere import Atmosphere
 from irsim.backgrounds import Gaze, Sea
 from irsim.backgrounds.chart import Chart
-from irsim.backgrounds.sea import BANDS, reflectance, slope_variance
+from irsim.backgrounds.sea import BANDS, reflectance, seen_grazing, slope_variance
 from irsim.backgrounds.waves import GRAVITY, PER_WAVE, SIDE_RAD, Octave, leaning, longest_wave, spread_rad, wave_train
 from irsim.geometry import Geometry
 from irsim.radiometry import radiance, temperature
@@ -229,7 +229,8 @@ def test_the_air_weakens_the_sun_on_its_way_down_and_on_to_the_camera() -> None:
         return float(lit - dark)
 
     slant = 1 / math.sin(math.radians(30))
-    gas, haze = (scale * math.exp(0.1 / scale) * slant for scale in (2.1, 1.2))  # as far as a level path at 100 m
+    wet, mixed, haze = (scale * math.exp(0.1 / scale) * slant for scale in (2.1, 7.0, 1.2))  # level paths at 100 m
+    gas = 0.952 * wet + 0.048 * mixed
     (a5, b5), (a23, b23) = (0.614, 0.57), (0.554, 0.47)
 
     def of_haze(km: float) -> float:
@@ -266,3 +267,13 @@ def test_the_sea_hides_clouds_below_the_horizon() -> None:
     assert passed is not None
     assert passed[63:].min() == 1
     assert passed[:57].mean() < 0.1
+
+
+def test_waves_that_lean_away_look_flat_and_not_like_their_mirror_image() -> None:
+    """Leaning away by 0.3 rad, such a facet was drawn as one that leans to the camera by as much."""
+    drawn, spread = np.linspace(-0.3, 0.3, 121), 0.09
+    grazing = seen_grazing(drawn, np.full(121, spread**2))
+    assert (np.diff(grazing) > 0).all()
+    assert 0 < grazing[0] < 1e-3
+    assert grazing[-1] == pytest.approx(0.3 + spread / 2, rel=1e-3)
+    np.testing.assert_allclose(seen_grazing(np.array([0.01, 0.2]), np.zeros(2)), [0.01, 0.2])  # a mirror

@@ -236,6 +236,23 @@ def test_bloom_all_around_falls_off_and_spills_its_share() -> None:
     assert added[16, 21] / added[15, 21] == pytest.approx(math.exp(-(math.sqrt(2) - 1) / 1.5), rel=1e-4)
 
 
+@pytest.mark.parametrize(("side", "times"), [(3, 30.0), (41, 3.0)])
+def test_bloom_all_around_flows_on_past_full_pixels_and_loses_nothing(side: int, times: float) -> None:
+    """The second spot is wider than charge goes at once, 9 px from a full pixel's middle."""
+    signal = np.full((161, 161), 100.0, np.float32)
+    spot = slice(80 - side // 2, 81 + side // 2)
+    signal[spot, spot] = times * 1000.0
+    before = signal.sum(dtype=np.float64)
+    Bloom(along="around", length_px=1.5).spill(signal, 1000.0)
+    assert signal.sum(dtype=np.float64) == pytest.approx(before, rel=1e-5)
+    assert signal.max() == 1000.0
+    assert (signal == 1000.0).sum() > side**2 + 0.5 * (times - 1) * side**2 / 0.9
+    added = signal - 100.0
+    for axis in (0, 1):
+        middle = added.sum(axis=axis, dtype=np.float64) @ np.arange(161.0) / added.sum(dtype=np.float64)
+        assert middle == pytest.approx(80.0, abs=0.25)
+
+
 @pytest.mark.parametrize("along", ["columns", "rows", "around"])
 def test_bloom_leaves_a_picture_without_saturation_alone(along: str) -> None:
     signal = hot_spot()

@@ -20,7 +20,7 @@ from irsim.loader import warnings
         ({"targets": [target(400.0)]}, ("targets", 0, "path"), "frame 0: a range of 0.4 km lies beyond"),
         ({"targets": [target(25e3)]}, ("targets", 0, "path"), "a range of 25 km lies beyond the fitted 0.5 to 20 km"),
         ({"atmosphere": {"preset": "tropical", "visibility_km": 2}}, ("atmosphere", "visibility_km"), "2 km lies"),
-        ({"atmosphere": {"preset": "tropical", "altitude_m": 3000}}, ("targets", 0, "path"), "holds 14% of the gas"),
+        ({"atmosphere": {"preset": "tropical", "altitude_m": 3000}}, ("targets", 0, "path"), "holds 20% of the gas"),
         (
             {"camera": {"band": (3.4, 4.9)}},
             ("atmosphere", "preset"),
@@ -50,13 +50,31 @@ def test_things_beyond_the_fit_are_told_too() -> None:
         assert far == (("background", family, 1, "range_m"), "a range of 40 km lies beyond the fitted 0.5 to 20 km")
 
 
-@pytest.mark.parametrize(("altitude_m", "warned"), [(100.0, False), (1500.0, False), (1700.0, True), (15e3, True)])
-def test_a_clear_sky_above_most_of_the_fitted_gas_is_told(altitude_m: float, warned: bool) -> None:
-    air = {"preset": "us_standard", "altitude_m": altitude_m}
-    told = doubts(scene(atmosphere=air, background={"kind": "sky", "preset": "us_standard"}, targets=[]))
-    words = [notice.what for notice in told if notice.at == ("atmosphere", "altitude_m")]
-    assert len(words) == warned
-    assert all("of the gas to which it was fitted" in what for what in words)
+@pytest.mark.parametrize(
+    ("altitude_m", "band", "words"),
+    [
+        (15e3, "lwir", None),
+        (15e3, "mwir", None),
+        (15e3, (7.7, 11.5), None),
+        (15e3, (3.4, 4.9), None),
+        (1000.0, (10.0, 12.0), None),
+        (
+            15e3,
+            (10.0, 12.0),
+            "has 0.0 times the share that lwir has, to which us_standard is fitted: its sky is too warm",
+        ),
+        (15e3, (9.0, 10.5), "too cold"),
+        (15e3, (3.3, 4.15), "by carbon dioxide at 4.2 to 4.45 um, of which the camera's band has 0.0 times"),
+    ],
+)
+def test_a_sky_above_the_water_in_a_band_without_its_gas_is_told(
+    altitude_m: float, band: Any, words: str | None
+) -> None:
+    air, sky = {"preset": "us_standard", "altitude_m": altitude_m}, {"kind": "sky", "preset": "us_standard"}
+    told = doubts(scene(atmosphere=air, background=sky, camera={"band": band}, targets=[]))
+    found = [notice.what for notice in told if notice.at == ("atmosphere", "altitude_m")]
+    assert len(found) == (words is not None)
+    assert all(words in what for what in found if words is not None)
 
 
 @pytest.mark.parametrize(

@@ -5,9 +5,11 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import carried
 import pytest
 
 from irsim import loads
+from irsim.doubts import doubts
 from irsim.loader import warnings
 from irsim.render import Renderer
 
@@ -150,3 +152,29 @@ def test_one_that_spoils_what_another_is_asked_to_hide_is_told_where_that_is_ask
     assert not any(
         "with a," in line or "occluders.a" in line for line in warnings(tmp_path / "off.yaml", ["without=[a]"])
     )
+
+
+@pytest.mark.parametrize(
+    ("kind", "range_m", "velocity_m_s", "wide"),
+    [
+        ("pole", 300.0, (30.0, 0.0, 0.0), True),
+        ("tree", 300.0, (30.0, 0.0, 0.0), True),
+        ("bar", 300.0, (30.0, 0.0, 0.0), False),  # which may be a wall
+        ("pole", 1900.0, (30.0, 0.0, 0.0), False),
+        ("pole", 300.0, (0.0, 0.0, 0.0), False),
+        ("pole", 300.0, (0.0, 30.0, 0.0), False),  # towards it
+    ],
+)
+def test_a_pole_that_a_carried_camera_makes_a_wall_is_told(
+    kind: str, range_m: float, velocity_m_s: tuple[float, float, float], wide: bool
+) -> None:
+    """In 8 steps of 1/30 s the car goes 5.3 m, 5.3 px at 2 km, and is 6 px long: 13 with the margins. The camera goes
+    8 m, and its line to the car 0.85 8 + 0.15 5.3 = 7.6 m at 300 m, 51 px (0.5 mrad a pixel)."""
+    path = {"kind": "straight_m", "axes": "world", "start_m": (0.0, 2e3, 0.0), "velocity_m_s": (20.0, 0.0, 0.0)}
+    car = {"id": "car", "shape": {"kind": "hot_spot", "size_m": (6.0, 3.0)}, "path": path}
+    hider = {"kind": kind, "range_m": range_m, "hides": "car", "frames": (20, 28)}
+    ground, camera = {"kind": "ground"}, {"elevation_deg": 0.0}
+    scenario = carried.scene(ground, velocity_m_s, camera=camera, targets=[car], occluders=[hider])
+    told = [notice.what for notice in doubts(scenario) if notice.at == ("occluders", 0, "range_m")]
+    assert len(told) == wide
+    assert all(f"a {kind} 61 px or 9.1 m wide" in what and "need 13 px" in what for what in told)

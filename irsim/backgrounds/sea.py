@@ -46,6 +46,9 @@ SHORTEST_M = 1e-3
 LEAST_VARIANCE = 1e-5
 """Of the slopes in which the sun glints: the sun itself is so wide, 0.27 degrees to either side of its middle."""
 
+TURN = 0.14
+"""Spreads of the fine slopes within which what is seen turns flat where drawn waves begin to lean away."""
+
 STEPS = 4096
 """Of the tables of angle."""
 
@@ -64,6 +67,17 @@ def reflectance(band: Band, grazing_rad: Floats) -> Floats:
 def slope_variance(wind_m_s: float) -> float:
     """Mean square slope of the sea, both axes together, at a wind at 12.5 m height (Cox and Munk 1954); 0 at none."""
     return (0.003 + 0.00512 * max(wind_m_s, LEAST_WIND)) * min(wind_m_s / LEAST_WIND, 1.0)
+
+
+def seen_grazing(drawn: Floats, rest: Floats) -> Floats:
+    """Grazing angle of what is seen of facets that are drawn at one, with fine slopes of a variance `rest` on them.
+
+    Facets that lean away are hidden by those before them: at grazing angles what is seen leans towards the camera by
+    about the fine slopes' spread, and is the flatter the more the drawn one leans away. It never looks like one that
+    leans to the camera.
+    """
+    mean = drawn + 0.5 * np.sqrt(rest)
+    return np.asarray((mean + np.sqrt(mean * mean + (TURN * TURN) * rest)) / 2)
 
 
 def sunlight(band: Band, air: Atmosphere, elevation_deg: float) -> float:
@@ -170,9 +184,7 @@ class SeaSurface:
         ahead = (distance * np.cos(azimuth) + z).astype(np.float32)
         footprint = distance * unit / np.sin(down)  # of a pixel, along the line of sight, m
         across, along, rest = self._slopes(right, ahead, footprint, gaze.time)
-        # Facets that lean away are hidden by those before them: at grazing angles what is seen leans
-        # towards the camera by about the slopes' spread.
-        grazing = np.abs(down + along + 0.5 * np.sqrt(rest))
+        grazing = seen_grazing(down + along, rest)
         reflected = _looked_up(self._reflected, grazing)
         heaven = _looked_up(self._heaven, np.abs(2 * grazing - down))
         light = reflected * heaven + (1 - reflected) * np.float32(radiance(self._stage.band, sea.water_k))

@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field
 
 from irsim.kinds import Part
@@ -13,6 +14,13 @@ from irsim.quantities import Fraction
 from irsim.types import Floats
 
 Direction = Literal["columns", "rows", "around"]
+
+_TRACE = 1e-4
+"""Less than this of a full pixel is left where it is: it is gone."""
+_NEAR = 1e-4
+"""Pixels with room that hold less of what is spread than this are too far away."""
+_ROUNDS = 100
+"""So often charge goes on at most; what fills a fifth of a picture has come to rest after some ten."""
 
 
 class Bloom(Part):
@@ -28,9 +36,9 @@ class Bloom(Part):
     def spill(self, signal: Floats, top: float) -> None:
         """Take what is above `top` from each pixel of `signal` (rows, cols) float32, and spill it; in place.
 
-        Along lines one half runs each way, until pixels with room have taken it: nothing is lost but
-        at the frame's edge. Around, it falls off exponentially with distance, and what comes to
-        saturated pixels is lost.
+        Along lines one half runs each way, until pixels with room have taken it. Around, it goes to the pixels with
+        room, the fewer the farther by exp(-distance / length_px), and what these cannot hold goes on alike. Nothing is
+        lost but at the frame's edge.
         """
         if signal.max() <= top:
             return
@@ -41,18 +49,48 @@ class Bloom(Part):
 
     def _spill_around(self, signal: Floats, top: float) -> None:
         reach = int(np.ceil(6 * self.length_px))
-        excess = np.maximum(signal - np.float32(top), 0)
-        np.minimum(signal, np.float32(top), out=signal)
-        rows, columns = np.nonzero(excess)
-        here = slice(max(rows.min() - reach, 0), rows.max() + reach + 1)
-        there = slice(max(columns.min() - reach, 0), columns.max() + reach + 1)
         offsets = np.arange(-reach, reach + 1.0)
         kernel = np.exp(-np.hypot(offsets, offsets[:, None]) / self.length_px)
         kernel[reach, reach] = 0  # the pixel itself is full
-        kernel *= self.fraction / kernel.sum()
-        spilt = cv2.filter2D(excess[here, there], -1, kernel, borderType=cv2.BORDER_CONSTANT)
-        window = signal[here, there]
-        np.minimum(window + spilt, np.float32(top), out=window)
+        kernel /= kernel.sum()
+        full = np.float32(top)
+        going = np.maximum(signal - full, 0) * np.float32(self.fraction)
+        np.minimum(signal, full, out=signal)
+        for _ in range(_ROUNDS):
+            x, y, wide, high = cv2.boundingRect((going > _TRACE * full).view(np.uint8))
+            if wide == 0:
+                return
+            here, there = slice(max(y - reach, 0), y + high + reach), slice(max(x - reach, 0), x + wide + reach)
+            leaving, held = going[here, there], signal[here, there]
+            brimful = held >= full
+            share = 1 - _spread(brimful.astype(np.float32), kernel)  # of the kernel that falls on pixels with room
+            near = share > _NEAR
+            landed = np.maximum(_spread(np.where(near, leaving / np.maximum(share, _NEAR), 0), kernel), 0)
+            landed[brimful] = 0
+            leaving[near] = 0  # the others are too deep within full ones
+            if brimful.all():
+                _to_nearest(going, signal < full)
+            else:
+                _to_nearest(leaving, ~brimful)
+            leaving += landed + held
+            np.minimum(leaving, full, out=held)
+            leaving -= held
+
+
+def _to_nearest(going: Floats, room: NDArray[np.bool_]) -> None:
+    """Move charge to the nearest pixel that has room each; in place. Without any it is lost at the frame's edge."""
+    if not going.any():
+        return
+    if room.any():
+        _, nearest = cv2.distanceTransformWithLabels(
+            (~room).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
+        )
+        going[room] = np.bincount(nearest.ravel(), going.ravel())[nearest[room]]
+    going[~room] = 0
+
+
+def _spread(light: Floats, kernel: Floats) -> Floats:
+    return np.asarray(cv2.filter2D(light.astype(np.float32, copy=False), -1, kernel, borderType=cv2.BORDER_CONSTANT))
 
 
 def _spill_along(signal: Floats, top: float, fraction: float) -> None:

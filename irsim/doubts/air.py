@@ -7,14 +7,26 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from irsim.climate import CLIMATES, FIT_HEIGHT_KM, FIT_KM
+from irsim.climate import CLIMATES, FIT_HEIGHT_KM, FIT_KM, fitted_band
 from irsim.doubts.looked import watched
 from irsim.errors import Notice
 from irsim.kinds import KeyPath
+from irsim.radiometry import limits, radiance
 from irsim.scenario import Scenario
+from irsim.types import Band, BandName
 
-LEAST_GAS = 0.5
-"""Share of the fitted gas above a camera from which on a clear sky is taken as fitted: that above some 1,500 m."""
+LEAST_WATER = 0.5
+"""Share of the fitted water above a camera from which on a clear sky is taken as fitted in all of its band: that above
+some 1,500 m."""
+
+HIGH_K = 220.0
+"""Temperature of the air above that, K."""
+
+ABOVE_WATER: dict[BandName, tuple[str, tuple[float, float]]] = {
+    "mwir": ("carbon dioxide", (4.2, 4.45)),
+    "lwir": ("ozone", (9.4, 9.9)),
+}
+"""What a clear sky shines by above the water, and the middle of its wavelengths, um."""
 
 
 def beyond_fit(scenario: Scenario) -> Iterator[Notice]:
@@ -37,7 +49,7 @@ def long_paths(scenario: Scenario) -> Iterator[Notice]:
         rises = -sight @ stage.geometry.down
         for k in (end for of in (ranges, rises, climbs) for end in (of.argmin(), of.argmax())):
             elevation = float(np.arcsin(np.clip(rises[k] / ranges[k], -1, 1)))
-            why = stage.air.beyond(float(ranges[k]), elevation, float(climbs[k]))
+            why = stage.air.beyond(stage.band, float(ranges[k]), elevation, float(climbs[k]))
             if why is not None:
                 yield Notice(("targets", index, "path"), f"frame {frames[k]:.0f}: {why}")
                 break
@@ -51,26 +63,36 @@ def long_views(scenario: Scenario) -> Iterator[Notice]:
         *((("background", *place), shell.range_m) for _, place, shell in scenario.background.shells()),
     ]
     for place, range_m in things:
-        why = stage.air.beyond(range_m, stage.geometry.elevation_rad)
+        why = stage.air.beyond(stage.band, range_m, stage.geometry.elevation_rad)
         if why is not None:
             yield Notice((*place, "range_m"), why)
 
 
 def high_skies(scenario: Scenario) -> Iterator[Notice]:
-    """A clear sky of a preset, seen from so high that little of the gas is left to which it was fitted."""
+    """A clear sky of a preset above most of the water, seen in a band with more or less of the gas that is left."""
     stage, preset = scenario.stage, scenario.sky_preset
     climate = next((climate for name, climate in CLIMATES.items() if name == preset), None)
-    if climate is None or scenario.background.clear(stage) is None:
+    fitted = fitted_band(stage.band)
+    if climate is None or fitted is None or scenario.background.clear(stage) is None:
         return
     height_km = stage.air.altitude_m * 1e-3
-    left = math.exp((FIT_HEIGHT_KM - height_km) / climate.gas_km)
-    if left < LEAST_GAS:
+    left = math.exp((FIT_HEIGHT_KM - height_km) / climate.gas_km[fitted])
+    gas, (low, high) = ABOVE_WATER[fitted]
+    times = _share(stage.band, (low, high)) / _share(fitted, (low, high))
+    if left < LEAST_WATER and not 0.5 <= times <= 2:
         yield Notice(
             ("atmosphere", "altitude_m"),
-            f"above {height_km * 1e3:.0f} m the sky of {preset} holds {left:.0%} of the gas to which it was fitted, at "
-            f"{FIT_HEIGHT_KM * 1e3:.0f} m: ozone and carbon dioxide, which thin out less than water, are missing, and "
-            "it is too cold",
+            f"above {height_km * 1e3:.0f} m the clear sky shines mostly by {gas} at {low:g} to {high:g} um, of which "
+            f"the camera's band has {times:.1f} times the share that {fitted} has, to which {preset} is fitted: its "
+            f"sky is too {'cold' if times > 1 else 'warm'}",
         )
+
+
+def _share(band: Band, part: tuple[float, float]) -> float:
+    """Of a black body's light in a band, as cold as the high air, that within some wavelengths, um."""
+    (low, high), (lowest, highest) = limits(band), part
+    common = max(low, lowest), min(high, highest)
+    return float(radiance(common, HIGH_K) / radiance(band, HIGH_K)) if common[0] < common[1] else 0.0
 
 
 def far_ground(scenario: Scenario) -> Iterator[Notice]:
@@ -80,7 +102,7 @@ def far_ground(scenario: Scenario) -> Iterator[Notice]:
     if depth_m is None or depression <= 0:
         return
     range_m = depth_m / math.sin(depression)
-    why = stage.air.beyond(range_m, -depression) if range_m >= FIT_KM[0] * 1e3 else None
+    why = stage.air.beyond(stage.band, range_m, -depression) if range_m >= FIT_KM[0] * 1e3 else None
     if why is not None:
         yield Notice(("background", "kind"), f"in the middle of the picture: {why}")
 

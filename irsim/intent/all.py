@@ -13,6 +13,7 @@ from irsim.intent.hold import Hold
 from irsim.intent.placing import place
 from irsim.intent.together import spoiled, unbroken
 from irsim.intent.unmet import UnmetError
+from irsim.intent.width import walled
 from irsim.motion import Crossing
 from irsim.occluders import Occluder
 from irsim.scenario import Scenario
@@ -101,7 +102,8 @@ def unmet(scenario: Scenario) -> Iterator[Notice]:
 
 def overdone(scenario: Scenario) -> Iterator[Notice]:
     """Occluders that hide whom they shall hide for much longer, or much more of it, than asked, alone or together, or
-    have less than they say; and those that hide others. Every intent of the scenario can be met.
+    have less than they say; those that a carried camera makes wide, and those that hide others. Every intent of the
+    scenario can be met.
 
     Where they stand does not depend on what is switched off; for how long they hide does.
     """
@@ -115,7 +117,7 @@ def overdone(scenario: Scenario) -> Iterator[Notice]:
         if occluder.hides in watch.courses and scenario.is_on(occluder.name)
     }
     for index, hold in holds.items():
-        for key, why in (("frames", hold.too_long()), ("fraction", hold.too_much())):
+        for key, why in (("frames", hold.too_long()), ("fraction", hold.too_much()), ("range_m", walled(hold))):
             if why is not None:
                 yield Notice(("occluders", index, key), why)
         lack = scenario.occluders[index].short(hold.screen)

@@ -34,6 +34,8 @@ class Occluder(NamedKind):
     """The keys that give its place."""
     thins: ClassVar[bool] = False
     """Does it hide less by being thinner? Otherwise by being smaller."""
+    slender: ClassVar[bool] = False
+    """Is it odd for it to be wide? It is warned of where a carried camera makes it so."""
 
     range_m: Range
     """Metres from where the camera first stands; it hides what is farther."""

@@ -29,6 +29,7 @@ class Pole(Opaque):
     """An upright pole, with a cross-arm if wanted."""
 
     placing: ClassVar[tuple[str, ...]] = ("foot_px", "height_px", "width_px")
+    slender: ClassVar[bool] = True
 
     switches: ClassVar[Switches] = {"arm": ("arm_px", 0.0)}
 

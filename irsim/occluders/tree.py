@@ -63,6 +63,7 @@ class Tree(Occluder):
     """A broadleaf tree: a trunk, boughs, and a ragged crown of clumps of leaves with gaps towards its rim."""
 
     placing: ClassVar[tuple[str, ...]] = ("foot_px", "height_px", "crown_px")
+    slender: ClassVar[bool] = True
 
     temperature_k: Kelvin | None = None
     """Mean temperature of the leaves, kelvin; by the background's `hour` where not given, else 290."""
