@@ -159,4 +159,5 @@ def asked_light(sprite: Sprite, light: Floats, band: Band, noise: Noise = quiet)
 
 def lit(sprite: Sprite, light: float) -> Sprite:
     """A sprite of one light all over, W/m2/sr, that asks for no contrast or SCR."""
-    return sprite._replace(emission=light * sprite.alpha, signal_center=sprite.center, wanted=None)
+    during = sprite.during and sprite.during.shining(0.0, light)
+    return sprite._replace(emission=light * sprite.alpha, signal_center=sprite.center, wanted=None, during=during)

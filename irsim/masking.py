@@ -26,7 +26,8 @@ Shares = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Mask:
-    """Of one target in one frame, before optics blur it (a point's light, after): (rows, columns) of the frame.
+    """Of one target in one frame, before optics blur it (a point's light, after): (rows, columns) of the frame. Where
+    the camera smears, means over the exposure.
 
     whole    share 0..1 of each pixel's area that the target covers, were nothing before it
     visible  the same, less what nearer things hide
@@ -106,7 +107,7 @@ def _mask(seen: Seen, shape: tuple[int, int]) -> Mask:
     met = overlap((sprite.x0, sprite.y0), sprite.cover.shape, (0, 0), shape)
     if met is not None:
         inner, outer = met
-        whole[outer], visible[outer] = _shares(sprite.cover[inner]), _shares(seen.left[inner])
+        whole[outer], visible[outer] = _shares(sprite.cover[inner]), _shares(seen.kept[inner])
     return Mask(whole, visible, sprite.area)
 
 

@@ -20,7 +20,6 @@ from irsim.intent import built
 from irsim.motion import angles_deg
 from irsim.scenario import Scenario
 from irsim.sight import Sight
-from irsim.smear import SHARP
 from irsim.sprite import Sprite, averaged
 from irsim.types import Box, Counts, Floats, Frame, TargetTruth, Truth
 
@@ -44,12 +43,11 @@ class Renderer:
         self.lag = camera.lag(scenario.is_on)
         self._held: tuple[int, Counts] | None = None
         self._asked = lru_cache(maxsize=2)(self._asked_for)
-        exposed = camera.smeared_ms * 1e-3 * camera.rate_hz
-        nodes = camera.smear.nodes(exposed) if camera.smear is not None and scenario.is_on("smear") else SHARP
         self.now = Instant.of(shown, self.stage)
         self.sensor = camera.sensor(scenario.seed, scenario.is_on, self.now.mount.zooms)
         self.exposure = [
-            (share, self.now if offset == 0 else Instant.of(shown, self.stage, offset)) for share, offset in nodes
+            self.now if offset == 0 else Instant.of(shown, self.stage, offset)
+            for offset in camera.instants(scenario.is_on)
         ]
         self.courses = self.now.courses
         self.motions = [self._motion(course.positions, course.attitudes) for course in self.courses]
@@ -170,10 +168,10 @@ class Renderer:
 
     def _layers(self, index: int) -> Sequence[Layer]:
         """The layers, each as it is seen over the whole exposure of a frame."""
-        if all(self.now.looks_as(instant, index) for _, instant in self.exposure):
+        if all(self.now.looks_as(instant, index) for instant in self.exposure):
             return self.layers
         key = self.now.gaze(index).key  # of one key, or nothing that is painted would be kept
-        gazes = tuple((share, replace(instant.gaze(index), key=key)) for share, instant in self.exposure)
+        gazes = tuple(replace(instant.gaze(index), key=key) for instant in self.exposure)
         return [Swept(layer, gazes) for layer in self.layers]
 
     @cached_property
@@ -219,16 +217,12 @@ class Renderer:
                 yield Piece(occluder.name, arriving(sprite, sight), tracked=False, first_m=first_m)
 
     def _exposed(self, draw: Callable[[Instant], list[Sprite | None]]) -> list[Sprite | None]:
-        """What the light of things is over the whole exposure."""
+        """What things are over the whole exposure."""
         middles = draw(self.now)
         if len(self.exposure) == 1:
             return middles
-        shares = [share for share, _ in self.exposure]
-        moments = [draw(instant) for _, instant in self.exposure]
-        return [
-            middle and averaged(middle, [(share, part) for share, part in zip(shares, parts, strict=True) if part])
-            for middle, parts in zip(middles, zip(*moments, strict=True), strict=True)
-        ]
+        instants = [draw(instant) for instant in self.exposure]
+        return [averaged(middle, each) for middle, each in zip(middles, zip(*instants, strict=True), strict=True)]
 
     def sight(self, index: int) -> Sight:
         """How the camera of frame `index` sees what stands about it."""

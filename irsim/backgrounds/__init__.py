@@ -3,7 +3,19 @@
 Layers in angle, ground and sea of a height on a plane: a turning camera moves them rightly. Recorded frames stay.
 """
 
-from irsim.backgrounds.base import Background, ClearLayer, Filmed, Gaze, LandLight, Layer, Slices, Veil, is_veil, veiled
+from irsim.backgrounds.base import (
+    Background,
+    ClearLayer,
+    Filmed,
+    Gaze,
+    LandLight,
+    Layer,
+    Slices,
+    Veil,
+    is_veil,
+    opaque,
+    veiled,
+)
 from irsim.backgrounds.ground import Ground
 from irsim.backgrounds.landscape import Landscape
 from irsim.backgrounds.recorded import Footage, Recorded
@@ -42,5 +54,6 @@ __all__ = [
     "Slices",
     "Veil",
     "is_veil",
+    "opaque",
     "veiled",
 ]

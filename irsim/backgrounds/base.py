@@ -69,7 +69,8 @@ class Veil(Layer, Protocol):
     """A layer that fills the picture by itself, which is quicker than to give what it takes."""
 
     def veil(self, under: Floats, light: Floats, gaze: Gaze, behind: Sequence[Slices]) -> list[Floats]:
-        """light <- under * transmittance + emission; the transmittance of patches, (rows, columns) each.
+        """light <- under * transmittance + emission; the transmittance of patches, (rows, columns) each, or
+        (n, rows, columns) at the instants of an exposure.
 
         under: (rows, cols) of the same type, which may be the light itself.
         """
@@ -105,6 +106,11 @@ def veiled(under: Floats, light: Floats, passed: Floats, emission: Floats, behin
     np.multiply(under, passed, out=light)
     light += emission
     return [passed[patch] for patch in behind]
+
+
+def opaque(name: str) -> ValueError:
+    """What is wrong with a layer that lets nothing through, though others lie behind it."""
+    return ValueError(f"layer {name}: only the farthest layer may be opaque")
 
 
 AirBefore = tuple[Floats, Floats]
