@@ -123,6 +123,7 @@ def compose(
     band: Band,
     noise: Noise = quiet,
     out: Floats | None = None,
+    truth: bool = True,
 ) -> tuple[Floats, list[Seen]]:
     """Everything drawn far to near on the first layer: radiance (rows, cols) float32, and the targets seen.
 
@@ -131,6 +132,7 @@ def compose(
 
     noise  the camera's in this frame, for the targets' SCR
     out    where it is put, (rows, cols); summed up in float64 if it is so
+    truth  whether what is seen of the targets is asked for; else none is told
     """
     under: Floats = layers[0].light(gaze)[1]
     light = np.empty(under.shape, np.float32) if out is None else out
@@ -142,7 +144,7 @@ def compose(
         under = light
     for thing in things:
         if isinstance(thing, Piece):
-            _draw(light, thing, seen, moving, band, noise)
+            _draw(light, thing if truth else thing._replace(tracked=False), seen, moving, band, noise)
         else:
             _veil(under, light, thing, gaze, seen, moving)
         under = light

@@ -9,8 +9,8 @@ from itertools import compress
 
 import numpy as np
 
-from irsim.backgrounds import Gaze, Slices, veiled
-from irsim.backgrounds.base import Changed, Place, opaque
+from irsim.backgrounds import Gaze
+from irsim.backgrounds.base import Place
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.painting import BLOCK, MARGIN
 from irsim.course import Course
@@ -115,39 +115,3 @@ def _moved(view: View, shift: tuple[float, float]) -> View:
     """The view of a target that is moved in the picture, its aspect the same to the last bit."""
     stage = view.stage
     return view._replace(stage=replace(stage, geometry=replace(stage.geometry, shift_px=shift)))
-
-
-@dataclass(frozen=True, eq=False)
-class Swept(Changed):
-    """A layer over which the camera sweeps while a frame is exposed: its mean over several gazes of the frame, evenly
-    spread."""
-
-    gazes: tuple[Gaze, ...]
-
-    def light(self, gaze: Gaze) -> tuple[Floats | None, Floats]:
-        passed, emission, _ = self._mean([])
-        return passed, emission
-
-    def veil(self, under: Floats, light: Floats, gaze: Gaze, behind: Sequence[Slices]) -> list[Floats]:
-        """See `Veil`; the transmittance of patches at each gaze, (n, rows, columns)."""
-        passed, emission, patches = self._mean(behind)
-        if passed is None:
-            raise opaque(self.name)
-        veiled(under, light, passed, emission, ())
-        return patches
-
-    def _mean(self, behind: Sequence[Slices]) -> tuple[Floats | None, Floats, list[Floats]]:
-        """What is let through, the light, and what is let through of patches at each gaze."""
-        weight = np.float32(1 / len(self.gazes))
-        passed: Floats | None = None
-        emission: Floats | None = None
-        patches: list[list[Floats]] = [[] for _ in behind]
-        for each in self.gazes:
-            through, own = self.layer.light(each)
-            emission = own * weight if emission is None else emission + own * weight
-            if through is not None:
-                passed = through * weight if passed is None else passed + through * weight
-                for kept, patch in zip(patches, behind, strict=True):
-                    kept.append(through[patch].copy())
-        assert emission is not None
-        return passed, emission, [np.stack(kept) for kept in patches if kept]

@@ -16,11 +16,13 @@ from irsim.backgrounds.base import (
     opaque,
     veiled,
 )
+from irsim.backgrounds.cut import cut
 from irsim.backgrounds.ground import Ground
 from irsim.backgrounds.landscape import Landscape
 from irsim.backgrounds.recorded import Footage, Recorded
 from irsim.backgrounds.sea import Sea
 from irsim.backgrounds.sky import Sky
+from irsim.backgrounds.swept import Swept
 from irsim.kinds import Family
 
 BACKGROUNDS = Family(
@@ -52,7 +54,9 @@ __all__ = [
     "Sea",
     "Sky",
     "Slices",
+    "Swept",
     "Veil",
+    "cut",
     "is_veil",
     "opaque",
     "veiled",
