@@ -10,12 +10,12 @@ from typing import NamedTuple, TypeGuard
 
 import numpy as np
 
-from irsim.backgrounds import Gaze, Layer, Slices, is_veil, opaque, veiled
+from irsim.backgrounds import Gaze, Layer, is_veil, opaque, veiled
 from irsim.compiled import COMPILED, kernels
 from irsim.contrast import Noise, asked_light, lit, quiet, scr
 from irsim.radiometry import temperature_of
-from irsim.sprite import Sprite
-from irsim.types import Band, Floats
+from irsim.sprite import Sprite, overlap
+from irsim.types import Band, Floats, Slices
 from irsim.unsteady import WHOLE, Unsteady
 
 HIDES = 0.01
@@ -98,24 +98,6 @@ def _total(shares: Floats) -> float:
     return total if shares.ndim == 2 else total / len(shares)
 
 
-def overlap(
-    corner: tuple[int, int], shape: tuple[int, int], other: tuple[int, int], size: tuple[int, int]
-) -> tuple[Slices, Slices] | None:
-    """Where two patches meet, as slices (rows, columns) of each; None where they do not.
-
-    A patch is its top-left pixel (x, y) and its shape (rows, columns).
-    """
-    (x, y), (rows, columns), (other_x, other_y), (other_rows, other_columns) = corner, shape, other, size
-    if x >= other_x + other_columns or other_x >= x + columns or y >= other_y + other_rows or other_y >= y + rows:
-        return None
-    left, top = max(x, other_x), max(y, other_y)
-    right, bottom = min(x + columns, other_x + other_columns), min(y + rows, other_y + other_rows)
-    if left >= right or top >= bottom:  # one of them is empty
-        return None
-    within = slice(top - y, bottom - y), slice(left - x, right - x)
-    return within, (slice(top - other_y, bottom - other_y), slice(left - other_x, right - other_x))
-
-
 def compose(
     layers: Sequence[Layer],
     pieces: Iterable[Piece],
@@ -155,7 +137,7 @@ def uncovered(pieces: Iterable[Piece], light: Floats) -> Floats:
     """The share of each pixel's light, with pieces drawn, that comes from the background: like the light."""
     left = np.ones_like(light)
     for sprite in (piece.sprite for piece in pieces):
-        met = overlap((sprite.x0, sprite.y0), sprite.alpha.shape, (0, 0), left.shape)
+        met = sprite.within(left.shape)
         if met is not None:
             left[met[1]] *= np.maximum(1 - sprite.contrast * sprite.alpha[met[0]], 0)
     return left
@@ -185,8 +167,7 @@ def contrast_k(seen: Seen, band: Band) -> float | None:
 
 def _draw(light: Floats, piece: Piece, seen: list[Seen], moving: list[Unsteady], band: Band, noise: Noise) -> None:
     sprite = piece.sprite
-    corner = (sprite.x0, sprite.y0)
-    within = overlap(corner, sprite.cover.shape, (0, 0), light.shape)
+    within = sprite.within(light.shape)
     if within is None:
         if piece.tracked:
             nothing = np.zeros(sprite.covers.shape)
@@ -198,15 +179,14 @@ def _draw(light: Floats, piece: Piece, seen: list[Seen], moving: list[Unsteady],
     if sprite.contrast != 1:
         sprite = _faded(sprite, light, within)
     for target in seen:
-        behind = target.piece.sprite
-        met = overlap((behind.x0, behind.y0), behind.cover.shape, corner, sprite.cover.shape)
+        met = target.piece.sprite.meets(sprite)
         if met is not None:
             target.hide(piece.name, met[0], 1 - sprite.covers[(..., *met[1])])
     brought = Unsteady.of(sprite, light, within)
-    alpha, own, replaced = _laid(light, sprite)
+    alpha, own, replaced = lay(light, sprite)
     for each in moving:
         rows, columns = each.patch
-        met = overlap((columns.start, rows.start), each.light.shape[1:], corner, sprite.alpha.shape)
+        met = overlap((columns.start, rows.start), each.light.shape[1:], (sprite.x0, sprite.y0), sprite.alpha.shape)
         if met is not None:
             each.hide(light, met[0], sprite.alphas[(..., *met[1])])
     if brought is not None:
@@ -220,13 +200,13 @@ def _draw(light: Floats, piece: Piece, seen: list[Seen], moving: list[Unsteady],
         seen.append(Seen(drawn, within, shown, shown, levels, ratio if math.isfinite(ratio) else None, asked))
 
 
-def _laid(light: Floats, sprite: Sprite) -> tuple[float, float, float]:
-    """Lay a sprite over the light. Sums within the picture: of its alpha, of its own light, and of the light that it
-    replaces."""
+def lay(light: Floats, sprite: Sprite) -> tuple[float, float, float]:
+    """Lay a sprite over the light (rows, cols), in place. Sums within the picture: of its alpha, of its own light, and
+    of the light that it replaces."""
     if COMPILED and light.dtype == np.float32 and light.flags.c_contiguous and sprite.alpha.size:
         own, lit = np.ascontiguousarray(sprite.alpha, np.float64), np.ascontiguousarray(sprite.emission, np.float64)
         return kernels.lay(light, light.shape[1], own, lit, own.shape[1], int(sprite.x0), int(sprite.y0))
-    met = overlap((sprite.x0, sprite.y0), sprite.alpha.shape, (0, 0), light.shape)
+    met = sprite.within(light.shape)
     if met is None:
         return 0.0, 0.0, 0.0
     inner, outer = met

@@ -13,12 +13,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from irsim.backgrounds import Layer, Slices, cut
-from irsim.compose import Piece, compose, overlap, uncovered
+from irsim.backgrounds import Layer, cut
+from irsim.compose import Piece, compose, uncovered
 from irsim.detector import Sensor
 from irsim.instant import Shifts
 from irsim.render import NOWHERE, Renderer
-from irsim.types import Floats
+from irsim.types import Floats, Slices
 
 Region = tuple[int, int, int, int]
 """First column, first row, columns, rows."""
@@ -117,7 +117,7 @@ class Levels:
         if region is None:
             return self._whole(frame, pieces)
         left, top, columns, rows = region
-        near = [piece for piece in pieces if _meets(piece, region)]
+        near = [piece for piece in pieces if piece.sprite.within((rows, columns), (left, top)) is not None]
         layers = self._layers(frame, region)
         if layers is None or any(piece.sprite.wanted is not None for piece in near):  # that depends on more around it
             return self._whole(frame, pieces)[slices(region)]
@@ -148,9 +148,3 @@ def slices(region: Region) -> Slices:
     """Rows and columns of a region."""
     left, top, columns, rows = region
     return slice(top, top + rows), slice(left, left + columns)
-
-
-def _meets(piece: Piece, region: Region) -> bool:
-    left, top, columns, rows = region
-    sprite = piece.sprite
-    return overlap((sprite.x0, sprite.y0), sprite.alpha.shape, (left, top), (rows, columns)) is not None

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from irsim.types import Box, Floats
+from irsim.types import Box, Floats, Slices
 
 
 @dataclass(frozen=True)
@@ -78,6 +78,15 @@ class Sprite(NamedTuple):
         x, y = self.x0 - 0.5, self.y0 - 0.5
         return x <= left and right <= x + columns and y <= top and bottom <= y + rows
 
+    def within(self, shape: tuple[int, ...], corner: tuple[int, int] = (0, 0)) -> tuple[Slices, Slices] | None:
+        """Where its patch and a picture of that shape (rows, columns), or such a part of one from a corner (x, y) on,
+        meet: as slices of each; None where they do not."""
+        return overlap((self.x0, self.y0), self.cover.shape, corner, shape)
+
+    def meets(self, other: Sprite) -> tuple[Slices, Slices] | None:
+        """Where its patch and another one's meet, likewise."""
+        return self.within(other.cover.shape, (other.x0, other.y0))
+
     @property
     def covers(self) -> Floats:
         """Its cover (h, w); where the exposure takes time (n, h, w), at each of its instants."""
@@ -87,6 +96,24 @@ class Sprite(NamedTuple):
     def alphas(self) -> Floats:
         """Its alpha, likewise."""
         return self.alpha if self.during is None else self.during.alpha
+
+
+def overlap(
+    corner: tuple[int, int], shape: tuple[int, ...], other: tuple[int, int], size: tuple[int, ...]
+) -> tuple[Slices, Slices] | None:
+    """Where two patches meet, as slices (rows, columns) of each; None where they do not.
+
+    A patch is its top-left pixel (x, y) and its shape (rows, columns).
+    """
+    (x, y), (rows, columns), (other_x, other_y), (other_rows, other_columns) = corner, shape, other, size
+    if x >= other_x + other_columns or other_x >= x + columns or y >= other_y + other_rows or other_y >= y + rows:
+        return None
+    left, top = max(x, other_x), max(y, other_y)
+    right, bottom = min(x + columns, other_x + other_columns), min(y + rows, other_y + other_rows)
+    if left >= right or top >= bottom:  # one of them is empty
+        return None
+    within = slice(top - y, bottom - y), slice(left - x, right - x)
+    return within, (slice(top - other_y, bottom - other_y), slice(left - other_x, right - other_x))
 
 
 def averaged(middle: Sprite | None, instants: Sequence[Sprite | None]) -> Sprite | None:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from irsim.backgrounds import Slices
 from irsim.sprite import Sprite
-from irsim.types import Floats
+from irsim.types import Floats, Slices
 
 WHOLE = slice(None), slice(None)
 """All of a patch."""

@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from irsim.compose import ROUNDING, overlap
+from irsim.compose import ROUNDING
 from irsim.course import Course
 from irsim.motion import Mount
 from irsim.occluders import Occluder
@@ -107,7 +107,7 @@ class Watch:
     def _shown(self, target: Sprite) -> float:
         """How much of a target is in the picture, hidden or not, px2."""
         columns, rows = self.stage.geometry.size
-        met = overlap((target.x0, target.y0), target.cover.shape, (0, 0), (rows, columns))
+        met = target.within((rows, columns))
         return 0.0 if met is None else float(target.cover[met[0]].sum())
 
     def hidden_by(self, occluders: Sequence[Occluder], name: str, index: int) -> float:
@@ -134,7 +134,7 @@ class Watch:
         screen = occluder.draw(self.sight(index))
         if screen is None:
             return None
-        met = overlap((target.x0, target.y0), target.cover.shape, (screen.x0, screen.y0), screen.cover.shape)
+        met = target.meets(screen)
         return None if met is None else (met[0], screen.cover[met[1]])
 
     @cached_property

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from test_render import scene
 
-from irsim.compose import overlap
 from irsim.render import Renderer
 from irsim.simulate import Rendering
+from irsim.sprite import overlap
 
 
 @pytest.mark.parametrize("kind", ["fighter", "tank"])

@@ -10,7 +10,6 @@ from irsim.backgrounds.base import (
     Gaze,
     LandLight,
     Layer,
-    Slices,
     Veil,
     is_veil,
     opaque,
@@ -24,6 +23,7 @@ from irsim.backgrounds.sea import Sea
 from irsim.backgrounds.sky import Sky
 from irsim.backgrounds.swept import Swept
 from irsim.kinds import Family
+from irsim.types import Slices
 
 BACKGROUNDS = Family(
     "background",

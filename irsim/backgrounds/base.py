@@ -15,7 +15,7 @@ from irsim.climate import STANDARD_K
 from irsim.kinds import Kind
 from irsim.radiometry import hemisphere, radiance
 from irsim.stage import Stage
-from irsim.types import CameraFacts, Floats
+from irsim.types import CameraFacts, Floats, Slices
 
 if TYPE_CHECKING:
     from irsim.backgrounds.parallax import Shell
@@ -25,9 +25,6 @@ Names = Iterator[tuple[str, tuple[str | int, ...]]]
 
 Shells = Iterator[tuple[str, tuple[str, int], "Shell"]]
 """Names of parts and where they stand in the background, and the shells that they are painted on."""
-
-Slices = tuple[slice, slice]
-"""A patch of a picture: its rows and columns."""
 
 Place = tuple[float, float, float]
 """Right, below and ahead of the camera's first place, m; level, ahead is the azimuth of the first pointing."""

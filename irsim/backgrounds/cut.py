@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 from irsim.backgrounds.above import VeilAbove
 from irsim.backgrounds.air import DriftingThroughAir
-from irsim.backgrounds.base import Changed, Gaze, Layer, Slices, is_veil, opaque, veiled
+from irsim.backgrounds.base import Changed, Gaze, Layer, is_veil, opaque, veiled
 from irsim.backgrounds.drifting import Drifting
 from irsim.backgrounds.swept import Swept
-from irsim.types import Floats
+from irsim.types import Floats, Slices
 
 
 @dataclass(frozen=True, eq=False)

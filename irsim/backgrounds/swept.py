@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from irsim.backgrounds.base import Changed, Gaze, Slices, opaque, veiled
-from irsim.types import Floats
+from irsim.backgrounds.base import Changed, Gaze, opaque, veiled
+from irsim.types import Floats, Slices
 
 
 @dataclass(frozen=True, eq=False)
