@@ -29,7 +29,8 @@ def arriving(sprite: Sprite, sight: Sight, name: str | None = None) -> Sprite:
     share = float(added.sum() / total) if total > 0 else 0.0
     (x, y), (own_x, own_y) = sprite.center, sprite.signal_center
     center = (own_x + share * (x - own_x), own_y + share * (y - own_y))
-    return sprite._replace(emission=arrived, signal_center=center)
+    during = sprite.during and sprite.during.shining(tau, light)
+    return sprite._replace(emission=arrived, signal_center=center, during=during)
 
 
 def elevation_rad(sprite: Sprite, sight: Sight) -> float:

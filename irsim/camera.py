@@ -34,7 +34,7 @@ from irsim.optics import Lens
 from irsim.presets import PRESETS, Preset
 from irsim.quantities import ScaleKelvin
 from irsim.radiometry import band_fault
-from irsim.smear import Smear
+from irsim.smear import SHARP, Smear
 from irsim.types import BandName, Floats
 
 Side = Annotated[int, Field(ge=16, le=4096)]
@@ -172,6 +172,12 @@ class Camera(Part):
             return 0.0
         time_ms = self.detector.exposure_ms if self.smear.time_ms is None else self.smear.time_ms
         return time_ms or 0.0
+
+    def instants(self, is_on: Callable[[str], bool] = lambda name: True) -> tuple[float, ...]:
+        """When the scenes are, frames from its time, of which a frame is the mean."""
+        if self.smear is None or not is_on("smear"):
+            return SHARP
+        return self.smear.instants(self.smeared_ms * 1e-3 * self.rate_hz)
 
     @property
     def geometry(self) -> Geometry:

@@ -10,12 +10,13 @@ from typing import NamedTuple, TypeGuard
 
 import numpy as np
 
-from irsim.backgrounds import Gaze, Layer, Slices, is_veil, veiled
+from irsim.backgrounds import Gaze, Layer, is_veil, opaque, veiled
 from irsim.compiled import COMPILED, kernels
 from irsim.contrast import Noise, asked_light, lit, quiet, scr
 from irsim.radiometry import temperature_of
-from irsim.sprite import Sprite
-from irsim.types import Band, Floats
+from irsim.sprite import Sprite, overlap
+from irsim.types import Band, Floats, Slices
+from irsim.unsteady import WHOLE, Unsteady
 
 HIDES = 0.01
 """Truth names as an occluder what hides at least this share of a target."""
@@ -47,7 +48,8 @@ class Seen:
 
     within  where its patch and the picture meet, as slices of each; None where they do not
     shown   the share of each pixel's area of the patch that it covers in the picture, and of it what is still seen,
-    left    both only to be read, as they are the sprite's own where that is all of it
+    left    both only to be read, as they are the sprite's own where that is all of it: (h, w), or (n, h, w) at each
+            instant of an exposure
     scr     None where no part of it is in the picture, and where nothing varies around it
     levels  its mean light and that of what it replaces, W/m2/sr, nan outside the picture
     asked   the light, W/m2/sr, that gives the contrast or SCR which it asks for, None where it asks for none
@@ -64,54 +66,36 @@ class Seen:
 
     @property
     def visible(self) -> float:
-        """Fraction 0..1 of the target's area that is in the frame and not hidden."""
+        """Fraction 0..1 of the target's area that is in the frame and not hidden: over the whole exposure."""
         return 0.0 if self.within is None else _visible(self.left, self.piece.sprite)
+
+    @property
+    def kept(self) -> Floats:
+        """(h, w): of each pixel's area the share that is still seen of it, over the whole exposure."""
+        return self.left if self.left.ndim == 2 else np.asarray(self.left.mean(axis=0))
 
     def hide(self, name: str, where: Slices, passed: Floats) -> None:
         """Something nearer lets only `passed` (0..1) of the patch's pixels `where` through. It is named for what it
         hides by itself, though something between the two may hide as much."""
-        if _total(self.shown[where] * (1 - passed)) >= HIDES * self.piece.sprite.area:
+        place = (..., *where)
+        if _total(self.shown[place] * (1 - passed)) >= HIDES * self.piece.sprite.area:
             self.occluders.append(name)
         left = self.left.copy()
-        left[where] *= passed
+        left[place] *= passed
         self.left = left
 
 
 def _visible(left: Floats, sprite: Sprite) -> float:
     """Fraction 0..1 of a sprite's area, by what is left of each pixel's share of it."""
-    if left is sprite.cover and _is_whole(sprite):
+    if left is sprite.covers and sprite.whole:
         return 1.0
     return min(max(_total(left) / sprite.area, 0.0), 1.0)
 
 
-def _is_whole(sprite: Sprite) -> bool:
-    """Whether its patch holds all of it: only what can reach the picture is drawn of a body."""
-    (left, top, right, bottom), (rows, columns) = sprite.box.edges, sprite.cover.shape
-    x, y = sprite.x0 - 0.5, sprite.y0 - 0.5
-    return x <= left and right <= x + columns and y <= top and bottom <= y + rows
-
-
 def _total(shares: Floats) -> float:
-    """Their sum, in half the time of the method's."""
-    return float(np.add.reduce(shares, axis=None))
-
-
-def overlap(
-    corner: tuple[int, int], shape: tuple[int, int], other: tuple[int, int], size: tuple[int, int]
-) -> tuple[Slices, Slices] | None:
-    """Where two patches meet, as slices (rows, columns) of each; None where they do not.
-
-    A patch is its top-left pixel (x, y) and its shape (rows, columns).
-    """
-    (x, y), (rows, columns), (other_x, other_y), (other_rows, other_columns) = corner, shape, other, size
-    if x >= other_x + other_columns or other_x >= x + columns or y >= other_y + other_rows or other_y >= y + rows:
-        return None
-    left, top = max(x, other_x), max(y, other_y)
-    right, bottom = min(x + columns, other_x + other_columns), min(y + rows, other_y + other_rows)
-    if left >= right or top >= bottom:  # one of them is empty
-        return None
-    within = slice(top - y, bottom - y), slice(left - x, right - x)
-    return within, (slice(top - other_y, bottom - other_y), slice(left - other_x, right - other_x))
+    """Their sum over (h, w), in half the time of the method's; the mean of sums of (n, h, w)."""
+    total = float(np.add.reduce(shares, axis=None))
+    return total if shares.ndim == 2 else total / len(shares)
 
 
 def compose(
@@ -121,6 +105,7 @@ def compose(
     band: Band,
     noise: Noise = quiet,
     out: Floats | None = None,
+    truth: bool = True,
 ) -> tuple[Floats, list[Seen]]:
     """Everything drawn far to near on the first layer: radiance (rows, cols) float32, and the targets seen.
 
@@ -129,19 +114,21 @@ def compose(
 
     noise  the camera's in this frame, for the targets' SCR
     out    where it is put, (rows, cols); summed up in float64 if it is so
+    truth  whether what is seen of the targets is asked for; else none is told
     """
     under: Floats = layers[0].light(gaze)[1]
     light = np.empty(under.shape, np.float32) if out is None else out
     seen: list[Seen] = []
+    moving: list[Unsteady] = []
     things = list(_far_to_near(layers[1:], pieces))
     if not things or isinstance(things[0], Piece) or under.dtype != light.dtype:
         light[...] = under  # else the first layer is laid over what another one keeps, which saves the copy
         under = light
     for thing in things:
         if isinstance(thing, Piece):
-            _draw(light, thing, seen, band, noise)
+            _draw(light, thing if truth else thing._replace(tracked=False), seen, moving, band, noise)
         else:
-            _veil(under, light, thing, gaze, seen)
+            _veil(under, light, thing, gaze, seen, moving)
         under = light
     return light, seen
 
@@ -150,7 +137,7 @@ def uncovered(pieces: Iterable[Piece], light: Floats) -> Floats:
     """The share of each pixel's light, with pieces drawn, that comes from the background: like the light."""
     left = np.ones_like(light)
     for sprite in (piece.sprite for piece in pieces):
-        met = overlap((sprite.x0, sprite.y0), sprite.alpha.shape, (0, 0), left.shape)
+        met = sprite.within(left.shape)
         if met is not None:
             left[met[1]] *= np.maximum(1 - sprite.contrast * sprite.alpha[met[0]], 0)
     return left
@@ -178,13 +165,12 @@ def contrast_k(seen: Seen, band: Band) -> float | None:
     return None if math.isnan(own) else temperature_of(band, own) - temperature_of(band, behind)
 
 
-def _draw(light: Floats, piece: Piece, seen: list[Seen], band: Band, noise: Noise) -> None:
+def _draw(light: Floats, piece: Piece, seen: list[Seen], moving: list[Unsteady], band: Band, noise: Noise) -> None:
     sprite = piece.sprite
-    corner = (sprite.x0, sprite.y0)
-    within = overlap(corner, sprite.cover.shape, (0, 0), light.shape)
+    within = sprite.within(light.shape)
     if within is None:
         if piece.tracked:
-            nothing = np.zeros(sprite.cover.shape)
+            nothing = np.zeros(sprite.covers.shape)
             seen.append(Seen(piece, None, nothing, nothing, (math.nan, math.nan), None))
         return
     asked = asked_light(sprite, light, band, noise)
@@ -193,27 +179,34 @@ def _draw(light: Floats, piece: Piece, seen: list[Seen], band: Band, noise: Nois
     if sprite.contrast != 1:
         sprite = _faded(sprite, light, within)
     for target in seen:
-        behind = target.piece.sprite
-        met = overlap((behind.x0, behind.y0), behind.cover.shape, corner, sprite.cover.shape)
+        met = target.piece.sprite.meets(sprite)
         if met is not None:
-            target.hide(piece.name, met[0], 1 - sprite.cover[met[1]])
-    alpha, own, replaced = _laid(light, sprite)
+            target.hide(piece.name, met[0], 1 - sprite.covers[(..., *met[1])])
+    brought = Unsteady.of(sprite, light, within)
+    alpha, own, replaced = lay(light, sprite)
+    for each in moving:
+        rows, columns = each.patch
+        met = overlap((columns.start, rows.start), each.light.shape[1:], (sprite.x0, sprite.y0), sprite.alpha.shape)
+        if met is not None:
+            each.hide(light, met[0], sprite.alphas[(..., *met[1])])
+    if brought is not None:
+        moving.append(brought)
     if piece.tracked:
         levels = (own / alpha, replaced / alpha) if alpha > 0 else (math.nan, math.nan)
         drawn = piece if sprite is piece.sprite else piece._replace(sprite=sprite)
-        shown = _shown(sprite.cover, within[0])
+        shown = _shown(sprite.covers, within[0])
         # A corner of the box may be in the picture where the target is not, and its light is blurred beyond it.
         ratio = scr(light, sprite.box, noise) if _visible(shown, sprite) > ROUNDING else math.nan
         seen.append(Seen(drawn, within, shown, shown, levels, ratio if math.isfinite(ratio) else None, asked))
 
 
-def _laid(light: Floats, sprite: Sprite) -> tuple[float, float, float]:
-    """Lay a sprite over the light. Sums within the picture: of its alpha, of its own light, and of the light that it
-    replaces."""
+def lay(light: Floats, sprite: Sprite) -> tuple[float, float, float]:
+    """Lay a sprite over the light (rows, cols), in place. Sums within the picture: of its alpha, of its own light, and
+    of the light that it replaces."""
     if COMPILED and light.dtype == np.float32 and light.flags.c_contiguous and sprite.alpha.size:
         own, lit = np.ascontiguousarray(sprite.alpha, np.float64), np.ascontiguousarray(sprite.emission, np.float64)
         return kernels.lay(light, light.shape[1], own, lit, own.shape[1], int(sprite.x0), int(sprite.y0))
-    met = overlap((sprite.x0, sprite.y0), sprite.alpha.shape, (0, 0), light.shape)
+    met = sprite.within(light.shape)
     if met is None:
         return 0.0, 0.0, 0.0
     inner, outer = met
@@ -225,11 +218,12 @@ def _laid(light: Floats, sprite: Sprite) -> tuple[float, float, float]:
 
 def _shown(cover: Floats, inner: Slices) -> Floats:
     """A cover, 0 but for the part of it in the picture; itself where that is all of it."""
-    inside = cover[inner]
+    place = (..., *inner)
+    inside = cover[place]
     if inside.shape == cover.shape:
         return cover
     shown = np.zeros(cover.shape)
-    shown[inner] = inside
+    shown[place] = inside
     return shown
 
 
@@ -239,21 +233,27 @@ def _faded(sprite: Sprite, light: Floats, within: tuple[Slices, Slices]) -> Spri
     emission, share = sprite.emission.copy(), sprite.contrast
     behind = sprite.alpha[inner] * light[outer]
     emission[inner] = np.maximum(behind + share * (emission[inner] - behind), 0.0)
+    if sprite.during is not None:
+        lent_light = np.zeros(emission.shape)
+        lent_light[inner] = (1 - share) * light[outer]
+        sprite = sprite._replace(during=sprite.during.shining(share, lent_light))
     own, lent = share * float(sprite.emission.sum()), (1 - share) * float(behind.sum())
     part = lent / (own + lent) if own + lent > 0 else 1.0
     (x, y), (own_x, own_y) = sprite.center, sprite.signal_center
     return sprite._replace(emission=emission, signal_center=(own_x + part * (x - own_x), own_y + part * (y - own_y)))
 
 
-def _veil(under: Floats, light: Floats, layer: Layer, gaze: Gaze, seen: list[Seen]) -> None:
+def _veil(under: Floats, light: Floats, layer: Layer, gaze: Gaze, seen: list[Seen], moving: list[Unsteady]) -> None:
     behind = [(target, *target.within) for target in seen if target.within is not None]
-    patches = [outer for _, _, outer in behind]
+    patches = [*(outer for _, _, outer in behind), *(each.patch for each in moving)]
     if is_veil(layer):
         passed = layer.veil(under, light, gaze, patches)
     else:
         through, emission = layer.light(gaze)
         if through is None:
-            raise ValueError(f"layer {layer.name}: only the farthest layer may be opaque")
+            raise opaque(layer.name)
         passed = veiled(under, light, through, emission, patches)
-    for (target, inner, _), part in zip(behind, passed, strict=True):
+    for (target, inner, _), part in zip(behind, passed, strict=False):
         target.hide(layer.name, inner, part)
+    for each, part in zip(moving, passed[len(behind) :], strict=True):
+        each.hide(light, WHOLE, 1 - part)

@@ -128,13 +128,11 @@ def asked_light(sprite: Sprite, light: Floats, band: Band, noise: Noise = quiet)
     wanted = sprite.wanted
     if wanted is None:
         return None
-    rows, columns = (
-        slice(max(first, 0), max(min(first + length, count), first, 0))
-        for first, length, count in zip((sprite.y0, sprite.x0), sprite.alpha.shape, light.shape, strict=True)
-    )
-    alpha = sprite.alpha[
-        rows.start - sprite.y0 : rows.stop - sprite.y0, columns.start - sprite.x0 : columns.stop - sprite.x0
-    ]
+    met = sprite.within(light.shape)
+    if met is None:
+        return None
+    inner, (rows, columns) = met
+    alpha = sprite.alpha[inner]
     if not alpha.any():
         return None
     under = light[rows, columns].astype(np.float64)
@@ -159,4 +157,5 @@ def asked_light(sprite: Sprite, light: Floats, band: Band, noise: Noise = quiet)
 
 def lit(sprite: Sprite, light: float) -> Sprite:
     """A sprite of one light all over, W/m2/sr, that asks for no contrast or SCR."""
-    return sprite._replace(emission=light * sprite.alpha, signal_center=sprite.center, wanted=None)
+    during = sprite.during and sprite.during.shining(0.0, light)
+    return sprite._replace(emission=light * sprite.alpha, signal_center=sprite.center, wanted=None, during=during)

@@ -9,7 +9,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from irsim.compose import overlap
+from irsim.compose import lay
 from irsim.errors import InputError
 from irsim.files import check_output, replacing_text, write_png
 from irsim.geometry import Geometry
@@ -21,7 +21,7 @@ from irsim.shapes.base import Angles
 from irsim.shapes.body import Body
 from irsim.sprite import Sprite
 from irsim.stage import Stage
-from irsim.types import Band, Floats, Image
+from irsim.types import Band, Image
 
 CROP = 64
 """Side of a crop, px."""
@@ -59,7 +59,7 @@ def crop(shape: Shape, pose: Angles, *, band: Band = "lwir", time: float = 0.0, 
     stage = Stage(0, Geometry((side, side), 5e-4), 30.0, band, 0.6, ambient=behind)
     sprite = framed(shape, pose, stage, time)
     light = np.full((side, side), behind)
-    _paint(light, sprite)
+    lay(light, sprite)
     shown = temperature(band, light) + NOISE_K * normals((side, side), 0, "gallery", shape.kind, 0)
     low, high = np.percentile(shown, [1.0, 99.0])
     low, high = min(low, shape.behind_k - SPAN_K / 4), max(high, low + SPAN_K)
@@ -129,13 +129,6 @@ def framed(shape: Shape, pose: Angles, stage: Stage, time: float) -> Sprite:
         place = place + (side - 1) / 2 - np.array([box.cx, box.cy])
         range_m *= max(box.w, box.h) / (FILL * side)
     return drawn()
-
-
-def _paint(light: Floats, sprite: Sprite) -> None:
-    met = overlap((sprite.x0, sprite.y0), sprite.alpha.shape, (0, 0), light.shape)
-    if met is not None:
-        there, here = met
-        light[here] += sprite.emission[there] - sprite.alpha[there] * light[here]
 
 
 def bodies() -> Iterator[str]:

@@ -24,7 +24,7 @@ NOT_PIXELS = {
     *("authoring", "expectation", "space", "strategies", "variation"),
     # show, write and measure what is rendered
     *("cards", "convert", "displayed", "draw", "fitting", "gallery", "masking", "measure", "moments", "moving"),
-    *("sheets", "survey"),
+    *("levels", "sheets", "survey"),
     # commands, and ways in
     *("__main__", "asked", "cli", "commands_authoring", "commands_info", "commands_measure", "lazy", "sources"),
     "terminal",

@@ -10,7 +10,7 @@ from itertools import compress
 import numpy as np
 
 from irsim.backgrounds import Gaze
-from irsim.backgrounds.base import Changed, Place
+from irsim.backgrounds.base import Place
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.painting import BLOCK, MARGIN
 from irsim.course import Course
@@ -115,25 +115,3 @@ def _moved(view: View, shift: tuple[float, float]) -> View:
     """The view of a target that is moved in the picture, its aspect the same to the last bit."""
     stage = view.stage
     return view._replace(stage=replace(stage, geometry=replace(stage.geometry, shift_px=shift)))
-
-
-@dataclass(frozen=True, eq=False)
-class Swept(Changed):
-    """A layer over which the camera sweeps while a frame is exposed: its mean over several gazes.
-
-    gazes  (share, gaze) of the frame
-    """
-
-    gazes: tuple[tuple[float, Gaze], ...]
-
-    def light(self, gaze: Gaze) -> tuple[Floats | None, Floats]:
-        passed: Floats | None = None
-        emission: Floats | None = None
-        for share, each in self.gazes:
-            through, own = self.layer.light(each)
-            weight = np.float32(share)
-            emission = own * weight if emission is None else emission + own * weight
-            if through is not None:
-                passed = through * weight if passed is None else passed + through * weight
-        assert emission is not None
-        return passed, emission

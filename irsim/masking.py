@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from irsim.compose import Seen, overlap
+from irsim.compose import Seen
 from irsim.errors import InputError
 from irsim.files import make_folder, refuse_leftovers, write_png
 from irsim.render import Renderer
@@ -26,7 +26,8 @@ Shares = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Mask:
-    """Of one target in one frame, before optics blur it (a point's light, after): (rows, columns) of the frame.
+    """Of one target in one frame, before optics blur it (a point's light, after): (rows, columns) of the frame. Where
+    the camera smears, means over the exposure.
 
     whole    share 0..1 of each pixel's area that the target covers, were nothing before it
     visible  the same, less what nearer things hide
@@ -103,10 +104,10 @@ def _stays(file: str, numbers: range, names: Sequence[str]) -> bool:
 def _mask(seen: Seen, shape: tuple[int, int]) -> Mask:
     sprite = seen.piece.sprite
     whole, visible = np.zeros((2, *shape))
-    met = overlap((sprite.x0, sprite.y0), sprite.cover.shape, (0, 0), shape)
+    met = sprite.within(shape)
     if met is not None:
         inner, outer = met
-        whole[outer], visible[outer] = _shares(sprite.cover[inner]), _shares(seen.left[inner])
+        whole[outer], visible[outer] = _shares(sprite.cover[inner]), _shares(seen.kept[inner])
     return Mask(whole, visible, sprite.area)
 
 

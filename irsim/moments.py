@@ -8,23 +8,23 @@ from __future__ import annotations
 
 import reprlib
 from collections.abc import Iterable
-from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
 
 from irsim.errors import InputError, as_whole, frame_number
+from irsim.levels import Levels, Region, slices
 from irsim.names import no_such
-from irsim.render import NOWHERE, Renderer
+from irsim.render import Renderer
 from irsim.scenario import Scenario, expect_scenario, given_names
 
-Region = tuple[int, int, int, int]
-"""First column, first row, columns, rows."""
 Exact = npt.NDArray[np.float64]
 
 
 class Moments:
-    """Mean and variance of a scenario's frames, and what each target adds. It keeps no frame but the last.
+    """Mean and variance of a scenario's frames, and what each target adds. Of a region they cost as much as what is
+    drawn there, and a contribution as what its target touches; but for the background of a frame that is asked for
+    anew, `variance`, and all of a camera that blooms or a background that is recorded.
 
     All are arrays (rows, columns) of float64 in counts (squared counts), of the whole frame or of a
     `region` (first column, first row, columns, rows). Means are before counts are rounded and clipped,
@@ -46,12 +46,12 @@ class Moments:
         self.scenario = scenario.model_copy(update={"without": tuple(dict.fromkeys([*scenario.without, *off]))})
         self._arrivals = self.scenario.arrivals
         self._renderer = Renderer(self.scenario)
-        self._base = lru_cache(maxsize=1)(self._levels)
+        self._levels = Levels(self._renderer)
 
     def mean(self, index: int, region: Region | None = None) -> Exact:
         """The noiseless frame, counts. InputError of a recorded background, whose noise is not known."""
         self._refuse_recorded()
-        return self._cut(self._levels(index), region)
+        return np.asarray(self._levels.of(self._taken(index), region=self._within(region)), np.float64)
 
     def contribution(
         self, index: int, target: str, shift: tuple[float, float] = (0.0, 0.0), region: Region | None = None
@@ -71,8 +71,7 @@ class Moments:
             raise InputError(
                 f"target: there is no {target!r}; allowed: {', '.join(names) or 'nothing, there are none'}"
             )
-        whole = self._levels(index, target, shift) - self._base(index, target, None)
-        return self._cut(whole, region)
+        return np.asarray(self._levels.added(self._taken(index), target, shift, self._within(region)), np.float64)
 
     def variance(self, index: int, region: Region | None = None, fixed: bool = True) -> Exact:
         """Noise of each pixel about the mean, squared counts, that of rounding with it.
@@ -84,13 +83,9 @@ class Moments:
         if not isinstance(fixed, bool | np.bool_):
             raise InputError(f"fixed {fixed!r}: allowed: True or False")
         self._refuse_recorded()
-        return self._cut(np.asarray(self._renderer.variance(self._taken(index), fixed), dtype=np.float64), region)
-
-    def _levels(self, index: int, target: str | None = None, shift: tuple[float, float] | None = (0.0, 0.0)) -> Exact:
-        """The mean, or the recorded frame, with a target moved by `shift`; None leaves it out."""
-        shifts = {target: shift} if target is not None and shift is not None and any(shift) else NOWHERE
-        levels = self._renderer.levels(self._taken(index), shifts, absent=target if shift is None else None)
-        return np.asarray(levels, dtype=np.float64)
+        taken, within = self._taken(index), self._within(region)
+        variance = np.asarray(self._renderer.variance(taken, fixed), dtype=np.float64)
+        return variance if within is None else variance[slices(within)]
 
     def _refuse_recorded(self) -> None:
         if self.scenario.background.noisy:
@@ -107,9 +102,10 @@ class Moments:
             raise IndexError(f"frame {number}: there are frames 0 to {len(arrivals) - 1}")
         return arrivals[number]
 
-    def _cut(self, picture: Exact, region: Region | None) -> Exact:
+    def _within(self, region: Region | None) -> Region | None:
+        """The region in whole numbers; None where it is all of the picture."""
         if region is None:
-            return picture
+            return None
         try:
             left, top, columns, rows = map(as_whole, region)
         except (TypeError, ValueError):
@@ -120,7 +116,7 @@ class Moments:
         width, height = self.scenario.camera.size
         if not (0 <= left < left + columns <= width and 0 <= top < top + rows <= height):
             raise InputError(f"region: {region} is not within {width}x{height} px; allowed: column, row, columns, rows")
-        return picture[top : top + rows, left : left + columns]
+        return None if (columns, rows) == (width, height) else (left, top, columns, rows)
 
 
 def _is_shift(given: object) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, lru_cache
 from itertools import combinations, compress
@@ -12,15 +12,14 @@ from typing import cast
 import numpy as np
 
 from irsim.arrival import arriving
-from irsim.backgrounds import Filmed, Layer
+from irsim.backgrounds import Filmed, Layer, Swept
 from irsim.compose import Piece, Seen, compose, contrast_k, uncovered
 from irsim.contrast import Noise, lit, quiet
-from irsim.instant import Instant, Shifts, Swept
+from irsim.instant import Instant, Shifts
 from irsim.intent import built
 from irsim.motion import angles_deg
 from irsim.scenario import Scenario
 from irsim.sight import Sight
-from irsim.smear import SHARP
 from irsim.sprite import Sprite, averaged
 from irsim.types import Box, Counts, Floats, Frame, TargetTruth, Truth
 
@@ -44,12 +43,11 @@ class Renderer:
         self.lag = camera.lag(scenario.is_on)
         self._held: tuple[int, Counts] | None = None
         self._asked = lru_cache(maxsize=2)(self._asked_for)
-        exposed = camera.smeared_ms * 1e-3 * camera.rate_hz
-        nodes = camera.smear.nodes(exposed) if camera.smear is not None and scenario.is_on("smear") else SHARP
         self.now = Instant.of(shown, self.stage)
         self.sensor = camera.sensor(scenario.seed, scenario.is_on, self.now.mount.zooms)
         self.exposure = [
-            (share, self.now if offset == 0 else Instant.of(shown, self.stage, offset)) for share, offset in nodes
+            self.now if offset == 0 else Instant.of(shown, self.stage, offset)
+            for offset in camera.instants(scenario.is_on)
         ]
         self.courses = self.now.courses
         self.motions = [self._motion(course.positions, course.attitudes) for course in self.courses]
@@ -106,8 +104,8 @@ class Renderer:
 
     def _put_into(self, film: Filmed, index: int) -> tuple[Counts, Truth]:
         """A recorded frame with all that is drawn into it, each thing once."""
-        self._check(index)
-        pieces = list(self._pieces(index))
+        self.check(index)
+        pieces = list(self.pieces(index))
         light, seen = self._laid(index, pieces)
         levels = film.put_into(light, index, uncovered(pieces, light))
         image = np.clip(np.rint(levels), 0, self.sensor.response.full).astype(np.uint16)
@@ -132,48 +130,33 @@ class Renderer:
     def scene(self, index: int, out: Floats | None = None) -> tuple[Floats, Truth]:
         """The noiseless picture, in-band radiance (rows, cols) float32 in W/m2/sr, and its truth; the picture in `out`,
         where it is given."""
-        self._check(index)
-        light, seen = self._laid(index, self._pieces(index), out)
+        self.check(index)
+        light, seen = self._laid(index, self.pieces(index), out)
         return light, self._truth(index, seen)
 
     def seen(self, index: int) -> list[Seen]:
         """The targets as a frame shows them, far to near."""
-        self._check(index)
-        return self._laid(index, self._pieces(index))[1]
+        self.check(index)
+        return self._laid(index, self.pieces(index))[1]
 
-    def _check(self, index: int) -> None:
+    def check(self, index: int) -> None:
+        """IndexError where the scenario has no such frame."""
         if not 0 <= index < self.scenario.frames:
             raise IndexError(f"frame {index}: the scenario has frames 0 to {self.scenario.frames - 1}")
 
-    def levels(self, index: int, shifts: Shifts, absent: str | None = None) -> Floats:
-        """The counts of a frame before they are rounded and clipped, (rows, cols) float64, with targets moved, and one
-        not drawn at all: noiseless, but for the noise that a recorded frame has itself."""
-        self._check(index)
-
-        def laid(frame: int) -> tuple[Floats, list[Piece]]:
-            pieces = list(self._pieces(frame, shifts, absent, exactly=True))
-            return self._laid(frame, pieces, np.empty(self.stage.geometry.size[::-1], np.float64))[0], pieces
-
-        if self.film is not None:
-            light, pieces = laid(index)
-            return self.film.put_into(light, index, uncovered(pieces, light))
-        lag = self.scenario.camera.lag(self.scenario.is_on)  # its own: what it keeps is that of these targets
-        shown = self.sensor.shown(index)
-        return self.sensor.mean(lag.light(shown, lambda frame: laid(frame)[0]), shown)
-
     def _laid(self, index: int, pieces: Iterable[Piece], out: Floats | None = None) -> tuple[Floats, list[Seen]]:
-        return compose(self._layers(index), pieces, self.now.gaze(index), self.stage.band, self.noise(index), out)
+        return compose(self.layers_at(index), pieces, self.now.gaze(index), self.stage.band, self.noise(index), out)
 
     def noise(self, index: int) -> Noise:
         """The camera's in the picture that a frame shows, as light; none where the background holds it already."""
         return quiet if self.scenario.background.noisy else self.sensor.equivalent(self.sensor.shown(index))
 
-    def _layers(self, index: int) -> Sequence[Layer]:
+    def layers_at(self, index: int) -> Sequence[Layer]:
         """The layers, each as it is seen over the whole exposure of a frame."""
-        if all(self.now.looks_as(instant, index) for _, instant in self.exposure):
+        if all(self.now.looks_as(instant, index) for instant in self.exposure):
             return self.layers
         key = self.now.gaze(index).key  # of one key, or nothing that is painted would be kept
-        gazes = tuple((share, replace(instant.gaze(index), key=key)) for share, instant in self.exposure)
+        gazes = tuple(replace(instant.gaze(index), key=key) for instant in self.exposure)
         return [Swept(layer, gazes) for layer in self.layers]
 
     @cached_property
@@ -188,17 +171,18 @@ class Renderer:
         It is found with nothing switched off and no target moved or left out: what a scene has less of changes
         nothing else in it.
         """
-        seen = self._given._laid(index, self._given._pieces(index))[1]
+        seen = self._given._laid(index, self._given.pieces(index))[1]
         return {target.piece.name: target.asked for target in seen if target.asked is not None}
 
-    def _pieces(
-        self, index: int, shifts: Shifts = NOWHERE, absent: str | None = None, exactly: bool = False
+    def pieces(
+        self, index: int, shifts: Shifts = NOWHERE, exactly: bool = False, only: Container[str] | None = None
     ) -> Iterator[Piece]:
-        """The things of a frame. exactly: those that ask for a contrast or an SCR have the light that frames show,
-        whatever is moved, left out, or worked out in more digits."""
+        """The things of a frame, or `only` some of its targets. exactly: those that ask for a contrast or an SCR have
+        the light that frames show, whatever is moved, left out, or worked out in more digits."""
         sight = self.sight(index)
         as_given = exactly or bool(self.scenario.without)
-        present = [course.target.exists(index) and course.target.id != absent for course in self.courses]
+        there = (course.target for course in self.courses)
+        present = [target.exists(index) and (only is None or target.id in only) for target in there]
         courses = list(compress(self.courses, present))
         for course, sprite in zip(
             courses, self._exposed(lambda instant: instant.sprites(index, present, shifts)), strict=True
@@ -212,23 +196,20 @@ class Renderer:
                 if target.contrast != 1:
                     arrived = arrived._replace(contrast=arrived.contrast * target.contrast)
                 yield Piece(target.id, arrived, tracked=True, first_m=course.first_m(index, sight))
-        standing = self._exposed(lambda instant: [each.draw(instant.sight(index)) for each in self.occluders])
-        for occluder, sprite in zip(self.occluders, standing, strict=True):
+        occluders = self.occluders if only is None else []
+        standing = self._exposed(lambda instant: [each.draw(instant.sight(index)) for each in occluders])
+        for occluder, sprite in zip(occluders, standing, strict=True):
             if sprite is not None:
                 first_m = occluder.range_m if sight.carried else None
                 yield Piece(occluder.name, arriving(sprite, sight), tracked=False, first_m=first_m)
 
     def _exposed(self, draw: Callable[[Instant], list[Sprite | None]]) -> list[Sprite | None]:
-        """What the light of things is over the whole exposure."""
+        """What things are over the whole exposure."""
         middles = draw(self.now)
         if len(self.exposure) == 1:
             return middles
-        shares = [share for share, _ in self.exposure]
-        moments = [draw(instant) for _, instant in self.exposure]
-        return [
-            middle and averaged(middle, [(share, part) for share, part in zip(shares, parts, strict=True) if part])
-            for middle, parts in zip(middles, zip(*moments, strict=True), strict=True)
-        ]
+        instants = [draw(instant) for instant in self.exposure]
+        return [averaged(middle, each) for middle, each in zip(middles, zip(*instants, strict=True), strict=True)]
 
     def sight(self, index: int) -> Sight:
         """How the camera of frame `index` sees what stands about it."""

@@ -8,10 +8,6 @@ from pydantic import Field
 
 from irsim.kinds import Part
 
-Node = tuple[float, float]
-"""A share of the exposure, and when it is, frames from its middle."""
-
-
 MOST_STEPS = 64
 
 
@@ -19,7 +15,9 @@ class Smear(Part):
     """Whatever moves while a frame is exposed is smeared along its way: the targets' own motion and the camera's.
 
     A frame is the mean of `steps` scenes, evenly spread over the exposure. What moves by more than
-    1.2 px from step to step leaves beads rather than a streak: `irsim check` warns of it.
+    1.2 px from step to step leaves beads rather than a streak: `irsim check` warns of it. Truth's places and boxes are
+    those of the frame's time, the middle; how much of a target is hidden, by whom, and masks are of the whole exposure,
+    and so is what an occluder with an intent hides.
     """
 
     time_ms: Annotated[float, Field(ge=0, le=10_000)] | None = None
@@ -28,12 +26,13 @@ class Smear(Part):
     steps: Annotated[int, Field(ge=1, le=MOST_STEPS)] = 8
     """Scenes that make up a frame: drawing takes about so many times as long."""
 
-    def nodes(self, frames: float) -> tuple[Node, ...]:
-        """The scenes that make up a frame which is exposed for so many frames' time; their mean time is the frame's."""
+    def instants(self, frames: float) -> tuple[float, ...]:
+        """When the scenes are that make up a frame which is exposed for so many frames' time: frames from its own,
+        evenly spread about it."""
         if frames == 0 or self.steps == 1:
             return SHARP
-        return tuple((1 / self.steps, frames * ((k + 0.5) / self.steps - 0.5)) for k in range(self.steps))
+        return tuple(frames * ((k + 0.5) / self.steps - 0.5) for k in range(self.steps))
 
 
-SHARP: tuple[Node, ...] = ((1.0, 0.0),)
-"""An exposure that takes no time."""
+SHARP = (0.0,)
+"""The instants of an exposure that takes no time."""

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from irsim.types import Box, Floats
+from irsim.types import Box, Floats, Slices
 
 
 @dataclass(frozen=True)
@@ -23,6 +23,22 @@ class Wanted:
     gain: float = 1.0
 
 
+class During(NamedTuple):
+    """What a thing is at each of the n instants of an exposure, evenly spread: (n, h, w) float64 each, as of a sprite.
+
+    whole  whether all of it is there, in each of them
+    """
+
+    cover: Floats
+    alpha: Floats
+    emission: Floats
+    whole: bool
+
+    def shining(self, own: float | Floats, added: float | Floats) -> During:
+        """Of `own` times its light, and of light, W/m2/sr, that is `added` to its alpha: numbers or (h, w)."""
+        return self._replace(emission=own * self.emission + added * self.alpha)
+
+
 class Sprite(NamedTuple):
     """A patch whose top-left pixel is (x0, y0); it may reach past the frame, and holds all of the thing
     that the frame can see. Arrays are (h, w) float64.
@@ -35,6 +51,8 @@ class Sprite(NamedTuple):
     area      px2 that the whole thing covers, what lies outside the patch too
     wanted    where its brightness depends on what is behind: what it is to be
     contrast  factor of its difference to what is behind it
+    during    where the exposure takes time: what it is meanwhile. cover, alpha, emission and area are the means of
+              that, all else is of its middle
     """
 
     x0: int
@@ -49,25 +67,80 @@ class Sprite(NamedTuple):
     area: float
     wanted: Wanted | None = None
     contrast: float = 1.0
+    during: During | None = None
+
+    @property
+    def whole(self) -> bool:
+        """Whether its patch holds all of it: only what can reach the picture is drawn of a body."""
+        if self.during is not None:
+            return self.during.whole
+        (left, top, right, bottom), (rows, columns) = self.box.edges, self.cover.shape
+        x, y = self.x0 - 0.5, self.y0 - 0.5
+        return x <= left and right <= x + columns and y <= top and bottom <= y + rows
+
+    def within(self, shape: tuple[int, ...], corner: tuple[int, int] = (0, 0)) -> tuple[Slices, Slices] | None:
+        """Where its patch and a picture of that shape (rows, columns), or such a part of one from a corner (x, y) on,
+        meet: as slices of each; None where they do not."""
+        return overlap((self.x0, self.y0), self.cover.shape, corner, shape)
+
+    def meets(self, other: Sprite) -> tuple[Slices, Slices] | None:
+        """Where its patch and another one's meet, likewise."""
+        return self.within(other.cover.shape, (other.x0, other.y0))
+
+    @property
+    def covers(self) -> Floats:
+        """Its cover (h, w); where the exposure takes time (n, h, w), at each of its instants."""
+        return self.cover if self.during is None else self.during.cover
+
+    @property
+    def alphas(self) -> Floats:
+        """Its alpha, likewise."""
+        return self.alpha if self.during is None else self.during.alpha
 
 
-def averaged(middle: Sprite, parts: Sequence[tuple[float, Sprite]]) -> Sprite:
-    """The sprite whose light is the mean of `parts`, each with its share; all else is that of `middle`."""
-    if not parts:
+def overlap(
+    corner: tuple[int, int], shape: tuple[int, ...], other: tuple[int, int], size: tuple[int, ...]
+) -> tuple[Slices, Slices] | None:
+    """Where two patches meet, as slices (rows, columns) of each; None where they do not.
+
+    A patch is its top-left pixel (x, y) and its shape (rows, columns).
+    """
+    (x, y), (rows, columns), (other_x, other_y), (other_rows, other_columns) = corner, shape, other, size
+    if x >= other_x + other_columns or other_x >= x + columns or y >= other_y + other_rows or other_y >= y + rows:
+        return None
+    left, top = max(x, other_x), max(y, other_y)
+    right, bottom = min(x + columns, other_x + other_columns), min(y + rows, other_y + other_rows)
+    if left >= right or top >= bottom:  # one of them is empty
+        return None
+    within = slice(top - y, bottom - y), slice(left - x, right - x)
+    return within, (slice(top - other_y, bottom - other_y), slice(left - other_x, right - other_x))
+
+
+def averaged(middle: Sprite | None, instants: Sequence[Sprite | None]) -> Sprite | None:
+    """What a thing is over an exposure, by its middle and its instants, evenly spread: it is nowhere in those that are
+    None. Where its middle is, it is as at the first that is not."""
+    parts = [part for part in instants if part is not None]
+    if all(part is middle for part in instants) or not parts:
         return middle
-    drawn = [middle, *(part for _, part in parts)]  # what turns may reach farthest in the middle
+    middle = middle or parts[0]
+    drawn = [middle, *parts]  # what turns may reach farthest in the middle
     x0, y0 = min(each.x0 for each in drawn), min(each.y0 for each in drawn)
     right = max(each.x0 + each.alpha.shape[1] for each in drawn)
     bottom = max(each.y0 + each.alpha.shape[0] for each in drawn)
-    whole = sum(share for share, _ in parts)
-    cover, alpha, emission = np.zeros((3, bottom - y0, right - x0))
-
-    def place(part: Sprite) -> tuple[slice, slice]:
-        rows, columns = part.alpha.shape
-        return slice(part.y0 - y0, part.y0 - y0 + rows), slice(part.x0 - x0, part.x0 - x0 + columns)
-
-    for share, part in parts:
-        alpha[place(part)] += share / whole * part.alpha
-        emission[place(part)] += share / whole * part.emission
-    cover[place(middle)] = middle.cover
-    return middle._replace(x0=x0, y0=y0, cover=cover, alpha=alpha, emission=emission)
+    meanwhile = np.zeros((3, len(instants), bottom - y0, right - x0))
+    for number, part in enumerate(instants):
+        if part is not None:
+            rows, columns = part.alpha.shape
+            place = slice(part.y0 - y0, part.y0 - y0 + rows), slice(part.x0 - x0, part.x0 - x0 + columns)
+            meanwhile[(slice(None), number, *place)] = part.cover, part.alpha, part.emission
+    cover, alpha, emission = meanwhile.mean(axis=1)
+    whole = len(parts) == len(instants) and all(part.whole for part in parts)
+    return middle._replace(
+        x0=x0,
+        y0=y0,
+        cover=cover,
+        alpha=alpha,
+        emission=emission,
+        area=sum(part.area for part in parts) / len(instants),
+        during=During(meanwhile[0], meanwhile[1], meanwhile[2], whole),
+    )

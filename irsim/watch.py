@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from irsim.compose import ROUNDING, overlap
+from irsim.compose import ROUNDING
 from irsim.course import Course
 from irsim.motion import Mount
 from irsim.occluders import Occluder
@@ -25,12 +25,17 @@ LOOKED = 3000
 MOST_EXTENTS = 16
 """Occluders whose extents are kept at once: where one is placed, many are tried."""
 
+MOST_SPRITES = 256
+"""Targets, as they are drawn in frames, that are kept at once of each instant of an exposure."""
+
 
 @dataclass(frozen=True)
 class Watch:
-    """A scenario, less what is switched off in it, looked at target by target."""
+    """A scenario, less what is switched off in it, looked at target by target, `offset` frames after each frame's
+    time."""
 
     scenario: Scenario
+    offset: float = 0.0
 
     @cached_property
     def shown(self) -> Scenario:
@@ -42,13 +47,19 @@ class Watch:
 
     @cached_property
     def mount(self) -> Mount:
-        return Mount.of(self.shown.motions, np.arange(float(self.scenario.frames)), self.stage)
+        return Mount.of(self.shown.motions, np.arange(float(self.scenario.frames)) + self.offset, self.stage)
 
     @cached_property
     def courses(self) -> dict[str, Course]:
         """Of each target that is on, by id."""
         there = (target for target in self.shown.targets if self.shown.is_on(target.id))
-        return {target.id: Course.of(target, self.mount, self.stage) for target in there}
+        return {target.id: Course.of(target, self.mount, self.stage, self.offset) for target in there}
+
+    @cached_property
+    def instants(self) -> tuple[Watch, ...]:
+        """The same at the instants of which a frame is the mean: what hides, and is hidden, is so over an exposure."""
+        offsets = self.shown.camera.instants(self.shown.is_on)
+        return tuple(self if offset == 0 else Watch(self.scenario, offset) for offset in offsets)
 
     @cached_property
     def _sprites(self) -> dict[tuple[str, int], Sprite | None]:
@@ -58,6 +69,8 @@ class Watch:
         """Target `name` as it is drawn at frame `index`."""
         key = (name, index)
         if key not in self._sprites:
+            if self.offset and len(self._sprites) == MOST_SPRITES:
+                self._sprites.clear()
             course = self.courses[name]
             view = course.view(index, self.sight(index))
             self._sprites[key] = course.target.shape.draw(view) if course.target.exists(index) else None
@@ -75,36 +88,39 @@ class Watch:
 
     def hidden(self, occluder: Occluder, name: str, index: int) -> float:
         """Share 0..1 of target `name` that this occluder alone hides at frame `index`."""
-        target = self.sprite(name, index)
-        met = None if target is None else self._met(occluder, name, index, target)
-        if target is None or met is None:
-            return 0.0
-        where, cover = met
-        return float((target.cover[where] * cover).sum() / target.area)
+        return self._share(name, index, lambda watch, target: watch._covered(occluder, name, index, target))
+
+    def _share(self, name: str, index: int, of: Callable[[Watch, Sprite], float]) -> float:
+        """Share 0..1 of target `name` over the exposure of frame `index`, by its px2 at each instant."""
+        drawn = [(watch, target) for watch in self.instants if (target := watch.sprite(name, index)) is not None]
+        return sum(of(*each) for each in drawn) / sum(target.area for _, target in drawn) if drawn else 0.0
+
+    def _covered(self, occluder: Occluder, name: str, index: int, target: Sprite) -> float:
+        met = self._met(occluder, name, index, target)
+        return 0.0 if met is None else float((target.cover[met[0]] * met[1]).sum())
 
     def hidden_of_shown(self, occluder: Occluder, name: str, index: int) -> float:
         """Share 0..1 that this occluder alone hides of what is in the picture of target `name`; 0 where nothing is."""
-        target = self.sprite(name, index)
-        shown = 0.0 if target is None else self._shown(target)
+        shown = self._share(name, index, lambda _, target: self._shown(target))
         return self.hidden(occluder, name, index) / shown if shown > ROUNDING else 0.0
 
     def _shown(self, target: Sprite) -> float:
-        """Share 0..1 of a target that is in the picture, hidden or not."""
+        """How much of a target is in the picture, hidden or not, px2."""
         columns, rows = self.stage.geometry.size
-        met = overlap((target.x0, target.y0), target.cover.shape, (0, 0), (rows, columns))
-        return 0.0 if met is None else float(target.cover[met[0]].sum() / target.area)
+        met = target.within((rows, columns))
+        return 0.0 if met is None else float(target.cover[met[0]].sum())
 
     def hidden_by(self, occluders: Sequence[Occluder], name: str, index: int) -> float:
         """Share 0..1 of target `name` that all of these together hide at frame `index`."""
-        target = self.sprite(name, index)
-        if target is None:
-            return 0.0
+        return self._share(name, index, lambda watch, target: watch._covered_by(occluders, name, index, target))
+
+    def _covered_by(self, occluders: Sequence[Occluder], name: str, index: int, target: Sprite) -> float:
         left = target.cover.copy()
         for occluder in occluders:
             met = self._met(occluder, name, index, target)
             if met is not None:
                 left[met[0]] *= 1 - met[1]
-        return float((target.cover - left).sum() / target.area)
+        return float((target.cover - left).sum())
 
     def _met(
         self, occluder: Occluder, name: str, index: int, target: Sprite
@@ -118,7 +134,7 @@ class Watch:
         screen = occluder.draw(self.sight(index))
         if screen is None:
             return None
-        met = overlap((target.x0, target.y0), target.cover.shape, (screen.x0, screen.y0), screen.cover.shape)
+        met = target.meets(screen)
         return None if met is None else (met[0], screen.cover[met[1]])
 
     @cached_property

@@ -156,7 +156,7 @@ def plain_s() -> float:
 
 def stages(renderer: Renderer) -> Iterator[tuple[str, float]]:
     """Name and CPU time, s, of the parts of a frame."""
-    bodies = cpu_s(lambda k: list(renderer._pieces(k)))
+    bodies = cpu_s(lambda k: list(renderer.pieces(k)))
     scene = cpu_s(renderer.scene)
     lights = [renderer.light(k) for k in range(4)]
     yield "bodies", bodies

@@ -83,7 +83,7 @@ def test_an_occluder_that_has_come_near_still_hides_only_what_was_farther_at_fir
     ]
     passing = level((0.0, 800.0, 0.0), occluders=bars)
     assert kelvin(passing) > 380.0
-    pieces = {piece.name: piece for piece in Renderer(passing)._pieces(60)}
+    pieces = {piece.name: piece for piece in Renderer(passing).pieces(60)}
     assert [pieces[name].range_m for name in ("at_2000", "at_2400")] == [2000.0, 2400.0]
     assert [pieces[name].sprite.range_m for name in ("at_2000", "at_2400")] == pytest.approx([400.0, 800.0])
 

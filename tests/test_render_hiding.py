@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from test_render import scene
 
-from irsim.compose import overlap
 from irsim.render import Renderer
 from irsim.simulate import Rendering
+from irsim.sprite import overlap
 
 
 @pytest.mark.parametrize("kind", ["fighter", "tank"])
@@ -27,7 +27,7 @@ def test_a_body_that_outgrows_the_frame_is_seen_less_and_less(kind: str) -> None
     assert 0 < shares[2] < shares[1] < 0.5
     # Of a frame that it fills, the share is the frame's area over its own: 19,200 px2 over what grew by the range.
     whole = Rendering(scene(targets=[target]))._renderer
-    (piece,) = whole._pieces(0)
+    (piece,) = whole.pieces(0)
     assert shares[2] * piece.sprite.area == pytest.approx(160 * 120, rel=1e-6)
 
 
@@ -60,7 +60,7 @@ def test_a_bar_behind_the_target_hides_nothing() -> None:
 def test_the_visible_fraction_is_the_share_of_area_that_no_bar_covers(edge: float) -> None:
     """The share of a target right of a straight edge, against its own coverage counted per column."""
     renderer = Renderer(scene())
-    (piece,) = renderer._pieces(0)
+    (piece,) = renderer.pieces(0)
     sprite = piece.sprite
     left = sprite.center[0] + edge  # the bar covers everything left of this
     columns = sprite.x0 + np.arange(sprite.cover.shape[1])
@@ -74,7 +74,7 @@ def test_the_visible_fraction_is_the_share_of_area_that_no_bar_covers(edge: floa
 @pytest.mark.parametrize(("share", "told"), [(0.005, ()), (0.02, ("bar",))])
 def test_what_hides_a_hundredth_of_a_target_is_named(share: float, told: tuple[str, ...]) -> None:
     """A bar whose straight edge has that share of the target left of it, by its coverage counted per column."""
-    (piece,) = Renderer(scene())._pieces(0)
+    (piece,) = Renderer(scene()).pieces(0)
     sprite = piece.sprite
     columns = np.cumsum(sprite.cover.sum(axis=0)) / sprite.cover.sum()
     left = float(np.interp(share, columns, sprite.x0 + np.arange(columns.size) + 0.5))
@@ -98,7 +98,7 @@ def test_what_lies_outside_is_not_visible_whatever_the_blur(kind: str, psf_px: f
     cut = scene(shape=kind, x=158.0, camera={"size": (160, 120), "netd_mk": 0.0, "psf_px": psf_px})
     wide = scene(shape=kind, x=158.0, camera={"size": (320, 120), "netd_mk": 0.0, "psf_px": 0.6})
     target, whole = (next(iter(Rendering(each).truths())).targets[0] for each in (cut, wide))
-    (piece,) = Renderer(cut)._pieces(0)
+    (piece,) = Renderer(cut).pieces(0)
     inside = piece.sprite.cover[:, : 160 - piece.sprite.x0]
     assert whole.visible == 1
     assert target.visible == pytest.approx(inside.sum() / piece.sprite.area, abs=1e-9)

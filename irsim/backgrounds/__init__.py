@@ -3,13 +3,27 @@
 Layers in angle, ground and sea of a height on a plane: a turning camera moves them rightly. Recorded frames stay.
 """
 
-from irsim.backgrounds.base import Background, ClearLayer, Filmed, Gaze, LandLight, Layer, Slices, Veil, is_veil, veiled
+from irsim.backgrounds.base import (
+    Background,
+    ClearLayer,
+    Filmed,
+    Gaze,
+    LandLight,
+    Layer,
+    Veil,
+    is_veil,
+    opaque,
+    veiled,
+)
+from irsim.backgrounds.cut import cut
 from irsim.backgrounds.ground import Ground
 from irsim.backgrounds.landscape import Landscape
 from irsim.backgrounds.recorded import Footage, Recorded
 from irsim.backgrounds.sea import Sea
 from irsim.backgrounds.sky import Sky
+from irsim.backgrounds.swept import Swept
 from irsim.kinds import Family
+from irsim.types import Slices
 
 BACKGROUNDS = Family(
     "background",
@@ -40,7 +54,10 @@ __all__ = [
     "Sea",
     "Sky",
     "Slices",
+    "Swept",
     "Veil",
+    "cut",
     "is_veil",
+    "opaque",
     "veiled",
 ]

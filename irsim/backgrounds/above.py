@@ -8,8 +8,8 @@ from typing import Protocol
 
 import numpy as np
 
-from irsim.backgrounds.base import Changed, Gaze, Layer, Slices, Veil, is_veil
-from irsim.types import Floats
+from irsim.backgrounds.base import Changed, Gaze, Layer, Veil, is_veil
+from irsim.types import Floats, Slices
 
 
 class Hides(Protocol):

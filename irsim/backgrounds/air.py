@@ -13,11 +13,11 @@ import cv2
 import numpy as np
 
 from irsim.atmosphere import EARTH_KM
-from irsim.backgrounds.base import AirBefore, Changed, Gaze, Layer, Slices, in_air
+from irsim.backgrounds.base import AirBefore, Changed, Gaze, Layer, in_air
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.drifting import Drifting
 from irsim.stage import Stage
-from irsim.types import Floats
+from irsim.types import Floats, Slices
 
 COLUMN = 4096
 """Steps of the table between the level and straight down, and up. In even steps 0.38 mrad each; for ground, whose range

@@ -15,7 +15,7 @@ from irsim.climate import STANDARD_K
 from irsim.kinds import Kind
 from irsim.radiometry import hemisphere, radiance
 from irsim.stage import Stage
-from irsim.types import CameraFacts, Floats
+from irsim.types import CameraFacts, Floats, Slices
 
 if TYPE_CHECKING:
     from irsim.backgrounds.parallax import Shell
@@ -25,9 +25,6 @@ Names = Iterator[tuple[str, tuple[str | int, ...]]]
 
 Shells = Iterator[tuple[str, tuple[str, int], "Shell"]]
 """Names of parts and where they stand in the background, and the shells that they are painted on."""
-
-Slices = tuple[slice, slice]
-"""A patch of a picture: its rows and columns."""
 
 Place = tuple[float, float, float]
 """Right, below and ahead of the camera's first place, m; level, ahead is the azimuth of the first pointing."""
@@ -69,7 +66,8 @@ class Veil(Layer, Protocol):
     """A layer that fills the picture by itself, which is quicker than to give what it takes."""
 
     def veil(self, under: Floats, light: Floats, gaze: Gaze, behind: Sequence[Slices]) -> list[Floats]:
-        """light <- under * transmittance + emission; the transmittance of patches, (rows, columns) each.
+        """light <- under * transmittance + emission; the transmittance of patches, (rows, columns) each, or
+        (n, rows, columns) at the instants of an exposure.
 
         under: (rows, cols) of the same type, which may be the light itself.
         """
@@ -105,6 +103,11 @@ def veiled(under: Floats, light: Floats, passed: Floats, emission: Floats, behin
     np.multiply(under, passed, out=light)
     light += emission
     return [passed[patch] for patch in behind]
+
+
+def opaque(name: str) -> ValueError:
+    """What is wrong with a layer that lets nothing through, though others lie behind it."""
+    return ValueError(f"layer {name}: only the farthest layer may be opaque")
 
 
 AirBefore = tuple[Floats, Floats]

@@ -120,6 +120,8 @@ class Hold:
         covered, drawn = window(self.watch, self.occluder), self.screen.draw(self.watch.sight(first))
         excess = 0.0 if drawn is None else max(drawn.box.w - covered.w, drawn.box.h - covered.h, 0.0)
         size = 0.0 if own is None else own.box.diagonal
-        slack = math.ceil((size + excess + 6) / pace) if pace > STILL_PX else 0
+        instants = [instant.offset for instant in self.watch.instants]
+        exposed = max(instants) - min(instants)
+        slack = math.ceil((size + excess + 6) / pace + exposed) if pace > STILL_PX else 0
         fades = (getattr(self.screen, key, 0.0) for key in ("grow_frames", "fade_frames"))
         return slack + math.ceil(max(fades))

@@ -43,12 +43,14 @@ def window(watch: Watch, occluder: Occluder) -> Box:
                 f"{name} is {away:.0f} m away at frame {index}, nearer than {occluder.range_m:.0f} m; "
                 "allowed: less than its range",
             )
-        corners = watch.at_first(_corners(target), occluder.range_m, index)
-        if not np.isfinite(corners).all():
-            raise UnmetError(
-                "hides", f"the unmoved camera cannot see where {name} is at frame {index}; allowed: a place"
-            )
-        boxes.append((*corners.min(axis=0), *corners.max(axis=0)))
+        for instant in watch.instants:
+            drawn = instant.sprite(name, index)
+            corners = instant.at_first(_corners(drawn or target), occluder.range_m, index)
+            if not np.isfinite(corners).all():
+                raise UnmetError(
+                    "hides", f"the unmoved camera cannot see where {name} is at frame {index}; allowed: a place"
+                )
+            boxes.append((*corners.min(axis=0), *corners.max(axis=0)))
     edges = np.array(boxes)
     low, high = edges[:, :2].min(axis=0) - MARGIN_PX, edges[:, 2:].max(axis=0) + MARGIN_PX
     return Box.from_edges(float(low[0]), float(low[1]), float(high[0]), float(high[1]))

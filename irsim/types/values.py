@@ -14,6 +14,8 @@ Counts = npt.NDArray[np.uint16]
 Image = npt.NDArray[np.uint8] | Counts
 Floats = npt.NDArray[np.floating]
 Bools = npt.NDArray[np.bool_]
+Slices = tuple[slice, slice]
+"""A patch of a picture: its rows and columns."""
 Held = TypeVar("Held")
 
 Input = Literal["display", "counts"]
@@ -147,7 +149,8 @@ class TargetTruth:
                   gives: the centre goes round it as it turns or moves its limbs
     attitude      (yaw, pitch, roll) degrees in the camera's first frame
     range_m       metres from the camera
-    visible       fraction 0..1 of the target's area that is in the frame and not hidden
+    visible       fraction 0..1 of the target's area that is in the frame and not hidden, over the whole exposure
+                  where the camera smears
     occluders     names of what hides some of it, by itself a hundredth of its area at least, what lies behind them too
     crossing      another target's box meets this one's
     in_view       its centre is inside the frame

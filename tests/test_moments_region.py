@@ -1,0 +1,94 @@
+"""Means and contributions of a region: those of the whole picture, at the cost of what is drawn there."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from test_moments import Exact, scene
+
+import irsim.compose
+from irsim.levels import Levels
+from irsim.moments import Moments
+from irsim.scenario import Scenario
+
+SIZE = (96, 64)
+CLOUDS = [{"id": "high", "range_m": 8000.0}, {"id": "low", "range_m": 1200.0, "evolve_s": 20.0}]
+SCENES: dict[str, dict[str, Any]] = {
+    "clouds": {"background": {"kind": "sky", "clouds": CLOUDS}},
+    "above ground": {"background": {"kind": "landscape", "clouds": CLOUDS}, "atmosphere": {"preset": "us_standard"}},
+    "falloff, a well": {"camera": {"falloff": {"vignetting": 0.3}, "detector": {"kind": "electrons"}}},
+    "lag": {"camera": {"time_constant_ms": 12.0}},
+    "bloom": {"camera": {"bloom": {}, "range_k": (280.0, 300.0)}},
+    "smear": {
+        "camera": {"smear": {"time_ms": 30.0, "steps": 3}, "motion": [{"kind": "pan", "azimuth_deg_s": 4.0}]},
+        "background": {"kind": "sky", "clouds": CLOUDS},
+    },
+}
+
+
+def company(**other: Any) -> Scenario:
+    """Four targets, of which two meet, one asks for a contrast and one is faint, before and behind a bar."""
+    paths = {
+        "one": (50.0, 30.0, 1000.0),
+        "near": (54.0, 32.0, 800.0),
+        "asking": (20.0, 20.0, 900.0),
+        "gone": (-20.0, 9.0, 900.0),
+    }
+    shapes: dict[str, dict[str, Any]] = {
+        "asking": {"kind": "point", "contrast_k": 5.0},
+        "gone": {"kind": "point", "scr": 5.0},
+    }
+    targets = [
+        {
+            "id": name,
+            "shape": shapes.get(name, {"kind": "fighter"}),
+            "path": {"kind": "straight", "start": (x, y), "speed": 2.0, "range_m": range_m},
+            "contrast": 0.7 if name == "near" else 1.0,
+        }
+        for name, (x, y, range_m) in paths.items()
+    ]
+    bar = {"kind": "bar", "center_px": (60.0, 30.0), "size_px": (8.0, 60.0), "range_m": 300.0}
+    camera = {"size": SIZE, "psf_px": 0.7, **other.pop("camera", {})}
+    return scene(targets=targets, occluders=[bar], camera=camera, **other)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_what_is_told_of_a_region_is_cut_from_the_whole(name: str) -> None:
+    scenario = company(**SCENES[name])
+    moments = Moments(scenario)
+    levels = Levels(moments._renderer)
+    left, top, columns, rows = region = (41, 17, 30, 25)
+
+    def within(picture: Exact) -> Exact:
+        return picture[top : top + rows, left : left + columns]
+
+    np.testing.assert_allclose(moments.mean(2, region), within(moments.mean(2)), rtol=1e-13)
+    assert np.array_equal(moments.variance(2, region), within(moments.variance(2)))
+    for target, shift in (("one", (0.3, -0.2)), ("near", (0.0, 0.0)), ("asking", (9.0, 2.0)), ("gone", (70.0, 20.0))):
+        whole = np.asarray(levels.of(2, {target: shift}) - levels.of(2, absent=target), np.float64)
+        np.testing.assert_allclose(moments.contribution(2, target, shift), whole, atol=1e-8)
+        np.testing.assert_allclose(moments.contribution(2, target, shift, region), within(whole), atol=1e-8)
+        assert np.abs(whole).max() > 1
+
+
+@pytest.mark.parametrize("region", [None, (0, 0, *SIZE), (30, 20, 20, 20)])
+def test_only_what_a_target_touches_is_drawn_for_its_contribution(monkeypatch: pytest.MonkeyPatch, region: Any) -> None:
+    areas = []
+
+    def watched(*args: Any, **keys: Any) -> Any:
+        areas.append(args[5].size)
+        return compose(*args, **keys)
+
+    compose = irsim.compose.compose
+    monkeypatch.setattr("irsim.levels.compose", watched)
+    moments = Moments(company())
+    added = moments.contribution(1, "one", (0.01, 0.0), region)
+    assert np.abs(added).max() > 1
+    assert 0 < max(areas) <= (3000 if region is None or region[2] > 20 else 400)
+
+
+def test_no_part_of_a_picture_is_drawn_for_a_target_that_is_elsewhere() -> None:
+    assert not Moments(company()).contribution(1, "one", (0.0, 0.0), (0, 0, 16, 16)).any()
+    assert not Moments(company()).contribution(1, "gone").any()
