@@ -292,8 +292,8 @@ def real_fit(name: str, rate_hz: float, bits: int, folder: Path) -> tuple[Fit, F
 def test_real_sensors(
     name: str, rate_hz: float, bits: int, ranges: dict[str, tuple[float, float]], tmp_path: Path
 ) -> None:
-    """The data's README: fixed pixel, column, row .66, .14, .20 (LWIR), 16, 3, 52 (MWIR), 2.5-6.4, .6-1.4, .4-1.3 (whose
-    columns wander, so that less of what stands over the clip is fixed)."""
+    """The data's README: fixed pixel, column, row .66, .14, .20 (LWIR), 16, 3, 52 (MWIR), 2.5-6.4, .6-1.4, .4-1.3:
+    its columns wander, so that less of what stands over the clip is fixed."""
     first, second = real_fit(name, rate_hz, bits, tmp_path)
     for figure, (low, high) in ranges.items():
         assert low < getattr(first.figures, figure).value < high, figure
