@@ -8,7 +8,17 @@ from typing import Any
 
 import numpy as np
 
-from irsim.measure.defects import Defects, around, defects, faint_blinkers, patched, stirred, uneven
+from irsim.measure.defects import (
+    ROUNDED,
+    Defects,
+    defects,
+    faint_blinkers,
+    patched,
+    stirred,
+    uneven,
+    whole_counts,
+    without_lines,
+)
 from irsim.measure.given import as_region, check_given
 from irsim.measure.interval import Measured
 from irsim.measure.memory import Temporal, temporal, time_freedom
@@ -59,6 +69,7 @@ class NoiseReport:
                 there that are dead or hot are missed
     uneven_by   counts by which such a pixel has to stand out there to be found, in the median; 0 where `uneven` is 0
     pixels      how many of it these are among
+    rounded     whether counts are whole and noise is so small that rounding hides it
     frozen_from frames from which on a pixel that never changes counts as dead; None where most never do
     """
 
@@ -85,6 +96,7 @@ class NoiseReport:
     uneven: float
     uneven_by: float
     pixels: int
+    rounded: bool
     frozen_from: int | None
 
     @property
@@ -180,6 +192,7 @@ def measure_noise(
         uneven=steep.share,
         uneven_by=steep.counts,
         pixels=told.judged,
+        rounded=whole_counts(frames) and sigma < ROUNDED,
         frozen_from=bad.frozen_from,
     )
 
@@ -188,7 +201,7 @@ def _standing(flat: Floats, sigma: float, of_scene: bool) -> float:
     """Sigma of what noise leaves from pixel to pixel in the mean of all frames (T, rows, columns): what differs there,
     or, where that is the scene's, what is left of a noise of `sigma` that is new in each frame."""
     level = flat.mean(axis=0)
-    return sigma / math.sqrt(len(flat)) if of_scene else float((level - around(level)).std())
+    return sigma / math.sqrt(len(flat)) if of_scene else float(without_lines(level).std())
 
 
 def _bounded(sigma: Measured, whole: Measured, moving: bool) -> Measured:

@@ -11,9 +11,6 @@ from irsim.measure.noise import NoiseReport
 from irsim.measure.noise_3d import TERMS
 from irsim.wording import counted
 
-EIGHT_BITS = "8 bits: figures are those of a picture after gain control, not of a sensor"
-"""What is to be said of recordings of no more."""
-
 _SOME = 0.01
 """Share of a picture: what moves in less hides hardly a bad pixel."""
 _WORDS = (
@@ -55,6 +52,8 @@ def noise_lines(report: NoiseReport, start: int = 0) -> Iterator[tuple[str, str]
     if unsure := frozen_unknown(report):
         yield "", unsure
     yield from (("left out", sentence) for sentence in report.stretch.left_out(start))
+    if report.rounded:
+        yield "note", rounding_hides(report)
     if report.crossed:
         yield "note", f"targets pass through {report.region}: region=X,Y,W,H names a place without them"
     if report.remembered:
@@ -76,6 +75,14 @@ def noise_lines(report: NoiseReport, start: int = 0) -> Iterator[tuple[str, str]
             "",
             f"noise that each pixel draws anew in each frame is at most {report.fine_most:.3g} counts, whatever moves",
         )
+
+
+def rounding_hides(report: NoiseReport) -> str:
+    """What counts do not tell of noise that is small beside their steps."""
+    return (
+        f"noise is {report.pixel_sigma:.2g} counts as measured, hardly more than rounding to whole counts makes, or "
+        "less: noise of less than a third of a count or so cannot be told from it"
+    )
 
 
 def remembered_told(report: NoiseReport) -> str:
