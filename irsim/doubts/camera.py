@@ -47,6 +47,9 @@ FINEST = 0.3
 """Counts: rounding makes of less what hangs on where between two counts a pixel lies, 0.11 to 0.50 of a sigma of 0.2.
 Of 0.3 it makes 0.31 to 0.50, over all pixels the root of the sum of both variances, within 1 %."""
 
+NO_NOISE = 1e-3
+"""Counts: so little stands for none, as a fit of a camera without noise writes it."""
+
 
 def rounded_off(scenario: Scenario) -> Iterator[Notice]:
     """Noise so far below one count that a still picture hardly changes; not where footage has the noise, or none is
@@ -59,7 +62,7 @@ def rounded_off(scenario: Scenario) -> Iterator[Notice]:
     signal = response.at(float(radiance(camera.band, NETD_K)))
     variance = Variance.together(noise.share(moment, False) for noise in sensor.noises).whole(signal, response)
     counts = math.sqrt(variance) / response.gain
-    if 0 < counts < FINEST:
+    if NO_NOISE < counts < FINEST:
         yield Notice(
             ("camera", "bits"),
             f"the noise at {NETD_K:g} K is {counts:.2g} counts: rounding to whole counts hides it, and pixels stay as "
