@@ -45,7 +45,7 @@ def noise(
     without: WithoutOption = None,
 ) -> None:
     """Measure noise on a flat region: 3-D noise, memory in time, drift, bad pixels, with 95 % intervals."""
-    from irsim.measure import EIGHT_BITS, measure_noise, noise_lines, taken_by_targets
+    from irsim.measure import EIGHT_BITS, measure_noise, noise_lines, perhaps_pictures, taken_by_targets
 
     opened = open_changed(source, overrides, seed, without)
     where = _region(region, opened.size)
@@ -61,7 +61,7 @@ def noise(
         return
     for label, text in noise_lines(report, wanted.start):
         print(f"{label:8} {in_options(text)}")
-    if opened.bits <= 8:
+    if perhaps_pictures(opened):
         print(f"{'note':8} {EIGHT_BITS}")
 
 

@@ -47,6 +47,13 @@ def test_a_camera_that_nobody_has_is_told(tmp_path: Path, camera: str, said: str
     assert told(tmp_path, camera=camera) == ([] if said is None else [said])
 
 
+def test_noise_far_below_a_count_is_told(tmp_path: Path) -> None:
+    (line,) = told(tmp_path, camera="bits: 8, range_k: [233, 413], netd_mk: 100, noise: [{kind: white}]")
+    assert line.startswith("camera.bits: warning: the noise at 300 K is 0.044 counts: ")
+    assert told(tmp_path, camera="bits: 8, range_k: [273, 303], netd_mk: 200") == []
+    assert told(tmp_path, camera="bits: 8, range_k: [233, 413], noise: []") == []
+
+
 def test_noise_that_severities_raise_is_meant(tmp_path: Path) -> None:
     ladder = "severities: {camera.netd_mk: [40, 8000]}\n"
     assert told(tmp_path, more=ladder) == []

@@ -219,8 +219,10 @@ def test_the_command_measures_a_rendered_scene(tmp_path: Path) -> None:
     lines = CliRunner().invoke(app, ["noise", str(scene), "--frames", "4:20", "--region", "0,0,16,16"])
     assert "region   0,0,16,16 (x,y,w,h px), 16 frames" in lines.stdout
     assert "of a sensor" not in lines.stdout
-    pictures = CliRunner().invoke(app, ["noise", str(scene), "--frames", "4:20", "camera.bits=8"])
-    assert pictures.stdout.splitlines()[-1].startswith("note     8 bits: figures are those of a picture after gain")
+    own = CliRunner().invoke(app, ["noise", str(scene), "--frames", "4:20", "camera.bits=8"])
+    assert "gain control" not in own.stdout
+    assert "note     noise is 0.39 counts as measured, hardly more than rounding" in own.stdout
+    assert "rounding" not in lines.stdout
     few = CliRunner().invoke(app, ["noise", str(scene), "--frames", "2"])
     assert isinstance(few.exception, InputError)
     assert "2 frames are too few" in str(few.exception)

@@ -94,6 +94,21 @@ def test_noise_is_read_off_the_boxes_of_the_truth(tmp_path: Path) -> None:
     assert "Note: targets pass through 30,20,64,64, where noise is read" in fitted
 
 
+def test_truth_moves_a_region_off_its_targets_and_no_other() -> None:
+    """With windows that targets crossed left out of those alike, the middle one of the rest was another."""
+    rng = np.random.default_rng(3)
+    frames = 1000 + 10 * rng.standard_normal((8, 128, 256)) + 0.02 * np.arange(256)
+    place = flattest(frames, 65535)
+    taken = np.zeros((128, 256), bool)
+    beside = 192 if place.x < 128 else 0
+    taken[:, beside : beside + 60] = True
+    assert flattest(frames, 65535, taken) == place
+    taken = np.zeros((128, 256), bool)
+    taken[place.y + 20, place.x + 20] = True
+    moved = flattest(frames, 65535, taken)
+    assert not moved.of(taken).any()
+
+
 def test_a_moving_background_is_told_and_noise_found_all_the_same() -> None:
     rows, columns = np.mgrid[:48, :48]
     scene = np.stack([80 * np.sin((columns + 2 * k) / 9) * np.cos(rows / 11) for k in range(40)])

@@ -16,7 +16,7 @@ from irsim.displayed import FittedDisplay
 from irsim.fitting.agc import ChosenAgc
 from irsim.fitting.numbers import interval, plain
 from irsim.fitting.written import BY
-from irsim.measure import EIGHT_BITS, Figures, Measured, Memory
+from irsim.measure import EIGHT_BITS, Figures, Measured, Memory, perhaps_pictures
 from irsim.radiometry import radiance, slope, temperature
 from irsim.scale import Scale
 from irsim.types import Band, Curve, Source
@@ -62,7 +62,7 @@ class Scene:
         notes = []
         if unknown:
             notes.append(f"the recording does not say {' and '.join(unknown)}: nominal values; counts are right")
-        if source.bits <= 8:
+        if perhaps_pictures(source):
             notes.append(EIGHT_BITS)
         return cls(
             name=source.name,

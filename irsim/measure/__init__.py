@@ -4,6 +4,7 @@ from irsim.measure.backdrop import backdrops
 from irsim.measure.compared import Realism, measure_realism
 from irsim.measure.counts import read_counts
 from irsim.measure.defects import Defects, defects
+from irsim.measure.depth import EIGHT_BITS, perhaps_pictures
 from irsim.measure.figures import FRAMES, ROUNDING, Figures, measure_figures
 from irsim.measure.interval import Measured
 from irsim.measure.memory import Memory, Temporal, temporal
@@ -20,7 +21,7 @@ from irsim.measure.realism_noise import (
 )
 from irsim.measure.region import Region, flattest, parse_region, taken_by_targets
 from irsim.measure.spectrum import Texture, texture
-from irsim.measure.words import EIGHT_BITS, noise_lines
+from irsim.measure.words import noise_lines
 
 __all__ = [
     "CAMERAS",
@@ -58,6 +59,7 @@ __all__ = [
     "noise_figures",
     "noise_lines",
     "parse_region",
+    "perhaps_pictures",
     "read_counts",
     "taken_by_targets",
     "temporal",

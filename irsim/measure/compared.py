@@ -9,6 +9,7 @@ from typing import Any
 from irsim.errors import InputError, expect_source
 from irsim.measure.backdrop import backdrops
 from irsim.measure.counts import Progress, read_counts
+from irsim.measure.depth import perhaps_pictures
 from irsim.measure.figures import Figures, measure_figures
 from irsim.measure.interval import Measured
 from irsim.measure.realism import Judged, Verdict, check_class, judge_classes
@@ -108,7 +109,7 @@ def measure_realism(
 
 def _noisy_figures(source: Source, asked: bool, progress: Progress | None) -> Figures | str:
     """Figures whose noise can be compared with real cameras', or in a line why there are none."""
-    if source.bits <= 8 and not asked:
+    if perhaps_pictures(source) and not asked:
         return "its noise is not judged, for pictures of 8 bits hold no sensor's; allowed: a sensor's counts"
     looked = range(min(_NOISY, len(source)))
     stack = read_counts(source, looked, progress)

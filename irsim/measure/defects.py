@@ -40,8 +40,15 @@ _NEXT_PX = 8.0
 """How far on the next pixel lies, at most, that what passes lights up."""
 _SLOWEST = 0.99
 """Share of the pixels that change at least as often as those that chance may freeze: whole counts make some slow."""
-_LEAST_NOISE = 1 / math.sqrt(12)
+LEAST_NOISE = 1 / math.sqrt(12)
 """Counts: rounding alone makes so much."""
+ROUNDED = math.hypot(0.3, LEAST_NOISE)
+"""Counts, as measured: noise of 0.3 counts with rounding's. Of less, what is measured hangs on where between two counts
+a pixel lies: of 0.2 it makes 0.11 to 0.50."""
+_TOGGLES = 0.51
+"""Temporal sigma, counts, that no pixel has more of which goes to and fro between two neighbouring counts."""
+_A_COUNT = 1.0
+"""By so much rounding alone sets a pixel off from those around it."""
 _BY_CHANCE = 0.1
 """So many pixels of a picture may be frozen by chance where those that never change are called dead."""
 
@@ -97,14 +104,20 @@ def defects(frames: Values, top: float = math.inf) -> Defects:
     frozen = (restless == 0) & (level < FULL * top) & (frozen_from is not None and len(frames) >= frozen_from)
     apart = level - around(level)
     calm = np.maximum(around(restless), usual)
-    changing = restless > RESTLESS * calm
+    rounded = usual < ROUNDED and whole_counts(frames)
+    changing = restless > np.maximum(RESTLESS * calm, _TOGGLES if rounded else 0)
     blinking = changing & (_alone(restless) | _in_islands(changing, restless < _CALM * calm))
     blinking &= ~full & ~_passed(values, blinking, restless > RESTLESS * usual)
     blinking &= ~following(values, blinking)
-    steady = _far_off(apart) & ~changing & ~full
+    steady = _far_off(without_lines(level)) & ~changing & ~full & (np.abs(apart) > (_A_COUNT if rounded else 0))
     hot = unshared(apart, steady & _alone(level))
     dead = (unshared(-apart, steady & _alone(-level)) | frozen) & ~hot
     return Defects(dead, hot, blinking, frozen_from, dead.size)
+
+
+def whole_counts(frames: Values) -> bool:
+    """Whether frames (T, rows, columns) hold whole numbers: rounding is part of what changes in them."""
+    return bool((frames[0] == np.rint(frames[0])).all())
 
 
 def stirred(frames: Values, noise: float) -> Bools:
@@ -115,7 +128,7 @@ def stirred(frames: Values, noise: float) -> Bools:
     """
     common = float(np.var(frames.mean(axis=(1, 2), dtype=np.float64)))
     change = around(frames.std(axis=0, dtype=np.float32)).astype(np.float64) ** 2 - common
-    moved: Bools = change > (_STIRRED * max(noise, _LEAST_NOISE)) ** 2
+    moved: Bools = change > (_STIRRED * max(noise, LEAST_NOISE)) ** 2
     return moved
 
 
@@ -130,9 +143,17 @@ class Uneven(NamedTuple):
 def uneven(frames: Values, noise: float) -> Uneven:
     """Where what stands in frames (T, rows, columns) differs from pixel to pixel by more than `noise`, a sigma."""
     level = frames.mean(axis=0, dtype=np.float64)
-    usual = _usually((level - around(level)).astype(np.float32))
-    hides = usual > _STIRRED * max(noise, _LEAST_NOISE)
+    usual = _usually(without_lines(level))
+    hides = usual > _STIRRED * max(noise, LEAST_NOISE)
     return Uneven(float(hides.mean()), float(_FAR * np.median(usual[hides])) if hides.any() else 0.0)
+
+
+def without_lines(level: Floats) -> Floats:
+    """What pixels (rows, columns) lie above those around, without what rows and columns have in common: medians are
+    taken off. A camera's own rows hide no bad pixel."""
+    apart = level - around(level)
+    rest = apart - np.median(apart, axis=1, keepdims=True)
+    return np.asarray(rest - np.median(rest, axis=0, keepdims=True), np.float32)
 
 
 def faint_blinkers(flat: Values) -> Bools:
@@ -145,6 +166,8 @@ def faint_blinkers(flat: Values) -> Bools:
     variances = np.log(np.maximum(np.var(flat, axis=0, dtype=np.float64), np.finfo(np.float32).tiny))
     apart = variances - np.median(variances)
     found: Bools = apart > _FAINT * MEDIAN_TO_SIGMA * max(float(np.median(np.abs(apart))), 1 / math.sqrt(len(flat)))
+    if whole_counts(flat):
+        found &= variances > 2 * math.log(_TOGGLES)
     return found if found.mean() <= _FEW else np.zeros_like(found)
 
 

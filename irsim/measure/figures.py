@@ -18,6 +18,7 @@ from irsim.measure.lines import turns, without_turns
 from irsim.measure.memory import Memory, mean_variance
 from irsim.measure.noise import NoiseReport, measure_noise
 from irsim.measure.notes import AT_MOST, BLINKING, SMALL, blur_notes, noise_notes, texture_notes, unlike_notes
+from irsim.measure.passing import passing_blurs
 from irsim.measure.pattern import fixed_pattern
 from irsim.measure.points import point_blur
 from irsim.measure.region import Region, Values
@@ -141,9 +142,9 @@ def measure_figures(
     still = still_things(frames, bad, top)
     bad = still.spared(bad)
     whole = patched(frames, bad.all | still.all)
-    passed = point_blur(frames, bad.all | still.all, top) if passing else None
-    seen = [*still.points, *([] if passed is None else [passed])]
-    blur = min(seen, key=lambda sigma: sigma.value, default=None)
+    passed = _passed(frames, bad.all | still.all, top, report.slides) if passing else []
+    # What is surely as sharp: of many the least value would be one that is too small by chance.
+    blur = min([*still.points, *passed], key=lambda sigma: sigma.high, default=None)
     if report.slides:
         marked = flaws(frames, bad.off(taken), report.fine)
         # All others may blink, too, hidden by the change of the scene.
@@ -152,6 +153,15 @@ def measure_figures(
     else:
         found = _of_still(report, whole, blur, still, flaws(frames, bad.off(taken), report.pixel_sigma))
     return replace(found, notes=(*report.stretch.left_out(start), *([SMALL] if unsure else []), *found.notes))
+
+
+def _passed(frames: Values, bad: Bools, top: float, slides: bool) -> list[Measured]:
+    """Blurs of points that pass: what is behind them is known of a scene that stands; else only bright ones tell it."""
+    found = [] if slides else passing_blurs(frames, bad, top)
+    if found:
+        return found
+    bright = point_blur(frames, bad, top)
+    return [] if bright is None else [bright]
 
 
 def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: Still, bad: Flaws) -> Figures:

@@ -8,7 +8,17 @@ from typing import Any
 
 import numpy as np
 
-from irsim.measure.defects import Defects, around, defects, faint_blinkers, patched, stirred, uneven
+from irsim.measure.defects import (
+    ROUNDED,
+    Defects,
+    defects,
+    faint_blinkers,
+    patched,
+    stirred,
+    uneven,
+    whole_counts,
+    without_lines,
+)
 from irsim.measure.given import as_region, check_given
 from irsim.measure.interval import Measured
 from irsim.measure.level import Level, fit_level
@@ -62,6 +72,7 @@ class NoiseReport:
                 there that are dead or hot are missed
     uneven_by   counts by which such a pixel has to stand out there to be found, in the median; 0 where `uneven` is 0
     pixels      how many of it these are among
+    rounded     whether counts are whole and noise is so small that rounding hides it
     frozen_from frames from which on a pixel that never changes counts as dead; None where most never do
     """
 
@@ -89,6 +100,7 @@ class NoiseReport:
     uneven: float
     uneven_by: float
     pixels: int
+    rounded: bool
     frozen_from: int | None
 
     @property
@@ -142,20 +154,15 @@ def measure_noise(
     moved = changes(flat)
     terms = noise_3d(flat, time_freedom(flow.memory, number), moved.moving)
     if flow.memory is not None:
-        memory = flow.memory
-        flow = replace(flow, memory=replace(memory, white=_bounded(memory.white, flow.pair, moved.moving)))
-        terms = replace(
-            terms,
-            vh=_bounded(memory.fixed, terms.vh, moved.moving),
-            tvh=_bounded(memory.total, terms.tvh, moved.moving),
-        )
+        white = _bounded(flow.memory.white, flow.pair, moved.moving)
+        flow = replace(flow, memory=replace(flow.memory, white=white))
+    terms = _pixels(terms, flow.memory, moved.moving)
     lines = {} if moved.moving else remembering(flat, number, stretch.rate_hz, terms)
     means = flat.mean(axis=(1, 2))
     level = fit_level(means, _finer(terms, region), number)
-    if not (lines or moved.moving) and level.time_frames is not None and level_remembers(flat, number, terms.t):
+    if not lines and not moved.moving and level.time_frames is not None and level_remembers(flat, number, terms.t):
         terms = replace(terms, t=level.sigma)
-    terms = replace(terms, **{term: memory.total for term, memory in lines.items()})
-    terms = replace(terms, **{_STAYS[term]: memory.fixed for term, memory in lines.items()})
+    terms = _lines(terms, lines)
     whole = patched(frames, bad.all)
     sliding = slides(whole)
     told = bad.off(taken)
@@ -190,8 +197,24 @@ def measure_noise(
         uneven=steep.share,
         uneven_by=steep.counts,
         pixels=told.judged,
+        rounded=whole_counts(frames) and sigma < ROUNDED,
         frozen_from=bad.frozen_from,
     )
+
+
+def _pixels(terms: Noise3dTerms, memory: Memory | None, moving: bool) -> Noise3dTerms:
+    """Terms of pixels as their memory tells them."""
+    if memory is None:
+        return terms
+    fixed, total = _bounded(memory.fixed, terms.vh, moving), _bounded(memory.total, terms.tvh, moving)
+    return replace(terms, vh=fixed, tvh=total)
+
+
+def _lines(terms: Noise3dTerms, lines: dict[str, Memory]) -> Noise3dTerms:
+    """Terms of rows and columns as the memory of those that have one tells them."""
+    whole = {term: memory.total for term, memory in lines.items()}
+    stays = {_STAYS[term]: memory.fixed for term, memory in lines.items()}
+    return replace(terms, **whole, **stays)
 
 
 def _finer(terms: Noise3dTerms, region: Region) -> float:
@@ -204,7 +227,7 @@ def _standing(flat: Floats, sigma: float, of_scene: bool) -> float:
     """Sigma of what noise leaves from pixel to pixel in the mean of all frames (T, rows, columns): what differs there,
     or, where that is the scene's, what is left of a noise of `sigma` that is new in each frame."""
     level = flat.mean(axis=0)
-    return sigma / math.sqrt(len(flat)) if of_scene else float((level - around(level)).std())
+    return sigma / math.sqrt(len(flat)) if of_scene else float(without_lines(level).std())
 
 
 def _bounded(sigma: Measured, whole: Measured, moving: bool) -> Measured:

@@ -15,7 +15,7 @@ from irsim.measure.noise import NoiseReport
 from irsim.measure.pattern import Pattern
 from irsim.measure.steady import TOLD_SIDE
 from irsim.measure.still import Still
-from irsim.measure.words import blinking_missed, frozen_unknown, standing_missed
+from irsim.measure.words import blinking_missed, frozen_unknown, rounding_hides, standing_missed
 from irsim.types import Floats
 from irsim.wording import counted
 
@@ -41,6 +41,8 @@ def noise_notes(report: NoiseReport, memory: Memory | None, level: Measured | No
         yield f"{count} frames are few for noise that remembers so long: its sigma may be larger"
     if level is not None and level.high > count / 2:
         yield f"the level wanders as slowly as {count} frames are long: its sigma may be larger"
+    if report.rounded:
+        yield rounding_hides(report)
     if unsure := frozen_unknown(report):
         yield unsure
     if not report.slides and (missed := blinking_missed(report)):

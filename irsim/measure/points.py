@@ -25,7 +25,7 @@ _MISFIT = 0.03
 """Greatest rms of what a Gaussian leaves, as a share of its height; a bar of 3 px leaves 0.05."""
 FULL = 0.99
 """Share of the highest count from which on a well may be full: what a full one holds is read with noise."""
-_SIGMAS = (0.25, 1.7)
+SIGMAS = (0.25, 1.7)
 """A sharper one is a hot pixel, a wider one no point."""
 LEAST_FRAMES = 6
 """An interval of the median needs as many."""
@@ -45,7 +45,7 @@ class Spot:
 
     @property
     def is_point(self) -> bool:
-        low, high = _SIGMAS
+        low, high = SIGMAS
         return low < self.sigma < high and self.misfit < _MISFIT
 
 
@@ -102,7 +102,7 @@ def fitted(window: Floats) -> Spot:
         weights = np.linalg.lstsq(basis, window.ravel(), rcond=None)[0]
         return np.asarray((window.ravel() - basis @ weights) / (abs(weights[0]) + 1e-9))
 
-    low, high = _SIGMAS
+    low, high = SIGMAS
     found = least_squares(left, [0, 0, 0.7], bounds=([-1, -1, low * 0.8], [1, 1, high * 1.2]))
     misfit = float(np.sqrt(np.mean(np.square(found.fun))))
     error = misfit * float(np.sqrt(np.linalg.pinv(found.jac.T @ found.jac)[2, 2]))

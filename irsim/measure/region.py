@@ -103,14 +103,14 @@ def windows(frames: Values, top: float, taken: Bools | None = None) -> Iterator[
     found = False
     for wide in (side, side // 2) if side // 2 >= _LEAST_HALF else (side,):
         spread, error = _spread(mean, square, len(picked), wide)
-        unfit = (_windows(held, wide) > 0.5 / wide**2) | (_windows(spoilt, wide) > _SPOILT)
-        for region in _least(np.where(unfit, np.inf, spread), error, wide):
+        crossed, unfit = _windows(held, wide) > 0.5 / wide**2, _windows(spoilt, wide) > _SPOILT
+        for region in _least(np.where(unfit, np.inf, spread), error, wide, crossed):
             found = True
             yield region
     if not found:
         spread, error = _spread(mean, square, len(picked), side)
         worse = (_windows(held, side) > 0.5 / side**2) + 2.0 * (_windows(spoilt, side) > _SPOILT)
-        yield next(_least(spread + (spread.max() + 1) * worse, error, side))
+        yield next(_least(spread + (spread.max() + 1) * worse, error, side, np.zeros(spread.shape, np.bool_)))
 
 
 def _spread(mean: Floats, square: Floats, frames: int, side: int) -> tuple[Floats, Floats]:
@@ -124,21 +124,30 @@ def _spread(mean: Floats, square: Floats, frames: int, side: int) -> tuple[Float
     return spread, np.sqrt(2) / side * np.hypot(still, (spread - still) / np.sqrt(frames))
 
 
-def _least(costs: Floats, error: Floats, side: int) -> Iterator[Region]:
-    """Windows with the least costs first, none over another, by costs of all top left corners; none of infinite.
+def _least(costs: Floats, error: Floats, side: int, crossed: Bools) -> Iterator[Region]:
+    """Windows with the least costs first, none over another, by costs of all top left corners; none of infinite, and
+    none that targets have `crossed`.
 
-    Of those whose cost is the least but for its standard error, the middle one.
+    Of those whose cost is the least but for its standard error, the middle one, or the next to it that is not crossed:
+    so that truth moves a region off its targets, and no other.
     """
     step = max(side // 8, 1)
-    left, error = costs[::step, ::step].copy(), error[::step, ::step]
+    left, error, crossed = costs[::step, ::step].copy(), error[::step, ::step], crossed[::step, ::step]
     reach = -(-side // step)
-    for _ in range(_TRIES):
+    offered = 0
+    while offered < _TRIES:
         least = int(np.argmin(left))
         if np.isinf(left.flat[least]):
             return
         order = np.argsort(left, axis=None, kind="stable")
         alike = int((left <= left.flat[least] + _ALIKE * error.flat[least]).sum())
-        row, column = (int(place) for place in np.unravel_index(order[(alike - 1) // 2], left.shape))
+        free = np.flatnonzero(~crossed.flat[order[:alike]])
+        if not free.size:
+            left.flat[order[:alike]] = np.inf
+            continue
+        middle = order[free[np.argmin(np.abs(free - (alike - 1) // 2))]]
+        row, column = (int(place) for place in np.unravel_index(middle, left.shape))
+        offered += 1
         yield Region(column * step, row * step, side, side)
         left[max(row - reach + 1, 0) : row + reach, max(column - reach + 1, 0) : column + reach] = np.inf
 

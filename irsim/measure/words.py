@@ -11,9 +11,6 @@ from irsim.measure.noise import NoiseReport
 from irsim.measure.noise_3d import TERMS
 from irsim.wording import counted
 
-EIGHT_BITS = "8 bits: figures are those of a picture after gain control, not of a sensor"
-"""What is to be said of recordings of no more."""
-
 _SOME = 0.01
 """Share of a picture: what moves in less hides hardly a bad pixel."""
 _WORDS = (
@@ -56,6 +53,8 @@ def noise_lines(report: NoiseReport, start: int = 0) -> Iterator[tuple[str, str]
     if unsure := frozen_unknown(report):
         yield "", unsure
     yield from (("left out", sentence) for sentence in report.stretch.left_out(start))
+    if report.rounded:
+        yield "note", rounding_hides(report)
     if report.crossed:
         yield "note", f"targets pass through {report.region}: region=X,Y,W,H names a place without them"
     if report.slides:
@@ -84,6 +83,14 @@ def _remembered(label: str, what: str, memory: Memory, doubt: str) -> Iterator[t
         yield label, f"white {_ranged(memory.white)}, with memory {_ranged(memory.correlated)} counts"
     if memory.walk.low > 0:
         yield label, f"{what} drift by {_ranged(memory.walk)} counts in a second, as the root of time"
+
+
+def rounding_hides(report: NoiseReport) -> str:
+    """What counts do not tell of noise that is small beside their steps."""
+    return (
+        f"noise is {report.pixel_sigma:.2g} counts as measured, hardly more than rounding to whole counts makes, or "
+        "less: noise of less than a third of a count or so cannot be told from it"
+    )
 
 
 def blinking_missed(report: NoiseReport) -> str | None:

@@ -1,0 +1,48 @@
+"""Counts of few bits: pictures or a detector's own, and what rounding does to small noise."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+from typer.testing import CliRunner
+
+import irsim
+from irsim.cli import app
+from irsim.convert import import_frames
+from irsim.measure import defects, measure_noise, perhaps_pictures
+
+
+def test_pictures_of_8_bits_are_told_where_they_may_be_no_counts_of_a_detector(tmp_path: Path) -> None:
+    for k in range(4):
+        picture = np.random.default_rng(k).integers(90, 110, (32, 40)).astype(np.uint8)
+        cv2.imwrite(str(tmp_path / f"{k}.png"), picture)
+    shown = tmp_path / "shown.mcap"
+    import_frames(tmp_path, shown)
+    told = CliRunner().invoke(app, ["noise", str(shown)])
+    assert told.stdout.splitlines()[-1].startswith("note     8 bits: unless these are a detector's own counts, ")
+    before = f"""
+frames: 4
+camera: {{size: [40, 32], bits: 8, noise: []}}
+background: {{kind: recording, file: {shown}, range_k: [250, 320]}}
+"""
+    assert perhaps_pictures(irsim.Rendering(irsim.loads(before)))
+    assert not perhaps_pictures(
+        irsim.Rendering(irsim.loads("camera: {bits: 8}\nbackground: {kind: ground}\nframes: 4\n"))
+    )
+
+
+def test_rounding_makes_no_bad_pixels() -> None:
+    """Of noise of 0.06 counts, pixels between two counts go to and fro, or lie a whole count off."""
+    rng = np.random.default_rng(0)
+    level = 16 + 0.5 * np.linspace(0, 1, 96)[:, None] + rng.normal(0, 0.02, (96, 128))
+    frames = np.rint(level + rng.normal(0, 0.06, (60, 96, 128))).astype(np.uint8)
+    assert measure_noise(frames, 30.0, top=255).rounded
+    found = defects(frames, 255)
+    assert not found.all.any()
+    frames[20:50:7, 40, 50] += 3
+    frames[:, 60, 70] += 3
+    found = defects(frames, 255)
+    assert found.blinking[40, 50]
+    assert found.hot[60, 70]
