@@ -11,8 +11,9 @@ import numpy as np
 
 from irsim.errors import InputError
 from irsim.measure.defects import defects, patched, without_specks
-from irsim.measure.field import Field, Spectrum, periodogram
+from irsim.measure.field import Field, periodogram
 from irsim.measure.flaws import Flaws, flaws
+from irsim.measure.histogram import histogram
 from irsim.measure.interval import Measured, root
 from irsim.measure.lines import turns, without_turns
 from irsim.measure.memory import Memory, mean_variance
@@ -38,16 +39,12 @@ _PICTURES = 9
 _MEDIANS = 48
 _FAR = 4.0
 """Sigmas from its median beyond which a pixel's value is not its background's."""
-_SKEWED = 4.0
-"""Standard errors from which a histogram is no Gaussian one."""
 _NOT_OF_TIME: dict[str, Any] = dict.fromkeys(
     ("memory", "memory_frames", "walk", "row_noise", "column_noise", "rows", "columns", "level", "level_frames")
 )
 """Figures that cannot be told where something moves."""
 _NOT_OF_PLACE: dict[str, Any] = dict.fromkeys(("pixel", "row", "column", "even_rows", "even_columns"))
 """Those that cannot be told, either, where the scene slides."""
-_SHARES = 17
-"""Values of a histogram."""
 
 
 @dataclass(frozen=True)
@@ -210,7 +207,7 @@ def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: 
         psf=fixed.blur,
         texture=fixed.spectrum.texture,
         mean=float(picture.mean()),
-        histogram=_histogram(picture, fixed.spectrum),
+        histogram=histogram(picture, fixed.spectrum),
         flaws=bad,
         region=report.region,
         notes=(*noise_notes(report, memory, time_frames), *scene),
@@ -246,7 +243,7 @@ def _of_moving(report: NoiseReport, whole: Values, blur: Measured | None, still:
         psf=psf,
         texture=spectrum.texture,
         mean=float(np.mean(pictures)),
-        histogram=_histogram(pictures[len(pictures) // 2], spectrum),
+        histogram=histogram(pictures[len(pictures) // 2], spectrum),
         flaws=bad,
         region=report.region,
         notes=(
@@ -285,22 +282,3 @@ def _settled(frames: Values, noise: float) -> Floats:
     for frame in frames:
         total += np.clip(frame - middle, -_FAR * noise, _FAR * noise)
     return without_specks(middle + total / len(frames))
-
-
-def _histogram(picture: Floats, spectrum: Spectrum) -> tuple[float, ...]:
-    """Values at even shares of a picture's pixels where skewness or tails are not a Gaussian field's; else none.
-
-    The scatter of both, 6 / n and 24 / n in variance, is that of as many independent values n as the
-    spectrum has: (sum S)^2 / sum S^2.
-    """
-    if spectrum.texture is None:
-        return ()
-    density = spectrum.density.copy()
-    density[0, 0] = 0
-    independent = density.sum() ** 2 / np.square(density).sum()
-    unit = (picture - picture.mean()) / picture.std()
-    skewed = abs(float((unit**3).mean())) / np.sqrt(6 / independent)
-    tailed = abs(float((unit**4).mean()) - 3) / np.sqrt(24 / independent)
-    if max(skewed, tailed) < _SKEWED:
-        return ()
-    return tuple(float(value) for value in np.quantile(picture, np.linspace(0.002, 0.998, _SHARES)))

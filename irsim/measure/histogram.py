@@ -1,0 +1,32 @@
+"""Which grey levels a texture has, where they are not a Gaussian field's."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from irsim.measure.field import Spectrum
+from irsim.types import Floats
+
+_SKEWED = 4.0
+"""Standard errors from which a histogram is no Gaussian one."""
+_SHARES = 17
+"""Values of a histogram."""
+
+
+def histogram(picture: Floats, spectrum: Spectrum) -> tuple[float, ...]:
+    """Values at even shares of a picture's pixels where skewness or tails are not a Gaussian field's; else none.
+
+    The scatter of both, 6 / n and 24 / n in variance, is that of as many independent values n as the
+    spectrum has: (sum S)^2 / sum S^2.
+    """
+    if spectrum.texture is None:
+        return ()
+    density = spectrum.density.copy()
+    density[0, 0] = 0
+    independent = density.sum() ** 2 / np.square(density).sum()
+    unit = (picture - picture.mean()) / picture.std()
+    skewed = abs(float((unit**3).mean())) / np.sqrt(6 / independent)
+    tailed = abs(float((unit**4).mean()) - 3) / np.sqrt(24 / independent)
+    if max(skewed, tailed) < _SKEWED:
+        return ()
+    return tuple(float(value) for value in np.quantile(picture, np.linspace(0.002, 0.998, _SHARES)))
