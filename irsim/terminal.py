@@ -88,9 +88,7 @@ def run(app: typer.Typer, name: str) -> None:
         sys.stdout.reconfigure(errors="replace")  # a terminal may know fewer letters than are printed
     came = _ending_as_by_interrupt()
     try:
-        status = app(prog_name=name, standalone_mode=False)
-        if status == INTERRUPTED:  # typer's word for KeyboardInterrupt
-            raise KeyboardInterrupt
+        status = _called(app, name, came)
         if sys.stdout is not None:
             sys.stdout.flush()  # here, where what goes wrong with it is told
         sys.exit(status)
@@ -124,6 +122,20 @@ def run(app: typer.Typer, name: str) -> None:
         sys.exit(2)
 
 
+def _called(app: typer.Typer, name: str, came: list[int]) -> Any:
+    """The command's status. KeyboardInterrupt where it was interrupted, whatever that became on its way: numpy takes
+    one that comes while it compares arrays for an error of its own."""
+    try:
+        status = app(prog_name=name, standalone_mode=False)
+    except Exception as error:
+        if came and not isinstance(error, StoppedError):
+            raise KeyboardInterrupt from error
+        raise
+    if status == INTERRUPTED:  # typer's word for KeyboardInterrupt
+        raise KeyboardInterrupt
+    return status
+
+
 def _ending_as_by_interrupt() -> list[int]:
     """Who ends a program without a keyboard (SIGTERM: batch systems; SIGHUP: a terminal that goes) leaves as little
     behind as Ctrl-C does. The signals that came."""
@@ -131,12 +143,14 @@ def _ending_as_by_interrupt() -> list[int]:
 
     def end(number: int, _: object) -> None:
         came.append(number)
-        signal.signal(number, signal.SIG_DFL)  # a second one waits for nothing
+        if number != signal.SIGINT:
+            signal.signal(number, signal.SIG_DFL)  # a second one waits for nothing
         raise KeyboardInterrupt
 
-    for name in ("SIGTERM", "SIGHUP"):
+    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
         number = getattr(signal, name, None)  # Windows has no SIGHUP
-        if number is not None and signal.getsignal(number) is signal.SIG_DFL:  # nohup ignores one
+        usual = (signal.SIG_DFL, signal.default_int_handler)
+        if number is not None and signal.getsignal(number) in usual:  # nohup ignores one
             signal.signal(number, end)
     return came
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ast
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -118,3 +120,31 @@ def test_a_parameter_that_ends_a_sentence_is_an_option_too() -> None:
 
 def test_a_file_called_like_a_parameter_keeps_its_name_in_an_error(tmp_path: Path, run: Run) -> None:
     assert "--frames" not in run("info", "stop=None.mcap", cwd=tmp_path).stderr
+
+
+SWALLOWS = """\
+import os, signal, time
+import typer
+from irsim.terminal import run
+
+app = typer.Typer()
+
+@app.command()
+def work() -> None:
+    try:
+        os.kill(os.getpid(), signal.SIGNAL)
+        time.sleep(60)
+    except KeyboardInterrupt:
+        raise TypeError("Cannot compare structured arrays") from None
+
+run(app, "work")
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such signals")
+@pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])
+def test_an_interrupt_that_a_library_takes_for_an_error_is_none(name: str, status: int) -> None:
+    """As numpy does while it compares structured arrays."""
+    program = SWALLOWS.replace("SIGNAL", name)
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (status, "work: stopped\n")
