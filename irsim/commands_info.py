@@ -55,6 +55,7 @@ def _names(source: Source) -> Iterator[tuple[str, str]]:
 
 def _facts(source: Source, duration_s: float) -> Iterator[tuple[str, str]]:
     """Labels and texts of what any source has."""
+    from irsim.recording import Recording
     from irsim.survey import survey
 
     columns, rows = source.size
@@ -70,7 +71,10 @@ def _facts(source: Source, duration_s: float) -> Iterator[tuple[str, str]]:
             yield from _target(target)
     if source.follow:
         yield "follow", source.follow
-    yield "hash", source.hash
+    if not isinstance(source, Recording):
+        yield "scene hash", source.hash
+    elif source.header.source_hash is not None:
+        yield "scene hash", f"{source.header.source_hash} (irsim info tells the same of the scene that was rendered)"
 
 
 def _truths(source: Source) -> list[Truth]:
@@ -122,5 +126,6 @@ def _of_the_file(recording: Recording) -> Iterator[tuple[str, str]]:
     yield "scenario", "attached" if recording.scenario_text is not None else "none"
     yield "source", f"{info['input']} from {info['name']} by irsim {info['version']}"
     yield "file", f"{info['bytes'] / 1e6:.2f} MB"
+    yield "file hash", recording.hash
     for note in info.get("notes", ()):
         yield "note", note

@@ -49,13 +49,16 @@ def expect_source(what: str, given: Any) -> None:
         raise InputError(f"{what} of a {type(given).__name__}; allowed: a Source, such as irsim.open_source gives")
 
 
-def frame_number(given: Any, length: int) -> int:
-    """The number of a frame that a caller gave, numpy's too, whether there is one or not; InputError for anything else
-    than a whole number."""
+def frame_number(given: Any, length: int, whose: str) -> int:
+    """The number of a frame of `length` that a caller gave, numpy's too. IndexError where there is no such frame, as of
+    any sequence, InputError for anything else than a whole number."""
     try:
-        return as_whole(given)
+        number = as_whole(given)
     except TypeError:
         raise InputError(f"frame {given!r}: allowed: a whole number, 0 to {length - 1}") from None
+    if not 0 <= number < length:
+        raise IndexError(f"frame {number}: {whose} has frames 0 to {length - 1}")
+    return number
 
 
 def as_whole(given: Any) -> int:

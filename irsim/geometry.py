@@ -19,18 +19,21 @@ import numpy as np
 from irsim.types import Floats
 
 
-def gimbal(azimuth: float, elevation: float, roll: float) -> Floats:
-    """(3, 3): world vectors to camera vectors. Radians; right, up and clockwise are positive.
+def gimbal(azimuth: float | Floats, elevation: float | Floats, roll: float | Floats) -> Floats:
+    """(..., 3, 3): world vectors to camera vectors. Radians (...), right, up and clockwise positive.
 
     Azimuth turns about the world's vertical, elevation about the level axis, roll about the
     optical axis.
     """
-    ca, sa = np.cos(azimuth), np.sin(azimuth)
-    ce, se = np.cos(elevation), np.sin(elevation)
-    cr, sr = np.cos(roll), np.sin(roll)
-    turn = np.array([[ca, 0, -sa], [0, 1, 0], [sa, 0, ca]])
-    lift = np.array([[1, 0, 0], [0, ce, se], [0, -se, ce]])
-    twist = np.array([[cr, sr, 0], [-sr, cr, 0], [0, 0, 1]])
+    turn, lift, twist = np.zeros((3, *np.shape(azimuth), 3, 3))
+    turn[..., 0, 0] = turn[..., 2, 2] = np.cos(azimuth)
+    turn[..., 2, 0] = np.sin(azimuth)
+    lift[..., 1, 1] = lift[..., 2, 2] = np.cos(elevation)
+    lift[..., 1, 2] = np.sin(elevation)
+    twist[..., 0, 0] = twist[..., 1, 1] = np.cos(roll)
+    twist[..., 0, 1] = np.sin(roll)
+    turn[..., 0, 2], lift[..., 2, 1], twist[..., 1, 0] = -turn[..., 2, 0], -lift[..., 1, 2], -twist[..., 0, 1]
+    turn[..., 1, 1] = lift[..., 0, 0] = twist[..., 2, 2] = 1
     return np.asarray(twist @ lift @ turn)
 
 
@@ -71,12 +74,12 @@ class Geometry:
         return np.asarray(gimbal(0.0, self.elevation_rad, 0.0) @ [0.0, 1.0, 0.0])
 
     def rotation(self, turn: Floats) -> Floats:
-        """(3, 3): first-camera vectors to the vectors of a camera turned by (azimuth, elevation, roll) rad."""
+        """(..., 3, 3): first-camera vectors to those of a camera turned by (..., 3) azimuth, elevation, roll, rad."""
         return self.world_rotation(turn) @ _lifted(self.elevation_rad).T
 
     def world_rotation(self, turn: Floats) -> Floats:
-        """(3, 3): world vectors to the vectors of the turned camera."""
-        return gimbal(turn[0], self.elevation_rad + turn[1], turn[2])
+        """(..., 3, 3): world vectors to the vectors of the camera turned by (..., 3) rad."""
+        return gimbal(turn[..., 0], self.elevation_rad + turn[..., 1], turn[..., 2])
 
     def project(self, points: Floats) -> Floats:
         """(..., 3) camera-frame points to (..., 2) px; nan at or behind the camera's plane."""

@@ -97,10 +97,7 @@ class Moments:
     def _taken(self, index: int) -> int:
         """The scenario's frame behind the one that arrives as `index`."""
         arrivals = self._arrivals
-        number = frame_number(index, len(arrivals))
-        if not 0 <= number < len(arrivals):
-            raise IndexError(f"frame {number}: there are frames 0 to {len(arrivals) - 1}")
-        return arrivals[number]
+        return arrivals[frame_number(index, len(arrivals), "the scenario")]
 
     def _within(self, region: Region | None) -> Region | None:
         """The region in whole numbers; None where it is all of the picture."""

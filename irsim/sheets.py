@@ -57,7 +57,7 @@ def backgrounds() -> Iterator[Labelled]:
         yield Labelled(label, Rendering(Scenario.model_validate(parts)).frame(0, "display").image)
 
 
-_DRONE_M = 70
+_DRONE_M = 45
 _FAINT = {
     "background": {"kind": "sky", "horizon_k": 281, "zenith_k": 278},
     "targets": [
@@ -65,11 +65,13 @@ _FAINT = {
             "id": "drone",
             "shape": {
                 "kind": "quadrotor",
-                "temperature_k": 280.6,
-                "motors_k": 281.4,
-                "battery_k": 281,
-                "rotors_k": 280.2,
+                "temperature_k": 280.35,
+                "motors_k": 280.75,
+                "battery_k": 280.65,
+                "rotors_k": 280.1,
+                "rotor_deg": 45,
             },
+            "attitude_deg": (30, 45, 0),  # tilted, so that its four arms are seen
             "path": {"kind": "straight", "start": [160, 128], "range_m": _DRONE_M},
         }
     ],

@@ -120,6 +120,10 @@ class Rendering:
         for index in span(start, stop, len(self)):
             yield replace(self._renderer.scene(self.arrivals[index])[1], index=index)
 
+    def truth(self, index: int) -> Truth:
+        index = frame_number(index, len(self), self.name)
+        return next(self.truths(index, index + 1))
+
     def pairs(
         self, start: int = 0, stop: int | None = None, jobs: int = 1, input: Input = "counts"
     ) -> Iterator[tuple[Frame, Truth]]:
@@ -144,9 +148,7 @@ class Rendering:
         return Screen(self.agc, self.bits, lambda index: self._counts(index).image)
 
     def _counts(self, index: int) -> Frame:
-        index = frame_number(index, len(self))
-        if not 0 <= index < len(self):
-            raise IndexError(f"frame {index}: {self.name} has frames 0 to {len(self) - 1}")
+        index = frame_number(index, len(self), self.name)
         return replace(self._renderer.frame(self.arrivals[index])[0], index=index)
 
 

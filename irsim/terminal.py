@@ -27,6 +27,8 @@ INTERRUPTED = SIGNALLED + signal.SIGINT
 
 DRAWN_EVERY_S = 0.1
 """How often a bar is drawn at most: ten times a second, as rich itself does."""
+TOLD_EVERY_S = 10.0
+"""How often a line says how far it is, at most, where there is no terminal: logs stay short."""
 
 
 class StoppedError(Exception):
@@ -191,14 +193,30 @@ class Progress(Protocol):
     def __call__(self, done: int, total: int | None = None, note: str = "") -> None: ...
 
 
+def _lines(label: str, total: int | None) -> Progress:
+    """Tells now and then on standard error how far it is: nothing of what is done sooner."""
+    begun = told = monotonic()
+    of = total
+
+    def move(done: int, total: int | None = None, note: str = "") -> None:
+        nonlocal told, of
+        of, now = of if total is None else total, monotonic()
+        if now - told >= TOLD_EVERY_S:
+            told = now
+            far = f"{done}" if of is None else f"{done} of {of}"
+            print(f"{label}: {far}, {now - begun:.0f} s", *filter(None, [note]), file=sys.stderr, flush=True)
+
+    return move
+
+
 @contextmanager
-def progress_bar(label: str, total: int | None = None, ticking: bool = True) -> Iterator[Progress | None]:
-    """A bar on standard error, with rate and time left; None where that is no terminal and nobody would see one.
+def progress_bar(label: str, total: int | None = None, ticking: bool = True) -> Iterator[Progress]:
+    """A bar on standard error, with rate and time left; where that is no terminal, a line every TOLD_EVERY_S.
 
     ticking   it is drawn by a thread, ten times a second; else only when it moves: a debugger's prompt stays as it is
     """
     if not sys.stderr.isatty():
-        yield None
+        yield _lines(label, total)
         return
     from rich import progress
     from rich.console import Console

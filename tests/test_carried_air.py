@@ -59,7 +59,7 @@ THINGS: dict[str, dict[str, Any]] = {
         "foot_px": (80, 70), "height_px": 20.0, "crown_px": (18, 18), "temperature_k": 400.0, "spread_k": 0.0,
         "leaves": 1.0, "emissivity": 1.0,
     },
-    "smoke": {"center_px": (80, 60), "size_px": (40, 40), "temperature_k": 400.0, "opacity": 0.999},
+    "smoke": {"center_px": (80, 60), "size_px": (40, 40), "temperature_k": 400.0, "opacity": 0.999, "spread_k": 0.0},
 }  # fmt: skip
 
 

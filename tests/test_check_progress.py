@@ -13,12 +13,14 @@ from typer.testing import CliRunner
 
 import irsim
 from irsim.cli import app
+from irsim.course import Course
 from irsim.doubts import DOUBTS
 from irsim.intent import overdone, placed
 from irsim.loader import warnings
 from irsim.occluders import Occluder
 from irsim.occluders.tree import Tree
 from irsim.stage import Stage
+from irsim.target import Target
 from irsim.terminal import progress_bar
 from irsim.types import Box
 from irsim.watch import Watch
@@ -121,6 +123,23 @@ def test_what_an_occluder_hides_is_found_in_each_frame_once(monkeypatch: pytest.
     assert [notice.at for notice in told] == [("occluders", 0, "frames")]
 
 
+def test_a_check_of_many_frames_works_out_the_ways_of_targets_only_where_something_may_hide_them(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Of a million frames each of these takes seconds."""
+    asked: list[str] = []
+    ways = Course.of.__func__  # type: ignore[attr-defined]
+
+    def counted(cls: type[Course], target: Target, *given: object) -> Course:
+        asked.append(target.id)
+        found: Course = ways(cls, target, *given)
+        return found
+
+    monkeypatch.setattr(Course, "of", classmethod(counted))
+    assert warnings(scene(tmp_path)) == []
+    assert asked == []
+
+
 class Terminal(io.StringIO):
     """What takes itself for a terminal."""
 
@@ -138,3 +157,14 @@ def test_a_bar_takes_a_name_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
         assert move is not None
         move(1)
     assert "check x[/b]/h.yaml" in shown.getvalue()
+
+
+def test_long_work_tells_how_far_it_is_where_there_is_no_terminal(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    seconds = iter([0.0, 4.0, 11.0, 14.0, 22.0])
+    monkeypatch.setattr("irsim.terminal.monotonic", lambda: next(seconds))
+    with progress_bar("check long") as move:
+        for done in range(1, 5):
+            move(done, 5)
+    assert capsys.readouterr().err == "check long: 2 of 5, 11 s\ncheck long: 4 of 5, 22 s\n"

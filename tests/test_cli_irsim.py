@@ -80,7 +80,7 @@ def test_info_says_what_is_in_a_recording(run: Run, folder: Path) -> None:
         "follow     jet",
         "topic      /ir/image: 6 messages",
         "scenario   attached",
-        f"hash       {irsim.open_recording(folder / 'scene.mcap').hash}",
+        f"file hash  {irsim.open_recording(folder / 'scene.mcap').hash}",
     ):
         assert line in done.stdout.splitlines()
 
@@ -90,7 +90,10 @@ def test_info_says_of_a_scenario_what_it_says_of_its_recording(run: Run, folder:
     told = [run("info", name, cwd=folder).stdout.splitlines() for name in ("scene.yaml", "scene.mcap")]
     assert told[0][0] == "scenario   scene.yaml"
     assert any("px/frame, SCR" in line for line in told[0])
-    assert told[0][1:-2] == told[1][1 : len(told[0]) - 2]  # next is the hash: each has its own
+    assert told[0][1:-2] == told[1][1 : len(told[0]) - 2]
+    scene_hash = f"scene hash {irsim.load(folder / 'scene.yaml').hash}"
+    assert told[0][-2] == scene_hash
+    assert told[1][len(told[0]) - 2].startswith(f"{scene_hash} ")
     assert told[0][-1] == f"names      {', '.join(name for name, _ in irsim.load(folder / 'scene.yaml').names())}"
 
 

@@ -62,7 +62,7 @@ def test_commands_warn_once_of_a_change_that_counts_for_nothing(run: Run, tmp_pa
     warning = "override camera.netd_mk: warning: does not count for a detector of kind electrons: its own keys decide"
     assert [line for line in idle.stderr.splitlines() if "warning: does not count" in line] == [warning]
     said, without = (
-        [line for line in done.stdout.splitlines() if not line.startswith("hash ")] for done in (idle, plain)
+        [line for line in done.stdout.splitlines() if not line.startswith("scene hash ")] for done in (idle, plain)
     )
     assert said == without
 

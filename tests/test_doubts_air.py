@@ -13,12 +13,18 @@ from irsim.cli import check
 from irsim.doubts import doubts
 from irsim.loader import warnings
 
+CLOSING = target(400.0)["path"] | {"closing_m_s": -90.0}
+
 
 @pytest.mark.parametrize(
     ("change", "place", "words"),
     [
-        ({"targets": [target(400.0)]}, ("targets", 0, "path"), "frame 0: a range of 0.4 km lies beyond"),
-        ({"targets": [target(25e3)]}, ("targets", 0, "path"), "a range of 25 km lies beyond the fitted 0.5 to 20 km"),
+        (
+            {"targets": [target(400.0) | {"path": CLOSING}]},
+            ("targets", 0, "path"),
+            "frame 0: a range of 0.4 km lies beyond",
+        ),
+        ({"targets": [target(25e3)]}, ("targets", 0, "path", "range_m"), "a range of 25 km lies beyond the fitted 0.5"),
         ({"atmosphere": {"preset": "tropical", "visibility_km": 2}}, ("atmosphere", "visibility_km"), "2 km lies"),
         ({"atmosphere": {"preset": "tropical", "altitude_m": 3000}}, ("targets", 0, "path"), "holds 20% of the gas"),
         (
@@ -32,6 +38,7 @@ def test_beyond_the_fit_is_told_with_its_place(change: dict[str, Any], place: tu
     (notice,) = doubts(scene(**change))
     assert notice.at == place
     assert words in notice.what
+    assert notice.what.startswith("a range") == (place[-1] == "range_m")
 
 
 @pytest.mark.parametrize("band", ["mwir", "lwir", (3.0, 4.99), (3.05, 5.0), (8.05, 12.0)])
@@ -208,7 +215,7 @@ targets:
         "haze goes with the inverse of visibility"
     )
     assert far == (
-        f"{file}:8:45: targets.jet.path: warning: frame 0: a range of 30 km lies beyond the fitted 0.5 to 20 km"
+        f"{file}:8:88: targets.jet.path.range_m: warning: a range of 30 km lies beyond the fitted 0.5 to 20 km"
     )
     (idle,) = warnings(file, ["atmosphere.preset=none"])
     assert idle.startswith(f"{file}:5:18: atmosphere.visibility_km: warning: does not count without a preset")

@@ -79,7 +79,17 @@ def test_sheets_leave_out_no_background_and_no_camera() -> None:
     drawn = {background["kind"] for _, _, background in sheets.BACKGROUNDS}
     assert drawn == set(BACKGROUNDS.kinds) - {"recording"}  # that one is somebody's own
     assert [each.label.partition(":")[0] for each in sheets.cameras()] == list(PRESETS)
-    assert all(each.label.endswith("mK; a drone 70 m away") for each in sheets.cameras())
+    assert all(each.label.endswith("mK; a drone 45 m away") for each in sheets.cameras())
+
+
+def test_the_drone_of_the_cameras_is_no_white_slab() -> None:
+    """Its arms and its body are grey before the sky, its motors and its battery lighter."""
+    *_, ideal = (each.image.astype(float) for each in sheets.cameras())
+    middle = ideal[112:145, 144:177]
+    drone = middle[middle > np.median(middle) + 20]
+    assert drone.size > 150
+    assert np.mean(drone == 255) < 0.4
+    assert np.ptp(drone) > 80
 
 
 @pytest.mark.parametrize("make", [sheets.backgrounds, sheets.cameras])

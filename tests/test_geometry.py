@@ -20,6 +20,12 @@ def test_gimbal_is_a_rotation(azimuth: float, elevation: float, roll: float) -> 
     assert np.linalg.det(turn) == pytest.approx(1.0)
 
 
+def test_rotations_of_many_frames_at_once_are_those_of_each_to_the_last_bit() -> None:
+    turns = np.random.default_rng(0).normal(size=(500, 3))
+    lifted = Geometry((320, 240), 5e-4, 0.3)
+    np.testing.assert_array_equal(lifted.rotation(turns), np.stack([lifted.rotation(turn) for turn in turns]))
+
+
 @given(st.floats(-2000, 2000), st.floats(-2000, 2000), st.floats(0.1, 1e5))
 def test_a_pixel_s_direction_projects_to_it(x: float, y: float, range_m: float) -> None:
     point = GEOMETRY.place(np.array([x, y]), range_m)

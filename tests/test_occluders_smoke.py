@@ -24,7 +24,9 @@ SEEDS = range(5)
 
 
 def smoke(**keys: Any) -> Smoke:
+    """Smooth and even where nothing else is said."""
     given = {"center_px": (160.0, 120.0), "size_px": (90.0, 60.0), "range_m": 300.0, "id": "cloud"}
+    given |= {"billows": 0.0, "spread_k": 0.0}
     value = OCCLUDERS.parse({"kind": "smoke", **given, **keys})
     assert isinstance(value, Smoke)
     return value
@@ -129,3 +131,11 @@ def test_it_thins_as_it_grows(ages: dict[str, float], size: float, share: float)
     assert (other.box.w, other.box.h) == pytest.approx((90 * size, 60 * size))
     depth, of_other = (-math.log1p(-whole(sprite, sprite.alpha)[120, 160]) for sprite in (full, other))
     assert of_other / depth == pytest.approx(share / math.sqrt(size))
+
+
+def test_where_nothing_is_said_it_billows_and_is_uneven() -> None:
+    """Smooth and even, it looked like an oval of cardboard."""
+    plain = OCCLUDERS.parse({"kind": "smoke", "range_m": 300.0, "center_px": (80.0, 60.0), "size_px": (60.0, 40.0)})
+    assert isinstance(plain, Smoke)
+    assert plain.billows > 0.5
+    assert plain.spread_k > 0

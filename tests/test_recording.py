@@ -46,7 +46,7 @@ def test_a_frame_alone_is_the_frame_in_sequence(recorded: Path) -> None:
     assert list(recording.truths(3, 6)) == list(source.truths(3, 6))
     assert list(recording.frames(start=5, stop=99))[-1].index == 6
     for index in (7, -1):
-        with pytest.raises(IndexError, match="allowed: 0 to 6"):
+        with pytest.raises(IndexError, match="frames 0 to 6"):
             recording.frame(index)
 
 

@@ -159,8 +159,14 @@ def test_a_recordings_frame_is_asked_for_by_a_whole_number(tmp_path: Path) -> No
         recording.frame(anything("1"))
     for source in (recording, irsim.Rendering(SCENE)):
         assert source.frame(anything(np.int64(1))).index == 1
-        with pytest.raises(IndexError):
-            source.frame(3)
+        truth = source.truth(anything(np.int64(1)))
+        assert truth is not None
+        assert [truth] == list(source.truths(1, 2))
+        with pytest.raises(InputError, match="frame '1': allowed: a whole number, 0 to 2"):
+            source.truth(anything("1"))
+        for asked, index in ((source.frame, 3), (source.truth, 3), (source.truth, -1)):
+            with pytest.raises(IndexError, match=f"frame {index}: .* has frames 0 to 2"):
+                asked(index)
 
 
 @pytest.mark.parametrize("word", ["gost", "gho st", "white,gost", "[jet, gost]"])

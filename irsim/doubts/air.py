@@ -11,9 +11,13 @@ from irsim.climate import CLIMATES, FIT_HEIGHT_KM, FIT_KM, fitted_band
 from irsim.doubts.looked import watched
 from irsim.errors import Notice
 from irsim.kinds import KeyPath
+from irsim.motion import PixelPath
 from irsim.radiometry import limits, radiance
 from irsim.scenario import Scenario
 from irsim.types import Band, BandName
+
+SAME = 1e-9
+"""Of the range: what rounding leaves of one that stays the same in all frames."""
 
 LEAST_WATER = 0.5
 """Share of the fitted water above a camera from which on a clear sky is taken as fitted in all of its band: that above
@@ -51,7 +55,10 @@ def long_paths(scenario: Scenario) -> Iterator[Notice]:
             elevation = float(np.arcsin(np.clip(rises[k] / ranges[k], -1, 1)))
             why = stage.air.beyond(stage.band, float(ranges[k]), elevation, float(climbs[k]))
             if why is not None:
-                yield Notice(("targets", index, "path"), f"frame {frames[k]:.0f}: {why}")
+                same = np.ptp(ranges) <= SAME * ranges.max() and not FIT_KM[0] <= ranges[k] * 1e-3 <= FIT_KM[1]
+                written = same and isinstance(target.path, PixelPath) and target.path.ground_m is None
+                place = ("targets", index, "path", *(("range_m",) if written else ()))
+                yield Notice(place, why if same else f"frame {frames[k]:.0f}: {why}")
                 break
 
 

@@ -38,7 +38,8 @@ def _sky(scenario: Scenario) -> Iterator[tuple[str, Floats]]:
 def _land(scenario: Scenario) -> Iterator[tuple[str, Floats]]:
     """Light of the pixels below the horizon, or of all, in LOOKED frames in which there are some."""
     stage = scenario.stage
-    below = _below(_Outlook(scenario.background.bare, stage, Instant.of(scenario, stage), scenario.frames))
+    camera = Instant.of(scenario.model_copy(update={"targets": ()}), stage)  # whose ways need not be worked out
+    below = _below(_Outlook(scenario.background.bare, stage, camera, scenario.frames))
     if below.size:
         yield f"the {scenario.background.surface}", below
 

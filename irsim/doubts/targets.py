@@ -108,8 +108,7 @@ def hardly_seen(scenario: Scenario) -> Iterator[Notice]:
 def idle(scenario: Scenario) -> Iterator[Notice]:
     """Occluders with a place that hide no target in any frame, where there are targets."""
     watch = Watch(scenario)
-    if not watch.courses:
-        return
     for index, occluder in enumerate(watch.shown.occluders):
-        if occluder.hides is None and not any(watch.meets(occluder, name) for name in watch.courses):
+        with_place = occluder.hides is None
+        if with_place and watch.courses and not any(watch.meets(occluder, name) for name in watch.courses):
             yield Notice(("occluders", index), "it hides no target in any frame")

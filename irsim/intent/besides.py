@@ -34,6 +34,8 @@ def besides(watch: Watch, holds: Holds) -> Iterator[Notice]:
     Where `follow` names a target, others count only if something shall hide them. Those that go where they do because
     whom the occluder hides does (companions) count as meant, and one that it crosses while it is hidden.
     """
+    if not holds:
+        return
     wanted = {asked(hold.occluder)[0] for hold in holds.values()}
     followed = watch.scenario.follow
     names = [name for name in watch.courses if followed is None or name == followed or name in wanted]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Annotated
 
 import numpy as np
@@ -56,30 +57,11 @@ class RandomTurns:
         """(n, 2) at frame numbers (n,)."""
         frames = np.asarray(frames, dtype=np.float64)
         whole = np.maximum(np.floor(frames), 0).astype(np.int64)
-        x, y, heading, rate = self._states(int(whole.max(initial=0)) + 1, stage, name)[whole].T
+        x, y, heading, rate = _states(self, _rounded_up(int(whole.max(initial=0)) + 1), stage.seed, name)[whole].T
         # Within a frame the turn rate holds: an arc, whose chord is exact at fractions too.
         return np.stack([x, y], axis=-1) + chord(self.speed, heading, rate, frames - whole)
 
-    def _states(self, count: int, stage: Stage, name: str) -> Floats:
-        """(count, 4) at frames 0 ..: the two coordinates, heading (rad), turn rate until the next (rad per frame)."""
-        draws = stream(stage.seed, name, "path").random((count, 2)).tolist()
-        x, y = self.start
-        heading, rate, wanted = self.heading, 0.0, 0.0
-        steering = self._steering()
-        states = []
-        for frame, (chance, drawn) in enumerate(draws):
-            if frame == 0 or chance < 1 / self.hold:
-                wanted = self.sharpest * (2 * drawn - 1)
-            steer, back = steering(x, y, heading)
-            rate += ((1 - steer) * wanted + steer * back - rate) / self.ease
-            states.append((x, y, heading, rate))
-            chord = self.speed * (math.sin(rate / 2) / (rate / 2) if rate else 1.0)
-            x += chord * math.cos(heading + rate / 2)
-            y += chord * math.sin(heading + rate / 2)
-            heading += rate
-        return np.array(states)
-
-    def _steering(self) -> Callable[[float, float, float], tuple[float, float]]:
+    def steering(self) -> Callable[[float, float, float], tuple[float, float]]:
         """From a place and a heading: how much steering counts there, 0..1, and the turn rate that it asks for."""
         if self.box is None:
             return lambda x, y, heading: (0.0, 0.0)
@@ -98,6 +80,34 @@ class RandomTurns:
             return steer, min(max(off / self.ease, -hardest), hardest)
 
         return steering
+
+
+def _rounded_up(count: int) -> int:
+    """The next power of two: who asks for some frames more asks for the same states."""
+    return 1 << (count - 1).bit_length()
+
+
+@lru_cache(maxsize=4)
+def _states(turns: RandomTurns, count: int, seed: int, name: str) -> Floats:
+    """(count, 4) at frames 0 ..: the two coordinates, heading (rad), turn rate until the next (rad per frame). Kept,
+    for places, attitudes and all doubts about them ask for the same."""
+    draws = stream(seed, name, "path").random((count, 2)).tolist()
+    x, y = turns.start
+    heading, rate, wanted = turns.heading, 0.0, 0.0
+    steering = turns.steering()
+    states = np.empty((count, 4))
+    for frame, (chance, drawn) in enumerate(draws):
+        if frame == 0 or chance < 1 / turns.hold:
+            wanted = turns.sharpest * (2 * drawn - 1)
+        steer, back = steering(x, y, heading)
+        rate += ((1 - steer) * wanted + steer * back - rate) / turns.ease
+        states[frame] = x, y, heading, rate
+        chord = turns.speed * (math.sin(rate / 2) / (rate / 2) if rate else 1.0)
+        x += chord * math.cos(heading + rate / 2)
+        y += chord * math.sin(heading + rate / 2)
+        heading += rate
+    states.flags.writeable = False
+    return states
 
 
 def _check(box: tuple[float, float, float, float] | None, key: str, names: str) -> None:

@@ -45,8 +45,8 @@ class Mount:
 
     @cached_property
     def rotations(self) -> Floats:
-        """(n, 3, 3): the rotation of each frame, worked out once for all targets."""
-        return np.stack([self.rotation(index) for index in range(len(self.turns))])
+        """(n, 3, 3): the rotation of each frame, worked out once for all targets; the same to the last bit."""
+        return self.geometry.rotation(self.turns)
 
     def seen(self, points: Floats) -> Floats:
         """(n, 2) px of points (n, 3) m of the first camera frame, each at its own frame; nan behind the camera."""

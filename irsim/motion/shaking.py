@@ -7,6 +7,9 @@ import numpy as np
 from irsim.stage import Stage
 from irsim.types import Floats
 
+AT_ONCE = 1024
+"""Frames worked out together: of a million at once the sinusoids would fill gigabytes."""
+
 
 def shaking(rms_px: float, angular: Floats, phases: Floats, frames: Floats, stage: Stage) -> Floats:
     """(n, 3) rad at frame numbers (n,): azimuth and elevation, each of that root mean square at zoom 1; no roll.
@@ -16,5 +19,8 @@ def shaking(rms_px: float, angular: Floats, phases: Floats, frames: Floats, stag
     """
     seconds = np.asarray(frames, dtype=np.float64)[:, None, None] / stage.rate_hz
     amplitude = rms_px * stage.geometry.ifov_rad * np.sqrt(2 / angular.shape[-1])
-    turned = amplitude * np.cos(angular * seconds + phases).sum(axis=-1)
-    return np.concatenate([turned, np.zeros_like(turned[:, :1])], axis=1)
+    turned = np.zeros((len(seconds), 3))
+    for first in range(0, len(seconds), AT_ONCE):
+        some = slice(first, first + AT_ONCE)
+        turned[some, :2] = amplitude * np.cos(angular * seconds[some] + phases).sum(axis=-1)
+    return turned

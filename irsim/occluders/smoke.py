@@ -53,10 +53,10 @@ class Smoke(Occluder):
     `hides` somebody, `fraction` says it."""
     temperature_k: Kelvin = 288.0
     """Kelvin: it emits as much as it keeps back."""
-    billows: Fraction = 0.0
+    billows: Fraction = 1.0
     """How far billows tear its edge and make it uneven: 0 is a smooth cloud. Placed by whom it hides it rises above
     it, about half as high as wide at least."""
-    spread_k: KelvinSpread = 0.0
+    spread_k: KelvinSpread = 0.5
     """Standard deviation of its temperature from billow to billow, kelvin."""
     begins_frame: Number | None = None
     """Frame at which it begins to grow; it is there from the first where not given."""

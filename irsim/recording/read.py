@@ -113,9 +113,7 @@ class Recording(Source):
 
         InputError for another `input` than 'counts' and 'display', and for what is no whole number.
         """
-        index = frame_number(index, len(self))
-        if not 0 <= index < len(self):
-            raise IndexError(f"{self.path}: there is no frame {index}; allowed: 0 to {len(self) - 1}")
+        index = frame_number(index, len(self), str(self.path))
         return next(self.frames(input, index, index + 1))
 
     def frames(self, input: Input = "counts", start: int = 0, stop: int | None = None) -> Iterator[Frame]:
@@ -139,6 +137,11 @@ class Recording(Source):
             with self.container.decoded(f"the truth of frame {index} cannot be read"):
                 truth = decode_truth(packet.data, index, from_ns(packet.log_time, self.rate_hz))
             yield truth
+
+    def truth(self, index: int) -> Truth | None:
+        """The truth of frame `index`; None where there is no truth. Wrong numbers as of `frame`."""
+        index = frame_number(index, len(self), str(self.path))
+        return next(self.truths(index, index + 1), None)
 
     def info(self) -> dict[str, Any]:
         """Facts about the recording, ready for JSON; `topics` counts the messages of each."""

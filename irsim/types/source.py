@@ -109,6 +109,13 @@ class Source(Protocol):
         """Truths of the same frames; yields nothing where has_truth is False."""
         ...
 
+    def truth(self, index: int) -> Truth | None:
+        """The truth of frame `index` alone, without its counts; None where has_truth is False. IndexError where there
+        is no such frame."""
+        if not 0 <= index < len(self):
+            raise IndexError(f"frame {index}: {self.name} has frames 0 to {len(self) - 1}")
+        return next(iter(self.truths(index, index + 1)), None)
+
     def pairs(
         self, start: int = 0, stop: int | None = None, jobs: int = 1, input: Input = "counts"
     ) -> Iterator[tuple[Frame, Truth | None]]:
