@@ -1,4 +1,4 @@
-"""The sea and its wind: how fast and where to its waves and gusts run, and how facets lean at grazing angles."""
+"""The sea and its wind: how fast and where to its waves and gusts run, and which facets are seen at grazing angles."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 from irsim.backgrounds import Gaze, Sea
 from irsim.backgrounds.chart import Chart
-from irsim.backgrounds.sea import reflectance, slope_variance
+from irsim.backgrounds.sea import facing, reflectance, slope_variance
 from irsim.backgrounds.waves import Octave
 from irsim.geometry import Geometry
 from irsim.radiometry import radiance
@@ -44,13 +44,15 @@ def test_waves_run_with_the_wind_as_fast_as_on_deep_water(wind_deg: float) -> No
 def test_gusts_run_with_the_wind(wind_deg: float) -> None:
     """A camera that goes with the wind sees the same ones; one that stands sees others."""
     stage, angle = Stage(1, Geometry((81, 61), 5e-3, math.radians(-40.0)), 30.0, "lwir", 0.0), math.radians(wind_deg)
-    (water,) = Sea(wind_m_s=6.0, wind_deg=wind_deg, camera_height_m=FAR_M).layers(stage)
+    water, even = (
+        Sea(wind_m_s=6.0, wind_deg=wind_deg, gusts=share, camera_height_m=FAR_M).layers(stage)[0]
+        for share in (0.3, 0.0)
+    )
     way_m = 6.0 * 200.0
     gone = (way_m * math.sin(angle), 0.0, way_m * math.cos(angle))
 
     def gusts(gaze: Gaze) -> Floats:
-        light = water.light(gaze)[1]
-        return np.asarray(light - light.mean(axis=1, keepdims=True)).ravel()  # without what comes of the angle
+        return (water.light(gaze)[1] - even.light(gaze)[1]).ravel()  # without what comes of the angle
 
     before, carried, stood = (
         gusts(gaze) for gaze in (seen_from(stage), seen_from(stage, 200.0, gone), seen_from(stage, 200.0))
@@ -59,14 +61,49 @@ def test_gusts_run_with_the_wind(wind_deg: float) -> None:
     assert np.corrcoef(before, stood)[0, 1] < 0.5
 
 
-@pytest.mark.parametrize("down_deg", [2.0, 10.0])
-def test_facets_that_are_seen_at_grazing_angles_lean_towards_the_camera(down_deg: float) -> None:
-    """By half the spread of slopes on an axis (Cox and Munk): rho of the sky there, and the water for what is left."""
-    wind = 8.0
-    stage = Stage(1, Geometry((17, 17), 0.5e-3, -math.radians(down_deg)), 30.0, "lwir", 0.0)
-    sea = Sea(wind_m_s=wind, gusts=0.0, camera_height_m=FAR_M, horizon_k=250, zenith_k=250, water_k=290)
-    light = sea.layers(stage)[0].light(seen_from(stage))[1][8, 8]
-    facet = math.radians(down_deg) + 0.5 * math.sqrt(slope_variance(wind) / 2)
-    share = float(reflectance("lwir", np.array(facet)))
-    expected = share * float(radiance("lwir", 250)) + (1 - share) * float(radiance("lwir", 290))
-    assert light == pytest.approx(expected, rel=2e-3)
+SKY_K, WATER_K, WIND = 250.0, 290.0, 8.0
+
+
+def of_all_seen(down_rad: float) -> Floats:
+    """(mean, sigma) of the radiance of all facets that are seen `down_rad` below the horizon: a Gaussian of grazing
+    angles, each weighted by the area that it turns to the camera, summed up."""
+    grazing = down_rad + math.sqrt(slope_variance(WIND) / 2) * np.linspace(-6, 6, 4001)
+    weights = np.maximum(grazing, 0) * np.exp(-(np.linspace(-6, 6, 4001) ** 2) / 2)
+    share = reflectance("lwir", np.maximum(grazing, 0))
+    light = share * float(radiance("lwir", SKY_K)) + (1 - share) * float(radiance("lwir", WATER_K))
+    mean = np.average(light, weights=weights)
+    return np.array([mean, math.sqrt(np.average((light - mean) ** 2, weights=weights))])
+
+
+def water(down_deg: float, height_m: float, rows: int) -> Floats:
+    stage = Stage(1, Geometry((321, rows), 0.5e-3, -math.radians(down_deg)), 30.0, "lwir", 0.0)
+    sea = Sea(wind_m_s=WIND, gusts=0.0, camera_height_m=height_m, horizon_k=SKY_K, zenith_k=SKY_K, water_k=WATER_K)
+    (layer,) = sea.layers(stage)
+    return np.stack([layer.light(seen_from(stage, time))[1] for time in (0.0, 40.0, 80.0, 120.0)])
+
+
+@pytest.mark.parametrize("down_deg", [2.0, 4.0, 10.0, 30.0])
+def test_the_sea_is_as_light_where_waves_are_drawn_as_where_none_is(down_deg: float) -> None:
+    """From 10 km up none is drawn, from 10 m up the six octaves: half of the slopes' variance."""
+    exact, spread = of_all_seen(math.radians(down_deg))
+    far, near = water(down_deg, FAR_M, 3), water(down_deg, 10.0, 3)
+    assert far.mean() == pytest.approx(exact, rel=0.01)
+    assert near.mean() == pytest.approx(exact, rel=0.02)
+    assert far.std() < 0.25 * spread
+    assert 0.2 * spread < near.std() < 0.9 * spread
+
+
+def test_facets_that_are_seen_are_those_that_turn_to_the_camera() -> None:
+    """Against sums over Gaussians: sqrt(pi / 2) spreads where half lean away; all of them where they all face it."""
+    spread = 0.1
+    for mean in (-0.1, -0.05, 0.0, 0.05, 0.2, 1.0):
+        grazing = np.maximum(mean + spread * np.linspace(-6, 6, 4001), 0)
+        weights = grazing * np.exp(-(np.linspace(-6, 6, 4001) ** 2) / 2)
+        middle = np.average(grazing, weights=weights)
+        variance = np.average((grazing - middle) ** 2, weights=weights)
+        seen, left = facing(np.array([mean]), np.array([spread**2]))
+        assert seen[0] == pytest.approx(middle, rel=0.12)
+        if mean >= 0:
+            assert left[0] == pytest.approx(variance / spread**2, abs=0.06)
+    assert facing(np.zeros(1), np.array([spread**2]))[0][0] == pytest.approx(spread * math.sqrt(math.pi / 2))
+    assert [float(each[0]) for each in facing(np.array([0.2]), np.zeros(1))] == [0.2, 1.0]  # a mirror

@@ -46,7 +46,7 @@ background:
     "sea": f"""
 frames: 4
 {CAMERA}
-background: {{kind: sea, sun_deg: [0, 12], clouds: [{{id: low, sunlit_k: 8}}]}}
+background: {{kind: sea, gusts: 0.3, sun_deg: [0, 12], clouds: [{{id: low, sunlit_k: 8}}]}}
 """,
     "camera": """
 frames: 4

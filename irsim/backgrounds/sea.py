@@ -46,8 +46,8 @@ SHORTEST_M = 1e-3
 LEAST_VARIANCE = 1e-5
 """Of the slopes in which the sun glints: the sun itself is so wide, 0.27 degrees to either side of its middle."""
 
-TURN = 0.14
-"""Spreads of the fine slopes within which what is seen turns flat where drawn waves begin to lean away."""
+GUST_M = 400.0
+"""Size of the largest gusts."""
 
 STEPS = 4096
 """Of the tables of angle."""
@@ -69,15 +69,18 @@ def slope_variance(wind_m_s: float) -> float:
     return (0.003 + 0.00512 * max(wind_m_s, LEAST_WIND)) * min(wind_m_s / LEAST_WIND, 1.0)
 
 
-def seen_grazing(drawn: Floats, rest: Floats) -> Floats:
-    """Grazing angle of what is seen of facets that are drawn at one, with fine slopes of a variance `rest` on them.
+def facing(mean: Floats, variance: Floats) -> tuple[Floats, Floats]:
+    """Of facets at grazing angles (rad) spread by a Gaussian: the mean of those that are seen, and the share of the
+    variance that is left of them.
 
-    Facets that lean away are hidden by those before them: at grazing angles what is seen leans towards the camera by
-    about the fine slopes' spread, and is the flatter the more the drawn one leans away. It never looks like one that
-    leans to the camera.
+    Each is seen by the area it turns to the camera, so by its grazing angle g: none that leans away beyond the line of
+    sight, and the more of one the more it leans to the camera (Saunders, J. Geophysical Research 72 (1967) 4643; Ross,
+    Dion and Potvin, J. Optical Society of America A 22 (2005) 2442). E[g^2] / E[g] of g > 0, within 12 % where the mean
+    is not below -spread, and the share within 0.06 where it is above 0: sqrt(pi / 2) spreads and 0.43 where it is 0.
     """
-    mean = drawn + 0.5 * np.sqrt(rest)
-    return np.asarray((mean + np.sqrt(mean * mean + (TURN * TURN) * rest)) / 2)
+    seen = (mean + np.sqrt(mean * mean + 2 * np.pi * variance)) / 2
+    square = seen * seen
+    return np.asarray(seen), np.asarray(square / (square + 2 * variance))
 
 
 def sunlight(band: Band, air: Atmosphere, elevation_deg: float) -> float:
@@ -104,8 +107,9 @@ class Sea(Sky):
     """Wind, m/s: it makes the waves' slopes and the length of the longest."""
     wind_deg: Degrees = 200.0
     """Where the waves run: clockwise from straight away from the camera, degrees."""
-    gusts: Fraction = 0.3
-    """Standard deviation of the slopes from place to place and time to time, as a share of their mean."""
+    gusts: Fraction = 0.1
+    """Standard deviation of the slopes from place to place and time to time, as a share of their mean: at 0.1 as in a
+    wind that is a fifth stronger or weaker."""
     sun_deg: SunPlace | None = None
     """[azimuth right of the first pointing, elevation] of a sun that glints, degrees; none where not given. The
     scenario's atmosphere weakens its light down to the water and on to the camera; without one it is as in space."""
@@ -151,7 +155,8 @@ class SeaSurface:
         self._gusts = padded(spectral((TILE, TILE), 3.0, None, TILE / 8, 1.0, stage.seed, "gusts"))
         angles = np.linspace(0, np.pi / 2, STEPS)
         self._reflected = reflectance(stage.band, angles).astype(np.float32)[:, None]
-        self._heaven = sky.radiance(angles).astype(np.float32)[:, None]
+        water = radiance(stage.band, sea.water_k)
+        self._beyond_water = (sky.radiance(angles) - water).astype(np.float32)[:, None]
         self._sunlight = 0.0 if sea.sun_deg is None else sunlight(stage.band, stage.air, sea.sun_deg[1])
 
     def sky_left(self, gaze: Gaze) -> Floats:
@@ -183,11 +188,18 @@ class SeaSurface:
         right = (distance * np.sin(azimuth) + x).astype(np.float32)
         ahead = (distance * np.cos(azimuth) + z).astype(np.float32)
         footprint = distance * unit / np.sin(down)  # of a pixel, along the line of sight, m
-        across, along, rest = self._slopes(right, ahead, footprint, gaze.time)
-        grazing = seen_grazing(down + along, rest)
-        reflected = _looked_up(self._reflected, grazing)
-        heaven = _looked_up(self._heaven, np.abs(2 * grazing - down))
-        light = reflected * heaven + (1 - reflected) * np.float32(radiance(self._stage.band, sea.water_k))
+        across, along, drawn, variance = self._slopes(right, ahead, footprint, gaze.time)
+        rest = variance * (1 - drawn)
+        # The slopes of drawn waves, as facets that are seen have them: what is left of all slopes' spread, and a lean
+        # towards the camera, go to drawn waves and to finer ones by their share of the variance. So the mean is the
+        # same however much of it is drawn.
+        whole, left = facing(down, variance)
+        leaning = along * np.sqrt(1 - drawn * (1 - left)) + drawn * (whole - down)
+        grazing, left = facing(down + leaning, rest)
+        spread = np.sqrt(rest * left)
+        water = np.float32(radiance(self._stage.band, sea.water_k))
+        # Half the finer facets lean one spread to either side: the mean of what is so bent as reflectance.
+        light = water + (self._mirrored(grazing + spread, down) + self._mirrored(grazing - spread, down)) / 2
         if sea.sun_deg is not None:
             light = light + self._glint(azimuth, down, across, along, rest)
         if self._column is not None:
@@ -195,20 +207,28 @@ class SeaSurface:
             light = tau * light + path
         return softened(np.asarray(light, dtype=np.float32), self._stage.psf)
 
-    def _slopes(self, right: Floats, ahead: Floats, footprint: Floats, time: float) -> tuple[Floats, Floats, Floats]:
-        """Slopes to the right and towards the camera, and the variance of what is too fine to be drawn."""
-        variance = slope_variance(self._sea.wind_m_s) / 2  # of each axis
-        rest = np.full_like(right, variance)
+    def _mirrored(self, grazing: Floats, down: Floats) -> Floats:
+        """What facets at a grazing angle, seen `down` below the horizon, are brighter by than the water."""
+        return _looked_up(self._reflected, grazing) * _looked_up(self._beyond_water, np.abs(2 * grazing - down))
+
+    def _slopes(
+        self, right: Floats, ahead: Floats, footprint: Floats, time: float
+    ) -> tuple[Floats, Floats, Floats, Floats]:
+        """Slopes to the right and towards the camera, the share of their variance that is drawn, and that variance of
+        each axis, with what is too fine to be drawn."""
+        variance = slope_variance(self._sea.wind_m_s) / 2
+        drawn = np.zeros_like(right)
+        whole = np.full_like(right, variance)
         slopes = [np.zeros_like(right), np.zeros_like(right)]
         for waves in self._waves:
-            seen = 1 / (1 + (2 * footprint / waves.length_m) ** 2)  # how much of it a pixel resolves
-            rest -= variance / OCTAVES * seen**2
-            height = np.float32(math.sqrt(variance / OCTAVES)) * seen
+            seen = _resolved(footprint, waves.length_m)
+            drawn += cv2.multiply(seen, seen, scale=1 / OCTAVES)
+            seen *= np.float32(math.sqrt(variance / OCTAVES))
             for slope, wave in zip(slopes, waves.at(right, ahead, time), strict=True):
-                slope += cv2.multiply(height, wave)
+                slope += cv2.multiply(seen, wave, dst=wave)
         if self._sea.gusts and self._waves:
-            # Gusts of some hundred metres run with the wind.
-            period = 400.0 * 8
+            # They run with the wind, and a pixel resolves them as it does waves.
+            period = GUST_M * 8
             angle = math.radians(self._sea.wind_deg)
             run = self._sea.wind_m_s * time / period
             gust = sampled(
@@ -216,10 +236,11 @@ class SeaSurface:
                 mixed(right, 1 / period, ahead, 0, -run * math.sin(angle)),
                 mixed(right, 0, ahead, 1 / period, -run * math.cos(angle)),
             )
-            factor = np.maximum(1 + self._sea.gusts * gust, 0.1)
+            factor = cv2.multiply(gust, _resolved(footprint, GUST_M), scale=self._sea.gusts)
+            factor = np.maximum(1 + factor, 0.1)
             slopes = [slope * factor for slope in slopes]
-            rest = rest * factor**2
-        return slopes[0], slopes[1], rest
+            whole *= factor**2
+        return slopes[0], slopes[1], drawn, whole
 
     def _glint(self, azimuth: Floats, down: Floats, across: Floats, along: Floats, rest: Floats) -> Floats:
         """Radiance, W/m2/sr, of the sun in facets too fine to be drawn: rho E p(slope) / (4 sin d cos^4 tilt), with
@@ -242,7 +263,16 @@ class SeaSurface:
         return np.asarray(bounce * self._sunlight * density * steep / (4 * seen), dtype=np.float32)
 
 
+def _resolved(footprint: Floats, length_m: float) -> Floats:
+    """How much a pixel of a footprint (m) resolves of what is so long."""
+    ratio = footprint * np.float32(2 / length_m)
+    ratio *= ratio
+    ratio += 1
+    return np.asarray(np.divide(1, ratio, out=ratio))
+
+
 def _looked_up(table: Floats, angle: Floats) -> Floats:
     """A table over 0 .. pi/2 at angles (rows, cols)."""
-    rows = np.minimum(angle * np.float32((STEPS - 1) / (np.pi / 2)), STEPS - 1).astype(np.float32)
+    rows = (angle * ((STEPS - 1) / (np.pi / 2))).astype(np.float32, copy=False)
+    np.minimum(rows, STEPS - 1, out=rows)
     return np.asarray(cv2.remap(table, np.zeros_like(rows), rows, cv2.INTER_LINEAR))

@@ -118,5 +118,12 @@ def mixed(one: Floats, share: float, other: Floats, others: float, shift: float)
 
 def sampled(texture: Floats, columns: Floats, rows: Floats) -> Floats:
     """A `padded` texture at places (any size) between its texels; places are float32, in periods."""
-    x, y = ((at - np.floor(at)) * np.float32(TILE) for at in (columns, rows))
-    return np.asarray(cv2.remap(texture, x, y, cv2.INTER_LINEAR))
+    return np.asarray(cv2.remap(texture, _texels(columns), _texels(rows), cv2.INTER_LINEAR))
+
+
+def _texels(at: Floats) -> Floats:
+    """Places in periods as texels of one tile."""
+    texels = np.floor(at)
+    np.subtract(at, texels, out=texels)  # within one array: new ones cost more than what is done in them
+    texels *= TILE
+    return np.asarray(texels)

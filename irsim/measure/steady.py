@@ -14,7 +14,7 @@ _WIDE = 6.0
 """Sigma, px, of the blur that is taken off pictures far apart in time: what a warming lens adds is wider."""
 _LEAST = 0.22
 """Share of the change that one shift must explain for a part to move: noise alone has some hundredths, the slowest
-slides told have 0.25. Waves before a still camera have 0.13 to 0.22 in nine of eleven draws of the example `sea`."""
+slides told have 0.25. Waves before a still camera run as one, too: 0.8 to 0.9 in the example `sea`."""
 _PARTS = 3
 _NEXT_PAIRS, _FAR_PAIRS = 24, 9
 """Pairs of frames that are looked at: neighbours, and those of each longer distance."""
