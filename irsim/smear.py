@@ -16,8 +16,9 @@ class Smear(Part):
 
     A frame is the mean of `steps` scenes, evenly spread over the exposure. What moves by more than
     1.2 px from step to step leaves beads rather than a streak: `irsim check` warns of it. Truth's places and boxes are
-    those of the frame's time, the middle; how much of a target is hidden, by whom, and masks are of the whole exposure,
-    and so is what an occluder with an intent hides.
+    those of the frame's time, the middle; the centroid of a target's light, how much of it is hidden, by whom, and
+    masks are of the whole exposure, and so is what an occluder with an intent hides. Smoke and clouds stand still for
+    it.
     """
 
     time_ms: Annotated[float, Field(ge=0, le=10_000)] | None = None

@@ -9,7 +9,7 @@ import pytest
 
 from irsim.backgrounds import Gaze, Sea
 from irsim.backgrounds.chart import Chart
-from irsim.backgrounds.sea import facing, reflectance, slope_variance
+from irsim.backgrounds.sea import SeaSurface, facing, reflectance, slope_variance
 from irsim.backgrounds.waves import Octave
 from irsim.geometry import Geometry
 from irsim.radiometry import radiance
@@ -107,3 +107,15 @@ def test_facets_that_are_seen_are_those_that_turn_to_the_camera() -> None:
             assert left[0] == pytest.approx(variance / spread**2, abs=0.06)
     assert facing(np.zeros(1), np.array([spread**2]))[0][0] == pytest.approx(spread * math.sqrt(math.pi / 2))
     assert [float(each[0]) for each in facing(np.array([0.2]), np.zeros(1))] == [0.2, 1.0]  # a mirror
+
+
+def test_facets_that_mirror_other_water_show_no_sky() -> None:
+    """Seen 23 degrees below the horizon, facets of less than 11.5 degrees reflect what is below it: no cold zenith."""
+    stage = Stage(1, Geometry((17, 17), 0.5e-3, math.radians(-23.0)), 30.0, "lwir", 0.0)
+    water = Sea(horizon_k=288, zenith_k=200, water_k=288).layers(stage)[0]
+    assert isinstance(water, SeaSurface)
+    steep, shallow = np.radians([[20.0]], dtype=np.float32), np.radians([[1.0, 5.0, 11.0]], dtype=np.float32)
+    down = np.radians([[23.0]], dtype=np.float32)
+    sky = float(radiance("lwir", 288))
+    assert water._mirrored(steep, down).item() < -1e-3 * sky
+    np.testing.assert_allclose(water._mirrored(shallow, np.broadcast_to(down, (1, 3))), 0, atol=1e-5 * sky)

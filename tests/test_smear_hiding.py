@@ -137,3 +137,18 @@ def test_an_intent_hides_as_much_as_it_asks_over_the_whole_exposure(kind: str, m
     half = shares(0.5)
     assert max(half) <= 0.5 + 2e-3
     assert max(half) > 0.35
+
+
+@pytest.mark.parametrize("kind", ["bird", "pedestrian", "quadrotor"])
+def test_the_centroid_of_light_is_that_of_the_whole_exposure(kind: str) -> None:
+    """Limbs that move and rotors that turn meanwhile do not keep it where it is in the middle."""
+    path = {"kind": "straight", "start": (30.3, 40.2), "speed": 1.7, "range_m": 40.0}
+    target = {"id": "one", "shape": {"kind": kind}, "path": path}
+    renderer = Renderer(scene(smear=FRAME, targets=[target]))
+    for frame in range(2, 6):
+        (sprite,) = (piece.sprite for piece in renderer.pieces(frame, exactly=True) if piece.name == "one")
+        rows, columns = np.indices(sprite.emission.shape)
+        total = sprite.emission.sum()
+        across = sprite.x0 + (columns * sprite.emission).sum() / total
+        down = sprite.y0 + (rows * sprite.emission).sum() / total
+        assert sprite.signal_center == pytest.approx((across, down), abs=0.01)

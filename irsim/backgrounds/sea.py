@@ -208,8 +208,9 @@ class SeaSurface:
         return softened(np.asarray(light, dtype=np.float32), self._stage.psf)
 
     def _mirrored(self, grazing: Floats, down: Floats) -> Floats:
-        """What facets at a grazing angle, seen `down` below the horizon, are brighter by than the water."""
-        return _looked_up(self._reflected, grazing) * _looked_up(self._beyond_water, np.abs(2 * grazing - down))
+        """What facets at a grazing angle, seen `down` below the horizon, are brighter by than the water. Those that
+        mirror other water show what that mirrors in turn, taken for the sky at the horizon."""
+        return _looked_up(self._reflected, grazing) * _looked_up(self._beyond_water, np.maximum(2 * grazing - down, 0))
 
     def _slopes(
         self, right: Floats, ahead: Floats, footprint: Floats, time: float
