@@ -15,7 +15,7 @@ from irsim.measure.noise import NoiseReport
 from irsim.measure.pattern import Pattern
 from irsim.measure.steady import TOLD_SIDE
 from irsim.measure.still import Still
-from irsim.measure.words import blinking_missed, frozen_unknown, rounding_hides, standing_missed
+from irsim.measure.words import blinking_missed, frozen_unknown, level_wanders, rounding_hides, standing_missed
 from irsim.types import Floats
 from irsim.wording import counted
 
@@ -39,8 +39,8 @@ def noise_notes(report: NoiseReport, memory: Memory | None, level: Measured | No
         yield f"noise goes on for longer than {count} frames can tell: it may as well be fixed pattern, or of coding"
     elif memory is not None and memory.time_constant_s.high * report.rate_hz > count / 3:
         yield f"{count} frames are few for noise that remembers so long: its sigma may be larger"
-    if level is not None and level.high > count / 2:
-        yield f"the level wanders as slowly as {count} frames are long: its sigma may be larger"
+    if wanders := level_wanders(report, level):
+        yield wanders
     if report.rounded:
         yield rounding_hides(report)
     if unsure := frozen_unknown(report):

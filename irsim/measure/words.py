@@ -17,10 +17,10 @@ _WORDS = (
     "frame to frame, the whole picture",
     "row to row, fixed",
     "column to column, fixed",
-    "row to row, anew in each frame",
-    "column to column, anew in each frame",
+    "row to row, in time",
+    "column to column, in time",
     "pixel to pixel, fixed",
-    "pixel to pixel, anew in each frame",
+    "pixel to pixel, in time",
 )
 
 
@@ -53,6 +53,8 @@ def noise_lines(report: NoiseReport, start: int = 0) -> Iterator[tuple[str, str]
     if unsure := frozen_unknown(report):
         yield "", unsure
     yield from (("left out", sentence) for sentence in report.stretch.left_out(start))
+    if wanders := level_wanders(report, report.level.time_frames):
+        yield "note", wanders
     if report.rounded:
         yield "note", rounding_hides(report)
     if report.crossed:
@@ -83,6 +85,14 @@ def _remembered(label: str, what: str, memory: Memory, doubt: str) -> Iterator[t
         yield label, f"white {_ranged(memory.white)}, with memory {_ranged(memory.correlated)} counts"
     if memory.walk.low > 0:
         yield label, f"{what} drift by {_ranged(memory.walk)} counts in a second, as the root of time"
+
+
+def level_wanders(report: NoiseReport, time_frames: Measured | None) -> str | None:
+    """What is not told of a level that remembers about as long as the frames last."""
+    count = report.stretch.index[-1] - report.stretch.index[0] + 1
+    if time_frames is None or time_frames.high <= count / 2:
+        return None
+    return f"the level wanders as slowly as {count} frames are long: its sigma, t, may be larger"
 
 
 def rounding_hides(report: NoiseReport) -> str:
