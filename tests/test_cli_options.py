@@ -127,6 +127,7 @@ import os, signal, time
 import typer
 from irsim.terminal import run
 
+signal.signal(signal.SIGNAL, signal.SIG_DFL)  # nohup ignores one, a shell's background another
 app = typer.Typer()
 
 @app.command()
