@@ -6,12 +6,13 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+import pytest
 from typer.testing import CliRunner
 
 import irsim
 from irsim.cli import app
 from irsim.convert import import_frames
-from irsim.measure import defects, measure_noise, perhaps_pictures
+from irsim.measure import defects, measure_noise, noise_lines, perhaps_pictures
 
 
 def test_pictures_of_8_bits_are_told_where_they_may_be_no_counts_of_a_detector(tmp_path: Path) -> None:
@@ -46,3 +47,20 @@ def test_rounding_makes_no_bad_pixels() -> None:
     found = defects(frames, 255)
     assert found.blinking[40, 50]
     assert found.hot[60, 70]
+
+
+@pytest.mark.parametrize(("sigmas", "told"), [(0.0, True), (1.0, True), (2.0, True), (4.0, False)])
+@pytest.mark.parametrize("end", [0, 255])
+def test_noise_that_an_end_of_the_counts_cuts_off_is_told(sigmas: float, told: bool, end: int) -> None:
+    rng = np.random.default_rng(1)
+    mean = 10 * sigmas if end == 0 else 255 - 10 * sigmas
+    frames = np.rint(rng.normal(mean, 10, (20, 48, 48))).clip(0, 255).astype(np.uint8)
+    report = measure_noise(frames, 30.0, top=255)
+    assert (report.clipped > 0.02) == told
+    assert any("noise is cut off" in text for _, text in noise_lines(report)) == told
+    assert (report.terms.tvh.high < 9.95) == told
+
+
+def test_values_about_0_are_cut_off_nowhere() -> None:
+    differences = np.rint(np.random.default_rng(2).normal(0, 3, (20, 48, 48)))
+    assert measure_noise(differences, 30.0).clipped == 0

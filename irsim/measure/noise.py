@@ -72,6 +72,7 @@ class NoiseReport:
                 there that are dead or hot are missed
     uneven_by   counts by which such a pixel has to stand out there to be found, in the median; 0 where `uneven` is 0
     pixels      how many of it these are among
+    clipped     share of the region's counts that are at 0 or at the highest there can be: noise is cut off there
     rounded     whether counts are whole and noise is so small that rounding hides it
     frozen_from frames from which on a pixel that never changes counts as dead; None where most never do
     """
@@ -100,6 +101,7 @@ class NoiseReport:
     uneven: float
     uneven_by: float
     pixels: int
+    clipped: float
     rounded: bool
     frozen_from: int | None
 
@@ -197,9 +199,15 @@ def measure_noise(
         uneven=steep.share,
         uneven_by=steep.counts,
         pixels=told.judged,
+        clipped=_clipped(frames, flat, top),
         rounded=whole_counts(frames) and sigma < ROUNDED,
         frozen_from=bad.frozen_from,
     )
+
+
+def _clipped(frames: Values, flat: Floats, top: float) -> float:
+    """Share of `flat` at an end of what counts can be; values below 0 or between counts have no such ends."""
+    return float(np.mean((flat <= 0) | (flat >= top))) if whole_counts(frames) and frames.min() >= 0 else 0.0
 
 
 def _pixels(terms: Noise3dTerms, memory: Memory | None, moving: bool) -> Noise3dTerms:

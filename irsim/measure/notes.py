@@ -15,7 +15,14 @@ from irsim.measure.noise import NoiseReport
 from irsim.measure.pattern import Pattern
 from irsim.measure.steady import TOLD_SIDE
 from irsim.measure.still import Still
-from irsim.measure.words import blinking_missed, frozen_unknown, level_wanders, rounding_hides, standing_missed
+from irsim.measure.words import (
+    blinking_missed,
+    clipped_noise,
+    frozen_unknown,
+    level_wanders,
+    rounding_hides,
+    standing_missed,
+)
 from irsim.types import Floats
 from irsim.wording import counted
 
@@ -41,6 +48,8 @@ def noise_notes(report: NoiseReport, memory: Memory | None, level: Measured | No
         yield f"{count} frames are few for noise that remembers so long: its sigma may be larger"
     if wanders := level_wanders(report, level):
         yield wanders
+    if cut := clipped_noise(report):
+        yield cut
     if report.rounded:
         yield rounding_hides(report)
     if unsure := frozen_unknown(report):

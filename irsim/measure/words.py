@@ -13,6 +13,9 @@ from irsim.wording import counted
 
 _SOME = 0.01
 """Share of a picture: what moves in less hides hardly a bad pixel."""
+_CLIPPED = 0.005
+"""Share of clipped counts from which a sigma is too small: by half a percent where a normal noise has so
+many beyond one end."""
 _WORDS = (
     "frame to frame, the whole picture",
     "row to row, fixed",
@@ -55,6 +58,8 @@ def noise_lines(report: NoiseReport, start: int = 0) -> Iterator[tuple[str, str]
     yield from (("left out", sentence) for sentence in report.stretch.left_out(start))
     if wanders := level_wanders(report, report.level.time_frames):
         yield "note", wanders
+    if cut := clipped_noise(report):
+        yield "note", cut
     if report.rounded:
         yield "note", rounding_hides(report)
     if report.crossed:
@@ -93,6 +98,16 @@ def level_wanders(report: NoiseReport, time_frames: Measured | None) -> str | No
     if time_frames is None or time_frames.high <= count / 2:
         return None
     return f"the level wanders as slowly as {count} frames are long: its sigma, t, may be larger"
+
+
+def clipped_noise(report: NoiseReport) -> str | None:
+    """What is not told of noise that the ends of the counts cut off."""
+    if report.clipped < _CLIPPED:
+        return None
+    return (
+        f"{100 * report.clipped:.2g} % of the counts at {report.region} are at an end of what counts can be: noise is "
+        "cut off there, and more than is told; region=X,Y,W,H names a place between the ends"
+    )
 
 
 def rounding_hides(report: NoiseReport) -> str:
