@@ -247,6 +247,18 @@ def test_a_level_lies_in_its_intervals_at_the_stated_rate() -> None:
     assert fit_level(np.random.default_rng(0).normal(0, 1, 100), 0.01).time_frames is None
 
 
+def test_no_level_lies_in_the_interval_of_one_that_is_not_there() -> None:
+    """At its rate, 19 of 20; a level of twice what is known beside it is seen each time."""
+    none = seen = 0
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        known = 100 + rng.normal(0, 0.1, 80)
+        none += fit_level(known, 0.01).sigma.low == 0
+        seen += 0 < fit_level(known + rng.normal(0, 0.2, 80), 0.01).sigma.low <= 0.2
+    assert none >= 35
+    assert seen >= 37
+
+
 def test_the_input_is_not_changed_and_too_little_is_one_clear_error() -> None:
     frames = np.random.default_rng(0).normal(100, 2, (12, 40, 40))
     before = frames.copy()

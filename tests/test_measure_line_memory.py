@@ -67,6 +67,19 @@ def test_what_lines_are_made_of_lies_in_its_intervals(term: str, stays: str) -> 
     assert min(inside.values()) >= 16, inside
 
 
+@pytest.mark.parametrize("term", ["tv", "th"])
+def test_lines_that_remember_make_no_level(term: str) -> None:
+    inside = levels = 0
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        frames = 100 + rng.standard_normal((FRAMES, SIDE, SIDE)) + 0.8 * series(rng, AXES[term], 0.9)
+        report = measure_noise(frames, 30.0, WHOLE)
+        inside += report.terms.t.low == 0
+        levels += report.level.time_frames is not None or report.level.sigma.low > 0
+    assert inside >= 10
+    assert levels <= 2
+
+
 def test_lines_that_drift_are_told() -> None:
     """By a walk of 0.1 a frame: 0.1 sqrt(30) in a second."""
     held_ = 0

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from irsim.measure.interval import LEVEL, Measured
+from irsim.measure.interval import ENDS, LEVEL, Measured
 from irsim.measure.repeats import Indices
 from irsim.types import Floats
 
@@ -30,7 +30,8 @@ def fit_level(levels: Floats, known: float, number: Indices | None = None) -> Le
     Every sigma and time constant on a grid is weighed by the likelihood of the series less its mean
     (D. A. Harville, "Bayesian inference for variance components using only error contrasts", Biometrika
     61, 1974), all of either even in log before. Values are medians, ends the quantiles. Slower than the
-    series is long cannot be told: time constants reach up to its length.
+    series is long cannot be told: time constants reach up to its length. The lower end is 0 where no level at all is as
+    likely as the ends of an interval are.
     """
     count = len(levels)
     spread = float(np.std(levels, ddof=1)) + 1e-9
@@ -41,9 +42,11 @@ def fit_level(levels: Floats, known: float, number: Indices | None = None) -> Le
     white = _likelihood(levels, np.zeros((count - 1, 1)), sigmas, known)[0]
     table = _likelihood(levels, kept, sigmas, known)
     top = max(white.max(), table.max())
+    none = white[0] > top - ENDS**2 / 2
     white, table = np.exp(white - top), np.exp(table - top)
     if table.sum() / _TIMES <= _ODDS * white.sum():
-        return Level(_quantiles(sigmas, white), None)
+        sigma = _quantiles(sigmas, white)
+        return Level(replace(sigma, low=0.0) if none else sigma, None)
     return Level(_quantiles(sigmas, table.sum(axis=0)), _quantiles(times, table.sum(axis=1)))
 
 

@@ -38,6 +38,9 @@ _CHANCE = 1.05
 32 frames, scatters by 1 % (`quiet_sigma`, 24 draws)."""
 _OF_TIME = ("pair", "lags", "memory", "drift")
 """What is told beside the terms, and holds what moves as they do."""
+_AS_MUCH = 4.0
+"""By so much the variance of a level that remembers is more than what lines leave in it by chance: it is seen but a few
+times anew."""
 _STAYS = {"tv": "v", "th": "h"}
 
 
@@ -164,6 +167,9 @@ def measure_noise(
     level = fit_level(means, _finer(terms, region), number)
     if not lines and not moved.moving and level.time_frames is not None and level_remembers(flat, number, terms.t):
         terms = replace(terms, t=level.sigma)
+    if lines:  # the level is their mean, too, and scatters from frame to frame as seldom anew as they do
+        terms = replace(terms, t=noise_3d(flat, min(time_freedom(memory, number) for memory in lines.values())).t)
+        level = _without_lines(level, lines, region)
     terms = _lines(terms, lines)
     whole = patched(frames, bad.all)
     sliding = slides(whole)
@@ -223,6 +229,15 @@ def _lines(terms: Noise3dTerms, lines: dict[str, Memory]) -> Noise3dTerms:
     whole = {term: memory.total for term, memory in lines.items()}
     stays = {_STAYS[term]: memory.fixed for term, memory in lines.items()}
     return replace(terms, **whole, **stays)
+
+
+def _without_lines(level: Level, lines: dict[str, Memory], region: Region) -> Level:
+    """A level, but none that remembers where the mean of lines that do may be all of it."""
+    count = {"tv": region.h, "th": region.w}
+    theirs = sum(memory.total.value**2 / count[term] for term, memory in lines.items())
+    if level.time_frames is None or level.sigma.value**2 > _AS_MUCH * theirs:
+        return level
+    return Level(Measured(0.0, 0.0, level.sigma.high), None)
 
 
 def _finer(terms: Noise3dTerms, region: Region) -> float:
