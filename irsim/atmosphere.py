@@ -40,6 +40,7 @@ from irsim.errors import Notice
 from irsim.kinds import Part, Switches
 from irsim.quantities import AirKelvin, Kelvin
 from irsim.radiometry import hemisphere, limits, radiance
+from irsim.stations import amount, below, shares
 from irsim.turbulence import Turbulence
 from irsim.types import Band, BandName, Floats
 
@@ -202,7 +203,7 @@ class Atmosphere(Part):
         if not shortest <= along <= longest:
             return f"a range of {along:.3g} km lies beyond the fitted {shortest:g} to {longest:g} km"
         stations, heights = self._stations(np.asarray(along), np.asarray(elevation_rad), _STEPS, climbed_m)
-        share = _amount(stations, self._climate.gas(_fitted(band), heights))[-1] / along
+        share = amount(stations, self._climate.gas(_fitted(band), heights))[-1] / along
         if abs(share - 1) > THINNED:
             top = max(heights) * 1e3
             return (
@@ -217,10 +218,10 @@ class Atmosphere(Part):
             return np.zeros_like(places)
         name = _fitted(band)
         haze = np.exp((FIT_HEIGHT_KM - heights) / AEROSOL_KM)
-        total = self.depth(band, _amount(places, self._climate.gas(name, heights)), _amount(places, haze))
+        total = self.depth(band, amount(places, self._climate.gas(name, heights)), amount(places, haze))
         if name in OZONE:
             whole, power = OZONE[name]
-            total = total + whole * _amount(places, ozone(heights)) ** power
+            total = total + whole * amount(places, ozone(heights)) ** power
         return total
 
     @property
@@ -229,7 +230,7 @@ class Atmosphere(Part):
 
     def _stations(self, along: Floats, elevation: Floats, steps: int, climbed_m: float = 0.0) -> tuple[Floats, Floats]:
         """(..., steps + 1) km each: places along paths, close together near the camera, and their heights."""
-        places = along[..., None] * _shares(steps)
+        places = along[..., None] * shares(steps)
         base = EARTH_KM + (self.altitude_m + climbed_m) * 1e-3
         rise = np.sin(elevation)[..., None]
         # The distance from the Earth's middle less its radius, without the difference of large numbers.
@@ -242,10 +243,10 @@ class Atmosphere(Part):
         places, heights = self._stations(along, elevation, steps, climbed_m)
         total = self._of_gas_and_haze(band, places, heights)
         if self.rain_mm_h:
-            total = total + rain_extinction(self.rain_mm_h) * _below(places, heights, RAIN_TOP_KM)
+            total = total + rain_extinction(self.rain_mm_h) * below(places, heights, RAIN_TOP_KM)
         if self.fog_visibility_km is not None:
             extinction = KOSCHMIEDER / self.fog_visibility_km * FOG[self.fog][_fitted(band)]
-            total = total + extinction * _below(places, heights, FOG_TOP_KM)
+            total = total + extinction * below(places, heights, FOG_TOP_KM)
         passed = np.exp(-total)
         air = radiance(band, self.air_k((heights[..., 1:] + heights[..., :-1]) / 2))
         return passed[..., -1], np.sum(air * (passed[..., :-1] - passed[..., 1:]), axis=-1)
@@ -270,34 +271,6 @@ def _fitted(band: Band) -> BandName:
         low, high = limits(band)
         raise ValueError(f"no transmittance was fitted to a band of {low:g} to {high:g} um")
     return name
-
-
-@lru_cache
-def _shares(steps: int) -> Floats:
-    """Places along a path of length 1, close together near the camera. Read only."""
-    places = np.linspace(0, 1, steps + 1) ** 2
-    places.setflags(write=False)
-    return places
-
-
-def _sums(steps: Floats) -> Floats:
-    """Running sums along the last axis, from 0 on."""
-    sums = np.zeros((*steps.shape[:-1], steps.shape[-1] + 1))
-    np.cumsum(steps, axis=-1, out=sums[..., 1:])
-    return sums
-
-
-def _amount(places: Floats, density: Floats) -> Floats:
-    """(..., n) km: level path of density 1 that holds as much as each path up to its stations."""
-    return _sums((density[..., 1:] + density[..., :-1]) * (places[..., 1:] - places[..., :-1]) / 2)
-
-
-def _below(places: Floats, heights: Floats, top_km: float) -> Floats:
-    """(..., n) km: length of the path up to each station that lies below a height; heights run linearly between."""
-    low = np.minimum(heights[..., 1:], heights[..., :-1])
-    rise = np.abs(np.diff(heights))
-    share = np.where(rise > 0, (top_km - low) / np.where(rise > 0, rise, 1.0), low < top_km)
-    return _sums(np.clip(share, 0, 1) * np.diff(places))
 
 
 @lru_cache(maxsize=64)

@@ -135,15 +135,22 @@ def averaged(middle: Sprite | None, instants: Sequence[Sprite | None]) -> Sprite
             meanwhile[(slice(None), number, *place)] = part.cover, part.alpha, part.emission
     cover, alpha, emission = meanwhile.mean(axis=1)
     whole = len(parts) == len(instants) and all(part.whole for part in parts)
-    lights = np.array([part.emission.sum() for part in parts])
-    light = np.array([part.signal_center for part in parts]).T @ lights / lights.sum() if lights.sum() > 0 else None
     return middle._replace(
         x0=x0,
         y0=y0,
         cover=cover,
         alpha=alpha,
         emission=emission,
-        signal_center=middle.signal_center if light is None else (float(light[0]), float(light[1])),
+        signal_center=_light_center(middle, parts),
         area=sum(part.area for part in parts) / len(instants),
         during=During(meanwhile[0], meanwhile[1], meanwhile[2], whole),
     )
+
+
+def _light_center(middle: Sprite, parts: Sequence[Sprite]) -> tuple[float, float]:
+    """Centroid of the light of all parts, each of an equal share of the exposure; the middle's where there is none."""
+    lights = [float(part.emission.sum()) for part in parts]
+    if sum(lights) <= 0:
+        return middle.signal_center
+    x, y = np.average([part.signal_center for part in parts], axis=0, weights=lights).tolist()
+    return x, y

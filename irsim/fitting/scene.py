@@ -16,7 +16,7 @@ from irsim.displayed import FittedDisplay
 from irsim.fitting.agc import ChosenAgc
 from irsim.fitting.numbers import interval, plain
 from irsim.fitting.written import BY
-from irsim.measure import EIGHT_BITS, Figures, Measured, Memory, perhaps_pictures
+from irsim.measure import EIGHT_BITS, Figures, Measured, perhaps_pictures
 from irsim.radiometry import radiance, slope, temperature
 from irsim.scale import Scale
 from irsim.types import Band, Curve, Source
@@ -164,8 +164,8 @@ class Scene:
                 yield "ar1", {"id": f"{over}s", "over": over, **memory}
         drifts = {
             "pixel": None if found.walk is None else found.walk.map(lambda counts: counts * math.sqrt(self.rate_hz)),
-            "column": _walk(found.columns),
-            "row": _walk(found.rows),
+            "column": None if found.columns is None else found.columns.drift,
+            "row": None if found.rows is None else found.rows.drift,
         }
         if any(drifts.values()):
             slow = Drift().time_constant_s  # How far it goes at last nobody saw: it slows down after that.
@@ -236,7 +236,3 @@ def _least(counts: float) -> float:
 
 def _line(key: str, value: Measured) -> str:
     return f"{key}: {plain(value.value)}  # {interval(value)}"
-
-
-def _walk(lines: Memory | None) -> Measured | None:
-    return lines.walk if lines is not None and lines.walk.low > 0 else None

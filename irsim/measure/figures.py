@@ -181,6 +181,7 @@ def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: 
             mean_variance(report.lines.get(term), getattr(terms, term).value, report.stretch.rate_hz, number)
             for term in ("tv", "th")
         )
+    drift = None if memory is None else memory.drift
     rows, columns = report.lines.get("tv"), report.lines.get("th")
     level = report.level
     time_frames = None if level.time_frames is None else level.time_frames.map(lambda time: time * slower)
@@ -194,7 +195,7 @@ def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: 
         white=_less(terms.tvh if memory is None else memory.white, ROUNDING),
         memory=None if memory is None else memory.correlated,
         memory_frames=None if memory is None else memory.time_constant_s.map(lambda s: s * report.rate_hz),
-        walk=None if memory is None else _walk(memory, report.rate_hz),
+        walk=None if drift is None else drift.map(lambda sigma: sigma / math.sqrt(report.rate_hz)),
         row_noise=terms.tv if rows is None else rows.white,
         column_noise=terms.th if columns is None else columns.white,
         rows=rows,
@@ -228,10 +229,6 @@ def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: 
     noise = _sharp_noise(report)
     notes = (*noise_notes(report, None, None), *scene)
     return replace(found, noise=noise, white=noise, notes=notes, **stays, **_NOT_OF_TIME)
-
-
-def _walk(memory: Memory, rate_hz: float) -> Measured | None:
-    return memory.walk.map(lambda sigma: sigma / math.sqrt(rate_hz)) if memory.walk.low > 0 else None
 
 
 def _of_moving(report: NoiseReport, whole: Values, blur: Measured | None, still: Still, bad: Flaws) -> Figures:

@@ -7,7 +7,7 @@ random walk (`irsim.measure.mixture`).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -50,6 +50,11 @@ class Memory:
     time_constant_s: Measured
     walk: Measured
     fixed: Measured
+
+    @property
+    def drift(self) -> Measured | None:
+        """What it walks, where that is told from nothing."""
+        return self.walk if self.walk.low > 0 else None
 
 
 @dataclass(frozen=True)
@@ -152,7 +157,7 @@ def _correlation(lag: int, variances: Floats, log_decay: float) -> float:
 def _mean(number: Indices, variances: Floats, log_decay: float) -> float:
     """Variance of the mean of frames taken at `number` (T,), of what walks since the first one."""
     white, correlated, walk = variances
-    lasting = correlated * _mean_correlation(number)(math.exp(log_decay))
+    lasting = correlated * _mean_correlation(number, math.exp(log_decay))
     return float((white + lasting) / len(number) + walk * _mean_walk(number))
 
 
@@ -206,12 +211,9 @@ def _squares(values: Floats, number: Indices, lag: int) -> Floats:
     return total / len(pairs)
 
 
-def _mean_correlation(number: Indices) -> Callable[[float], float]:
+def _mean_correlation(number: Indices, decay: float) -> float:
     """T times the variance of the mean of T frames of unit AR(1) noise, by its decay a frame of the camera."""
-    apart = np.abs(np.subtract.outer(number, number)).ravel()
-    pairs = np.bincount(apart) / len(number)
-    lag = np.arange(len(pairs))
-    return lambda decay: float(pairs @ np.exp(-decay * lag))
+    return float(np.exp(-decay * np.abs(np.subtract.outer(number, number))).sum() / len(number))
 
 
 def _blocks(pictures: Floats) -> Floats:

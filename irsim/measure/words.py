@@ -88,8 +88,8 @@ def _remembered(label: str, what: str, memory: Memory, doubt: str) -> Iterator[t
         yield label, f"rho {_ranged(memory.rho)}, time constant {_ranged(memory.time_constant_s)} s{doubt}"
         label = ""
         yield label, f"white {_ranged(memory.white)}, with memory {_ranged(memory.correlated)} counts"
-    if memory.walk.low > 0:
-        yield label, f"{what} drift by {_ranged(memory.walk)} counts in a second, as the root of time"
+    if memory.drift is not None:
+        yield label, f"{what} drift by {_ranged(memory.drift)} counts in a second, as the root of time"
 
 
 def level_wanders(report: NoiseReport, time_frames: Measured | None) -> str | None:
