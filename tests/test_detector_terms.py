@@ -12,6 +12,7 @@ import pytest
 from scipy import ndimage, stats
 
 from irsim.detector import Ar1, BadPixels, Drift, Moment, Noise, Noise3d, OddEven, Sensor
+from irsim.detector.ar1 import Process
 from irsim.detector.bad_pixels import places
 from irsim.detector.response import Electrons, Response, Setting
 from irsim.detector.telegraph import Telegraph
@@ -187,6 +188,22 @@ def test_drift_is_smooth_from_frame_to_frame() -> None:
     seen = np.stack([drift_at(index) for index in range(600, 700)])
     steps = np.diff(seen, axis=0).var(axis=(1, 2))
     assert steps.max() < 4 * 2 / 300 * 1.1
+
+
+def test_drift_draws_each_step_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """But for the ways to the correction and to the first step, of some 12 draws each; 150 of 2 frames here."""
+    drawn: list[int] = []
+
+    def between(self: Process, before: Floats, after: Floats, index: int, distance: int) -> Floats:
+        drawn.append(index)
+        return bridged(self, before, after, index, distance)
+
+    bridged = Process.between
+    monkeypatch.setattr(Process, "between", between)
+    fast = Drift(pixel=2.0, column=0.0, row=0.0, time_constant_s=100.0, id="counted")
+    for index in range(700, 1000):
+        drift_at(index, corrected=600, noise=fast)
+    assert 150 <= len(drawn) < 150 + 3 * 12
 
 
 # Bad pixels

@@ -94,9 +94,16 @@ def _deviation(
     total = np.zeros(shape, np.float32)
     kept = np.float32(math.exp(-decay * (now - since)))
     for term, what, sigma in terms:
-        process = _process(decay, over(shape, what), seed, name, term)
-        total += np.float32(sigma) * (process.frame(now) - kept * process.frame(since))
+        key = (decay, over(shape, what), seed, name, term)
+        total += np.float32(sigma) * (_process(*key).frame(now) - kept * _corrected(*key, since))
     return read_only(total)
+
+
+@lru_cache(maxsize=8)
+def _corrected(decay: float, shape: tuple[int, int], seed: int, name: str, term: str, since: int) -> Floats:
+    """X at the last correction, drawn once: a process keeps the way to one step, and to go back and forth costs all of
+    the way each time."""
+    return _process(decay, shape, seed, name, term).frame(since)
 
 
 @lru_cache(maxsize=8)
