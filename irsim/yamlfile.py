@@ -24,6 +24,7 @@ KeyPath = tuple[str | int, ...]
 MOST_VALUES = 100_000
 """Values in one document, aliases written out; more is taken for an alias bomb."""
 
+_TOO_DEEP = "nested too deeply; allowed: a hundred levels"
 _TAG = "tag:yaml.org,2002:"
 _INT = re.compile(r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
@@ -75,17 +76,17 @@ def parse(text: str, name: str = "<text>") -> Document:
     except yaml.YAMLError as error:
         raise InputError(f"{name}: not YAML: {' '.join(str(error).split())}") from None
     except RecursionError:
-        raise InputError(f"{name}: nested too deeply") from None
+        raise InputError(f"{name}: {_TOO_DEEP}") from None
     except (ValueError, OverflowError) as error:
         # PyYAML lets int() and chr() fail on absurd escapes and directives.
         raise InputError(f"{name}: not YAML: {error}") from None
     if root is None:
-        raise InputError(f"{name}:1:1: it is empty")
+        raise InputError(f"{name}:1:1: it is empty; allowed: keys and values, as `frames: 100`")
     build = _Build(name)
     try:
         value = build.value(root, ())
     except RecursionError:
-        raise InputError(f"{name}: nested too deeply") from None
+        raise InputError(f"{name}: {_TOO_DEEP}") from None
     if build.errors:
         raise InputError("\n".join(build.errors))
     return Document(name, value, build.values, build.keys)
