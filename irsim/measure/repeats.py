@@ -38,7 +38,8 @@ def new_frames(frames: Values, rate_hz: float) -> NewFrames:
     Pixels do not tell whether time went on while a picture was repeated. A lone repeat is taken for a frame
     that arrived twice, for which none passes; two and more in a row for a picture that stood still, as for a
     correction's shutter, while time went on. Where most frames are repeated, a slower camera was recorded at a
-    higher rate. Lost frames cannot be seen in them, and times are not asked for: those beside lost ones count as neighbours.
+    higher rate. Lost frames cannot be seen in them, and times are not asked for: those beside lost ones count as
+    neighbours.
 
     Frames alike by chance are no repeats: where noise is far below one count, all count.
     """

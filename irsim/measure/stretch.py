@@ -106,9 +106,10 @@ def pattern_steps(frames: Floats, number: Indices) -> list[int]:
 
     So over 64 x 64 px a step is seen from P = 0.41 tvh^2 / m on, in the mean; one pattern of sigma s in the place of
     another changes by P = 2 s^2, and is seen from s = 0.45 tvh / sqrt(m) on, where 2 m frames lie on one side of the
-    step and m on the other: 0.16 tvh with m = 8, 0.08 tvh with 32, each every other time. Of one that is not seen tvh^2 holds P / 4 at most.
-    Steps that follow each other in fewer than 16 frames are seen if they are strong. Rows and columns that change
-    alone, what is smooth from pixel to pixel, and a pattern of one frame at either end are not seen.
+    step and m on the other: 0.16 tvh with m = 8, 0.08 tvh with 32, each every other time. Of one that is not seen tvh^2
+    holds P / 4 at most. Steps that follow each other in fewer than 16 frames are seen if they are strong. Rows and
+    columns that change alone, what is smooth from pixel to pixel, and a pattern of one frame at either end are not
+    seen.
     """
     rows, columns = ((slice(max(side - _WIDEST, 0) // 2, None)) for side in frames.shape[1:])
     middle = frames[:, rows, columns][:, :_WIDEST, :_WIDEST]
