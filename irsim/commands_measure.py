@@ -16,10 +16,7 @@ from irsim.span import parsed
 from irsim.terminal import given_path, in_options, progress_bar
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
-    from irsim.measure import Region
+    from irsim.measure import Region, Timed
     from irsim.types import Source
 
 Measured = Annotated[
@@ -50,10 +47,10 @@ def noise(
     opened = open_changed(source, overrides, seed, without)
     where = _region(region, opened.size)
     wanted = _wanted(frames, opened)
-    stack = _read(opened, wanted)
+    stack, times = _read(opened, wanted)
     try:
         taken = taken_by_targets(opened, wanted.start, wanted.stop)
-        report = measure_noise(stack, opened.rate_hz, where, 2.0**opened.bits - 1, taken)
+        report = measure_noise(stack, opened.rate_hz, where, 2.0**opened.bits - 1, taken, times)
     except InputError as error:
         raise InputError(f"{source}: {error}") from None
     if as_json:
@@ -108,13 +105,13 @@ def fit(
     where = _region(region, opened.size)
     wanted = _wanted(frames, opened)
     with open_pictures(display, opened) as pictures:
-        stack = _read(opened, wanted)
+        read = _read(opened, wanted)
         try:
             if pictures is None:
-                found = fit_frames(stack, opened, where, wanted.start)
+                found = fit_frames(read, opened, where, wanted.start)
             else:
                 with progress_bar("fit display", len(FITS)) as progress:
-                    found = fit_frames(stack, opened, where, wanted.start, pictures, progress)
+                    found = fit_frames(read, opened, where, wanted.start, pictures, progress)
         except InputError as error:
             raise InputError(f"{source}: {error}") from None
     text, notes = sealed(in_options(found.text)), list(map(in_options, found.notes))
@@ -188,12 +185,12 @@ def _claim(source: Source) -> str | None:
     return like
 
 
-def _read(source: Source, wanted: range) -> npt.NDArray[np.integer]:
-    """The wanted frames as one array (T, rows, columns), with a progress bar."""
-    from irsim.measure import read_counts
+def _read(source: Source, wanted: range) -> Timed:
+    """The wanted frames, with a progress bar."""
+    from irsim.measure import read_timed
 
     with progress_bar(f"read {source.name}", len(wanted)) as progress:
-        return read_counts(source, wanted, progress)
+        return read_timed(source, wanted, progress)
 
 
 def _region(text: str | None, size: tuple[int, int]) -> Region | None:

@@ -17,7 +17,7 @@ from irsim.fitting.scene import Scene
 from irsim.fitting.summary import summary_lines
 from irsim.fitting.written import check_replaced, sealed
 from irsim.loader import loads
-from irsim.measure import FRAMES, Figures, Region, measure_figures, read_counts, taken_by_targets
+from irsim.measure import FRAMES, Figures, Region, Timed, measure_figures, read_counts, read_timed, taken_by_targets
 from irsim.scenario import Scenario
 from irsim.sources import open_source
 from irsim.types import Source
@@ -86,24 +86,25 @@ def fit(
     opened = open_source(source)
     last = min(start + FRAMES, len(opened)) if stop is None else min(stop, len(opened))
     with open_pictures(display, opened) as pictures:
-        return fit_frames(read_counts(opened, range(start, last)), opened, region, start, pictures)
+        return fit_frames(read_timed(opened, range(start, last)), opened, region, start, pictures)
 
 
 def fit_frames(
-    stack: Counts,
+    read: Timed,
     source: Source,
     region: Region | None = None,
     start: int = 0,
     pictures: Pictures | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Fit:
-    """The same of frames (T, rows, columns) that were read from a source already, from frame `start` on.
+    """The same of frames that were read from a source already, from frame `start` on.
 
     pictures    what was shown of the source's frames, as `open_pictures` gives it
     progress    called with the number of kinds of AGC tried, of `irsim.displayed.FITS`
     """
+    stack, times = read
     taken = taken_by_targets(source, start, start + len(stack))
-    figures = measure_figures(stack, source.rate_hz, region, 2.0**source.bits - 1, taken, start)
+    figures = measure_figures(stack, source.rate_hz, region, 2.0**source.bits - 1, taken, start, times=times)
     shown = None if pictures is None else fit_display(_pairs(stack, source, pictures.source, start), progress)
     scene = Scene.of(source, figures, shown, () if pictures is None else pictures.notes)
     lines = "\n".join(scene.lines(len(stack)))

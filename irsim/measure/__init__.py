@@ -2,7 +2,7 @@
 
 from irsim.measure.backdrop import backdrops
 from irsim.measure.compared import Realism, measure_realism
-from irsim.measure.counts import read_counts
+from irsim.measure.counts import Timed, read_counts, read_timed
 from irsim.measure.defects import Defects, defects
 from irsim.measure.depth import EIGHT_BITS, perhaps_pictures
 from irsim.measure.figures import FRAMES, ROUNDING, Figures, measure_figures
@@ -40,6 +40,7 @@ __all__ = [
     "Region",
     "Temporal",
     "Texture",
+    "Timed",
     "Verdict",
     "backdrops",
     "cameras_of",
@@ -61,6 +62,7 @@ __all__ = [
     "parse_region",
     "perhaps_pictures",
     "read_counts",
+    "read_timed",
     "taken_by_targets",
     "temporal",
     "texture",

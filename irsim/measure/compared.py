@@ -8,7 +8,7 @@ from typing import Any
 
 from irsim.errors import InputError, expect_source
 from irsim.measure.backdrop import backdrops
-from irsim.measure.counts import Progress, read_counts
+from irsim.measure.counts import Progress, read_timed
 from irsim.measure.depth import perhaps_pictures
 from irsim.measure.figures import Figures, measure_figures
 from irsim.measure.interval import Measured
@@ -112,10 +112,10 @@ def _noisy_figures(source: Source, asked: bool, progress: Progress | None) -> Fi
     if perhaps_pictures(source) and not asked:
         return "its noise is not judged, for pictures of 8 bits hold no sensor's; allowed: a sensor's counts"
     looked = range(min(_NOISY, len(source)))
-    stack = read_counts(source, looked, progress)
+    stack, times = read_timed(source, looked, progress)
     taken = taken_by_targets(source, looked.start, looked.stop)
     try:
-        found = measure_figures(stack, source.rate_hz, None, 2.0**source.bits - 1, taken, passing=asked)
+        found = measure_figures(stack, source.rate_hz, None, 2.0**source.bits - 1, taken, passing=asked, times=times)
         noise_figures(found)
     except InputError as error:
         return str(error)

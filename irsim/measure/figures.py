@@ -120,10 +120,11 @@ def measure_figures(
     taken: Bools | None = None,
     start: int = 0,
     passing: bool = True,
+    times: Floats | None = None,
 ) -> Figures:
     """Figures of frames (T, rows, columns) in counts; noise is read on `region`, or the flattest window.
 
-    top, taken  as `measure_noise` has them. InputError where frames are too few or small, less than 8 x 8 px.
+    top, taken, times   as `measure_noise` has them. InputError where frames are too few or small, less than 8 x 8 px.
     start       the number of the first frame, for the notes
     passing     whether the blur is looked for in points that pass, too, which takes most of the time. Where it is not,
                 and none stands still, texture and pixel are told under the usual blurs
@@ -133,7 +134,7 @@ def measure_figures(
             f"a picture of {frames.shape[2]}x{frames.shape[1]} px is too small to be measured; "
             f"allowed: at least {_LEAST_SIDE}x{_LEAST_SIDE}"
         )
-    report = measure_noise(frames, rate_hz, region, top, taken)
+    report = measure_noise(frames, rate_hz, region, top, taken, times)
     frames = report.stretch.of(frames)
     unsure = report.together and not report.moving and min(frames.shape[1:]) < TOLD_SIDE
     if unsure:

@@ -15,14 +15,25 @@ _NUMBERS = "iuf"
 """Sorts of arrays that hold counts: whole numbers with and without a sign, and floats."""
 
 
-def check_given(frames: object, rate_hz: object, top: object, taken: object) -> None:
+def check_given(frames: object, rate_hz: object, top: object, taken: object, times: object) -> None:
     """InputError for frames that are no array (T, rows, columns) of finite numbers, for a rate or a highest count that
-    is no number above 0, and for `taken` that is no mask of their size."""
-    size = _checked(frames).shape[1:]
+    is no number above 0, for `taken` that is no mask of their size, and for times that do not go on."""
+    count, *sides = _checked(frames).shape
+    size = tuple(sides)
     _check_above(rate_hz, "rate_hz", "frames a second")
     _check_above(top, "top", "the highest count that there can be")
     if taken is not None and not (isinstance(taken, np.ndarray) and taken.dtype == np.bool_ and taken.shape == size):
         raise InputError(f"taken: {_kind(taken)}; allowed: None, or an array of bool of shape {size} (rows, columns)")
+    if times is not None and not (
+        isinstance(times, np.ndarray)
+        and times.dtype.kind in _NUMBERS
+        and times.shape == (count,)
+        and np.isfinite(times).all()
+        and (np.diff(times) >= 0).all()
+    ):
+        raise InputError(
+            f"times: {_kind(times)}; allowed: None, or an array of numbers of shape ({count},) that do not fall, s"
+        )
 
 
 def _checked(frames: object) -> Values:

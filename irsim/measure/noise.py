@@ -121,7 +121,8 @@ class NoiseReport:
     def as_json(self) -> dict[str, Any]:
         """Plain values, ready for json.dumps; None for an end that no interval has."""
         stretch = self.stretch
-        used = {"repeats": stretch.repeats, "steps": list(stretch.steps), "used": list(stretch.index)}
+        used: dict[str, Any] = {"repeats": stretch.repeats, "lost": stretch.lost}
+        used |= {"steps": list(stretch.steps), "used": list(stretch.index)}
         values = asdict(self, dict_factory=lambda pairs: {k: None if v == math.inf else v for k, v in pairs})
         return {**values, "region": list(self.region), "stretch": used}
 
@@ -132,6 +133,7 @@ def measure_noise(
     region: Region | tuple[int, int, int, int] | None = None,
     top: float = 65535.0,
     taken: Bools | None = None,
+    times: Floats | None = None,
 ) -> NoiseReport:
     """Noise of frames (T, rows, columns) in counts, on `region` or the flattest window in which nothing moves.
 
@@ -141,13 +143,14 @@ def measure_noise(
     region  x, y, w, h, px
     top     the highest count there can be
     taken   (rows, columns): where targets are in some frame, so that noise is not measured there
+    times   (T,) s, of the frames: where all are whole periods apart, lost frames count as time that went on
 
     InputError where frames are too few or small or not finite, and where an argument is something else.
     """
-    check_given(frames, rate_hz, top, taken)
+    check_given(frames, rate_hz, top, taken, times)
     check_size(frames)
     asked = None if region is None else as_region(region, frames)
-    new = new_frames(frames, rate_hz)
+    new = new_frames(frames, rate_hz, times)
     stretch = longest_stretch(new, [], len(frames))
     bad, place, flat = _read(stretch.of(frames), asked, top, taken)
     if steps := pattern_steps(flat, new.number):

@@ -1,4 +1,4 @@
-"""Frames that show what the one before showed, bit for bit: they hold nothing new."""
+"""Frames that show what the one before showed, bit for bit, and hold nothing new; and frames that were lost."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from irsim.measure.region import Values
+from irsim.types import Floats
 
 Indices = npt.NDArray[np.intp]
 
@@ -18,6 +19,13 @@ _LEAST_CHANGED = 30
 many change in a mean frame, in e^-30 of all."""
 
 
+_OFF_BEAT = 0.25
+"""Share of a period by which times may be off whole ones: those of frames that were stamped as they came are off by
+any."""
+_LONGEST = 4
+"""Times as many frames as there are may be lost; of more no memory of the noise tells, and to count them takes long."""
+
+
 @dataclass(frozen=True, eq=False)
 class NewFrames:
     """Frames of a recording that are not repeats.
@@ -25,37 +33,60 @@ class NewFrames:
     index       (N,) where they lie in the recording
     number      (N,) when they were taken, in frames of the camera, from 0 on
     rate_hz     of the camera: below the recording's where that shows most frames more than once
+    lost        frames that are missing between the first and the last one
     """
 
     index: Indices
     number: Indices
     rate_hz: float
+    lost: int
 
 
-def new_frames(frames: Values, rate_hz: float) -> NewFrames:
+def new_frames(frames: Values, rate_hz: float, times: Floats | None = None) -> NewFrames:
     """Of frames (T, rows, columns), recorded at `rate_hz`.
 
     Pixels do not tell whether time went on while a picture was repeated. A lone repeat is taken for a frame
     that arrived twice, for which none passes; two and more in a row for a picture that stood still, as for a
     correction's shutter, while time went on. Where most frames are repeated, a slower camera was recorded at a
-    higher rate. Lost frames cannot be seen in them, and times are not asked for: those beside lost ones count as
-    neighbours.
+    higher rate.
+
+    Nor do they tell of lost frames: that `times` (T,), s, do where all frames are whole periods apart.
 
     Frames alike by chance are no repeats: where noise is far below one count, all count.
     """
     count = len(frames)
+    missing = _missing(count, rate_hz, times)
+    lost = int(missing.sum())
     changed = np.array([int(np.count_nonzero(frames[k] != frames[k - 1])) for k in range(1, count)], np.intp)
     index = np.concatenate([[0], np.flatnonzero(changed) + 1]).astype(np.intp)
     few = len(index) < _LEAST_NEW or float(np.median(changed[changed > 0])) < _LEAST_CHANGED
     if few or len(index) == count:
         every = np.arange(count)
-        return NewFrames(every, every, rate_hz)
+        return NewFrames(every, every + np.cumsum(missing), rate_hz, lost)
     shown = np.diff(index, append=count)  # how often each came
+    before = np.cumsum(missing)[index]
+    gone = np.diff(before, append=lost)  # after each, until the next one
     usual = float(np.median(shown))
     if usual < 2:
-        passed = np.where(shown == 2, 1, shown)
+        passed = np.where(shown == 2, 1, shown) + gone
     else:
         usual = float(shown[shown < 2 * usual].mean())
-        passed = np.maximum(np.rint(shown / usual), 1).astype(np.intp)
+        passed = np.maximum(np.rint((shown + gone) / usual), 1).astype(np.intp)
         rate_hz /= usual
-    return NewFrames(index, np.cumsum(passed) - passed, rate_hz)
+    return NewFrames(index, np.cumsum(passed) - passed, rate_hz, lost)
+
+
+def _missing(count: int, rate_hz: float, times: Floats | None) -> Indices:
+    """(T,) frames of the camera that are missing before each of `count`; none where times do not tell."""
+    none: Indices = np.zeros(count, np.intp)
+    if times is None:
+        return none
+    periods = np.diff(times) * rate_hz
+    whole = np.rint(periods)
+    if (np.abs(periods - whole) > _OFF_BEAT).any():
+        return none
+    gaps = np.maximum(whole - 1, 0)
+    if gaps.sum() > _LONGEST * count:
+        gaps = gaps.clip(max=max(_LONGEST * count // np.count_nonzero(gaps), 1))
+    none[1:] = gaps
+    return none

@@ -45,6 +45,7 @@ class Stretch:
 
     recorded    frames of the recording
     repeats     those among them that show the one before bit for bit
+    lost        frames of the camera that are missing among them, as their times tell
     steps       frames from which on the fixed pattern is another
     index       frames that are used, none of them a repeat
     number      when these were taken, in frames of the camera from the first new one on
@@ -53,6 +54,7 @@ class Stretch:
 
     recorded: int
     repeats: int
+    lost: int
     steps: tuple[int, ...]
     index: tuple[int, ...]
     number: tuple[int, ...]
@@ -70,6 +72,8 @@ class Stretch:
         if self.repeats:
             repeat, they_do = ("repeats", "it does") if self.repeats == 1 else ("repeat", "they do")
             yield f"{self.repeats} of {self.recorded} frames {repeat} the one before bit for bit: {they_do} not count"
+        if self.lost:
+            yield f"{self.lost} {'frame is' if self.lost == 1 else 'frames are'} missing, by the times of the others"
         if self.steps:
             steps = ", ".join(str(start + step) for step in self.steps)
             yield (
@@ -85,6 +89,7 @@ def longest_stretch(new: NewFrames, steps: Sequence[int], recorded: int) -> Stre
     return Stretch(
         recorded=recorded,
         repeats=recorded - len(new.index),
+        lost=new.lost,
         steps=tuple(int(new.index[step]) for step in steps),
         index=tuple(new.index[first:last].tolist()),
         number=tuple(new.number[first:last].tolist()),
