@@ -19,6 +19,7 @@ from irsim.convert import import_frames
 from irsim.errors import InputError
 from irsim.loader import examples
 from irsim.measure import CLASSES, Texture, backdrops, check_class, check_sort, classes_of, judge, texture
+from irsim.measure.realism import Verdict
 from irsim.measure.spectrum import unevenness
 from irsim.recording import Recording, open_recording
 from irsim.types import BackgroundClass, Floats
@@ -254,3 +255,8 @@ def test_the_command_says_so_by_its_status() -> None:
     none = CliRunner().invoke(app, ["realism", "clouds", "--like", "cheese"])
     assert isinstance(none.exception, InputError)
     assert "allowed: cloud, horizon" in str(none.exception)
+
+
+@pytest.mark.parametrize(("value", "told"), [(2.7501, "2.7501"), (2.75, "2.75"), (2.2999, "2.2999"), (3.0, "3.00")])
+def test_a_figure_outside_is_not_printed_as_the_end_that_it_is_beyond(value: float, told: str) -> None:
+    assert Verdict("beta", value, 2.3, 2.75).measured == told

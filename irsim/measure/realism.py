@@ -82,6 +82,9 @@ bare trees before the sky           beta 2.5, 2.2 / 2.4, spread 42, rows 0.10, u
 Rows and uneven are theirs alone. Of cloud, beta_y is that above the horizon; its spread there is left out.
 """
 
+_PLACES = 6
+"""Decimals of a printed figure, at most."""
+
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
@@ -97,6 +100,14 @@ class Verdict:
     def inside(self) -> bool:
         least, most = self.interval or (self.value, self.value)
         return least <= self.high and most >= self.low
+
+    @property
+    def measured(self) -> str:
+        """The value to hundredths; of one outside, to as many places as tell it from the end that it is beyond."""
+        places = 2
+        while not self.inside and self.low <= float(f"{self.value:.{places}f}") <= self.high and places < _PLACES:
+            places += 1
+        return f"{self.value:z.{places}f}"
 
     @property
     def allowed(self) -> str:
@@ -143,11 +154,11 @@ class Judged:
                 yield f"{figure:11} {text}"
         for each in self.verdicts:
             word = "ok" if each.inside else "OUTSIDE"
-            yield f"{each.figure:11} {each.value:z8.2f}  {each.allowed}  {word}"
+            yield f"{each.figure:11} {each.measured:>8}  {each.allowed}  {word}"
         yield f"{head}: {', '.join(self.fitting) or none}"
         if self.asked is None:
             for name, verdicts in self.apart.items():
-                kept = (f"{each.figure} {each.value:z.2f} (allowed {each.allowed})" for each in verdicts)
+                kept = (f"{each.figure} {each.measured} (allowed {each.allowed})" for each in verdicts)
                 yield f"  not {name}: {', '.join(kept)}"
 
 
