@@ -14,9 +14,9 @@ from irsim.measure.defects import defects, patched, without_specks
 from irsim.measure.field import Field, periodogram
 from irsim.measure.flaws import Flaws, flaws
 from irsim.measure.histogram import histogram
-from irsim.measure.interval import Measured, root
+from irsim.measure.interval import Measured, root, without
 from irsim.measure.lines import turns, without_turns
-from irsim.measure.memory import Memory, mean_variance
+from irsim.measure.memory import Memory
 from irsim.measure.noise import NoiseReport, measure_noise
 from irsim.measure.notes import AT_MOST, BLINKING, SMALL, blur_notes, noise_notes, texture_notes, unlike_notes
 from irsim.measure.passing import passing_blurs
@@ -30,6 +30,7 @@ from irsim.types import Bools, Floats
 
 ROUNDING = 1 / 12
 """Variance of rounding to whole counts, which every measured white noise holds."""
+_ROUNDED = Measured(ROUNDING, ROUNDING, ROUNDING)
 FRAMES = 300
 """Frames that are looked at where the caller does not say: 200 MB of 640x512 px."""
 _LEAST_SIDE = 8
@@ -167,7 +168,6 @@ def _passed(frames: Values, bad: Bools, top: float, slides: bool) -> list[Measur
 
 def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: Still, bad: Flaws) -> Figures:
     terms, memory, count = report.terms, report.temporal.memory, len(whole)
-    number = np.array(report.stretch.number)
     slower = report.rate_hz / report.stretch.rate_hz
     usual = report.fine if report.moving else float(np.hypot(terms.tvh.value, report.drift))
     settled = _settled(whole, usual)
@@ -175,13 +175,10 @@ def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: 
     picture = without_turns(settled, even_rows.value, even_columns.value)
     fixed = fixed_pattern(picture, blur, report.moving)
     # Of temporal noise, in the mean of the frames: pixels, rows, columns.
-    left, left_rows, left_columns = report.fine**2 / count, 0.0, 0.0
+    left, left_rows, left_columns = _known(report.fine**2 / count), _known(0.0), _known(0.0)
     if not report.moving:
-        left = mean_variance(memory, terms.tvh.value, report.stretch.rate_hz, number)
-        left_rows, left_columns = (
-            mean_variance(report.lines.get(term), getattr(terms, term).value, report.stretch.rate_hz, number)
-            for term in ("tv", "th")
-        )
+        left = _left(memory, terms.tvh, count)
+        left_rows, left_columns = (_left(report.lines.get(term), getattr(terms, term), count) for term in ("tv", "th"))
     drift = None if memory is None else memory.drift
     rows, columns = report.lines.get("tv"), report.lines.get("th")
     level = report.level
@@ -192,8 +189,8 @@ def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: 
         *blur_notes(blur, fixed.blur, still),
     )
     found = Figures(
-        noise=_less(terms.tvh, ROUNDING),
-        white=_less(terms.tvh if memory is None else memory.white, ROUNDING),
+        noise=_less(terms.tvh, _ROUNDED),
+        white=_less(terms.tvh if memory is None else memory.white, _ROUNDED),
         memory=None if memory is None else memory.correlated,
         memory_frames=None if memory is None else memory.time_constant_s.map(lambda s: s * report.rate_hz),
         walk=None if drift is None else drift.map(lambda sigma: sigma / math.sqrt(report.rate_hz)),
@@ -265,13 +262,22 @@ def _of_moving(report: NoiseReport, whole: Values, blur: Measured | None, still:
 
 def _sharp_noise(report: NoiseReport) -> Measured:
     """Sigma of the noise before which something moves: an upper bound, for sharp texture that moves adds to it."""
-    return _less(Measured(report.fine, 0.0, report.fine_most, bound=True), ROUNDING)
+    return _less(Measured(report.fine, 0.0, report.fine_most, bound=True), _ROUNDED)
 
 
-def _less(sigma: Measured, variance: float) -> Measured:
+def _left(memory: Memory | None, sigma: Measured, count: int) -> Measured:
+    """Variance that noise leaves in the mean of so many frames: of `sigma` where it has no memory."""
+    return sigma.map(lambda value: value**2 / count) if memory is None else memory.left
+
+
+def _known(variance: float) -> Measured:
+    return Measured(variance, variance, variance)
+
+
+def _less(sigma: Measured, part: Measured) -> Measured:
     """A sigma without a part of its variance; where nothing is left, it may be anything up to the whole."""
-    rest = sigma.map(lambda value: root(value**2 - variance))
-    return rest if rest.high > 0 else replace(rest, high=sigma.high)
+    rest = without(sigma.map(lambda value: value**2), part).map(root)
+    return replace(rest, high=rest.high or sigma.high, bound=sigma.bound)
 
 
 def _settled(frames: Values, noise: float) -> Floats:

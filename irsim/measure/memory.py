@@ -14,7 +14,7 @@ from functools import partial
 import numpy as np
 
 from irsim.measure.cosines import Cosines
-from irsim.measure.interval import Measured, jackknife, root
+from irsim.measure.interval import Measured, jackknife, root, without
 from irsim.measure.mixture import Mixture, fit_mixture
 from irsim.measure.region import Values
 from irsim.measure.repeats import Indices
@@ -40,7 +40,9 @@ class Memory:
                             than can be told, up to 1 and infinity
     walk                    sigma by which what drifts has changed after a second; it grows as the root of time. 0 where
                             the noise goes without
-    fixed                   sigma of the fixed pattern in the first frame, freed of the time mean of all these
+    left                    variance that all these leave in the mean of the frames, in squared units; of what drifts,
+                            as it has changed since the first frame
+    fixed                   sigma of the fixed pattern in the first frame: of the mean, freed of what is left in it
     """
 
     white: Measured
@@ -49,6 +51,7 @@ class Memory:
     rho: Measured
     time_constant_s: Measured
     walk: Measured
+    left: Measured
     fixed: Measured
 
     @property
@@ -121,15 +124,7 @@ def memory_of(mixture: Mixture, rate_hz: float, number: Indices, within: Measure
     total = mixture.measured(lambda variances, _: variances[0] + variances[1])
     log_decay = mixture.measured(lambda _, log_decay: log_decay)
     left = mixture.measured(partial(_mean, number))
-    down, up = (
-        math.hypot(*ends)
-        for ends in (
-            (staying.value - staying.low, left.high - left.value),
-            (staying.high - staying.value, left.value - left.low),
-        )
-    )
-    kept = staying.value - left.value
-    fixed = Measured(kept, kept - down, kept + up)
+    fixed = without(staying, left)
     if mixture.slowest:
         # It may last for any longer: of what stays over the recording nobody can tell it from fixed pattern.
         log_decay = replace(log_decay, low=-math.inf)
@@ -138,6 +133,7 @@ def memory_of(mixture: Mixture, rate_hz: float, number: Indices, within: Measure
             for each in (correlated, total)
         )
         fixed = replace(fixed, low=0.0, high=max(fixed.high, staying.value))
+        left = replace(left, high=max(left.high, staying.value))
     return Memory(
         white=white.map(root),
         correlated=correlated.map(root),
@@ -145,6 +141,7 @@ def memory_of(mixture: Mixture, rate_hz: float, number: Indices, within: Measure
         rho=log_decay.map(lambda x: math.exp(-math.exp(x))),
         time_constant_s=log_decay.map(lambda x: math.exp(-x) / rate_hz),
         walk=mixture.measured(lambda variances, _: variances[2] * rate_hz).map(root),
+        left=left,
         fixed=fixed.map(root),
     )
 
@@ -174,15 +171,6 @@ def time_freedom(memory: Memory | None, number: Indices) -> float:
     matrix = share * memory.rho.value**apart + (1 - share) * np.eye(len(number))
     matrix = matrix - matrix.mean(axis=0) - matrix.mean(axis=1)[:, None] + matrix.mean()
     return float(np.trace(matrix) ** 2 / np.square(matrix).sum())
-
-
-def mean_variance(memory: Memory | None, sigma: float, rate_hz: float, number: Indices) -> float:
-    """Of the mean of frames taken at `number` (T,), in frames of the camera at `rate_hz`; sigma is the noise's where it
-    has no memory."""
-    if memory is None:
-        return sigma**2 / len(number)
-    variances = np.square([memory.white.value, memory.correlated.value, memory.walk.value / math.sqrt(rate_hz)])
-    return _mean(number, variances, math.log(-math.log(memory.rho.value)))
 
 
 def centred(values: Floats) -> Floats:
