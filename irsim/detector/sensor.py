@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -14,6 +15,7 @@ from irsim.detector.correction import Correction
 from irsim.detector.equivalent import Equivalent
 from irsim.detector.response import Response, Weighted
 from irsim.detector.scratch import scratch
+from irsim.detector.spread import spread
 from irsim.detector.steady import Sum
 from irsim.detector.variance import Variance
 from irsim.types import Counts, Floats
@@ -116,16 +118,33 @@ class Sensor:
 
         The mean square over all draws of the seed, noise terms being independent (also of an offset that is the
         same in all draws, such as that of odd and even rows); without `fixed`, what changes from frame to frame only.
-        Infinite where a pixel says nothing of the light: dead, or saturated.
+        Infinite where a pixel says nothing of the light: dead, or saturated. Where pixels spill, what their gains give
+        is the mean of draws (`irsim.detector.spread`).
         """
         signal, moment = self.held(light, index), self.moment(index, light.shape)
         variance = np.full(light.shape, 1 / 12)
         for noise in self.noises:
             variance += noise.variance(signal, self.response, moment, fixed) / self.response.gain**2
+        variance += self._spilled(light, index, signal, moment, fixed)
         counts = self._counts(signal)
         silent = (counts < 0) | (counts >= self.response.full) | (signal >= self.response.well)
         variance[silent] = np.inf
         return variance
+
+    def _spilled(self, light: Floats, index: int, held: Floats, moment: Moment, fixed: bool) -> Floats | float:
+        """What pixels that spill into others change of the variance that gains give to what is `held`, counts^2."""
+        gain = sum(noise.share(moment, fixed).gain for noise in self.noises)
+        if self.bloom is None or gain == 0:
+            return 0.0
+        response = self.response
+        unspilled = replace(self, bloom=None, response=replace(response, well=math.inf)).held(light, index)
+        found = spread(unspilled.astype(np.float32), gain, response.zero, response.top, self.bloom)
+        if found is None:
+            return 0.0
+        region, squares = found
+        changed = np.zeros(light.shape)
+        changed[region] = (squares - gain * (held[region].astype(np.float64) - response.zero) ** 2) / response.gain**2
+        return changed
 
     def equivalent(self, index: int) -> Equivalent:
         """The noise of a frame's pixels, but for bad ones, as light: of all terms together, without rounding."""
