@@ -10,7 +10,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from scipy.stats import binom
+from intervals import held
 from typer.testing import CliRunner
 
 import irsim
@@ -22,7 +22,6 @@ from irsim.errors import InputError
 from irsim.fitting import Fit
 from irsim.measure import Figures, Measured, Region, measure_figures
 from irsim.measure.field import fit_field, periodogram
-from irsim.measure.level import fit_level
 from irsim.measure.lines import lines, turns, without_turns
 from irsim.measure.steady import slides
 from irsim.presets import PRESETS
@@ -187,12 +186,6 @@ def picture(seed: int) -> Floats:
     return np.asarray(lined + rng.normal(0, 0.5, (200, 240)))
 
 
-def held(found: list[Measured], true: float) -> None:
-    """A 95 % interval holds at least so often that less is 1 in 10^4."""
-    count = sum(x.low <= true <= x.high for x in found)
-    assert count >= binom.ppf(1e-4, len(found), 0.95), (count, true, found[:3])
-
-
 def test_a_field_lies_in_its_intervals_at_the_stated_rate() -> None:
     powers = [periodogram(picture(seed)) for seed in range(12)]
     spectra = [fit_field(power, (200, 240), 0.0) for power in powers]
@@ -228,35 +221,6 @@ def test_odd_and_even_rows_are_told_apart() -> None:
     assert found.low <= 2 <= found.high
     evened = turns(without_turns(turned, found.value, 0.0), 0)
     assert evened.value == pytest.approx(0, abs=1e-9)
-
-
-@pytest.mark.slow
-def test_a_level_lies_in_its_intervals_at_the_stated_rate() -> None:
-    sigmas, times = [], []
-    for seed in range(20):
-        rng = np.random.default_rng(seed)
-        levels = [rng.normal()]
-        for _ in range(119):
-            levels.append(np.exp(-1 / 8) * levels[-1] + np.sqrt(1 - np.exp(-2 / 8)) * rng.normal())
-        found = fit_level(3 * np.array(levels) + rng.normal(0, 0.3, 120), 0.09)
-        assert found.time_frames is not None
-        sigmas.append(found.sigma)
-        times.append(found.time_frames)
-    held(sigmas, 3)
-    held(times, 8)
-    assert fit_level(np.random.default_rng(0).normal(0, 1, 100), 0.01).time_frames is None
-
-
-def test_no_level_lies_in_the_interval_of_one_that_is_not_there() -> None:
-    """At its rate, 19 of 20; a level of twice what is known beside it is seen each time."""
-    none = seen = 0
-    for seed in range(40):
-        rng = np.random.default_rng(seed)
-        known = 100 + rng.normal(0, 0.1, 80)
-        none += fit_level(known, 0.01).sigma.low == 0
-        seen += 0 < fit_level(known + rng.normal(0, 0.2, 80), 0.01).sigma.low <= 0.2
-    assert none >= 35
-    assert seen >= 37
 
 
 def test_the_input_is_not_changed_and_too_little_is_one_clear_error() -> None:

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from test_measure_fit import held
+from intervals import held
 
 import irsim
 from irsim.measure import Region, measure_noise, noise_lines

@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
-from test_measure_fit import held
+from intervals import held
 
 import irsim
 from irsim.measure import NoiseReport, measure_noise

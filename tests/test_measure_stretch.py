@@ -10,7 +10,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from test_measure_fit import held
+from intervals import held
 from typer.testing import CliRunner
 
 from irsim.cli import app

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from test_measure_fit import FIELD, apart, held
+from intervals import held
+from test_measure_fit import FIELD, apart
 
 import irsim
 from irsim.backgrounds.fields import spectral

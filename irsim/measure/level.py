@@ -12,6 +12,11 @@ from irsim.types import Floats
 
 _TIMES = 30
 _SIGMAS = 60
+_SLOWER = 30.0
+"""Times the series' length: up to that are time constants of which upper ends are told. They grow with it, for of a
+level so slow the series tells only by how much it goes in a frame."""
+_SLOWER_TIMES = 22
+"""As densely in log as the others of a series of 100."""
 _ODDS = 20.0
 """Odds from which a level is said to have memory."""
 
@@ -30,24 +35,31 @@ def fit_level(levels: Floats, known: float, number: Indices | None = None) -> Le
     Every sigma and time constant on a grid is weighed by the likelihood of the series less its mean
     (D. A. Harville, "Bayesian inference for variance components using only error contrasts", Biometrika
     61, 1974), all of either even in log before. Values are medians, ends the quantiles. Slower than the
-    series is long cannot be told: time constants reach up to its length. The lower end is 0 where no level at all is as
-    likely as the ends of an interval are.
+    series is long cannot be told: values and lower ends are of time constants up to its length, upper ends of such as
+    are up to thirty times as long. The lower end is 0 where no level at all is as likely as the ends of an interval
+    are.
     """
     count = len(levels)
     spread = float(np.std(levels, ddof=1)) + 1e-9
     sigmas = np.geomspace(spread / 100, spread * 20, _SIGMAS)
     number = np.arange(count) if number is None else number
-    times = np.geomspace(1.0, count, _TIMES)
+    slower = np.geomspace(count, _SLOWER * count, _SLOWER_TIMES + 1)[1:]
+    times = np.concatenate([np.geomspace(1.0, count, _TIMES), slower])
     kept = np.exp(-np.diff(number)[:, None] / times)
     white = _likelihood(levels, np.zeros((count - 1, 1)), sigmas, known)[0]
     table = _likelihood(levels, kept, sigmas, known)
     top = max(white.max(), table.max())
     none = white[0] > top - ENDS**2 / 2
     white, table = np.exp(white - top), np.exp(table - top)
-    if table.sum() / _TIMES <= _ODDS * white.sum():
+    told = table[:_TIMES]
+    if told.sum() / _TIMES <= _ODDS * white.sum():
         sigma = _quantiles(sigmas, white)
         return Level(replace(sigma, low=0.0) if none else sigma, None)
-    return Level(_quantiles(sigmas, table.sum(axis=0)), _quantiles(times, table.sum(axis=1)))
+    sigma, time = _quantiles(sigmas, told.sum(axis=0)), _quantiles(times[:_TIMES], told.sum(axis=1))
+    all_sigma, all_time = _quantiles(sigmas, table.sum(axis=0)), _quantiles(times, table.sum(axis=1))
+    return Level(
+        replace(sigma, high=max(sigma.high, all_sigma.high)), replace(time, high=max(time.high, all_time.high))
+    )
 
 
 def _likelihood(levels: Floats, kept: Floats, sigmas: Floats, known: float) -> Floats:

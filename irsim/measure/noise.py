@@ -168,11 +168,11 @@ def measure_noise(
     lines = {} if moved.moving else remembering(flat, number, stretch.rate_hz, terms)
     means = flat.mean(axis=(1, 2))
     level = fit_level(means, _finer(terms, region), number)
-    if not lines and not moved.moving and level.time_frames is not None and level_remembers(flat, number, terms.t):
-        terms = replace(terms, t=level.sigma)
     if lines:  # the level is their mean, too, and scatters from frame to frame as seldom anew as they do
         terms = replace(terms, t=noise_3d(flat, min(time_freedom(memory, number) for memory in lines.values())).t)
         level = _without_lines(level, lines, region)
+    if not moved.moving and level.time_frames is not None and level_remembers(flat, number, terms.t):
+        terms = replace(terms, t=level.sigma)
     terms = _lines(terms, lines)
     whole = patched(frames, bad.all)
     sliding = slides(whole)
