@@ -7,9 +7,9 @@ Transmittance over a band is no Beer's law: strong lines are soon opaque, what i
 fitted to LOWTRAN7 for level paths 100 m above the sea, 0.5 to 20 km long (largest error 0.022). Other
 paths are cut into layers: water, air and haze thin out with height, and a path counts as the level one
 that holds as much of what absorbs; ozone, high above that one, is added (`irsim.climate`). Each step of a
-path shines as a black body at its air's temperature by the share that it absorbs (Kirchhoff), so path
-light and transmittance always belong together: behind an opaque
-path everything has the temperature of the air.
+path shines as a black body by the share that it absorbs (Kirchhoff), at a temperature that goes from that of
+the air where it begins to that where it ends. So path light and transmittance always belong together: behind
+an opaque path everything has the temperature of the air.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ from irsim.errors import Notice
 from irsim.kinds import Part, Switches
 from irsim.quantities import AirKelvin, Kelvin
 from irsim.radiometry import hemisphere, limits, radiance
-from irsim.stations import amount, below, shares
+from irsim.stations import amount, below, crossings, light, shares
 from irsim.turbulence import Turbulence
 from irsim.types import Band, BandName, Floats
 
@@ -63,6 +63,8 @@ HIGHEST_M = 20_000
 """How high above the sea a camera may be, m."""
 _STEPS = 40
 _SKY_STEPS = 120
+"""Steps of a path from each of its ends: with them black bodies look within 0.05 K as with 4000, from cameras up to
+12 km high."""
 
 
 class Atmosphere(Part):
@@ -106,7 +108,7 @@ class Atmosphere(Part):
         """(transmittance, light of the path in W/m2/sr) from the camera to a range, m, at an elevation, rad; from
         `climbed_m` above its height, where it is carried.
 
-        Arrays broadcast; each element costs some 40 steps, so pictures are better asked for at a few nodes.
+        Arrays broadcast; each element costs some 80 steps, so pictures are better asked for at a few nodes.
         """
         along, elevation = np.broadcast_arrays(np.asarray(range_m) * 1e-3, elevation_rad)
         return self._path(band, along, elevation, _STEPS, climbed_m)
@@ -229,13 +231,25 @@ class Atmosphere(Part):
         return CLIMATES["us_standard" if self.preset == "none" else self.preset]
 
     def _stations(self, along: Floats, elevation: Floats, steps: int, climbed_m: float = 0.0) -> tuple[Floats, Floats]:
-        """(..., steps + 1) km each: places along paths, close together near the camera, and their heights."""
-        places = along[..., None] * shares(steps)
+        """(..., n) km each: places along paths, close together near their ends and at the tops of rain and fog, and
+        their heights."""
+        along, rise = along[..., None], np.sin(elevation)[..., None]
         base = EARTH_KM + (self.altitude_m + climbed_m) * 1e-3
-        rise = np.sin(elevation)[..., None]
+        places = along * shares(steps)
+        cuts = [
+            np.minimum(np.maximum(cut, 0), along) for top in self._tops for cut in crossings(base, rise, EARTH_KM + top)
+        ]
+        if cuts:
+            places = np.sort(np.concatenate([places, *cuts], axis=-1), axis=-1)
         # The distance from the Earth's middle less its radius, without the difference of large numbers.
         square = places * (places + 2 * base * rise) + base**2 - EARTH_KM**2
         return places, np.maximum(square / (np.sqrt(square + EARTH_KM**2) + EARTH_KM), 0.0)
+
+    @property
+    def _tops(self) -> list[float]:
+        """Heights at which something in the air ends at once, km."""
+        ends = (self.rain_mm_h > 0, RAIN_TOP_KM), (self.fog_visibility_km is not None, FOG_TOP_KM)
+        return [top for there, top in ends if there]
 
     def _path(
         self, band: Band, along: Floats, elevation: Floats, steps: int, climbed_m: float = 0.0
@@ -248,8 +262,7 @@ class Atmosphere(Part):
             extinction = KOSCHMIEDER / self.fog_visibility_km * FOG[self.fog][_fitted(band)]
             total = total + extinction * below(places, heights, FOG_TOP_KM)
         passed = np.exp(-total)
-        air = radiance(band, self.air_k((heights[..., 1:] + heights[..., :-1]) / 2))
-        return passed[..., -1], np.sum(air * (passed[..., :-1] - passed[..., 1:]), axis=-1)
+        return passed[..., -1], light(passed, total, radiance(band, self.air_k(heights)))
 
 
 THINNED = 0.1

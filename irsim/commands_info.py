@@ -97,6 +97,8 @@ def _target(target: Survey) -> Iterator[tuple[str, str]]:
     if target.scr is not None:
         low, middle, high = (plain(scr, 2) for scr in target.scr)
         figures.append(f"SCR {middle} ({low} to {high})")
+    else:
+        figures.append(f"no SCR: {target.why_none}")
     yield "", f"  {', '.join(figures)}"
     for label, spells in (
         ("more than half hidden", target.hidden),

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain, groupby
 from math import hypot
+from typing import Literal
 
 import numpy as np
 
 from irsim.types import Box, TargetTruth, Truth
+
+WhyNone = Literal["hidden", "outside", "unknown"]
+"""Why a target has no signal-to-clutter ratio: less than half of it is seen in all frames, its centre is never in the
+picture, or truth does not know."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +33,8 @@ class Survey:
     frames    how many these are; first is the first of them
     size      median width and height of its box, px
     speed     median apparent speed, px per frame; None where truth does not know
-    scr       5 %, 50 % and 95 % of its signal-to-clutter ratio while it is seen; None where truth has none
+    scr       5 %, 50 % and 95 % of its signal-to-clutter ratio while it is seen; None where there is none
+    why_none  one word for why there is none, where that is so
     hidden    spells in which its centre is in the picture, yet less than half of it is seen
     cut       such spells in which nothing is known to hide it but the picture's edge
     outside   spells in which its centre is out of the picture
@@ -43,6 +49,7 @@ class Survey:
     size: tuple[float, float]
     speed: float | None
     scr: tuple[float, float, float] | None
+    why_none: WhyNone | None
     hidden: tuple[Spell, ...]
     cut: tuple[Spell, ...]
     outside: tuple[Spell, ...]
@@ -80,12 +87,21 @@ def _of(row: dict[int, TargetTruth], frames: list[int], size: tuple[int, int]) -
         size=(_median([target.box.w for target in targets]), _median([target.box.h for target in targets])),
         speed=_median(speeds) if speeds else None,
         scr=tuple(np.quantile(ratios, (0.05, 0.5, 0.95)).tolist()) if ratios else None,
+        why_none=None if ratios else _why_none(targets),
         hidden=_spells(hidden),
         cut=_spells(cut),
         outside=_spells(outside),
         crossing=_spells({index: () for index, target in row.items() if target.crossing}),
         absent=_spells({index: () for index in frames if index not in row}),
     )
+
+
+def _why_none(targets: Sequence[TargetTruth]) -> WhyNone:
+    """Why a target has no ratio in any frame in which it is seen."""
+    inside = [target for target in targets if target.in_view is not False]
+    if not inside:
+        return "outside"
+    return "hidden" if all(target.hidden for target in inside) else "unknown"
 
 
 def _leaves(box: Box, size: tuple[int, int]) -> bool:

@@ -59,6 +59,20 @@ def test_what_is_behind_it_or_switched_off_or_before_another_is_not_told() -> No
     assert len(told(PLAIN, still, "follow=other")) == 1
 
 
+@pytest.mark.parametrize("last", [99, 60])
+def test_what_is_asked_to_hide_it_is_told_of_where_it_is_never_seen(last: int) -> None:
+    """To frame 99 it is hidden all the time; to 60 for most of it, as it is asked for."""
+    wall = "{{kind: bar, id: wall, range_m: 100, hides: tank, frames: [0, {last}]}}"
+    assert told(PLAIN, wall.format(last=last)) == [
+        (
+            ("targets", 0, "path"),
+            "tank, whom trackers follow, is more than half hidden, by wall, in 24 of the 24 frames that were looked "
+            "at; irsim info tells all of them",
+        )
+    ] * (last == 99)
+    assert told(PLAIN, wall.format(last=last), "without=[wall]") == []
+
+
 LEAVES = """
 frames: 100
 camera: {size: [160, 120]}

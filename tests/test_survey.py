@@ -113,6 +113,24 @@ def test_info_says_how_much_is_hidden_in_the_frames_that_it_counts(tmp_path: Pat
     assert "             more than half hidden in 3-4 by bar" in done.stdout.splitlines(), done.stdout
 
 
+def test_info_says_why_there_is_no_ratio(tmp_path: Path) -> None:
+    path = tmp_path / "scene.yaml"
+    path.write_text(HIDDEN)
+    for override, why in (
+        ("occluders.bar.size_px=[70, 20]", "hidden"),
+        ("targets.jet.path.start=[-500, 30]", "outside"),
+        ("targets.jet.path.speed=0", None),
+    ):
+        done = CliRunner().invoke(app, ["info", str(path), "camera.netd_mk=20", override])
+        assert (f"no SCR: {why}" in done.stdout) == (why is not None), done.output
+        assert (" SCR " in done.stdout.replace("no SCR", "")) == (why is None), done.output
+
+
+def test_a_truth_without_ratios_has_none_that_is_known() -> None:
+    (jet,) = survey([Truth(0, 0.0, (seen(None),))], SIZE)
+    assert jet.why_none == "unknown"
+
+
 @pytest.mark.parametrize(
     ("value", "digits", "text"),
     [(100.0, 2, "100"), (1234.0, 3, "1230"), (0.25, 2, "0.25"), (1.5e-7, 2, "0.00000015"), (9.96, 2, "10")],
