@@ -267,7 +267,7 @@ def _sharp_noise(report: NoiseReport) -> Measured:
 
 def _left(memory: Memory | None, sigma: Measured, count: int) -> Measured:
     """Variance that noise leaves in the mean of so many frames: of `sigma` where it has no memory."""
-    return sigma.map(lambda value: value**2 / count) if memory is None else memory.left
+    return sigma.map(lambda value: value**2 / count) if memory is None else memory.left.map(lambda value: value**2)
 
 
 def _known(variance: float) -> Measured:

@@ -40,8 +40,8 @@ class Memory:
                             than can be told, up to 1 and infinity
     walk                    sigma by which what drifts has changed after a second; it grows as the root of time. 0 where
                             the noise goes without
-    left                    variance that all these leave in the mean of the frames, in squared units; of what drifts,
-                            as it has changed since the first frame
+    left                    sigma that all these leave in the mean of the frames; of what drifts, as it has changed
+                            since the first frame
     fixed                   sigma of the fixed pattern in the first frame: of the mean, freed of what is left in it
     """
 
@@ -133,7 +133,7 @@ def memory_of(mixture: Mixture, rate_hz: float, number: Indices, within: Measure
             for each in (correlated, total)
         )
         fixed = replace(fixed, low=0.0, high=max(fixed.high, staying.value))
-        left = replace(left, high=max(left.high, staying.value))
+        left = replace(left, low=0.0, high=math.inf)
     return Memory(
         white=white.map(root),
         correlated=correlated.map(root),
@@ -141,7 +141,7 @@ def memory_of(mixture: Mixture, rate_hz: float, number: Indices, within: Measure
         rho=log_decay.map(lambda x: math.exp(-math.exp(x))),
         time_constant_s=log_decay.map(lambda x: math.exp(-x) / rate_hz),
         walk=mixture.measured(lambda variances, _: variances[2] * rate_hz).map(root),
-        left=left,
+        left=left.map(root),
         fixed=fixed.map(root),
     )
 

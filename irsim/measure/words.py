@@ -97,7 +97,7 @@ def level_wanders(report: NoiseReport, time_frames: Measured | None) -> str | No
     count = report.stretch.index[-1] - report.stretch.index[0] + 1
     if time_frames is None or time_frames.high <= count / 2:
         return None
-    return f"the level wanders as slowly as {count} frames are long: its sigma, t, may be larger"
+    return f"the level wanders as slowly as {count} frames are long: of its sigma, t, the ends alone are told"
 
 
 def clipped_noise(report: NoiseReport) -> str | None:
