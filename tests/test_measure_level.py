@@ -62,6 +62,18 @@ def test_a_level_slower_than_the_series_is_long_lies_below_its_upper_end() -> No
         held(found, 3)
 
 
+def test_a_level_is_told_over_gaps_in_time() -> None:
+    """Five frames of each six are missing: a time constant of 90 frames of the camera is 15 of those that are there."""
+    found = []
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        level = fit_level(wandering(rng, 360, 90)[::6] + rng.normal(0, 0.05, 60), 0.0025, np.arange(0, 360, 6))
+        assert level.time_frames is not None
+        found.append(level.time_frames)
+    held(found, 90)
+    assert max(time.value for time in found) > 60
+
+
 def test_the_term_of_time_is_the_level_s_however_slow_it_is() -> None:
     found = []
     for seed in range(8):

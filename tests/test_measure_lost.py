@@ -59,9 +59,18 @@ def test_times_that_keep_no_beat_tell_nothing() -> None:
 def test_a_long_pause_counts_as_four_times_the_frames() -> None:
     frames, times = taken(list(range(40)))
     times[20:] += 3600
-    number = new_frames(frames, RATE_HZ, times).number
-    assert number[19] == 19
-    assert number[20] == 20 + 4 * 40
+    found = new_frames(frames, RATE_HZ, times)
+    assert found.number[19] == 19
+    assert found.number[20] == 20 + 4 * 40
+    assert found.lost == 3600 * RATE_HZ
+
+
+def test_lost_frames_are_those_of_a_slower_camera_that_is_recorded_thrice() -> None:
+    frames, times = taken([number for number in range(12) if number not in (5, 6) for _ in range(3)])
+    times += np.tile(np.arange(3), 10) / (3 * RATE_HZ)
+    found = new_frames(frames, 3 * RATE_HZ, times)
+    assert found.number.tolist() == [0, 1, 2, 3, 4, 7, 8, 9, 10, 11]
+    assert found.lost == 2
 
 
 def test_memory_is_measured_where_frames_are_lost() -> None:

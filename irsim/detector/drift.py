@@ -95,7 +95,8 @@ def _deviation(
     kept = np.float32(math.exp(-decay * (now - since)))
     for term, what, sigma in terms:
         key = (decay, over(shape, what), seed, name, term)
-        total += np.float32(sigma) * (_process(*key).frame(now) - kept * _corrected(*key, since))
+        start = _corrected(*key, since)  # before the way to this step, which it would have to go again
+        total += np.float32(sigma) * (_process(*key).frame(now) - kept * start)
     return read_only(total)
 
 

@@ -44,8 +44,9 @@ def fit_level(levels: Floats, known: float, number: Indices | None = None) -> Le
     spread = float(np.std(levels, ddof=1)) + 1e-9
     sigmas = np.geomspace(spread / 100, spread * 20, _SIGMAS)
     number = np.arange(count) if number is None else number
-    slower = np.geomspace(count, _SLOWER * count, _SLOWER_TIMES + 1)[1:]
-    times = np.concatenate([np.geomspace(1.0, count, _TIMES), slower])
+    length = int(number[-1] - number[0]) + 1
+    slower = np.geomspace(length, _SLOWER * length, _SLOWER_TIMES + 1)[1:]
+    times = np.concatenate([np.geomspace(1.0, length, _TIMES), slower])
     kept = np.exp(-np.diff(number)[:, None] / times)
     white = _likelihood(levels, np.zeros((count - 1, 1)), sigmas, known)[0]
     table = _likelihood(levels, kept, sigmas, known)

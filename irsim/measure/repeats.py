@@ -55,8 +55,9 @@ def new_frames(frames: Values, rate_hz: float, times: Floats | None = None) -> N
     Frames alike by chance are no repeats: where noise is far below one count, all count.
     """
     count = len(frames)
-    missing = _missing(count, rate_hz, times)
-    lost = int(missing.sum())
+    gaps = _gaps(count, rate_hz, times)
+    lost = int(gaps.sum())
+    missing = _counted(gaps)
     changed = np.array([int(np.count_nonzero(frames[k] != frames[k - 1])) for k in range(1, count)], np.intp)
     index = np.concatenate([[0], np.flatnonzero(changed) + 1]).astype(np.intp)
     few = len(index) < _LEAST_NEW or float(np.median(changed[changed > 0])) < _LEAST_CHANGED
@@ -65,7 +66,7 @@ def new_frames(frames: Values, rate_hz: float, times: Floats | None = None) -> N
         return NewFrames(every, every + np.cumsum(missing), rate_hz, lost)
     shown = np.diff(index, append=count)  # how often each came
     before = np.cumsum(missing)[index]
-    gone = np.diff(before, append=lost)  # after each, until the next one
+    gone = np.diff(before, append=missing.sum())  # after each, until the next one
     usual = float(np.median(shown))
     if usual < 2:
         passed = np.where(shown == 2, 1, shown) + gone
@@ -73,20 +74,22 @@ def new_frames(frames: Values, rate_hz: float, times: Floats | None = None) -> N
         usual = float(shown[shown < 2 * usual].mean())
         passed = np.maximum(np.rint((shown + gone) / usual), 1).astype(np.intp)
         rate_hz /= usual
+        lost = round(lost / usual)
     return NewFrames(index, np.cumsum(passed) - passed, rate_hz, lost)
 
 
-def _missing(count: int, rate_hz: float, times: Floats | None) -> Indices:
-    """(T,) frames of the camera that are missing before each of `count`; none where times do not tell."""
-    none: Indices = np.zeros(count, np.intp)
-    if times is None:
-        return none
-    periods = np.diff(times) * rate_hz
-    whole = np.rint(periods)
-    if (np.abs(periods - whole) > _OFF_BEAT).any():
-        return none
-    gaps = np.maximum(whole - 1, 0)
-    if gaps.sum() > _LONGEST * count:
-        gaps = gaps.clip(max=max(_LONGEST * count // np.count_nonzero(gaps), 1))
-    none[1:] = gaps
-    return none
+def _gaps(count: int, rate_hz: float, times: Floats | None) -> Indices:
+    """(T,) recorded frames that are missing before each of `count`; none where times do not tell."""
+    gaps: Indices = np.zeros(count, np.intp)
+    if times is not None:
+        periods = np.diff(times) * rate_hz
+        whole = np.rint(periods)
+        if (np.abs(periods - whole) <= _OFF_BEAT).all():
+            gaps[1:] = np.maximum(whole - 1, 0)
+    return gaps
+
+
+def _counted(gaps: Indices) -> Indices:
+    """(T,) gaps as time that went on: all together no more than _LONGEST times the frames."""
+    most = _LONGEST * len(gaps)
+    return gaps if gaps.sum() <= most else gaps.clip(max=most // np.count_nonzero(gaps))
