@@ -17,7 +17,7 @@ def shares(steps: int) -> Floats:
     """Places along a path of length 1: as many steps from the camera as from the end, which may be near the ground,
     close together near each. Read only."""
     near = np.linspace(0, 1, steps + 1) ** 2
-    places = np.union1d(near, 1 - near)
+    places = np.unique(np.round([near, 1 - near], 12))  # 0.6^2 and 1 - 0.8^2 are one place
     places.setflags(write=False)
     return places
 
@@ -49,7 +49,7 @@ def crossings(base: float, rise: Floats, radius: float) -> tuple[Floats, Floats]
     return -base * rise - half, -base * rise + half
 
 
-def light(passed: Floats, depth: Floats, shining: Floats) -> Floats:
+def path_light(passed: Floats, depth: Floats, shining: Floats) -> Floats:
     """(...) what arrives of paths whose air shines as a black body does at each station, `shining`, linear in the
     optical depth between; up to each, `passed` is the transmittance and `depth` the optical depth."""
     before, after = passed[..., :-1], passed[..., 1:]

@@ -13,8 +13,8 @@ import numpy as np
 from irsim.types import Box, TargetTruth, Truth
 
 WhyNone = Literal["hidden", "outside", "unknown"]
-"""Why a target has no signal-to-clutter ratio: less than half of it is seen in all frames, its centre is never in the
-picture, or truth does not know."""
+"""Why a target has no signal-to-clutter ratio: less than half of it is seen in all frames that have its centre, be
+it for the picture's edge; its centre is never in the picture; or truth does not know."""
 
 
 @dataclass(frozen=True)

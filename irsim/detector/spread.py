@@ -15,7 +15,7 @@ from irsim.types import Floats, Slices
 
 DRAWS = 512
 """So many draws of the gains: where they are of one pixel or of hundreds, what runs on evenly varies by just what it
-should; where ends of streaks move by pixels, to within a few percent."""
+should; where ends of streaks move by pixels, to within some 15 % at single ones."""
 _FARTHEST = 4.0
 """Sigmas of all gains at once that what spills reaches farther than in any draw by."""
 
@@ -50,7 +50,7 @@ def _reached(signal: Floats, top: float, bloom: Bloom) -> Slices | None:
 
 
 def _draws(light: Floats) -> Iterator[Floats]:
-    """Unit normals for each pixel, (rows, cols) float32, so often: the brightest pixels, which spill most, are
+    """Unit normals for each pixel, (rows, cols) float32, DRAWS times: the brightest pixels, which spill most, are
     uncorrelated exactly over all draws, the others by chance.
 
     Of variances where what a spot spilled ends, 2 % remain by chance with plain draws and 0.4 % with these, along

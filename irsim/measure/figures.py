@@ -14,7 +14,7 @@ from irsim.measure.defects import defects, patched, without_specks
 from irsim.measure.field import Field, periodogram
 from irsim.measure.flaws import Flaws, flaws
 from irsim.measure.histogram import histogram
-from irsim.measure.interval import Measured, root, without
+from irsim.measure.interval import Measured, exactly, root, square, without
 from irsim.measure.lines import turns, without_turns
 from irsim.measure.memory import Memory
 from irsim.measure.noise import NoiseReport, measure_noise
@@ -30,7 +30,7 @@ from irsim.types import Bools, Floats
 
 ROUNDING = 1 / 12
 """Variance of rounding to whole counts, which every measured white noise holds."""
-_ROUNDED = Measured(ROUNDING, ROUNDING, ROUNDING)
+_ROUNDED = exactly(ROUNDING)
 FRAMES = 300
 """Frames that are looked at where the caller does not say: 200 MB of 640x512 px."""
 _LEAST_SIDE = 8
@@ -175,7 +175,7 @@ def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: 
     picture = without_turns(settled, even_rows.value, even_columns.value)
     fixed = fixed_pattern(picture, blur, report.moving)
     # Of temporal noise, in the mean of the frames: pixels, rows, columns.
-    left, left_rows, left_columns = _known(report.fine**2 / count), _known(0.0), _known(0.0)
+    left, left_rows, left_columns = exactly(report.fine**2 / count), exactly(0.0), exactly(0.0)
     if not report.moving:
         left = _left(memory, terms.tvh, count)
         left_rows, left_columns = (_left(report.lines.get(term), getattr(terms, term), count) for term in ("tv", "th"))
@@ -267,17 +267,13 @@ def _sharp_noise(report: NoiseReport) -> Measured:
 
 def _left(memory: Memory | None, sigma: Measured, count: int) -> Measured:
     """Variance that noise leaves in the mean of so many frames: of `sigma` where it has no memory."""
-    return sigma.map(lambda value: value**2 / count) if memory is None else memory.left.map(lambda value: value**2)
-
-
-def _known(variance: float) -> Measured:
-    return Measured(variance, variance, variance)
+    return sigma.map(lambda value: value**2 / count) if memory is None else memory.left.map(square)
 
 
 def _less(sigma: Measured, part: Measured) -> Measured:
     """A sigma without a part of its variance; where nothing is left, it may be anything up to the whole."""
-    rest = without(sigma.map(lambda value: value**2), part).map(root)
-    return replace(rest, high=rest.high or sigma.high, bound=sigma.bound)
+    rest = without(sigma.map(square), part).map(root)
+    return rest if rest.high > 0 else replace(rest, high=sigma.high)
 
 
 def _settled(frames: Values, noise: float) -> Floats:

@@ -39,7 +39,17 @@ def without(whole: Measured, part: Measured) -> Measured:
     value = whole.value - part.value
     down = math.hypot(whole.value - whole.low, part.high - part.value)
     up = math.hypot(whole.high - whole.value, part.value - part.low)
-    return Measured(value, value - down, value + up)
+    return Measured(value, value - down, value + up, bound=whole.bound)
+
+
+def exactly(value: float) -> Measured:
+    """A value that is known."""
+    return Measured(value, value, value)
+
+
+def square(sigma: float) -> float:
+    """The variance of a sigma."""
+    return sigma**2
 
 
 def root(value: float) -> float:

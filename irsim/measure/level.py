@@ -10,13 +10,12 @@ from irsim.measure.interval import ENDS, LEVEL, Measured
 from irsim.measure.repeats import Indices
 from irsim.types import Floats
 
-_TIMES = 30
+_TIMES = 52
+"""Of which 30 are up to the length of a series of 100."""
 _SIGMAS = 60
 _SLOWER = 30.0
 """Times the series' length: up to that are time constants of which upper ends are told. They grow with it, for of a
 level so slow the series tells only by how much it goes in a frame. Up to ten times they held in 38 to 40 of 40."""
-_SLOWER_TIMES = 22
-"""As densely in log as the others of a series of 100."""
 _ODDS = 20.0
 """Odds from which a level is said to have memory."""
 
@@ -35,32 +34,30 @@ def fit_level(levels: Floats, known: float, number: Indices | None = None) -> Le
     Every sigma and time constant on a grid is weighed by the likelihood of the series less its mean
     (D. A. Harville, "Bayesian inference for variance components using only error contrasts", Biometrika
     61, 1974), all of either even in log before. Values are medians, ends the quantiles. Slower than the
-    series is long cannot be told: values and lower ends are of time constants up to its length, upper ends of such as
-    are up to thirty times as long, too, where the likeliest of these is as likely as the ends of an interval are. The
-    lower end is 0 where no level at all is as likely as the ends of an interval
-    are.
+    series is long cannot be told: time constants up to its length give values and lower ends. Upper ends also count
+    those up to thirty times as long, if one of them is as likely as an interval's ends are. The lower end is 0 where no
+    level at all is as likely as these.
     """
     count = len(levels)
     spread = float(np.std(levels, ddof=1)) + 1e-9
     sigmas = np.geomspace(spread / 100, spread * 20, _SIGMAS)
     number = np.arange(count) if number is None else number
     length = int(number[-1] - number[0]) + 1
-    slower = np.geomspace(length, _SLOWER * length, _SLOWER_TIMES + 1)[1:]
-    times = np.concatenate([np.geomspace(1.0, length, _TIMES), slower])
+    times = np.geomspace(1.0, _SLOWER * length, _TIMES)
+    told = times <= length
     kept = np.exp(-np.diff(number)[:, None] / times)
     white = _likelihood(levels, np.zeros((count - 1, 1)), sigmas, known)[0]
     table = _likelihood(levels, kept, sigmas, known)
     top = max(white.max(), table.max())
     likely = top - ENDS**2 / 2
-    none, lasting = white[0] > likely, table[_TIMES:].max() > likely
+    none, lasting = white[0] > likely, table[~told].max() > likely
     white, table = np.exp(white - top), np.exp(table - top)
-    told = table[:_TIMES]
-    if told.sum() / _TIMES <= _ODDS * white.sum():
+    if table[told].sum() / told.sum() <= _ODDS * white.sum():
         sigma = _quantiles(sigmas, white)
         return Level(replace(sigma, low=0.0) if none else sigma, None)
-    sigma, time = _quantiles(sigmas, told.sum(axis=0)), _quantiles(times[:_TIMES], told.sum(axis=1))
+    sigma, time = _weighed(sigmas, times[told], table[told])
     if lasting:
-        slow_sigma, slow_time = _quantiles(sigmas, table.sum(axis=0)), _quantiles(times, table.sum(axis=1))
+        slow_sigma, slow_time = _weighed(sigmas, times, table)
         sigma = replace(sigma, high=max(sigma.high, slow_sigma.high))
         time = replace(time, high=max(time.high, slow_time.high))
     return Level(sigma, time)
@@ -88,6 +85,11 @@ def _likelihood(levels: Floats, kept: Floats, sigmas: Floats, known: float) -> F
         foretold, variance = foretold + variance / total * off, variance * noise / total
     entropy, squares, crossed, ones = sums
     return np.asarray(-0.5 * (entropy + np.log(ones / len(levels)) + squares - crossed**2 / ones))
+
+
+def _weighed(sigmas: Floats, times: Floats, table: Floats) -> tuple[Measured, Measured]:
+    """Sigma and time constant by likelihoods (times, sigmas)."""
+    return _quantiles(sigmas, table.sum(axis=0)), _quantiles(times, table.sum(axis=1))
 
 
 def _quantiles(values: Floats, weights: Floats) -> Measured:

@@ -133,7 +133,7 @@ def memory_of(mixture: Mixture, rate_hz: float, number: Indices, within: Measure
             for each in (correlated, total)
         )
         fixed = replace(fixed, low=0.0, high=max(fixed.high, staying.value))
-        left = replace(left, low=0.0, high=math.inf)
+        left = replace(left, low=0.0, high=math.inf)  # after `fixed`, which takes its value and has ends of its own
     return Memory(
         white=white.map(root),
         correlated=correlated.map(root),

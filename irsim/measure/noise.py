@@ -39,8 +39,8 @@ _CHANCE = 1.05
 _OF_TIME = ("pair", "lags", "memory", "drift")
 """What is told beside the terms, and holds what moves as they do."""
 _AS_MUCH = 4.0
-"""By so much the variance of a level that remembers is more than what lines leave in it by chance: it is seen but a few
-times anew."""
+"""By so much the variance of a level that remembers is more than what lines or pixels leave in it by chance: it is seen
+but a few times anew."""
 _STAYS = {"tv": "v", "th": "h"}
 
 
@@ -170,7 +170,7 @@ def measure_noise(
     level = fit_level(means, _finer(terms, region), number)
     if lines:  # the level is their mean, too, and scatters from frame to frame as seldom anew as they do
         terms = replace(terms, t=noise_3d(flat, min(time_freedom(memory, number) for memory in lines.values())).t)
-        level = _without_lines(level, lines, region)
+    level = _own(level, lines, flow.memory, region)
     if not moved.moving and level.time_frames is not None and level_remembers(flat, number, terms.t):
         terms = replace(terms, t=level.sigma)
     terms = _lines(terms, lines)
@@ -234,10 +234,10 @@ def _lines(terms: Noise3dTerms, lines: dict[str, Memory]) -> Noise3dTerms:
     return replace(terms, **whole, **stays)
 
 
-def _without_lines(level: Level, lines: dict[str, Memory], region: Region) -> Level:
-    """A level, but none that remembers where the mean of lines that do may be all of it."""
-    count = {"tv": region.h, "th": region.w}
-    theirs = sum(memory.total.value**2 / count[term] for term, memory in lines.items())
+def _own(level: Level, lines: dict[str, Memory], pixels: Memory | None, region: Region) -> Level:
+    """A level, but none that remembers where the mean of lines or pixels that do may be all of it."""
+    means = [(lines.get("tv"), region.h), (lines.get("th"), region.w), (pixels, region.w * region.h)]
+    theirs = sum(memory.total.value**2 / count for memory, count in means if memory is not None)
     if level.time_frames is None or level.sigma.value**2 > _AS_MUCH * theirs:
         return level
     return Level(Measured(0.0, 0.0, level.sigma.high), None)

@@ -17,12 +17,10 @@ _LEAST_NEW = 4
 _LEAST_CHANGED = 30
 """Pixels that change from one new frame to the next, in the median: two frames are then alike by chance, where that
 many change in a mean frame, in e^-30 of all."""
-
-
 _OFF_BEAT = 0.25
 """Share of a period by which times may be off whole ones: those of frames that were stamped as they came are off by
 any."""
-_LONGEST = 4
+_MOST_LOST = 4
 """Times as many frames as there are may be lost; of more no memory of the noise tells, and to count them takes long."""
 
 
@@ -46,9 +44,9 @@ def new_frames(frames: Values, rate_hz: float, times: Floats | None = None) -> N
     """Of frames (T, rows, columns), recorded at `rate_hz`.
 
     Pixels do not tell whether time went on while a picture was repeated. A lone repeat is taken for a frame
-    that arrived twice, for which none passes; two and more in a row for a picture that stood still, as for a
-    correction's shutter, while time went on. Where most frames are repeated, a slower camera was recorded at a
-    higher rate.
+    that arrived twice, for which none passes, whatever its own time says; two and more in a row for a picture that
+    stood still, as for a correction's shutter, while time went on. Where most frames are repeated, a slower camera was
+    recorded at a higher rate.
 
     Nor do they tell of lost frames: that `times` (T,), s, do where all frames are whole periods apart.
 
@@ -90,6 +88,6 @@ def _gaps(count: int, rate_hz: float, times: Floats | None) -> Indices:
 
 
 def _counted(gaps: Indices) -> Indices:
-    """(T,) gaps as time that went on: all together no more than _LONGEST times the frames."""
-    most = _LONGEST * len(gaps)
+    """(T,) gaps as time that went on: all together no more than _MOST_LOST times the frames."""
+    most = _MOST_LOST * len(gaps)
     return gaps if gaps.sum() <= most else gaps.clip(max=most // np.count_nonzero(gaps))
