@@ -7,6 +7,7 @@ alone does not: `on`, `off`, `yes` and `no` are text, `1e3` is a float, `010` is
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,6 +25,8 @@ KeyPath = tuple[str | int, ...]
 MOST_VALUES = 100_000
 """Values in one document, aliases written out; more is taken for an alias bomb."""
 
+_LONGEST = sys.int_info.default_max_str_digits
+_TAGS = "no tag, or !!str, !!int, !!float, !!bool, !!null where the text is such a value"
 _TOO_DEEP = "nested too deeply; allowed: a hundred levels"
 _TAG = "tag:yaml.org,2002:"
 _INT = re.compile(r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+")
@@ -54,7 +57,7 @@ def read(path: str | Path) -> Document:
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise InputError(f"{path}:{_place_in(raw, error.start)}: this is not UTF-8 text") from None
+        raise InputError(f"{path}:{_place_in(raw, error.start)}: this is not UTF-8 text; allowed: UTF-8") from None
     if "\0" in text:
         raise InputError(f"{path}:{_place_in(raw, raw.index(0))}: a zero byte stands here; allowed: text, without any")
     return parse(text, str(path))
@@ -69,7 +72,7 @@ def parse(text: str, name: str = "<text>") -> Document:
         line = text.count("\n", 0, error.position) + 1
         column = error.position - text.rfind("\n", 0, error.position)
         raise InputError(
-            f"{name}:{line}:{column}: the character U+{_code(error.character):04X} is not allowed"
+            f"{name}:{line}:{column}: the character U+{_code(error.character):04X} stands here; allowed: printable text"
         ) from None
     except yaml.MarkedYAMLError as error:
         raise InputError(f"{name}:{_problem(error)}") from None
@@ -157,11 +160,11 @@ class _Build:
     def value(self, node: Node, path: KeyPath) -> Any:
         self.values[path] = self._place(node)
         if len(self.values) > MOST_VALUES:
-            raise InputError(f"{self.name}: more than {MOST_VALUES} values")
+            raise InputError(f"{self.name}: it has too many values; allowed: {MOST_VALUES}, aliases written out")
         if isinstance(node, ScalarNode):
             return self._scalar(node)
         if node in self._open:
-            self._wrong(node, "an alias that holds itself")
+            self._wrong(node, "an alias that holds itself; allowed: aliases of what is whole before them")
             return None
         self._open.add(node)
         try:
@@ -206,14 +209,14 @@ class _Build:
                 case "float" if _SPECIAL.fullmatch(text):
                     return float(text.replace(".", "", 1))
         except ValueError:  # int() refuses thousands of digits
-            self._wrong(node, f"the number {text[:20]}... is too long")
+            self._wrong(node, f"the number {text[:20]}... is too long; allowed: {_LONGEST} digits")
             return None
-        self._wrong(node, f"{text!r} cannot have the tag {_short(node.tag)}")
+        self._wrong(node, f"{text!r} cannot have the tag {_short(node.tag)}; allowed: {_TAGS}")
         return None
 
     def _expect(self, node: Node, tag: str) -> None:
         if node.tag not in (_TAG + tag, "!"):
-            self._wrong(node, f"the tag {_short(node.tag)} is not allowed here")
+            self._wrong(node, f"the tag {_short(node.tag)} stands here; allowed: !!{tag}, or no tag")
 
     def _place(self, node: Node) -> str:
         return f"{self.name}:{node.start_mark.line + 1}:{node.start_mark.column + 1}"
