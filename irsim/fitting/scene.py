@@ -156,7 +156,7 @@ class Scene:
             "h": found.column,
         }
         yield "noise_3d", {"tvh": 0, **{key: self._ratio(value) for key, value in terms.items() if value is not None}}
-        if found.memory is not None and found.memory_frames is not None:
+        if found.memory is not None and found.memory_frames is not None and found.memory.value:
             yield "ar1", {"ratio": self._ratio(found.memory), "time_constant_s": self._seconds(found.memory_frames)}
         for over, lines in (("row", found.rows), ("column", found.columns)):
             if lines is not None and lines.correlated.value:

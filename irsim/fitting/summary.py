@@ -12,13 +12,15 @@ from irsim.measure import Figures, Measured
 def summary_lines(found: Figures, display: FittedDisplay | None) -> Iterator[tuple[str, str]]:
     """Labels and texts: noise in counts, bad pixels as shares of all, the blur, the display."""
     yield "noise", f"{_told(found.noise)} counts in time, of each pixel"
-    if found.memory is not None and found.memory_frames is not None:
+    if found.memory is not None and found.memory_frames is not None and found.memory.value:
         yield "", f"of it {_told(found.memory)} with a memory of {_told(found.memory_frames)} frames"
     if found.walk is not None:
         yield "", f"drifts from pixel to pixel by {_told(found.walk)} in a frame, as the root of their number"
     for what, lines in (("rows", found.rows), ("columns", found.columns)):
-        if lines is not None:
+        if lines is not None and lines.correlated.value:
             yield "", f"{what} {_told(lines.correlated)} with a memory of {_told(lines.time_constant_s)} s"
+        if lines is not None and lines.drift is not None:
+            yield "", f"{what} drift by {_told(lines.drift)} in a second, as the root of time"
     rest = (("rows", found.row_noise), ("columns", found.column_noise), ("level", found.level))
     if anew := _named(rest):
         yield "", f"{anew}, anew in each frame"

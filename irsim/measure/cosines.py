@@ -24,12 +24,14 @@ _BINS = 96
 class Cosines:
     """Modes of frames taken at given times.
 
+    ages    (T,) frames of the camera since the first one
     basis   (M, T) orthonormal, each without a mean
     starts  (B,) first mode of each bin
     sizes   (B,) modes in each bin
     pairs   (B, L) share of the correlation over each lag, 0 .. L - 1 frames of the camera, in a bin's variance
     """
 
+    ages: Indices
     basis: Floats
     starts: Indices
     sizes: Indices
@@ -47,16 +49,17 @@ class Cosines:
         )
         starts = starts[starts < count - 1]
         sizes = np.diff(np.append(starts, count - 1))
-        lags = int(number[-1] - number[0]) + 1
+        ages = number - number[0]
+        lags = int(ages[-1]) + 1
         length = next_fast_len(2 * lags)
         pairs = np.empty((len(starts), lags))
         for bin_, (start, size) in enumerate(zip(starts, sizes, strict=True)):
             spread = np.zeros((size, length))
-            spread[:, number - number[0]] = basis[start : start + size]
+            spread[:, ages] = basis[start : start + size]
             power = np.square(np.abs(rfft(spread, axis=1))).mean(axis=0)
             pairs[bin_] = irfft(power, length)[:lags]
         pairs[:, 1:] *= 2
-        return cls(basis, starts, sizes, pairs)
+        return cls(ages, basis, starts, sizes, pairs)
 
     def squares(self, values: Floats) -> Floats:
         """(B, ...) mean square of the modes of each bin in values (T, ...)."""
@@ -73,6 +76,10 @@ class Cosines:
         """(B,) that in unit AR(1) noise of correlation exp(-decay k) over k frames."""
         found: Floats = self.pairs @ np.exp(-decay * np.arange(self.pairs.shape[1]))
         return found
+
+    def grown(self, decay: float) -> Floats:
+        """(B,) that in AR(1) noise that a correction took away in the first frame: x[k] - rho^k x[0]."""
+        return self.remembered(decay) - self.squares(np.exp(-decay * self.ages))
 
     def walked(self) -> Floats:
         """(B,) that in a random walk whose variance grows by 1 a frame: half the mean square over k frames is k / 2."""

@@ -37,9 +37,10 @@ class Memory:
     white, correlated       sigmas of the part without and the part with memory
     total                   sigma of both
     rho, time_constant_s    of the correlated part; its correlation over k frames is rho^k. Where they may be longer
-                            than can be told, up to 1 and infinity
+                            than can be told, up to 1 and infinity; sigmas have ends for up to ten times what was seen
     walk                    sigma by which what drifts has changed after a second; it grows as the root of time. 0 where
-                            the noise goes without
+                            the noise goes without. Where it is all there is beside white noise, it is that of a walk,
+                            or of AR(1) noise as slow: nobody can tell them apart
     left                    sigma that all these leave in the mean of the frames; of what drifts, as it has changed
                             since the first frame
     fixed                   sigma of the fixed pattern in the first frame: of the mean, freed of what is left in it
@@ -120,9 +121,10 @@ def memory_of(mixture: Mixture, rate_hz: float, number: Indices, within: Measure
     """Of a mixture in frames taken at `number` (T,), in frames of the camera at `rate_hz`; within and staying are the
     variance about the mean of the frames, and that of the mean."""
     white = mixture.measured(lambda variances, _: variances[0])
-    correlated = mixture.measured(lambda variances, _: variances[1])
-    total = mixture.measured(lambda variances, _: variances[0] + variances[1])
+    correlated = mixture.measured(_correlated)
+    total = mixture.measured(lambda variances, _: variances[0] + variances[1] + variances[2])
     log_decay = mixture.measured(lambda _, log_decay: log_decay)
+    walk = partial(_growing, mixture.length / 2) if mixture.walks else _walk
     left = mixture.measured(partial(_mean, number))
     fixed = without(staying, left)
     if mixture.slowest:
@@ -140,22 +142,41 @@ def memory_of(mixture: Mixture, rate_hz: float, number: Indices, within: Measure
         total=total.map(root),
         rho=log_decay.map(lambda x: math.exp(-math.exp(x))),
         time_constant_s=log_decay.map(lambda x: math.exp(-x) / rate_hz),
-        walk=mixture.measured(lambda variances, _: variances[2] * rate_hz).map(root),
+        walk=mixture.measured(walk).map(lambda a_frame: root(a_frame * rate_hz)),
         left=left.map(root),
         fixed=fixed.map(root),
     )
 
 
+def _correlated(variances: Floats, log_decay: float) -> float:
+    """Variance that noise with memory tends to."""
+    return float(variances[1] + variances[2])
+
+
+def _walk(variances: Floats, log_decay: float) -> float:
+    return float(variances[3])
+
+
+def _growing(lag: float, variances: Floats, log_decay: float) -> float:
+    """What the change over `lag` frames grows by in variance, a frame, from half of them on: by a walk and by AR(1)
+    noise that is no faster."""
+    far = math.exp(log_decay) * lag
+    return float(variances[3]) + _correlated(variances, log_decay) * (math.exp(-far / 2) - math.exp(-far)) * 4 / lag
+
+
 def _correlation(lag: int, variances: Floats, log_decay: float) -> float:
-    total = max(float(variances[0] + variances[1]), _FLOOR)
-    return float(variances[1]) / total * math.exp(-math.exp(log_decay) * lag)
+    correlated = _correlated(variances, log_decay)
+    return correlated / max(float(variances[0]) + correlated, _FLOOR) * math.exp(-math.exp(log_decay) * lag)
 
 
 def _mean(number: Indices, variances: Floats, log_decay: float) -> float:
     """Variance of the mean of frames taken at `number` (T,), of what walks since the first one."""
-    white, correlated, walk = variances
-    lasting = correlated * _mean_correlation(number, math.exp(log_decay))
-    return float((white + lasting) / len(number) + walk * _mean_walk(number))
+    white, lasting, grown, walk = variances
+    decay = math.exp(log_decay)
+    ages = number - number[0]
+    lasts = _mean_correlation(number, decay) / len(number)
+    first = float(np.exp(-decay * ages).mean()) ** 2
+    return float(white / len(number) + (lasting + grown) * lasts - grown * first + walk * _mean_walk(number))
 
 
 def time_freedom(memory: Memory | None, number: Indices) -> float:

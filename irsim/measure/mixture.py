@@ -1,8 +1,9 @@
 """How much of noise is white, how much first-order autoregressive, and how much walks off for good.
 
 Read off the variances of its modes (`irsim.measure.cosines`), by the likelihood of normal noise. A mode has
-w^2 + s^2 r(rho) + d b: white noise of sigma w, AR(1) noise of sigma s and lag-1 correlation rho, and a random walk
-whose variance grows by d a frame, as non-uniformity between corrections does for as long as it is not drawn back.
+w^2 + s^2 ((1 - q) r(rho) + q g(rho)) + d b: white noise of sigma w, AR(1) noise of sigma s and lag-1 correlation rho, a
+share q of which grows from none in the first frame, as non-uniformity does after a correction, and a random walk whose
+variance grows by d a frame, as that does for as long as it is not drawn back.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from functools import partial
 
 import numpy as np
 
+from irsim.measure.allowed import Allowed
 from irsim.measure.cosines import Cosines
 from irsim.measure.interval import LEVEL, Measured
 from irsim.types import Floats
@@ -32,45 +34,53 @@ _NEAR = 1e-6
 """The end of a search is met within this."""
 _HALVINGS = 12
 _SLICES = 11
+_ALL = (True, True, True, True)
+_STEADY = (True, True, False, False)
+_WALKING = (True, False, False, True)
+"""Which of the parts there are: any; no more than noise that was always there; no memory but a walk."""
 
 
 @dataclass(frozen=True)
 class _Profile:
-    """At one logarithm of the decay: the likeliest variances (3,) of the parts, what twice the log likelihood lacks but
-    for a constant, and the variances' covariance (3, 3)."""
+    """At one logarithm of the decay: the likeliest variances (4,) of the parts, what twice the log likelihood lacks but
+    for a constant, and which others are allowed. Parts: white, AR(1), AR(1) that grows, walk."""
 
     log_decay: float
     variances: Floats
     lacks: float
-    covariance: Floats
+    allowed: Allowed
 
 
 @dataclass(frozen=True)
 class Mixture:
     """What was found, and all that the noise allows besides.
 
-    best    the likeliest; without a walk where that is within the interval, too, but for memory as long as can be
-            looked for, which is a walk by another name
+    best    the simplest that the interval allows: AR(1) noise without a walk, but for memory as long as can be looked
+            for, which is a walk by another name; a walk without AR(1) noise; or the likeliest
+    walks   whether it is that walk
+    length  frames of the camera in which the noise was seen
     slices  profiles over the decays whose likelihood is within the interval's; rooms (N,) how much of it is left, in
             squared standard errors, at each
     slowest whether decays slower than any that are looked for are among them
     """
 
     best: _Profile
+    walks: bool
+    length: int
     slices: tuple[_Profile, ...]
     rooms: Floats
     slowest: bool
 
     def measured(self, function: Callable[[Floats, float], float]) -> Measured:
-        """A function of the variances (white, AR(1), walk a frame) and the log decay a frame, with its interval: that
-        of the profile likelihood (D. R. Cox, D. V. Hinkley, "Theoretical Statistics", 1974, section 9.3)."""
+        """A function of the variances (4,) of the parts and the log decay a frame, with its interval: that of the
+        profile likelihood (D. R. Cox, D. V. Hinkley, "Theoretical Statistics", 1974, section 9.3)."""
         value = function(self.best.variances, self.best.log_decay)
-        low = high = value
+        ends = [value]
         for each, room in zip(self.slices, self.rooms, strict=True):
-            here = function(each.variances, each.log_decay)
-            reach = math.sqrt(max(room * _variance(function, each), 0.0))
-            low, high = min(low, here - reach), max(high, here + reach)
-        return Measured(value, low, high)
+            slopes = _slopes(function, each)
+            off = function(each.variances, each.log_decay) - float(slopes @ each.variances)
+            ends += [off + end for end in each.allowed.ends(slopes, float(room))]
+        return Measured(value, min(ends), max(ends))
 
 
 def fit_mixture(blocks: Floats, freedom: float, cosines: Cosines, known: Floats | float = 0.0) -> Mixture:
@@ -85,8 +95,8 @@ def fit_mixture(blocks: Floats, freedom: float, cosines: Cosines, known: Floats 
     squares = blocks.mean(axis=0)
     weights = freedom * cosines.sizes
 
-    def profile(log_decay: float, walks: bool = True) -> _Profile:
-        return _at(log_decay, squares, weights, cosines, known, walks)
+    def profile(log_decay: float, parts: tuple[bool, ...] = _ALL) -> _Profile:
+        return _at(log_decay, squares, weights, cosines, known, parts)
 
     ends = _ends(cosines)
     best = _likeliest(profile, ends)
@@ -94,9 +104,14 @@ def fit_mixture(blocks: Floats, freedom: float, cosines: Cosines, known: Floats 
     slow, fast = (_side(profile, best, end, reach) for end in ends)
     slices = [best, *(profile(at) for at in np.linspace(slow, fast, _SLICES))]
     lacks = np.array([each.lacks - best.lacks for each in slices])
-    simple = _likeliest(partial(profile, walks=False), ends)
-    taken = simple if simple.lacks - best.lacks <= reach and simple.log_decay > ends[0] + _NEAR else best
-    return Mixture(taken, tuple(slices), (reach - lacks).clip(0), slow <= ends[0])
+    steady = _likeliest(partial(profile, parts=_STEADY), ends)
+    walking = profile(ends[0], _WALKING)
+    walks = False
+    if steady.lacks - best.lacks <= reach and steady.log_decay > ends[0] + _NEAR:
+        best = steady
+    elif walking.lacks - best.lacks <= reach:
+        best, walks = walking, True
+    return Mixture(best, walks, int(cosines.ages[-1]) + 1, tuple(slices), (reach - lacks).clip(0), slow <= ends[0])
 
 
 def _likeliest(profile: Callable[[float], _Profile], ends: tuple[float, float]) -> _Profile:
@@ -113,21 +128,25 @@ def _ends(cosines: Cosines) -> tuple[float, float]:
 
 
 def _parts(log_decay: float, cosines: Cosines) -> Floats:
-    """(B, 3) what a unit of each part gives to the modes."""
-    return np.stack([cosines.white(), cosines.remembered(math.exp(log_decay)), cosines.walked()], axis=1)
+    """(B, 4) what a unit of each part gives to the modes."""
+    decay = math.exp(log_decay)
+    return np.stack([cosines.white(), cosines.remembered(decay), cosines.grown(decay), cosines.walked()], axis=1)
 
 
 def _at(
-    log_decay: float, squares: Floats, weights: Floats, cosines: Cosines, known: Floats | float, walks: bool
+    log_decay: float,
+    squares: Floats,
+    weights: Floats,
+    cosines: Cosines,
+    known: Floats | float,
+    taken: tuple[bool, ...],
 ) -> _Profile:
-    """Likeliest variances, none below 0, by Fisher's scoring; where nothing `walks`, of the first two alone."""
+    """Likeliest variances, none below 0, by Fisher's scoring, of those parts that are `taken`."""
     from scipy.optimize import nnls
 
     parts = _parts(log_decay, cosines)
     size = parts.max(axis=0)
-    parts = parts / size
-    if not walks:
-        parts[:, 2] = 0
+    parts = parts / size * taken
     least = _LEAST * float(squares.mean())
     foreseen, lacks = squares.clip(least), math.inf
     for _ in range(_ROUNDS):
@@ -138,9 +157,12 @@ def _at(
         before, lacks = lacks, float(weights @ (np.log(foreseen) + squares / foreseen))
         if abs(before - lacks) <= _SETTLED * abs(lacks):
             break
-    information = (parts * (weights / foreseen**2)[:, None]).T @ parts / 2
-    covariance = np.linalg.pinv(information, hermitian=True)
-    return _Profile(log_decay, variances / size, lacks, covariance / np.outer(size, size))
+    parts = parts * size
+    weighted = parts * (weights / foreseen**2)[:, None]
+    variances = np.where(variances > least, variances, 0) / size
+    return _Profile(
+        log_decay, variances, lacks, Allowed(variances, weighted.T @ (foreseen - squares), weighted.T @ parts / 2)
+    )
 
 
 def _excess(best: _Profile, blocks: Floats, weights: Floats, cosines: Cosines, known: Floats | float) -> float:
@@ -179,11 +201,8 @@ def _side(profile: Callable[[float], _Profile], best: _Profile, end: float, reac
     return inner
 
 
-def _variance(function: Callable[[Floats, float], float], at: _Profile) -> float:
-    """Of a function's value by the variances' covariance, by its slopes."""
-    slopes = np.empty(3)
-    for i, step in enumerate(np.sqrt(np.diag(at.covariance)) * 1e-3 + 1e-300):
-        moved = at.variances.copy()
-        moved[i] += step
-        slopes[i] = (function(moved, at.log_decay) - function(at.variances, at.log_decay)) / step
-    return float(np.einsum("i,ij,j", slopes, at.covariance, slopes))
+def _slopes(function: Callable[[Floats, float], float], at: _Profile) -> Floats:
+    """(4,) of a function by the variances."""
+    step = 1e-6 * float(at.variances.sum())
+    here = function(at.variances, at.log_decay)
+    return np.array([(function(at.variances + move, at.log_decay) - here) / step for move in step * np.eye(4)])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -20,6 +19,7 @@ from irsim.measure.words import (
     clipped_noise,
     frozen_unknown,
     level_wanders,
+    memory_outlasts,
     rounding_hides,
     standing_missed,
 )
@@ -41,11 +41,8 @@ SMALL = (
 
 
 def noise_notes(report: NoiseReport, memory: Memory | None, level: Measured | None) -> Iterator[str]:
-    count = report.stretch.index[-1] - report.stretch.index[0] + 1
-    if memory is not None and math.isinf(memory.time_constant_s.high):
-        yield f"noise goes on for longer than {count} frames can tell: it may as well be fixed pattern, or of coding"
-    elif memory is not None and memory.time_constant_s.high * report.rate_hz > count / 3:
-        yield f"{count} frames are few for noise that remembers so long: its sigma may be larger"
+    if outlasts := memory_outlasts(report, memory):
+        yield outlasts
     if wanders := level_wanders(report, level):
         yield wanders
     if cut := clipped_noise(report):

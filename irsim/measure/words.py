@@ -56,6 +56,8 @@ def noise_lines(report: NoiseReport, start: int = 0) -> Iterator[tuple[str, str]
     if unsure := frozen_unknown(report):
         yield "", unsure
     yield from (("left out", sentence) for sentence in report.stretch.left_out(start))
+    if outlasts := memory_outlasts(report, report.temporal.memory):
+        yield "note", outlasts
     if wanders := level_wanders(report, report.level.time_frames):
         yield "note", wanders
     if cut := clipped_noise(report):
@@ -84,12 +86,23 @@ def noise_lines(report: NoiseReport, start: int = 0) -> Iterator[tuple[str, str]
 
 
 def _remembered(label: str, what: str, memory: Memory, doubt: str) -> Iterator[tuple[str, str]]:
-    if memory.correlated.high > 0:
+    if memory.correlated.value > 0:
         yield label, f"rho {_ranged(memory.rho)}, time constant {_ranged(memory.time_constant_s)} s{doubt}"
-        label = ""
-        yield label, f"white {_ranged(memory.white)}, with memory {_ranged(memory.correlated)} counts"
+        yield "", f"white {_ranged(memory.white)}, with memory {_ranged(memory.correlated)} counts"
+    else:
+        yield label, f"white {_ranged(memory.white)} counts{doubt}"
     if memory.drift is not None:
-        yield label, f"{what} drift by {_ranged(memory.drift)} counts in a second, as the root of time"
+        yield "", f"{what} drift by {_ranged(memory.drift)} counts in a second, as the root of time"
+
+
+def memory_outlasts(report: NoiseReport, memory: Memory | None) -> str | None:
+    """What is not told of noise that remembers about as long as the frames last, or longer."""
+    count = report.stretch.index[-1] - report.stretch.index[0] + 1
+    if memory is None or memory.time_constant_s.high * report.rate_hz <= count / 3:
+        return None
+    if math.isinf(memory.time_constant_s.high):
+        return f"noise goes on for longer than {count} frames can tell: it may as well be fixed pattern, or of coding"
+    return f"{count} frames are few for noise that remembers so long: of its sigma the ends alone are told"
 
 
 def level_wanders(report: NoiseReport, time_frames: Measured | None) -> str | None:

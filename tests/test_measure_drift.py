@@ -1,0 +1,85 @@
+"""Non-uniformity that drifts, for longer than it is seen or from a correction on: told, and made again by a fit."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from intervals import held
+
+import irsim
+from irsim.fitting import fit
+from irsim.measure import NoiseReport, measure_noise
+from irsim.types import Floats
+
+RATE = 30.0
+
+
+def written(frames: int, drift: str) -> str:
+    """A scenario of a camera whose NETD is 2.232 counts."""
+    return (
+        f"{{frames: {frames}, camera: {{size: [96, 72], netd_mk: 60, noise: [{{kind: white, ratio: 1}}, "
+        f"{{kind: drift, {drift}}}]}}, background: {{kind: ground, spread_k: 0}}}}"
+    )
+
+
+def seen(scene: irsim.Scenario) -> Floats:
+    return np.stack([frame.image for frame in irsim.Rendering(scene).frames()]).astype(float)
+
+
+def reports(frames: int, drift: str, count: int) -> tuple[list[NoiseReport], float]:
+    scenes = [irsim.loads(written(frames, drift), overrides=[f"seed={seed}"]) for seed in range(count)]
+    return [measure_noise(seen(scene), RATE) for scene in scenes], scenes[0].camera.response().noise
+
+
+def test_columns_that_drift_for_longer_than_they_are_seen_are_told_to() -> None:
+    """Stationary, sigma 10 NETD, ten seconds to forget, four seen: its change is told, as a walk or as slow memory."""
+    found, netd = reports(120, "pixel: 20, column: 10, row: 5, time_constant_s: 10, age_s: 100", 8)
+    for term, sigma in (("th", 10 * netd), ("tv", 5 * netd)):
+        of_lines = [report.lines[term] for report in found]
+        changes = sigma * math.sqrt(2 / 10)
+        for memory in of_lines:
+            lasting = 2 * memory.correlated.value**2 / memory.time_constant_s.value
+            assert 0.6 < math.sqrt(lasting + memory.walk.value**2) / changes < 1.6
+        drifts = [memory.drift for memory in of_lines if memory.correlated.value == 0]
+        assert drifts
+        assert all(drift is not None for drift in drifts)
+        held([drift for drift in drifts if drift is not None], changes)
+        held([memory.correlated for memory in of_lines], sigma)
+
+
+@pytest.mark.parametrize("since_s", [0, 1, 20])
+def test_what_grows_since_a_correction_lies_in_its_intervals(since_s: int) -> None:
+    """Five seconds are seen of what takes two to forget, and begins at the first frame, before it, or long before."""
+    found, netd = reports(150, f"pixel: 2, column: 1, row: 0, time_constant_s: 2, age_s: {since_s}", 8)
+    for sigma, memories in (
+        (2 * netd, [report.temporal.memory for report in found]),
+        (netd, [report.lines.get("th") for report in found]),
+    ):
+        told = [memory for memory in memories if memory is not None]
+        assert len(told) == len(found)
+        held([memory.correlated for memory in told], sigma)
+        held([memory.time_constant_s for memory in told], 2.0)
+
+
+def test_what_grows_for_twice_as_long_as_it_is_seen_is_not_told_too_small() -> None:
+    found, netd = reports(120, "pixel: 5, column: 0, row: 0, time_constant_s: 10", 8)
+    told = [report.temporal.memory for report in found if report.temporal.memory is not None]
+    assert len(told) == len(found)
+    held([memory.correlated for memory in told], 5 * netd)
+    held([memory.time_constant_s for memory in told], 10.0)
+
+
+def test_a_fit_makes_drift_of_columns_again() -> None:
+    """By as much in a second as went in, and as the fit of what the fit renders tells."""
+    scene = irsim.loads(written(150, "pixel: 5, column: 4, row: 2, time_constant_s: 60"))
+    first = fit(scene).figures.columns
+    assert first is not None
+    assert first.correlated.value == 0
+    changes = 4 * scene.camera.response().noise * math.sqrt(2 / 60)
+    assert first.walk.low <= changes <= first.walk.high
+    again = fit(fit(scene).scenario).figures.columns
+    assert again is not None
+    assert again.walk.low <= first.walk.high
+    assert first.walk.low <= again.walk.high
