@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 import numpy as np
@@ -42,7 +43,7 @@ def test_columns_that_drift_for_longer_than_they_are_seen_are_told_to() -> None:
         for memory in of_lines:
             lasting = 2 * memory.correlated.value**2 / memory.time_constant_s.value
             assert 0.6 < math.sqrt(lasting + memory.walk.value**2) / changes < 1.6
-        drifts = [memory.drift for memory in of_lines if memory.correlated.value == 0]
+        drifts = [memory.told_walk for memory in of_lines if memory.correlated.value == 0]
         assert drifts
         assert all(drift is not None for drift in drifts)
         held([drift for drift in drifts if drift is not None], changes)
@@ -71,6 +72,15 @@ def test_what_grows_for_twice_as_long_as_it_is_seen_is_not_told_too_small() -> N
     held([memory.time_constant_s for memory in told], 10.0)
 
 
+def test_a_fit_writes_no_memory_where_pixels_only_drift() -> None:
+    found = fit(irsim.loads(written(120, "pixel: 40, column: 0, row: 0, time_constant_s: 600")))
+    assert found.figures.memory is not None
+    assert found.figures.memory.value == 0
+    assert [noise.kind for noise in found.scenario.camera.noise] == ["noise_3d", "drift"]
+    assert not [text for _, text in found.summary() if "with a memory of" in text]
+    json.dumps(found.as_json(), allow_nan=False)
+
+
 def test_a_fit_makes_drift_of_columns_again() -> None:
     """By as much in a second as went in, and as the fit of what the fit renders tells."""
     scene = irsim.loads(written(150, "pixel: 5, column: 4, row: 2, time_constant_s: 60"))
@@ -79,6 +89,7 @@ def test_a_fit_makes_drift_of_columns_again() -> None:
     assert first.correlated.value == 0
     changes = 4 * scene.camera.response().noise * math.sqrt(2 / 60)
     assert first.walk.low <= changes <= first.walk.high
+    json.dumps(fit(scene).as_json(), allow_nan=False)
     again = fit(fit(scene).scenario).figures.columns
     assert again is not None
     assert again.walk.low <= first.walk.high

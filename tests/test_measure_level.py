@@ -3,11 +3,14 @@ covariance."""
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from intervals import held
 
-from irsim.measure import measure_noise
+import irsim
+from irsim.measure import measure_noise, noise_lines
 from irsim.measure.level import _likelihood, fit_level
 from irsim.measure.region import Region
 from irsim.types import Floats
@@ -80,6 +83,41 @@ def test_pixels_that_remember_make_no_level_that_is_not_there() -> None:
         assert report.temporal.memory is not None
         assert report.level.sigma.low == 0
         assert report.level.time_frames is None
+
+
+def test_pixels_that_walk_make_no_level_that_is_not_there() -> None:
+    """By 5 in a second, each of 24 x 24: their mean is off by 0.3 after two."""
+    for seed in range(6):
+        rng = np.random.default_rng(seed)
+        walks = rng.normal(0, 5 / math.sqrt(30), (60, 24, 24)).cumsum(axis=0)
+        report = measure_noise(100 + walks + rng.normal(0, 2, walks.shape), 30.0, Region(0, 0, 24, 24))
+        assert report.temporal.memory is not None
+        assert report.temporal.memory.told_walk is not None
+        assert report.level.time_frames is None
+
+
+def test_a_level_that_wanders_is_told_in_frames_of_the_camera() -> None:
+    """Each frame is recorded twice: nothing changes but the rate of the recording."""
+    rng = np.random.default_rng(1)
+    level = 0.5 * wandering(rng, 80, 60)[:, None, None]
+    frames = np.rint(1000 + rng.normal(0, 4, (80, 32, 32)) + 20 * level)
+    notes = [
+        [text for _, text in noise_lines(report) if "wanders" in text]
+        for report in (measure_noise(frames, 30.0), measure_noise(np.repeat(frames, 2, axis=0), 60.0))
+    ]
+    assert notes[0]
+    assert notes[0] == notes[1]
+
+
+def test_a_fit_tells_the_memory_of_the_level() -> None:
+    scene = irsim.loads(
+        "{frames: 120, camera: {size: [64, 48], noise: [{kind: white, ratio: 1}, "
+        "{kind: ar1, over: frame, ratio: 1, time_constant_s: 0.3}]}, background: {kind: ground, spread_k: 0}}"
+    )
+    told = [text for _, text in irsim.fit(scene).summary() if "level" in text]
+    assert len(told) == 1
+    assert told[0].startswith("level ")
+    assert "with a memory of" in told[0]
 
 
 def test_the_term_of_time_is_the_level_s_however_slow_it_is() -> None:

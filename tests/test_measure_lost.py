@@ -56,6 +56,23 @@ def test_times_that_keep_no_beat_tell_nothing() -> None:
     assert new_frames(frames, RATE_HZ, late).number.tolist() == list(range(40))
 
 
+def test_a_camera_is_as_slow_as_the_least_time_between_its_frames() -> None:
+    """Recorded as if it were twice as fast, and nothing is lost; with one frame lost that one is."""
+    frames, times = taken(list(range(40)))
+    found = new_frames(frames, 2 * RATE_HZ, times)
+    assert (found.rate_hz, found.lost, found.number.tolist()) == (RATE_HZ, 0, list(range(40)))
+    found = new_frames(np.delete(frames, 7, axis=0), 2 * RATE_HZ, np.delete(times, 7))
+    assert (found.rate_hz, found.lost) == (RATE_HZ, 1)
+    assert found.number.tolist() == [k for k in range(40) if k != 7]
+
+
+def test_times_of_which_hardly_two_are_a_period_apart_tell_nothing() -> None:
+    numbers = [5 * (k // 2) + 2 * (k % 2) for k in range(40)]
+    frames = taken(list(range(40)))[0]
+    found = new_frames(frames, RATE_HZ, np.array(numbers) / RATE_HZ)
+    assert (found.rate_hz, found.lost, found.number.tolist()) == (RATE_HZ, 0, list(range(40)))
+
+
 def test_a_long_pause_counts_as_four_times_the_frames() -> None:
     frames, times = taken(list(range(40)))
     times[20:] += 3600

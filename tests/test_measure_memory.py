@@ -87,6 +87,15 @@ def test_a_walk_alone_is_none_that_is_forgotten() -> None:
     assert found.best.variances == pytest.approx((0.5, 0, 0, 0.02), rel=0.01)
 
 
+def test_memory_is_the_same_in_any_unit() -> None:
+    frames = drawn(0, 60, 0.36, 0.64, 12.0, 0.0)
+    found, small = temporal(frames, 25.0), temporal(1e-9 * frames, 25.0)
+    assert [r.value for r in small.correlation] == pytest.approx([r.value for r in found.correlation], rel=1e-3)
+    assert found.memory is not None
+    assert small.memory is not None
+    assert small.memory.correlated.value == pytest.approx(1e-9 * found.memory.correlated.value, rel=1e-3)
+
+
 @pytest.mark.parametrize(
     ("times", "walk"), [(40, 0.0), (40, 0.01), (120, 0.0), (120, 0.01), pytest.param(300, 0.01, marks=pytest.mark.slow)]
 )

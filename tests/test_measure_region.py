@@ -89,7 +89,7 @@ def test_noise_is_read_off_the_boxes_of_the_truth(tmp_path: Path) -> None:
     assert not found["crossed"]
     assert not taken[Region(*found["region"]).rows, Region(*found["region"]).columns].any()
     forced = CliRunner().invoke(app, ["noise", str(scene), "--region", "30,20,64,64"]).stdout
-    assert "targets pass through 30,20,64,64: --region X,Y,W,H names a place without them" in forced
+    assert "targets pass through 30,20,64,64, where noise is read: --region X,Y,W,H names a place without" in forced
     fitted = CliRunner().invoke(app, ["fit", str(scene), "--region", "30,20,64,64"]).stdout
     assert "Note: targets pass through 30,20,64,64, where noise is read" in fitted
 

@@ -133,7 +133,7 @@ def test_what_waves_hide_is_not_said_to_be_nothing(seed: int) -> None:
         assert found is None or (found.low == 0 and share * sigma <= found.high)
     assert report.hidden > 0.3
     told = [text for _, text in noise_lines(report)]
-    assert any("the scene changes by more than the noise: pixels that blink there cannot" in text for text in told)
+    assert any("by more than the noise: pixels that blink there cannot" in text for text in told)
     assert any("pixels that blink there cannot" in note for note in figures.notes) != report.slides
 
 

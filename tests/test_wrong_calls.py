@@ -90,6 +90,10 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
         lambda: irsim.measure_noise(np.where(np.arange(8)[:, None, None] == 5, np.nan, FRAMES), 30.0),
         "frames: 1 of 8 hold values that are not finite, frame 5 first; allowed: finite numbers",
     ),
+    "a list of figures": (
+        lambda: irsim.measure.measure_figures(anything([[1]]), 30.0),
+        r"frames: a list; allowed: an array of numbers, \(frames, rows, columns\)",
+    ),
     "a highest count": (lambda: irsim.measure_noise(FRAMES, 30.0, top=0), "top 0: allowed: a number above 0"),
     "targets' places": (
         lambda: irsim.measure_noise(FRAMES, 30.0, taken=np.zeros((3, 3), np.bool_)),

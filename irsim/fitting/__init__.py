@@ -60,7 +60,7 @@ class Fit:
             "region": list(self.figures.region),
             "mean": self.figures.mean,
             "histogram": list(self.figures.histogram),
-            "figures": {name: [m.value, m.low, m.high] for name, m in measured.items()},
+            "figures": {name: m.as_json() for name, m in measured.items()},
             "bounds": [name for name, m in measured.items() if m.bound],
             "display": None if self.display is None else self.display.as_json(),
             "notes": list(self.notes),

@@ -164,8 +164,8 @@ class Scene:
                 yield "ar1", {"id": f"{over}s", "over": over, **memory}
         drifts = {
             "pixel": None if found.walk is None else found.walk.map(lambda counts: counts * math.sqrt(self.rate_hz)),
-            "column": None if found.columns is None else found.columns.drift,
-            "row": None if found.rows is None else found.rows.drift,
+            "column": None if found.columns is None else found.columns.told_walk,
+            "row": None if found.rows is None else found.rows.told_walk,
         }
         if any(drifts.values()):
             slow = Drift().time_constant_s  # How far it goes at last nobody saw: it slows down after that.

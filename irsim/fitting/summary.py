@@ -19,9 +19,12 @@ def summary_lines(found: Figures, display: FittedDisplay | None) -> Iterator[tup
     for what, lines in (("rows", found.rows), ("columns", found.columns)):
         if lines is not None and lines.correlated.value:
             yield "", f"{what} {_told(lines.correlated)} with a memory of {_told(lines.time_constant_s)} s"
-        if lines is not None and lines.drift is not None:
-            yield "", f"{what} drift by {_told(lines.drift)} in a second, as the root of time"
-    rest = (("rows", found.row_noise), ("columns", found.column_noise), ("level", found.level))
+        if lines is not None and lines.told_walk is not None:
+            yield "", f"{what} drift by {_told(lines.told_walk)} in a second, as the root of time"
+    if found.level is not None and found.level_frames is not None:
+        yield "", f"level {_told(found.level)} with a memory of {_told(found.level_frames)} frames"
+    level = found.level if found.level_frames is None else None
+    rest = (("rows", found.row_noise), ("columns", found.column_noise), ("level", level))
     if anew := _named(rest):
         yield "", f"{anew}, anew in each frame"
     if stays := _named((("pixels", found.pixel), ("rows", found.row), ("columns", found.column))):

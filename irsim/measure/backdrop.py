@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from irsim.measure.picked import evenly
 from irsim.measure.region import taken_by_targets
 from irsim.types import Source
 
@@ -16,7 +17,7 @@ _AROUND_PX = 3
 def backdrops(source: Source, count: int) -> npt.NDArray[np.uint8]:
     """The 8-bit pictures (T, rows, columns) of so many frames over the whole length; where truth has a target, what is
     around it goes on (Telea 2004, "An image inpainting technique based on the fast marching method")."""
-    picked = np.unique(np.linspace(0, len(source) - 1, count).astype(int))
+    picked = evenly(len(source), count)
     return np.stack([_backdrop(source, int(k)) for k in picked])
 
 

@@ -10,17 +10,19 @@ from typing import Any
 import numpy as np
 
 from irsim.errors import InputError
-from irsim.measure.defects import defects, patched, without_specks
+from irsim.measure.defects import patched, without_specks
 from irsim.measure.field import Field, periodogram
 from irsim.measure.flaws import Flaws, flaws
+from irsim.measure.given import check_given
 from irsim.measure.histogram import histogram
 from irsim.measure.interval import Measured, exactly, root, square, without
 from irsim.measure.lines import turns, without_turns
 from irsim.measure.memory import Memory
-from irsim.measure.noise import NoiseReport, measure_noise
-from irsim.measure.notes import AT_MOST, BLINKING, SMALL, blur_notes, noise_notes, texture_notes, unlike_notes
+from irsim.measure.noise import NoiseReport, noise_and_defects
+from irsim.measure.notes import AT_MOST, SMALL, blur_notes, noise_notes, texture_notes, unlike_notes
 from irsim.measure.passing import passing_blurs
 from irsim.measure.pattern import fixed_pattern
+from irsim.measure.picked import evenly
 from irsim.measure.points import point_blur
 from irsim.measure.region import Region, Values
 from irsim.measure.steady import TOLD_SIDE
@@ -44,16 +46,16 @@ _NOT_OF_TIME: dict[str, Any] = dict.fromkeys(
     ("memory", "memory_frames", "walk", "row_noise", "column_noise", "rows", "columns", "level", "level_frames")
 )
 """Figures that cannot be told where something moves."""
-_NOT_OF_PLACE: dict[str, Any] = dict.fromkeys(("pixel", "row", "column", "even_rows", "even_columns"))
-"""Those that cannot be told, either, where the scene slides."""
 _STIRRED = 0.1
 """Share of the picture that changes by more than the noise from which rows and columns may be what moves slowly, even
 where noise is read beside it: waves under noise of 40 mK, a third of the picture, made rows of 1.5 counts 4.7."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Figures:
-    """In counts and frames; None where the recording cannot tell. Rounding's 1/12 is taken out of variances.
+    """In counts and frames of the recording; None where that cannot tell. Rounding's 1/12 is taken out of variances.
+
+    rows and columns, as `Memory` has them, are in seconds.
 
     noise                   whole temporal sigma of a pixel; of it white the part without memory, memory that with.
                             Where something moves both are upper bounds of what is sharp and has no memory
@@ -74,23 +76,23 @@ class Figures:
 
     noise: Measured
     white: Measured
-    memory: Measured | None
-    memory_frames: Measured | None
-    walk: Measured | None
-    row_noise: Measured | None
-    column_noise: Measured | None
-    rows: Memory | None
-    columns: Memory | None
-    level: Measured | None
-    level_frames: Measured | None
-    pixel: Measured | None
-    row: Measured | None
-    column: Measured | None
-    even_rows: Measured | None
-    even_columns: Measured | None
-    blur: Measured | None
+    memory: Measured | None = None
+    memory_frames: Measured | None = None
+    walk: Measured | None = None
+    row_noise: Measured | None = None
+    column_noise: Measured | None = None
+    rows: Memory | None = None
+    columns: Memory | None = None
+    level: Measured | None = None
+    level_frames: Measured | None = None
+    pixel: Measured | None = None
+    row: Measured | None = None
+    column: Measured | None = None
+    even_rows: Measured | None = None
+    even_columns: Measured | None = None
+    blur: Measured | None = None
     psf: Measured
-    texture: Field | None
+    texture: Field | None = None
     mean: float
     histogram: tuple[float, ...]
     flaws: Flaws
@@ -130,17 +132,17 @@ def measure_figures(
     passing     whether the blur is looked for in points that pass, too, which takes most of the time. Where it is not,
                 and none stands still, texture and pixel are told under the usual blurs
     """
+    check_given(frames, rate_hz, top, taken, times)
     if min(frames.shape[1:]) < _LEAST_SIDE:
         raise InputError(
             f"a picture of {frames.shape[2]}x{frames.shape[1]} px is too small to be measured; "
             f"allowed: at least {_LEAST_SIDE}x{_LEAST_SIDE}"
         )
-    report = measure_noise(frames, rate_hz, region, top, taken, times)
+    report, bad = noise_and_defects(frames, rate_hz, region, top, taken, times)
     frames = report.stretch.of(frames)
     unsure = report.together and not report.moving and min(frames.shape[1:]) < TOLD_SIDE
     if unsure:
         report = replace(report, moving=True)
-    bad = defects(frames, top)
     still = still_things(frames, bad, top)
     bad = still.spared(bad)
     whole = patched(frames, bad.all | still.all)
@@ -179,7 +181,7 @@ def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: 
     if not report.moving:
         left = _left(memory, terms.tvh, count)
         left_rows, left_columns = (_left(report.lines.get(term), getattr(terms, term), count) for term in ("tv", "th"))
-    drift = None if memory is None else memory.drift
+    drift = None if memory is None else memory.told_walk
     rows, columns = report.lines.get("tv"), report.lines.get("th")
     level = report.level
     time_frames = None if level.time_frames is None else level.time_frames.map(lambda time: time * slower)
@@ -212,7 +214,7 @@ def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: 
         histogram=histogram(picture, fixed.spectrum),
         flaws=bad,
         region=report.region,
-        notes=(*noise_notes(report, memory, time_frames), *scene),
+        notes=(*noise_notes(report), *scene),
     )
     if not report.moving and report.hidden < _STIRRED:
         return found
@@ -225,13 +227,13 @@ def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: 
     if not report.moving:
         return replace(found, **stays)
     noise = _sharp_noise(report)
-    notes = (*noise_notes(report, None, None), *scene)
+    notes = (*noise_notes(report), *scene)
     return replace(found, noise=noise, white=noise, notes=notes, **stays, **_NOT_OF_TIME)
 
 
 def _of_moving(report: NoiseReport, whole: Values, blur: Measured | None, still: Still, bad: Flaws) -> Figures:
     """Where the scene slides, only what is sharp and white in time is told from it."""
-    picked = np.unique(np.linspace(0, len(whole) - 1, _PICTURES).astype(int))
+    picked = evenly(len(whole), _PICTURES)
     pictures = [whole[k].astype(np.float64) for k in picked]
     powers = np.mean([periodogram(picture) for picture in pictures], axis=0)
     spectrum, psf = fit_unblurred(powers, pictures[0].shape, blur)
@@ -250,13 +252,10 @@ def _of_moving(report: NoiseReport, whole: Values, blur: Measured | None, still:
             "the scene moves: memory of the noise, its rows, columns and level and the fixed pattern cannot be told "
             "from it; record something even, or hold the camera still",
             AT_MOST,
-            BLINKING,
-            *noise_notes(report, None, None),
+            *noise_notes(report),
             *unlike_notes(spectrum, pictures[len(pictures) // 2], True),
             *blur_notes(blur, psf, still),
         ),
-        **_NOT_OF_TIME,
-        **_NOT_OF_PLACE,
     )
 
 
@@ -281,7 +280,7 @@ def _settled(frames: Values, noise: float) -> Floats:
 
     So what passes by leaves little behind; nor do bad pixels that were not found.
     """
-    picked = np.unique(np.linspace(0, len(frames) - 1, _MEDIANS).astype(int))
+    picked = evenly(len(frames), _MEDIANS)
     middle = np.median(frames[picked], axis=0)
     total = np.zeros(middle.shape)
     for frame in frames:

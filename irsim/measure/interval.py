@@ -28,6 +28,10 @@ class Measured:
     high: float
     bound: bool = field(default=False, kw_only=True)
 
+    def as_json(self) -> list[float | None]:
+        """Value, low and high; None for an end that there is none of, as JSON has no infinity."""
+        return [self.value, *(end if math.isfinite(end) else None for end in (self.low, self.high))]
+
     def map(self, function: Callable[[float], float]) -> Measured:
         """Each number through a rising or falling function, a bound through a rising one; low stays the lower end."""
         low, high = sorted((function(self.low), function(self.high)))

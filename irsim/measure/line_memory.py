@@ -26,8 +26,6 @@ def remembering(frames: Floats, number: Indices, rate_hz: float, terms: Noise3dT
     if (np.diff(number) == 1).sum() < LEAST_FRAMES:
         return {}
     pixels = centred(frames)
-    rows, columns = frames.shape[1:]
-    pixels *= (rows * columns / ((rows - 1) * (columns - 1))) ** 0.5
     level = frames.mean(axis=(1, 2))[:, None]
     found: dict[str, Memory] = {}
     for term, axis in _AXES.items():

@@ -23,7 +23,8 @@ from irsim.types import Floats
 LAGS = (1, 2, 3, 5, 9, 18, 36, 72)
 LEAST_FRAMES = 12
 _BLOCKS = 6
-_FLOOR = 1e-12
+_FLOOR = 1e-300
+"""Stands for no variance, that nothing be divided by none."""
 _LEAST_PAIRS = 0.25
 """Share of the frames that must have another one so far on for a lag to be told, but for the first."""
 _LEAST_CORRELATION = 0.02
@@ -56,7 +57,7 @@ class Memory:
     fixed: Measured
 
     @property
-    def drift(self) -> Measured | None:
+    def told_walk(self) -> Measured | None:
         """What it walks, where that is told from nothing."""
         return self.walk if self.walk.low > 0 else None
 
@@ -90,11 +91,10 @@ def temporal(frames: Values, rate_hz: float, number: Indices | None = None) -> T
     """
     values = centred(np.asarray(frames, np.float64))
     times, rows, columns = values.shape
-    scale = rows * columns / ((rows - 1) * (columns - 1))  # what centring took from the variance
     number = np.arange(times) if number is None else number
     lags = tuple(_lags(number))
-    pictures = [_squares(values, number, lag) / 2 * scale for lag in lags]
-    pictures += [values.var(axis=0) * scale, np.square(values.mean(axis=0)) * scale]
+    pictures = [_squares(values, number, lag) / 2 for lag in lags]
+    pictures += [values.var(axis=0), np.square(values.mean(axis=0))]
     blocks = _blocks(np.stack(pictures, axis=-1))
 
     # What the frames show without a model: correlations about the variance within the recording.
@@ -108,7 +108,7 @@ def temporal(frames: Values, rate_hz: float, number: Indices | None = None) -> T
     remembered = rise.low > 0 and shown[0].low > _LEAST_CORRELATION
     if times >= LEAST_FRAMES and remembered:
         cosines = Cosines.of(number)
-        modes = _blocks(np.moveaxis(cosines.squares(values) * scale, 0, -1))
+        modes = _blocks(np.moveaxis(cosines.squares(values), 0, -1))
         mixture = fit_mixture(modes, (rows - 1) * (columns - 1), cosines)
         within, staying = jackknife(blocks[:, -2:], lambda means: means)
         memory = memory_of(mixture, rate_hz, number, within, staying)
@@ -195,10 +195,12 @@ def time_freedom(memory: Memory | None, number: Indices) -> float:
 
 
 def centred(values: Floats) -> Floats:
-    """Each frame less its row and column means; (T, rows, columns)."""
+    """Each frame less its row and column means, (T, rows, columns), and with the variance of white noise again that
+    this took."""
+    rows, columns = values.shape[1:]
     level = values.mean(axis=(1, 2), keepdims=True)
     centred: Floats = values - values.mean(axis=1, keepdims=True) - values.mean(axis=2, keepdims=True) + level
-    return centred
+    return centred * math.sqrt(rows * columns / ((rows - 1) * (columns - 1)))
 
 
 def _lags(number: Indices) -> Iterator[int]:

@@ -203,6 +203,6 @@ def _side(profile: Callable[[float], _Profile], best: _Profile, end: float, reac
 
 def _slopes(function: Callable[[Floats, float], float], at: _Profile) -> Floats:
     """(4,) of a function by the variances."""
-    step = 1e-6 * float(at.variances.sum())
+    step = 1e-6 * (float(at.variances.sum()) or 1.0)
     here = function(at.variances, at.log_decay)
     return np.array([(function(at.variances + move, at.log_decay) - here) / step for move in step * np.eye(4)])

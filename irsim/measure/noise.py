@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -20,14 +20,13 @@ from irsim.measure.defects import (
     without_lines,
 )
 from irsim.measure.given import as_region, check_given
-from irsim.measure.interval import Measured
-from irsim.measure.level import Level, fit_level
-from irsim.measure.line_memory import level_remembers, remembering
-from irsim.measure.memory import Memory, Temporal, temporal, time_freedom
+from irsim.measure.level import Level
+from irsim.measure.memory import Memory, Temporal
 from irsim.measure.neighbours import alike, changes
-from irsim.measure.noise_3d import TERMS, Noise3dTerms, check_size, noise_3d
+from irsim.measure.noise_3d import TERMS, Noise3dTerms, check_size
 from irsim.measure.quiet import quiet_sigma
 from irsim.measure.region import Region, Values, windows
+from irsim.measure.remembered import remembered
 from irsim.measure.repeats import new_frames
 from irsim.measure.steady import slides
 from irsim.measure.stretch import Stretch, longest_stretch, pattern_steps
@@ -38,10 +37,6 @@ _CHANCE = 1.05
 32 frames, scatters by 1 % (`quiet_sigma`, 24 draws)."""
 _OF_TIME = ("pair", "lags", "memory", "drift")
 """What is told beside the terms, and holds what moves as they do."""
-_AS_MUCH = 4.0
-"""By so much the variance of a level that remembers is more than what lines or pixels leave in it by chance: it is seen
-but a few times anew."""
-_STAYS = {"tv": "v", "th": "h"}
 
 
 @dataclass(frozen=True)
@@ -147,6 +142,18 @@ def measure_noise(
 
     InputError where frames are too few or small or not finite, and where an argument is something else.
     """
+    return noise_and_defects(frames, rate_hz, region, top, taken, times)[0]
+
+
+def noise_and_defects(
+    frames: Values,
+    rate_hz: float,
+    region: Region | tuple[int, int, int, int] | None,
+    top: float,
+    taken: Bools | None,
+    times: Floats | None,
+) -> tuple[NoiseReport, Defects]:
+    """The same, and the bad pixels of those frames that it is read from, where targets were, too."""
     check_given(frames, rate_hz, top, taken, times)
     check_size(frames)
     asked = None if region is None else as_region(region, frames)
@@ -158,22 +165,9 @@ def measure_noise(
         bad, place, flat = _read(stretch.of(frames), asked, top, taken)
     frames, region = stretch.of(frames), place
     number = np.array(stretch.number)
-    flow = temporal(flat, stretch.rate_hz, number)
     moved = changes(flat)
-    terms = noise_3d(flat, time_freedom(flow.memory, number), moved.moving)
-    if flow.memory is not None:
-        white = _bounded(flow.memory.white, flow.pair, moved.moving)
-        flow = replace(flow, memory=replace(flow.memory, white=white))
-    terms = _pixels(terms, flow.memory, moved.moving)
-    lines = {} if moved.moving else remembering(flat, number, stretch.rate_hz, terms)
+    found = remembered(flat, number, stretch.rate_hz, moved.moving)
     means = flat.mean(axis=(1, 2))
-    level = fit_level(means, _finer(terms, region), number)
-    if lines:  # the level is their mean, too, and scatters from frame to frame as seldom anew as they do
-        terms = replace(terms, t=noise_3d(flat, min(time_freedom(memory, number) for memory in lines.values())).t)
-    level = _own(level, lines, flow.memory, region)
-    if not moved.moving and level.time_frames is not None and level_remembers(flat, number, terms.t):
-        terms = replace(terms, t=level.sigma)
-    terms = _lines(terms, lines)
     whole = patched(frames, bad.all)
     sliding = slides(whole)
     told = bad.off(taken)
@@ -181,22 +175,22 @@ def measure_noise(
     if sliding or moved.moving:
         fine = min(fine, quiet_sigma(whole if sliding else flat))
     doubtful = (*TERMS, *_OF_TIME) if moved.together else alike(flat.mean(axis=0))
-    sigma = fine if moved.moving else terms.tvh.value
+    sigma = fine if moved.moving else found.terms.tvh.value
     steep = uneven(whole, _standing(flat, sigma, "vh" in doubtful))
-    return NoiseReport(
+    report = NoiseReport(
         region=region,
         stretch=stretch,
         frames=len(frames),
         rate_hz=rate_hz,
         mean=float(flat.mean()),
-        terms=terms,
-        temporal=flow,
+        terms=found.terms,
+        temporal=found.temporal,
         fine=fine,
         together=moved.together,
         moving=moved.moving,
         doubtful=doubtful,
-        lines=lines,
-        level=level,
+        lines=found.lines,
+        level=found.level,
         slides=sliding,
         crossed=taken is not None and bool(taken[region.rows, region.columns].any()),
         drift=float(means.std(ddof=1)),
@@ -212,6 +206,7 @@ def measure_noise(
         rounded=whole_counts(frames) and sigma < ROUNDED,
         frozen_from=bad.frozen_from,
     )
+    return report, bad
 
 
 def _clipped(frames: Values, flat: Floats, top: float) -> float:
@@ -219,46 +214,11 @@ def _clipped(frames: Values, flat: Floats, top: float) -> float:
     return float(np.mean((flat <= 0) | (flat >= top))) if whole_counts(frames) and frames.min() >= 0 else 0.0
 
 
-def _pixels(terms: Noise3dTerms, memory: Memory | None, moving: bool) -> Noise3dTerms:
-    """Terms of pixels as their memory tells them."""
-    if memory is None:
-        return terms
-    fixed, total = _bounded(memory.fixed, terms.vh, moving), _bounded(memory.total, terms.tvh, moving)
-    return replace(terms, vh=fixed, tvh=total)
-
-
-def _lines(terms: Noise3dTerms, lines: dict[str, Memory]) -> Noise3dTerms:
-    """Terms of rows and columns as the memory of those that have one tells them."""
-    whole = {term: memory.total for term, memory in lines.items()}
-    stays = {_STAYS[term]: memory.fixed for term, memory in lines.items()}
-    return replace(terms, **whole, **stays)
-
-
-def _own(level: Level, lines: dict[str, Memory], pixels: Memory | None, region: Region) -> Level:
-    """A level, but none that remembers where the mean of lines or pixels that do may be all of it."""
-    means = [(lines.get("tv"), region.h), (lines.get("th"), region.w), (pixels, region.w * region.h)]
-    theirs = sum(memory.total.value**2 / count for memory, count in means if memory is not None)
-    if level.time_frames is None or level.sigma.value**2 > _AS_MUCH * theirs:
-        return level
-    return Level(Measured(0.0, 0.0, level.sigma.high), None)
-
-
-def _finer(terms: Noise3dTerms, region: Region) -> float:
-    """Variance of the mean of a frame's region by the noise of its pixels, rows and columns."""
-    pixel, row, column = (getattr(terms, term).value ** 2 for term in ("tvh", "tv", "th"))
-    return float(pixel / (region.w * region.h) + row / region.h + column / region.w)
-
-
 def _standing(flat: Floats, sigma: float, of_scene: bool) -> float:
     """Sigma of what noise leaves from pixel to pixel in the mean of all frames (T, rows, columns): what differs there,
     or, where that is the scene's, what is left of a noise of `sigma` that is new in each frame."""
     level = flat.mean(axis=0)
     return sigma / math.sqrt(len(flat)) if of_scene else float(without_lines(level).std())
-
-
-def _bounded(sigma: Measured, whole: Measured, moving: bool) -> Measured:
-    """A sigma as its memory tells it; where something moves, or nothing is left of it, it may be up to the whole."""
-    return Measured(sigma.value, 0.0, max(sigma.high, whole.high)) if moving or sigma.high == 0 else sigma
 
 
 def _read(frames: Values, region: Region | None, top: float, taken: Bools | None) -> tuple[Defects, Region, Floats]:

@@ -9,20 +9,11 @@ import numpy as np
 from irsim.measure.field import Spectrum
 from irsim.measure.gradient import gradient_notes
 from irsim.measure.interval import Measured
-from irsim.measure.memory import Memory
 from irsim.measure.noise import NoiseReport
 from irsim.measure.pattern import Pattern
 from irsim.measure.steady import TOLD_SIDE
 from irsim.measure.still import Still
-from irsim.measure.words import (
-    blinking_missed,
-    clipped_noise,
-    frozen_unknown,
-    level_wanders,
-    memory_outlasts,
-    rounding_hides,
-    standing_missed,
-)
+from irsim.measure.words import report_notes
 from irsim.types import Floats
 from irsim.wording import counted
 
@@ -30,33 +21,14 @@ AT_MOST = (
     "the noise is at most what is told of it, but for noise that remembers or that neighbours share, which is not in "
     "it: texture that moves and is as sharp as noise is counted with it"
 )
-BLINKING = (
-    "where the scene slides, pixels that blink are missed, or look dead or hot, unless they change more than it does: "
-    "how many there are is not told"
-)
 SMALL = (
     f"in a picture of less than {TOLD_SIDE} px a side a scene that slides cannot be told from noise that the camera "
     "smooths: it is taken for such a scene"
 )
 
 
-def noise_notes(report: NoiseReport, memory: Memory | None, level: Measured | None) -> Iterator[str]:
-    if outlasts := memory_outlasts(report, memory):
-        yield outlasts
-    if wanders := level_wanders(report, level):
-        yield wanders
-    if cut := clipped_noise(report):
-        yield cut
-    if report.rounded:
-        yield rounding_hides(report)
-    if unsure := frozen_unknown(report):
-        yield unsure
-    if not report.slides and (missed := blinking_missed(report)):
-        yield missed
-    if not report.slides and (missed := standing_missed(report)):
-        yield missed
-    if report.crossed:
-        yield f"targets pass through {report.region}, where noise is read: region=X,Y,W,H names a place without them"
+def noise_notes(report: NoiseReport) -> Iterator[str]:
+    yield from report_notes(report)
     if report.moving and not report.slides:
         yield (
             f"something moves at {report.region}, where noise is read: of the noise only what is sharp is told, no "

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from irsim.measure.interval import LEVEL, Measured
+from irsim.measure.picked import evenly
 from irsim.measure.points import FULL, LEAST_FRAMES, REACH, SIGMAS
 from irsim.measure.region import Values
 from irsim.measure.tracks import Track, tracks
@@ -81,7 +82,7 @@ def _windows(frames: Values, bad: Bools, track: Track, others: list[Track], top:
     way = np.stack([np.interp(every, times, places[:, axis]) for axis in (0, 1)], axis=1)
     smooth = _smoothed(times, places)
     pictures, good, ways = [], [], []
-    for place in np.unique(np.linspace(0, len(times) - 1, _WINDOWS).astype(int)):
+    for place in evenly(len(times), _WINDOWS):
         k, (row, column) = int(times[place]), (round(each) for each in places[place].tolist())
         rows, columns = slice(row - REACH, row + REACH + 1), slice(column - REACH, column + REACH + 1)
         inside = REACH <= row < frames.shape[1] - REACH and REACH <= column < frames.shape[2] - REACH

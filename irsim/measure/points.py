@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 
 from irsim.measure.interval import LEVEL, Measured
+from irsim.measure.picked import evenly
 from irsim.measure.region import Values
 from irsim.types import MEDIAN_TO_SIGMA, Bools, Floats
 
@@ -57,7 +58,7 @@ def point_blur(frames: Values, bad: Bools, top: float = math.inf) -> Measured | 
     median over frames. The interval is that of order statistics, free of assumptions on the scatter. What comes
     near `top`, the highest count there can be, is cut off there: its width says nothing.
     """
-    picked = np.unique(np.linspace(0, len(frames) - 1, _LOOKED_AT).astype(int))
+    picked = evenly(len(frames), _LOOKED_AT)
     near_bad = cv2.dilate(bad.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
     sharpest = []
     for k in picked:

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+from irsim.measure.picked import middle
 from irsim.measure.region import Values
 from irsim.measure.repeats import Indices
 from irsim.types import Floats
@@ -39,18 +40,17 @@ def quiet_sigma(frames: Values) -> float:
     """
     if len(frames) < _LEAST_FRAMES or min(frames.shape[1:]) < _LEAST_SIDE:
         return math.inf
-    rows, columns = (slice(max(side - _WIDEST, 0) // 2, None) for side in frames.shape[1:])
-    middle = frames[:_LONGEST, rows, columns][:, :_WIDEST, :_WIDEST].astype(np.float64)
-    middle -= middle.mean(axis=0)
-    windows = [np.hanning(length + 2)[1:-1] for length in middle.shape]
+    values = middle(frames[:_LONGEST], _WIDEST).astype(np.float64)
+    values -= values.mean(axis=0)
+    windows = [np.hanning(length + 2)[1:-1] for length in values.shape]
     window = windows[0][:, None, None] * windows[1][:, None] * windows[2]
-    power = np.square(np.abs(np.fft.rfftn(middle * window))) / np.square(window).sum()
+    power = np.square(np.abs(np.fft.rfftn(values * window))) / np.square(window).sum()
     power = power[_SLOWEST + 1 : len(power) - _SLOWEST]  # 0 and the lowest, above and below it
-    down = np.abs(np.fft.fftfreq(middle.shape[1]))
-    across = np.fft.rfftfreq(middle.shape[2])
+    down = np.abs(np.fft.fftfreq(values.shape[1]))
+    across = np.fft.rfftfreq(values.shape[2])
     cells = [np.quantile(power[:, y][:, :, x], _QUIETEST) for y, x in itertools.product(_parts(down), _parts(across))]
     sigma = math.sqrt(float(np.quantile(cells, _QUIETEST)) / -math.log1p(-_QUIETEST))
-    return sigma * (1 + _BY_CHANCE / math.sqrt(middle.size))
+    return sigma * (1 + _BY_CHANCE / math.sqrt(values.size))
 
 
 def _parts(frequencies: Floats) -> list[Indices]:

@@ -20,6 +20,8 @@ many change in a mean frame, in e^-30 of all."""
 _OFF_BEAT = 0.25
 """Share of a period by which times may be off whole ones: those of frames that were stamped as they came are off by
 any."""
+_LEAST_NEXT = 0.25
+"""Share of the frames that follow the one before: where fewer do, times are those of something else than the camera."""
 _MOST_LOST = 4
 """Times as many frames as there are may be lost; of more no memory of the noise tells, and to count them takes long."""
 
@@ -48,12 +50,14 @@ def new_frames(frames: Values, rate_hz: float, times: Floats | None = None) -> N
     stood still, as for a correction's shutter, while time went on. Where most frames are repeated, a slower camera was
     recorded at a higher rate.
 
-    Nor do they tell of lost frames: that `times` (T,), s, do where all frames are whole periods apart.
+    Nor do they tell of lost frames: that `times` (T,), s, do where all frames are whole periods apart. Where these are
+    multiples of two periods or more, the camera is that much slower.
 
     Frames alike by chance are no repeats: where noise is far below one count, all count.
     """
     count = len(frames)
-    gaps = _gaps(count, rate_hz, times)
+    gaps, slower = _gaps(count, rate_hz, times)
+    rate_hz /= slower
     lost = int(gaps.sum())
     missing = _counted(gaps)
     changed = np.array([int(np.count_nonzero(frames[k] != frames[k - 1])) for k in range(1, count)], np.intp)
@@ -76,15 +80,21 @@ def new_frames(frames: Values, rate_hz: float, times: Floats | None = None) -> N
     return NewFrames(index, np.cumsum(passed) - passed, rate_hz, lost)
 
 
-def _gaps(count: int, rate_hz: float, times: Floats | None) -> Indices:
-    """(T,) recorded frames that are missing before each of `count`; none where times do not tell."""
+def _gaps(count: int, rate_hz: float, times: Floats | None) -> tuple[Indices, int]:
+    """(T,) recorded frames that are missing before each of `count`, and how many periods of the rate one takes; none
+    where times do not tell."""
     gaps: Indices = np.zeros(count, np.intp)
-    if times is not None:
-        periods = np.diff(times) * rate_hz
-        whole = np.rint(periods)
-        if (np.abs(periods - whole) <= _OFF_BEAT).all():
-            gaps[1:] = np.maximum(whole - 1, 0)
-    return gaps
+    if times is None or count < 2:
+        return gaps, 1
+    periods = np.diff(times) * rate_hz
+    whole = np.rint(periods)
+    if (np.abs(periods - whole) > _OFF_BEAT).any():
+        return gaps, 1
+    slower = max(int(np.gcd.reduce(whole.astype(np.intp))), 1)
+    gaps[1:] = np.maximum(whole // slower - 1, 0)
+    if np.count_nonzero(gaps[1:] == 0) < _LEAST_NEXT * count:
+        return np.zeros(count, np.intp), 1
+    return gaps, slower
 
 
 def _counted(gaps: Indices) -> Indices:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from irsim.measure.picked import evenly
 from irsim.measure.region import Values
 from irsim.types import Floats
 
@@ -48,7 +49,7 @@ def _explained_at(frames: Values, apart: int) -> float:
     """Share of the change over so many frames that shifts explain, in the median over parts and pairs."""
     count = _NEXT_PAIRS if apart == 1 else _FAR_PAIRS
     shares = []
-    for k in np.unique(np.linspace(0, len(frames) - 1 - apart, count).astype(int)):
+    for k in evenly(len(frames) - apart, count):
         first, second = (_softened(frames[i], apart > 1) for i in (k, k + apart))
         down, across = np.gradient(((first + second) / 2).astype(np.float64))
         pictures = ((second - first).astype(np.float64), np.asarray(across), np.asarray(down))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from irsim.measure.picked import middle
 from irsim.measure.region import Values
 from irsim.measure.repeats import Indices, NewFrames
 from irsim.types import MEDIAN_TO_SIGMA, Floats
@@ -59,6 +60,11 @@ class Stretch:
     index: tuple[int, ...]
     number: tuple[int, ...]
     rate_hz: float
+
+    @property
+    def length(self) -> int:
+        """Frames of the camera from the first that is used to the last."""
+        return self.number[-1] - self.number[0] + 1
 
     def of(self, frames: Values) -> Values:
         """The frames (T, rows, columns) that are used; a view where they follow each other."""
@@ -116,20 +122,17 @@ def pattern_steps(frames: Floats, number: Indices) -> list[int]:
     columns that change alone, what is smooth from pixel to pixel, and a pattern of one frame at either end are not
     seen.
     """
-    rows, columns = ((slice(max(side - _WIDEST, 0) // 2, None)) for side in frames.shape[1:])
-    middle = frames[:, rows, columns][:, :_WIDEST, :_WIDEST]
-    if (
-        np.median([np.count_nonzero(pair[0] != pair[1]) for pair in itertools.pairwise(middle)])
-        < _LIVELY * middle[0].size
-    ):
+    seen = middle(frames, _WIDEST)
+    changed = [np.count_nonzero(pair[0] != pair[1]) for pair in itertools.pairwise(seen)]
+    if np.median(changed) < _LIVELY * seen[0].size:
         return []
-    return sorted(_steps_in(_Changes(middle, number), 0, len(frames)))
+    return sorted(_steps_in(_Changes(seen, number), 0, len(frames)))
 
 
 class _Changes:
     """Changes between means of frames, and their mean squares over the pixels."""
 
-    def __init__(self, frames: Floats, number: Indices) -> None:
+    def __init__(self, frames: Values, number: Indices) -> None:
         centred = frames - np.median(frames, axis=0)
         for axis in (1, 2):  # medians: the lines of a pixel that jumps shall not follow it
             centred -= np.median(centred, axis=axis, keepdims=True)

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from irsim.measure.defects import LEAST_NOISE, around
+from irsim.measure.picked import evenly
 from irsim.measure.region import Values
 from irsim.types import MEDIAN_TO_SIGMA, Bools
 
@@ -83,7 +84,7 @@ def tracks(frames: Values, bad: Bools, least: int, travel: float) -> list[Track]
 
 def _seen(frames: Values, bad: Bools) -> Iterator[list[tuple[int, float, float]]]:
     """Sign, row and column of what stands out from the noise of its place, of each frame."""
-    picked = np.unique(np.linspace(0, len(frames) - 1, _MEDIANS).astype(int))
+    picked = evenly(len(frames), _MEDIANS)
     scene = np.median(frames[picked], axis=0).astype(np.float32)
     change = np.median(np.abs(frames[picked] - scene), axis=0).astype(np.float32)
     noise = np.maximum(MEDIAN_TO_SIGMA * around(change), LEAST_NOISE).astype(np.float32)

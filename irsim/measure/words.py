@@ -16,6 +16,9 @@ _SOME = 0.01
 _CLIPPED = 0.005
 """Share of clipped counts from which a sigma is too small: by half a percent where a normal noise has so
 many beyond one end."""
+_SLIDING = (
+    "where the scene slides, pixels that blink are missed, or look dead or hot, unless they change more than it does"
+)
 _WORDS = (
     "frame to frame, the whole picture",
     "row to row, fixed",
@@ -49,23 +52,8 @@ def noise_lines(report: NoiseReport, start: int = 0) -> Iterator[tuple[str, str]
     drifted = f"{report.drift:.3g} counts of the frames' mean, slope {report.slope_per_s:.3g} a second"
     yield "drift", drifted + doubts.get("drift", "")
     yield "bad", f"{report.dead} dead, {report.hot} hot, {report.blinking} blinking of {report.pixels} pixels"
-    if report.slides:
-        yield "", "where the scene slides, pixels that blink are missed, or look dead or hot, unless they change more"
-    else:
-        yield from (("", missed) for missed in (blinking_missed(report), standing_missed(report)) if missed)
-    if unsure := frozen_unknown(report):
-        yield "", unsure
     yield from (("left out", sentence) for sentence in report.stretch.left_out(start))
-    if outlasts := memory_outlasts(report, report.temporal.memory):
-        yield "note", outlasts
-    if wanders := level_wanders(report, report.level.time_frames):
-        yield "note", wanders
-    if cut := clipped_noise(report):
-        yield "note", cut
-    if report.rounded:
-        yield "note", rounding_hides(report)
-    if report.crossed:
-        yield "note", f"targets pass through {report.region}: region=X,Y,W,H names a place without them"
+    yield from (("note", sentence) for sentence in report_notes(report))
     if report.slides:
         yield "note", "the scene moves: it slides before the camera in most of the picture"
     if report.doubtful and not report.together:
@@ -91,29 +79,46 @@ def _remembered(label: str, what: str, memory: Memory, doubt: str) -> Iterator[t
         yield "", f"white {_ranged(memory.white)}, with memory {_ranged(memory.correlated)} counts"
     else:
         yield label, f"white {_ranged(memory.white)} counts{doubt}"
-    if memory.drift is not None:
-        yield "", f"{what} drift by {_ranged(memory.drift)} counts in a second, as the root of time"
+    if memory.told_walk is not None:
+        yield "", f"{what} drift by {_ranged(memory.told_walk)} counts in a second, as the root of time"
 
 
-def memory_outlasts(report: NoiseReport, memory: Memory | None) -> str | None:
+def report_notes(report: NoiseReport) -> Iterator[str]:
+    """What a report does not tell, in sentences."""
+    unknown = (
+        _memory_outlasts(report),
+        _level_wanders(report),
+        _clipped_noise(report),
+        _rounding_hides(report),
+        _frozen_unknown(report),
+        _SLIDING if report.slides else _blinking_missed(report),
+        None if report.slides else _standing_missed(report),
+    )
+    yield from (sentence for sentence in unknown if sentence is not None)
+    if report.crossed:
+        yield f"targets pass through {report.region}, where noise is read: region=X,Y,W,H names a place without them"
+
+
+def _memory_outlasts(report: NoiseReport) -> str | None:
     """What is not told of noise that remembers about as long as the frames last, or longer."""
-    count = report.stretch.index[-1] - report.stretch.index[0] + 1
-    if memory is None or memory.time_constant_s.high * report.rate_hz <= count / 3:
+    memory = report.temporal.memory
+    count = report.stretch.length
+    if report.moving or memory is None or memory.time_constant_s.high * report.stretch.rate_hz <= count / 3:
         return None
     if math.isinf(memory.time_constant_s.high):
         return f"noise goes on for longer than {count} frames can tell: it may as well be fixed pattern, or of coding"
     return f"{count} frames are few for noise that remembers so long: of its sigma the ends alone are told"
 
 
-def level_wanders(report: NoiseReport, time_frames: Measured | None) -> str | None:
+def _level_wanders(report: NoiseReport) -> str | None:
     """What is not told of a level that remembers about as long as the frames last."""
-    count = report.stretch.index[-1] - report.stretch.index[0] + 1
-    if time_frames is None or time_frames.high <= count / 2:
+    count, time_frames = report.stretch.length, report.level.time_frames
+    if report.moving or time_frames is None or time_frames.high <= count / 2:
         return None
     return f"the level wanders as slowly as {count} frames are long: of its sigma, t, the ends alone are told"
 
 
-def clipped_noise(report: NoiseReport) -> str | None:
+def _clipped_noise(report: NoiseReport) -> str | None:
     """What is not told of noise that the ends of the counts cut off."""
     if report.clipped < _CLIPPED:
         return None
@@ -123,25 +128,29 @@ def clipped_noise(report: NoiseReport) -> str | None:
     )
 
 
-def rounding_hides(report: NoiseReport) -> str:
+def _rounding_hides(report: NoiseReport) -> str | None:
     """What counts do not tell of noise that is small beside their steps."""
+    if not report.rounded:
+        return None
     return (
         f"noise is {report.pixel_sigma:.2g} counts as measured, hardly more than rounding to whole counts makes, or "
         "less: noise of less than a third of a count or so cannot be told from it"
     )
 
 
-def blinking_missed(report: NoiseReport) -> str | None:
+def _blinking_missed(report: NoiseReport) -> str | None:
     """Where pixels that blink cannot be told from what the scene does; None where they can, but for some places."""
     if report.hidden < _SOME:
         return None
+    memory = report.temporal.memory
+    what = "the scene changes" if memory is None or memory.told_walk is None else "the scene changes or pixels drift"
     return (
-        f"in {100 * report.hidden:.0f} % of the picture the scene changes by more than the noise: pixels that blink "
+        f"in {100 * report.hidden:.0f} % of the picture {what} by more than the noise: pixels that blink "
         "there cannot be told from it, unless they change far more"
     )
 
 
-def standing_missed(report: NoiseReport) -> str | None:
+def _standing_missed(report: NoiseReport) -> str | None:
     """Where dead and hot pixels cannot be told from what stands in the scene; None where they can, but for some
     places."""
     if report.uneven < _SOME:
@@ -152,7 +161,7 @@ def standing_missed(report: NoiseReport) -> str | None:
     )
 
 
-def frozen_unknown(report: NoiseReport) -> str | None:
+def _frozen_unknown(report: NoiseReport) -> str | None:
     """Why pixels that never change are not called dead; None where they are."""
     if report.frozen_from is None:
         return "most pixels never change: dead ones that hold their value cannot be told from them"
