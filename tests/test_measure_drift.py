@@ -81,6 +81,19 @@ def test_a_fit_writes_no_memory_where_pixels_only_drift() -> None:
     json.dumps(found.as_json(), allow_nan=False)
 
 
+def test_a_fit_writes_noise_that_grows_since_a_correction_as_such() -> None:
+    """Of 5 NETD in 10 s, 4 of which are seen: what stays in the mean of the frames is no more than that."""
+    scene = irsim.loads(written(120, "pixel: 5, column: 3, row: 0, time_constant_s: 10"))
+    first = fit(scene)
+    assert first.figures.memory_age_s < 1
+    drifts = [noise for noise in first.scenario.camera.noise if noise.kind == "drift"]
+    assert [noise.id for noise in drifts] == ["pixels", "columns"]
+    assert [noise.kind for noise in first.scenario.camera.noise] == ["noise_3d", "drift", "drift"]
+    again = dict(fit(first.scenario).figures.measured())
+    for name, value in first.figures.measured():
+        assert name not in again or (again[name].low <= value.high and value.low <= again[name].high), name
+
+
 def test_a_fit_makes_drift_of_columns_again() -> None:
     """By as much in a second as went in, and as the fit of what the fit renders tells."""
     scene = irsim.loads(written(150, "pixel: 5, column: 4, row: 2, time_constant_s: 60"))

@@ -42,13 +42,19 @@ def test_what_modes_hold_is_the_diagonal_of_their_covariance(number: Indices) ->
         np.testing.assert_allclose(cosines.remembered(decay), np.diag(whole), rtol=1e-9)
     walk = cosines.basis @ np.minimum.outer(number, number) @ cosines.basis.T
     np.testing.assert_allclose(cosines.walked(), np.diag(walk), rtol=1e-9)
-    np.testing.assert_allclose(cosines.basis @ np.ones(len(number)), 0, atol=1e-12)
+    np.testing.assert_allclose(cosines.basis[1:] @ np.ones(len(number)), 0, atol=1e-12)
+    for decay in (0.01, 0.3):
+        left = np.exp(-decay * number)
+        whole = cosines.basis @ (np.exp(-decay * apart) - np.outer(left, left)) @ cosines.basis.T
+        np.testing.assert_allclose(cosines.grown(decay), np.diag(whole), rtol=1e-7, atol=1e-9)
+    whole = cosines.basis @ np.ones_like(apart) @ cosines.basis.T
+    np.testing.assert_allclose(cosines.fixed(), np.diag(whole), atol=1e-12)
 
 
 def test_many_modes_are_put_together_by_their_means() -> None:
     number = np.arange(700)
     cosines = Cosines.of(number)
-    assert cosines.sizes.sum() == 699
+    assert cosines.sizes.sum() == 700
     assert len(cosines.sizes) < 200
     values = stream(1, "values").normal(size=(700, 3))
     each = np.square(cosines.basis @ values)
@@ -62,6 +68,7 @@ def mixed(white: float, correlated: float, frames: float, walk: float, freedom: 
     """Of modes whose mean squares are what they are expected to be, in blocks that differ by chance about them."""
     cosines = Cosines.of(np.arange(120))
     expected = white * cosines.white() + correlated * cosines.remembered(1 / frames) + walk * cosines.walked()
+    expected += 4 * cosines.fixed()
     blocks = stream(3, "blocks").chisquare(freedom / 36, (36, len(expected))) / (freedom / 36)
     return fit_mixture(expected * blocks / blocks.mean(axis=0), freedom, cosines)
 
@@ -69,7 +76,7 @@ def mixed(white: float, correlated: float, frames: float, walk: float, freedom: 
 @pytest.mark.parametrize("walk", [0.0, 0.02])
 def test_modes_give_what_they_were_mixed_of(walk: float) -> None:
     best = mixed(0.5, 2.0, 10.0, walk).best
-    white, lasting, grown, walked = best.variances
+    white, lasting, grown, walked, _ = best.variances
     assert (white, lasting + grown, walked) == pytest.approx((0.5, 2.0, walk), rel=2e-3, abs=1e-9)
     assert math.exp(-best.log_decay) == pytest.approx(10, rel=2e-3)
 
@@ -84,7 +91,7 @@ def test_a_walk_alone_is_none_that_is_forgotten() -> None:
     found = mixed(0.5, 0.0, 10.0, 0.02)
     assert found.slowest
     assert found.walks
-    assert found.best.variances == pytest.approx((0.5, 0, 0, 0.02), rel=0.01)
+    assert found.best.variances == pytest.approx((0.5, 0, 0, 0.02, 4), rel=0.01)
 
 
 def test_memory_is_the_same_in_any_unit() -> None:

@@ -157,11 +157,10 @@ class Scene:
         }
         yield "noise_3d", {"tvh": 0, **{key: self._ratio(value) for key, value in terms.items() if value is not None}}
         if found.memory is not None and found.memory_frames is not None and found.memory.value:
-            yield "ar1", {"ratio": self._ratio(found.memory), "time_constant_s": self._seconds(found.memory_frames)}
+            yield self._lasting("pixel", found.memory, self._seconds(found.memory_frames), found.memory_age_s)
         for over, lines in (("row", found.rows), ("column", found.columns)):
             if lines is not None and lines.correlated.value:
-                memory = {"ratio": self._ratio(lines.correlated), "time_constant_s": lines.time_constant_s}
-                yield "ar1", {"id": f"{over}s", "over": over, **memory}
+                yield self._lasting(over, lines.correlated, lines.time_constant_s, lines.age_s)
         drifts = {
             "pixel": None if found.walk is None else found.walk.map(lambda counts: counts * math.sqrt(self.rate_hz)),
             "column": None if found.columns is None else found.columns.told_walk,
@@ -178,6 +177,15 @@ class Scene:
             yield "odd_even", {"id": f"odd_even_{along}", "along": along, "ratio": self._ratio(turned)}
         if any(share.value for share in (found.flaws.dead, found.flaws.hot, found.flaws.blinking)):
             yield "bad_pixels", dict(self._flaws())
+
+    def _lasting(self, over: str, sigma: Measured, time_s: Measured, age_s: float) -> tuple[str, dict[str, Any]]:
+        """Noise with memory: always there, or since a correction, as what drifts is."""
+        named = {} if over == "pixel" else {"id": f"{over}s", "over": over}
+        if math.isinf(age_s):
+            return "ar1", {**named, "ratio": self._ratio(sigma), "time_constant_s": time_s}
+        none = {each: 0 for each in ("pixel", "column", "row") if each != over}
+        since = {"time_constant_s": time_s, "age_s": plain(age_s)}
+        return "drift", {"id": f"{over}s", over: self._ratio(sigma), **none, **since}
 
     def _drift(self, walk: Measured, slow_s: float) -> Measured:
         """What a drift tends to, of that time constant, which begins with so many counts a root of a second."""

@@ -1,7 +1,7 @@
 """Noise over time as cosines: what white noise, AR(1) noise and a random walk each give to every mode.
 
-The discrete cosines of a series of T frames, all but the constant one, leave fixed pattern alone, and AR(1) noise is
-nearly independent from mode to mode in them (N. Ahmed, T. Natarajan, K. R. Rao, "Discrete Cosine Transform", IEEE
+Of the discrete cosines of a series of T frames the first, a constant, holds all of the fixed pattern, and AR(1) noise
+is nearly independent from mode to mode in them (N. Ahmed, T. Natarajan, K. R. Rao, "Discrete Cosine Transform", IEEE
 Trans. Computers C-23, 1974). The variance that each holds is known exactly, of frames at any times.
 """
 
@@ -25,8 +25,8 @@ class Cosines:
     """Modes of frames taken at given times.
 
     ages    (T,) frames of the camera since the first one
-    basis   (M, T) orthonormal, each without a mean
-    starts  (B,) first mode of each bin
+    basis   (T, T) orthonormal, the constant one first
+    starts  (B,) first mode of each bin; the constant one is alone in its own
     sizes   (B,) modes in each bin
     pairs   (B, L) share of the correlation over each lag, 0 .. L - 1 frames of the camera, in a bin's variance
     """
@@ -43,12 +43,12 @@ class Cosines:
         from scipy.fft import dct, irfft, next_fast_len, rfft
 
         count = len(number)
-        basis = dct(np.eye(count), axis=0, norm="ortho")[1:]
+        basis = dct(np.eye(count), axis=0, norm="ortho")
         starts = np.unique(
-            np.concatenate([np.arange(min(_EACH, count - 1)), np.geomspace(_EACH, count - 1, _BINS)[:-1].astype(int)])
+            np.concatenate([np.arange(min(_EACH, count)), np.geomspace(_EACH, count, _BINS)[:-1].astype(int)])
         )
-        starts = starts[starts < count - 1]
-        sizes = np.diff(np.append(starts, count - 1))
+        starts = starts[starts < count]
+        sizes = np.diff(np.append(starts, count))
         ages = number - number[0]
         lags = int(ages[-1]) + 1
         length = next_fast_len(2 * lags)
@@ -82,6 +82,12 @@ class Cosines:
         return self.remembered(decay) - self.squares(np.exp(-decay * self.ages))
 
     def walked(self) -> Floats:
-        """(B,) that in a random walk whose variance grows by 1 a frame: half the mean square over k frames is k / 2."""
+        """(B,) that in a random walk from the first frame on whose variance grows by 1 a frame: of covariance
+        min(i, j) = (i + j - |i - j|) / 2 over i and j frames, of which the sum is in the constant mode alone."""
         found: Floats = self.pairs @ (-0.5 * np.arange(self.pairs.shape[1]))
+        found[0] += self.ages.sum()
         return found
+
+    def fixed(self) -> Floats:
+        """(B,) that in a fixed pattern of unit variance."""
+        return np.where(self.starts == 0, float(len(self.ages)), 0.0)

@@ -60,6 +60,7 @@ class Figures:
     noise                   whole temporal sigma of a pixel; of it white the part without memory, memory that with.
                             Where something moves both are upper bounds of what is sharp and has no memory
     memory_frames           in which the part with memory falls to a correlation of 1/e
+    memory_age_s            time from a correction that took that part away to the first frame; infinity where none did
     walk                    by which what drifts from pixel to pixel has changed after a frame; it grows as the root of
                             their number. None where it may be none
     row_noise, column_noise temporal sigmas of whole rows and columns, white in time
@@ -78,6 +79,7 @@ class Figures:
     white: Measured
     memory: Measured | None = None
     memory_frames: Measured | None = None
+    memory_age_s: float = math.inf
     walk: Measured | None = None
     row_noise: Measured | None = None
     column_noise: Measured | None = None
@@ -195,6 +197,7 @@ def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: 
         white=_less(terms.tvh if memory is None else memory.white, _ROUNDED),
         memory=None if memory is None else memory.correlated,
         memory_frames=None if memory is None else memory.time_constant_s.map(lambda s: s * report.rate_hz),
+        memory_age_s=math.inf if memory is None else memory.age_s,
         walk=None if drift is None else drift.map(lambda sigma: sigma / math.sqrt(report.rate_hz)),
         row_noise=terms.tv if rows is None else rows.white,
         column_noise=terms.th if columns is None else columns.white,

@@ -39,6 +39,8 @@ class Memory:
     total                   sigma of both
     rho, time_constant_s    of the correlated part; its correlation over k frames is rho^k. Where they may be longer
                             than can be told, up to 1 and infinity; sigmas have ends for up to ten times what was seen
+    age_s                   time from a correction that took the correlated part away to the first frame, as is
+                            likeliest; infinity where none did
     walk                    sigma by which what drifts has changed after a second; it grows as the root of time. 0 where
                             the noise goes without. Where it is all there is beside white noise, it is that of a walk,
                             or of AR(1) noise as slow: nobody can tell them apart
@@ -52,6 +54,7 @@ class Memory:
     total: Measured
     rho: Measured
     time_constant_s: Measured
+    age_s: float
     walk: Measured
     left: Measured
     fixed: Measured
@@ -124,7 +127,7 @@ def memory_of(mixture: Mixture, rate_hz: float, number: Indices, within: Measure
     correlated = mixture.measured(_correlated)
     total = mixture.measured(lambda variances, _: variances[0] + variances[1] + variances[2])
     log_decay = mixture.measured(lambda _, log_decay: log_decay)
-    walk = partial(_growing, mixture.length / 2) if mixture.walks else _walk
+    walk = partial(_growing, mixture.length / 4) if mixture.walks else _walk
     left = mixture.measured(partial(_mean, number))
     fixed = without(staying, left)
     if mixture.slowest:
@@ -142,6 +145,7 @@ def memory_of(mixture: Mixture, rate_hz: float, number: Indices, within: Measure
         total=total.map(root),
         rho=log_decay.map(lambda x: math.exp(-math.exp(x))),
         time_constant_s=log_decay.map(lambda x: math.exp(-x) / rate_hz),
+        age_s=_age(mixture) / rate_hz,
         walk=mixture.measured(walk).map(lambda a_frame: root(a_frame * rate_hz)),
         left=left.map(root),
         fixed=fixed.map(root),
@@ -151,6 +155,14 @@ def memory_of(mixture: Mixture, rate_hz: float, number: Indices, within: Measure
 def _correlated(variances: Floats, log_decay: float) -> float:
     """Variance that noise with memory tends to."""
     return float(variances[1] + variances[2])
+
+
+def _age(mixture: Mixture) -> float:
+    """Frames since a correction: of X[k] - rho^(k + a) X[-a] a share rho^(2 a) has none before the first frame."""
+    _, lasting, grown, _, _ = mixture.best.variances
+    if grown == 0:
+        return math.inf
+    return math.log(1 + lasting / grown) / (2 * math.exp(mixture.best.log_decay))
 
 
 def _walk(variances: Floats, log_decay: float) -> float:
@@ -171,7 +183,7 @@ def _correlation(lag: int, variances: Floats, log_decay: float) -> float:
 
 def _mean(number: Indices, variances: Floats, log_decay: float) -> float:
     """Variance of the mean of frames taken at `number` (T,), of what walks since the first one."""
-    white, lasting, grown, walk = variances
+    white, lasting, grown, walk, _ = variances
     decay = math.exp(log_decay)
     ages = number - number[0]
     lasts = _mean_correlation(number, decay) / len(number)

@@ -1,9 +1,10 @@
-"""How much of noise is white, how much first-order autoregressive, and how much walks off for good.
+"""How much of noise is white, how much first-order autoregressive, how much walks off for good, and what stays.
 
 Read off the variances of its modes (`irsim.measure.cosines`), by the likelihood of normal noise. A mode has
 w^2 + s^2 ((1 - q) r(rho) + q g(rho)) + d b: white noise of sigma w, AR(1) noise of sigma s and lag-1 correlation rho, a
 share q of which grows from none in the first frame, as non-uniformity does after a correction, and a random walk whose
-variance grows by d a frame, as that does for as long as it is not drawn back.
+variance grows by d a frame, as that does for as long as it is not drawn back. The constant mode has fixed pattern
+besides, of any variance: it says of the others that they leave no more in the mean than there is.
 """
 
 from __future__ import annotations
@@ -30,20 +31,19 @@ _SETTLED = 1e-9
 """Relative change of the likelihood's logarithm at which the variances are found."""
 _LEAST = 1e-12
 """Share of the variance that white noise has at least, that no mode be without any."""
-_NEAR = 1e-6
-"""The end of a search is met within this."""
 _HALVINGS = 12
 _SLICES = 11
-_ALL = (True, True, True, True)
-_STEADY = (True, True, False, False)
-_WALKING = (True, False, False, True)
-"""Which of the parts there are: any; no more than noise that was always there; no memory but a walk."""
+_ALL = (True, True, True, True, True)
+_STEADY = (True, True, False, False, True)
+_WALKING = (True, False, False, True, True)
+_GROWING = (True, False, True, False, True)
+"""Which of the parts there are: any; noise that was always there; a walk; noise that grows since the first frame."""
 
 
 @dataclass(frozen=True)
 class _Profile:
-    """At one logarithm of the decay: the likeliest variances (4,) of the parts, what twice the log likelihood lacks but
-    for a constant, and which others are allowed. Parts: white, AR(1), AR(1) that grows, walk."""
+    """At one logarithm of the decay: the likeliest variances (5,) of the parts, what twice the log likelihood lacks but
+    for a constant, and which others are allowed. Parts: white, AR(1), AR(1) that grows, walk a frame, fixed."""
 
     log_decay: float
     variances: Floats
@@ -55,9 +55,10 @@ class _Profile:
 class Mixture:
     """What was found, and all that the noise allows besides.
 
-    best    the simplest that the interval allows: AR(1) noise without a walk, but for memory as long as can be looked
-            for, which is a walk by another name; a walk without AR(1) noise; or the likeliest
-    walks   whether it is that walk
+    best    of AR(1) noise, a walk, AR(1) noise that grows, and all at once, as far as the interval allows it, the
+            likeliest, each further parameter weighing as much as a factor e (QAIC: K. P. Burnham, D. R. Anderson,
+            "Model Selection and Multimodel Inference", 2002, section 2.5)
+    walks   whether it is the walk
     length  frames of the camera in which the noise was seen
     slices  profiles over the decays whose likelihood is within the interval's; rooms (N,) how much of it is left, in
             squared standard errors, at each
@@ -72,7 +73,7 @@ class Mixture:
     slowest: bool
 
     def measured(self, function: Callable[[Floats, float], float]) -> Measured:
-        """A function of the variances (4,) of the parts and the log decay a frame, with its interval: that of the
+        """A function of the variances (5,) of the parts and the log decay a frame, with its interval: that of the
         profile likelihood (D. R. Cox, D. V. Hinkley, "Theoretical Statistics", 1974, section 9.3)."""
         value = function(self.best.variances, self.best.log_decay)
         ends = [value]
@@ -100,18 +101,17 @@ def fit_mixture(blocks: Floats, freedom: float, cosines: Cosines, known: Floats 
 
     ends = _ends(cosines)
     best = _likeliest(profile, ends)
-    reach = float(t.ppf((1 + LEVEL) / 2, len(blocks) - 1)) ** 2 * _excess(best, blocks, weights, cosines, known)
+    excess = _excess(best, blocks, weights, cosines, known)
+    reach = float(t.ppf((1 + LEVEL) / 2, len(blocks) - 1)) ** 2 * excess
     slow, fast = (_side(profile, best, end, reach) for end in ends)
-    slices = [best, *(profile(at) for at in np.linspace(slow, fast, _SLICES))]
-    lacks = np.array([each.lacks - best.lacks for each in slices])
-    steady = _likeliest(partial(profile, parts=_STEADY), ends)
     walking = profile(ends[0], _WALKING)
-    walks = False
-    if steady.lacks - best.lacks <= reach and steady.log_decay > ends[0] + _NEAR:
-        best = steady
-    elif walking.lacks - best.lacks <= reach:
-        best, walks = walking, True
-    return Mixture(best, walks, int(cosines.ages[-1]) + 1, tuple(slices), (reach - lacks).clip(0), slow <= ends[0])
+    steady, growing = (_likeliest(partial(profile, parts=parts), ends) for parts in (_STEADY, _GROWING))
+    models = ((steady, 3), (walking, 2), (growing, 3), (best, 5))
+    told = (model for model in models if model[0].lacks - best.lacks <= reach)
+    taken = min(told, key=lambda model: model[0].lacks / excess + 2 * model[1])[0]
+    slices = [best, taken, *(profile(at) for at in np.linspace(slow, fast, _SLICES))]
+    rooms = np.array([reach - (each.lacks - best.lacks) for each in slices]).clip(0)
+    return Mixture(taken, taken is walking, int(cosines.ages[-1]) + 1, tuple(slices), rooms, slow <= ends[0])
 
 
 def _likeliest(profile: Callable[[float], _Profile], ends: tuple[float, float]) -> _Profile:
@@ -128,9 +128,10 @@ def _ends(cosines: Cosines) -> tuple[float, float]:
 
 
 def _parts(log_decay: float, cosines: Cosines) -> Floats:
-    """(B, 4) what a unit of each part gives to the modes."""
+    """(B, 5) what a unit of each part gives to the modes."""
     decay = math.exp(log_decay)
-    return np.stack([cosines.white(), cosines.remembered(decay), cosines.grown(decay), cosines.walked()], axis=1)
+    lasting = (cosines.remembered(decay), cosines.grown(decay), cosines.walked())
+    return np.stack([cosines.white(), *lasting, cosines.fixed()], axis=1)
 
 
 def _at(
@@ -147,7 +148,7 @@ def _at(
     parts = _parts(log_decay, cosines)
     size = parts.max(axis=0)
     parts = parts / size * taken
-    least = _LEAST * float(squares.mean())
+    least = _LEAST * float(squares[1:].mean())
     foreseen, lacks = squares.clip(least), math.inf
     for _ in range(_ROUNDS):
         scale = np.sqrt(weights) / foreseen
@@ -167,14 +168,16 @@ def _at(
 
 def _excess(best: _Profile, blocks: Floats, weights: Floats, cosines: Cosines, known: Floats | float) -> float:
     """By how much scores of the blocks scatter more than those of normal noise that is independent from pixel to pixel
-    and mode to mode; at least 1 (P. McCullagh, J. A. Nelder, "Generalized Linear Models", 1989, section 9.2.3)."""
+    and mode to mode; at least 1 (P. McCullagh, J. A. Nelder, "Generalized Linear Models", 1989, section 9.2.3). The
+    constant mode does not count: fixed pattern may be anything, of a scene, too."""
     step = 1e-3
     parts = _parts(best.log_decay, cosines)
+    foreseen = known + parts @ best.variances
     slope = (_parts(best.log_decay + step, cosines) - parts) @ best.variances / step
-    parts = np.column_stack([parts, slope])
+    parts = np.column_stack([parts[:, :-1], slope])[1:]
     parts = parts / np.abs(parts).max(axis=0).clip(1e-300)
-    foreseen = known + _parts(best.log_decay, cosines) @ best.variances
-    weighted = parts * (weights / foreseen**2)[:, None] / 2
+    weighted = parts * (weights / foreseen**2)[1:, None] / 2
+    blocks = blocks[:, 1:]
     count = len(blocks)
     scores = (blocks - blocks.mean(axis=0)) / count @ weighted
     scatter = scores.T @ scores * count / (count - 1)
@@ -202,7 +205,7 @@ def _side(profile: Callable[[float], _Profile], best: _Profile, end: float, reac
 
 
 def _slopes(function: Callable[[Floats, float], float], at: _Profile) -> Floats:
-    """(4,) of a function by the variances."""
+    """(5,) of a function by the variances."""
     step = 1e-6 * (float(at.variances.sum()) or 1.0)
     here = function(at.variances, at.log_decay)
-    return np.array([(function(at.variances + move, at.log_decay) - here) / step for move in step * np.eye(4)])
+    return np.array([(function(at.variances + move, at.log_decay) - here) / step for move in step * np.eye(5)])
