@@ -178,10 +178,9 @@ def realism(
 
 def _claim(source: Source) -> str | None:
     """The class that a source's scenario claims to be like."""
-    from irsim import yamlfile
+    from irsim.stated import stated
 
-    text = source.scenario_text
-    like: str | None = None if text is None else yamlfile.parse(text, source.name).value.get("like")
+    like: str | None = stated(source).get("like")
     return like
 
 
