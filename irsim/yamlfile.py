@@ -203,12 +203,14 @@ class _Build:
                 case "bool" if _BOOL.fullmatch(text):
                     return text.lower() == "true"
                 case "int" if _INT.fullmatch(text):
-                    return int(text, 0) if text[:2] in ("0o", "0x") else int(text)
+                    number = int(text, 0) if text[:2] in ("0o", "0x") else int(text)
+                    str(number)  # what int() takes in hexadecimal may be too long to be written
+                    return number
                 case "float" if _FLOAT.fullmatch(text):
                     return float(text)
                 case "float" if _SPECIAL.fullmatch(text):
                     return float(text.replace(".", "", 1))
-        except ValueError:  # int() refuses thousands of digits
+        except ValueError:  # int() and str() refuse thousands of digits
             self._wrong(node, f"the number {text[:20]}... is too long; allowed: {_LONGEST} digits")
             return None
         self._wrong(node, f"{text!r} cannot have the tag {_short(node.tag)}; allowed: {_TAGS}")
