@@ -28,6 +28,13 @@ def anything(value: object) -> Any:
     return value
 
 
+def endless() -> list[object]:
+    """A list that holds itself."""
+    values: list[object] = []
+    values.append(values)
+    return values
+
+
 CALLS: dict[str, tuple[Callable[[], object], str]] = {
     "Moments": (lambda: irsim.Moments(anything("sky")), A_SCENARIO),
     "masks": (lambda: irsim.masks(anything("sky")), A_SCENARIO),
@@ -119,6 +126,42 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
     "changes in a list": (
         lambda: irsim.change(SCENE, anything(["seed=1"])),
         r"values \['seed=1'\]: allowed: a map",
+    ),
+    "a change to an array": (
+        lambda: irsim.change(SCENE, {"camera.size": np.array([40, 30])}),
+        r"camera\.size: a numpy\.ndarray cannot stand in a scenario; allowed: text, a number, True, False, None, ",
+    ),
+    "a change to an array in a list": (
+        lambda: irsim.change(SCENE, {"targets": [{"id": np.zeros(2)}]}),
+        r"targets: a numpy\.ndarray cannot stand in a scenario; allowed: text, ",
+    ),
+    "a change to a list that holds itself": (
+        lambda: irsim.change(SCENE, {"camera.size": endless()}),
+        r"camera\.size: nested too deeply, or in itself; allowed: 100 levels",
+    ),
+    "a change to numbered keys": (
+        lambda: irsim.change(SCENE, {"camera": {1: 2}}),
+        "camera: keys that are not text cannot stand in a scenario; allowed: ",
+    ),
+    "a change to an endless number": (
+        lambda: irsim.change(SCENE, {"frames": 16**5000}),
+        "frames: the number is too long; allowed: 4300 digits",
+    ),
+    "a change to two lines": (
+        lambda: irsim.change(SCENE, {"frames": "a\nb"}),
+        r"^frames='a\\nb': frames: expected a whole number, not 'a\\nb'; allowed: ",
+    ),
+    "a change of a key of two lines": (
+        lambda: irsim.change(SCENE, {"camera.a\nb": 1}),
+        r"^camera\.'a\\nb'=1: unknown key 'a\\nb'; allowed: preset, ",
+    ),
+    "an override of a key of two lines": (
+        lambda: irsim.load("sky", ["camera.a\nb=1"]),
+        r"^override camera\.'a\\nb': unknown key 'a\\nb'; allowed: preset, ",
+    ),
+    "an override of a target of two lines": (
+        lambda: irsim.load("sky", ["targets.a\nb=1"]),
+        r"^override targets\.'a\\nb': there is no 'a\\nb'; allowed: jet",
     ),
     "a change of a list": (lambda: irsim.change(anything([SCENE]), {}), "a change of a list; allowed: a Scenario"),
     "overrides in a mapping": (
