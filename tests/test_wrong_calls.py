@@ -12,11 +12,13 @@ import pytest
 import irsim
 import irtrack
 from irsim.errors import InputError
+from irsim.recording import TrackHeader, recover, write_tracks
 
 SCENE = irsim.loads(
     "frames: 3\ncamera: {size: [32, 24]}\nbackground: {kind: ground}\n"
     "targets: [{id: jet, shape: {kind: point}, path: {kind: straight, start: [9, 9]}}]\n"
 )
+TRACK = TrackHeader(tracker="kalman", source="sky", source_hash="abc", rate_hz=30.0)
 FRAMES = np.zeros((8, 32, 32), np.uint16)
 A_SCENARIO = r"of a str; allowed: a Scenario \(irsim\.load\('sky'\)\)"
 NO_REGION = r"region: .* is none; allowed: whole numbers \(column, row, columns, rows\)"
@@ -77,6 +79,11 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
     "find": (lambda: irsim.find(anything(3)), NO_PATH),
     "open_recording": (lambda: irsim.open_recording(anything(None)), NO_PATH),
     "read_tracks": (lambda: irsim.read_tracks(anything(None)), NO_PATH),
+    "write_tracks": (lambda: write_tracks(anything(None), TRACK, ()), NO_PATH),
+    "recover": (lambda: recover(anything(None), "x.mcap"), NO_PATH),
+    "recover to nowhere": (lambda: recover("x.mcap", anything(None)), NO_PATH),
+    "import_frames": (lambda: irsim.import_frames(anything(None), "x.mcap"), NO_PATH),
+    "import_frames of numbers": (lambda: irsim.import_frames("frames", "x.mcap", anything(3)), NO_PATH),
     "is_recording": (lambda: irsim.is_recording(anything(None)), NO_PATH),
     "loads": (lambda: irsim.loads(anything(None)), "<text>: a NoneType is no text; allowed: the YAML text"),
     "no rate": (lambda: irsim.measure_noise(FRAMES, 0), "rate_hz 0: allowed: a number above 0, frames a second"),

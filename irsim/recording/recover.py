@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from itertools import chain
 from pathlib import Path
 
-from irsim.files import check_output
+from irsim.files import check_output, path_of
 from irsim.recording.container import check_mcap
 from irsim.recording.damage import BROKEN
 from irsim.recording.header import Header
@@ -25,7 +25,7 @@ def recover(path: str | Path, out: str | Path, progress: Callable[[int], None] |
     Frames are numbered anew and keep their times; what was lost before the first is counted in `first_frame`.
     InputError where nothing can be kept.
     """
-    path, out = Path(path), Path(out)
+    path, out = path_of(path), path_of(out)
     check_output(out, path)
     check_mcap(path)
     salvage = Salvage(path)
