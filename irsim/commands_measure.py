@@ -157,7 +157,7 @@ def realism(
         with from_option("--like", "like"):
             check_class(like)
     if camera is not None:
-        with from_option("--camera", "like"):
+        with from_option("--camera", "camera"):
             check_sort(camera)
     opened = open_changed(source, overrides, seed, without)
     with progress_bar(f"read {opened.name}") as progress:

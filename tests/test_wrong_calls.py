@@ -60,7 +60,7 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
     ),
     "a camera in a list": (
         lambda: irsim.measure_realism(irsim.Rendering(SCENE), camera=anything(["cooled"])),
-        r"like \['cooled'\]: no such sort of camera; allowed: cooled, ",
+        r"camera \['cooled'\]: no such sort of camera; allowed: cooled, ",
     ),
     "a camera of three frames": (
         lambda: irsim.measure_realism(irsim.Rendering(SCENE), camera="cooled"),
