@@ -165,13 +165,13 @@ def realism(
             found = measure_realism(opened, like or _claim(opened), camera, progress)
         except InputError as error:
             raise InputError(f"{source}: {error}") from None
-    if not as_json:
-        for line in found.lines():
-            print(line)
     if as_json:
         print(json.dumps({"source": source, **found.as_json()}))
-    elif found.noise_unknown is not None:
-        print(found.noise_unknown)
+    else:
+        for line in found.lines():
+            print(line)
+        if found.noise_unknown is not None:
+            print(found.noise_unknown)
     if not found.inside:
         sys.exit(1)
 
