@@ -157,7 +157,7 @@ def realism(
         with from_option("--like", "like"):
             check_class(like)
     if camera is not None:
-        with from_option("--camera", "like"):
+        with from_option("--camera", "camera"):
             check_sort(camera)
     opened = open_changed(source, overrides, seed, without)
     with progress_bar(f"read {opened.name}") as progress:
@@ -165,23 +165,22 @@ def realism(
             found = measure_realism(opened, like or _claim(opened), camera, progress)
         except InputError as error:
             raise InputError(f"{source}: {error}") from None
-    if not as_json:
-        for line in found.lines():
-            print(line)
     if as_json:
         print(json.dumps({"source": source, **found.as_json()}))
-    elif found.noise_unknown is not None:
-        print(found.noise_unknown)
+    else:
+        for line in found.lines():
+            print(line)
+        if found.noise_unknown is not None:
+            print(found.noise_unknown)
     if not found.inside:
         sys.exit(1)
 
 
 def _claim(source: Source) -> str | None:
     """The class that a source's scenario claims to be like."""
-    from irsim import yamlfile
+    from irsim.stated import stated
 
-    text = source.scenario_text
-    like: str | None = None if text is None else yamlfile.parse(text, source.name).value.get("like")
+    like: str | None = stated(source).get("like")
     return like
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import reprlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -18,16 +17,17 @@ from irsim.errors import InputError, Notice
 from irsim.explain import AnyPart, formed, line, place_of
 from irsim.files import is_binary, is_recording
 from irsim.kinds import Part, importing_nothing
-from irsim.overrides import given_overrides, override, place_of_override, placed
+from irsim.overrides import given_overrides, override, place_of_key, place_of_override, placed
 from irsim.plausible import implausible
 from irsim.ranges import places_of_parts, range_doubts, values_at
 from irsim.scenario import Scenario, expect_scenario
 from irsim.schema import Slot, brief, plain, shown
 from irsim.severity import merged, settle
 from irsim.shipped import examples, find, shipped
+from irsim.tree import as_tree, whole_numbers
 from irsim.validation import told, validated
 from irsim.wrongtext import is_meant_as_text
-from irsim.yamlfile import Document, KeyPath, scalar
+from irsim.yamlfile import Document, KeyPath, on_a_line, scalar
 
 __all__ = [
     "Written",
@@ -49,9 +49,6 @@ __all__ = [
 
 SUITE_KEYS = {"sources", "trackers"}
 """Top keys by which a suite of irtrack is known where a scenario should be."""
-
-_LARGEST_WHOLE = 2**53
-"""Up to here a float that is a whole number says exactly which."""
 
 
 def load(path: str | PathLike[str], overrides: Iterable[str] = ()) -> Scenario:
@@ -80,8 +77,9 @@ def loads(text: str, name: str = "<text>", overrides: Iterable[str] = (), truste
 def change(scenario: Scenario, values: Mapping[str, Any]) -> Scenario:
     """The scenario with values at override keys, such as {"targets.jet.path.speed": 3.0}.
 
-    A key so given varies no more: it leaves `severities` and `vary`. InputError as `load`, where the
-    place of each fault is 'KEY=VALUE'.
+    A key so given varies no more: it leaves `severities` and `vary`. Values mean what they mean in YAML: `1e3` is a
+    whole number too. InputError as `load`, where the place of each fault is 'KEY=VALUE', and for a value that YAML has
+    no words for.
     """
     document = _document(expect_scenario("a change", scenario))
     given: list[KeyPath] = []
@@ -91,7 +89,9 @@ def change(scenario: Scenario, values: Mapping[str, Any]) -> Scenario:
             "{'camera.netd_mk': 80}"
         )
     for key, value in values.items():
-        document, path = placed(document, key, value, f"{key}={value}", Scenario, given)
+        name = place_of_key(key)
+        tree = as_tree(value, name)
+        document, path = placed(document, key, tree, f"{name}={on_a_line(tree)}", Scenario, given)
         given.append(path)
     return validated(document, given)
 
@@ -119,7 +119,7 @@ def read_part(path: str | PathLike[str], part: type[AnyPart], wants: str = "exam
     wants   the folder of shipped files whose names are told where there is none of that name
     """
     document = _read(path, part, wants)
-    document = replace(document, value=_whole(document.value))
+    document = replace(document, value=whole_numbers(document.value))
     return Written(formed(document, part), document)
 
 
@@ -217,7 +217,7 @@ def build(part: type[AnyPart], values: Mapping[str, Any], name: str) -> AnyPart:
 
     InputError: a line for each thing that is wrong, 'name: key: what; allowed: ...'.
     """
-    return formed(Document(name, _whole(dict(values)), {(): name}, {}), part)
+    return formed(Document(name, whole_numbers(dict(values)), {(): name}, {}), part)
 
 
 def _read(path: str | PathLike[str], root: type[Part], wants: str = "examples") -> Document:
@@ -259,7 +259,7 @@ def _changed(document: Document, overrides: Iterable[str]) -> tuple[Document, li
     if wrong:
         raise InputError("\n".join(wrong))
     here = beside(document, Path(), Scenario)  # what overrides name, and a text that came without a file
-    return replace(here, value=_whole(here.value)), given
+    return replace(here, value=whole_numbers(here.value)), given
 
 
 def _document(scenario: Scenario, as_value: Callable[[Scenario], Any] = brief) -> Document:
@@ -269,14 +269,3 @@ def _document(scenario: Scenario, as_value: Callable[[Scenario], Any] = brief) -
 
 def _warning(document: Document, notice: Notice) -> str:
     return told(document, notice, f"warning: {notice.what}")
-
-
-def _whole(value: Any) -> Any:
-    """The same tree with `1e3` as 1000: parts tell whole numbers from others, YAML's spelling must not."""
-    if isinstance(value, dict):
-        return {key: _whole(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_whole(item) for item in value]
-    if isinstance(value, float) and value.is_integer() and abs(value) < _LARGEST_WHOLE:
-        return value if value == 0 and math.copysign(1, value) < 0 else int(value)
-    return value

@@ -12,7 +12,7 @@ from irsim.errors import InputError
 from irsim.explain import listed
 from irsim.kinds import Part
 from irsim.schema import Slot, brief, item_name, item_names
-from irsim.yamlfile import Document, KeyPath, scalar
+from irsim.yamlfile import Document, KeyPath, dotted, scalar
 
 
 def given_overrides(overrides: object) -> list[str]:
@@ -55,7 +55,12 @@ def override(
 
 def place_of_override(text: str) -> str:
     """Where the value of KEY=VALUE stands, as errors and warnings have it: 'override KEY'."""
-    return f"override {text.partition('=')[0].strip()}"
+    return f"override {place_of_key(text.partition('=')[0].strip())}"
+
+
+def place_of_key(key: str) -> str:
+    """The key of an override as errors have it: on one line."""
+    return dotted(tuple(key.split(".")))
 
 
 def placed(
@@ -104,7 +109,7 @@ def _placed_in_mapping(
     child = slot.child(node, step) if slot is not None else None
     if part is not None and child is None and step != "kind":
         keys = [*(["kind"] if slot is not None and slot.family else []), *part.model_fields]
-        raise InputError(f"unknown key '{step}'{listed(keys, step)}")
+        raise InputError(f"unknown key {step!r}{listed(keys, step)}")
     below = node.get(step)
     names_another = step == FILE and child is not None and child.is_file and not same_name(value, below)
     if names_another and (DIGEST,) not in given:
@@ -140,7 +145,7 @@ def _beginning(part: type[Part] | None, step: str, slot: Slot | None, below: str
 
 
 def _single(step: str) -> InputError:
-    return InputError(f"there is no '{step}' here: what stands above it is a single value")
+    return InputError(f"there is no {step!r} here: what stands above it is a single value")
 
 
 def _index(items: list[Any], slot: Slot | None, step: str) -> int:
@@ -152,7 +157,7 @@ def _index(items: list[Any], slot: Slot | None, step: str) -> int:
     if step in names:
         raise InputError(f"there are {names.count(step)} of '{step}'; allowed: their numbers, from 0")
     known = item_names(slot, items) if slot is not None else [str(index) for index in range(len(items))]
-    raise InputError(f"there is no '{step}'{listed(known, step)}")
+    raise InputError(f"there is no {step!r}{listed(known, step)}")
 
 
 def _without(places: Any, path: KeyPath) -> dict[KeyPath, str]:

@@ -96,7 +96,7 @@ def open_rendering(
     without   parts to switch off besides those that the scenario has off
 
     A recording's scenario runs no code that it names (see `loader.loads`). InputError as `load`, and
-    where a recording holds no scenario.
+    where a recording holds no scenario, or not all frames of it from its first to its last.
     """
     recording = open_recording(Path(path)) if is_recording(Path(path)) else None
     changes = [*overrides, *([] if seed is None else [f"seed={seed}"])]
@@ -119,6 +119,7 @@ def open_rendering(
         if start == stop:
             raise InputError(f"{path}: frames {first}:{last}: none arrives; allowed: a range that faults leave some of")
         return rendering, start, stop
+    _check_places(path, recording, rendering)
     if frames is None:
         longer = any(change.partition("=")[0].strip() == "frames" for change in changes)
         return rendering, before, len(rendering) if longer else min(before + len(recording), len(rendering))
@@ -127,6 +128,33 @@ def open_rendering(
         own += stop - len(rendering)
         rendering = Rendering(scenario(own), name)
     return rendering, start, stop
+
+
+def _check_places(path: str | PathLike[str], recording: Recording, rendering: Rendering) -> None:
+    """InputError where a recording's frames are not those that its scenario has in their places: some were lost.
+
+    The rendering, of the scenario as changed, may drop others; then the unchanged one says what was recorded.
+    """
+    if _misplaced(recording, rendering) is None:
+        return
+    found = _misplaced(recording, Rendering(_scenario(path, recording, ())))
+    if found is not None:
+        index, time, expected = found
+        raise InputError(
+            f"{path}: frame {index} was taken at {time:.6g} s, its scenario's at {expected:.6g} s: some before it were "
+            "lost; allowed: a recording of all frames from its first to its last, or the scenario itself"
+        )
+
+
+def _misplaced(recording: Recording, rendering: Rendering) -> tuple[int, float, float] | None:
+    """(frame, its time, that of the rendering's in its place, s) of the first of a recording's frames whose times are
+    not the same, as far as the rendering goes."""
+    arrivals = rendering.arrivals[recording.header.first_frame :]
+    for index, time in recording.indexed_times():
+        expected = arrivals[index] / rendering.rate_hz if index < len(arrivals) else time
+        if time != expected:
+            return index, time, expected
+    return None
 
 
 def _scenario(path: str | PathLike[str], recording: Recording | None, changes: Sequence[str]) -> Scenario:

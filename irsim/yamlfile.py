@@ -25,7 +25,9 @@ KeyPath = tuple[str | int, ...]
 MOST_VALUES = 100_000
 """Values in one document, aliases written out; more is taken for an alias bomb."""
 
-_LONGEST = sys.int_info.default_max_str_digits
+LONGEST = sys.int_info.default_max_str_digits
+"""Digits of a whole number: Python writes no longer ones."""
+
 _TAGS = "no tag, or !!str, !!int, !!float, !!bool, !!null where the text is such a value"
 _TOO_DEEP = "nested too deeply; allowed: a hundred levels"
 _TAG = "tag:yaml.org,2002:"
@@ -203,13 +205,15 @@ class _Build:
                 case "bool" if _BOOL.fullmatch(text):
                     return text.lower() == "true"
                 case "int" if _INT.fullmatch(text):
-                    return int(text, 0) if text[:2] in ("0o", "0x") else int(text)
+                    number = int(text, 0) if text[:2] in ("0o", "0x") else int(text)
+                    str(number)  # what int() takes in hexadecimal may be too long to be written
+                    return number
                 case "float" if _FLOAT.fullmatch(text):
                     return float(text)
                 case "float" if _SPECIAL.fullmatch(text):
                     return float(text.replace(".", "", 1))
-        except ValueError:  # int() refuses thousands of digits
-            self._wrong(node, f"the number {text[:20]}... is too long; allowed: {_LONGEST} digits")
+        except ValueError:  # int() and str() refuse thousands of digits
+            self._wrong(node, f"the number {text[:20]}... is too long; allowed: {LONGEST} digits")
             return None
         self._wrong(node, f"{text!r} cannot have the tag {_short(node.tag)}; allowed: {_TAGS}")
         return None
@@ -227,7 +231,13 @@ class _Build:
 
 def dotted(path: KeyPath) -> str:
     """'camera.size.0', always on one line."""
-    return ".".join(str(step) if str(step).isprintable() else repr(step) for step in path)
+    return ".".join(map(on_a_line, path))
+
+
+def on_a_line(value: object) -> str:
+    """A value's text as it is, or as Python writes it where that would break the line."""
+    text = str(value)
+    return text if text.isprintable() else repr(value)
 
 
 def _place_in(raw: bytes, offset: int) -> str:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from scenario_text import TEXT, errors_of
 
 from irsim.camera import Camera
 from irsim.detector import Ar1, White
 from irsim.display import Linear
-from irsim.loader import loads, unheeded_overrides
+from irsim.loader import change, loads, unheeded_overrides
 from irsim.motion.straight import Straight
 from irsim.schema import plain
 
@@ -59,6 +60,22 @@ def test_an_override_begins_from_defaults_where_the_text_is_silent() -> None:
 
 def test_an_override_equals_the_edited_text() -> None:
     assert loads(TEXT, overrides=["targets.jet.path.speed=3"]) == loads(TEXT.replace("speed: 2", "speed: 3"))
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "text"),
+    [
+        ("frames", 1e3, "1e3"),
+        ("frames", np.int64(30), "30"),
+        ("camera.netd_mk", np.float32(0.5), "0.5"),
+        ("camera.size", (40.0, 30), "[40.0, 30]"),
+        ("camera.agc", Linear(tails=(0.1, 0.2)), "{kind: linear, tails: [0.1, 0.2]}"),
+        ("without", (), "[]"),
+        ("follow", None, ""),
+    ],
+)
+def test_a_change_equals_the_override(key: str, value: object, text: str) -> None:
+    assert change(loads(TEXT), {key: value}) == loads(TEXT, overrides=[f"{key}={text}"])
 
 
 OVERRIDES_WRONG = {

@@ -12,11 +12,13 @@ import pytest
 import irsim
 import irtrack
 from irsim.errors import InputError
+from irsim.recording import TrackHeader, recover, write_tracks
 
 SCENE = irsim.loads(
     "frames: 3\ncamera: {size: [32, 24]}\nbackground: {kind: ground}\n"
     "targets: [{id: jet, shape: {kind: point}, path: {kind: straight, start: [9, 9]}}]\n"
 )
+TRACK = TrackHeader(tracker="kalman", source="sky", source_hash="abc", rate_hz=30.0)
 FRAMES = np.zeros((8, 32, 32), np.uint16)
 A_SCENARIO = r"of a str; allowed: a Scenario \(irsim\.load\('sky'\)\)"
 NO_REGION = r"region: .* is none; allowed: whole numbers \(column, row, columns, rows\)"
@@ -26,6 +28,13 @@ NO_PATH = "is no path; allowed: text or a path"
 def anything(value: object) -> Any:
     """A value of whatever type, as untyped programs give it."""
     return value
+
+
+def endless() -> list[object]:
+    """A list that holds itself."""
+    values: list[object] = []
+    values.append(values)
+    return values
 
 
 CALLS: dict[str, tuple[Callable[[], object], str]] = {
@@ -51,7 +60,7 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
     ),
     "a camera in a list": (
         lambda: irsim.measure_realism(irsim.Rendering(SCENE), camera=anything(["cooled"])),
-        r"like \['cooled'\]: no such sort of camera; allowed: cooled, ",
+        r"camera \['cooled'\]: no such sort of camera; allowed: cooled, ",
     ),
     "a camera of three frames": (
         lambda: irsim.measure_realism(irsim.Rendering(SCENE), camera="cooled"),
@@ -70,6 +79,11 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
     "find": (lambda: irsim.find(anything(3)), NO_PATH),
     "open_recording": (lambda: irsim.open_recording(anything(None)), NO_PATH),
     "read_tracks": (lambda: irsim.read_tracks(anything(None)), NO_PATH),
+    "write_tracks": (lambda: write_tracks(anything(None), TRACK, ()), NO_PATH),
+    "recover": (lambda: recover(anything(None), "x.mcap"), NO_PATH),
+    "recover to nowhere": (lambda: recover("x.mcap", anything(None)), NO_PATH),
+    "import_frames": (lambda: irsim.import_frames(anything(None), "x.mcap"), NO_PATH),
+    "import_frames of numbers": (lambda: irsim.import_frames("frames", "x.mcap", anything(3)), NO_PATH),
     "is_recording": (lambda: irsim.is_recording(anything(None)), NO_PATH),
     "loads": (lambda: irsim.loads(anything(None)), "<text>: a NoneType is no text; allowed: the YAML text"),
     "no rate": (lambda: irsim.measure_noise(FRAMES, 0), "rate_hz 0: allowed: a number above 0, frames a second"),
@@ -119,6 +133,42 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
     "changes in a list": (
         lambda: irsim.change(SCENE, anything(["seed=1"])),
         r"values \['seed=1'\]: allowed: a map",
+    ),
+    "a change to an array": (
+        lambda: irsim.change(SCENE, {"camera.size": np.array([40, 30])}),
+        r"camera\.size: a numpy\.ndarray cannot stand in a scenario; allowed: text, a number, True, False, None, ",
+    ),
+    "a change to an array in a list": (
+        lambda: irsim.change(SCENE, {"targets": [{"id": np.zeros(2)}]}),
+        r"targets: a numpy\.ndarray cannot stand in a scenario; allowed: text, ",
+    ),
+    "a change to a list that holds itself": (
+        lambda: irsim.change(SCENE, {"camera.size": endless()}),
+        r"camera\.size: nested too deeply, or in itself; allowed: 100 levels",
+    ),
+    "a change to numbered keys": (
+        lambda: irsim.change(SCENE, {"camera": {1: 2}}),
+        "camera: keys that are not text cannot stand in a scenario; allowed: ",
+    ),
+    "a change to an endless number": (
+        lambda: irsim.change(SCENE, {"frames": 16**5000}),
+        "frames: the number is too long; allowed: 4300 digits",
+    ),
+    "a change to two lines": (
+        lambda: irsim.change(SCENE, {"frames": "a\nb"}),
+        r"^frames='a\\nb': frames: expected a whole number, not 'a\\nb'; allowed: ",
+    ),
+    "a change of a key of two lines": (
+        lambda: irsim.change(SCENE, {"camera.a\nb": 1}),
+        r"^camera\.'a\\nb'=1: unknown key 'a\\nb'; allowed: preset, ",
+    ),
+    "an override of a key of two lines": (
+        lambda: irsim.load("sky", ["camera.a\nb=1"]),
+        r"^override camera\.'a\\nb': unknown key 'a\\nb'; allowed: preset, ",
+    ),
+    "an override of a target of two lines": (
+        lambda: irsim.load("sky", ["targets.a\nb=1"]),
+        r"^override targets\.'a\\nb': there is no 'a\\nb'; allowed: jet",
     ),
     "a change of a list": (lambda: irsim.change(anything([SCENE]), {}), "a change of a list; allowed: a Scenario"),
     "overrides in a mapping": (

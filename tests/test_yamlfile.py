@@ -135,6 +135,14 @@ BAD = {
         "a: " + "9" * 5000,
         "f.yaml:1:4: the number 99999999999999999999... is too long; allowed: 4300 digits",
     ),
+    "endless hexadecimal number": (
+        "a: 0x" + "f" * 5000,
+        "f.yaml:1:4: the number 0xffffffffffffffffff... is too long; allowed: 4300 digits",
+    ),
+    "endless octal number": (
+        "a: 0o" + "7" * 5000,
+        "f.yaml:1:4: the number 0o777777777777777777... is too long; allowed: 4300 digits",
+    ),
     "deep nesting": ("[" * 20_000, "f.yaml: nested too deeply; allowed: "),
 }
 

@@ -13,7 +13,7 @@ from irsim.convert.labels import Labels, read_labels
 from irsim.convert.pictures import Picture, Pictures, Video, open_pictures
 from irsim.display import Agc
 from irsim.errors import InputError
-from irsim.files import check_output
+from irsim.files import check_output, path_of
 from irsim.recording import recover
 from irsim.recording.chunks import Compression
 from irsim.recording.container import MAGIC
@@ -61,8 +61,8 @@ def import_frames(
     and none of the above but `progress` is for it. Colours are made grey. InputError, one line with its
     place, for anything wrong; nothing is left behind then.
     """
-    source, out = Path(source), Path(out)
-    check_output(out, source, None if truth is None else Path(truth))
+    source, out = path_of(source), path_of(out)
+    check_output(out, source, None if truth is None else path_of(truth))
     _check_numbers(rate_hz, accuracy_px)
     if _is_mcap(source):
         given = {

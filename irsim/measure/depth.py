@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from irsim import yamlfile
+from irsim.stated import stated
 from irsim.types import Source
 
 EIGHT_BITS = (
@@ -17,8 +17,8 @@ def perhaps_pictures(source: Source) -> bool:
     irsim rendered, which no gain control touches. Footage that stands behind a rendered scene may be pictures."""
     if source.bits > 8:
         return False
-    text = source.scenario_text
-    if text is None:
+    known = stated(source)
+    if not known:
         return True
-    background = yamlfile.parse(text, source.name).value.get("background")
+    background = known.get("background")
     return isinstance(background, dict) and background.get("kind") == "recording"

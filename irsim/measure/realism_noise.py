@@ -83,25 +83,25 @@ def _with_turns(row: Measured, even: Measured | None) -> Measured:
     return Measured(math.hypot(row.value, even.value), math.hypot(row.low, least), math.hypot(row.high, far))
 
 
-def check_sort(like: object) -> None:
+def check_sort(camera: object) -> None:
     """InputError where there is no such sort of camera."""
-    if not (isinstance(like, str) and like in CAMERAS):
-        raise InputError(f"like {reprlib.repr(like)}: no such sort of camera; allowed: {', '.join(CAMERAS)}")
+    if not (isinstance(camera, str) and camera in CAMERAS):
+        raise InputError(f"camera {reprlib.repr(camera)}: no such sort of camera; allowed: {', '.join(CAMERAS)}")
 
 
-def judge_noise(found: Figures, like: str) -> tuple[Verdict, ...]:
+def judge_noise(found: Figures, camera: str) -> tuple[Verdict, ...]:
     """Each figure beside the range of a sort of camera. InputError where there is no such sort."""
-    check_sort(like)
-    return _beside(noise_figures(found), like)
+    check_sort(camera)
+    return _beside(noise_figures(found), camera)
 
 
-def judge_sorts(found: Figures, like: str | None = None) -> Judged:
-    """Noise beside all sorts of camera. InputError where there is no sort `like`, or noise cannot be told."""
-    if like is not None:
-        check_sort(like)
+def judge_sorts(found: Figures, camera: str | None = None) -> Judged:
+    """Noise beside all sorts of camera. InputError where there is no sort `camera`, or noise cannot be told."""
+    if camera is not None:
+        check_sort(camera)
     values = noise_figures(found)
     figures = {name: f"{each.value:8.2f}  {_interval(each)}" for name, each in values.items()}
-    return Judged(figures, {sort: _beside(values, sort) for sort in CAMERAS}, like, BEYOND)
+    return Judged(figures, {sort: _beside(values, sort) for sort in CAMERAS}, camera, BEYOND)
 
 
 def cameras_of(found: Figures) -> tuple[str, ...]:

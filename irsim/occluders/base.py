@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import Annotated, ClassVar, Self, TypeVar
 
@@ -22,6 +22,7 @@ from irsim.stage import Stage
 from irsim.types import Box, Floats, arrays_frozen
 
 T = TypeVar("T")
+AnyOccluder = TypeVar("AnyOccluder", bound="Occluder")
 
 
 class Occluder(NamedKind):
@@ -123,6 +124,18 @@ Facet = tuple[Floats, float]
 """A convex outline (n, 2), px of the unmoved camera, and its temperature, K."""
 
 
+def kept(draw: Callable[[AnyOccluder, Sight], Sprite | None]) -> Callable[[AnyOccluder, Sight], Sprite | None]:
+    """A drawing that heeds no time, kept for a camera that stands still."""
+
+    @lru_cache(maxsize=32)
+    def drawn(occluder: AnyOccluder, stage: Stage, lens: Geometry, rotation: bytes, place: bytes) -> Sprite | None:
+        return draw(occluder, Sight(stage, lens, np.frombuffer(rotation).reshape(3, 3), np.frombuffer(place)))
+
+    return lambda occluder, sight: drawn(
+        occluder, sight.stage, sight.lens, sight.rotation.tobytes(), sight.place.tobytes()
+    )
+
+
 class Opaque(Occluder):
     """An occluder of flat, convex facets that hide what is behind them altogether."""
 
@@ -138,13 +151,13 @@ class Opaque(Occluder):
         return bounds(np.concatenate([points for points, _ in self.facets(stage)]))
 
     def draw(self, sight: Sight) -> Sprite | None:
-        return _drawn(self, sight.stage, sight.lens, sight.rotation.tobytes(), sight.place.tobytes())
+        return _drawn(self, sight)
 
 
-@lru_cache(maxsize=32)
-def _drawn(occluder: Opaque, stage: Stage, lens: Geometry, rotation: bytes, place: bytes) -> Sprite | None:
-    """Facets drawn, and kept for a camera that stands still."""
-    sight = Sight(stage, lens, np.frombuffer(rotation).reshape(3, 3), np.frombuffer(place))
+@kept
+def _drawn(occluder: Opaque, sight: Sight) -> Sprite | None:
+    """Facets drawn."""
+    stage = sight.stage
     facets = occluder.facets(stage)
     outlines = [sight.pixels(points, occluder.range_m) for points, _ in facets]
     corners = np.concatenate(outlines)

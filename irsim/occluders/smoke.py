@@ -27,6 +27,8 @@ _REACH = 2.2
 """How far out, in halves of its size, it is drawn: what is beyond is thinner than a thousandth."""
 _YOUNG = 0.35
 """Size at its beginning, as a share of the full one."""
+_DENSEST = 0.999
+"""Opacity at most: what kept back all light would have no end of optical depth."""
 _RISES = 0.5
 """Placed by whom it hides, smoke that billows is so much as high as wide at least: by eye."""
 
@@ -48,7 +50,7 @@ class Smoke(Occluder):
     """[x, y] of its middle when it is full grown, px of the unmoved camera."""
     size_px: Size | None = None
     """[width, height] of its dense part when it is full grown, px."""
-    opacity: Annotated[float, Field(ge=0, le=0.999)] = 0.9
+    opacity: Annotated[float, Field(ge=0, le=_DENSEST)] = 0.9
     """Share of the light behind it that its dense part keeps back, when it is full grown; of smoke that
     `hides` somebody, `fraction` says it."""
     temperature_k: Kelvin = 288.0
@@ -130,7 +132,7 @@ class Smoke(Occluder):
         high = max(size[1], _RISES * size[0] if self.billows else 0.0)
         center = (window.cx - drift[0], window.cy - drift[1] - (high - size[1]) / math.sqrt(8))
         return self.at(
-            center_px=center, size_px=(size[0], high), opacity=min(0.999 * share, 0.999),
+            center_px=center, size_px=(size[0], high), opacity=_DENSEST * share,
             begins_frame=first - self.grow_frames, lasts_frames=float(last - first),
         )  # fmt: skip
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from functools import lru_cache, reduce
+from functools import reduce
 from itertools import accumulate
 from typing import Annotated, ClassVar, Self
 
@@ -12,9 +12,8 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.geometry import Geometry
 from irsim.occluders.bar import Size
-from irsim.occluders.base import Occluder, bounds, given
+from irsim.occluders.base import Occluder, bounds, given, kept
 from irsim.occluders.crown import BARK, CORE, THICK, Form, Heat, form_of, gapless, lit
 from irsim.occluders.standing import foot
 from irsim.quantities import Fraction, Kelvin, KelvinSpread, Pair, Positive
@@ -108,7 +107,7 @@ class Tree(Occluder):
         return self
 
     def draw(self, sight: Sight) -> Sprite | None:
-        return _drawn(self, sight.stage, sight.lens, sight.rotation.tobytes(), sight.place.tobytes())
+        return _drawn(self, sight)
 
     def crowns(self, stage: Stage) -> list[tuple[Form, Floats]]:
         """Each crown with its boughs, the top one first, and the corners (4, 2) of its arrays, px of the unmoved
@@ -211,10 +210,10 @@ def _tiers(slim: float) -> int:
     return 1 if slim <= LONE else max(_fitting((1 - BARE) * slim), 1)
 
 
-@lru_cache(maxsize=32)
-def _drawn(tree: Tree, stage: Stage, lens: Geometry, rotation: bytes, place: bytes) -> Sprite | None:
-    """A tree drawn, and kept for a camera that stands still."""
-    sight = Sight(stage, lens, np.frombuffer(rotation).reshape(3, 3), np.frombuffer(place))
+@kept
+def _drawn(tree: Tree, sight: Sight) -> Sprite | None:
+    """A tree drawn."""
+    stage = sight.stage
     forms, corners = zip(*tree.crowns(stage), strict=True)
     pieces, kelvin = tree.trunk(stage)
     *crowns, trunk = (sight.pixels(points, tree.range_m) for points in (*corners, pieces.reshape(-1, 2)))

@@ -157,6 +157,15 @@ class Recording(Source):
             "topics": {topic: len(lane) for topic, lane in self.container.lanes.items()},
         }
 
+    def indexed_times(self) -> Iterator[tuple[int, float]]:
+        """(frame, its time in s) of the first and the last frame of each chunk, as the index has them: nothing else is
+        read. Frames between, where another program made larger chunks, are left out."""
+        lane, begin = self._lane(IMAGE), 0
+        for chunk, end in zip(lane.chunks, lane.ends.tolist(), strict=True):
+            yield begin, from_ns(chunk.message_start_time, self.rate_hz)
+            yield end - 1, from_ns(chunk.message_end_time, self.rate_hz)
+            begin = end
+
     def _duration_s(self) -> float:
         """From the first frame to the last, both counted; longer than frames / rate where frames were dropped."""
         chunks = self._lane(IMAGE).chunks

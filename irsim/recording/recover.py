@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from itertools import chain
 from pathlib import Path
 
-from irsim.files import check_output
+from irsim.files import check_output, path_of
 from irsim.recording.container import check_mcap
 from irsim.recording.damage import BROKEN
 from irsim.recording.header import Header
@@ -21,22 +22,24 @@ from irsim.wording import counted
 def recover(path: str | Path, out: str | Path, progress: Callable[[int], None] | None = None) -> Path:
     """Write every whole frame of a recording, damaged or not, to a new one and return its path.
 
-    Frames are numbered anew and keep their times. InputError where nothing can be kept.
+    Frames are numbered anew and keep their times; what was lost before the first is counted in `first_frame`.
+    InputError where nothing can be kept.
     """
-    path, out = Path(path), Path(out)
+    path, out = path_of(path), path_of(out)
     check_output(out, path)
     check_mcap(path)
     salvage = Salvage(path)
     header = salvage.header()
+    found = _decodable(salvage, header)
+    first = next(found, None)
+    if first is None:
+        raise nothing_left(path)
+    header = header.model_copy(update={"first_frame": header.first_frame + first[0].index})
     with writing(out, header, salvage.scenario) as writer:
-        kept = 0
-        for frame, truth in _decodable(salvage, header):
+        for kept, (frame, truth) in enumerate(chain([first], found), 1):
             writer.add(frame, truth)
-            kept += 1
             if progress is not None:
                 progress(kept)
-        if not kept:
-            raise nothing_left(path)
         writer.finish(notes=(*salvage.notes, _told(kept, salvage.stated_frames, path.name)))
     return out
 

@@ -74,7 +74,7 @@ class TrackRecording:
 
 def write_tracks(path: str | Path, header: TrackHeader, states: Iterable[TrackState]) -> Path:
     """Write a track recording and return its path. InputError where the file cannot be written."""
-    path = Path(path)
+    path = path_of(path)
     states = tuple(states)
     with replacing(path) as file:
         writer = ChunkWriter(file)
