@@ -112,6 +112,20 @@ def test_without_undergrowth_only_trunks_meet_the_ground() -> None:
     assert (1 - passed[foot - 3 : foot + 2]).mean() < 0.1
 
 
+def test_buildings_stand_no_nearer_to_each_other_than_is_seen() -> None:
+    """20 km away a quarter of a pixel, 0.5 mrad wide, is 2.5 m."""
+    scene = stage(elevation_deg=-0.2)
+    nearest, nearer = (
+        Buildings(range_m=20e3, spacing_m=spacing_m, height_m=(20, 20))
+        .paint(Sheet.of(scene.geometry), 50.0, 290.0, scene)
+        .light(gaze(scene))
+        for spacing_m in (2.5, 0.5)
+    )
+    for one, other in zip(nearest, nearer, strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert np.asarray(nearest[0]).min() < 0.5  # there they are
+
+
 def test_buildings_have_walls_and_warm_windows() -> None:
     scene = stage(size=(320, 240))
     layer = Buildings(range_m=500, spread_k=0, windows_k=5, spacing_m=30).paint(

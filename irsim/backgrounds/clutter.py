@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Annotated, Literal, NamedTuple, Protocol
@@ -202,12 +203,27 @@ class Clutter(Part):
     cold: Fraction = 0.2
     """Share of them that is colder than the ground."""
 
+    @property
+    def deep(self) -> float:
+        """How many lie on a place in the mean, on a landscape at its horizon."""
+        short, long = self.size_mrad
+        return self.per_mrad2 * math.pi / 4 * 0.75 * (short * short + short * long + long * long) / 3
+
+    def thrown(self, shape: Shape, px_per_mrad: float) -> float:
+        """How many there are in the mean on a periodic map."""
+        high, wide = shape
+        return self.per_mrad2 * (high / px_per_mrad * (wide / px_per_mrad))
+
+    def stood(self, width: int, least: float, px_per_mrad: float) -> float:
+        """How many there are in the mean on a plane: the integral of 1 / p^3 over its rows, of which p(d) = 1 + d /
+        VANISHING_PX, down to where it is least^(-1/2)."""
+        return self.per_mrad2 / px_per_mrad**2 * width * VANISHING_PX / 2 * (1 - least)
+
     def paint(self, shape: Shape, px_per_mrad: float, seed: int) -> Painted:
         """On a periodic map: things turned at random, twice as long as wide at most."""
         draw, form = stream(seed, "clutter"), FORMS[self.form](seed)
         cover, kelvin = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
-        high, wide = shape
-        count = draw.poisson(self.per_mrad2 * (high / px_per_mrad * (wide / px_per_mrad)))
+        count = draw.poisson(self.thrown(shape, px_per_mrad))
         for begin in range(0, count, TOGETHER):
             things = self._thrown(draw.random((min(TOGETHER, count - begin), 7)), shape, px_per_mrad)
             for columns, rows, inside, offset in form.each(things):
@@ -235,8 +251,7 @@ class Clutter(Part):
         cover, kelvin = np.zeros(below.shape, np.float32), np.zeros(below.shape, np.float32)
         (height, width), lowest = below.shape, below[-1]
         least = (1 + float(lowest.max()) / VANISHING_PX) ** -2
-        # The integral of 1 / p^3 over the rows, of which p(d) = 1 + d / VANISHING_PX.
-        count = draw.poisson(self.per_mrad2 / px_per_mrad**2 * width * VANISHING_PX / 2 * (1 - least))
+        count = draw.poisson(self.stood(width, least, px_per_mrad))
         nearness = np.sort(draw.uniform(least, 1, count) ** -0.5)  # the nearest last: they hide the others
         xs, angles = draw.uniform(0, width, count), draw.uniform(0, np.pi, count)
         lengths = draw.uniform(*self.size_mrad, count) * px_per_mrad / 2 * nearness

@@ -35,7 +35,7 @@ CROWDED = 1.4
 """Crowns are no wider than about so many times the room between their trees: in a wood they are narrow."""
 
 NEAREST_PX = 0.25
-"""Trees stand so far apart in the picture at least: more would not be seen, and take long to draw."""
+"""Trees and buildings stand so far apart in the picture at least: more would not be seen, and take long to draw."""
 
 RELIEF_M = 80.0
 """Length of the largest waves of the ground that things stand on, m: a few to each field."""
