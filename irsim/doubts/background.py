@@ -35,8 +35,7 @@ def off_scale(scenario: Scenario) -> Iterator[Notice]:
     camera, response = scenario.camera, scenario.camera.response()
     for what, light, share in bare(scenario):
         signal = response.signal(light.astype(np.float32))
-        seen = temperature(scenario.stage.band, light)
-        least, most = float(seen.min()), float(seen.max())
+        least, most = temperature(scenario.stage.band, np.array([light.min(), light.max()])).tolist()
         for beyond, lies in (
             (signal >= response.top, "above{}: its pixels are full"),
             (signal <= response.bottom, "below{}: its pixels are at count 0"),
