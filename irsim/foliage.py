@@ -142,7 +142,7 @@ class Foliage:
         self._leaves = leaves
         self._clumps = power_law((LARGEST, LARGEST), 2.9, max(size_px / 4, 2.0), 1.0, seed, name, "clumps")
         self._bulge = RAGGED * MOST * np.tanh(self._clumps / MOST)
-        step = max(round(size_px / 40), 1)
+        step = min(max(round(size_px / 40), 1), LARGEST // 4)  # by whole fields it would meet itself
         after, before = (np.roll(self._clumps, (by, by), (0, 1)) for by in (-step, step))
         self._relief = (after - before) / (after - before).std()  # what rises to the right and down faces the light
         elsewhere = np.roll(self._clumps + self._relief, (LARGEST // 2, LARGEST // 2), (0, 1)) / np.sqrt(2)

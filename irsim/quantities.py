@@ -45,7 +45,9 @@ Kelvin = Annotated[float, Field(ge=1, le=6000), Plausible(150, 3500, "K", "degre
 """Nothing that a thermal camera is pointed at is colder than a clear night sky or hotter than burning magnesium."""
 AirKelvin = Annotated[float, Field(ge=1, le=6000), Plausible(180, 335, "K", "degrees Celsius + 273.15")]
 """Of the air on earth: 184 K (Vostok, 1983) to 330 K (Death Valley, 1913) have been measured."""
-ScaleKelvin = Annotated[float, Field(ge=100, le=6000)]
+SCALE_K = (100, 6000)
+"""The least and the greatest that an end of a scale may be, K."""
+ScaleKelvin = Annotated[float, Field(ge=SCALE_K[0], le=SCALE_K[1])]
 """The end of a scale. Colder scenes send so little light that no count could be told from the next."""
 KelvinSpread = Annotated[float, Field(ge=0, le=1000), Plausible(0, 300, "K")]
 """A standard deviation of temperature, or how much warmer something is: nothing but fire is by hundreds."""

@@ -26,7 +26,11 @@ MOST_EXTENTS = 16
 """Occluders whose extents are kept at once: where one is placed, many are tried."""
 
 MOST_SPRITES = 256
-"""Targets, as they are drawn in frames, that are kept at once of each instant of an exposure."""
+"""Targets, as they are drawn in frames, that are kept at once of each other instant of an exposure."""
+
+MOST_OF_FRAMES = 16_384
+"""Those that are kept at once of the frames' own times: of LOOKED frames all of five targets; of 10^6 frames all would
+be some 15 GB."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +73,7 @@ class Watch:
         """Target `name` as it is drawn at frame `index`."""
         key = (name, index)
         if key not in self._sprites:
-            if self.offset and len(self._sprites) == MOST_SPRITES:
+            if len(self._sprites) == (MOST_SPRITES if self.offset else MOST_OF_FRAMES):
                 self._sprites.clear()
             course = self.courses[name]
             view = course.view(index, self.sight(index))

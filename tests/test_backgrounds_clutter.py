@@ -14,6 +14,7 @@ from country import gaze, stage
 from irsim.backgrounds import Landscape
 from irsim.backgrounds.clutter import FORMS, Clutter, FormName, Rough, Thing
 from irsim.foliage import LIGHT
+from irsim.rng import stream
 from irsim.types import Floats
 
 SHAPE, PX_PER_MRAD = (512, 512), 2.0
@@ -27,6 +28,31 @@ def painted(form: FormName, seed: int, per_mrad2: float = 0.002) -> tuple[Floats
 
 def test_every_form_that_may_be_named_is_in_the_table() -> None:
     assert set(get_args(FormName)) == set(FORMS)
+
+
+@pytest.mark.parametrize("form", FORM_NAMES)
+def test_things_that_are_worked_out_together_are_those_drawn_one_by_one(form: FormName) -> None:
+    """From under a pixel to a tenth of the map, over its edges and over one another."""
+    clutter = Clutter(form=form, per_mrad2=0.5, size_mrad=(0.2, 16.0), contrast_k=(2.0, 6.0), cold=0.3)
+    high, wide = shape = (96, 128)
+    draw, drawn = stream(3, "clutter"), FORMS[form](3)
+    cover, kelvin = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
+    for _ in range(draw.poisson(0.5 * (high / 2.0 * (wide / 2.0)))):
+        x, y, angle = draw.uniform(0, wide), draw.uniform(0, high), draw.uniform(0, np.pi)
+        length = draw.uniform(0.2, 16.0) * 2.0 / 2
+        width, contrast = length * draw.uniform(0.5, 1), draw.uniform(2.0, 6.0) * (-1 if draw.random() < 0.3 else 1)
+        columns, rows, inside, offset = drawn.drawn(Thing((x, y), angle, length, width, contrast))
+        patch = np.ix_(rows % high, columns % wide)
+        cover[patch], kelvin[patch] = drawn.over((inside, offset), (cover[patch], kelvin[patch]), np.greater)
+    for found, expected in zip(clutter.paint(shape, 2.0, 3), (cover, kelvin), strict=True):
+        np.testing.assert_array_equal(found, expected)
+
+
+def test_so_many_things_lie_on_each_place_as_is_said() -> None:
+    """So few of them overlap that they cover as much together as each alone."""
+    clutter = Clutter(per_mrad2=0.001, size_mrad=(3.0, 12.0))
+    covers = np.mean([clutter.paint(SHAPE, PX_PER_MRAD, seed)[0].mean() for seed in range(8)])
+    assert -math.log(1 - covers) == pytest.approx(clutter.deep, rel=0.1)
 
 
 def test_rough_things_lie_where_ellipses_lie_and_cover_as_much() -> None:

@@ -17,7 +17,7 @@ from irsim.backgrounds.fields import profile
 from irsim.backgrounds.panorama import Sheet
 from irsim.backgrounds.parallax import Cylinder, seen_from
 from irsim.backgrounds.structures import Trees
-from irsim.radiometry import temperature
+from irsim.radiometry import radiance, temperature
 from irsim.scenario import Scenario
 from irsim.simulate import Rendering
 
@@ -110,6 +110,38 @@ def test_without_undergrowth_only_trunks_meet_the_ground() -> None:
     passed, _ = trees.paint(Sheet.of(scene.geometry), 10.0, 290.0, scene).light(gaze(scene))
     foot = round(119.5 + (math.radians(1.0) + math.atan(10 / 300)) / 0.5e-3)
     assert (1 - passed[foot - 3 : foot + 2]).mean() < 0.1
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    "near",
+    [
+        Trees(range_m=0.001, height_m=1000, conifers=1),
+        Trees(range_m=0.001, height_m=1e6),
+        Buildings(range_m=0.001, width_m=(100, 100), height_m=(100, 100)),
+    ],
+)
+def test_what_is_far_larger_than_it_is_far_away_fills_the_picture(near: Trees | Buildings) -> None:
+    """Up to 2e12 px high, of one temperature but for its grain, before a country of another."""
+    scene = stage()
+    passed, emission = near.paint(Sheet.of(scene.geometry), 10.0, 310.0, scene).light(gaze(scene))
+    assert passed is not None
+    assert np.asarray(passed).max() < 1e-6
+    assert np.asarray(emission).mean() == pytest.approx(float(radiance("lwir", 310.0)), rel=0.1)
+
+
+def test_buildings_stand_no_nearer_to_each_other_than_is_seen() -> None:
+    """20 km away a quarter of a pixel, 0.5 mrad wide, is 2.5 m."""
+    scene = stage(elevation_deg=-0.2)
+    nearest, nearer = (
+        Buildings(range_m=20e3, spacing_m=spacing_m, height_m=(20, 20))
+        .paint(Sheet.of(scene.geometry), 50.0, 290.0, scene)
+        .light(gaze(scene))
+        for spacing_m in (2.5, 0.5)
+    )
+    for one, other in zip(nearest, nearer, strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert np.asarray(nearest[0]).min() < 0.5  # there they are
 
 
 def test_buildings_have_walls_and_warm_windows() -> None:

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from weakref import ref
 
 import pytest
 from typer.testing import CliRunner
@@ -121,6 +122,15 @@ def test_what_an_occluder_hides_is_found_in_each_frame_once(monkeypatch: pytest.
     assert list(overdone(scenario.model_copy(update={"without": ("agc",)}))) == told
     assert len(asked) >= 90
     assert [notice.at for notice in told] == [("occluders", 0, "frames")]
+
+
+def test_targets_as_they_are_drawn_are_not_kept_of_all_frames(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a million frames they would be some 15 GB."""
+    monkeypatch.setattr("irsim.watch.MOST_OF_FRAMES", 8)
+    watch = Watch(irsim.loads(SCENE))
+    drawn = [ref(sprite.cover) for index in range(30) if (sprite := watch.sprite("a", index)) is not None]
+    assert len(drawn) == 30
+    assert 1 <= sum(cover() is not None for cover in drawn) <= 8
 
 
 def test_a_check_of_many_frames_works_out_the_ways_of_targets_only_where_something_may_hide_them(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -161,13 +162,49 @@ def test_a_sky_that_no_count_can_tell_is_told() -> None:
         camera = {"size": (64, 48), "ifov_mrad": 1.0, "elevation_deg": 10, "range_k": range_k, **detector}
         return [notice.what for notice in doubts(scene(camera=camera, atmosphere={}, background=sky))]
 
-    assert told((220, 268)) == ["all of the clear sky, 268 to 272 K, lies above: its pixels are full"]
-    assert told((273, 300)) == ["all of the clear sky, 268 to 272 K, lies below: its pixels are at count 0"]
-    assert told((220, 269)) == told((272, 300)) == []
+    assert told((220, 268)) == [
+        "all of the clear sky, 268 to 272 K, lies above: its pixels are full; range_k: [220, 280] holds it"
+    ]
+    assert told((273, 300)) == [
+        "all of the clear sky, 268 to 272 K, lies below: its pixels are at count 0; range_k: [260, 300] holds it"
+    ]
+    assert told((220, 271.9)) == told((268.5, 300)) == told((220, 280)) == told((260, 300)) == []
     (other,) = told((220, 268), detector={"kind": "electrons"})
     assert other.startswith("does not count for a detector of kind electrons")
     longwave = told((220, 400), detector={"kind": "electrons"}, band="lwir")  # its well is full after 10 ms
-    assert "all of the clear sky, 268 to 272 K, lies above: its pixels are full" in longwave
+    too_long = "all of the clear sky, 268 to 272 K, lies above: its pixels are full; try a shorter integration_ms"
+    assert too_long in longwave
+
+
+def test_a_sky_that_leaves_the_scale_in_part_of_the_picture_is_told() -> None:
+    """The same sky: at half the height of the picture, 10 degrees, it has 270.2 K."""
+    sky = {"kind": "sky", "horizon_k": 290, "zenith_k": 245}
+    camera = {"size": (64, 48), "ifov_mrad": 1.0, "elevation_deg": 10, "range_k": (270.2, 300)}
+    (notice,) = doubts(scene(camera=camera, atmosphere={}, background=sky))
+    part, rest = notice.what.split("% of the clear sky, 268 to 272 K, lies below, in ")
+    assert rest == f"{part}% of the picture: its pixels are at count 0; range_k: [260, 300] holds it"
+    assert 45 <= float(part) <= 55
+
+
+def test_a_sea_whose_glint_fills_a_part_of_the_picture_with_full_counts_is_told() -> None:
+    sun = {"kind": "sea", "camera_height_m": 20, "wind_m_s": 7, "sun_deg": (0, 20), "horizon_k": 285, "zenith_k": 230}
+
+    def told(range_k: tuple[float, float] = (220, 400), **sea: Any) -> list[Any]:
+        camera = {"size": (96, 72), "ifov_mrad": 1.0, "elevation_deg": -0.8, "netd_mk": 100, "range_k": range_k}
+        return list(doubts(scene(camera=camera, atmosphere={}, background={**sun, **sea})))
+
+    (notice,) = told()
+    assert notice.at == ("camera", "range_k")
+    found = re.fullmatch(
+        r"(\d+)% of the sea, \d+ to \d+ K, lies above, in (\d+)% of the picture: its pixels are full; "
+        r"range_k: \[220, (\d+)\] holds it",
+        notice.what,
+    )
+    assert found is not None
+    of_sea, of_picture, enough = map(int, found.groups())
+    assert of_picture <= of_sea < 100
+    assert of_picture >= 20
+    assert told((220, enough)) == told(sun_deg=None) == told(sun_deg=(170, 20)) == []  # the last, behind the camera
 
 
 def test_a_cloud_colder_than_the_sky_behind_it_is_told() -> None:

@@ -291,3 +291,46 @@ def test_few_frames_and_slow_turns_are_not_taken_for_still(hz: float, frames: in
     target = {"id": "it", "shape": {"kind": "quadrotor", "rotor_hz": hz}, "path": path}
     notices = told({"frames": frames, "camera": {"rate_hz": 30}, "targets": [target]})
     assert sum(place.endswith("rotor_hz") for place in notices) == said
+
+
+HIDDEN = "of them lie on each place in the mean and hide the ground"
+
+
+@pytest.mark.parametrize(
+    ("kind", "clutter", "ifov_mrad", "said"),
+    [
+        ("ground", {"per_mrad2": 0.6}, 0.4, None),
+        ("ground", {"per_mrad2": 10, "size_mrad": [0.1, 0.3]}, 0.02, None),
+        ("ground", {"per_mrad2": 1}, 0.4, f"4.1 {HIDDEN}; try 0.73 at most"),
+        ("ground", {"per_mrad2": 0.01}, 20, "there are 4200000 of them, which take long to draw; try 0.0012 at most"),
+        (
+            "ground",
+            {"per_mrad2": 10},
+            0.4,
+            f"41 {HIDDEN} and there are 1700000 of them, which take long to draw; try 0.73 at most",
+        ),
+        ("landscape", {"per_mrad2": 0.01}, 20, None),
+        ("landscape", {"per_mrad2": 10}, 0.4, f"41 {HIDDEN}; try 0.73 at most"),
+    ],
+)
+def test_too_much_clutter_is_told(kind: str, clutter: dict[str, Any], ifov_mrad: float, said: str | None) -> None:
+    """The map of a ground is 1024 px wide and high; a landscape has far fewer things."""
+    background = {"kind": kind, "clutter": clutter}
+    scene = {"camera": {"ifov_mrad": ifov_mrad, "elevation_deg": -5.0}, "background": background}
+    assert told(scene).get("background.clutter.per_mrad2") == said
+    assert "background.clutter.per_mrad2" not in told({**scene, "without": ["clutter"]})
+
+
+def test_buildings_of_too_many_windows_are_told() -> None:
+    """2048 px of 2.5 px to the metre, and so many windows to each building."""
+    row = {"range_m": 1000.0, "spacing_m": 0.5, "width_m": [28, 28], "height_m": [30, 30]}
+    camera = {"ifov_mrad": 0.4, "elevation_deg": -1.0}
+
+    def line(**changes: Any) -> str | None:
+        background = {"kind": "landscape", "buildings": [{}, {"id": "many", **row, **changes}]}
+        return told({"camera": camera, "background": background}).get("background.buildings.1")
+
+    assert line() is None
+    assert line(height_m=[200, 200], width_m=[60, 60]) == (
+        "its 2300000 windows take long to draw; try a larger spacing_m, or lower or narrower ones"
+    )

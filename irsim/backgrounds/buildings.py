@@ -10,7 +10,7 @@ from pydantic import Field
 
 from irsim.backgrounds.panorama import Sheet
 from irsim.backgrounds.parallax import Standing
-from irsim.backgrounds.structures import MOST_RELIEF, Canvas, Spacing, Structure, grain
+from irsim.backgrounds.structures import MOST_RELIEF, NEAREST_PX, Canvas, Spacing, Structure, grain
 from irsim.kinds import Name, Switches
 from irsim.marks import Plausible
 from irsim.quantities import Kelvin, KelvinDifference, KelvinSpread, Metres, Rising
@@ -20,6 +20,9 @@ from irsim.types import Floats
 
 Wall = Annotated[Metres, Plausible(1, 900, "m")]
 """From a shed to the highest of towers (Burj Khalifa: 828 m)."""
+
+FLOOR_M, WINDOW_M = 3.0, 2.8
+"""From floor to floor, and from window to window."""
 
 WINDOW_SHARES = (0.3, 1.3)
 """From window to window, least and most of `windows_k`: by how lately each room was heated or aired. By eye."""
@@ -63,7 +66,7 @@ class Buildings(Structure):
         span = float(sheet.columns[-1] - sheet.columns[0])
         feet = self.feet(sheet, base, stage, "buildings")
         standing = []
-        for _ in range(max(1, round(span / (self.spacing_m * px_per_m)))):
+        for _ in range(max(1, round(span / max(self.spacing_m * px_per_m, NEAREST_PX)))):
             x = float(draw.uniform(sheet.columns[0], sheet.columns[-1]))
             foot = x, float(feet(np.array([x]))[0])
             standing.append((foot, list(self._outlines(temperature_k, draw))))
@@ -72,6 +75,13 @@ class Buildings(Structure):
                 canvas.polygon(np.array(foot) + corners * [px_per_m, -px_per_m], kelvin)
         texture = grain(sheet, 2.4, 20.0, stage.seed, self.id, "grain")
         return canvas.layer(self.id, self.range_m, 0.15 * self.spread_k * texture, stage)
+
+    def windows(self, stage: Stage) -> float:
+        """About how many windows are drawn of all buildings, which takes nearly all the time."""
+        px_per_m = 1 / (self.range_m * stage.geometry.ifov_rad)
+        count = len(Sheet.of(stage.geometry).columns) / max(self.spacing_m * px_per_m, NEAREST_PX)
+        across, up = (float(np.mean(ends)) for ends in (self.width_m, self.height_m))
+        return count * (across / WINDOW_M) * (up / FLOOR_M)
 
     def _outlines(self, kelvin: float, draw: np.random.Generator) -> Iterator[tuple[Floats, float]]:
         """Polygons (n, 2) of a building, m right of its middle and above its foot, and their temperatures, K; what is
@@ -84,8 +94,8 @@ class Buildings(Structure):
             ridge = [[-half - 0.5, height], [half + 0.5, height], [half * 0.7, height + 3], [-half * 0.7, height + 3]]
             yield np.array(ridge), wall + self.roof_k
         yield _box(-half, 0, half, height), wall
-        for floor in np.arange(1.0, height - 1.7, 3.0):
-            for left in np.arange(-half + 1.0, half - 1.7, 2.8):
+        for floor in np.arange(1.0, height - 1.7, FLOOR_M):
+            for left in np.arange(-half + 1.0, half - 1.7, WINDOW_M):
                 pane = _box(left, floor, left + 1.3, floor + 1.5)
                 yield pane, wall + self.windows_k * float(draw.uniform(*WINDOW_SHARES))
 

@@ -31,11 +31,15 @@ Feet = Callable[[Floats], Floats]
 FINE = 2
 """Outlines are drawn on a grid this much finer than pixels, then averaged."""
 
+FARTHEST_PX = 2.0**20
+"""Corners farther off are drawn so far off, far past any sheet: what has such corners is as large as that, and where it
+is seen at all it fills the picture."""
+
 CROWDED = 1.4
 """Crowns are no wider than about so many times the room between their trees: in a wood they are narrow."""
 
 NEAREST_PX = 0.25
-"""Trees stand so far apart in the picture at least: more would not be seen, and take long to draw."""
+"""Trees and buildings stand so far apart in the picture at least: more would not be seen, and take long to draw."""
 
 RELIEF_M = 80.0
 """Length of the largest waves of the ground that things stand on, m: a few to each field."""
@@ -62,7 +66,8 @@ class Canvas:
     def polygon(self, points: Floats, kelvin: float) -> None:
         """A polygon of map places (n, 2) of one temperature."""
         origin = np.array([self.sheet.columns[0], self.sheet.rows[0]])
-        fine = np.rint((np.asarray(points) - origin + 0.5) * FINE * 16 - 8).astype(np.int32)
+        within = np.clip(np.asarray(points) - origin, -FARTHEST_PX, FARTHEST_PX)
+        fine = np.rint((within + 0.5) * FINE * 16 - 8).astype(np.int32)
         cv2.fillPoly(self.cover, [fine], 1, shift=4)
         cv2.fillPoly(self.kelvin, [fine], kelvin, shift=4)
 

@@ -15,6 +15,7 @@ from irsim.doubts.endless import ground_in_the_sky, ground_to_the_horizon, left_
 from irsim.doubts.footage import unknown_scale, unlike_recording, untouched
 from irsim.doubts.horizon import beyond_horizon
 from irsim.doubts.lens import two_lenses, unlike_pupils
+from irsim.doubts.many import built_up, crowded
 from irsim.doubts.paths import pulls, through_camera
 from irsim.doubts.speeds import too_fast
 from irsim.doubts.standing import aloft, buried, unlike_level
@@ -31,6 +32,7 @@ UNHEEDED = (overruled, without_effect)
 DOUBTS = (
     *(beyond_fit, *UNHEEDED, two_exposures, long_paths, long_views, far_ground, high_skies, unlike_skies),
     *(off_scale, upside_down, cold_clouds, colder_than_space, large_features, folded),
+    *(crowded, built_up),
     *(two_lenses, unlike_pupils, ground_in_the_sky, ground_to_the_horizon, stays_behind, left_behind),
     *(unknown_scale, unlike_recording, untouched),
     *(odd_greys, tiny_tiles, through_camera, pulls, too_fast, misses, turned),

@@ -11,28 +11,46 @@ from irsim.backgrounds import Sky
 from irsim.backgrounds.chart import STEEPEST_DEG, WIDEST_DEG
 from irsim.backgrounds.sky import FIT_K
 from irsim.backgrounds.texture import tile_side
+from irsim.camera import Camera
 from irsim.detector import Detector
 from irsim.doubts.bare import bare
 from irsim.doubts.looked import watched
 from irsim.errors import Notice
 from irsim.motion import Mount
+from irsim.quantities import SCALE_K
 from irsim.radiometry import radiance, temperature
 from irsim.scenario import Scenario
 
+A_PART = 0.2
+"""It is warned of what fills so much of the picture with full counts, or with count 0: some sun in the waves is always
+too bright."""
+
+ROUND_K = 10.0
+"""Ends of a scale that are proposed are such round numbers."""
+
 
 def off_scale(scenario: Scenario) -> Iterator[Notice]:
-    """A clear sky, a ground or a sea of which no pixel lies within what the counts can tell."""
+    """A clear sky, a ground or a sea of which no pixel lies within what the counts can tell, or which fills A_PART of
+    the picture with pixels that do not."""
     camera, response = scenario.camera, scenario.camera.response()
-    for what, light in bare(scenario):
+    for what, light, share in bare(scenario):
         signal = response.signal(light.astype(np.float32))
-        full, dark = signal.min() >= response.top, signal.max() <= response.bottom
-        if full or dark:
-            seen = temperature(scenario.stage.band, light)
-            beyond = "above: its pixels are full" if full else "below: its pixels are at count 0"
-            yield Notice(
-                ("camera", *_scale(camera.detector)),
-                f"all of {what}, {seen.min():.0f} to {seen.max():.0f} K, lies {beyond}",
-            )
+        least, most = temperature(scenario.stage.band, np.array([light.min(), light.max()])).tolist()
+        for beyond, lies in (
+            (signal >= response.top, "above{}: its pixels are full"),
+            (signal <= response.bottom, "below{}: its pixels are at count 0"),
+        ):
+            part = float(beyond.mean())
+            if part == 1 or part * share >= A_PART:
+                of, where = "all", ""
+                if part < 1:
+                    of, where = (f"{math.floor(100 * each)}%" for each in (part, part * share))
+                    where = f", in {where} of the picture"
+                yield Notice(
+                    ("camera", *_scale(camera.detector)),
+                    f"{of} of {what}, {least:.0f} to {most:.0f} K, lies {lies.format(where)}"
+                    + _held(camera, least, most, lies.startswith("above")),
+                )
 
 
 def _scale(detector: Detector) -> tuple[str, ...]:
@@ -40,6 +58,16 @@ def _scale(detector: Detector) -> tuple[str, ...]:
     if "range_k" in detector.heeds:
         return ("range_k",)
     return ("detector",) if detector.timed_by is None else ("detector", detector.timed_by)
+
+
+def _held(camera: Camera, least: float, most: float, above: bool) -> str:
+    """What would hold temperatures from the least to the most, K, in words; none where nothing is known to."""
+    if "range_k" not in camera.detector.heeds:
+        return f"; try a shorter {camera.detector.timed_by}" if above and camera.detector.timed_by else ""
+    (low, high), (lowest, highest) = camera.range_k, SCALE_K
+    low = min(low, max(math.floor((least - 1) / ROUND_K) * ROUND_K, lowest))
+    high = max(high, math.ceil((most + 1) / ROUND_K) * ROUND_K)
+    return f"; range_k: [{low:g}, {high:g}] holds it" if low < least and high <= highest else ""
 
 
 def upside_down(scenario: Scenario) -> Iterator[Notice]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,30 +19,44 @@ from irsim.types import Floats
 LOOKED = 3
 """Frames, evenly spread, at which grounds and seas are looked at."""
 
+HEIGHTS = 65
+"""Evenly spread ones, at which clear skies are looked at."""
 
-def bare(scenario: Scenario) -> Iterator[tuple[str, Floats]]:
-    """Its name and its light, W/m2/sr, of the clear sky and of the ground or the sea, as far as they are seen."""
+
+class Bare(NamedTuple):
+    """A part of the background: its name, its light, W/m2/sr, where it was looked at, and what share of the pictures
+    it fills, 0..1."""
+
+    what: str
+    light: Floats
+    share: float
+
+
+def bare(scenario: Scenario) -> Iterator[Bare]:
+    """The clear sky, and the ground or the sea, as far as they are seen."""
     yield from _sky(scenario)
     yield from _land(scenario)
 
 
-def _sky(scenario: Scenario) -> Iterator[tuple[str, Floats]]:
+def _sky(scenario: Scenario) -> Iterator[Bare]:
     """The clear sky's light at the heights that the unmoved camera sees."""
     background, stage = scenario.background, scenario.stage
     axis, half = stage.geometry.elevation_rad, math.atan(stage.geometry.ifov_rad * stage.geometry.size[1] / 2)
     lowest = axis - half if background.surface_m is None else max(axis - half, 0.0)
     clear = background.clear(stage)
     if clear is not None and axis + half > lowest:
-        yield "the clear sky", clear.radiance(np.array([[lowest, axis + half]]))
+        heights = np.linspace(lowest, axis + half, HEIGHTS)[None]
+        yield Bare("the clear sky", clear.radiance(heights), (axis + half - lowest) / (2 * half))
 
 
-def _land(scenario: Scenario) -> Iterator[tuple[str, Floats]]:
+def _land(scenario: Scenario) -> Iterator[Bare]:
     """Light of the pixels below the horizon, or of all, in LOOKED frames in which there are some."""
     stage = scenario.stage
     camera = Instant.of(scenario.model_copy(update={"targets": ()}), stage)  # whose ways need not be worked out
     below = _below(_Outlook(scenario.background.bare, stage, camera, scenario.frames))
     if below.size:
-        yield f"the {scenario.background.surface}", below
+        pixels = math.prod(stage.geometry.size) * min(scenario.frames, LOOKED)
+        yield Bare(f"the {scenario.background.surface}", below, below.size / pixels)
 
 
 class _Outlook:

@@ -33,7 +33,7 @@ def odd_greys(scenario: Scenario) -> Iterator[Notice]:
 def _even(scenario: Scenario, black: int, white: int) -> Iterator[Notice]:
     """Where all of the clear sky and of the bare ground or sea is black, or all of it white, noise apart."""
     response = scenario.camera.response()
-    signals = [response.signal(light.astype(np.float32)).ravel() for _, light in bare(scenario)]
+    signals = [response.signal(part.light.astype(np.float32)).ravel() for part in bare(scenario)]
     if not signals:
         return
     counts = np.clip(np.concatenate(signals) / response.gain + response.offset, 0, response.full)
