@@ -64,9 +64,14 @@ def test_what_cannot_be_is_one_line_with_its_place(folder: Path, place: str, key
 def test_a_file_that_is_gone_is_told_with_the_override_that_names_another(folder: Path, place: str) -> None:
     text, gone = TEXTS[place].replace("KEYS", "file: GONE"), f"gone{Path(FILES[place]).suffix}"
     said = f"{place}.file: {folder}/{gone}: there is no such file"
-    assert told(text.replace("GONE", gone)).endswith(f": {said}; {place}.file=PATH puts another in its place")
+    assert told(text.replace("GONE", gone)).endswith(
+        f": {said}; allowed: a file that is there; {place}.file=PATH puts another in its place"
+    )
     assert irsim.loads(text.replace("GONE", gone), "f.yaml", [f"{place}.file={FILES[place]}"])
-    assert told(text.replace("GONE", FILES[place]), f"{place}.file={gone}") == f"override {said}"
+    assert (
+        told(text.replace("GONE", FILES[place]), f"{place}.file={gone}")
+        == f"override {said}; allowed: a file that is there"
+    )
     (folder / gone).write_bytes(b"no such thing")
     assert "puts another" not in told(text.replace("GONE", gone))
 
