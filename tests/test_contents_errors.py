@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from mesh_files import BOX
 
 import irsim
+from irsim.draw import contact_sheet
 from irsim.errors import InputError
+from irsim.moving import moving_picture
 from irsim.recording import open_recording
+from irsim.types import Source
 
 GROUND = "frames: 2\ncamera: {size: [32, 24]}\nbackground: {kind: ground}\n"
 TEXTS = {
@@ -95,3 +99,18 @@ def test_an_override_beside_such_a_name_is_one_line(name: str) -> None:
 def test_no_recording_has_such_a_name(name: str) -> None:
     with pytest.raises(InputError, match=r"^a.*: (no file can have this name|cannot be read): "):
         open_recording(name)
+
+
+@pytest.mark.parametrize("place", TEXTS)
+@pytest.mark.parametrize(("draw", "ending"), [(contact_sheet, "png"), (moving_picture, "gif")])
+def test_a_picture_replaces_nothing_that_the_scene_is_read_from(
+    draw: Callable[[Source, Path], Path], ending: str, place: str, folder: Path
+) -> None:
+    """Nor through a link."""
+    read, link = folder / FILES[place], folder / f"x.{ending}"
+    link.symlink_to(read)
+    source = irsim.Rendering(irsim.loads(TEXTS[place].replace("KEYS", f"file: {FILES[place]}")))
+    before = read.read_bytes()
+    with pytest.raises(InputError, match=f"would replace {read}, which this command needs; allowed: another name"):
+        draw(source, link)
+    assert read.read_bytes() == before
