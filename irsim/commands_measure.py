@@ -100,7 +100,7 @@ def fit(
             f"--display {display}: there is no such file or folder; allowed: what the camera showed, a folder of PNG, "
             "a video or a recording"
         ) from None
-    check_output(output, find(source), *opened.needs, shown, endings=(".yaml", ".yml"))
+    check_output(output, find(source), shown, endings=(".yaml", ".yml"))
     check_replaced(output)
     where = _region(region, opened.size)
     wanted = _wanted(frames, opened)
