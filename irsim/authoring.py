@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
 from irsim.errors import InputError
 from irsim.explain import listed
+from irsim.files import replacing_text
 from irsim.loader import dumps, reach
 from irsim.scenario import Scenario
 from irsim.shipped import shipped
@@ -32,13 +34,10 @@ def start_text(kind: str) -> str:
 
 def write_new(path: Path, text: str) -> None:
     """The text in a file that was not there before; InputError where it was."""
-    try:
-        with path.open("x", encoding="utf-8", newline="") as file:
-            file.write(text)
-    except FileExistsError:
-        raise InputError(f"{path}: is there already, and a new scenario replaces nothing; allowed: -o FILE") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
+    if os.path.lexists(path):
+        raise InputError(f"{path}: is there already, and a new scenario replaces nothing; allowed: -o FILE")
+    with replacing_text(path) as file:
+        file.write(text)
 
 
 def sample_names(name: str, n: int) -> list[str]:

@@ -79,7 +79,7 @@ def sample(
     paths = [folder / file for file in sample_names(name, count)]
     for path in paths:
         if folder.is_dir():
-            check_output(path, find(scenario))
+            check_output(path, find(scenario), *loaded.files)
     ours, alike = {path.name for path in paths}, re.compile(rf"{re.escape(name)}-\d+\.yaml")
     refuse_leftovers(folder, lambda file: file not in ours and alike.fullmatch(file) is not None, "samples")
     with progress_bar(f"sample {name}", count) as progress:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import shlex
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -48,11 +50,9 @@ def noise(
     where = _region(region, opened.size)
     wanted = _wanted(frames, opened)
     stack, times = _read(opened, wanted)
-    try:
+    with _told_of(source):
         taken = taken_by_targets(opened, wanted.start, wanted.stop)
         report = measure_noise(stack, opened.rate_hz, where, 2.0**opened.bits - 1, taken, times)
-    except InputError as error:
-        raise InputError(f"{source}: {error}") from None
     if as_json:
         print(json.dumps({"source": source, "start": wanted.start, **report.as_json()}))
         return
@@ -106,14 +106,12 @@ def fit(
     wanted = _wanted(frames, opened)
     with open_pictures(display, opened) as pictures:
         read = _read(opened, wanted)
-        try:
+        with _told_of(source):
             if pictures is None:
                 found = fit_frames(read, opened, where, wanted.start)
             else:
                 with progress_bar("fit display", len(FITS)) as progress:
                     found = fit_frames(read, opened, where, wanted.start, pictures, progress)
-        except InputError as error:
-            raise InputError(f"{source}: {error}") from None
     text, notes = sealed(in_options(found.text)), list(map(in_options, found.notes))
     if output is not None:
         with replacing_text(output) as file:
@@ -160,11 +158,8 @@ def realism(
         with from_option("--camera", "camera"):
             check_sort(camera)
     opened = open_changed(source, overrides, seed, without)
-    with progress_bar(f"read {opened.name}") as progress:
-        try:
-            found = measure_realism(opened, like or _claim(opened), camera, progress)
-        except InputError as error:
-            raise InputError(f"{source}: {error}") from None
+    with progress_bar(f"read {opened.name}") as progress, _told_of(source):
+        found = measure_realism(opened, like or _claim(opened), camera, progress)
     if as_json:
         print(json.dumps({"source": source, **found.as_json()}))
     else:
@@ -174,6 +169,17 @@ def realism(
             print(found.noise_unknown)
     if not found.inside:
         sys.exit(1)
+
+
+@contextmanager
+def _told_of(source: str) -> Iterator[None]:
+    """What is wrong with a source is told with its name: of a damaged file the room that reads it does so."""
+    try:
+        yield
+    except InputError as error:
+        if str(error).startswith((f"{source}: ", f"{Path(source)}: ")):
+            raise
+        raise InputError(f"{source}: {error}") from None
 
 
 def _claim(source: Source) -> str | None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from irsim.files import replacing
+from irsim.files import check_output, replacing
 from irsim.types import Box, Frame, Image, Source, Truth
 from irsim.wording import counted
 
@@ -56,11 +56,12 @@ def contact_sheet(source: Source, path: str | Path, start: int = 0, stop: int | 
     Each frame has its number and time, its targets' boxes, and an enlarged part around the target
     that is followed, whose own counts are drawn from black to white. Where all the frames together leave half
     of the greys unused, what they use is drawn from black to white, and the title says so.
-    InputError where the file cannot be written.
+    InputError where the file cannot be written, or is one that the source is read from.
     """
     from matplotlib.figure import Figure
 
     path = Path(path)
+    check_output(path, *source.needs)
     indices = [start + index for index in sheet_indices((len(source) if stop is None else stop) - start)]
     columns, rows = min(COLUMNS, len(indices)), -(-len(indices) // COLUMNS)
     width, height = source.size

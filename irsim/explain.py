@@ -73,8 +73,10 @@ def explain(
         if (path, once) not in lines:
             what = " ".join(_what(kind, detail, slot, path, top, document.value).split())
             name = shown(path, top, document.value)
-            if kind == NO_FILE and path in document.values and not place_of(document, path).startswith("override "):
-                what += f"; {name}=PATH puts another in its place"
+            if kind == NO_FILE:
+                what += "; allowed: a file that is there"
+                if path in document.values and not place_of(document, path).startswith("override "):
+                    what += f"; {name}=PATH puts another in its place"
             lines[path, once] = line(document, path, name, what, kind == "extra_forbidden")
     return in_order(lines.values())
 

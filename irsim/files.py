@@ -36,13 +36,18 @@ def is_there(path: str | os.PathLike[str]) -> bool:
 
 
 def is_recording(path: str | os.PathLike[str]) -> bool:
-    """Whether the file is a recording, by its content; one cut to nothing, or not to be read, goes by its suffix."""
+    """Whether the file is a recording: one that begins as such, or that has the name of one, broken or none."""
     path = path_of(path)
+    return path.suffix == ".mcap" or begins_as_recording(path)
+
+
+def begins_as_recording(path: Path) -> bool:
+    """Whether the file is a recording by its content; not where it cannot be read."""
     try:
         with path.open("rb") as file:
-            return file.read(len(MCAP_MAGIC)) == MCAP_MAGIC or path.suffix == ".mcap"
+            return file.read(len(MCAP_MAGIC)) == MCAP_MAGIC
     except OSError:
-        return path.suffix == ".mcap"
+        return False
 
 
 def is_binary(path: Path) -> bool:
@@ -96,16 +101,33 @@ def refuse_leftovers(folder: Path, stays: Callable[[str], bool], what: str) -> N
 
     stays   of a file's name: is it one of `what` the command writes, and not replaced by this call?
     """
-    try:
-        left = sorted(path.name for path in folder.iterdir() if stays(path.name)) if folder.is_dir() else []
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be read: {error.strerror or error}") from None
-    if left:
-        more = f" and {len(left) - 1} more" if len(left) > 1 else ""
+    if left := _listed_in(folder, stays):
         raise InputError(
-            f"{folder}: holds {what} of another call that would stay among the new ones, {left[0]}{more}; "
+            f"{folder}: holds {what} of another call that would stay among the new ones, {left}; "
             "allowed: another folder, or the same without them"
         )
+
+
+def refuse_others(folder: Path, other: Callable[[str], bool], what: str, command: str) -> None:
+    """InputError where a folder that a command fills holds what is not the command's: whoever reads all that is in it
+    would take both for one thing.
+
+    other   of a file's name: is it one of `what`?
+    """
+    if there := _listed_in(folder, other):
+        raise InputError(
+            f"{folder}: holds {what}, {there}; allowed: a new or empty folder, or one that {command} wrote"
+        )
+
+
+def _listed_in(folder: Path, wanted: Callable[[str], bool]) -> str:
+    """'NAME and N more' of such files in a folder; '' where there are none, or no folder. InputError where it cannot be
+    read."""
+    try:
+        names = sorted(path.name for path in folder.iterdir() if wanted(path.name)) if folder.is_dir() else []
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be read: {error.strerror or error}") from None
+    return "".join(names[:1]) + (f" and {len(names) - 1} more" if len(names) > 1 else "")
 
 
 @contextmanager

@@ -188,7 +188,10 @@ class Family:
         try:
             found = getattr(importlib.import_module(module), name)
         except Exception as error:  # a user's module may fail in any way while it is imported
-            raise self._unknown(f"cannot import {word!r}: {error}") from None
+            raise self._unknown(
+                f"cannot import {word!r}: {error}; allowed: {', '.join(self.kinds)}, or module:Class of a module that "
+                "is installed or lies where the command is given"
+            ) from None
         if not (isinstance(found, type) and issubclass(found, self.base)):
             base = f"{self.base.__module__}.{self.base.__name__}"
             raise self._unknown(f"{word!r} is no {self.name} kind; allowed: a subclass of {base}")

@@ -15,7 +15,7 @@ from irsim.beside import beside, named_from
 from irsim.doubts import DOUBTS, doubts, unheeded
 from irsim.errors import InputError, Notice
 from irsim.explain import AnyPart, formed, line, place_of
-from irsim.files import is_binary, is_recording
+from irsim.files import begins_as_recording, is_binary, is_recording
 from irsim.kinds import Part, importing_nothing
 from irsim.overrides import given_overrides, override, place_of_key, place_of_override, placed
 from irsim.plausible import implausible
@@ -225,13 +225,23 @@ def _read(path: str | PathLike[str], root: type[Part], wants: str = "examples") 
     in it as they are found from here."""
     file = find(path, wants)
     if file.is_file() and is_recording(file):
-        raise InputError(f"{path}: is a recording, no YAML; irsim info tells what is in it")
+        raise InputError(f"{path}: {_no_yaml(file)}")
     if file.is_file() and is_binary(file) and not is_meant_as_text(file):
         raise InputError(
             f"{path}: is neither a scenario nor a recording, it is not UTF-8 text; "
             "irsim import makes recordings of pictures"
         )
     return beside(yamlfile.read(file), file.parent, root)
+
+
+def _no_yaml(file: Path) -> str:
+    """What a file is that goes for a recording, by its content or by its name alone, where YAML should be."""
+    if begins_as_recording(file):
+        return "is a recording, no YAML; irsim info tells what is in it"
+    allowed = "allowed: YAML text, in a file whose name ends in .yaml"
+    if file.stat().st_size == 0:
+        return f"is empty, no recording and no YAML; {allowed}"
+    return f"has the name of a recording and is none, it does not begin as one; {allowed}"
 
 
 def _scenario(document: Document, overrides: Iterable[str]) -> Scenario:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from irsim.compose import Seen
 from irsim.errors import InputError
-from irsim.files import make_folder, refuse_leftovers, write_png
+from irsim.files import make_folder, refuse_leftovers, refuse_others, write_png
 from irsim.render import Renderer
 from irsim.scenario import Scenario, expect_scenario
 from irsim.span import span
@@ -67,12 +67,14 @@ def write_masks(
     number less `first`: that of a recording whose frame 0 was the scenario's arriving frame `first`. Older masks of
     these frames and targets are replaced, or removed where a target is now absent.
     InputError where it cannot be, where there is no such target, and where the folder holds masks of other frames or
-    targets: nobody could tell whether they belong to the same scene.
+    targets: nobody could tell whether they belong to the same scene. So where it holds other PNG files, such as frames
+    of a camera, which are imported by the folder.
     """
     names = [each.id for each in scenario.targets if scenario.is_on(each.id)]
     if target is not None and target not in names:
         raise InputError(f"target {target!r}: there is no such target; allowed: {', '.join(names) or 'nothing'}")
     wanted, numbers = (names if target is None else [target]), range(start - first, stop - first)
+    refuse_others(folder, _is_no_mask, "pictures that are no masks", "irsim masks")
     refuse_leftovers(folder, lambda file: _stays(file, numbers, wanted), "masks")
     make_folder(folder)
     for index, found in enumerate(masks(scenario, start, stop), start - first):
@@ -92,9 +94,17 @@ def _file(number: int, name: str, kind: str) -> str:
     return f"{number:06}_{name}_{kind}.png"
 
 
+_NAME = re.compile(rf"(\d{{6,}})_(.+)_({'|'.join(KINDS)})\.png")
+
+
+def _is_no_mask(file: str) -> bool:
+    """Is a file a picture, and of a name that no mask has?"""
+    return file.lower().endswith(".png") and _NAME.fullmatch(file) is None
+
+
 def _stays(file: str, numbers: range, names: Sequence[str]) -> bool:
     """Is a file a mask, and of another frame or target than these?"""
-    told = re.fullmatch(rf"(\d{{6,}})_(.+)_({'|'.join(KINDS)})\.png", file)
+    told = _NAME.fullmatch(file)
     if told is None:
         return False
     number, name, kind = int(told[1]), told[2], told[3]

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from irsim.errors import InputError
-from irsim.files import replacing
+from irsim.files import check_output, replacing
 from irsim.types import Box, Frame, Source, Truth
 
 Indices = npt.NDArray[np.uint8]
@@ -50,12 +50,14 @@ def moving_picture(
 
     The ending says what: .webm (VP9) or .gif. Every frame is shown for one period of the source's rate, also
     around frames that were dropped. `progress` is called with the number of frames done. InputError where the
-    ending is another, the file cannot be written, or PyAV is missing, which WebM takes.
+    ending is another, the file cannot be written or is one that the source is read from, or PyAV is missing, which
+    WebM takes.
     """
     path = Path(path)
     ending = path.suffix.lower()
     if ending not in LEAST_COLUMNS:
         raise InputError(f"{path}: unknown kind of moving picture; allowed: {', '.join(LEAST_COLUMNS)}")
+    check_output(path, *source.needs)
     stop = len(source) if stop is None else stop
     if not 0 <= start < stop <= len(source):
         raise InputError(f"{source.name}: there are no frames {start}:{stop}; allowed: within 0:{len(source)}")

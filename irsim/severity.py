@@ -22,6 +22,7 @@ _NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 _NO_CAUSES = {"about", "seed", "expect", *TABLES}
 """Keys that make a scene no harder: they cannot stand in a table."""
+_CAUSES = "keys that change what is seen, such as camera.netd_mk"
 
 
 def settle(document: Document, root: type[Part], given: Iterable[KeyPath]) -> Document:
@@ -57,7 +58,7 @@ def astray(document: Document, root: type[Part]) -> dict[tuple[str, str], str]:
         try:
             path = _path(document, table, key, root)
             if path[0] in _NO_CAUSES or (table, path) == ("severities", ("severity",)):
-                raise InputError(f"{_place(document, table, key)}: '{key}' cannot vary")
+                raise InputError(f"{_place(document, table, key)}: '{key}' cannot vary; allowed: {_CAUSES}")
         except InputError as error:
             wrong[table, key] = str(error)
     return wrong

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import importlib
 import os
 import re
@@ -29,6 +30,10 @@ DRAWN_EVERY_S = 0.1
 """How often a bar is drawn at most: ten times a second, as rich itself does."""
 TOLD_EVERY_S = 10.0
 """How often a line says how far it is, at most, where there is no terminal: logs stay short."""
+
+
+NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+"""What a write to a full disk raises, or beyond what somebody may have of one."""
 
 
 class StoppedError(Exception):
@@ -110,8 +115,8 @@ def run(app: typer.Typer, name: str) -> None:
             print(f"{name}: {in_options(line)}", file=sys.stderr)
         sys.exit(2)
     except BrokenPipeError:
-        # Whoever read the output has gone: leave quietly, also when Python flushes at its end.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        # Whoever read the output has gone: leave quietly.
+        _say_no_more()
         sys.exit(1)
     except MemoryError as error:
         print(
@@ -119,9 +124,17 @@ def run(app: typer.Typer, name: str) -> None:
         )
         sys.exit(2)
     except OSError as error:
-        # What no room could foresee, such as a full disk under a redirected output.
+        # What no room could foresee. Files tell of themselves what goes wrong with them (`irsim.files.replacing`).
+        if error.filename is None and error.errno in NO_ROOM:
+            _say_no_more()
+            error = OSError(f"standard output: cannot be written: {error.strerror}")
         print(f"{name}: {error}", file=sys.stderr)
         sys.exit(2)
+
+
+def _say_no_more() -> None:
+    """What is still to be written to standard output goes nowhere, also when Python flushes it at its end."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _called(app: typer.Typer, name: str, came: list[int]) -> Any:
@@ -129,6 +142,8 @@ def _called(app: typer.Typer, name: str, came: list[int]) -> Any:
     one that comes while it compares arrays for an error of its own."""
     try:
         status = app(prog_name=name, standalone_mode=False)
+    except SystemExit as left:
+        return left.code
     except Exception as error:
         if came and not isinstance(error, StoppedError):
             raise KeyboardInterrupt from error

@@ -29,6 +29,19 @@ LONGEST = sys.int_info.default_max_str_digits
 """Digits of a whole number: Python writes no longer ones."""
 
 _TAGS = "no tag, or !!str, !!int, !!float, !!bool, !!null where the text is such a value"
+_ALLOWED = {
+    "flow sequence": "a list that ends in ]",
+    "flow mapping": "a mapping that ends in }",
+    "quoted scalar: found unexpected end": "a text that ends in the quote that it begins with",
+    "unknown escape": "\\\\ for a \\, or single quotes",
+    "<stream end>": "each [ and { closed",
+    "undefined alias": "*NAME of what stands before it as &NAME",
+    "duplicate anchor": "each &NAME once",
+    "mapping values": "one KEY: VALUE a line; a text that holds ': ' in quotes",
+    "cannot start": "a text that begins so in quotes",
+    "<block end>": "entries of one list or mapping that begin in the same column",
+}
+"""What is allowed where PyYAML's words have such a part."""
 _TOO_DEEP = "nested too deeply; allowed: a hundred levels"
 _TAG = "tag:yaml.org,2002:"
 _INT = re.compile(r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+")
@@ -269,4 +282,5 @@ def _problem(error: yaml.MarkedYAMLError) -> str:
     if "single document" in (error.context or ""):
         return f"{place}a second document begins; allowed: one document a file"
     what = ": ".join(part for part in (error.context, error.problem) if part)
-    return f"{place}not YAML: {' '.join(what.split())}"
+    allowed = next((f"; allowed: {words}" for part, words in _ALLOWED.items() if part in what), "")
+    return f"{place}not YAML: {' '.join(what.split())}{allowed}"

@@ -6,13 +6,14 @@ import sys
 
 
 def main() -> None:
-    """Run it; Ctrl-C is no error while it is still imported, either."""
+    """Run it; Ctrl-C is no error while it is still imported, nor before it answers for itself, either."""
     try:
         from irtrack.cli import main as command
+
+        command()
     except KeyboardInterrupt:
         print("irtrack: stopped", file=sys.stderr)
         sys.exit(130)
-    command()
 
 
 if __name__ == "__main__":

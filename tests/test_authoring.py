@@ -10,6 +10,7 @@ from typing import Any
 import jsonschema
 import pytest
 from command_line import Run
+from mesh_files import BOX
 from scenario_text import TEXT
 
 import irsim
@@ -169,6 +170,20 @@ def test_samples_are_files_that_load_and_say_how_to_repeat(tmp_path: Path, run: 
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith(f"irsim: {told}")
     assert [path.read_bytes() for path in files] == before
+
+
+def test_samples_replace_nothing_that_the_scenario_is_read_from(tmp_path: Path, run: Run) -> None:
+    """Nor through a link."""
+    box = tmp_path / "box.obj"
+    box.write_text(BOX)
+    target = "{id: box, shape: {kind: mesh, file: box.obj, length_m: 4}, path: {kind: straight, start: [9, 9]}}"
+    vary = "vary: {camera.netd_mk: {kind: uniform, low: 20, high: 30}}"
+    (tmp_path / "mine.yaml").write_text(f"background: {{kind: sky}}\ntargets: [{target}]\n{vary}\n")
+    (tmp_path / "many").mkdir()
+    (tmp_path / "many" / "mine-0.yaml").symlink_to(box)
+    done = run("sample", "mine.yaml", "-n", "1", "-o", "many", cwd=tmp_path)
+    assert done.stderr.startswith(f"irsim: many/mine-0.yaml: would replace {box}, which this command needs; allowed: ")
+    assert box.read_text() == BOX
 
 
 def test_what_cannot_be_sampled_leaves_nothing(tmp_path: Path, run: Run) -> None:

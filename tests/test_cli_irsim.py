@@ -171,3 +171,22 @@ def test_both_commands_say_their_version(folder: Path, name: str) -> None:
     script = Path(sys.executable).with_name(name)
     done = subprocess.run([script, "--version"], cwd=folder, capture_output=True, text=True, timeout=60)
     assert (done.returncode, done.stdout) == (0, f"{name} {irsim.__version__}\n")
+
+
+@pytest.mark.parametrize("command", ["noise", "fit", "realism"])
+def test_a_damaged_recording_is_named_once(command: str, run: Run, folder: Path) -> None:
+    """One bit of its pictures is another."""
+    data = bytearray(irsim.record(irsim.open_source(folder / "scene.yaml"), folder / "flip.mcap").read_bytes())
+    data[len(data) // 2] ^= 4
+    (folder / "flip.mcap").write_bytes(data)
+    done = run(command, "flip.mcap", cwd=folder)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("irsim: flip.mcap: damaged: ")
+    assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("command", ["noise", "realism"])
+def test_what_is_wrong_with_a_source_is_told_with_its_name(command: str, run: Run, folder: Path) -> None:
+    done = run(command, "scene.yaml", "frames=1", cwd=folder)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("irsim: scene.yaml: ")

@@ -90,6 +90,8 @@ BAD = {
     "no such recording": (["info", "none.mcap"], "irsim: none.mcap: there is no such file"),
     "foreign recording": (["info", "forged.mcap"], "irsim: forged.mcap: is not an MCAP file"),
     "recording to check": (["check", "good.mcap"], "good.mcap: is a recording, no YAML; irsim info tells"),
+    "empty recording to check": (["check", "empty.mcap"], "empty.mcap: is empty, no recording and no YAML; allowed: "),
+    "no recording to check": (["check", "forged.mcap"], "forged.mcap: has the name of a recording and is none, "),
     "empty recording": (["info", "empty.mcap"], "irsim: empty.mcap: "),
     "cut recording": (["info", "cut.mcap"], "irsim: cut.mcap: "),
     "nothing to show": (["show", "none.mcap"], "irsim: none.mcap: there is no such file"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import signal
 import subprocess
@@ -35,6 +36,47 @@ def test_a_reader_that_leaves_is_no_error_to_tell(folder: Path) -> None:
     assert process.stderr is not None
     assert process.stderr.read() == b""
     assert process.wait(60) == 1
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="takes a device that is full")
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+@pytest.mark.parametrize(
+    ("program", "words"),
+    [("irsim", ["schema"]), ("irsim", ["check", "scene.yaml", "none.yaml"]), ("irtrack", ["list"])],
+)
+def test_standard_output_that_cannot_be_written_is_named(
+    program: str, words: list[str], unbuffered: str, folder: Path
+) -> None:
+    """Also by a command that has found something wrong; and Python says nothing more when it ends."""
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", program, *words],
+            cwd=folder,
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            timeout=60,
+            check=False,
+            env={**os.environ, "PYTHONUNBUFFERED": unbuffered},
+        )
+    assert done.returncode == 2
+    told = [line for line in done.stderr.splitlines() if not line.startswith("none.yaml: ")]
+    assert told == [f"{program}: standard output: cannot be written: No space left on device"]
+
+
+@pytest.mark.parametrize("program", ["irsim", "irtrack"])
+def test_ctrl_c_before_a_command_answers_for_itself_is_one_line(
+    program: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted() -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(importlib.import_module(f"{program}.cli"), "main", interrupted)
+    with pytest.raises((SystemExit, KeyboardInterrupt)) as caught:
+        importlib.import_module(f"{program}.__main__").main()
+    assert isinstance(caught.value, SystemExit)
+    assert caught.value.code == 130
+    assert capsys.readouterr().err == f"{program}: stopped\n"
 
 
 @pytest.mark.parametrize("jobs", ["1", "2"])

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from mesh_files import BOX
 
 import irsim
+from irsim.draw import contact_sheet
 from irsim.errors import InputError
+from irsim.moving import moving_picture
 from irsim.recording import open_recording
+from irsim.types import Source
 
 GROUND = "frames: 2\ncamera: {size: [32, 24]}\nbackground: {kind: ground}\n"
 TEXTS = {
@@ -64,9 +68,14 @@ def test_what_cannot_be_is_one_line_with_its_place(folder: Path, place: str, key
 def test_a_file_that_is_gone_is_told_with_the_override_that_names_another(folder: Path, place: str) -> None:
     text, gone = TEXTS[place].replace("KEYS", "file: GONE"), f"gone{Path(FILES[place]).suffix}"
     said = f"{place}.file: {folder}/{gone}: there is no such file"
-    assert told(text.replace("GONE", gone)).endswith(f": {said}; {place}.file=PATH puts another in its place")
+    assert told(text.replace("GONE", gone)).endswith(
+        f": {said}; allowed: a file that is there; {place}.file=PATH puts another in its place"
+    )
     assert irsim.loads(text.replace("GONE", gone), "f.yaml", [f"{place}.file={FILES[place]}"])
-    assert told(text.replace("GONE", FILES[place]), f"{place}.file={gone}") == f"override {said}"
+    assert (
+        told(text.replace("GONE", FILES[place]), f"{place}.file={gone}")
+        == f"override {said}; allowed: a file that is there"
+    )
     (folder / gone).write_bytes(b"no such thing")
     assert "puts another" not in told(text.replace("GONE", gone))
 
@@ -90,3 +99,18 @@ def test_an_override_beside_such_a_name_is_one_line(name: str) -> None:
 def test_no_recording_has_such_a_name(name: str) -> None:
     with pytest.raises(InputError, match=r"^a.*: (no file can have this name|cannot be read): "):
         open_recording(name)
+
+
+@pytest.mark.parametrize("place", TEXTS)
+@pytest.mark.parametrize(("draw", "ending"), [(contact_sheet, "png"), (moving_picture, "gif")])
+def test_a_picture_replaces_nothing_that_the_scene_is_read_from(
+    draw: Callable[[Source, Path], Path], ending: str, place: str, folder: Path
+) -> None:
+    """Nor through a link."""
+    read, link = folder / FILES[place], folder / f"x.{ending}"
+    link.symlink_to(read)
+    source = irsim.Rendering(irsim.loads(TEXTS[place].replace("KEYS", f"file: {FILES[place]}")))
+    before = read.read_bytes()
+    with pytest.raises(InputError, match=f"would replace {read}, which this command needs; allowed: another name"):
+        draw(source, link)
+    assert read.read_bytes() == before

@@ -12,6 +12,7 @@ import planted_failure
 import pytest
 
 import irsim
+from irsim.authoring import start_text, write_new
 from irtrack.bench import Results
 from irtrack.errors import InputError
 from irtrack.falsify import find_failure
@@ -94,6 +95,16 @@ def test_a_failure_is_kept_whole_or_not_at_all(whole: Path, tmp_path: Path) -> N
     with disk_full(), pytest.raises(InputError, match="File too large"):
         keep(whole, subject, "blind", "raises", tmp_path)
     assert kept() == {".yaml", ".mcap", ".json"}
+
+
+def test_a_new_scenario_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
+    """What is left, empty, would be in the way of the next try."""
+    path, text = tmp_path / "new.yaml", start_text("sky")
+    with disk_full(), pytest.raises(irsim.InputError, match=r"new\.yaml: cannot be written: File too large"):
+        write_new(path, text)
+    assert not list(tmp_path.iterdir())
+    write_new(path, text)
+    assert path.read_text() == text
 
 
 def test_an_empty_results_file_is_not_left_behind(tmp_path: Path) -> None:

@@ -149,6 +149,18 @@ def test_masks_written_again_are_those_of_this_call_only(tmp_path: Path) -> None
     assert {path: path.stat().st_mtime_ns for path in folder.iterdir()} == before
 
 
+def test_masks_are_not_written_among_other_pictures(tmp_path: Path) -> None:
+    """Frames of somebody's camera are imported by the folder."""
+    for name in ("0000.png", "0001.PNG"):
+        (tmp_path / name).write_bytes(b"mine")
+    said = (
+        r": holds pictures that are no masks, 0000\.png and 1 more; allowed: a new or empty folder, or one that irsim "
+    )
+    with pytest.raises(irsim.InputError, match=said):
+        written(tmp_path, scene(), 0, 1)
+    assert len(list(tmp_path.iterdir())) == 2
+
+
 def test_mistakes_are_told(tmp_path: Path) -> None:
     with pytest.raises(irsim.InputError, match="target 'two': there is no such target; allowed: one"):
         next(write_masks(scene(), tmp_path, 0, 1, "two"))

@@ -93,7 +93,9 @@ OVERRIDES_WRONG = {
     "camera.bits=[1": "override camera.bits: '[1':1:3: not YAML: ",
     "without=[wite]": "override without: without.0: there is no 'wite'; allowed: white, jet, far, ",
     "targets.jet.path={kind: weav}": "override targets.jet.path: targets.jet.path.kind: unknown path kind 'weav'; ",
-    "background.kind=nosuch:Thing": "override background.kind: cannot import 'nosuch:Thing': No module named 'nosuch'",
+    "background.kind=nosuch:Thing": (
+        "override background.kind: cannot import 'nosuch:Thing': No module named 'nosuch'; allowed: sky, "
+    ),
     "background.kind=os:path": "override background.kind: 'os:path' is no background kind; allowed: a subclass of ",
     "camera": "override 'camera': this is no KEY=VALUE; allowed: e.g. camera.netd_mk=80",
     "=3": "override '=3': this is no KEY=VALUE; allowed: e.g. camera.netd_mk=80",

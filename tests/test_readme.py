@@ -7,14 +7,14 @@ import importlib.util
 import inspect
 import os
 import re
+import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from types import ModuleType
 
-import cv2
-import numpy as np
 import pytest
 from ready_commands import ready_commands
 
@@ -31,18 +31,13 @@ def blocks(path: Path) -> list[tuple[str, str]]:
     return BLOCK.findall(path.read_text())
 
 
-def make_footage(folder: Path) -> None:
-    """What the documents take as the reader's own: my_frames/ and my_truth.csv, a spot that moves right."""
-    (folder / "my_frames").mkdir()
-    rng = np.random.default_rng(0)
-    rows = ["frame,x,y,w,h"]
-    for k in range(20):
-        image = rng.normal(100, 3, (96, 128))
-        x, y = 20 + k, 30
-        image[y : y + 7, x : x + 9] += np.outer(np.hanning(9)[1:-1], np.hanning(11)[1:-1]) * 120
-        cv2.imwrite(str(folder / "my_frames" / f"{k:04}.png"), image.astype(np.uint8))
-        rows.append(f"{k},{x},{y},9,7")
-    (folder / "my_truth.csv").write_text("\n".join(rows) + "\n")
+@pytest.fixture(scope="module")
+def footage(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with what other documents take as the reader's own, my_frames/ and my_truth.csv: the README makes it."""
+    folder = tmp_path_factory.mktemp("footage")
+    (making,) = (text for language, text in blocks(ROOT / "README.md") if language == "python" and "my_truth" in text)
+    subprocess.run([sys.executable, "-c", making], cwd=folder, check=True)
+    return folder
 
 
 @pytest.fixture(scope="module")
@@ -61,12 +56,13 @@ LONG = {"stress.md", "report.md", "properties.md", "tutorial.md"}
     [pytest.param(path, marks=pytest.mark.slow if path.name in LONG else ()) for path in DOCUMENTS],
     ids=lambda path: path.name,
 )
-def test_commands_and_code_of_the_documents_run(document: Path, tmp_path: Path, commands: str) -> None:
-    """All blocks of a document in their order, in one folder, as a reader would go through it.
+def test_commands_and_code_of_the_documents_run(document: Path, tmp_path: Path, commands: str, footage: Path) -> None:
+    """All blocks of a document in their order, in one folder, as a reader would go through it: nothing is warned of.
 
-    The README's commands are those that were installed, a process each.
+    The README's commands are those that were installed, a process each; it makes all that it takes.
     """
-    make_footage(tmp_path)
+    if document.name != "README.md":
+        shutil.copytree(footage, tmp_path, dirs_exist_ok=True)
     installed = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     path = installed if document.name == "README.md" else commands
     for language, text in blocks(document):
@@ -77,6 +73,18 @@ def test_commands_and_code_of_the_documents_run(document: Path, tmp_path: Path, 
             )
             assert done.returncode == 0, f"{document.name}:\n{text}\n{done.stdout}\n{done.stderr}"
             assert "Traceback" not in done.stderr
+            assert "warning: " not in done.stderr
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_what_is_not_in_a_block_and_thus_not_run_calls_what_there_is(document: Path) -> None:
+    """In text, between back quotes, stand names and single calls whose arguments fit. Statements stand in blocks."""
+    for text in re.findall(r"`([^`\n]+)`", re.sub(BLOCK, "", document.read_text())):
+        with suppress(SyntaxError):  # no Python
+            found = ast.parse(text)
+            for called in calls(found, irsim) + calls(found, irtrack):
+                assert isinstance(found.body[0], ast.Expr), f"a block would be run: {text}"
+                bind(called)
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
@@ -155,16 +163,23 @@ def test_pictures_are_small() -> None:
 def test_the_example_of_a_package_calls_what_there_is(package: ModuleType) -> None:
     """Each public name in the docstring exists and takes the arguments that it is given there."""
     _, _, code = (package.__doc__ or "").partition("\n\n")
-    calls = [
-        call
-        for call in ast.walk(ast.parse(code))
-        if isinstance(call, ast.Call)
-        and isinstance(call.func, ast.Attribute)
-        and isinstance(call.func.value, ast.Name)
-        and call.func.value.id == package.__name__
+    found = calls(ast.parse(code), package)
+    assert len(found) >= 3
+    for call in found:
+        bind(call)
+
+
+def calls(code: ast.Module, package: ModuleType) -> list[ast.Call]:
+    """The calls of a package's names: `irsim.load(...)`, `irsim.measure.measure_noise(...)`."""
+    return [
+        each
+        for each in ast.walk(code)
+        if isinstance(each, ast.Call) and ast.unparse(each.func).startswith(f"{package.__name__}.")
     ]
-    assert len(calls) >= 3
-    for call in calls:
-        assert isinstance(call.func, ast.Attribute)
-        named = {keyword.arg: None for keyword in call.keywords if keyword.arg}
-        inspect.signature(getattr(package, call.func.attr)).bind(*call.args, **named)
+
+
+def bind(call: ast.Call) -> None:
+    """TypeError where what is called takes no such arguments."""
+    called = resolved(ast.unparse(call.func))
+    assert callable(called)
+    inspect.signature(called).bind(*call.args, **{keyword.arg: None for keyword in call.keywords if keyword.arg})

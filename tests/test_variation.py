@@ -177,7 +177,7 @@ def vary(entry: str, *overrides: str) -> str:
         ),
         ("camera.netd_mk: {kind: normal, mean: 1, sd: 1, low: 20, high: 22}", "f.yaml:27:40: vary.camera.netd_mk.mea"),
         ("camera.correction.freeze_frames: {kind: uniform, low: 1, high: 2}", "f.yaml:27:36: vary.camera.correction."),
-        ("seed: {kind: integers, low: 1, high: 2}", "f.yaml:27:3: vary.seed: 'seed' cannot vary"),
+        ("seed: {kind: integers, low: 1, high: 2}", "f.yaml:27:3: vary.seed: 'seed' cannot vary; allowed: keys"),
         (
             "targets.jet.path: {kind: uniform, low: 1, high: 2}",
             "f.yaml:27:21: vary.targets.jet.path: the scenario has ",

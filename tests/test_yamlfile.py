@@ -123,9 +123,26 @@ BAD = {
         "a: &x [*x]",
         "f.yaml:1:4: an alias that holds itself; allowed: aliases of what is whole before them",
     ),
-    "unknown alias": ("a: *u", "f.yaml:1:4: not YAML: found undefined alias 'u'"),
-    "open bracket": ("a: [1", "f.yaml:1:6: not YAML: while parsing a flow sequence: expected ',' or ']'"),
-    "mapping in a line": ("a: b: c", "f.yaml:1:5: not YAML: mapping values are not allowed here"),
+    "unknown alias": ("a: *u", "f.yaml:1:4: not YAML: found undefined alias 'u'; allowed: *NAME of what stands be"),
+    "open bracket": (
+        "a: [1",
+        "f.yaml:1:6: not YAML: while parsing a flow sequence: expected ',' or ']', but got '<stream end>'; allowed: a "
+        "list that ends in ]",
+    ),
+    "open bracket at the end": (
+        "a: [1,",
+        "f.yaml:1:7: not YAML: while parsing a flow node: expected the node content, but found '<stream end>'; "
+        "allowed: each [ and { closed",
+    ),
+    "open quote": (
+        "a: 'x",
+        "f.yaml:1:6: not YAML: while scanning a quoted scalar: found unexpected end of stream; allowed: a text that "
+        "ends in the quote",
+    ),
+    "mapping in a line": (
+        "a: b: c",
+        "f.yaml:1:5: not YAML: mapping values are not allowed here; allowed: one KEY: VALUE",
+    ),
     "python tag": ("a: !!python/name:os.system x", "f.yaml:1:4: 'x' cannot have the tag !!python/name:os.system"),
     "tag on a mapping": ("a: !thing {b: 1}", "f.yaml:1:4: the tag !thing stands here; allowed: !!map, or no tag"),
     "tag that lies": ("a: !!int z", "f.yaml:1:4: 'z' cannot have the tag !!int; allowed: no tag"),
