@@ -7,12 +7,15 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from scipy.ndimage import gaussian_filter, shift
 from typer.testing import CliRunner
 
 import irsim
 from irsim.cli import app
 from irsim.convert import import_frames
-from irsim.measure import defects, measure_noise, noise_lines, perhaps_pictures
+from irsim.measure import defects, measure_figures, measure_noise, noise_lines, perhaps_pictures
+
+HARDLY = "hardly more than rounding to whole counts makes"
 
 
 def test_pictures_of_8_bits_are_told_where_they_may_be_no_counts_of_a_detector(tmp_path: Path) -> None:
@@ -64,3 +67,33 @@ def test_noise_that_an_end_of_the_counts_cuts_off_is_told(sigmas: float, told: b
 def test_values_about_0_are_cut_off_nowhere() -> None:
     differences = np.rint(np.random.default_rng(2).normal(0, 3, (20, 48, 48)))
     assert measure_noise(differences, 30.0).clipped == 0
+
+
+@pytest.mark.parametrize(("strength", "sigma"), [(0.7, 0.1), (0.7, 0.2), (1.0, 0.3), (1.5, 0.1), (3.0, 0.3)])
+def test_noise_that_rounding_hides_has_a_bound_that_holds_it(strength: float, sigma: float) -> None:
+    """Texture that slides by 0.7 px a frame: of 0.1 counts the bound was 0, of 0.3 it was 0.23, and for what moves
+    in the region beside it no note came."""
+    rng = np.random.default_rng(5)
+    wide = gaussian_filter(rng.normal(size=(96, 400)), 6)
+    wide *= strength / wide.std()
+    scene = np.stack([shift(wide, (0, -0.7 * k), order=1, mode="nearest")[:, 40:168] for k in range(40)]) + 20
+    frames = np.rint(scene + rng.normal(0, sigma, scene.shape)).astype(np.uint8)
+    report, found = measure_noise(frames, 30.0, top=255), measure_figures(frames, 30.0, top=255, passing=False)
+    assert report.slides
+    assert found.noise.bound
+    assert found.noise.high >= sigma
+    assert found.white.high < 0.5
+    assert any(HARDLY in text for _, text in noise_lines(report))
+    assert any(HARDLY in note for note in found.notes)
+
+
+def test_before_a_camera_that_stands_noise_and_pattern_may_be_all_that_rounding_hides() -> None:
+    """Pixels lie near the middle of a count: of noise and a pattern of 0.1 counts both nothing is left, as of 0."""
+    rng = np.random.default_rng(7)
+    level = np.full((96, 128), 20.0) + rng.normal(0, 0.1, (96, 128))
+    found = measure_figures(np.rint(level + rng.normal(0, 0.1, (40, 96, 128))).astype(np.uint8), 30.0, top=255)
+    assert found.noise.low == 0
+    assert found.noise.high >= 0.1
+    assert found.pixel is not None
+    assert found.pixel.high >= 0.1
+    assert any(HARDLY in note for note in found.notes)

@@ -17,7 +17,8 @@ from irsim.fitting.scene import Scene
 from irsim.fitting.summary import summary_lines
 from irsim.fitting.written import check_replaced, sealed
 from irsim.loader import loads
-from irsim.measure import FRAMES, Figures, Region, Timed, measure_figures, read_counts, read_timed, taken_by_targets
+from irsim.measure import FRAMES, Figures, Region, Timed, measure_figures, read_counts, read_timed
+from irsim.measure.region import boxes_of_targets
 from irsim.scenario import Scenario
 from irsim.sources import open_source
 from irsim.types import Source
@@ -103,8 +104,9 @@ def fit_frames(
     progress    called with the number of kinds of AGC tried, of `irsim.displayed.FITS`
     """
     stack, times = read
-    taken = taken_by_targets(source, start, start + len(stack))
-    figures = measure_figures(stack, source.rate_hz, region, 2.0**source.bits - 1, taken, start, times=times)
+    boxes = boxes_of_targets(source, start, start + len(stack))
+    top = 2.0**source.bits - 1
+    figures = measure_figures(stack, source.rate_hz, region, top, start=start, times=times, boxes=boxes)
     shown = None if pictures is None else fit_display(_pairs(stack, source, pictures.source, start), progress)
     scene = Scene.of(source, figures, shown, () if pictures is None else pictures.notes)
     lines = "\n".join(scene.lines(len(stack)))

@@ -14,7 +14,7 @@ from irsim.measure.figures import Figures, measure_figures
 from irsim.measure.interval import Measured
 from irsim.measure.realism import Judged, Verdict, check_class, judge_classes
 from irsim.measure.realism_noise import check_sort, judge_sorts, noise_figures
-from irsim.measure.region import taken_by_targets
+from irsim.measure.region import boxes_of_targets
 from irsim.measure.spectrum import texture
 from irsim.types import Source
 
@@ -113,9 +113,10 @@ def _noisy_figures(source: Source, asked: bool, progress: Progress | None) -> Fi
         return "its noise is not judged, for pictures of 8 bits hold no sensor's; allowed: a sensor's counts"
     looked = range(min(_NOISY, len(source)))
     stack, times = read_timed(source, looked, progress)
-    taken = taken_by_targets(source, looked.start, looked.stop)
+    boxes = boxes_of_targets(source, looked.start, looked.stop)
+    top = 2.0**source.bits - 1
     try:
-        found = measure_figures(stack, source.rate_hz, None, 2.0**source.bits - 1, taken, passing=asked, times=times)
+        found = measure_figures(stack, source.rate_hz, None, top, passing=asked, times=times, boxes=boxes)
         noise_figures(found)
     except InputError as error:
         return str(error)

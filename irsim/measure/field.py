@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from irsim.measure.hann import HANN_FREEDOM
 from irsim.measure.interval import ENDS, Measured
-from irsim.types import Floats
+from irsim.types import Bools, Floats
 
 TILE = 1024
 """Side of the field whose standard deviation is told, px: backgrounds are made as large."""
@@ -127,14 +127,19 @@ def fit_field(periodogram: Floats, shape: tuple[int, int], psf_px: float) -> Spe
     return Spectrum(texture, told(lambda t: t[5] + np.log(floor), np.exp), _density(theta, at, floor), loss)
 
 
-def periodogram(picture: Floats) -> Floats:
-    """Of a picture (rows, columns) less its plane, under a Hann window; 1 for white noise of variance 1."""
+def periodogram(picture: Floats, held: Bools | None = None) -> Floats:
+    """Of a picture (rows, columns) less its plane, under a Hann window; 1 for white noise of variance 1.
+
+    Where something `held` it (rows, columns), it has what is around: nothing of what is white,
+    and little of what is fine.
+    """
     rows, columns = picture.shape
     y, x = np.mgrid[:rows, :columns]
     plane = np.stack([np.ones(picture.size), x.ravel(), y.ravel()], axis=1)
     rest = picture - (plane @ np.linalg.lstsq(plane, picture.ravel(), rcond=None)[0]).reshape(picture.shape)
     window = np.outer(np.hanning(rows + 1)[:-1], np.hanning(columns + 1)[:-1])
-    found: Floats = np.square(np.abs(np.fft.rfft2(rest * window))) / np.square(window).sum()
+    seen = window if held is None else window[~held]
+    found: Floats = np.square(np.abs(np.fft.rfft2(rest * window))) / np.square(seen).sum()
     return found
 
 

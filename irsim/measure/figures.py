@@ -5,43 +5,42 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
+from itertools import chain
 from typing import Any
 
 import numpy as np
 
 from irsim.errors import InputError
-from irsim.measure.defects import patched, without_specks
+from irsim.measure.backdrop import backdrop
+from irsim.measure.defects import ROUNDED, patched, whole_counts
 from irsim.measure.field import Field, periodogram
 from irsim.measure.flaws import Flaws, flaws
 from irsim.measure.given import check_given
 from irsim.measure.histogram import histogram
-from irsim.measure.interval import Measured, exactly, root, square, without
+from irsim.measure.interval import Measured, exactly, less, root, square
 from irsim.measure.lines import turns, without_turns
 from irsim.measure.memory import Memory
 from irsim.measure.noise import NoiseReport, noise_and_defects
-from irsim.measure.notes import AT_MOST, SMALL, blur_notes, noise_notes, texture_notes, unlike_notes
+from irsim.measure.notes import AT_MOST, SMALL, blur_notes, noise_notes, outstanding, texture_notes, unlike_notes
 from irsim.measure.passing import passing_blurs
 from irsim.measure.pattern import fixed_pattern
 from irsim.measure.picked import evenly
 from irsim.measure.points import point_blur
-from irsim.measure.region import Region, Values
+from irsim.measure.region import Boxes, Region, Values, covered
+from irsim.measure.rounding import perhaps_hidden, without_rounding
+from irsim.measure.settled import settled
 from irsim.measure.steady import TOLD_SIDE
 from irsim.measure.still import Still, still_things
 from irsim.measure.unblurred import fit_unblurred
 from irsim.types import Bools, Floats
+from irsim.wording import counted
 
-ROUNDING = 1 / 12
-"""Variance of rounding to whole counts, which every measured white noise holds."""
-_ROUNDED = exactly(ROUNDING)
 FRAMES = 300
 """Frames that are looked at where the caller does not say: 200 MB of 640x512 px."""
 _LEAST_SIDE = 8
 """Of smaller pictures, px, no spectrum is fitted."""
 _PICTURES = 9
 """Frames over the whole length whose texture is measured where the scene moves."""
-_MEDIANS = 48
-_FAR = 4.0
-"""Sigmas from its median beyond which a pixel's value is not its background's."""
 _NOT_OF_TIME: dict[str, Any] = dict.fromkeys(
     ("memory", "memory_frames", "walk", "row_noise", "column_noise", "rows", "columns", "level", "level_frames")
 )
@@ -126,6 +125,7 @@ def measure_figures(
     start: int = 0,
     passing: bool = True,
     times: Floats | None = None,
+    boxes: Boxes | None = None,
 ) -> Figures:
     """Figures of frames (T, rows, columns) in counts; noise is read on `region`, or the flattest window.
 
@@ -133,8 +133,14 @@ def measure_figures(
     start       the number of the first frame, for the notes
     passing     whether the blur is looked for in points that pass, too, which takes most of the time. Where it is not,
                 and none stands still, texture and pixel are told under the usual blurs
+    boxes       of each frame, where its targets are, which is no texture; `taken` is then where any of them is. Small
+                things that stand far out of what is left are none, either
     """
     check_given(frames, rate_hz, top, taken, times)
+    if boxes is not None:
+        if len(boxes) != len(frames):
+            raise InputError(f"boxes: of {counted(len(boxes), 'frame')}; allowed: None, or of all {len(frames)}")
+        taken = covered(chain(*boxes), frames.shape[1:])
     if min(frames.shape[1:]) < _LEAST_SIDE:
         raise InputError(
             f"a picture of {frames.shape[2]}x{frames.shape[1]} px is too small to be measured; "
@@ -142,9 +148,10 @@ def measure_figures(
         )
     report, bad = noise_and_defects(frames, rate_hz, region, top, taken, times)
     frames = report.stretch.of(frames)
+    held = tuple(() if boxes is None else boxes[k] for k in report.stretch.index)
     unsure = report.together and not report.moving and min(frames.shape[1:]) < TOLD_SIDE
     if unsure:
-        report = replace(report, moving=True)
+        report = replace(report, moving=True, rounded=whole_counts(frames) and report.fine < ROUNDED)
     still = still_things(frames, bad, top)
     bad = still.spared(bad)
     whole = patched(frames, bad.all | still.all)
@@ -155,9 +162,9 @@ def measure_figures(
         marked = flaws(frames, bad.off(taken), report.fine)
         # All others may blink, too, hidden by the change of the scene.
         blinking = Measured(marked.blinking.value, marked.blinking.value, 1.0, bound=True)
-        found = _of_moving(report, whole, blur, still, replace(marked, blinking=blinking))
+        found = _of_moving(report, whole, held, blur, still, replace(marked, blinking=blinking))
     else:
-        found = _of_still(report, whole, blur, still, flaws(frames, bad.off(taken), report.pixel_sigma))
+        found = _of_still(report, whole, held, blur, still, flaws(frames, bad.off(taken), report.pixel_sigma))
     return replace(found, notes=(*report.stretch.left_out(start), *([SMALL] if unsure else []), *found.notes))
 
 
@@ -170,14 +177,18 @@ def _passed(frames: Values, bad: Bools, top: float, slides: bool) -> list[Measur
     return [] if bright is None else [bright]
 
 
-def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: Still, bad: Flaws) -> Figures:
+def _of_still(
+    report: NoiseReport, whole: Values, boxes: Boxes, blur: Measured | None, still: Still, bad: Flaws
+) -> Figures:
     terms, memory, count = report.terms, report.temporal.memory, len(whole)
     slower = report.rate_hz / report.stretch.rate_hz
     usual = report.fine if report.moving else float(np.hypot(terms.tvh.value, report.drift))
-    settled = _settled(whole, usual)
-    even_rows, even_columns = turns(settled, 0), turns(settled, 1)
-    picture = without_turns(settled, even_rows.value, even_columns.value)
-    fixed = fixed_pattern(picture, blur, report.moving)
+    stands = settled(whole, usual, boxes)
+    behind = backdrop(stands.picture, stands.never)
+    even_rows, even_columns = turns(behind.picture, 0), turns(behind.picture, 1)
+    behind = replace(behind, picture=without_turns(behind.picture, even_rows.value, even_columns.value))
+    picture = behind.picture
+    fixed = fixed_pattern(picture, blur, report.moving, behind.held)
     # Of temporal noise, in the mean of the frames: pixels, rows, columns.
     left, left_rows, left_columns = exactly(report.fine**2 / count), exactly(0.0), exactly(0.0)
     if not report.moving:
@@ -188,13 +199,14 @@ def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: 
     level = report.level
     time_frames = None if level.time_frames is None else level.time_frames.map(lambda time: time * slower)
     scene = (
+        *outstanding([behind.things]),
         *texture_notes(fixed, picture, terms.tvh.value),
         *unlike_notes(fixed.spectrum, picture, report.moving),
         *blur_notes(blur, fixed.blur, still),
     )
     found = Figures(
-        noise=_less(terms.tvh, _ROUNDED),
-        white=_less(terms.tvh if memory is None else memory.white, _ROUNDED),
+        noise=without_rounding(terms.tvh, report.rounded),
+        white=without_rounding(terms.tvh if memory is None else memory.white, report.rounded),
         memory=None if memory is None else memory.correlated,
         memory_frames=None if memory is None else memory.time_constant_s.map(lambda s: s * report.rate_hz),
         memory_age_s=math.inf if memory is None else memory.age_s,
@@ -205,16 +217,16 @@ def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: 
         columns=columns,
         level=level.sigma,
         level_frames=time_frames,
-        pixel=_less(fixed.floor.map(root), left),
-        row=_less(fixed.row, left_rows),
-        column=_less(fixed.column, left_columns),
+        pixel=perhaps_hidden(less(fixed.floor.map(root), left), report.rounded),
+        row=less(fixed.row, left_rows),
+        column=less(fixed.column, left_columns),
         even_rows=even_rows,
         even_columns=even_columns,
         blur=blur,
         psf=fixed.blur,
         texture=fixed.spectrum.texture,
-        mean=float(picture.mean()),
-        histogram=histogram(picture, fixed.spectrum),
+        mean=float(behind.seen.mean()),
+        histogram=histogram(behind.seen, fixed.spectrum),
         flaws=bad,
         region=report.region,
         notes=(*noise_notes(report), *scene),
@@ -234,12 +246,15 @@ def _of_still(report: NoiseReport, whole: Values, blur: Measured | None, still: 
     return replace(found, noise=noise, white=noise, notes=notes, **stays, **_NOT_OF_TIME)
 
 
-def _of_moving(report: NoiseReport, whole: Values, blur: Measured | None, still: Still, bad: Flaws) -> Figures:
+def _of_moving(
+    report: NoiseReport, whole: Values, boxes: Boxes, blur: Measured | None, still: Still, bad: Flaws
+) -> Figures:
     """Where the scene slides, only what is sharp and white in time is told from it."""
     picked = evenly(len(whole), _PICTURES)
-    pictures = [whole[k].astype(np.float64) for k in picked]
-    powers = np.mean([periodogram(picture) for picture in pictures], axis=0)
-    spectrum, psf = fit_unblurred(powers, pictures[0].shape, blur)
+    behind = [backdrop(whole[k].astype(np.float64), covered(boxes[k], whole.shape[1:])) for k in picked]
+    powers = np.mean([periodogram(each.picture, each.held) for each in behind], axis=0)
+    spectrum, psf = fit_unblurred(powers, whole[0].shape, blur)
+    middle = behind[len(behind) // 2]
     noise = _sharp_noise(report)
     return Figures(
         noise=noise,
@@ -247,8 +262,8 @@ def _of_moving(report: NoiseReport, whole: Values, blur: Measured | None, still:
         blur=blur,
         psf=psf,
         texture=spectrum.texture,
-        mean=float(np.mean(pictures)),
-        histogram=histogram(pictures[len(pictures) // 2], spectrum),
+        mean=float(np.concatenate([each.seen for each in behind]).mean()),
+        histogram=histogram(middle.seen, spectrum),
         flaws=bad,
         region=report.region,
         notes=(
@@ -256,7 +271,8 @@ def _of_moving(report: NoiseReport, whole: Values, blur: Measured | None, still:
             "from it; record something even, or hold the camera still",
             AT_MOST,
             *noise_notes(report),
-            *unlike_notes(spectrum, pictures[len(pictures) // 2], True),
+            *outstanding([each.things for each in behind]),
+            *unlike_notes(spectrum, middle.picture, True),
             *blur_notes(blur, psf, still),
         ),
     )
@@ -264,28 +280,9 @@ def _of_moving(report: NoiseReport, whole: Values, blur: Measured | None, still:
 
 def _sharp_noise(report: NoiseReport) -> Measured:
     """Sigma of the noise before which something moves: an upper bound, for sharp texture that moves adds to it."""
-    return _less(Measured(report.fine, 0.0, report.fine_most, bound=True), _ROUNDED)
+    return without_rounding(Measured(report.fine, 0.0, report.fine_most, bound=True), report.rounded)
 
 
 def _left(memory: Memory | None, sigma: Measured, count: int) -> Measured:
     """Variance that noise leaves in the mean of so many frames: of `sigma` where it has no memory."""
     return sigma.map(lambda value: value**2 / count) if memory is None else memory.left.map(square)
-
-
-def _less(sigma: Measured, part: Measured) -> Measured:
-    """A sigma without a part of its variance; where nothing is left, it may be anything up to the whole."""
-    rest = without(sigma.map(square), part).map(root)
-    return rest if rest.high > 0 else replace(rest, high=sigma.high)
-
-
-def _settled(frames: Values, noise: float) -> Floats:
-    """Mean of frames (T, rows, columns) in which a value far from its pixel's median counts as that far only.
-
-    So what passes by leaves little behind; nor do bad pixels that were not found.
-    """
-    picked = evenly(len(frames), _MEDIANS)
-    middle = np.median(frames[picked], axis=0)
-    total = np.zeros(middle.shape)
-    for frame in frames:
-        total += np.clip(frame - middle, -_FAR * noise, _FAR * noise)
-    return without_specks(middle + total / len(frames))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -44,6 +44,12 @@ def without(whole: Measured, part: Measured) -> Measured:
     down = math.hypot(whole.value - whole.low, part.high - part.value)
     up = math.hypot(whole.high - whole.value, part.value - part.low)
     return Measured(value, value - down, value + up, bound=whole.bound)
+
+
+def less(sigma: Measured, part: Measured) -> Measured:
+    """A sigma without a part of its variance; where nothing is left, it may be anything up to the whole."""
+    rest = without(sigma.map(square), part).map(root)
+    return rest if rest.high > 0 else replace(rest, high=sigma.high)
 
 
 def exactly(value: float) -> Measured:

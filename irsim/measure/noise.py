@@ -109,6 +109,11 @@ class NoiseReport:
         return self.fine if self.moving else self.terms.tvh.value
 
     @property
+    def sharp_sigma(self) -> float:
+        """The same, and of what is sharp where the whole scene slides."""
+        return self.fine if self.slides else self.pixel_sigma
+
+    @property
     def fine_most(self) -> float:
         """What `fine` may be at most by chance, counts."""
         return self.fine * _CHANCE
@@ -203,7 +208,7 @@ def noise_and_defects(
         uneven_by=steep.counts,
         pixels=told.judged,
         clipped=_clipped(frames, flat, top),
-        rounded=whole_counts(frames) and sigma < ROUNDED,
+        rounded=whole_counts(frames) and (fine if sliding else sigma) < ROUNDED,
         frozen_from=bad.frozen_from,
     )
     return report, bad

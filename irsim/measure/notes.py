@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -40,6 +40,13 @@ def noise_notes(report: NoiseReport) -> Iterator[str]:
             f"neighbouring pixels change together at {report.region}, where noise is read: the camera smooths its "
             "noise, or something moves fast; region=X,Y,W,H names a place that is still"
         )
+
+
+def outstanding(things: Sequence[int]) -> Iterator[str]:
+    """Of so many small things that stand far out of each of some pictures."""
+    if most := max(things):
+        what = "small thing stands" if most == 1 else "small things stand"
+        yield f"{most} {what} far out of the texture: left out of its spectrum, mean and histogram"
 
 
 def texture_notes(fixed: Pattern, picture: Floats, noise: float) -> Iterator[str]:

@@ -12,7 +12,7 @@ from irsim.measure.interval import Measured
 from irsim.measure.lines import common_lines, lines
 from irsim.measure.region import SIDE, Region
 from irsim.measure.unblurred import fit_unblurred
-from irsim.types import MEDIAN_TO_SIGMA, Floats
+from irsim.types import MEDIAN_TO_SIGMA, Bools, Floats
 
 _LEAST_SIDE = 32
 """Of smaller windows, px, a spectrum tells nothing."""
@@ -40,20 +40,23 @@ class Pattern:
     quietest: Region | None
 
 
-def fixed_pattern(picture: Floats, blur: Measured | None, stirred: bool) -> Pattern:
+def fixed_pattern(picture: Floats, blur: Measured | None, stirred: bool, held: Bools) -> Pattern:
     """Of a picture (rows, columns) that lies under a `blur`, px, if that is known; rows and columns turned even.
 
     A random field's texture is told from what is white by the spectrum of the whole picture, and from rows and columns
     by its axes. Edges and things of a scene are no such field, and look like both. Where they are seen, pixels are told
     where the picture is quietest, for a detector's pattern is the same everywhere; rows and columns by what all parts
-    of the picture have in common, and so, too, where something `stirred` while it was taken.
+    of the picture have in common, and so, too, where something `stirred` while it was taken. Where things `held` it
+    (rows, columns), it is what is around them, and too quiet.
     """
-    powers = periodogram(picture)
+    powers = periodogram(picture, held if held.any() else None)
     spectrum, told = fit_unblurred(powers, picture.shape, blur)
     sharp = _sharp(picture)
-    uneven = float(np.sqrt(np.square(sharp).mean())) > _UNEVEN * MEDIAN_TO_SIGMA * float(np.median(sharp))
+    near = cv2.dilate(held.astype(np.uint8), np.ones((3, 3), np.uint8))[1:-1, 1:-1].astype(np.bool_)
+    seen = sharp[~near]
+    uneven = float(np.sqrt(np.square(seen).mean())) > _UNEVEN * MEDIAN_TO_SIGMA * float(np.median(seen))
     fixed = common_lines(picture) if uneven or stirred else lines(powers, spectrum.density, picture.shape)
-    quietest = _quietest(sharp) if uneven else None
+    quietest = _quietest(np.where(near, sharp.max(), sharp)) if uneven else None
     if quietest is None:
         return Pattern(spectrum, told, spectrum.floor, fixed.row, fixed.column, None)
     part = picture[quietest.rows, quietest.columns]

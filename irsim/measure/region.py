@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import itertools
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from irsim.errors import InputError
-from irsim.types import Bools, Floats, Source
+from irsim.types import Bools, Box, Floats, Source
 
 Values = npt.NDArray[np.floating] | npt.NDArray[np.integer] | npt.NDArray[np.integer | np.floating]
 """Counts as they come, or in any unit."""
@@ -24,7 +25,7 @@ _TRIES = 8
 """Windows of each size that are offered."""
 _ALIKE = 4.0
 """Standard errors within which windows' variances say nothing of which is the flatter one."""
-_BESIDE_PX = 4
+BESIDE_PX = 4
 """Blur and smear reach so far beyond a target's box."""
 
 
@@ -152,19 +153,36 @@ def _least(costs: Floats, error: Floats, side: int, crossed: Bools) -> Iterator[
         left[max(row - reach + 1, 0) : row + reach, max(column - reach + 1, 0) : column + reach] = np.inf
 
 
-def taken_by_targets(source: Source, start: int, stop: int) -> Bools | None:
-    """(rows, columns): where truth has a target in any of the frames start .. stop-1; None where there is no truth."""
+Boxes = tuple[tuple[Region, ...], ...]
+"""Of each frame, where its targets are; they may reach beyond the lower and right edge."""
+
+
+def boxes_of_targets(source: Source, start: int, stop: int) -> Boxes | None:
+    """Where truth has targets in each of the frames start .. stop-1; None where there is no truth."""
     if not source.has_truth:
         return None
-    columns, rows = source.size
-    taken = np.zeros((rows, columns), np.bool_)
-    for truth in source.truths(start, stop):
-        for target in truth.targets:
-            box = target.box
-            left, high = (max(int(np.floor(edge - _BESIDE_PX)), 0) for edge in (box.left, box.top))
-            right, low = (max(int(np.ceil(edge + _BESIDE_PX)) + 1, 0) for edge in (box.right, box.bottom))
-            taken[high:low, left:right] = True
+    return tuple(tuple(_beside(target.box) for target in truth.targets) for truth in source.truths(start, stop))
+
+
+def _beside(box: Box) -> Region:
+    """The pixels that blur and smear of a target reach."""
+    left, high = (max(int(np.floor(edge - BESIDE_PX)), 0) for edge in (box.left, box.top))
+    right, low = (max(int(np.ceil(edge + BESIDE_PX)) + 1, 0) for edge in (box.right, box.bottom))
+    return Region(left, high, right - left, low - high)
+
+
+def covered(boxes: Iterable[Region], shape: tuple[int, ...]) -> Bools:
+    """(rows, columns): which pixels of a picture of that shape lie in one of the boxes."""
+    taken = np.zeros(shape, np.bool_)
+    for box in boxes:
+        taken[box.rows, box.columns] = True
     return taken
+
+
+def taken_by_targets(source: Source, start: int, stop: int) -> Bools | None:
+    """(rows, columns): where truth has a target in any of the frames start .. stop-1; None where there is no truth."""
+    boxes = boxes_of_targets(source, start, stop)
+    return None if boxes is None else covered(itertools.chain(*boxes), source.size[::-1])
 
 
 def _fine_lines(level: Floats, axis: int) -> Floats:

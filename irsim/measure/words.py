@@ -133,7 +133,7 @@ def _rounding_hides(report: NoiseReport) -> str | None:
     if not report.rounded:
         return None
     return (
-        f"noise is {report.pixel_sigma:.2g} counts as measured, hardly more than rounding to whole counts makes, or "
+        f"noise is {report.sharp_sigma:.2g} counts as measured, hardly more than rounding to whole counts makes, or "
         "less: noise of less than a third of a count or so cannot be told from it"
     )
 
