@@ -17,14 +17,14 @@ from irsim.marks import Located
 NOT_PIXELS = {
     # read and check scenarios, and word what is wrong
     *("doubts", "errors", "explain", "loader", "overrides", "plausible", "ranges", "reach", "schema", "severity"),
-    *("beside", "shipped", "usage", "validation", "wording", "wrongtext", "yamlfile"),
+    *("beside", "shipped", "tree", "usage", "validation", "wording", "wrongtext", "yamlfile"),
     # share frames out among processes: each is the same as drawn alone (see below)
     *("balance", "crew", "division", "interrupts", "places", "worker"),
     # say what a scene may be instead, make some up, and hold tracks to rules
     *("authoring", "expectation", "space", "strategies", "variation"),
     # show, write and measure what is rendered
     *("cards", "convert", "displayed", "draw", "fitting", "gallery", "masking", "measure", "moments", "moving"),
-    *("levels", "sheets", "survey"),
+    *("levels", "sheets", "stated", "survey"),
     # commands, and ways in
     *("__main__", "asked", "cli", "commands_authoring", "commands_info", "commands_measure", "lazy", "sources"),
     "terminal",

@@ -217,7 +217,7 @@ def build(part: type[AnyPart], values: Mapping[str, Any], name: str) -> AnyPart:
 
     InputError: a line for each thing that is wrong, 'name: key: what; allowed: ...'.
     """
-    return formed(Document(name, whole_numbers(dict(values)), {(): name}, {}), part)
+    return formed(Document(name, as_tree(values, name), {(): name}, {}), part)
 
 
 def _read(path: str | PathLike[str], root: type[Part], wants: str = "examples") -> Document:

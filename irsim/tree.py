@@ -58,7 +58,7 @@ def _tree(value: Any, name: str, depth: int) -> Any:
         return {key: _tree(item, name, depth + 1) for key, item in value.items()}
     kind = type(value)
     what = "keys that are not text" if isinstance(value, Mapping) else f"a {kind.__module__}.{kind.__name__}"
-    raise InputError(f"{name}: {what} cannot stand in a scenario; allowed: {_ALLOWED}")
+    raise InputError(f"{name}: {what} cannot be written as YAML; allowed: {_ALLOWED}")
 
 
 def _written(number: int, name: str) -> int:

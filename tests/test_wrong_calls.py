@@ -136,11 +136,11 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
     ),
     "a change to an array": (
         lambda: irsim.change(SCENE, {"camera.size": np.array([40, 30])}),
-        r"camera\.size: a numpy\.ndarray cannot stand in a scenario; allowed: text, a number, True, False, None, ",
+        r"camera\.size: a numpy\.ndarray cannot be written as YAML; allowed: text, a number, True, False, None, ",
     ),
     "a change to an array in a list": (
         lambda: irsim.change(SCENE, {"targets": [{"id": np.zeros(2)}]}),
-        r"targets: a numpy\.ndarray cannot stand in a scenario; allowed: text, ",
+        r"targets: a numpy\.ndarray cannot be written as YAML; allowed: text, ",
     ),
     "a change to a list that holds itself": (
         lambda: irsim.change(SCENE, {"camera.size": endless()}),
@@ -148,7 +148,7 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
     ),
     "a change to numbered keys": (
         lambda: irsim.change(SCENE, {"camera": {1: 2}}),
-        "camera: keys that are not text cannot stand in a scenario; allowed: ",
+        "camera: keys that are not text cannot be written as YAML; allowed: ",
     ),
     "a change to an endless number": (
         lambda: irsim.change(SCENE, {"frames": 16**5000}),
@@ -191,6 +191,10 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
     "no track": (
         lambda: irtrack.score(anything(None), SCENE),
         "track: a NoneType is none; allowed: a Track, as irt",
+    ),
+    "an array for a parameter": (
+        lambda: irtrack.make("grey_pf", {"particles": np.zeros(2)}),
+        r"grey_pf: a numpy\.ndarray cannot be written as YAML; allowed: text, ",
     ),
     "no tracker's name": (lambda: irtrack.make(anything(None)), "tracker None: is no name; allowed: text"),
     "a name": (lambda: irsim.Moments(SCENE, "jet"), r"without 'jet': allowed: a list of names, such as \['jet'\]"),
