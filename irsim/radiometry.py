@@ -102,7 +102,7 @@ def grey_body(
 def temperature(band: Band, radiance: float | Floats) -> Floats:
     """Black-body temperature, K, of an in-band radiance, W/m2/sr (any shape): the inverse of `radiance`."""
     inverse_t, log_l = _table(band)
-    return np.asarray(-1 / np.interp(np.log(np.maximum(radiance, sys.float_info.min)), log_l, inverse_t))
+    return np.asarray(-1 / np.interp(np.log(np.maximum(radiance, np.finfo(np.float32).tiny)), log_l, inverse_t))
 
 
 def temperature_of(band: Band, radiance: float) -> float:

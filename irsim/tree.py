@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from numbers import Integral, Real
 from typing import Any
 
+import numpy as np
+
 from irsim.errors import InputError
 from irsim.kinds import Part
 from irsim.schema import plain
@@ -44,6 +46,8 @@ def whole_numbers(value: Any) -> Any:
 def _tree(value: Any, name: str, depth: int) -> Any:
     if depth > DEEPEST:
         raise InputError(f"{name}: nested too deeply, or in itself; allowed: {DEEPEST} levels")
+    if isinstance(value, np.generic) or (isinstance(value, np.ndarray) and value.ndim == 0):
+        value = value.item()
     if isinstance(value, Part):
         return plain(value)
     if value is None or isinstance(value, str | bool):
@@ -51,7 +55,10 @@ def _tree(value: Any, name: str, depth: int) -> Any:
     if isinstance(value, Integral):
         return _written(int(value), name)
     if isinstance(value, Real):
-        return float(value)
+        try:
+            return float(value)
+        except OverflowError:
+            raise InputError(f"{name}: the number is too large; allowed: up to 1.8e308") from None
     if isinstance(value, list | tuple):
         return [_tree(item, name, depth + 1) for item in value]
     if isinstance(value, Mapping) and all(isinstance(key, str) for key in value):

@@ -264,7 +264,7 @@ def real_fit(name: str, rate_hz: float, bits: int, folder: Path) -> tuple[Fit, F
     [
         ("raw14_lwir", 30.0, 14, {"pixel": (0.6, 0.7), "row": (0.1, 0.25), "column": (0.03, 0.2), "noise": (1.6, 1.8)}),
         ("raw14_mwir", 30.0, 14, {"pixel": (14, 18), "column": (1.5, 4.3), "even_rows": (-52, -26)}),
-        ("raw16_lepton", 9.0, 16, {"pixel": (2.5, 6.4), "column": (-0.1, 1.4), "row": (0.4, 1.3), "noise": (1.4, 3.5)}),
+        ("raw16_lepton", 9.0, 16, {"pixel": (2.4, 6.4), "column": (-0.1, 1.4), "row": (0.4, 1.3), "noise": (1.4, 3.5)}),
     ],
 )
 def test_real_sensors(

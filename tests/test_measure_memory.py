@@ -94,6 +94,29 @@ def test_a_walk_alone_is_none_that_is_forgotten() -> None:
     assert found.best.variances == pytest.approx((0.5, 0, 0, 0.02, 4), rel=0.01)
 
 
+def test_noise_that_was_always_there_has_no_age() -> None:
+    """Whatever it forgets in, 1 to 8 frames; of 40 recordings one may be unlikely to have been."""
+    ages = [
+        memory.age_s
+        for frames in (1.0, 2.0, 4.0, 8.0)
+        for seed in range(10)
+        if (memory := temporal(drawn(seed, 60, 0.36, 0.64, frames, 0.0), 25.0).memory) is not None
+    ]
+    assert len(ages) == 40
+    assert sum(math.isfinite(age) for age in ages) <= 6
+
+
+def test_a_strong_fixed_pattern_hides_no_walk() -> None:
+    """Of 1e-4 a frame beside a pattern of 1e4 in variance: what modes hold of both differs by 10^8 and more."""
+    cosines = Cosines.of(np.arange(600))
+    expected = cosines.white() + 1e-4 * cosines.walked() + 1e4 * cosines.fixed()
+    walks = []
+    for seed in range(20):
+        blocks = stream(seed, "blocks").chisquare(30 * cosines.sizes, (36, len(expected))) / (30 * cosines.sizes)
+        walks.append(fit_mixture(expected * blocks, 1080, cosines).measured(lambda variances, _: variances[3]))
+    held(walks, 1e-4)
+
+
 def test_memory_is_the_same_in_any_unit() -> None:
     frames = drawn(0, 60, 0.36, 0.64, 12.0, 0.0)
     found, small = temporal(frames, 25.0), temporal(1e-9 * frames, 25.0)

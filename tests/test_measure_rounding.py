@@ -7,12 +7,15 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from intervals import held
+from recording_fakes import Noise
 from scipy.ndimage import gaussian_filter, shift
 from typer.testing import CliRunner
 
 import irsim
 from irsim.cli import app
 from irsim.convert import import_frames
+from irsim.errors import InputError
 from irsim.measure import defects, measure_figures, measure_noise, noise_lines, perhaps_pictures
 
 HARDLY = "hardly more than rounding to whole counts makes"
@@ -97,3 +100,25 @@ def test_before_a_camera_that_stands_noise_and_pattern_may_be_all_that_rounding_
     assert found.pixel is not None
     assert found.pixel.high >= 0.1
     assert any(HARDLY in note for note in found.notes)
+
+
+@pytest.mark.parametrize("sigma", [0.2, 0.35, 0.4, 0.5, 0.7])
+def test_an_interval_holds_the_noise_wherever_between_two_counts_the_mean_lies(sigma: float) -> None:
+    found = []
+    for phase in range(12):
+        drawn = np.random.default_rng(phase).normal(1000 + phase / 12, sigma, (40, 48, 48))
+        found.append(measure_figures(np.rint(drawn).astype(np.uint16), 30.0, passing=False).noise)
+    held(found, sigma)
+
+
+@pytest.mark.filterwarnings("error")
+def test_pictures_that_are_all_at_an_end_of_the_counts_have_a_fit() -> None:
+    scene = "{frames: 12, camera: {size: [48, 48], range_k: [300, 400]}, background: {kind: ground, mean_k: 280}}"
+    found = irsim.fit(irsim.loads(scene)).figures
+    assert found.texture is None
+    assert found.noise.low == 0 < found.noise.high
+
+
+def test_what_no_scenario_can_say_is_refused_in_a_line() -> None:
+    with pytest.raises(InputError, match=r"no camera of a scenario is like it: .*camera\.size\.0: 12 is out of range"):
+        irsim.fit(Noise(size=(12, 12), has_truth=False))

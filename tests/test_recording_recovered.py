@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from mcap.reader import make_reader
+from mcap.writer import Writer
 from typer.testing import CliRunner
 
 import irsim
@@ -91,3 +93,36 @@ def test_what_its_scenario_drops_is_not_lost(tmp_path: Path) -> None:
     for change in ([], ["camera.faults=[]"], ["seed=8"], ["frames=9"], ["camera.rate_hz=25"], ["without=[drop]"]):
         rendering, start, stop = open_rendering(path, change)
         assert (start, stop) == (2, min(11, len(rendering)))
+
+
+def test_chunks_of_many_topics_say_nothing_of_lost_frames(tmp_path: Path) -> None:
+    """Another program puts all topics into each chunk: a whole recording is rendered again for all that."""
+    path = record(Rendering(irsim.loads(SCENE)), tmp_path / "whole.mcap")
+    mixed = tmp_path / "mixed.mcap"
+    with path.open("rb") as source, mixed.open("wb") as out:
+        reader, writer = make_reader(source), Writer(out, chunk_size=20_000)
+        writer.start()
+        summary = reader.get_summary()
+        assert summary is not None
+        schemas = {
+            number: writer.register_schema(schema.name, schema.encoding, schema.data)
+            for number, schema in summary.schemas.items()
+        }
+        channels = {
+            number: writer.register_channel(
+                channel.topic, channel.message_encoding, schemas.get(channel.schema_id, 0), channel.metadata
+            )
+            for number, channel in summary.channels.items()
+        }
+        for metadata in reader.iter_metadata():
+            writer.add_metadata(metadata.name, metadata.metadata)
+        for attachment in reader.iter_attachments():
+            writer.add_attachment(
+                attachment.create_time, attachment.log_time, attachment.name, attachment.media_type, attachment.data
+            )
+        for _, channel, message in reader.iter_messages():
+            number = channels[channel.id]
+            writer.add_message(number, message.log_time, message.data, message.publish_time, message.sequence)
+        writer.finish()  # type: ignore[no-untyped-call]
+    rendering, _, _ = open_rendering(mixed)
+    assert len(list(rendering.frames())) == 12

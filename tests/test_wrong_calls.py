@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -145,6 +146,10 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
     "a change to a list that holds itself": (
         lambda: irsim.change(SCENE, {"camera.size": endless()}),
         r"camera\.size: nested too deeply, or in itself; allowed: 100 levels",
+    ),
+    "a change beyond all numbers": (
+        lambda: irsim.change(SCENE, {"frames": Fraction(10**400)}),
+        r"frames: the number is too large; allowed: up to 1\.8e308",
     ),
     "a change to numbered keys": (
         lambda: irsim.change(SCENE, {"camera": {1: 2}}),

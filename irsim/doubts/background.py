@@ -36,9 +36,9 @@ def off_scale(scenario: Scenario) -> Iterator[Notice]:
     for what, light, share in bare(scenario):
         signal = response.signal(light.astype(np.float32))
         least, most = temperature(scenario.stage.band, np.array([light.min(), light.max()])).tolist()
-        for beyond, lies in (
-            (signal >= response.top, "above{}: its pixels are full"),
-            (signal <= response.bottom, "below{}: its pixels are at count 0"),
+        for beyond, above, lies in (
+            (signal >= response.top, True, "above{}: its pixels are full"),
+            (signal <= response.bottom, False, "below{}: its pixels are at count 0"),
         ):
             part = float(beyond.mean())
             if part == 1 or part * share >= A_PART:
@@ -49,7 +49,7 @@ def off_scale(scenario: Scenario) -> Iterator[Notice]:
                 yield Notice(
                     ("camera", *_scale(camera.detector)),
                     f"{of} of {what}, {least:.0f} to {most:.0f} K, lies {lies.format(where)}"
-                    + _held(camera, least, most, lies.startswith("above")),
+                    + _held(camera, least, most, above),
                 )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from irsim.displayed import FittedDisplay, Pairs, fit_display, paired
+from irsim.errors import InputError
 from irsim.fitting.pictures import Pictures, open_pictures
 from irsim.fitting.scene import Scene
 from irsim.fitting.summary import summary_lines
@@ -52,6 +54,13 @@ class Fit:
         """Labels and texts of what was found, for people."""
         return summary_lines(self.figures, self.display)
 
+    def _ages(self) -> dict[str, float | None]:
+        """Times since a correction, of those figures whose noise began at one; None where it was always there."""
+        found = self.figures
+        lines = {"rows": found.rows, "columns": found.columns}
+        ages = {"memory": found.memory_age_s} | {name: each.age_s for name, each in lines.items() if each is not None}
+        return {name: age if math.isfinite(age) else None for name, age in ages.items()}
+
     def as_json(self) -> dict[str, Any]:
         """Plain values, ready for json.dumps."""
         measured = dict(self.figures.measured())
@@ -62,6 +71,7 @@ class Fit:
             "mean": self.figures.mean,
             "histogram": list(self.figures.histogram),
             "figures": {name: m.as_json() for name, m in measured.items()},
+            "ages_s": self._ages(),
             "bounds": [name for name, m in measured.items() if m.bound],
             "display": None if self.display is None else self.display.as_json(),
             "notes": list(self.notes),
@@ -110,6 +120,10 @@ def fit_frames(
     shown = None if pictures is None else fit_display(_pairs(stack, source, pictures.source, start), progress)
     scene = Scene.of(source, figures, shown, () if pictures is None else pictures.notes)
     lines = "\n".join(scene.lines(len(stack)))
+    try:
+        loads(lines, "the fit")
+    except InputError as error:
+        raise InputError(f"{source.name}: no camera of a scenario is like it: {error}") from None
     fitted = shown if isinstance(shown, FittedDisplay) else None
     return Fit(source.name, len(stack), figures, fitted, sealed(lines + "\n"), (*figures.notes, *scene.notes))
 

@@ -7,10 +7,13 @@ import math
 from irsim import wording
 from irsim.measure import Measured
 
+_DUST = 1e-9
+"""Smaller figures, in whatever unit, are of no camera."""
+
 
 def plain(value: float, digits: int = 4) -> str:
-    """So many digits, in a way that YAML takes for a number."""
-    return wording.plain(value, digits)
+    """So many digits, in a way that YAML takes for a number; what is but rounding of floats is 0."""
+    return "0" if abs(value) < _DUST else wording.plain(value, digits)
 
 
 def ranged(low: float, high: float, digits: int = 4) -> str:

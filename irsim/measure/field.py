@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from irsim.measure.hann import HANN_FREEDOM
 from irsim.measure.interval import ENDS, Measured
-from irsim.types import Bools, Floats
+from irsim.types import Floats
 
 TILE = 1024
 """Side of the field whose standard deviation is told, px: backgrounds are made as large."""
@@ -26,6 +26,8 @@ _CLEAR = 2
 """Cycles a side that stay out on either side of the axes: rows and columns of a detector lie there."""
 _SEEN = 30.0
 """Gain of log likelihood from which there is texture: four parameters bring 2 by chance, and a few bad pixels 10."""
+_NOTHING = 1e-24
+"""Stands for no power at all, counts^2."""
 _NEAR = 0.01
 """A parameter so near to its bound is held there."""
 _PRIOR = np.array([0, 0, 0, 1 / 0.7, 1 / 0.7, 0]) ** 2 * HANN_FREEDOM**2
@@ -90,6 +92,8 @@ def fit_field(periodogram: Floats, shape: tuple[int, int], psf_px: float) -> Spe
     """
     at = _Frequencies.of(shape, psf_px)
     power = periodogram[at.used]
+    if not power.any():  # all pixels are alike, as where all are full or at 0
+        return Spectrum(None, Measured(_NOTHING, 0.0, _NOTHING), np.full(periodogram.shape, _NOTHING), 0.0)
     corner = periodogram[at.used & (np.hypot(at.x, at.y) > 0.45)]
     floor = float(corner.mean()) + 1e-12
     low = np.hypot(at.x, at.y)
@@ -127,19 +131,14 @@ def fit_field(periodogram: Floats, shape: tuple[int, int], psf_px: float) -> Spe
     return Spectrum(texture, told(lambda t: t[5] + np.log(floor), np.exp), _density(theta, at, floor), loss)
 
 
-def periodogram(picture: Floats, held: Bools | None = None) -> Floats:
-    """Of a picture (rows, columns) less its plane, under a Hann window; 1 for white noise of variance 1.
-
-    Where something `held` it (rows, columns), it has what is around: nothing of what is white,
-    and little of what is fine.
-    """
+def periodogram(picture: Floats) -> Floats:
+    """Of a picture (rows, columns) less its plane, under a Hann window; 1 for white noise of variance 1."""
     rows, columns = picture.shape
     y, x = np.mgrid[:rows, :columns]
     plane = np.stack([np.ones(picture.size), x.ravel(), y.ravel()], axis=1)
     rest = picture - (plane @ np.linalg.lstsq(plane, picture.ravel(), rcond=None)[0]).reshape(picture.shape)
     window = np.outer(np.hanning(rows + 1)[:-1], np.hanning(columns + 1)[:-1])
-    seen = window if held is None else window[~held]
-    found: Floats = np.square(np.abs(np.fft.rfft2(rest * window))) / np.square(seen).sum()
+    found: Floats = np.square(np.abs(np.fft.rfft2(rest * window))) / np.square(window).sum()
     return found
 
 

@@ -43,7 +43,7 @@ _PICTURES = 9
 """Frames over the whole length whose texture is measured where the scene moves."""
 _NOT_OF_TIME: dict[str, Any] = dict.fromkeys(
     ("memory", "memory_frames", "walk", "row_noise", "column_noise", "rows", "columns", "level", "level_frames")
-)
+) | {"memory_age_s": math.inf}
 """Figures that cannot be told where something moves."""
 _STIRRED = 0.1
 """Share of the picture that changes by more than the noise from which rows and columns may be what moves slowly, even
@@ -138,6 +138,8 @@ def measure_figures(
     """
     check_given(frames, rate_hz, top, taken, times)
     if boxes is not None:
+        if taken is not None:
+            raise InputError("taken and boxes: both say where targets are; allowed: one of them")
         if len(boxes) != len(frames):
             raise InputError(f"boxes: of {counted(len(boxes), 'frame')}; allowed: None, or of all {len(frames)}")
         taken = covered(chain(*boxes), frames.shape[1:])
@@ -252,7 +254,7 @@ def _of_moving(
     """Where the scene slides, only what is sharp and white in time is told from it."""
     picked = evenly(len(whole), _PICTURES)
     behind = [backdrop(whole[k].astype(np.float64), covered(boxes[k], whole.shape[1:])) for k in picked]
-    powers = np.mean([periodogram(each.picture, each.held) for each in behind], axis=0)
+    powers = np.mean([periodogram(each.picture) for each in behind], axis=0)
     spectrum, psf = fit_unblurred(powers, whole[0].shape, blur)
     middle = behind[len(behind) // 2]
     noise = _sharp_noise(report)

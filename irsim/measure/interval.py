@@ -57,6 +57,14 @@ def exactly(value: float) -> Measured:
     return Measured(value, value, value)
 
 
+def mean_square(value: float, freedom: float) -> Measured:
+    """A variance by a mean square of normal values that are `freedom` times independent: a chi-square's ends."""
+    from scipy.stats import chi2
+
+    low, high = (value * freedom / float(chi2.ppf(end, freedom)) for end in ((1 + LEVEL) / 2, (1 - LEVEL) / 2))
+    return Measured(value, low, high)
+
+
 def square(sigma: float) -> float:
     """The variance of a sigma."""
     return sigma**2

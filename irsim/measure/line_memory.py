@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from irsim.measure.cosines import Cosines
-from irsim.measure.interval import Measured, jackknife
+from irsim.measure.interval import Measured, exactly, mean_square, without
 from irsim.measure.memory import LEAST_FRAMES, Memory, centred, memory_of
 from irsim.measure.mixture import fit_mixture
 from irsim.measure.noise_3d import Noise3dTerms
@@ -66,7 +66,12 @@ def _memory(series: Floats, pixels: Floats, number: Indices, rate_hz: float) -> 
     known = cosines.squares(pixels).mean(axis=(1, 2)) / beside
     modes = cosines.squares(series).T
     mixture = fit_mixture(modes, series.shape[1] - 1, cosines, known)
-    squares = np.stack([series.var(axis=0), np.square(series.mean(axis=0))], axis=-1)
-    squares -= np.array([pixels.var(axis=0).mean(), np.square(pixels.mean(axis=0)).mean()]) / beside
-    within, staying = jackknife(squares, lambda means: means)
+    freedom = series.shape[1] - 1
+    within, staying = (
+        without(mean_square(float(lines), freedom), exactly(float(theirs) / beside))
+        for lines, theirs in (
+            (series.var(axis=0).mean(), pixels.var(axis=0).mean()),
+            (np.square(series.mean(axis=0)).mean(), np.square(pixels.mean(axis=0)).mean()),
+        )
+    )
     return memory_of(mixture, rate_hz, number, within, staying)

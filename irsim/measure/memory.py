@@ -25,6 +25,9 @@ LEAST_FRAMES = 12
 _BLOCKS = 6
 _FLOOR = 1e-300
 """Stands for no variance, that nothing be divided by none."""
+_OF_LENGTH = 0.25
+"""Of what was seen, the time over which a walk is told from noise that forgets: long beside white noise, and short
+beside the times that noise takes which looks like a walk."""
 _LEAST_PAIRS = 0.25
 """Share of the frames that must have another one so far on for a lag to be told, but for the first."""
 _LEAST_CORRELATION = 0.02
@@ -112,7 +115,8 @@ def temporal(frames: Values, rate_hz: float, number: Indices | None = None) -> T
     if times >= LEAST_FRAMES and remembered:
         cosines = Cosines.of(number)
         modes = _blocks(np.moveaxis(cosines.squares(values), 0, -1))
-        mixture = fit_mixture(modes, (rows - 1) * (columns - 1), cosines)
+        covered = (rows - rows % min(_BLOCKS, rows // 2)) * (columns - columns % min(_BLOCKS, columns // 2))
+        mixture = fit_mixture(modes, (rows - 1) * (columns - 1) * covered / (rows * columns), cosines)
         within, staying = jackknife(blocks[:, -2:], lambda means: means)
         memory = memory_of(mixture, rate_hz, number, within, staying)
         correlation = tuple(mixture.measured(partial(_correlation, lag)) for lag in lags)
@@ -127,7 +131,7 @@ def memory_of(mixture: Mixture, rate_hz: float, number: Indices, within: Measure
     correlated = mixture.measured(_correlated)
     total = mixture.measured(lambda variances, _: variances[0] + variances[1] + variances[2])
     log_decay = mixture.measured(lambda _, log_decay: log_decay)
-    walk = partial(_growing, mixture.length / 4) if mixture.walks else _walk
+    walk = partial(_growing, _OF_LENGTH * mixture.length) if mixture.walks else _walk
     left = mixture.measured(partial(_mean, number))
     fixed = without(staying, left)
     if mixture.slowest:
@@ -171,7 +175,8 @@ def _walk(variances: Floats, log_decay: float) -> float:
 
 def _growing(lag: float, variances: Floats, log_decay: float) -> float:
     """What the change over `lag` frames grows by in variance, a frame, from half of them on: by a walk and by AR(1)
-    noise that is no faster."""
+    noise that is no faster, as if it were always there (of noise that grows, this is too much by half where it takes
+    no longer than the lag)."""
     far = math.exp(log_decay) * lag
     return float(variances[3]) + _correlated(variances, log_decay) * (math.exp(-far / 2) - math.exp(-far)) * 4 / lag
 

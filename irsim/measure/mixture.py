@@ -106,7 +106,8 @@ def fit_mixture(blocks: Floats, freedom: float, cosines: Cosines, known: Floats 
     slow, fast = (_side(profile, best, end, reach) for end in ends)
     walking = profile(ends[0], _WALKING)
     steady, growing = (_likeliest(partial(profile, parts=parts), ends) for parts in (_STEADY, _GROWING))
-    models = ((steady, 3), (walking, 2), (growing, 3), (best, 5))
+    # That noise grows, and is not always there, counts as a parameter: where it forgets soon both look alike.
+    models = ((steady, 3), (walking, 2), (growing, 4), (best, 5))
     told = (model for model in models if model[0].lacks - best.lacks <= reach)
     taken = min(told, key=lambda model: model[0].lacks / excess + 2 * model[1])[0]
     slices = [best, taken, *(profile(at) for at in np.linspace(slow, fast, _SLICES))]

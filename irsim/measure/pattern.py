@@ -49,7 +49,7 @@ def fixed_pattern(picture: Floats, blur: Measured | None, stirred: bool, held: B
     of the picture have in common, and so, too, where something `stirred` while it was taken. Where things `held` it
     (rows, columns), it is what is around them, and too quiet.
     """
-    powers = periodogram(picture, held if held.any() else None)
+    powers = periodogram(picture)
     spectrum, told = fit_unblurred(powers, picture.shape, blur)
     sharp = _sharp(picture)
     near = cv2.dilate(held.astype(np.uint8), np.ones((3, 3), np.uint8))[1:-1, 1:-1].astype(np.bool_)

@@ -17,8 +17,8 @@ _FAR = 4.0
 
 
 class Settled(NamedTuple):
-    """picture (rows, columns): the mean; never (rows, columns): where a target was in all frames, and the picture is
-    what they are."""
+    """picture (rows, columns): the mean; never (rows, columns): where a target was in all of up to 48 frames that were
+    looked at, and the picture is what they are."""
 
     picture: Floats
     never: Bools

@@ -159,11 +159,13 @@ class Recording(Source):
 
     def indexed_times(self) -> Iterator[tuple[int, float]]:
         """(frame, its time in s) of the first and the last frame of each chunk, as the index has them: nothing else is
-        read. Frames between, where another program made larger chunks, are left out."""
+        read. Frames between are left out, and chunks in which another program put other topics, too, whose times are
+        those of all."""
         lane, begin = self._lane(IMAGE), 0
         for chunk, end in zip(lane.chunks, lane.ends.tolist(), strict=True):
-            yield begin, from_ns(chunk.message_start_time, self.rate_hz)
-            yield end - 1, from_ns(chunk.message_end_time, self.rate_hz)
+            if len(chunk.message_index_offsets) == 1:
+                yield begin, from_ns(chunk.message_start_time, self.rate_hz)
+                yield end - 1, from_ns(chunk.message_end_time, self.rate_hz)
             begin = end
 
     def _duration_s(self) -> float:
