@@ -57,12 +57,15 @@ def exactly(value: float) -> Measured:
     return Measured(value, value, value)
 
 
-def mean_square(value: float, freedom: float) -> Measured:
-    """A variance by a mean square of normal values that are `freedom` times independent: a chi-square's ends."""
+def mean_square(squares: Floats) -> Measured:
+    """A variance by (N,) squares of values less their mean: with a chi-square's ends, which few normal values need, or
+    a jackknife's, which others do, whichever is farther out."""
     from scipy.stats import chi2
 
-    low, high = (value * freedom / float(chi2.ppf(end, freedom)) for end in ((1 + LEVEL) / 2, (1 - LEVEL) / 2))
-    return Measured(value, low, high)
+    found = jackknife(squares[:, None], lambda mean: mean)[0]
+    freedom = len(squares) - 1
+    low, high = (found.value * freedom / float(chi2.ppf(end, freedom)) for end in ((1 + LEVEL) / 2, (1 - LEVEL) / 2))
+    return Measured(found.value, min(found.low, low), max(found.high, high))
 
 
 def square(sigma: float) -> float:

@@ -66,12 +66,11 @@ def _memory(series: Floats, pixels: Floats, number: Indices, rate_hz: float) -> 
     known = cosines.squares(pixels).mean(axis=(1, 2)) / beside
     modes = cosines.squares(series).T
     mixture = fit_mixture(modes, series.shape[1] - 1, cosines, known)
-    freedom = series.shape[1] - 1
     within, staying = (
-        without(mean_square(float(lines), freedom), exactly(float(theirs) / beside))
+        without(mean_square(lines), exactly(float(theirs.mean()) / beside))
         for lines, theirs in (
-            (series.var(axis=0).mean(), pixels.var(axis=0).mean()),
-            (np.square(series.mean(axis=0)).mean(), np.square(pixels.mean(axis=0)).mean()),
+            (series.var(axis=0), pixels.var(axis=0)),
+            (np.square(series.mean(axis=0)), np.square(pixels.mean(axis=0))),
         )
     )
     return memory_of(mixture, rate_hz, number, within, staying)
