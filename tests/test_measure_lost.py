@@ -56,6 +56,13 @@ def test_times_that_keep_no_beat_tell_nothing() -> None:
     assert new_frames(frames, RATE_HZ, late).number.tolist() == list(range(40))
 
 
+def test_no_time_passes_for_repeats_of_the_same_time_however_many() -> None:
+    """Each frame comes twice or three times at its own time: the camera is no slower."""
+    frames, times = taken([number for number in range(40) for _ in range(2 + number % 2)])
+    found = new_frames(frames, RATE_HZ, times)
+    assert (found.rate_hz, found.lost, found.number.tolist()) == (RATE_HZ, 0, list(range(40)))
+
+
 def test_a_camera_is_as_slow_as_the_least_time_between_its_frames() -> None:
     """Recorded as if it were twice as fast, and nothing is lost; with one frame lost that one is."""
     frames, times = taken(list(range(40)))

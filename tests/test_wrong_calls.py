@@ -105,6 +105,10 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
         lambda: irsim.measure_noise(np.where(np.arange(8)[:, None, None] == 5, np.nan, FRAMES), 30.0),
         "frames: 1 of 8 hold values that are not finite, frame 5 first; allowed: finite numbers",
     ),
+    "the flattest of what is not finite": (
+        lambda: irsim.measure.flattest(np.full((4, 32, 32), np.nan), 255.0),
+        "frames: they hold values that are not finite; allowed: finite numbers",
+    ),
     "a list of figures": (
         lambda: irsim.measure.measure_figures(anything([[1]]), 30.0),
         r"frames: a list; allowed: an array of numbers, \(frames, rows, columns\)",

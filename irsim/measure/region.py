@@ -77,7 +77,10 @@ def _allowed(size: tuple[int, int]) -> str:
 
 
 def flattest(frames: Values, top: float, taken: Bools | None = None) -> Region:
-    """A window with the least variance over its pixels and the frames (T, rows, columns): first of `windows`."""
+    """A window with the least variance over its pixels and the frames (T, rows, columns): first of `windows`.
+    InputError for values that are not finite."""
+    if not np.isfinite(frames).all():
+        raise InputError("frames: they hold values that are not finite; allowed: finite numbers")
     return next(windows(frames, top, taken))
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from irsim.measure.region import Values
-from irsim.types import Floats
+from irsim.types import Bools, Floats
 
 Indices = npt.NDArray[np.intp]
 
@@ -48,7 +48,8 @@ def new_frames(frames: Values, rate_hz: float, times: Floats | None = None) -> N
     Pixels do not tell whether time went on while a picture was repeated. A lone repeat is taken for a frame
     that arrived twice, for which none passes, whatever its own time says; two and more in a row for a picture that
     stood still, as for a correction's shutter, while time went on. Where most frames are repeated, a slower camera was
-    recorded at a higher rate.
+    recorded at a higher rate. Of repeats whose `times` are those of the frames that they repeat none passes, however
+    many they are.
 
     Nor do they tell of lost frames: that `times` (T,), s, do where all frames are whole periods apart. Where these are
     multiples of two periods or more, the camera is that much slower.
@@ -56,7 +57,7 @@ def new_frames(frames: Values, rate_hz: float, times: Floats | None = None) -> N
     Frames alike by chance are no repeats: where noise is far below one count, all count.
     """
     count = len(frames)
-    gaps, slower = _gaps(count, rate_hz, times)
+    gaps, slower, at_once = _gaps(count, rate_hz, times)
     rate_hz /= slower
     lost = int(gaps.sum())
     missing = _counted(gaps)
@@ -66,7 +67,7 @@ def new_frames(frames: Values, rate_hz: float, times: Floats | None = None) -> N
     if few or len(index) == count:
         every = np.arange(count)
         return NewFrames(every, every + np.cumsum(missing), rate_hz, lost)
-    shown = np.diff(index, append=count)  # how often each came
+    shown = np.maximum(np.add.reduceat(~at_once, index, dtype=np.intp), 1)  # how often each came, in time
     before = np.cumsum(missing)[index]
     gone = np.diff(before, append=missing.sum())  # after each, until the next one
     usual = float(np.median(shown))
@@ -80,21 +81,21 @@ def new_frames(frames: Values, rate_hz: float, times: Floats | None = None) -> N
     return NewFrames(index, np.cumsum(passed) - passed, rate_hz, lost)
 
 
-def _gaps(count: int, rate_hz: float, times: Floats | None) -> tuple[Indices, int]:
-    """(T,) recorded frames that are missing before each of `count`, and how many periods of the rate one takes; none
-    where times do not tell."""
-    gaps: Indices = np.zeros(count, np.intp)
+def _gaps(count: int, rate_hz: float, times: Floats | None) -> tuple[Indices, int, Bools]:
+    """(T,) recorded frames that are missing before each of `count`, how many periods of the rate one takes, and (T,)
+    which have the time of the one before; none where times do not tell."""
+    nothing: tuple[Indices, int, Bools] = np.zeros(count, np.intp), 1, np.zeros(count, np.bool_)
     if times is None or count < 2:
-        return gaps, 1
+        return nothing
     periods = np.diff(times) * rate_hz
     whole = np.rint(periods)
     if (np.abs(periods - whole) > _OFF_BEAT).any():
-        return gaps, 1
+        return nothing
     slower = max(int(np.gcd.reduce(whole.astype(np.intp))), 1)
-    gaps[1:] = np.maximum(whole // slower - 1, 0)
+    gaps = np.concatenate([[0], np.maximum(whole // slower - 1, 0)]).astype(np.intp)
     if np.count_nonzero(gaps[1:] == 0) < _LEAST_NEXT * count:
-        return np.zeros(count, np.intp), 1
-    return gaps, slower
+        return nothing
+    return gaps, slower, np.concatenate([[False], whole == 0])
 
 
 def _counted(gaps: Indices) -> Indices:
