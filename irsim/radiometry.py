@@ -102,7 +102,9 @@ def grey_body(
 def temperature(band: Band, radiance: float | Floats) -> Floats:
     """Black-body temperature, K, of an in-band radiance, W/m2/sr (any shape): the inverse of `radiance`."""
     inverse_t, log_l = _table(band)
-    return np.asarray(-1 / np.interp(np.log(np.maximum(radiance, np.finfo(np.float32).tiny)), log_l, inverse_t))
+    levels = np.asarray(radiance)
+    least = np.finfo(np.float32 if levels.dtype == np.float32 else np.float64).tiny
+    return np.asarray(-1 / np.interp(np.log(np.maximum(levels, least)), log_l, inverse_t))
 
 
 def temperature_of(band: Band, radiance: float) -> float:
