@@ -120,12 +120,17 @@ def fit_frames(
     shown = None if pictures is None else fit_display(_pairs(stack, source, pictures.source, start), progress)
     scene = Scene.of(source, figures, shown, () if pictures is None else pictures.notes)
     lines = "\n".join(scene.lines(len(stack)))
-    try:
-        loads(lines, "the fit")
-    except InputError as error:
-        raise InputError(f"{source.name}: no camera of a scenario is like it: {error}") from None
     fitted = shown if isinstance(shown, FittedDisplay) else None
-    return Fit(source.name, len(stack), figures, fitted, sealed(lines + "\n"), (*figures.notes, *scene.notes))
+    notes = (*figures.notes, *scene.notes, *_refused(lines))
+    return Fit(source.name, len(stack), figures, fitted, sealed(lines + "\n"), notes)
+
+
+def _refused(text: str) -> Iterator[str]:
+    """What of a fit no scenario can say: pictures may be smaller, and noise more, than any camera's."""
+    try:
+        loads(text, "the fit")
+    except InputError as error:
+        yield from (f"irsim render refuses this: {line}" for line in str(error).splitlines())
 
 
 def _pairs(stack: Counts, source: Source, pictures: Source, start: int) -> Pairs:
