@@ -57,15 +57,20 @@ def exactly(value: float) -> Measured:
     return Measured(value, value, value)
 
 
+def chi_square(value: float, freedom: float) -> Measured:
+    """A variance by a mean square of so many independent normal values, with the ends of a chi-square."""
+    from scipy.stats import chi2
+
+    low, high = (value * freedom / float(chi2.ppf(end, freedom)) for end in ((1 + LEVEL) / 2, (1 - LEVEL) / 2))
+    return Measured(value, low, high)
+
+
 def mean_square(squares: Floats) -> Measured:
     """A variance by (N,) squares of values less their mean: with a chi-square's ends, which few normal values need, or
     a jackknife's, which others do, whichever is farther out."""
-    from scipy.stats import chi2
-
     found = jackknife(squares[:, None], lambda mean: mean)[0]
-    freedom = len(squares) - 1
-    low, high = (found.value * freedom / float(chi2.ppf(end, freedom)) for end in ((1 + LEVEL) / 2, (1 - LEVEL) / 2))
-    return Measured(found.value, min(found.low, low), max(found.high, high))
+    normal = chi_square(found.value, len(squares) - 1)
+    return Measured(found.value, min(found.low, normal.low), max(found.high, normal.high))
 
 
 def square(sigma: float) -> float:

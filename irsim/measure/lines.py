@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from irsim.measure.hann import HANN_FREEDOM, HANN_GAIN
-from irsim.measure.interval import LEVEL, Measured, jackknife, root
+from irsim.measure.interval import LEVEL, Measured, chi_square, jackknife, root
 from irsim.types import MEDIAN_TO_SIGMA, Floats
 
 _FINEST = 0.1
@@ -73,12 +73,10 @@ def _above(power: float, usual: float, gain: float, freedom: float) -> Measured:
 
     Where the sum is less than is usual, by more than chance, the usual is not known: all of it may be what is added.
     """
-    from scipy.stats import chi2
-
-    low, high = (power * freedom / chi2.ppf(end, freedom) for end in ((1 + LEVEL) / 2, (1 - LEVEL) / 2))
-    if high <= usual:
-        return Measured(0.0, 0.0, root(float(high / gain)))
-    return Measured(*(root((x - usual) / gain) for x in (power, float(low), float(high))))
+    whole = chi_square(power, freedom)
+    if whole.high <= usual:
+        return Measured(0.0, 0.0, root(whole.high / gain))
+    return whole.map(lambda variance: root((variance - usual) / gain))
 
 
 def common_lines(picture: Floats) -> Lines:
