@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -80,13 +81,58 @@ def test_times_of_which_hardly_two_are_a_period_apart_tell_nothing() -> None:
     assert (found.rate_hz, found.lost, found.number.tolist()) == (RATE_HZ, 0, list(range(40)))
 
 
-def test_a_long_pause_counts_as_four_times_the_frames() -> None:
+def test_a_recording_is_cut_at_pauses_longer_than_noise_remembers() -> None:
     frames, times = taken(list(range(40)))
     times[20:] += 3600
+    times[30:] += 90
     found = new_frames(frames, RATE_HZ, times)
-    assert found.number[19] == 19
-    assert found.number[20] == 20 + 4 * 40
-    assert found.lost == 3600 * RATE_HZ
+    assert found.number[[19, 20]].tolist() == [19, 20 + 3600 * RATE_HZ]
+    assert found.lost == 3690 * RATE_HZ
+    assert found.pauses == (20,)
+
+
+@pytest.mark.parametrize("far", [1e5, 1e9, 1e300])
+def test_many_pauses_are_no_trouble_however_long(far: float) -> None:
+    """Bursts of four frames: as far apart as times tell, each is a piece of its own."""
+    frames = np.random.default_rng(0).normal(0, 1, (4000, 4, 4))
+    times = np.arange(4000) / RATE_HZ + np.repeat(np.arange(1000.0), 4) * far
+    assert new_frames(frames, RATE_HZ, times).pauses == (tuple(range(4, 4000, 4)) if far < 1e10 else ())
+
+
+WALKED = """
+frames: 160
+seed: {seed}
+camera:
+  size: [80, 80]
+  range_k: [270, 320]
+  netd_mk: 60
+  noise: [{{kind: white, ratio: 1}}, {{kind: drift, pixel: 2, time_constant_s: 600}}]
+background: {{kind: ground, spread_k: 0}}
+"""
+
+
+def test_what_drifts_is_told_from_the_longest_stretch_between_pauses() -> None:
+    """Sixty frames, an hour's pause, a hundred more: as those hundred alone say."""
+    for seed in range(3):
+        frames = np.stack([frame.image for frame, _ in irsim.frames(irsim.loads(WALKED.format(seed=seed)))])
+        times = np.arange(160) / RATE_HZ
+        times[60:] += 3600
+        report = irsim.measure_noise(frames, RATE_HZ, times=times)
+        assert report == replace(
+            irsim.measure_noise(frames[60:], RATE_HZ), stretch=report.stretch, region=report.region
+        )
+        assert list(report.stretch.left_out(5)) == [
+            "108000 frames are missing, by the times of the others",
+            "more is lost before frame 65 than noise remembers: figures are those of frames 65 to 164, the longest "
+            "stretch without such a break",
+        ]
+
+
+def test_stretches_too_short_to_measure_are_refused_with_the_cause() -> None:
+    frames, times = taken(list(range(6)))
+    times[3:] += 3600
+    with pytest.raises(irsim.InputError, match=r"^more is lost before frame 3 .* has 3 frames, .* at least 4$"):
+        irsim.measure_noise(frames, RATE_HZ, times=times)
 
 
 def test_lost_frames_are_those_of_a_slower_camera_that_is_recorded_thrice() -> None:

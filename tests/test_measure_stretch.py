@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 from irsim.cli import app
 from irsim.measure import NoiseReport, Region, measure_noise, noise_lines
 from irsim.measure.repeats import new_frames
-from irsim.measure.stretch import pattern_steps
+from irsim.measure.steps import pattern_steps
 from irsim.types import Floats
 
 REAL = Path(__file__).resolve().parents[2] / "shared" / "real"
@@ -101,7 +101,7 @@ def test_what_went_in_is_found_all_the_same(spoil: Callable[[np.random.Generator
     """Lost frames leave no trace in white noise, and none is claimed."""
     steps, repeats = SPOILT[spoil]
     for report in reports(spoil):
-        assert report.stretch.steps == steps
+        assert report.stretch.breaks.all == list(steps)
         assert repeats is None or report.stretch.repeats == repeats
         assert report.frames == len(report.stretch.index)
         assert report.temporal.memory is None
@@ -134,7 +134,7 @@ def remembering(kind: str) -> tuple[NoiseReport, ...]:
 def test_memory_is_counted_in_frames_of_the_camera(kind: str, rate_hz: float) -> None:
     memories = []
     for report in remembering(kind):
-        assert report.stretch.steps == ()
+        assert report.stretch.breaks.all == []
         assert report.stretch.rate_hz == pytest.approx(rate_hz, rel=0.01)
         assert report.temporal.memory is not None
         memories.append(report.temporal.memory)
@@ -247,7 +247,7 @@ def test_nothing_else_is_taken_for_a_step(draw: Callable[[np.random.Generator], 
 def test_real_sensors_keep_their_pattern(name: str) -> None:
     with np.load(REAL / name / "frames.npz") as file:
         report = measure_noise(file["frames"], 30.0)
-    assert (report.stretch.repeats, report.stretch.steps) == (0, ())
+    assert (report.stretch.repeats, report.stretch.breaks.all) == (0, [])
 
 
 @real
@@ -255,7 +255,7 @@ def test_real_sensors_keep_their_pattern(name: str) -> None:
 def test_real_scenes_that_move_are_no_steps(name: str) -> None:
     film = cv2.VideoCapture(str(REAL / name / "frames.mp4"))
     frames = np.stack([film.read()[1][..., 0] for _ in range(180)])
-    assert measure_noise(frames, 30.0).stretch.steps == ()
+    assert measure_noise(frames, 30.0).stretch.breaks.all == []
 
 
 @pytest.mark.parametrize(("start", "width"), [(60, 1), (40, 8), (60, 32)])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from irsim.measure.defects import (
     without_lines,
 )
 from irsim.measure.given import as_region, check_given
+from irsim.measure.jumps import jumps
 from irsim.measure.level import Level
 from irsim.measure.memory import Memory, Temporal
 from irsim.measure.neighbours import alike, changes
@@ -29,7 +30,8 @@ from irsim.measure.region import Region, Values, windows
 from irsim.measure.remembered import remembered
 from irsim.measure.repeats import new_frames
 from irsim.measure.steady import slides
-from irsim.measure.stretch import Stretch, longest_stretch, pattern_steps
+from irsim.measure.steps import pattern_steps
+from irsim.measure.stretch import Breaks, Stretch, longest_stretch
 from irsim.types import Bools, Floats
 
 _CHANCE = 1.05
@@ -122,7 +124,7 @@ class NoiseReport:
         """Plain values, ready for json.dumps; None for an end that no interval has."""
         stretch = self.stretch
         used: dict[str, Any] = {"repeats": stretch.repeats, "lost": stretch.lost}
-        used |= {"steps": list(stretch.steps), "used": list(stretch.index)}
+        used |= {**asdict(stretch.breaks), "used": list(stretch.index)}
         values = asdict(self, dict_factory=lambda pairs: {k: None if v == math.inf else v for k, v in pairs})
         return {**values, "region": list(self.region), "stretch": used}
 
@@ -137,8 +139,8 @@ def measure_noise(
 ) -> NoiseReport:
     """Noise of frames (T, rows, columns) in counts, on `region` or the flattest window in which nothing moves.
 
-    Frames that repeat the one before do not count; where the fixed pattern changes, the longest stretch without
-    such a step does.
+    Frames that repeat the one before do not count; where the picture or the fixed pattern becomes another, or more are
+    lost than noise remembers, the longest stretch without such a break does.
 
     region  x, y, w, h, px
     top     the highest count there can be
@@ -163,13 +165,16 @@ def noise_and_defects(
     check_size(frames)
     asked = None if region is None else as_region(region, frames)
     new = new_frames(frames, rate_hz, times)
-    stretch = longest_stretch(new, [], len(frames))
+    others = jumps([frames[k] for k in new.index])
+    breaks = Breaks(pauses=new.pauses, jumps=tuple(new.index[others].tolist()))
+    stretch = longest_stretch(new, breaks, len(frames))
     bad, place, flat = _read(stretch.of(frames), asked, top, taken)
-    if steps := pattern_steps(flat, new.number):
-        stretch = longest_stretch(new, steps, len(frames))
+    if steps := pattern_steps(flat, np.array(stretch.number)):
+        breaks = replace(breaks, steps=tuple(stretch.index[step] for step in steps))
+        stretch = longest_stretch(new, breaks, len(frames))
         bad, place, flat = _read(stretch.of(frames), asked, top, taken)
     frames, region = stretch.of(frames), place
-    number = np.array(stretch.number)
+    number = np.array(stretch.number) - stretch.number[0]
     moved = changes(flat)
     found = remembered(flat, number, stretch.rate_hz, moved.moving)
     means = flat.mean(axis=(1, 2))

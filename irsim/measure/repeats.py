@@ -20,10 +20,14 @@ many change in a mean frame, in e^-30 of all."""
 _OFF_BEAT = 0.25
 """Share of a period by which times may be off whole ones: those of frames that were stamped as they came are off by
 any."""
+_TOLD = 2.0**48
+"""Periods from one time to the next, at most, that float64 tells by a small share of one; and all of them fit int64."""
 _LEAST_NEXT = 0.25
 """Share of the frames that follow the one before: where fewer do, times are those of something else than the camera."""
 _MOST_LOST = 4
-"""Times as many frames as there are may be lost; of more no memory of the noise tells, and to count them takes long."""
+_LEAST_LOST = 3000
+"""Times as many frames as there are may be lost, or so many if that is more, before a recording is cut: of what lies
+farther apart no memory of the noise tells, and to count the frames between takes long."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,12 +38,14 @@ class NewFrames:
     number      (N,) when they were taken, in frames of the camera, from 0 on
     rate_hz     of the camera: below the recording's where that shows most frames more than once
     lost        frames that are missing between the first and the last one
+    pauses      of `index` those before which too many are missing for what is to be told of time
     """
 
     index: Indices
     number: Indices
     rate_hz: float
     lost: int
+    pauses: tuple[int, ...]
 
 
 def new_frames(frames: Values, rate_hz: float, times: Floats | None = None) -> NewFrames:
@@ -60,16 +66,15 @@ def new_frames(frames: Values, rate_hz: float, times: Floats | None = None) -> N
     gaps, slower, at_once = _gaps(count, rate_hz, times)
     rate_hz /= slower
     lost = int(gaps.sum())
-    missing = _counted(gaps)
+    missing = np.cumsum(gaps)
     changed = np.array([int(np.count_nonzero(frames[k] != frames[k - 1])) for k in range(1, count)], np.intp)
     index = np.concatenate([[0], np.flatnonzero(changed) + 1]).astype(np.intp)
     few = len(index) < _LEAST_NEW or float(np.median(changed[changed > 0])) < _LEAST_CHANGED
     if few or len(index) == count:
         every = np.arange(count)
-        return NewFrames(every, every + np.cumsum(missing), rate_hz, lost)
+        return _cut(every, every + missing, rate_hz, lost)
     shown = np.maximum(np.add.reduceat(~at_once, index, dtype=np.intp), 1)  # how often each came, in time
-    before = np.cumsum(missing)[index]
-    gone = np.diff(before, append=missing.sum())  # after each, until the next one
+    gone = np.diff(missing[index], append=missing[-1])  # after each, until the next one
     usual = float(np.median(shown))
     if usual < 2:
         passed = np.where(shown == 2, 1, shown) + gone
@@ -78,7 +83,7 @@ def new_frames(frames: Values, rate_hz: float, times: Floats | None = None) -> N
         passed = np.maximum(np.rint((shown + gone) / usual), 1).astype(np.intp)
         rate_hz /= usual
         lost = round(lost / usual)
-    return NewFrames(index, np.cumsum(passed) - passed, rate_hz, lost)
+    return _cut(index, np.cumsum(passed) - passed, rate_hz, lost)
 
 
 def _gaps(count: int, rate_hz: float, times: Floats | None) -> tuple[Indices, int, Bools]:
@@ -89,7 +94,7 @@ def _gaps(count: int, rate_hz: float, times: Floats | None) -> tuple[Indices, in
         return nothing
     periods = np.diff(times) * rate_hz
     whole = np.rint(periods)
-    if (np.abs(periods - whole) > _OFF_BEAT).any():
+    if not ((np.abs(periods - whole) <= _OFF_BEAT) & (whole < _TOLD)).all():
         return nothing
     slower = max(int(np.gcd.reduce(whole.astype(np.intp))), 1)
     gaps = np.concatenate([[0], np.maximum(whole // slower - 1, 0)]).astype(np.intp)
@@ -98,7 +103,19 @@ def _gaps(count: int, rate_hz: float, times: Floats | None) -> tuple[Indices, in
     return gaps, slower, np.concatenate([[False], whole == 0])
 
 
-def _counted(gaps: Indices) -> Indices:
-    """(T,) gaps as time that went on: all together no more than _MOST_LOST times the frames."""
-    most = _MOST_LOST * len(gaps)
-    return gaps if gaps.sum() <= most else gaps.clip(max=most // np.count_nonzero(gaps))
+def _cut(index: Indices, number: Indices, rate_hz: float, lost: int) -> NewFrames:
+    return NewFrames(index, number, rate_hz, lost, tuple(sorted(index[_pauses(number)].tolist())))
+
+
+def _pauses(number: Indices) -> list[int]:
+    """Of frames taken at `number` (T,) those before which to cut: pieces of which more are lost than may be are cut at
+    their longest pause."""
+    found, pieces = [], [(0, len(number))]
+    while pieces:
+        first, last = pieces.pop()
+        lost = number[last - 1] - number[first] + 1 - (last - first)
+        if lost > max(_MOST_LOST * (last - first), _LEAST_LOST):
+            place = first + 1 + int(np.argmax(np.diff(number[first:last])))
+            found.append(place)
+            pieces += [(first, place), (place, last)]
+    return found
