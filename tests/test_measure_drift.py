@@ -72,6 +72,15 @@ def test_what_grows_for_twice_as_long_as_it_is_seen_is_not_told_too_small() -> N
     held([memory.time_constant_s for memory in told], 10.0)
 
 
+def test_white_noise_beside_slow_drift_is_told_closely() -> None:
+    """Noise that forgets within a frame is white: it does not take the place of it."""
+    found, netd = reports(120, "pixel: 3, column: 0, row: 0, time_constant_s: 120", 8)
+    told = [report.temporal.memory for report in found if report.temporal.memory is not None]
+    assert len(told) == len(found)
+    held([memory.white for memory in told], netd)
+    assert all(memory.white.low > 0.8 * netd for memory in told)
+
+
 def test_a_fit_writes_no_memory_where_pixels_only_drift() -> None:
     found = fit(irsim.loads(written(120, "pixel: 40, column: 0, row: 0, time_constant_s: 600")))
     assert found.figures.memory is not None

@@ -23,8 +23,9 @@ from irsim.types import Floats
 
 SLOWEST = 10.0
 """Time constants are looked for up to so many times the frames' number: whatever is longer looks alike in them."""
-_FASTEST = 6.0
-"""Decay a frame up to which is looked: correlation is 0.002 then."""
+_FASTEST = 3.0
+"""Decay a frame up to which is looked: correlation is 0.05 then. Noise that forgets faster is called white: frames do
+not tell how much of both there is, and pictures hardly differ."""
 _GRID = 41
 _ROUNDS = 30
 _SETTLED = 1e-9
