@@ -33,8 +33,10 @@ def summary_lines(found: Figures, display: FittedDisplay | None) -> Iterator[tup
         yield "", f"half of what even ones lie above odd ones: {turned}"
     bad = found.flaws
     shares = (("dead", bad.dead), ("hot", bad.hot), ("blinking", bad.blinking))
-    known = tuple((name, share) for name, share in shares if share.high < 1)
-    yield "bad", f"{_named(known)} of all pixels" + ("" if len(known) == len(shares) else "; blinking ones not told")
+    if known := _named(tuple((name, share) for name, share in shares if share.high < 1)):
+        yield "bad", f"{known} of all pixels"
+    if unknown := [name for name, share in shares if share.high >= 1]:
+        yield "" if known else "bad", f"not told how many are {' or '.join(unknown)}"
     yield "psf", f"{_told(found.psf)} px" + ("" if found.blur is not None else ", taken: no point is seen")
     if display is not None:
         yield "display", f"{display.agc.kind}, {plain(display.rms_grey, 2)} greys rms"

@@ -17,6 +17,7 @@ def gradient_notes(picture: Floats, noise: float) -> Iterator[str]:
     of its rows and columns."""
     for axis, ways in ((1, ("top to bottom", "bottom to top")), (0, ("left to right", "right to left"))):
         means = picture.mean(axis=axis)
+        means -= means.mean()
         rise = float(np.polyfit(np.linspace(-0.5, 0.5, len(means)), means, 1)[0])
         if abs(rise) > _STEEP * noise:
             yield (

@@ -105,8 +105,9 @@ def temporal(frames: Values, rate_hz: float, number: Indices | None = None) -> T
 
     # What the frames show without a model: correlations about the variance within the recording.
     def plain(means: Floats) -> Floats:
-        within = max(means[-2] * times / (times - 1), _FLOOR)
-        return np.array([means[0], *(1 - means[: len(lags)] / within), means[len(lags) - 1] - means[0]])
+        within = means[-2] * times / (times - 1)
+        correlations = 1 - (means[: len(lags)] + _FLOOR) / (within + _FLOOR)
+        return np.array([means[0], *correlations, means[len(lags) - 1] - means[0]])
 
     pair, *shown, rise = jackknife(blocks, plain)
     memory = None

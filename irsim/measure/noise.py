@@ -204,7 +204,7 @@ def noise_and_defects(
         slides=sliding,
         crossed=taken is not None and bool(taken[region.rows, region.columns].any()),
         drift=float(means.std(ddof=1)),
-        slope_per_s=float(np.polyfit(number / stretch.rate_hz, means, 1)[0]),
+        slope_per_s=float(np.polyfit(number / stretch.rate_hz, means - means.mean(), 1)[0]),
         dead=int(told.dead.sum()),
         hot=int(told.hot.sum()),
         blinking=int(told.blinking.sum()),
