@@ -41,10 +41,6 @@ _LEAST_SIDE = 8
 """Of smaller pictures, px, no spectrum is fitted."""
 _PICTURES = 9
 """Frames over the whole length whose texture is measured where the scene moves."""
-_NOT_OF_TIME: dict[str, Any] = dict.fromkeys(
-    ("memory", "memory_frames", "walk", "row_noise", "column_noise", "rows", "columns", "level", "level_frames")
-) | {"memory_age_s": math.inf}
-"""Figures that cannot be told where something moves."""
 _STIRRED = 0.1
 """Share of the picture that changes by more than the noise from which rows and columns may be what moves slowly, even
 where noise is read beside it: waves under noise of 40 mK, a third of the picture, made rows of 1.5 counts 4.7."""
@@ -182,46 +178,27 @@ def _passed(frames: Values, bad: Bools, top: float, slides: bool) -> list[Measur
 def _of_still(
     report: NoiseReport, whole: Values, boxes: Boxes, blur: Measured | None, still: Still, bad: Flaws
 ) -> Figures:
-    terms, memory, count = report.terms, report.temporal.memory, len(whole)
-    slower = report.rate_hz / report.stretch.rate_hz
-    usual = report.fine if report.moving else float(np.hypot(terms.tvh.value, report.drift))
+    usual = report.fine if report.moving else float(np.hypot(report.terms.tvh.value, report.drift))
     stands = settled(whole, usual, boxes)
     behind = backdrop(stands.picture, stands.never)
     even_rows, even_columns = turns(behind.picture, 0), turns(behind.picture, 1)
     behind = replace(behind, picture=without_turns(behind.picture, even_rows.value, even_columns.value))
     picture = behind.picture
     fixed = fixed_pattern(picture, blur, report.moving, behind.held)
-    # Of temporal noise, in the mean of the frames: pixels, rows, columns.
-    left, left_rows, left_columns = exactly(report.fine**2 / count), exactly(0.0), exactly(0.0)
-    if not report.moving:
-        left = _left(memory, terms.tvh, count)
-        left_rows, left_columns = (_left(report.lines.get(term), getattr(terms, term), count) for term in ("tv", "th"))
-    drift = None if memory is None else memory.told_walk
-    rows, columns = report.lines.get("tv"), report.lines.get("th")
-    level = report.level
-    time_frames = None if level.time_frames is None else level.time_frames.map(lambda time: time * slower)
-    scene = (
-        *outstanding([behind.things]),
-        *texture_notes(fixed, picture, terms.tvh.value),
-        *unlike_notes(fixed.spectrum, picture, report.moving),
-        *blur_notes(blur, fixed.blur, still),
-    )
-    found = Figures(
-        noise=without_rounding(terms.tvh, report.rounded),
-        white=without_rounding(terms.tvh if memory is None else memory.white, report.rounded),
-        memory=None if memory is None else memory.correlated,
-        memory_frames=None if memory is None else memory.time_constant_s.map(lambda s: s * report.rate_hz),
-        memory_age_s=math.inf if memory is None else memory.age_s,
-        walk=None if drift is None else drift.map(lambda sigma: sigma / math.sqrt(report.rate_hz)),
-        row_noise=terms.tv if rows is None else rows.white,
-        column_noise=terms.th if columns is None else columns.white,
-        rows=rows,
-        columns=columns,
-        level=level.sigma,
-        level_frames=time_frames,
-        pixel=perhaps_hidden(less(fixed.floor.map(root), left), report.rounded),
-        row=less(fixed.row, left_rows),
-        column=less(fixed.column, left_columns),
+    left, left_rows, left_columns = _left(report, len(whole))
+    pixel = perhaps_hidden(less(fixed.floor.map(root), left), report.rounded)
+    row, column = less(fixed.row, left_rows), less(fixed.column, left_columns)
+    if report.moving or report.hidden >= _STIRRED:
+        # What moves leaves a part of it behind in the mean, and rows and columns are read in the whole picture.
+        pixel, row, column = (
+            None if sigma is None else Measured(sigma.value, 0.0, sigma.high, bound=True)
+            for sigma in (pixel, row, column)
+        )
+    return Figures(
+        **_of_time(report),
+        pixel=pixel,
+        row=row,
+        column=column,
         even_rows=even_rows,
         even_columns=even_columns,
         blur=blur,
@@ -231,21 +208,14 @@ def _of_still(
         histogram=histogram(behind.seen, fixed.spectrum),
         flaws=bad,
         region=report.region,
-        notes=(*noise_notes(report), *scene),
+        notes=(
+            *noise_notes(report),
+            *outstanding([behind.things]),
+            *texture_notes(fixed, picture, report.terms.tvh.value),
+            *unlike_notes(fixed.spectrum, picture, report.moving),
+            *blur_notes(blur, fixed.blur, still),
+        ),
     )
-    if not report.moving and report.hidden < _STIRRED:
-        return found
-    # What moves leaves a part of it behind in the mean, and rows and columns are read in the whole picture.
-    stays: dict[str, Any] = {
-        name: Measured(sigma.value, 0.0, sigma.high, bound=True)
-        for name, sigma in (("pixel", found.pixel), ("row", found.row), ("column", found.column))
-        if sigma is not None
-    }
-    if not report.moving:
-        return replace(found, **stays)
-    noise = _sharp_noise(report)
-    notes = (*noise_notes(report), *scene)
-    return replace(found, noise=noise, white=noise, notes=notes, **stays, **_NOT_OF_TIME)
 
 
 def _of_moving(
@@ -257,10 +227,8 @@ def _of_moving(
     powers = np.mean([periodogram(each.picture) for each in behind], axis=0)
     spectrum, psf = fit_unblurred(powers, whole[0].shape, blur)
     middle = behind[len(behind) // 2]
-    noise = _sharp_noise(report)
     return Figures(
-        noise=noise,
-        white=noise,
+        **_of_time(report),
         blur=blur,
         psf=psf,
         texture=spectrum.texture,
@@ -280,11 +248,39 @@ def _of_moving(
     )
 
 
-def _sharp_noise(report: NoiseReport) -> Measured:
-    """Sigma of the noise before which something moves: an upper bound, for sharp texture that moves adds to it."""
-    return without_rounding(Measured(report.fine, 0.0, report.fine_most, bound=True), report.rounded)
+def _of_time(report: NoiseReport) -> dict[str, Any]:
+    """Figures of noise that changes in time; where something moves, an upper bound of what is sharp and white alone:
+    sharp texture that moves adds to it."""
+    if report.moving or report.slides:
+        sharp = without_rounding(Measured(report.fine, 0.0, report.fine_most, bound=True), report.rounded)
+        return {"noise": sharp, "white": sharp}
+    terms, memory, level = report.terms, report.temporal.memory, report.level
+    rows, columns = report.lines.get("tv"), report.lines.get("th")
+    drift = None if memory is None else memory.told_walk
+    slower = report.rate_hz / report.stretch.rate_hz
+    return {
+        "noise": without_rounding(terms.tvh, report.rounded),
+        "white": without_rounding(terms.tvh if memory is None else memory.white, report.rounded),
+        "memory": None if memory is None else memory.correlated,
+        "memory_frames": None if memory is None else memory.time_constant_s.map(lambda s: s * report.rate_hz),
+        "memory_age_s": math.inf if memory is None else memory.age_s,
+        "walk": None if drift is None else drift.map(lambda sigma: sigma / math.sqrt(report.rate_hz)),
+        "row_noise": terms.tv if rows is None else rows.white,
+        "column_noise": terms.th if columns is None else columns.white,
+        "rows": rows,
+        "columns": columns,
+        "level": level.sigma,
+        "level_frames": None if level.time_frames is None else level.time_frames.map(lambda time: time * slower),
+    }
 
 
-def _left(memory: Memory | None, sigma: Measured, count: int) -> Measured:
-    """Variance that noise leaves in the mean of so many frames: of `sigma` where it has no memory."""
-    return sigma.map(lambda value: value**2 / count) if memory is None else memory.left.map(square)
+def _left(report: NoiseReport, count: int) -> tuple[Measured, Measured, Measured]:
+    """Variances that noise in time leaves in the mean of so many frames: of pixels, rows, columns."""
+    if report.moving:
+        return exactly(report.fine**2 / count), exactly(0.0), exactly(0.0)
+    terms = report.terms
+    of = ((terms.tvh, report.temporal.memory), (terms.tv, report.lines.get("tv")), (terms.th, report.lines.get("th")))
+    pixels, rows, columns = (
+        sigma.map(lambda value: value**2 / count) if memory is None else memory.left.map(square) for sigma, memory in of
+    )
+    return pixels, rows, columns
