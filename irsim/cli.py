@@ -229,7 +229,12 @@ def masks(
 @app.command("import")
 def import_(
     frames: Annotated[
-        Path, typer.Argument(metavar="FOLDER|VIDEO", help="A folder of PNG files, or a video.", parser=given_path)
+        Path,
+        typer.Argument(
+            metavar="FOLDER|TIFF|VIDEO",
+            help="A folder of PNG or TIFF files, a TIFF of several pages, or a video.",
+            parser=given_path,
+        ),
     ],
     truth: Annotated[
         Path | None,

@@ -75,8 +75,8 @@ def fit(
         str | None,
         typer.Option(
             metavar="PICTURES",
-            help="What the camera showed of the same frames: a folder of PNG, a video or a recording of 8 bits. The "
-            "AGC is fitted to it.",
+            help="What the camera showed of the same frames: a folder of PNG or TIFF, a video or a recording of 8 "
+            "bits. The AGC is fitted to it.",
         ),
     ] = None,
     region: RegionOption = None,

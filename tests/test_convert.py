@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 import zlib
 from pathlib import Path
 from typing import Any
@@ -136,6 +137,56 @@ def test_broken_pictures_are_named(tmp_path: Path, folder: Path) -> None:
         with pytest.raises(InputError, match=r"frame_2\.png: is not a PNG picture, or is cut short or damaged"):
             import_frames(folder, tmp_path / "r.mcap")
     assert not list(tmp_path.glob("*.mcap"))
+
+
+@pytest.mark.parametrize("compression", [1, 5, 8], ids=["none", "lzw", "deflate"])
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
+def test_tiff_comes_in_bit_for_bit(tmp_path: Path, dtype: type, compression: int) -> None:
+    images, way = pictures(12, dtype), [cv2.IMWRITE_TIFF_COMPRESSION, compression]
+    folder, many = tmp_path / "clip", tmp_path / "clip.tiff"
+    folder.mkdir()
+    for index, image in enumerate(images):
+        cv2.imwrite(str(folder / f"frame_{index}.tif"), image, way)
+    assert cv2.imwritemulti(str(many), images, way)
+    for source in (folder, many):
+        recording = open_recording(import_frames(source, tmp_path / f"{source.name}.mcap", rate_hz=25))
+        assert recording.header.name == "clip"
+        assert np.array_equal([frame.image for frame in recording.frames()], images)
+
+
+def test_broken_tiff_is_named(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    many = tmp_path / "clip.tif"
+    cv2.imwritemulti(str(many), pictures(5, np.uint16))
+    whole = many.read_bytes()
+    circle = bytearray(whole)
+    (first,) = struct.unpack_from("<I", whole, 4)
+    (entries,) = struct.unpack_from("<H", whole, first)
+    struct.pack_into("<I", circle, first + 2 + 12 * entries, first)
+    for broken in (b"", b"text", b"II*\0", whole[:-20], whole[: len(whole) // 2], bytes(circle)):
+        many.write_bytes(broken)
+        with pytest.raises(InputError, match=r"clip\.tif: is not a TIFF picture, or is cut short or damaged"):
+            import_frames(many, tmp_path / "r.mcap")
+    strips = bytearray(whole)
+    place = strips.index(struct.pack("<HH", 273, 4)) + 8  # StripOffsets of a page, made to lie behind the end
+    struct.pack_into("<I", strips, place, 2**31)
+    many.write_bytes(strips)
+    with pytest.raises(InputError, match=r"clip\.tif: page \d: is not a TIFF picture, or is cut short or damaged"):
+        import_frames(many, tmp_path / "r.mcap")
+    cv2.imwrite(str(many), np.zeros((24, 32), np.float32))
+    with pytest.raises(InputError, match=r"clip\.tif: is one picture; allowed: the folder"):
+        import_frames(many, tmp_path / "r.mcap")
+    (tmp_path / "celsius").mkdir()
+    many.rename(tmp_path / "celsius" / "0.tif")
+    with pytest.raises(InputError, match=r"0\.tif: has pixels of type float32; allowed: 8 or 16 bit"):
+        import_frames(tmp_path / "celsius", tmp_path / "r.mcap")
+    cv2.imwritemulti(str(tmp_path / "celsius" / "0.tif"), pictures(2))
+    with pytest.raises(InputError, match=r"0\.tif: holds 2 pictures; allowed: one in each file of a folder"):
+        import_frames(tmp_path / "celsius", tmp_path / "r.mcap")
+    cv2.imwrite(str(tmp_path / "celsius" / "0.png"), pictures(1)[0])
+    with pytest.raises(InputError, match=r"celsius: holds \.png and \.tif; allowed: pictures of one kind"):
+        import_frames(tmp_path / "celsius", tmp_path / "r.mcap")
+    assert not list(tmp_path.glob("*.mcap"))
+    assert capfd.readouterr() == ("", "")  # OpenCV and libtiff are silent
 
 
 def test_sources_that_are_none(tmp_path: Path, folder: Path) -> None:

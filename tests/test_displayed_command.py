@@ -130,7 +130,7 @@ def test_a_display_of_no_kind_of_ours_is_said_to_be_none(tmp_path: Path) -> None
         (lambda folder: imported(folder, "p", [np.zeros((80, 96), np.uint16)] * 24, 12), "12 bits deep; allowed: what"),
         (lambda folder: folder / "mine.mcap", "14 bits deep; allowed: what"),
         (lambda folder: folder / "mine", "16 bits deep; allowed: what"),
-        (lambda folder: folder, "holds no .png"),
+        (lambda folder: folder, "holds no .png or .tif"),
         (lambda folder: folder / "none.mcap", "no such file"),
     ],
 )

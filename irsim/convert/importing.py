@@ -1,4 +1,4 @@
-"""`irsim import`: a folder of PNG, a video or a damaged recording becomes a recording."""
+"""`irsim import`: a folder of pictures, a TIFF, a video or a damaged recording becomes a recording."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ dataset of Svanstrom, Alonso-Fernandez and Englund (Data in Brief, 2021)."""
 RATES_HZ = (0.001, 10_000.0)
 """Frames a second that may be asked for, as of a camera."""
 RATE_HZ = 30.0
-"""Frames a second of a folder of pictures where the user does not say."""
+"""Frames a second of pictures where the user does not say."""
 
 
 def import_frames(
@@ -46,10 +46,11 @@ def import_frames(
     compression: Compression | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Path:
-    """Write a folder of PNG (8 or 16 bit, natural order of names) or a video as a recording.
+    """Write a folder of PNG or TIFF (8 or 16 bit, natural order of names), the pages of a TIFF or a video as a
+    recording.
 
     truth        CSV of boxes, see `labels.read_labels`; velocity, visibility and the like stay None
-    rate_hz      default: the video's own, 30 for a folder
+    rate_hz      default: the video's own, 30 for pictures
     agc          counts to the 8-bit picture; default: none for 8-bit pictures, linear for 16-bit ones
     bits         true depth of 16-bit pictures, default 16
     accuracy_px  how far the truth's centres may be off, default ACCURACY_PX

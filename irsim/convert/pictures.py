@@ -1,4 +1,4 @@
-"""Pictures from a folder of PNG or from a video, one after the other, in grey."""
+"""Pictures from a folder, a TIFF file or a video, one after the other, in grey."""
 
 from __future__ import annotations
 
@@ -13,9 +13,11 @@ from typing import Any, Protocol
 import cv2
 import numpy as np
 
+from irsim.convert.tiff import SUFFIXES, pages, read_page
 from irsim.errors import InputError
 from irsim.types import Image
 
+ALLOWED = "a folder of PNG or TIFF (8 or 16 bit), a TIFF of several pages or a video"
 _PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
 _CODEC_ROUNDS = 4
 """Greys that the channels of a grey picture may lie apart after a video codec: its two colour differences rounded one
@@ -45,17 +47,26 @@ class Pictures(Protocol):
 
 
 def open_pictures(path: Path) -> Pictures:
-    """The pictures of a folder or a video. InputError where it is neither or holds none."""
+    """The pictures of a folder, a TIFF or a video. InputError where it is none of these or holds none."""
     if path.is_dir():
-        files = sorted((file for file in path.iterdir() if file.suffix.lower() == ".png"), key=_natural)
-        if not files:
-            raise InputError(f"{path}: holds no .png; allowed: a folder of PNG (8 or 16 bit) or a video")
-        return Folder(tuple(files))
+        return _folder(path)
     if not path.exists():
         raise InputError(f"{path}: there is no such file or folder")
-    if path.suffix.lower() == ".png":
-        raise InputError(f"{path}: is one picture; allowed: the folder that holds the pictures, or a video")
-    return Video(path)
+    suffix = path.suffix.lower()
+    if suffix == ".png" or (suffix in SUFFIXES and (count := pages(path)) == 1):
+        raise InputError(f"{path}: is one picture; allowed: the folder that holds the pictures, or {ALLOWED}")
+    return Pages(path, count) if suffix in SUFFIXES else Video(path)
+
+
+def _folder(path: Path) -> Folder:
+    """Its pictures: files of one kind, for a preview or a mask beside each would be taken for a frame."""
+    kinds = ((".png",), SUFFIXES)
+    found = [[file for file in path.iterdir() if file.suffix.lower() in kind] for kind in kinds]
+    if all(found):
+        raise InputError(f"{path}: holds .png and .tif; allowed: pictures of one kind in a folder")
+    if not any(found):
+        raise InputError(f"{path}: holds no .png or .tif; allowed: {ALLOWED}")
+    return Folder(tuple(sorted(found[0] or found[1], key=_natural)))
 
 
 def _natural(file: Path) -> list[tuple[int, int, str]]:
@@ -66,7 +77,7 @@ def _natural(file: Path) -> list[tuple[int, int, str]]:
 
 @dataclass(frozen=True)
 class Folder:
-    """PNG files in order."""
+    """Files of one picture each, in order."""
 
     files: tuple[Path, ...]
     rate_hz: None = None
@@ -77,7 +88,27 @@ class Folder:
 
     def __iter__(self) -> Iterator[Picture]:
         for file in self.files:
-            yield _grey(_read_png(file), str(file))
+            yield _grey(_read_tiff(file) if file.suffix.lower() in SUFFIXES else _read_png(file), str(file))
+
+
+@dataclass(frozen=True)
+class Pages:
+    """The pages of a TIFF file in order."""
+
+    file: Path
+    count: int
+    rate_hz: None = None
+
+    def __iter__(self) -> Iterator[Picture]:
+        for page in range(self.count):
+            place = f"{self.file}: page {page}"
+            yield _grey(read_page(self.file, page, place), place)
+
+
+def _read_tiff(file: Path) -> Any:
+    if (count := pages(file)) > 1:
+        raise InputError(f"{file}: holds {count} pictures; allowed: one in each file of a folder, or such a file alone")
+    return read_page(file, 0, str(file))
 
 
 def _read_png(file: Path) -> Any:
@@ -131,9 +162,7 @@ class Video:
         os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
         capture = cv2.VideoCapture(str(self._path))
         if not capture.isOpened():
-            raise InputError(
-                f"{self._path}: cannot be opened as a video; allowed: a folder of PNG (8 or 16 bit) or a video"
-            )
+            raise InputError(f"{self._path}: cannot be opened as a video; allowed: {ALLOWED}")
         return capture
 
     def __iter__(self) -> Iterator[Picture]:

@@ -235,7 +235,9 @@ def check_mcap(path: Path) -> None:
     """InputError where `path` is not a file that begins like MCAP."""
     try:
         if path.is_dir():
-            raise InputError(f"{path}: is a folder; allowed: a recording (irsim import makes one of a folder of PNG)")
+            raise InputError(
+                f"{path}: is a folder; allowed: a recording (irsim import makes one of a folder of PNG or TIFF)"
+            )
         with open(path, "rb") as file:
             head = file.read(len(MAGIC))
     except FileNotFoundError:
