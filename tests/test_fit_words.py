@@ -54,6 +54,7 @@ FLAWS = Flaws(
 def written() -> Scenario:
     """The scenario of figures in which no two that might be taken for each other are alike."""
     figures = Figures(
+        frames=90,
         noise=about(4.0),
         white=about(4.0),
         memory=None,

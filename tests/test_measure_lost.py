@@ -123,16 +123,16 @@ def test_what_drifts_is_told_from_the_longest_stretch_between_pauses() -> None:
         )
         assert list(report.stretch.left_out(5)) == [
             "108000 frames are missing, by the times of the others",
-            "more is lost before frame 65 than noise remembers: figures are those of frames 65 to 164, the longest "
-            "stretch without such a break",
+            "more time goes by before frame 65 than noise remembers: figures are those of frames 65 to 164, the "
+            "longest stretch without such a break",
         ]
 
 
 def test_stretches_too_short_to_measure_are_refused_with_the_cause() -> None:
     frames, times = taken(list(range(6)))
     times[3:] += 3600
-    with pytest.raises(irsim.InputError, match=r"^more is lost before frame 3 .* has 3 frames, .* at least 4$"):
-        irsim.measure_noise(frames, RATE_HZ, times=times)
+    with pytest.raises(irsim.InputError, match=r"^more time goes by before frame 13 .* has 3 frames, .* at least 4$"):
+        irsim.measure_noise(frames, RATE_HZ, times=times, start=10)
 
 
 def test_lost_frames_are_those_of_a_slower_camera_that_is_recorded_thrice() -> None:

@@ -11,9 +11,8 @@ from intervals import held
 from irsim.measure.cosines import Cosines
 from irsim.measure.memory import temporal
 from irsim.measure.mixture import Mixture, fit_mixture
-from irsim.measure.repeats import Indices
 from irsim.rng import stream
-from irsim.types import Floats
+from irsim.types import Floats, Indices
 
 SIDE = 32
 GAPS = np.array([0, 1, 2, 3, 5, 6, 7, 8, 9, 13, 14, 15, 16, 17, 18, 19, 22, 23, 24, 25, 26, 27, 30, 31])

@@ -231,5 +231,5 @@ def test_the_command_measures_a_rendered_scene(tmp_path: Path) -> None:
 
 
 def test_one_frame_that_repeats_is_told_as_one() -> None:
-    one = Stretch(recorded=3, repeats=1, lost=0, breaks=Breaks(), index=(0, 2), number=(0, 1), rate_hz=30.0)
+    one = Stretch(recorded=3, repeats=1, lost=0, breaks=Breaks(), index=(0, 2), number=(0, 1), rate_hz=30.0, slower=1.0)
     assert list(one.left_out(0)) == ["1 of 3 frames repeats the one before bit for bit: it does not count"]

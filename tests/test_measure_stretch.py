@@ -13,10 +13,13 @@ import pytest
 from intervals import held
 from typer.testing import CliRunner
 
+import irsim
 from irsim.cli import app
-from irsim.measure import NoiseReport, Region, measure_noise, noise_lines
+from irsim.errors import InputError
+from irsim.measure import NoiseReport, Region, measure_figures, measure_noise, noise_lines
 from irsim.measure.repeats import new_frames
 from irsim.measure.steps import pattern_steps
+from irsim.measure.stretch import Breaks
 from irsim.types import Floats
 
 REAL = Path(__file__).resolve().parents[2] / "shared" / "real"
@@ -153,6 +156,53 @@ def test_frames_that_are_alike_by_chance_or_always_are_no_repeats() -> None:
     new = new_frames(np.repeat(rng.normal(0, 1, (6, 8, 8)), [1, 2, 1, 4, 1, 1], axis=0), 30.0)
     assert new.index.tolist() == [0, 1, 3, 4, 8, 9]
     assert new.number.tolist() == [0, 1, 2, 3, 7, 8]
+
+
+def test_too_few_new_frames_are_refused() -> None:
+    frames = np.repeat(np.random.default_rng(0).normal(1000, SIGMA, (3, SIDE, SIDE)), 7, axis=0)
+    with pytest.raises(InputError, match=r"^3 of 21 frames are new, .* too few to measure noise; allowed: at least 4$"):
+        measure_noise(frames, 60.0)
+
+
+def test_steps_are_looked_for_in_each_stretch() -> None:
+    """The longest one between jumps holds a step; so does the one that is the longest once that is cut."""
+    rng = np.random.default_rng(0)
+    frames = noise(rng, 112) + patterns(rng, 112, 25, 52, 82)
+    frames[50:52] += 500
+    report = measure_noise(frames, 30.0, WHOLE)
+    assert report.stretch.breaks == Breaks(jumps=(50, 52), steps=(25, 82))
+    assert (report.stretch.index[0], len(report.stretch.index)) == (52, 30)
+    held([report.terms.vh], PIXEL)
+    held([report.terms.tvh], SIGMA)
+
+
+BLINKING = """
+frames: 200
+seed: 3
+camera:
+  rate_hz: 10
+  size: [96, 80]
+  netd_mk: 60
+  noise:
+    - {kind: white}
+    - {kind: bad_pixels, dead: 0, hot: 0, blinking: 0.005, blink_ratio: 60, on_s: 0.8, off_s: 2}
+background: {kind: ground, spread_k: 0}
+"""
+
+
+@pytest.mark.parametrize("spoil", ["thrice", "lost"])
+def test_times_of_blinking_pixels_are_those_of_the_recording(spoil: str) -> None:
+    frames = np.stack([frame.image for frame, _ in irsim.frames(irsim.loads(BLINKING))])
+    if spoil == "thrice":
+        rate_hz, found = 30.0, measure_figures(np.repeat(frames, 3, axis=0), 30.0, passing=False)
+    else:
+        rate_hz, kept = 10.0, np.flatnonzero(np.random.default_rng(0).random(200) > 0.3)
+        found = measure_figures(frames[kept], rate_hz, times=kept / rate_hz, passing=False)
+    plain = measure_figures(frames, 10.0, passing=False).flaws
+    for time, known in ((found.flaws.on_frames, plain.on_frames), (found.flaws.off_frames, plain.off_frames)):
+        assert time is not None
+        assert known is not None
+        assert time.value / rate_hz == pytest.approx(known.value / 10.0, rel=0.001 if spoil == "thrice" else 0.25)
 
 
 def texture(seed: int, side: int = 160) -> Floats:

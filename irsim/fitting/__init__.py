@@ -40,7 +40,6 @@ class Fit:
     """
 
     name: str
-    frames: int
     figures: Figures
     display: FittedDisplay | None
     text: str
@@ -66,7 +65,7 @@ class Fit:
         measured = dict(self.figures.measured())
         return {
             "source": self.name,
-            "frames": self.frames,
+            "frames": self.figures.frames,
             "region": list(self.figures.region),
             "mean": self.figures.mean,
             "histogram": list(self.figures.histogram),
@@ -122,7 +121,7 @@ def fit_frames(
     lines = "\n".join(scene.lines(len(stack)))
     fitted = shown if isinstance(shown, FittedDisplay) else None
     notes = (*figures.notes, *scene.notes, *_refused(lines))
-    return Fit(source.name, len(stack), figures, fitted, sealed(lines + "\n"), notes)
+    return Fit(source.name, figures, fitted, sealed(lines + "\n"), notes)
 
 
 def _refused(text: str) -> Iterator[str]:

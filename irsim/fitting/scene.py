@@ -107,9 +107,10 @@ class Scene:
         return response.noise / response.gain
 
     def lines(self, frames: int) -> Iterator[str]:
+        """Of a scenario of so many frames."""
         columns, rows = self.size
         found = self.figures
-        yield f"# Fitted to {counted(frames, 'frame')} of {self.name} {BY} ranges are 95 % intervals."
+        yield f"# Fitted to {counted(found.frames, 'frame')} of {self.name} {BY} ranges are 95 % intervals."
         yield from (f"# Note: {note}." for note in (*found.notes, *self.notes))
         yield f"about: {json.dumps(f'A camera and a background like those of {self.name}')}"
         yield f"frames: {frames}"

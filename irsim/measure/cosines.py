@@ -11,8 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from irsim.measure.repeats import Indices
-from irsim.types import Floats
+from irsim.types import Floats, Indices
 
 _EACH = 64
 """The slowest modes are kept each; from there on neighbours, whose variances are nearly alike, are put together."""

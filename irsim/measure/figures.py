@@ -52,6 +52,7 @@ class Figures:
 
     rows and columns, as `Memory` has them, are in seconds.
 
+    frames                  from which they are read
     noise                   whole temporal sigma of a pixel; of it white the part without memory, memory that with.
                             Where something moves both are upper bounds of what is sharp and has no memory
     memory_frames           in which the part with memory falls to a correlation of 1/e
@@ -70,6 +71,7 @@ class Figures:
     flaws                   bad pixels
     """
 
+    frames: int
     noise: Measured
     white: Measured
     memory: Measured | None = None
@@ -144,8 +146,9 @@ def measure_figures(
             f"a picture of {frames.shape[2]}x{frames.shape[1]} px is too small to be measured; "
             f"allowed: at least {_LEAST_SIDE}x{_LEAST_SIDE}"
         )
-    report, bad = noise_and_defects(frames, rate_hz, region, top, taken, times)
+    report, bad = noise_and_defects(frames, rate_hz, region, top, taken, times, start)
     frames = report.stretch.of(frames)
+    taken_at = np.array(report.stretch.number) * report.stretch.slower
     held = tuple(() if boxes is None else boxes[k] for k in report.stretch.index)
     unsure = report.together and not report.moving and min(frames.shape[1:]) < TOLD_SIDE
     if unsure:
@@ -157,12 +160,12 @@ def measure_figures(
     # What is surely as sharp: of many the least value would be one that is too small by chance.
     blur = min([*still.points, *passed], key=lambda sigma: sigma.high, default=None)
     if report.slides:
-        marked = flaws(frames, bad.off(taken), report.fine)
+        marked = flaws(frames, taken_at, bad.off(taken), report.fine)
         # All others may blink, too, hidden by the change of the scene.
         blinking = Measured(marked.blinking.value, marked.blinking.value, 1.0, bound=True)
         found = _of_moving(report, whole, held, blur, still, replace(marked, blinking=blinking))
     else:
-        found = _of_still(report, whole, held, blur, still, flaws(frames, bad.off(taken), report.pixel_sigma))
+        found = _of_still(report, whole, held, blur, still, flaws(frames, taken_at, bad.off(taken), report.pixel_sigma))
     return replace(found, notes=(*report.stretch.left_out(start), *([SMALL] if unsure else []), *found.notes))
 
 
@@ -190,11 +193,9 @@ def _of_still(
     row, column = less(fixed.row, left_rows), less(fixed.column, left_columns)
     if report.moving or report.hidden >= _STIRRED:
         # What moves leaves a part of it behind in the mean, and rows and columns are read in the whole picture.
-        pixel, row, column = (
-            None if sigma is None else Measured(sigma.value, 0.0, sigma.high, bound=True)
-            for sigma in (pixel, row, column)
-        )
+        pixel, row, column = (Measured(sigma.value, 0.0, sigma.high, bound=True) for sigma in (pixel, row, column))
     return Figures(
+        frames=report.frames,
         **_of_time(report),
         pixel=pixel,
         row=row,
@@ -228,6 +229,7 @@ def _of_moving(
     spectrum, psf = fit_unblurred(powers, whole[0].shape, blur)
     middle = behind[len(behind) // 2]
     return Figures(
+        frames=report.frames,
         **_of_time(report),
         blur=blur,
         psf=psf,
@@ -254,10 +256,9 @@ def _of_time(report: NoiseReport) -> dict[str, Any]:
     if report.moving or report.slides:
         sharp = without_rounding(Measured(report.fine, 0.0, report.fine_most, bound=True), report.rounded)
         return {"noise": sharp, "white": sharp}
-    terms, memory, level = report.terms, report.temporal.memory, report.level
+    terms, memory, level, slower = report.terms, report.temporal.memory, report.level, report.stretch.slower
     rows, columns = report.lines.get("tv"), report.lines.get("th")
     drift = None if memory is None else memory.told_walk
-    slower = report.rate_hz / report.stretch.rate_hz
     return {
         "noise": without_rounding(terms.tvh, report.rounded),
         "white": without_rounding(terms.tvh if memory is None else memory.white, report.rounded),

@@ -21,7 +21,7 @@ _UNEVEN = 1.5
 
 @dataclass(frozen=True)
 class Flaws:
-    """Bad pixels of a recording. Heights are in its units, times in frames; None where there is no such pixel.
+    """Bad pixels of a recording. Heights are in its units, times in its frames; None where there is no such pixel.
 
     dead, hot, blinking     shares of the pixels; of blinking ones with those whose jump is too small to be told, and
                             among those where the scene does not change by more than noise
@@ -43,13 +43,14 @@ class Flaws:
     off_frames: Measured | None
 
 
-def flaws(frames: Values, bad: Defects, noise: float) -> Flaws:
-    """Of frames (T, rows, columns) with those bad pixels and a temporal noise of sigma `noise`."""
+def flaws(frames: Values, taken_at: Floats, bad: Defects, noise: float) -> Flaws:
+    """Of frames (T, rows, columns), taken at (T,) frame periods of the recording, with those bad pixels and a temporal
+    noise of sigma `noise`."""
     level = frames.mean(axis=0, dtype=np.float64)
     heights = (level - around(level))[bad.hot]
     hidden = stirred(frames, noise)
     told = bad.blinking & ~hidden
-    jump, on, off, seen = _blinks(frames[:, told], noise)
+    jump, on, off, seen = _blinks(frames[:, told], np.diff(taken_at), noise)
     blinking = _share(told, bad.judged * float(1 - hidden.mean()))
     return Flaws(
         dead=_share(bad.dead, bad.judged),
@@ -64,8 +65,11 @@ def flaws(frames: Values, bad: Defects, noise: float) -> Flaws:
     )
 
 
-def _blinks(series: Values, noise: float) -> tuple[Measured | None, Measured | None, Measured | None, float]:
-    """(jump, frames on, frames off, share of the blinking pixels that is seen) of series (T, pixels).
+def _blinks(
+    series: Values, passed: Floats, noise: float
+) -> tuple[Measured | None, Measured | None, Measured | None, float]:
+    """(jump, frames on, frames off, share of the blinking pixels that is seen) of series (T, pixels) and the frames
+    (T - 1,) that `passed` from each to the next.
 
     Each is cut half-way between its ends, and is on where it is seldom. Exponential jumps are seen from
     some height on, so that their mean is what the seen ones exceed it by, and the share of the others
@@ -82,11 +86,13 @@ def _blinks(series: Values, noise: float) -> tuple[Measured | None, Measured | N
     least = min(RESTLESS * noise / np.sqrt(share * (1 - share)), float(jumps.min())) if jumps.size >= _MANY else 0.0
     beyond = _mean(jumps - least)
     ends = [int((state[:-1] & ~state[1:]).sum()) for state in (on, ~on)]
-    away, home = (_rate(int(state[:-1].sum()), count) for state, count in zip((on, ~on), ends, strict=True))
+    away, home = (
+        _rate(float(passed @ state[:-1].sum(axis=1)), count) for state, count in zip((on, ~on), ends, strict=True)
+    )
     return beyond, away, home, float(np.exp(-least / max(beyond.value, 1e-9)))
 
 
-def _rate(total: int, events: int) -> Measured | None:
+def _rate(total: float, events: int) -> Measured | None:
     """Mean time between events, from how many there were in a total of time; None where there was none."""
     if not events:
         return None

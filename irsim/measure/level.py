@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from irsim.measure.interval import ENDS, LEVEL, Measured
-from irsim.measure.repeats import Indices
-from irsim.types import Floats
+from irsim.types import Floats, Indices
 
 _TIMES = 52
 """Of which 30 are up to the length of a series of 100."""

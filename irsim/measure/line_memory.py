@@ -9,8 +9,7 @@ from irsim.measure.interval import Measured, exactly, mean_square, without
 from irsim.measure.memory import LEAST_FRAMES, Memory, centred, memory_of
 from irsim.measure.mixture import fit_mixture
 from irsim.measure.noise_3d import Noise3dTerms
-from irsim.measure.repeats import Indices
-from irsim.types import Floats
+from irsim.types import Floats, Indices
 
 ALIKE = 0.3
 """Correlation from frame to frame from which a term is said to remember: of series that are drawn anew, each of the 64

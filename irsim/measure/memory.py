@@ -17,8 +17,7 @@ from irsim.measure.cosines import Cosines
 from irsim.measure.interval import Measured, jackknife, root, without
 from irsim.measure.mixture import Mixture, fit_mixture
 from irsim.measure.region import Values
-from irsim.measure.repeats import Indices
-from irsim.types import Floats
+from irsim.types import Floats, Indices
 
 LAGS = (1, 2, 3, 5, 9, 18, 36, 72)
 LEAST_FRAMES = 12

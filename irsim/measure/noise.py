@@ -123,7 +123,7 @@ class NoiseReport:
     def as_json(self) -> dict[str, Any]:
         """Plain values, ready for json.dumps; None for an end that no interval has."""
         stretch = self.stretch
-        used: dict[str, Any] = {"repeats": stretch.repeats, "lost": stretch.lost}
+        used: dict[str, Any] = {"repeats": stretch.repeats, "lost": stretch.lost, "rate_hz": stretch.rate_hz}
         used |= {**asdict(stretch.breaks), "used": list(stretch.index)}
         values = asdict(self, dict_factory=lambda pairs: {k: None if v == math.inf else v for k, v in pairs})
         return {**values, "region": list(self.region), "stretch": used}
@@ -136,6 +136,7 @@ def measure_noise(
     top: float = 65535.0,
     taken: Bools | None = None,
     times: Floats | None = None,
+    start: int = 0,
 ) -> NoiseReport:
     """Noise of frames (T, rows, columns) in counts, on `region` or the flattest window in which nothing moves.
 
@@ -146,10 +147,11 @@ def measure_noise(
     top     the highest count there can be
     taken   (rows, columns): where targets are in some frame, so that noise is not measured there
     times   (T,) s, of the frames: where all are whole periods apart, lost frames count as time that went on
+    start   the number of the first frame, for errors
 
     InputError where frames are too few or small or not finite, and where an argument is something else.
     """
-    return noise_and_defects(frames, rate_hz, region, top, taken, times)[0]
+    return noise_and_defects(frames, rate_hz, region, top, taken, times, start)[0]
 
 
 def noise_and_defects(
@@ -159,6 +161,7 @@ def noise_and_defects(
     top: float,
     taken: Bools | None,
     times: Floats | None,
+    start: int,
 ) -> tuple[NoiseReport, Defects]:
     """The same, and the bad pixels of those frames that it is read from, where targets were, too."""
     check_given(frames, rate_hz, top, taken, times)
@@ -167,11 +170,12 @@ def noise_and_defects(
     new = new_frames(frames, rate_hz, times)
     others = jumps([frames[k] for k in new.index])
     breaks = Breaks(pauses=new.pauses, jumps=tuple(new.index[others].tolist()))
-    stretch = longest_stretch(new, breaks, len(frames))
+    stretch = longest_stretch(new, breaks, len(frames), start)
     bad, place, flat = _read(stretch.of(frames), asked, top, taken)
-    if steps := pattern_steps(flat, np.array(stretch.number)):
-        breaks = replace(breaks, steps=tuple(stretch.index[step] for step in steps))
-        stretch = longest_stretch(new, breaks, len(frames))
+    # Cut at its steps, another stretch may be the longest, in which none were looked for yet.
+    while steps := pattern_steps(flat, np.array(stretch.number)):
+        breaks = replace(breaks, steps=tuple(sorted({*breaks.steps, *(stretch.index[step] for step in steps)})))
+        stretch = longest_stretch(new, breaks, len(frames), start)
         bad, place, flat = _read(stretch.of(frames), asked, top, taken)
     frames, region = stretch.of(frames), place
     number = np.array(stretch.number) - stretch.number[0]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from irsim.measure.region import Values
-from irsim.measure.repeats import Indices
+from irsim.types import Indices
 
 
 def evenly(count: int, most: int) -> Indices:

@@ -9,8 +9,7 @@ import numpy as np
 
 from irsim.measure.picked import middle
 from irsim.measure.region import Values
-from irsim.measure.repeats import Indices
-from irsim.types import Floats
+from irsim.types import Floats, Indices
 
 _WIDEST, _LONGEST = 128, 64
 """px of the middle of a picture, and frames, that are looked at: more changes little but the time that it takes."""

@@ -9,8 +9,7 @@ from irsim.measure.level import Level, fit_level
 from irsim.measure.line_memory import level_remembers, remembering
 from irsim.measure.memory import Memory, Temporal, temporal, time_freedom
 from irsim.measure.noise_3d import Noise3dTerms, noise_3d
-from irsim.measure.repeats import Indices
-from irsim.types import Floats
+from irsim.types import Floats, Indices
 
 _AS_MUCH = 4.0
 """By so much the variance of a level that remembers is more than what lines or pixels leave in it by chance: it is seen

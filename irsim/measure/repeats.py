@@ -5,15 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from irsim.errors import InputError
+from irsim.measure.noise_3d import LEAST_FRAMES
 from irsim.measure.region import Values
-from irsim.types import Bools, Floats
+from irsim.types import Bools, Floats, Indices
 
-Indices = npt.NDArray[np.intp]
-
-_LEAST_NEW = 4
-"""Frames that must be left: fewer are no recording of noise, but one of a picture without any."""
 _LEAST_CHANGED = 30
 """Pixels that change from one new frame to the next, in the median: two frames are then alike by chance, where that
 many change in a mean frame, in e^-30 of all."""
@@ -37,6 +34,7 @@ class NewFrames:
     index       (N,) where they lie in the recording
     number      (N,) when they were taken, in frames of the camera, from 0 on
     rate_hz     of the camera: below the recording's where that shows most frames more than once
+    slower      how many times below
     lost        frames that are missing between the first and the last one
     pauses      of `index` those before which too many are missing for what is to be told of time
     """
@@ -44,6 +42,7 @@ class NewFrames:
     index: Indices
     number: Indices
     rate_hz: float
+    slower: float
     lost: int
     pauses: tuple[int, ...]
 
@@ -60,19 +59,25 @@ def new_frames(frames: Values, rate_hz: float, times: Floats | None = None) -> N
     Nor do they tell of lost frames: that `times` (T,), s, do where all frames are whole periods apart. Where these are
     multiples of two periods or more, the camera is that much slower.
 
-    Frames alike by chance are no repeats: where noise is far below one count, all count.
+    Frames alike by chance are no repeats: where noise is far below one count, all count. InputError where fewer than
+    four are new.
     """
     count = len(frames)
-    gaps, slower, at_once = _gaps(count, rate_hz, times)
-    rate_hz /= slower
+    gaps, beat, at_once = _gaps(count, rate_hz, times)
+    slower = float(beat)
     lost = int(gaps.sum())
     missing = np.cumsum(gaps)
     changed = np.array([int(np.count_nonzero(frames[k] != frames[k - 1])) for k in range(1, count)], np.intp)
     index = np.concatenate([[0], np.flatnonzero(changed) + 1]).astype(np.intp)
-    few = len(index) < _LEAST_NEW or float(np.median(changed[changed > 0])) < _LEAST_CHANGED
-    if few or len(index) == count:
+    by_chance = not changed.any() or float(np.median(changed[changed > 0])) < _LEAST_CHANGED
+    if not by_chance and len(index) < LEAST_FRAMES:
+        raise InputError(
+            f"{len(index)} of {count} frames are new, the others repeat the one before bit for bit: too few to measure "
+            f"noise; allowed: at least {LEAST_FRAMES}"
+        )
+    if by_chance or len(index) == count:
         every = np.arange(count)
-        return _cut(every, every + missing, rate_hz, lost)
+        return _cut(every, every + missing, rate_hz, slower, lost)
     shown = np.maximum(np.add.reduceat(~at_once, index, dtype=np.intp), 1)  # how often each came, in time
     gone = np.diff(missing[index], append=missing[-1])  # after each, until the next one
     usual = float(np.median(shown))
@@ -81,9 +86,9 @@ def new_frames(frames: Values, rate_hz: float, times: Floats | None = None) -> N
     else:
         usual = float(shown[shown < 2 * usual].mean())
         passed = np.maximum(np.rint((shown + gone) / usual), 1).astype(np.intp)
-        rate_hz /= usual
+        slower *= usual
         lost = round(lost / usual)
-    return _cut(index, np.cumsum(passed) - passed, rate_hz, lost)
+    return _cut(index, np.cumsum(passed) - passed, rate_hz, slower, lost)
 
 
 def _gaps(count: int, rate_hz: float, times: Floats | None) -> tuple[Indices, int, Bools]:
@@ -103,8 +108,8 @@ def _gaps(count: int, rate_hz: float, times: Floats | None) -> tuple[Indices, in
     return gaps, slower, np.concatenate([[False], whole == 0])
 
 
-def _cut(index: Indices, number: Indices, rate_hz: float, lost: int) -> NewFrames:
-    return NewFrames(index, number, rate_hz, lost, tuple(sorted(index[_pauses(number)].tolist())))
+def _cut(index: Indices, number: Indices, rate_hz: float, slower: float, lost: int) -> NewFrames:
+    return NewFrames(index, number, rate_hz / slower, slower, lost, tuple(sorted(index[_pauses(number)].tolist())))
 
 
 def _pauses(number: Indices) -> list[int]:

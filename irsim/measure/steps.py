@@ -9,8 +9,7 @@ import numpy as np
 from irsim.measure.jumps import lively
 from irsim.measure.picked import middle
 from irsim.measure.region import Values
-from irsim.measure.repeats import Indices
-from irsim.types import MEDIAN_TO_SIGMA, Floats
+from irsim.types import MEDIAN_TO_SIGMA, Floats, Indices
 
 _WIDTHS = (1, 2, 4, 8, 16, 32)
 """Frames on either side of a step that are averaged: narrow ones place it, wide ones see a weak one."""

@@ -22,7 +22,7 @@ _NAMED = 4
 class Breaks:
     """Frames before which a recording is cut.
 
-    pauses  more frames are lost before these than memory can be told over
+    pauses  more time goes by before these than memory can be told over
     jumps   the picture of these is another than that of the frame before
     steps   the fixed pattern is another from these on
     """
@@ -38,7 +38,7 @@ class Breaks:
     def causes(self, start: int) -> Iterator[str]:
         """What is there, for people; `start` is the number of the first recorded frame."""
         if self.pauses:
-            yield f"more is lost before {_frames(self.pauses, start)} than noise remembers"
+            yield f"more time goes by before {_frames(self.pauses, start)} than noise remembers"
         if self.jumps:
             yield f"the picture becomes another at {_frames(self.jumps, start)}"
         if self.steps:
@@ -56,6 +56,7 @@ class Stretch:
     index       frames that are used, none of them a repeat
     number      when these were taken, in frames of the camera from the first new one on
     rate_hz     of the camera; see `irsim.measure.repeats`
+    slower      frame periods of the recording that one of the camera takes
     """
 
     recorded: int
@@ -65,6 +66,7 @@ class Stretch:
     index: tuple[int, ...]
     number: tuple[int, ...]
     rate_hz: float
+    slower: float
 
     @property
     def length(self) -> int:
@@ -85,21 +87,23 @@ class Stretch:
             yield f"{self.repeats} of {self.recorded} frames {repeat} the one before bit for bit: {they_do} not count"
         if self.lost:
             yield f"{self.lost} {'frame is' if self.lost == 1 else 'frames are'} missing, by the times of the others"
+        if self.slower > 1:
+            yield f"the camera is taken to have {self.rate_hz:.3g} Hz: memory and lags are in its frames"
         if causes := "; ".join(self.breaks.causes(start)):
             first, last = start + self.index[0], start + self.index[-1]
             yield f"{causes}: figures are those of frames {first} to {last}, the longest stretch without such a break"
 
 
-def longest_stretch(new: NewFrames, breaks: Breaks, recorded: int) -> Stretch:
-    """The most of the new frames of so many `recorded` ones between breaks; the first of equals.
+def longest_stretch(new: NewFrames, breaks: Breaks, recorded: int, start: int) -> Stretch:
+    """The most of the new frames of so many `recorded` ones, from number `start` on, between breaks.
 
-    InputError where these are too few to measure noise.
+    The first of equals. InputError where these are too few to measure noise.
     """
     ends = [0, *np.searchsorted(new.index, breaks.all), len(new.index)]
     first, last = max(itertools.pairwise(ends), key=lambda pair: pair[1] - pair[0])
     if last - first < LEAST_FRAMES <= len(new.index):
         raise InputError(
-            f"{'; '.join(breaks.causes(0))}: the longest stretch without such a break has "
+            f"{'; '.join(breaks.causes(start))}: the longest stretch without such a break has "
             f"{counted(last - first, 'frame')}, too few to measure noise; allowed: at least {LEAST_FRAMES}"
         )
     return Stretch(
@@ -110,6 +114,7 @@ def longest_stretch(new: NewFrames, breaks: Breaks, recorded: int) -> Stretch:
         index=tuple(new.index[first:last].tolist()),
         number=tuple(new.number[first:last].tolist()),
         rate_hz=new.rate_hz,
+        slower=new.slower,
     )
 
 

@@ -14,6 +14,7 @@ Counts = npt.NDArray[np.uint16]
 Image = npt.NDArray[np.uint8] | Counts
 Floats = npt.NDArray[np.floating]
 Bools = npt.NDArray[np.bool_]
+Indices = npt.NDArray[np.intp]
 Slices = tuple[slice, slice]
 """A patch of a picture: its rows and columns."""
 Held = TypeVar("Held")
