@@ -18,9 +18,7 @@ from irsim.measure.flaws import Flaws
 from irsim.measure.memory import Memory
 
 PAGE = Path(__file__).parent.parent / "docs" / "figures.md"
-NO_FIGURES = {"memory_age_s", "rows", "columns", "texture", "mean", "histogram", "flaws", "region", "notes"} | {
-    "frames"
-}
+NO_FIGURES = {"frames", "memory_age_s", "rows", "columns", "texture", "mean", "histogram", "flaws", "region", "notes"}
 """Fields of `Figures` that are told elsewhere in the document, or are made of others."""
 OF_PARTS = {"rows.*": Memory, "columns.*": Memory, "texture.*": Field, "flaws.*": Flaws}
 
