@@ -9,6 +9,7 @@ import numpy as np
 from irsim.measure.defects import RESTLESS, Defects, around, stirred
 from irsim.measure.interval import LEVEL, Measured
 from irsim.measure.region import Values
+from irsim.measure.telegraph import mean_times
 from irsim.types import Bools, Floats
 
 _MANY = 10
@@ -29,7 +30,7 @@ class Flaws:
     dead_level              at which dead pixels stand, in the median
     hot_height              of hot pixels above what is around them, in the mean
     jump                    of blinking pixels, in the mean, either way
-    on_frames, off_frames   mean time away from their own level, and at it
+    on_frames, off_frames   mean time on one level, where they are seldom, and on the other
     """
 
     dead: Measured
@@ -50,7 +51,10 @@ def flaws(frames: Values, taken_at: Floats, bad: Defects, noise: float) -> Flaws
     heights = (level - around(level))[bad.hot]
     hidden = stirred(frames, noise)
     told = bad.blinking & ~hidden
-    jump, on, off, seen = _blinks(frames[:, told], np.diff(taken_at), noise)
+    series = frames[:, told].astype(np.float64)
+    high = series > (series.max(axis=0) + series.min(axis=0)) / 2
+    jump, seen = _jumps(high, series, noise) if told.any() else (None, 1.0)
+    on, off = mean_times(high, np.diff(taken_at)) or (None, None)
     blinking = _share(told, bad.judged * float(1 - hidden.mean()))
     return Flaws(
         dead=_share(bad.dead, bad.judged),
@@ -65,39 +69,19 @@ def flaws(frames: Values, taken_at: Floats, bad: Defects, noise: float) -> Flaws
     )
 
 
-def _blinks(
-    series: Values, passed: Floats, noise: float
-) -> tuple[Measured | None, Measured | None, Measured | None, float]:
-    """(jump, frames on, frames off, share of the blinking pixels that is seen) of series (T, pixels) and the frames
-    (T - 1,) that `passed` from each to the next.
+def _jumps(high: Bools, series: Values, noise: float) -> tuple[Measured, float]:
+    """(mean jump, share of the blinking pixels that is seen) of series (T, pixels), which are high or not.
 
-    Each is cut half-way between its ends, and is on where it is seldom. Exponential jumps are seen from
-    some height on, so that their mean is what the seen ones exceed it by, and the share of the others
-    follows; of a few pixels nobody can say so, and they are taken as they are.
+    Exponential jumps are seen from some height on, so that their mean is what the seen ones exceed it by, and the
+    share of the others follows; of a few pixels nobody can say so, and they are taken as they are.
     """
-    if series.shape[1] == 0:
-        return None, None, None, 1.0
-    values = series.astype(np.float64)
-    high = values > (values.max(axis=0) + values.min(axis=0)) / 2
-    on = np.where(high.mean(axis=0) > 0.5, ~high, high)
-    means = [np.where(state, values, 0).sum(axis=0) / state.sum(axis=0).clip(1) for state in (on, ~on)]
+    means = [np.where(state, series, 0).sum(axis=0) / state.sum(axis=0).clip(1) for state in (high, ~high)]
     jumps = np.abs(means[0] - means[1])
-    share = float(on.mean())
+    often = high.mean(axis=0)
+    share = float(np.minimum(often, 1 - often).mean())
     least = min(RESTLESS * noise / np.sqrt(share * (1 - share)), float(jumps.min())) if jumps.size >= _MANY else 0.0
     beyond = _mean(jumps - least)
-    ends = [int((state[:-1] & ~state[1:]).sum()) for state in (on, ~on)]
-    away, home = (
-        _rate(float(passed @ state[:-1].sum(axis=1)), count) for state, count in zip((on, ~on), ends, strict=True)
-    )
-    return beyond, away, home, float(np.exp(-least / max(beyond.value, 1e-9)))
-
-
-def _rate(total: float, events: int) -> Measured | None:
-    """Mean time between events, from how many there were in a total of time; None where there was none."""
-    if not events:
-        return None
-    low, high = _poisson(events)
-    return Measured(total / events, total / high, total / max(low, 1e-3))
+    return beyond, float(np.exp(-least / max(beyond.value, 1e-9)))
 
 
 def _share(mask: Bools, judged: float) -> Measured:

@@ -1,0 +1,75 @@
+"""Mean times of what goes to and fro between two levels are found, however seldom it is looked at."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from intervals import held
+
+import irsim
+from irsim.measure import Measured, measure_figures
+from irsim.measure.telegraph import mean_times
+from irsim.types import Bools, Floats
+
+
+def seen(seed: int, on: float, off: float, times: Floats, pixels: int) -> Bools:
+    """(T, pixels): half of them are high where they are on. Events as they come, not by the law that is fitted."""
+    rng = np.random.default_rng(seed)
+    drawn = np.empty((len(times), pixels), np.bool_)
+    for pixel in range(pixels):
+        begun = rng.random() < on / (on + off)
+        count = 100 + int(4 * times[-1] / min(on, off))
+        stays = rng.exponential(1, count) * np.where(np.arange(count) % 2 == begun, off, on)
+        changes = np.searchsorted(np.cumsum(stays), times, side="right")
+        drawn[:, pixel] = begun ^ (changes % 2 == 1)
+    return drawn ^ (rng.random(pixels) < 0.5)
+
+
+@pytest.mark.parametrize(("on", "off"), [(0.5, 2.0), (2.3, 4.4), (3.0, 3.0), (9.0, 18.0), (20.0, 200.0)])
+@pytest.mark.parametrize("lost", [0.0, 0.4])
+def test_mean_times_lie_in_their_intervals(on: float, off: float, lost: float) -> None:
+    """Sampled runs are a third longer than 2.3 and 4.4, and pixels that stay for 200 hardly change in 200 frames."""
+    found = []
+    for seed in range(20):
+        times = np.flatnonzero(np.random.default_rng(seed).random(200) >= lost).astype(float)
+        pair = mean_times(seen(seed, on, off, times, 30), np.diff(times))
+        assert pair is not None
+        found.append(pair)
+    held([pair[0] for pair in found], on)
+    held([pair[1] for pair in found], off)
+    assert np.median([pair[0].value for pair in found]) == pytest.approx(on, rel=0.08)
+    assert np.median([pair[1].value for pair in found]) == pytest.approx(off, rel=0.15)
+
+
+def test_a_level_and_its_opposite_tell_the_same() -> None:
+    high = seen(0, 3.0, 9.0, np.arange(100.0), 12)
+    assert mean_times(high, np.ones(99)) == mean_times(~high, np.ones(99))
+
+
+def test_what_never_changes_tells_nothing() -> None:
+    assert mean_times(np.zeros((20, 3), np.bool_), np.ones(19)) is None
+    assert mean_times(np.zeros((20, 0), np.bool_), np.ones(19)) is None
+
+
+def test_pixels_of_a_camera_blink_for_as_long_as_it_says() -> None:
+    scene = """
+    frames: 200
+    camera:
+      size: [72, 64]
+      netd_mk: 20
+      noise:
+        - {kind: white}
+        - {kind: bad_pixels, dead: 0, hot: 0, blinking: 0.01, blink_ratio: 40, on_s: 0.08, off_s: 0.15}
+    background: {kind: ground, spread_k: 0}
+    """
+    on: list[Measured] = []
+    off: list[Measured] = []
+    for seed in range(8):
+        frames = np.stack([frame.image for frame, _ in irsim.frames(irsim.loads(scene, overrides=[f"seed={seed}"]))])
+        flaws = measure_figures(frames, 30.0, passing=False).flaws
+        assert flaws.on_frames is not None
+        assert flaws.off_frames is not None
+        on.append(flaws.on_frames)
+        off.append(flaws.off_frames)
+    held(on, 0.08 * 30)
+    held(off, 0.15 * 30)
