@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from intervals import held
 
 import irsim
 from irsim.measure.interval import Measured, without
@@ -33,6 +34,32 @@ def test_a_fit_beside_strong_drift_agrees_with_what_went_in_and_with_a_fit_of_it
             assert first.low <= ratio * netd <= first.high
             assert first.low <= second.high
             assert second.low <= first.high
+
+
+UPRIGHT = """
+frames: 40
+seed: {seed}
+camera: {{size: [160, 120], noise: [{{kind: noise_3d, tvh: 1, h: {h}}}]}}
+background: {{kind: {background}}}
+occluders: [{{kind: bar, id: pole, center_px: [80, 60], size_px: [9, 140], range_m: 300, temperature_k: 300}}]
+"""
+
+
+@pytest.mark.parametrize("background", ["sky, horizon_k: 285, zenith_k: 250", "ground, spread_k: 0"])
+@pytest.mark.parametrize("h", [0.0, 0.2])
+def test_a_pole_higher_than_the_picture_is_no_noise_of_columns(background: str, h: float) -> None:
+    """Its edges alone would make 4 NETD of columns, and of the even ones beside the odd ones."""
+    found = []
+    for seed in range(6):
+        scene = irsim.loads(UPRIGHT.format(seed=seed, h=h, background=background))
+        fitted = irsim.fit(scene)
+        assert fitted.figures.column is not None
+        assert any("all across the picture" in note and "columns are told beside them" in note for note in fitted.notes)
+        found.append(fitted.figures.column)
+        assert not fitted.figures.turned
+        assert fitted.figures.column.high < (h + 0.1) * scene.camera.response().noise
+    if h:
+        held(found, h * scene.camera.response().noise)
 
 
 def test_a_variance_without_a_part_of_it_is_as_unsure_as_both() -> None:

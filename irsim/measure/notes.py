@@ -57,6 +57,9 @@ def texture_notes(fixed: Pattern, picture: Floats, noise: float) -> Iterator[str
             f"edges and things of the scene look like fixed pattern: it is told at {fixed.quietest}, where least is "
             "seen, rows and columns by what all parts of the picture have in common"
         )
+    elif fixed.across:
+        along = " and ".join(fixed.across)
+        yield f"edges of the scene go all across the picture, along {along}: fixed {along} are told beside them"
 
 
 _LAYERED = 0.5

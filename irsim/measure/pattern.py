@@ -9,7 +9,7 @@ import numpy as np
 
 from irsim.measure.field import Spectrum, periodogram
 from irsim.measure.interval import Measured
-from irsim.measure.lines import common_lines, lines
+from irsim.measure.lines import common_lines, crossed, lines
 from irsim.measure.region import SIDE, Region
 from irsim.measure.unblurred import fit_unblurred
 from irsim.types import MEDIAN_TO_SIGMA, Bools, Floats
@@ -30,6 +30,7 @@ class Pattern:
     floor       variance of what differs from pixel to pixel
     row, column sigmas of offsets from row to row and from column to column
     quietest    where the floor is told, if not in the whole picture
+    across      "rows", "columns": along which edges of the scene go all across
     """
 
     spectrum: Spectrum
@@ -38,6 +39,7 @@ class Pattern:
     row: Measured
     column: Measured
     quietest: Region | None
+    across: tuple[str, ...]
 
 
 def fixed_pattern(picture: Floats, blur: Measured | None, stirred: bool, held: Bools) -> Pattern:
@@ -46,7 +48,8 @@ def fixed_pattern(picture: Floats, blur: Measured | None, stirred: bool, held: B
     A random field's texture is told from what is white by the spectrum of the whole picture, and from rows and columns
     by its axes. Edges and things of a scene are no such field, and look like both. Where they are seen, pixels are told
     where the picture is quietest, for a detector's pattern is the same everywhere; rows and columns by what all parts
-    of the picture have in common, and so, too, where something `stirred` while it was taken. Where things `held` it
+    of the picture have in common, and so, too, where something `stirred` while it was taken, or an edge goes all
+    across. Where things `held` it
     (rows, columns), it is what is around them, and too quiet.
     """
     powers = periodogram(picture)
@@ -55,13 +58,18 @@ def fixed_pattern(picture: Floats, blur: Measured | None, stirred: bool, held: B
     near = cv2.dilate(held.astype(np.uint8), np.ones((3, 3), np.uint8))[1:-1, 1:-1].astype(np.bool_)
     seen = sharp[~near]
     uneven = float(np.sqrt(np.square(seen).mean())) > _UNEVEN * MEDIAN_TO_SIGMA * float(np.median(seen))
-    fixed = common_lines(picture) if uneven or stirred else lines(powers, spectrum.density, picture.shape)
+    along = lines(powers, spectrum.density, picture.shape)
+    across = crossed(picture)
+    apart = uneven or stirred
+    common = common_lines(picture) if apart or across else along
+    row = common.row if apart or "rows" in across else along.row
+    column = common.column if apart or "columns" in across else along.column
     quietest = _quietest(np.where(near, sharp.max(), sharp)) if uneven else None
     if quietest is None:
-        return Pattern(spectrum, told, spectrum.floor, fixed.row, fixed.column, None)
+        return Pattern(spectrum, told, spectrum.floor, row, column, None, across)
     part = picture[quietest.rows, quietest.columns]
     floor = fit_unblurred(periodogram(part), part.shape, blur)[0].floor
-    return Pattern(spectrum, told, floor, fixed.row, fixed.column, quietest)
+    return Pattern(spectrum, told, floor, row, column, quietest, across)
 
 
 def _sharp(picture: Floats) -> Floats:
