@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from irsim.files import check_output, replacing
+from irsim.files import check_output, path_of, replacing
 from irsim.types import Box, Frame, Image, Source, Truth
 from irsim.wording import counted
 
@@ -60,7 +60,7 @@ def contact_sheet(source: Source, path: str | Path, start: int = 0, stop: int | 
     """
     from matplotlib.figure import Figure
 
-    path = Path(path)
+    path = path_of(path)
     check_output(path, *source.needs)
     indices = [start + index for index in sheet_indices((len(source) if stop is None else stop) - start)]
     columns, rows = min(COLUMNS, len(indices)), -(-len(indices) // COLUMNS)
@@ -108,7 +108,7 @@ def labelled_sheet(pictures: Sequence[Labelled], path: str | Path, columns: int 
     """Draw pictures side by side, each under its label, as a PNG file and return its path."""
     from matplotlib.figure import Figure
 
-    path = Path(path)
+    path = path_of(path)
     rows = -(-len(pictures) // columns)
     height, width = pictures[0].image.shape
     figure = Figure(figsize=(CELL_IN * columns, (CELL_IN * height / width + 0.12) * rows), layout="constrained")

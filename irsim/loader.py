@@ -15,7 +15,7 @@ from irsim.beside import beside, named_from
 from irsim.doubts import DOUBTS, doubts, unheeded
 from irsim.errors import InputError, Notice
 from irsim.explain import AnyPart, formed, line, place_of
-from irsim.files import begins_as_recording, is_binary, is_recording
+from irsim.files import begins_as_recording, is_binary, is_recording, path_of
 from irsim.kinds import Part, importing_nothing
 from irsim.overrides import given_overrides, override, place_of_key, place_of_override, placed
 from irsim.plausible import implausible
@@ -209,7 +209,7 @@ def dumps(scenario: Scenario, short: bool = False, folder: str | PathLike[str] |
              there, and `load` gives the equal scenario when all are moved together. None: by their whole names
     """
     document = _document(expect_scenario("the text", scenario), brief if short else plain)
-    return yamlfile.write((document if folder is None else named_from(document, Path(folder), Scenario)).value)
+    return yamlfile.write((document if folder is None else named_from(document, path_of(folder), Scenario)).value)
 
 
 def build(part: type[AnyPart], values: Mapping[str, Any], name: str) -> AnyPart:

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from irsim.errors import InputError
-from irsim.files import check_output, replacing
+from irsim.files import check_output, path_of, replacing
 from irsim.types import Box, Frame, Source, Truth
 
 Indices = npt.NDArray[np.uint8]
@@ -53,7 +53,7 @@ def moving_picture(
     ending is another, the file cannot be written or is one that the source is read from, or PyAV is missing, which
     WebM takes.
     """
-    path = Path(path)
+    path = path_of(path)
     ending = path.suffix.lower()
     if ending not in LEAST_COLUMNS:
         raise InputError(f"{path}: unknown kind of moving picture; allowed: {', '.join(LEAST_COLUMNS)}")

@@ -7,7 +7,7 @@ import math
 from pathlib import Path
 from typing import Any
 
-from irsim.files import replacing_text
+from irsim.files import path_of, replacing_text
 from irtrack.types import Estimate, Track
 
 COLUMNS = ("frame", "time_s", "cx", "cy", "w", "h", "status", "score", "vx", "vy", "neff", "ms")
@@ -16,7 +16,7 @@ COLUMNS = ("frame", "time_s", "cx", "cy", "w", "h", "status", "score", "vx", "vy
 
 def track_to_csv(track: Track, path: str | Path) -> Path:
     """Write one row a frame (`COLUMNS`). InputError where the folder or the file cannot be written."""
-    path = Path(path)
+    path = path_of(path)
     with replacing_text(path) as file:
         writer = csv.writer(file)
         writer.writerow(COLUMNS)

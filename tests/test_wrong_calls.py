@@ -11,9 +11,13 @@ import numpy as np
 import pytest
 
 import irsim
+import irsim.measure
 import irtrack
+from irsim.draw import contact_sheet, labelled_sheet
 from irsim.errors import InputError
+from irsim.moving import moving_picture
 from irsim.recording import TrackHeader, recover, write_tracks
+from irtrack.trackfile import track_to_csv
 
 SCENE = irsim.loads(
     "frames: 3\ncamera: {size: [32, 24]}\nbackground: {kind: ground}\n"
@@ -83,6 +87,17 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
     "write_tracks": (lambda: write_tracks(anything(None), TRACK, ()), NO_PATH),
     "recover": (lambda: recover(anything(None), "x.mcap"), NO_PATH),
     "recover to nowhere": (lambda: recover("x.mcap", anything(None)), NO_PATH),
+    "contact_sheet": (lambda: contact_sheet(irsim.Rendering(SCENE), anything(None)), NO_PATH),
+    "labelled_sheet": (lambda: labelled_sheet([], anything(3)), NO_PATH),
+    "moving_picture": (lambda: moving_picture(irsim.Rendering(SCENE), anything(None)), NO_PATH),
+    "track_to_csv": (lambda: track_to_csv(irtrack.run("kalman", SCENE, target="jet"), anything(3)), NO_PATH),
+    "a folder of dumps": (lambda: irsim.dumps(SCENE, folder=anything(3)), NO_PATH),
+    "Results": (lambda: irtrack.Results(anything(None)), NO_PATH),
+    "export": (lambda: irtrack.export(anything(3), "x.csv"), NO_PATH),
+    "write_report": (lambda: irtrack.write_report(anything(None)), NO_PATH),
+    "run_bench": (lambda: irtrack.run_bench([SCENE], ["kalman"], results=anything(None)), NO_PATH),
+    "kept_failures": (lambda: irtrack.kept_failures(anything(None)), NO_PATH),
+    "find_failure": (lambda: irtrack.find_failure(SCENE, "kalman", anything(None)), NO_PATH),
     "import_frames": (lambda: irsim.import_frames(anything(None), "x.mcap"), NO_PATH),
     "import_frames of numbers": (lambda: irsim.import_frames("frames", "x.mcap", anything(3)), NO_PATH),
     "is_recording": (lambda: irsim.is_recording(anything(None)), NO_PATH),
@@ -105,9 +120,30 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
         lambda: irsim.measure_noise(np.where(np.arange(8)[:, None, None] == 5, np.nan, FRAMES), 30.0),
         "frames: 1 of 8 hold values that are not finite, frame 5 first; allowed: finite numbers",
     ),
-    "the flattest of what is not finite": (
-        lambda: irsim.measure.flattest(np.full((4, 32, 32), np.nan), 255.0),
-        "frames: they hold values that are not finite; allowed: finite numbers",
+    "a highest count of the flattest": (
+        lambda: irsim.measure.flattest(FRAMES, anything("255")),
+        "top '255': allowed: a number above 0",
+    ),
+    "targets' places of the flattest": (
+        lambda: irsim.measure.flattest(FRAMES, 255.0, np.zeros((32, 31), np.bool_)),
+        r"taken: .* of shape \(32, 31\); allowed: None, or an array of bool of shape \(32, 32\)",
+    ),
+    "a highest count of defects": (
+        lambda: irsim.measure.defects(FRAMES, anything(None)),
+        "top None: allowed: a number above 0",
+    ),
+    "a rate of temporal": (lambda: irsim.measure.temporal(FRAMES, -1.0), "rate_hz -1.0: allowed: a number above 0"),
+    "too few frames of temporal": (
+        lambda: irsim.measure.temporal(FRAMES[:3], 30.0),
+        "3 frames are too few to measure noise; allowed: at least 4",
+    ),
+    "numbers that fall": (
+        lambda: irsim.measure.temporal(FRAMES, 30.0, np.arange(8)[::-1]),
+        r"number: an array of int64 of shape \(8,\); allowed: None, or an array of whole numbers of shape \(8,\) that",
+    ),
+    "numbers of which none follows another": (
+        lambda: irsim.measure.temporal(FRAMES, 30.0, 2 * np.arange(8)),
+        "number: .* that rise, somewhere by 1",
     ),
     "a list of figures": (
         lambda: irsim.measure.measure_figures(anything([[1]]), 30.0),
@@ -218,6 +254,45 @@ def test_the_wrong_thing_is_told_in_a_line(call: str) -> None:
     with pytest.raises(InputError, match=told) as caught:
         run()
     assert len(str(caught.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("frames", "told"),
+    [
+        (FRAMES.tolist(), "frames: a list; allowed: an array of numbers"),
+        (FRAMES[0], r"frames: an array of uint16 of shape \(32, 32\); allowed: an array of numbers"),
+        (FRAMES.astype(str), "frames: an array of <U5 of .*; allowed: an array of numbers"),
+        (FRAMES.astype(complex), "frames: an array of complex128 of .*; allowed: an array of numbers"),
+        (FRAMES[:0], r"frames: an array of uint16 of shape \(0, 32, 32\); allowed: one or more frames of"),
+        (FRAMES[:, :, :0], r"frames: an array of uint16 of shape \(8, 32, 0\); allowed: one or more frames of"),
+        (np.where(FRAMES == 0, np.nan, 1.0), "frames: 8 of 8 hold values that are not finite, frame 0 first; allowed"),
+    ],
+)
+@pytest.mark.parametrize(
+    "measure",
+    [
+        irsim.measure.noise_3d,
+        irsim.measure.defects,
+        irsim.measure.texture,
+        lambda frames: irsim.measure.temporal(frames, 30.0),
+        lambda frames: irsim.measure.flattest(frames, 255.0),
+    ],
+    ids=["noise_3d", "defects", "texture", "temporal", "flattest"],
+)
+def test_each_part_of_a_measurement_checks_its_frames(
+    measure: Callable[[Any], object], frames: object, told: str
+) -> None:
+    with pytest.raises(InputError, match=told) as caught:
+        measure(frames)
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_results_are_exported_and_told_of_only_in_files(tmp_path: Path) -> None:
+    with irtrack.run_bench([SCENE], ["kalman"], results=tmp_path / "a.db") as results:
+        with pytest.raises(InputError, match=NO_PATH):
+            irtrack.export(results, anything(None))
+        with pytest.raises(InputError, match=NO_PATH):
+            irtrack.write_report(results, anything(3))
 
 
 def test_a_recordings_frame_is_asked_for_by_a_whole_number(tmp_path: Path) -> None:

@@ -9,6 +9,8 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
+from irsim.measure.given import check_above, check_frames
+from irsim.measure.picked import LARGE
 from irsim.measure.points import FULL
 from irsim.measure.region import Values
 from irsim.measure.shared import following, in_groups, unshared
@@ -95,23 +97,29 @@ def defects(frames: Values, top: float = math.inf) -> Defects:
     height most of those beside it share, is the scene's. A still point as sharp as a pixel does look like a bad one.
 
     top     the highest count there can be: where all is full of light nothing is told
+
+    InputError for frames that are no array of finite numbers, and for a `top` that is no number above 0.
     """
+    check_frames(frames)
+    check_above(top, "top", "the highest count that there can be", math.inf)
     values = np.asarray(frames, np.float32)
     level, restless = values.mean(axis=0), values.std(axis=0)
     usual = float(np.median(restless))
     frozen_from = _frozen_from(frames)
-    full = _filled(level, top)
+    usually = around(level)
+    full = _filled(usually, top)
     frozen = (restless == 0) & (level < FULL * top) & (frozen_from is not None and len(frames) >= frozen_from)
-    apart = level - around(level)
-    calm = np.maximum(around(restless), usual)
+    apart = level - usually
+    restless_around = around(restless)
+    calm = np.maximum(restless_around, usual)
     rounded = usual < ROUNDED and whole_counts(frames)
     changing = restless > np.maximum(RESTLESS * calm, _TOGGLES if rounded else 0)
-    blinking = changing & (_alone(restless) | _in_islands(changing, restless < _CALM * calm))
+    blinking = changing & (_alone(restless, restless_around) | _in_islands(changing, restless < _CALM * calm))
     blinking &= ~full & ~_passed(values, blinking, restless > RESTLESS * usual)
     blinking &= ~following(values, blinking)
-    steady = _far_off(without_lines(level)) & ~changing & ~full & (np.abs(apart) > (_A_COUNT if rounded else 0))
-    hot = unshared(apart, steady & _alone(level))
-    dead = (unshared(-apart, steady & _alone(-level)) | frozen) & ~hot
+    steady = _far_off(_without_common(apart)) & ~changing & ~full & (np.abs(apart) > (_A_COUNT if rounded else 0))
+    hot = unshared(apart, steady & _alone(level, usually))
+    dead = (unshared(-apart, steady & _alone(-level, -usually)) | frozen) & ~hot
     return Defects(dead, hot, blinking, frozen_from, dead.size)
 
 
@@ -151,7 +159,11 @@ def uneven(frames: Values, noise: float) -> Uneven:
 def without_lines(level: Floats) -> Floats:
     """What pixels (rows, columns) lie above those around, without what rows and columns have in common: medians are
     taken off. A camera's own rows hide no bad pixel."""
-    apart = level - around(level)
+    return _without_common(level - around(level))
+
+
+def _without_common(apart: Floats) -> Floats:
+    """The same of what pixels lie above those around."""
     rest = apart - np.median(apart, axis=1, keepdims=True)
     return np.asarray(rest - np.median(rest, axis=0, keepdims=True), np.float32)
 
@@ -194,7 +206,11 @@ def patched(frames: Values, bad: Bools) -> Values:
     from scipy.ndimage import distance_transform_edt
 
     rows, columns = distance_transform_edt(bad, return_distances=False, return_indices=True)
-    return frames[:, rows, columns]
+    if bad.size <= LARGE:  # its values lie side by side in time, in which order sums are rounded
+        return frames[:, rows, columns]
+    whole = frames.copy()
+    whole[:, bad] = frames[:, rows[bad], columns[bad]]
+    return whole
 
 
 def without_specks(picture: Floats) -> Floats:
@@ -214,14 +230,14 @@ def _usually(apart: Floats) -> Floats:
     return np.maximum(around(np.abs(apart)), float(np.median(np.abs(apart)))) * MEDIAN_TO_SIGMA
 
 
-def _alone(picture: Floats) -> Bools:
+def _alone(picture: Floats, usually: Floats) -> Bools:
     """Whether a pixel lies above all on the border of the 5 x 5 px around it.
 
-    By at least half of what it lies above their median.
+    By at least half of what it lies above what is `usually` there, their median.
     """
     border = np.pad(np.zeros((3, 3), np.uint8), 1, constant_values=1)
     highest = cv2.dilate(_continued(picture), border)[_BEYOND:-_BEYOND, _BEYOND:-_BEYOND]
-    alone: Bools = picture - highest > (picture - around(picture)) / 2
+    alone: Bools = picture - highest > (picture - usually) / 2
     return alone
 
 
@@ -240,9 +256,9 @@ def _in_islands(changing: Bools, calm: Bools) -> Bools:
     return island
 
 
-def _filled(level: Floats, top: float) -> Bools:
-    """Where most pixels around are full of light all the time, and 2 px beside that."""
-    full = (around(level) >= FULL * top).astype(np.uint8)
+def _filled(usually: Floats, top: float) -> Bools:
+    """Where most pixels around, whose median `usually` is, are full of light all the time, and 2 px beside that."""
+    full = (usually >= FULL * top).astype(np.uint8)
     return cv2.dilate(full, np.ones((2 * _BEYOND + 1,) * 2, np.uint8)).astype(bool)
 
 
@@ -286,6 +302,6 @@ def _continued(picture: Floats) -> Floats:
     for turn in range(4):
         side, inside = np.rot90(whole, turn), np.rot90(picture, turn)
         edge = median_filter(inside[0].astype(np.float32), 2 * _BEYOND + 1, mode="mirror")
-        side[:_BEYOND, _BEYOND:-_BEYOND] = 2 * edge - inside.take(range(_BEYOND, 0, -1), axis=0, mode="clip")
+        side[:_BEYOND, _BEYOND:-_BEYOND] = 2 * edge - inside[[min(k, len(inside) - 1) for k in range(_BEYOND, 0, -1)]]
         side[:_BEYOND, :_BEYOND] = edge[0]
     return whole

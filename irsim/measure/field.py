@@ -12,10 +12,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from irsim.measure.hann import HANN_FREEDOM
 from irsim.measure.interval import ENDS, Measured
+from irsim.measure.picked import coarseness
+from irsim.measure.repeats import Indices
 from irsim.types import Floats
 
 TILE = 1024
@@ -24,6 +25,8 @@ _REFERENCE = 0.04
 """Cycles a px at which the strength of the texture is fitted: there it hangs least on the slopes."""
 _CLEAR = 2
 """Cycles a side that stay out on either side of the axes: rows and columns of a detector lie there."""
+_LOW = 128
+"""Cycles a side up to which each frequency of a large picture counts by itself: there the texture's are."""
 _SEEN = 30.0
 """Gain of log likelihood from which there is texture: four parameters bring 2 by chance, and a few bad pixels 10."""
 _NOTHING = 1e-24
@@ -71,17 +74,58 @@ class Spectrum:
 
 @dataclass(frozen=True, eq=False)
 class _Frequencies:
+    """Frequencies x (X,) and |y| (Y,), cycles a px, what a `blur` leaves of power there (Y, X), and how many of a
+    picture's each stands for."""
+
     x: Floats
     y: Floats
     blur: Floats
-    used: npt.NDArray[np.bool_]
+    count: Floats
 
     @classmethod
-    def of(cls, shape: tuple[int, int], psf_px: float) -> _Frequencies:
-        rows, columns = shape
-        x, y = np.fft.rfftfreq(columns)[None], np.fft.fftfreq(rows)[:, None]
-        used = (x * columns > _CLEAR + 0.5) & (np.abs(y) * rows > _CLEAR + 0.5) & (x < 0.5)
-        return cls(x, np.abs(y), np.exp(-4 * np.pi**2 * psf_px**2 * (x**2 + y**2)), used)
+    def of(cls, x: Floats, y: Floats, psf_px: float, count: Floats) -> _Frequencies:
+        return cls(x, np.abs(y), np.exp(-4 * np.pi**2 * psf_px**2 * (x**2 + y[:, None] ** 2)), count)
+
+    @classmethod
+    def all(cls, shape: tuple[int, int], psf_px: float) -> _Frequencies:
+        """Those of a picture (rows, columns), in the order of numpy's rfft2."""
+        return cls.of(np.fft.rfftfreq(shape[1]), np.fft.fftfreq(shape[0]), psf_px, np.ones((1, 1)))
+
+
+def _used(powers: Floats, shape: tuple[int, int], psf_px: float) -> tuple[_Frequencies, Floats]:
+    """The frequencies that a spectrum is fitted at, and the power there (Y, X), of a picture's periodogram.
+
+    Of a large picture they are few: frequencies of y and -y, and beyond the low ones so many neighbours along either
+    axis, count as one, with their mean. The spectrum is even over them, and of their powers P no more than the mean is
+    in the sum of log S + P / S.
+    """
+    x, y = np.fft.rfftfreq(shape[1]), np.fft.fftfreq(shape[0])
+    across, down = (
+        np.flatnonzero((np.abs(axis) * side > _CLEAR + 0.5) & (axis < 0.5))
+        for axis, side in zip((x, y), shape[::-1], strict=True)
+    )
+    step = coarseness(shape)
+    if step == 1:
+        return _Frequencies.of(x[across], y[down], psf_px, np.ones((1, 1))), powers[np.ix_(down, across)]
+    down = down[y[down] > 0]
+    folded = powers[np.ix_(down, across)] + powers[np.ix_(-down, across)]
+    for axis, places in enumerate((down, across)):
+        folded = np.add.reduceat(folded, _starts(places, step), axis=axis)
+    (y, rows), (x, columns) = (_means(axis[places], _starts(places, step)) for axis, places in ((y, down), (x, across)))
+    count = 2 * rows[:, None] * columns
+    return _Frequencies.of(x, y, psf_px, count), folded / count
+
+
+def _starts(cycles: Indices, step: int) -> Indices:
+    """Where each of the groups of frequencies (N,), which rise, begins: of one up to `_LOW`, then of `step` each."""
+    low = cycles <= _LOW
+    return np.flatnonzero(low | ((np.arange(len(cycles)) - int(low.sum())) % step == 0))
+
+
+def _means(values: Floats, starts: Indices) -> tuple[Floats, Floats]:
+    """Means of the groups that begin there, and how many are in each."""
+    count = np.diff(np.append(starts, len(values))).astype(np.float64)
+    return np.add.reduceat(values, starts) / count, count
 
 
 def fit_field(periodogram: Floats, shape: tuple[int, int], psf_px: float) -> Spectrum:
@@ -90,22 +134,21 @@ def fit_field(periodogram: Floats, shape: tuple[int, int], psf_px: float) -> Spe
     Intervals are those of the Fisher information, for a Gaussian field; a real scene is none, and differs
     from place to place by more. What ends at a bound of the search has all of it as its interval.
     """
-    at = _Frequencies.of(shape, psf_px)
-    power = periodogram[at.used]
+    at, power = _used(periodogram, shape, psf_px)
     if not power.any():  # all pixels are alike, as where all are full or at 0
         return Spectrum(None, Measured(_NOTHING, 0.0, _NOTHING), np.full(periodogram.shape, _NOTHING), 0.0)
-    corner = periodogram[at.used & (np.hypot(at.x, at.y) > 0.45)]
-    floor = float(corner.mean()) + 1e-12
-    low = np.hypot(at.x, at.y)
-    middle = periodogram[at.used & (low < max(_REFERENCE * 2, float(low[at.used].min()) * 2))]
+    radius = np.hypot(at.x, at.y[:, None])
+    floor = float(power[radius > 0.45].mean()) + 1e-12
+    middle = power[radius < max(_REFERENCE * 2, float(radius.min()) * 2)]
     start = np.array([np.log(max(middle.mean() - floor, floor * 1e-3)), 2.5, 2.5, np.log(max(shape) / 2), 0.0, 0.0])
     bounds = np.array([(-60, 60), (0.5, 6), (0.5, 6), (np.log(4), np.log(4 * max(shape))), (-2, 2), (-20, 5)])
     theta, loss = _scored(start, bounds, power, at, floor)
     loss /= HANN_FREEDOM**2
-    flat = float(power.mean())
-    flat_loss = power.size * (np.log(flat) + 1) / HANN_FREEDOM**2
+    count = float(np.broadcast_to(at.count, power.shape).sum())
+    flat = float((power * at.count).sum()) / count
+    flat_loss = count * (np.log(flat) + 1) / HANN_FREEDOM**2
     if flat_loss - loss < _SEEN:
-        error = ENDS * flat * HANN_FREEDOM / np.sqrt(power.size)
+        error = ENDS * flat * HANN_FREEDOM / np.sqrt(count)
         return Spectrum(None, Measured(flat, flat - error, flat + error), np.full(periodogram.shape, flat), flat_loss)
     covariance = _covariance(theta, bounds, at, floor)
 
@@ -128,7 +171,8 @@ def fit_field(periodogram: Floats, shape: tuple[int, int], psf_px: float) -> Spe
         correlation_px=parameter(3, np.exp),
         stretch=parameter(4, np.exp),
     )
-    return Spectrum(texture, told(lambda t: t[5] + np.log(floor), np.exp), _density(theta, at, floor), loss)
+    density = _density(theta, _Frequencies.all(shape, psf_px), floor)
+    return Spectrum(texture, told(lambda t: t[5] + np.log(floor), np.exp), density, loss)
 
 
 def periodogram(picture: Floats) -> Floats:
@@ -154,7 +198,7 @@ def _strength(theta: Floats) -> float:
 
 
 def _density(theta: Floats, at: _Frequencies, floor: float) -> Floats:
-    texture = _strength(theta) * _shape(theta, at.x, at.y) * at.blur
+    texture = _strength(theta) * _shape(theta, at.x, at.y[:, None]) * at.blur
     return np.asarray(texture + floor * np.exp(theta[5]))
 
 
@@ -167,10 +211,10 @@ def _log_variance(theta: Floats) -> float:
 
 
 def _slopes(theta: Floats, at: _Frequencies, floor: float) -> Floats:
-    """(parameters, frequencies): d log S / d theta."""
+    """(parameters, frequencies): d log S / d theta, times the root of how many each stands for."""
     steps = 1e-3 * np.eye(len(theta))
-    ends = [[np.log(_density(theta + sign * step, at, floor)[at.used]) for sign in (1, -1)] for step in steps]
-    return np.stack([(up - down) / 2e-3 for up, down in ends])
+    ends = [[np.log(_density(theta + sign * step, at, floor)) for sign in (1, -1)] for step in steps]
+    return np.stack([((up - down) / 2e-3 * np.sqrt(at.count)).ravel() for up, down in ends])
 
 
 def _scored(start: Floats, bounds: Floats, power: Floats, at: _Frequencies, floor: float) -> tuple[Floats, float]:
@@ -181,16 +225,19 @@ def _scored(start: Floats, bounds: Floats, power: Floats, at: _Frequencies, floo
     """
 
     def of(theta: Floats) -> tuple[float, Floats]:
-        density = _density(theta, at, floor)[at.used]
+        density = _density(theta, at, floor)
         doubt = float(_PRIOR @ np.square(theta - start)) / 2
-        return float((np.log(density) + power / density).sum()) + doubt, power / density - 1
+        excess = (power / density - 1) * np.sqrt(at.count)
+        return float((at.count * (np.log(density) + power / density)).sum()) + doubt, excess.ravel()
+
+    def pushed(theta: Floats, excess: Floats) -> tuple[Floats, Floats]:
+        slopes = _slopes(theta, at, floor)
+        return slopes @ slopes.T + np.diag(_PRIOR), slopes @ excess - _PRIOR * (theta - start)
 
     theta, damping = start, 1e-3
     loss, excess = of(theta)
+    information, push = pushed(theta, excess)
     for _ in range(_STEPS):
-        slopes = _slopes(theta, at, floor)
-        information = slopes @ slopes.T + np.diag(_PRIOR)
-        push = slopes @ excess - _PRIOR * (theta - start)
         step = np.linalg.solve(information + damping * np.diag(np.diag(information) + 1e-9), push)
         moved = np.clip(theta + step, *bounds.T)
         new_loss, new_excess = of(moved)
@@ -200,6 +247,7 @@ def _scored(start: Floats, bounds: Floats, power: Floats, at: _Frequencies, floo
         gained, theta, loss, excess, damping = loss - new_loss, moved, new_loss, new_excess, damping / 5
         if gained < 1e-3:
             break
+        information, push = pushed(theta, excess)
     return theta, loss
 
 

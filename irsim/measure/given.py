@@ -7,9 +7,9 @@ import reprlib
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from irsim.errors import InputError, as_whole
-from irsim.measure.region import Region, Values, check_region
+from irsim.errors import InputError
 
 _NUMBERS = "iuf"
 """Sorts of arrays that hold counts: whole numbers with and without a sign, and floats."""
@@ -18,12 +18,10 @@ _NUMBERS = "iuf"
 def check_given(frames: object, rate_hz: object, top: object, taken: object, times: object) -> None:
     """InputError for frames that are no array (T, rows, columns) of finite numbers, for a rate or a highest count that
     is no number above 0, for `taken` that is no mask of their size, and for times that do not go on."""
-    count, *sides = _checked(frames).shape
-    size = tuple(sides)
-    _check_above(rate_hz, "rate_hz", "frames a second")
-    _check_above(top, "top", "the highest count that there can be")
-    if taken is not None and not (isinstance(taken, np.ndarray) and taken.dtype == np.bool_ and taken.shape == size):
-        raise InputError(f"taken: {_kind(taken)}; allowed: None, or an array of bool of shape {size} (rows, columns)")
+    count, *size = check_frames(frames).shape
+    check_above(rate_hz, "rate_hz", "frames a second")
+    check_above(top, "top", "the highest count that there can be")
+    check_taken(taken, tuple(size))
     if times is not None and not (
         isinstance(times, np.ndarray)
         and times.dtype.kind in _NUMBERS
@@ -36,10 +34,12 @@ def check_given(frames: object, rate_hz: object, top: object, taken: object, tim
         )
 
 
-def _checked(frames: object) -> Values:
-    """The frames as they are; InputError for what is no array (T, rows, columns) of finite numbers."""
+def check_frames(frames: object) -> npt.NDArray[Any]:
+    """The frames as they are; InputError for what is no array (T, rows, columns) of finite numbers, or holds none."""
     if not (isinstance(frames, np.ndarray) and frames.ndim == 3 and frames.dtype.kind in _NUMBERS):
         raise InputError(f"frames: {_kind(frames)}; allowed: an array of numbers, (frames, rows, columns)")
+    if frames.size == 0:
+        raise InputError(f"frames: {_kind(frames)}; allowed: one or more frames of one or more pixels")
     if frames.dtype.kind == "f":
         wrong = [number for number, frame in enumerate(frames) if not np.isfinite(frame).all()]
         if wrong:
@@ -50,23 +50,38 @@ def _checked(frames: object) -> Values:
     return frames
 
 
-def as_region(given: object, frames: Values) -> Region:
-    """The region that a caller gave as four whole numbers; InputError where it is none within the frames."""
-    rows, columns = frames.shape[1:]
-    try:
-        if not (isinstance(given, tuple | list) and len(given) == 4):
-            raise TypeError
-        region = Region(*map(as_whole, given))
-    except TypeError:
-        raise InputError(f"region {reprlib.repr(given)}: allowed: four whole numbers (x, y, w, h), px") from None
-    check_region(region, str(tuple(region)), (columns, rows))
-    return region
+def check_taken(taken: object, size: tuple[int, ...]) -> None:
+    """InputError for what is neither None nor a mask of that size (rows, columns)."""
+    if taken is not None and not (isinstance(taken, np.ndarray) and taken.dtype == np.bool_ and taken.shape == size):
+        raise InputError(f"taken: {_kind(taken)}; allowed: None, or an array of bool of shape {size} (rows, columns)")
 
 
-def _check_above(given: Any, name: str, what: str) -> None:
+def check_above(given: Any, name: str, what: str, highest: float = math.nextafter(math.inf, 0)) -> None:
+    """InputError for what is no number above 0, up to the `highest`: any finite one."""
     number = isinstance(given, int | float | np.integer | np.floating) and not isinstance(given, bool)
-    if not (number and 0 < given < math.inf):
+    if not (number and 0 < given <= highest):
         raise InputError(f"{name} {reprlib.repr(given)}: allowed: a number above 0, {what}")
+
+
+def as_number(given: object, count: int) -> npt.NDArray[np.intp]:
+    """(T,) when each of `count` frames was taken, in frames of the camera: as given, or each after the other.
+
+    InputError for what does not rise from frame to frame, or lets none follow the one before.
+    """
+    if given is None:
+        return np.arange(count)
+    if not (
+        isinstance(given, np.ndarray)
+        and given.dtype.kind in "iu"
+        and given.shape == (count,)
+        and (given[1:] > given[:-1]).all()
+        and (np.diff(given) == 1).any()
+    ):
+        raise InputError(
+            f"number: {_kind(given)}; allowed: None, or an array of whole numbers of shape ({count},) that rise, "
+            "somewhere by 1"
+        )
+    return given.astype(np.intp)
 
 
 def _kind(given: object) -> str:

@@ -14,8 +14,10 @@ from functools import partial
 import numpy as np
 
 from irsim.measure.cosines import Cosines
+from irsim.measure.given import as_number, check_above, check_frames
 from irsim.measure.interval import Measured, jackknife, root, without
 from irsim.measure.mixture import Mixture, fit_mixture
+from irsim.measure.noise_3d import check_size
 from irsim.measure.region import Values
 from irsim.types import Floats, Indices
 
@@ -92,13 +94,17 @@ def temporal(frames: Values, rate_hz: float, number: Indices | None = None) -> T
             not given. Two neighbours at least must follow each other.
 
     Rows, columns and frames as a whole may have noise of their own: it is taken out first. Intervals come of how
-    36 blocks of pixels differ.
+    36 blocks of pixels differ. InputError for frames that are no array of finite numbers, for fewer than 4 frames, rows
+    or columns, for a rate that is no number above 0, and for numbers that do not rise.
     """
+    check_frames(frames)
+    check_size(frames)
+    check_above(rate_hz, "rate_hz", "frames a second")
     values = centred(np.asarray(frames, np.float64))
     times, rows, columns = values.shape
-    number = np.arange(times) if number is None else number
-    lags = tuple(_lags(number))
-    pictures = [_squares(values, number, lag) / 2 for lag in lags]
+    taken_at = as_number(number, times)
+    lags = tuple(_lags(taken_at))
+    pictures = [_squares(values, taken_at, lag) / 2 for lag in lags]
     pictures += [values.var(axis=0), np.square(values.mean(axis=0))]
     blocks = _blocks(np.stack(pictures, axis=-1))
 
@@ -113,12 +119,12 @@ def temporal(frames: Values, rate_hz: float, number: Indices | None = None) -> T
     correlation = tuple(shown)
     remembered = rise.low > 0 and shown[0].low > _LEAST_CORRELATION
     if times >= LEAST_FRAMES and remembered:
-        cosines = Cosines.of(number)
+        cosines = Cosines.of(taken_at)
         modes = _blocks(np.moveaxis(cosines.squares(values), 0, -1))
         covered = (rows - rows % min(_BLOCKS, rows // 2)) * (columns - columns % min(_BLOCKS, columns // 2))
         mixture = fit_mixture(modes, (rows - 1) * (columns - 1) * covered / (rows * columns), cosines)
         within, staying = jackknife(blocks[:, -2:], lambda means: means)
-        memory = memory_of(mixture, rate_hz, number, within, staying)
+        memory = memory_of(mixture, rate_hz, taken_at, within, staying)
         correlation = tuple(mixture.measured(partial(_correlation, lag)) for lag in lags)
     differences = tuple(root(float(blocks[:, i].mean())) for i in range(len(lags)))
     return Temporal(pair.map(root), lags, differences, correlation, memory)

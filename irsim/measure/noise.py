@@ -19,14 +19,14 @@ from irsim.measure.defects import (
     whole_counts,
     without_lines,
 )
-from irsim.measure.given import as_region, check_given
+from irsim.measure.given import check_given
 from irsim.measure.jumps import jumps
 from irsim.measure.level import Level
 from irsim.measure.memory import Memory, Temporal
 from irsim.measure.neighbours import alike, changes
 from irsim.measure.noise_3d import TERMS, Noise3dTerms, check_size
 from irsim.measure.quiet import quiet_sigma
-from irsim.measure.region import Region, Values, windows
+from irsim.measure.region import Region, Values, as_region, windows
 from irsim.measure.remembered import remembered
 from irsim.measure.repeats import new_frames
 from irsim.measure.steady import slides
@@ -252,9 +252,10 @@ def _without(bad: Bools, frames: Values, region: Region) -> Floats:
 def _still(frames: Values, bad: Bools, top: float, taken: Bools | None) -> Region:
     """The flattest window in which nothing moves and no texture is seen; the flattest that is still, where texture is
     in all of these; the flattest of all, where something moves in each."""
+    offered: list[Region] = []
     textured: Region | None = None
-    offered = list(windows(frames, top, taken))
-    for region in offered:
+    for region in windows(frames, top, taken):
+        offered.append(region)
         flat = _without(bad, frames, region)
         if changes(flat).together:
             continue

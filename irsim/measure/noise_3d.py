@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from irsim.errors import InputError
+from irsim.measure.given import check_frames
 from irsim.measure.interval import LEVEL, Measured, root
 from irsim.measure.region import LEAST_SIDE, Values
 from irsim.rng import stream
@@ -48,8 +49,9 @@ def noise_3d(frames: Values, time_freedom: float | None = None, moving: bool = F
 
     The intervals are those of generalised pivotal quantities (S. Weerahandi, "Generalized Confidence
     Intervals", JASA 88, 1993): mean squares over chi-squares, drawn with a fixed seed. InputError for
-    fewer than 4 frames, rows or columns.
+    frames that are no array of finite numbers, and for fewer than 4 frames, rows or columns.
     """
+    check_frames(frames)
     check_size(frames)
     squares = mean_squares(frames)
     estimates = components(squares, frames.shape)

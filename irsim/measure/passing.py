@@ -66,7 +66,9 @@ def passing_blurs(frames: Values, bad: Bools, top: float = math.inf) -> list[Mea
     part of it, which is the exposure's; where it is in each frame, how bright, and a plane beneath are free. What comes
     near `top`, the highest count there can be, is cut off there: its width says nothing.
     """
-    found = []
+    found: list[Measured] = []
+    if len(frames) < LEAST_FRAMES:
+        return found
     moving = tracks(frames, bad, LEAST_FRAMES, _LEAST_TRAVEL)
     for track in moving:
         seen = _windows(frames, bad, track, [other for other in moving if other is not track], top)

@@ -2,10 +2,21 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from irsim.measure.region import Values
 from irsim.types import Indices
+
+LARGE = 1280 * 1024
+"""Pixels of a picture beyond which what needs no more of them is read off a part, by a fixed rule."""
+
+
+def coarseness(shape: tuple[int, ...]) -> int:
+    """Each so many-th row and column of a picture (rows, columns) leave no more pixels than `LARGE`; 1 where it has no
+    more."""
+    return math.ceil(math.sqrt(math.prod(shape) / LARGE))
 
 
 def evenly(count: int, most: int) -> Indices:

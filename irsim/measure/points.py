@@ -59,6 +59,8 @@ def point_blur(frames: Values, bad: Bools, top: float = math.inf) -> Measured | 
     near `top`, the highest count there can be, is cut off there: its width says nothing.
     """
     picked = evenly(len(frames), _LOOKED_AT)
+    if len(picked) < LEAST_FRAMES:
+        return None
     near_bad = cv2.dilate(bad.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
     sharpest = []
     for k in picked:

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import itertools
+import math
+import reprlib
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from irsim.errors import InputError
+from irsim.errors import InputError, as_whole
+from irsim.measure.given import check_above, check_frames, check_taken
+from irsim.measure.over_time import median_of
 from irsim.types import Bools, Box, Floats, Source
 
 Values = npt.NDArray[np.floating] | npt.NDArray[np.integer] | npt.NDArray[np.integer | np.floating]
@@ -72,15 +76,30 @@ def check_region(region: Region, shown: str, size: tuple[int, int]) -> None:
         raise InputError(f"region {shown}: does not fit; {_allowed(size)}")
 
 
+def as_region(given: object, frames: Values) -> Region:
+    """The region that a caller gave as four whole numbers; InputError where it is none within the frames."""
+    rows, columns = frames.shape[1:]
+    try:
+        if not (isinstance(given, tuple | list) and len(given) == 4):
+            raise TypeError
+        region = Region(*map(as_whole, given))
+    except TypeError:
+        raise InputError(f"region {reprlib.repr(given)}: allowed: four whole numbers (x, y, w, h), px") from None
+    check_region(region, str(tuple(region)), (columns, rows))
+    return region
+
+
 def _allowed(size: tuple[int, int]) -> str:
     return f"allowed: x,y,w,h in whole px inside {size[0]}x{size[1]}, at least {LEAST_SIDE}x{LEAST_SIDE}"
 
 
 def flattest(frames: Values, top: float, taken: Bools | None = None) -> Region:
     """A window with the least variance over its pixels and the frames (T, rows, columns): first of `windows`.
-    InputError for values that are not finite."""
-    if not np.isfinite(frames).all():
-        raise InputError("frames: they hold values that are not finite; allowed: finite numbers")
+    InputError for frames that are no such array of finite numbers, a `top` that is no number above 0, and `taken` that
+    is no mask of their size."""
+    check_frames(frames)
+    check_above(top, "top", "the highest count that there can be", math.inf)
+    check_taken(taken, frames.shape[1:])
     return next(windows(frames, top, taken))
 
 
@@ -97,59 +116,71 @@ def windows(frames: Values, top: float, taken: Bools | None = None) -> Iterator[
     """
     rows, columns = frames.shape[1:]
     side = min(SIDE, max(min(rows, columns) // 2, min(rows, columns, LEAST_SIDE)))
-    picked = frames[np.unique(np.linspace(0, len(frames) - 1, _LOOKED_AT).astype(int))].astype(np.float64)
-    spoilt = ((picked <= 0) | (picked >= top)).mean(axis=0)
+    picked = [frames[k] for k in np.unique(np.linspace(0, len(frames) - 1, _LOOKED_AT).astype(int))]
     held = np.zeros((rows, columns)) if taken is None else taken.astype(np.float64)
-    level = np.median(picked, axis=0)
-    picked -= _fine_lines(level, axis=1)[:, None] + _fine_lines(level, axis=0)
-    picked -= picked.mean(axis=(1, 2), keepdims=True)  # the frame's own drift
-    mean, square = picked.mean(axis=0), np.square(picked).mean(axis=0)
+    level = median_of(picked).astype(np.float64)
+    lines = _fine_lines(level, axis=1)[:, None] + _fine_lines(level, axis=0)
+    mean, square, spoilt = (np.zeros((rows, columns)) for _ in range(3))
+    for frame in picked:
+        spoilt += (frame <= 0) | (frame >= top)
+        apart = frame - lines
+        apart -= apart.mean()  # the frame's own drift
+        mean += apart
+        square += np.square(apart, out=apart)
+    for total in (mean, square, spoilt):
+        total /= len(picked)
     found = False
     for wide in (side, side // 2) if side // 2 >= _LEAST_HALF else (side,):
-        spread, error = _spread(mean, square, len(picked), wide)
-        crossed, unfit = _windows(held, wide) > 0.5 / wide**2, _windows(spoilt, wide) > _SPOILT
+        step = _step(wide)
+        spread, error = _spread(mean, square, len(picked), wide, step)
+        crossed, unfit = _windows(held, wide, step) > 0.5 / wide**2, _windows(spoilt, wide, step) > _SPOILT
         for region in _least(np.where(unfit, np.inf, spread), error, wide, crossed):
             found = True
             yield region
     if not found:
-        spread, error = _spread(mean, square, len(picked), side)
-        worse = (_windows(held, side) > 0.5 / side**2) + 2.0 * (_windows(spoilt, side) > _SPOILT)
+        step = _step(side)
+        spread, error = _spread(mean, square, len(picked), side, step)
+        worse = (_windows(held, side, step) > 0.5 / side**2) + 2.0 * (_windows(spoilt, side, step) > _SPOILT)
         yield next(_least(spread + (spread.max() + 1) * worse, error, side, np.zeros(spread.shape, np.bool_)))
 
 
-def _spread(mean: Floats, square: Floats, frames: int, side: int) -> tuple[Floats, Floats]:
-    """Variance over the pixels and frames of windows, by their top left corner, and its standard error by chance.
+def _step(side: int) -> int:
+    """By how many px the windows of a side that are looked at lie apart."""
+    return max(side // 8, 1)
+
+
+def _spread(mean: Floats, square: Floats, frames: int, side: int, step: int) -> tuple[Floats, Floats]:
+    """Variance over the pixels and frames of windows, as `_windows` has them, and its standard error by chance.
 
     mean, square (rows, columns) over so many frames. What stays, and what changes from frame to frame, are taken for
     Gaussian and independent from pixel to pixel: sqrt(2 / n) of each variance.
     """
-    level = _windows(mean, side) ** 2
-    spread, still = _windows(square, side) - level, _windows(mean**2, side) - level
+    level = _windows(mean, side, step) ** 2
+    spread, still = _windows(square, side, step) - level, _windows(mean**2, side, step) - level
     return spread, np.sqrt(2) / side * np.hypot(still, (spread - still) / np.sqrt(frames))
 
 
 def _least(costs: Floats, error: Floats, side: int, crossed: Bools) -> Iterator[Region]:
-    """Windows with the least costs first, none over another, by costs of all top left corners; none of infinite, and
-    none that targets have `crossed`.
+    """Windows with the least costs first, none over another, by costs of their top left corners, a `_step` apart; none
+    of infinite, and none that targets have `crossed`.
 
     Of those whose cost is the least but for its standard error, the middle one, or the next to it that is not crossed:
     so that truth moves a region off its targets, and no other.
     """
-    step = max(side // 8, 1)
-    left, error, crossed = costs[::step, ::step].copy(), error[::step, ::step], crossed[::step, ::step]
+    step, left = _step(side), costs.copy()
     reach = -(-side // step)
     offered = 0
     while offered < _TRIES:
         least = int(np.argmin(left))
         if np.isinf(left.flat[least]):
             return
-        order = np.argsort(left, axis=None, kind="stable")
-        alike = int((left <= left.flat[least] + _ALIKE * error.flat[least]).sum())
-        free = np.flatnonzero(~crossed.flat[order[:alike]])
+        alike = np.flatnonzero(left <= left.flat[least] + _ALIKE * error.flat[least])
+        alike = alike[np.argsort(left.flat[alike], kind="stable")]
+        free = np.flatnonzero(~crossed.flat[alike])
         if not free.size:
-            left.flat[order[:alike]] = np.inf
+            left.flat[alike] = np.inf
             continue
-        middle = order[free[np.argmin(np.abs(free - (alike - 1) // 2))]]
+        middle = alike[free[np.argmin(np.abs(free - (len(alike) - 1) // 2))]]
         row, column = (int(place) for place in np.unravel_index(middle, left.shape))
         offered += 1
         yield Region(column * step, row * step, side, side)
@@ -197,8 +228,11 @@ def _fine_lines(level: Floats, axis: int) -> Floats:
     return lines
 
 
-def _windows(values: Floats, side: int) -> Floats:
-    """Means over all windows of side x side px, by their top left corner."""
-    sums = np.pad(values, ((1, 0), (1, 0))).cumsum(axis=0).cumsum(axis=1)
-    total: Floats = sums[side:, side:] - sums[:-side, side:] - sums[side:, :-side] + sums[:-side, :-side]
+def _windows(values: Floats, side: int, step: int) -> Floats:
+    """Means over windows of side x side px, by their top left corner, of which each `step`-th row and column counts."""
+    sums = np.pad(values, ((1, 0), (1, 0)))
+    for axis in (0, 1):
+        np.cumsum(sums, axis=axis, out=sums)
+    first, last = slice(None, -side, step), slice(side, None, step)
+    total: Floats = sums[last, last] - sums[first, last] - sums[last, first] + sums[first, first]
     return total / side**2

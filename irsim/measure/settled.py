@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from irsim.measure.defects import without_specks
+from irsim.measure.over_time import median_of
 from irsim.measure.picked import evenly
 from irsim.measure.region import Boxes, Values, covered
 from irsim.types import Bools, Floats
@@ -31,7 +32,7 @@ def settled(frames: Values, noise: float, boxes: Boxes) -> Settled:
     a frame, that frame counts neither for the median nor for the mean.
     """
     picked = evenly(len(frames), _MEDIANS)
-    middle = np.median(frames[picked], axis=0)
+    middle = median_of([frames[k] for k in picked])
     taken = np.stack([covered(boxes[k], middle.shape) for k in picked])
     never: Bools = np.logical_and.reduce(taken)
     if (crossed := taken.any(axis=0) & ~never).any():

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from irsim.errors import InputError
+from irsim.measure.given import check_frames
 from irsim.measure.region import Values
 from irsim.types import Floats
 
@@ -43,7 +44,9 @@ class Texture:
 
 
 def texture(frames: Values) -> Texture:
-    """Of frames (T, rows, columns). InputError where a side is below 64 px, or all frames are even."""
+    """Of frames (T, rows, columns). InputError for what is no array of finite numbers, where a side is below 64 px, or
+    all frames are even."""
+    check_frames(frames)
     rows, columns = frames.shape[1:]
     if min(rows, columns) < LEAST_SIDE:
         raise InputError(f"{columns}x{rows} px are too few for a spectrum; allowed: at least {LEAST_SIDE}x{LEAST_SIDE}")

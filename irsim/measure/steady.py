@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import cv2
 import numpy as np
 
-from irsim.measure.picked import evenly
+from irsim.measure.picked import LARGE, evenly, middle
 from irsim.measure.region import Values
 from irsim.types import Floats
 
@@ -17,6 +19,8 @@ _LEAST = 0.22
 """Share of the change that one shift must explain for a part to move: noise alone has some hundredths, the slowest
 slides told have 0.25. Waves before a still camera run as one, too: 0.8 to 0.9 in the example `sea`."""
 _PARTS = 3
+_WIDEST = math.isqrt(LARGE) // _PARTS
+"""Px of each of these parts that are looked at in a large picture, either way."""
 _NEXT_PAIRS, _FAR_PAIRS = 24, 9
 """Pairs of frames that are looked at: neighbours, and those of each longer distance."""
 _LEAST_SIDE = 48
@@ -50,11 +54,20 @@ def _explained_at(frames: Values, apart: int) -> float:
     count = _NEXT_PAIRS if apart == 1 else _FAR_PAIRS
     shares = []
     for k in evenly(len(frames) - apart, count):
-        first, second = (_softened(frames[i], apart > 1) for i in (k, k + apart))
-        down, across = np.gradient(((first + second) / 2).astype(np.float64))
-        pictures = ((second - first).astype(np.float64), np.asarray(across), np.asarray(down))
-        shares += [_explained(*parts) for parts in zip(*map(_parts, pictures), strict=True)]
+        for pair in _looked_at(frames[k : k + apart + 1 : apart]):
+            first, second = (_softened(picture, apart > 1) for picture in pair)
+            down, across = np.gradient(((first + second) / 2).astype(np.float64))
+            pictures = ((second - first).astype(np.float64), np.asarray(across), np.asarray(down))
+            shares += [_explained(*parts) for parts in zip(*map(_parts, pictures), strict=True)]
     return float(np.median(shares))
+
+
+def _looked_at(pair: Values) -> list[Values]:
+    """Both pictures of a pair (2, rows, columns); of large ones the middle of each of 3 x 3 parts."""
+    if pair[0].size <= LARGE:
+        return [pair]
+    parts = (part for rows in np.array_split(pair, _PARTS, axis=1) for part in np.array_split(rows, _PARTS, axis=2))
+    return [middle(part, _WIDEST) for part in parts]
 
 
 def _softened(frame: Values, flat: bool) -> Floats:

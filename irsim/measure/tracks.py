@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from irsim.measure.defects import LEAST_NOISE, around
+from irsim.measure.over_time import median_of
 from irsim.measure.picked import evenly
 from irsim.measure.region import Values
 from irsim.types import MEDIAN_TO_SIGMA, Bools
@@ -85,8 +86,8 @@ def tracks(frames: Values, bad: Bools, least: int, travel: float) -> list[Track]
 def _seen(frames: Values, bad: Bools) -> Iterator[list[tuple[int, float, float]]]:
     """Sign, row and column of what stands out from the noise of its place, of each frame."""
     picked = evenly(len(frames), _MEDIANS)
-    scene = np.median(frames[picked], axis=0).astype(np.float32)
-    change = np.median(np.abs(frames[picked] - scene), axis=0).astype(np.float32)
+    scene = median_of([frames[k] for k in picked]).astype(np.float32)
+    change = median_of([np.abs(frames[k] - scene) for k in picked]).astype(np.float32)
     noise = np.maximum(MEDIAN_TO_SIGMA * around(change), LEAST_NOISE).astype(np.float32)
     square = np.ones((2 * _APART + 1,) * 2, np.uint8)
     for frame in frames:
@@ -95,8 +96,9 @@ def _seen(frames: Values, bad: Bools) -> Iterator[list[tuple[int, float, float]]
         soft = cv2.GaussianBlur(apart, (0, 0), _WIDTH) / _PASSES
         found = []
         for sign in (1, -1):
-            top = (sign * soft == cv2.dilate(sign * soft, square)) & (sign * soft > _SEEN)
-            places = np.argwhere(top)
-            order = np.argsort(-sign * soft[tuple(places.T)])[:_MOST]
+            signed = sign * soft
+            seen = signed > _SEEN
+            places = np.argwhere(seen & (signed == cv2.dilate(signed, square)) if seen.any() else seen)
+            order = np.argsort(-signed[tuple(places.T)])[:_MOST]
             found += [(sign, float(row), float(column)) for row, column in places[order]]
         yield found

@@ -8,7 +8,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from irsim.files import check_output, replacing, replacing_text
+from irsim.files import check_output, path_of, replacing, replacing_text
 from irtrack.bench.cell import Cell, Key
 from irtrack.bench.results import Results
 from irtrack.errors import InputError
@@ -33,7 +33,7 @@ def export(results: Results | str | Path, out: str | Path) -> Path:
     if not isinstance(results, Results):
         with Results(results) as opened:
             return export(opened, out)
-    path = Path(out)
+    path = path_of(out)
     check_output(path, results.path, endings=(".csv", ".parquet", ".pq"))
     rows = [_row(cell) for cell in results.cells()]
     if not rows:

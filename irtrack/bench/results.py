@@ -15,6 +15,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+from irsim.files import path_of
 from irtrack.bench.cell import Cell, Key, Run, SourceRow
 from irtrack.bench.packing import packed_trace, unpacked_trace
 from irtrack.bench.shown import results_card
@@ -68,7 +69,7 @@ class Results:
     """
 
     def __init__(self, path: str | Path, create: bool = False) -> None:
-        self.path = Path(path)
+        self.path = path_of(path)
         self.run: Run | None = None
         if self.path.is_dir():
             raise InputError(f"{path}: is a folder; allowed: a results file")

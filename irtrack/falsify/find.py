@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import irsim
-from irsim.files import make_folder
+from irsim.files import make_folder, path_of
 from irsim.types import Input
 from irtrack.bench import Entry
 from irtrack.bench.specs import entry
@@ -61,6 +61,7 @@ def find_failure(
     varies, a word is wrong or the folder's files would replace the scenario's. KeyboardInterrupt is passed on when
     what was found by then is written.
     """
+    folder = path_of(folder)
     if isinstance(scenario, irsim.Scenario):
         loaded, name = scenario, name or "scenario"
     else:
@@ -70,7 +71,6 @@ def find_failure(
         raise InputError(f"time limit {frame_limit_s:g} s: allowed: above 0")
     tried = entry(tracker)
     subject = Subject(tried.label, tried.tracker, input, rules_of(loaded))
-    folder = Path(folder)
     make_folder(folder)
     check_outputs(folder, file)
     clear(folder)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 import irsim
-from irsim.files import make_folder, replacing, replacing_text
+from irsim.files import make_folder, path_of, replacing, replacing_text
 from irsim.types import Input
 from irtrack.errors import InputError, IrtrackError, whole
 from irtrack.falsify.apart import NO_LIMIT_S, Run, apart, here, running
@@ -139,7 +139,7 @@ class Kept:
 
 def kept_failures(folder: str | Path = KEPT) -> list[Kept]:
     """The failures kept in a folder, by name; those that cannot be tried too, so that each is told (`Kept.fault`)."""
-    return [_read(path) for path in sorted(Path(folder).glob("*.json"))]
+    return [_read(path) for path in sorted(path_of(folder).glob("*.json"))]
 
 
 def _rendered_otherwise(_: Watch, scene: irsim.Scenario, recording: Path) -> int | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from irsim.files import check_output, replacing_text
+from irsim.files import check_output, path_of, replacing_text
 from irsim.kinds import suggestion
 from irtrack.bench import Cell, Results, summary
 from irtrack.errors import InputError
@@ -32,7 +32,7 @@ def write_report(
             return write_report(opened, out, format)
     if format is not None and format not in FORMATS:
         raise InputError(f"format '{format}': allowed: {', '.join(FORMATS)}{suggestion(format, FORMATS)}")
-    path = results.path.with_name(f"report.{format or 'html'}") if out is None else Path(out)
+    path = results.path.with_name(f"report.{format or 'html'}") if out is None else path_of(out)
     check_output(path, results.path, endings=[f".{each}" for each in (FORMATS if format is None else [format])])
     cells = results.cells()
     if not cells:
