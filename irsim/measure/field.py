@@ -16,8 +16,7 @@ import numpy as np
 from irsim.measure.hann import HANN_FREEDOM
 from irsim.measure.interval import ENDS, Measured
 from irsim.measure.picked import coarseness
-from irsim.measure.repeats import Indices
-from irsim.types import Floats
+from irsim.types import Floats, Indices
 
 TILE = 1024
 """Side of the field whose standard deviation is told, px: backgrounds are made as large."""
