@@ -7,7 +7,7 @@ import pytest
 from even_noise import rendered
 from scipy.ndimage import gaussian_filter
 
-from irsim.measure import defects, measure_noise
+from irsim.measure import Region, defects, measure_noise
 from irsim.measure.words import noise_lines
 
 
@@ -71,6 +71,36 @@ def test_neighbours_that_blink_do_not_hide_each_other() -> None:
     two[20:50, 30, 30] += 120
     two[40:60, 30, 32] -= 100
     assert np.argwhere(defects(two).blinking).tolist() == [[30, 30], [30, 32]]
+
+
+@pytest.mark.parametrize(("share", "cluster"), [(0.0005, 2.0), (0.005, 2.0), (0.002, 4.0)])
+def test_hot_pixels_beside_each_other_are_found(share: float, cluster: float) -> None:
+    """As the kind bad_pixels has them: nine of ten at least, and what stands from pixel to pixel is none of theirs."""
+    for seed in range(4):
+        bad = {"kind": "bad_pixels", "dead": 0, "hot": share, "blinking": 0, "cluster": cluster}
+        frames = rendered(seed, (60, 128, 160), {"kind": "white"}, bad)
+        report = measure_noise(frames, 30.0, Region(48, 32, 64, 64))
+        assert report.hot == pytest.approx(share * 128 * 160, rel=0.12, abs=1)
+        assert report.terms.vh.low == 0
+        assert report.terms.vh.value < 0.1 * report.terms.tvh.value
+
+
+@pytest.mark.parametrize("places", [[(30, 30), (30, 32)], [(30, 30), (32, 31)], [(30, 30), (30, 31), (30, 32)]])
+def test_neighbours_that_are_hot_do_not_hide_each_other(places: list[tuple[int, int]]) -> None:
+    frames = np.random.default_rng(0).normal(1000, 4, (40, 64, 64))
+    for row, column in places:
+        frames[:, row, column] += 400
+    assert [tuple(place) for place in np.argwhere(defects(frames).hot)] == places
+
+
+@pytest.mark.parametrize("level", [0, 500, 1600, 8000])
+def test_a_pixel_that_never_changes_is_dead_wherever_it_stands(level: float) -> None:
+    frames = np.rint(np.random.default_rng(0).normal(1000, 4, (40, 64, 64)))
+    frames[:, 20, 30] = level
+    frames[:, 40, 40] += 600
+    found = defects(frames, 16383.0)
+    assert np.argwhere(found.dead).tolist() == [[20, 30]]
+    assert np.argwhere(found.hot).tolist() == [[40, 40]]
 
 
 def test_light_that_flickers_is_no_blinking_pixel() -> None:

@@ -9,11 +9,12 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
+from irsim.measure.around import REACH, alone, around
 from irsim.measure.given import check_above, check_frames
 from irsim.measure.picked import LARGE
 from irsim.measure.points import FULL
 from irsim.measure.region import Values
-from irsim.measure.shared import following, in_groups, unshared
+from irsim.measure.shared import MOST_IN_GROUP, following, in_groups, in_steep_groups, unshared
 from irsim.types import MEDIAN_TO_SIGMA, Bools, Floats
 
 _FAR = 8.0
@@ -29,13 +30,9 @@ _CALM = 1.5
 _STIRRED = 2.0
 """Temporal sigma around a pixel over that of noise, from which the scene hides what the pixel does: shot noise and slow
 drift make less."""
-_MOST_IN_GROUP = 16
-"""Blinking pixels in a group: clusters of 2 in the mean (`irsim.detector.bad_pixels`) have more in 1 of 10^4."""
 _DISTURBED = 0.1
 """Share of the pixels beside a group that are not calm, at most: a point of light, of 0.4 px or more, disturbs those on
 all sides."""
-_BEYOND = 2
-"""What is around a pixel reaches so far, px, beyond the edge too."""
 _PASSES = 3
 """Frames, at most, for which what passes lights up a pixel that blinks only then; what is slower leaves a track."""
 _NEXT_PX = 8.0
@@ -90,11 +87,12 @@ class Defects:
 def defects(frames: Values, top: float = math.inf) -> Defects:
     """Bad pixels of frames (T, rows, columns), each compared with the 5 x 5 px around it.
 
-    Ridges and edges of a scene are not bad pixels, nor are tracks of what moves: a bad one stands out
-    from all on the border of those 5 x 5 px (so clusters of dead or hot ones wider than 3 px are missed), or blinks in
-    a small group beside which nothing changes, and not only while something passes that lights up one pixel after the
-    other. What came through the optics is blurred over neighbours: a pixel that changes as one of those does, or whose
-    height most of those beside it share, is the scene's. A still point as sharp as a pixel does look like a bad one.
+    Ridges and edges of a scene are not bad pixels, nor are tracks of what moves: a bad one stands out from all on the
+    border of those 5 x 5 px, but for others of a small group that does (so clusters that fill half of these are
+    missed), or blinks in a small group beside which nothing changes, and not only while something passes that lights up
+    one pixel after the other. What came through the optics is blurred over neighbours: a pixel that changes as one of
+    those does, or whose height most of those beside it share, is the scene's. A still point as sharp as a pixel does
+    look like a bad one.
 
     top     the highest count there can be: where all is full of light nothing is told
 
@@ -114,13 +112,21 @@ def defects(frames: Values, top: float = math.inf) -> Defects:
     calm = np.maximum(restless_around, usual)
     rounded = usual < ROUNDED and whole_counts(frames)
     changing = restless > np.maximum(RESTLESS * calm, _TOGGLES if rounded else 0)
-    blinking = changing & (_alone(restless, restless_around) | _in_islands(changing, restless < _CALM * calm))
+    blinking = changing & (alone(restless, restless_around) | _in_islands(changing, restless < _CALM * calm))
     blinking &= ~full & ~_passed(values, blinking, restless > RESTLESS * usual)
     blinking &= ~following(values, blinking)
     steady = _far_off(_without_common(apart)) & ~changing & ~full & (np.abs(apart) > (_A_COUNT if rounded else 0))
-    hot = unshared(apart, steady & _alone(level, usually))
-    dead = (unshared(-apart, steady & _alone(-level, -usually)) | frozen) & ~hot
+    hot = _standing_out(level, usually, steady & ~frozen)
+    dead = (_standing_out(-level, -usually, steady) | frozen) & ~hot
     return Defects(dead, hot, blinking, frozen_from, dead.size)
+
+
+def _standing_out(picture: Floats, usually: Floats, far: Bools) -> Bools:
+    """Which of the pixels that lie far off what is `usually` around them stand above it, they or a group of them alone,
+    with a height that few beside them share."""
+    height = picture - usually
+    others = in_steep_groups(far & (height > 0), height)
+    return unshared(height, far & alone(picture, usually, np.where(others, usually, picture)))
 
 
 def whole_counts(frames: Values) -> bool:
@@ -230,17 +236,6 @@ def _usually(apart: Floats) -> Floats:
     return np.maximum(around(np.abs(apart)), float(np.median(np.abs(apart)))) * MEDIAN_TO_SIGMA
 
 
-def _alone(picture: Floats, usually: Floats) -> Bools:
-    """Whether a pixel lies above all on the border of the 5 x 5 px around it.
-
-    By at least half of what it lies above what is `usually` there, their median.
-    """
-    border = np.pad(np.zeros((3, 3), np.uint8), 1, constant_values=1)
-    highest = cv2.dilate(_continued(picture), border)[_BEYOND:-_BEYOND, _BEYOND:-_BEYOND]
-    alone: Bools = picture - highest > (picture - usually) / 2
-    return alone
-
-
 def _in_islands(changing: Bools, calm: Bools) -> Bools:
     """Which of the pixels that change lie in small groups (rows, columns) beside which nearly all are calm.
 
@@ -251,7 +246,7 @@ def _in_islands(changing: Bools, calm: Bools) -> Bools:
     members, beside, disturbed = (
         np.bincount(groups[mask], minlength=count + 1) for mask in (changing, ~changing, ~changing & ~calm)
     )
-    small = (members <= _MOST_IN_GROUP) & (disturbed <= _DISTURBED * beside)
+    small = (members <= MOST_IN_GROUP) & (disturbed <= _DISTURBED * beside)
     island: Bools = changing & small[groups]
     return island
 
@@ -259,7 +254,7 @@ def _in_islands(changing: Bools, calm: Bools) -> Bools:
 def _filled(usually: Floats, top: float) -> Bools:
     """Where most pixels around, whose median `usually` is, are full of light all the time, and 2 px beside that."""
     full = (usually >= FULL * top).astype(np.uint8)
-    return cv2.dilate(full, np.ones((2 * _BEYOND + 1,) * 2, np.uint8)).astype(bool)
+    return cv2.dilate(full, np.ones((2 * REACH + 1,) * 2, np.uint8)).astype(bool)
 
 
 def _passed(values: Floats, doubtful: Bools, changing: Bools) -> Bools:
@@ -281,27 +276,3 @@ def _passed(values: Floats, doubtful: Bools, changing: Bools) -> Bools:
             apart = np.abs(first[others] - first[one])[short[others]]
             passed[tuple(places[one])] = bool(((apart > 0) & (apart <= _PASSES)).any())
     return passed
-
-
-def around(picture: Floats) -> Floats:
-    """Median of the 5 x 5 px around each pixel; beyond its edges the picture goes on as `_continued` has it."""
-    return np.asarray(cv2.medianBlur(_continued(picture), 2 * _BEYOND + 1)[_BEYOND:-_BEYOND, _BEYOND:-_BEYOND])
-
-
-def _continued(picture: Floats) -> Floats:
-    """A picture (rows, columns) with 2 px more on every side, each as far above its edge as the picture is below there.
-
-    So a slope goes on, and its end at the edge is no summit. What lies at the edge is the median of 5 px along it: a
-    bad pixel there does not go on. At the corners, the corner's own goes on.
-    """
-    from scipy.ndimage import median_filter
-
-    rows, columns = picture.shape
-    whole = np.empty((rows + 2 * _BEYOND, columns + 2 * _BEYOND), np.float32)
-    whole[_BEYOND:-_BEYOND, _BEYOND:-_BEYOND] = picture
-    for turn in range(4):
-        side, inside = np.rot90(whole, turn), np.rot90(picture, turn)
-        edge = median_filter(inside[0].astype(np.float32), 2 * _BEYOND + 1, mode="mirror")
-        side[:_BEYOND, _BEYOND:-_BEYOND] = 2 * edge - inside[[min(k, len(inside) - 1) for k in range(_BEYOND, 0, -1)]]
-        side[:_BEYOND, :_BEYOND] = edge[0]
-    return whole

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from irsim.measure.defects import RESTLESS, Defects, around, stirred
+from irsim.measure.around import around
+from irsim.measure.defects import RESTLESS, Defects, stirred
 from irsim.measure.interval import LEVEL, Measured
 from irsim.measure.region import Values
 from irsim.measure.telegraph import mean_times

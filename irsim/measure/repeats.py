@@ -14,6 +14,9 @@ from irsim.types import Bools, Floats, Indices
 _LEAST_CHANGED = 30
 """Pixels that change from one new frame to the next, in the median: two frames are then alike by chance, where that
 many change in a mean frame, in e^-30 of all."""
+_NOISY = 0.15
+"""Share of the pixels that change from one new frame to the next, at least, where there is noise of 0.3 counts or more:
+rounded, two of its values are equal in 0.82 of all cases at most."""
 _OFF_BEAT = 0.25
 """Share of a period by which times may be off whole ones: those of frames that were stamped as they came are off by
 any."""
@@ -59,8 +62,8 @@ def new_frames(frames: Values, rate_hz: float, times: Floats | None = None) -> N
     Nor do they tell of lost frames: that `times` (T,), s, do where all frames are whole periods apart. Where these are
     multiples of two periods or more, the camera is that much slower.
 
-    Frames alike by chance are no repeats: where noise is far below one count, all count. InputError where fewer than
-    four are new.
+    Frames alike by chance are no repeats: where noise is far below one count, all count, and so they do in a still
+    picture of which a part changes once or twice. InputError where fewer than four are new.
     """
     count = len(frames)
     gaps, beat, at_once = _gaps(count, rate_hz, times)
@@ -69,13 +72,14 @@ def new_frames(frames: Values, rate_hz: float, times: Floats | None = None) -> N
     missing = np.cumsum(gaps)
     changed = np.array([int(np.count_nonzero(frames[k] != frames[k - 1])) for k in range(1, count)], np.intp)
     index = np.concatenate([[0], np.flatnonzero(changed) + 1]).astype(np.intp)
-    by_chance = not changed.any() or float(np.median(changed[changed > 0])) < _LEAST_CHANGED
-    if not by_chance and len(index) < LEAST_FRAMES:
+    usually = float(np.median(changed[changed > 0])) if changed.any() else 0.0
+    few = len(index) < LEAST_FRAMES
+    if few and usually > _NOISY * frames[0].size:
         raise InputError(
             f"{len(index)} of {count} frames are new, the others repeat the one before bit for bit: too few to measure "
             f"noise; allowed: at least {LEAST_FRAMES}"
         )
-    if by_chance or len(index) == count:
+    if few or usually < _LEAST_CHANGED or len(index) == count:
         every = np.arange(count)
         return _cut(every, every + missing, rate_hz, slower, lost)
     shown = np.maximum(np.add.reduceat(~at_once, index, dtype=np.intp), 1)  # how often each came, in time

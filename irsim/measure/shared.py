@@ -17,6 +17,10 @@ _SHARES = 0.15
 """Share of a pixel's height that one beside it has, at least, where light falls on both. A point in the middle of a
 pixel has 0.20 of it on all four sides at a psf of 0.47 px, that of the sharpest preset (0.13 at 0.4 px); what is larger
 has more. Chance has so much on few sides: what is far off stands out by eight sigmas."""
+MOST_IN_GROUP = 16
+"""Bad pixels in a group: clusters of 2 in the mean (`irsim.detector.bad_pixels`) have more in 1 of 10^4."""
+_STEEP = 0.5
+"""Share of the least height in a group that nothing around it has: light is blurred, and falls off more slowly."""
 _CROSS = np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8)
 
 
@@ -49,6 +53,23 @@ def unshared(height: Floats, found: Bools) -> Bools:
     sides, bright = (np.bincount(groups[mask], minlength=count + 1) for mask in (beside, lit))
     alone: Bools = found & (2 * bright <= sides)[groups]
     return alone
+
+
+def in_steep_groups(found: Bools, height: Floats) -> Bools:
+    """Those of the pixels found (rows, columns) that lie in small groups around which, up to 2 px far, nothing has half
+    the `height` of the least of them: bad pixels beside each other, no light of the scene.
+
+    Those up to 3 px apart are one group.
+    """
+    groups, count = in_groups(found)
+    least = np.full(count + 1, np.inf)
+    np.minimum.at(least, groups[found], height[found])
+    wide = cv2.dilate(groups.astype(np.float32), np.ones((3, 3), np.uint8)).astype(np.intp)
+    near = (wide > 0) & ~found
+    slopes = np.bincount(wide[near & (height > _STEEP * least[wide])], minlength=count + 1)
+    members = np.bincount(groups[found], minlength=count + 1)
+    steep: Bools = found & ((members <= MOST_IN_GROUP) & (slopes == 0))[groups]
+    return steep
 
 
 def in_groups(found: Bools) -> tuple[npt.NDArray[np.intp], int]:

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
-from irsim.measure.defects import Defects, around
+from irsim.measure.around import around
+from irsim.measure.defects import Defects
 from irsim.measure.interval import ENDS, Measured
 from irsim.measure.points import FULL, REACH, fitted, windows
 from irsim.measure.region import Values

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
-from irsim.measure.defects import LEAST_NOISE, around
+from irsim.measure.around import around
+from irsim.measure.defects import LEAST_NOISE
 from irsim.measure.over_time import median_of
 from irsim.measure.picked import evenly
 from irsim.measure.region import Values
