@@ -72,6 +72,14 @@ def test_what_grows_for_twice_as_long_as_it_is_seen_is_not_told_too_small() -> N
     held([memory.time_constant_s for memory in told], 10.0)
 
 
+def test_columns_that_grow_since_a_correction_lie_in_their_intervals() -> None:
+    """Of columns the correction itself is seldom told: the sigma that they tend to, and the time, are all the same."""
+    found, netd = reports(150, "pixel: 0, column: 3, row: 0, time_constant_s: 2", 8)
+    told = [report.lines["th"] for report in found]
+    held([memory.correlated for memory in told], 3 * netd)
+    held([memory.time_constant_s for memory in told], 2.0)
+
+
 def test_white_noise_beside_slow_drift_is_told_closely() -> None:
     """Noise that forgets within a frame is white: it does not take the place of it."""
     found, netd = reports(120, "pixel: 3, column: 0, row: 0, time_constant_s: 120", 8)

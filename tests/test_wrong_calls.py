@@ -145,6 +145,10 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
         lambda: irsim.measure.temporal(FRAMES, 30.0, 2 * np.arange(8)),
         "number: .* that rise, somewhere by 1",
     ),
+    "masked frames": (
+        lambda: irsim.measure_noise(anything(np.ma.masked_greater(np.ones((8, 32, 32)), 2)), 30.0),
+        "frames: a masked array, whose mask would be lost; allowed: an array",
+    ),
     "a list of figures": (
         lambda: irsim.measure.measure_figures(anything([[1]]), 30.0),
         r"frames: a list; allowed: an array of numbers, \(frames, rows, columns\)",

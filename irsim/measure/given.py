@@ -13,6 +13,7 @@ from irsim.errors import InputError
 
 _NUMBERS = "iuf"
 """Sorts of arrays that hold counts: whole numbers with and without a sign, and floats."""
+_ALLOWED = "allowed: an array of numbers, (frames, rows, columns)"
 
 
 def check_given(frames: object, rate_hz: object, top: object, taken: object, times: object) -> None:
@@ -36,8 +37,10 @@ def check_given(frames: object, rate_hz: object, top: object, taken: object, tim
 
 def check_frames(frames: object) -> npt.NDArray[Any]:
     """The frames as they are; InputError for what is no array (T, rows, columns) of finite numbers, or holds none."""
+    if isinstance(frames, np.ma.MaskedArray):
+        raise InputError(f"frames: a masked array, whose mask would be lost; {_ALLOWED}, such as frames.filled(...)")
     if not (isinstance(frames, np.ndarray) and frames.ndim == 3 and frames.dtype.kind in _NUMBERS):
-        raise InputError(f"frames: {_kind(frames)}; allowed: an array of numbers, (frames, rows, columns)")
+        raise InputError(f"frames: {_kind(frames)}; {_ALLOWED}")
     if frames.size == 0:
         raise InputError(f"frames: {_kind(frames)}; allowed: one or more frames of one or more pixels")
     if frames.dtype.kind == "f":

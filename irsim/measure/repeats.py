@@ -14,9 +14,9 @@ from irsim.types import Bools, Floats, Indices
 _LEAST_CHANGED = 30
 """Pixels that change from one new frame to the next, in the median: two frames are then alike by chance, where that
 many change in a mean frame, in e^-30 of all."""
-_NOISY = 0.15
-"""Share of the pixels that change from one new frame to the next, at least, where there is noise of 0.3 counts or more:
-rounded, two of its values are equal in 0.82 of all cases at most."""
+_NOISY = 0.3
+"""Share of the pixels that change from one new frame to the next, at least, where there is noise of 0.4 counts or more:
+rounded, two of its values are equal in 0.64 of all cases at most."""
 _OFF_BEAT = 0.25
 """Share of a period by which times may be off whole ones: those of frames that were stamped as they came are off by
 any."""
