@@ -17,6 +17,7 @@ import yaml
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from irsim.errors import InputError
+from irsim.files import text_bytes
 from irsim.wrongtext import is_utf16
 
 KeyPath = tuple[str | int, ...]
@@ -64,7 +65,7 @@ class Document:
 def read(path: str | Path) -> Document:
     """The document in a file. InputError where there is none to read."""
     try:
-        raw = Path(path).read_bytes()
+        raw = text_bytes(path)
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: cannot read it: {_reason(error)}") from None
     if is_utf16(raw):

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from irsim.contents import Stamp, stamp
+from irsim.files import is_irregular
 from irsim.types import Floats
 
 MOST_FACES = 20_000
@@ -42,6 +43,8 @@ class Triangles:
 
 def read_mesh(path: str) -> Triangles:
     """The mesh in a file; MeshError where there is none to be read. A file is read again when it changes."""
+    if is_irregular(path):  # it may have no end
+        raise MeshError(f"{path}: is no regular file; allowed: a mesh, .obj or .stl")
     try:
         found = stamp(path)
     except FileNotFoundError:
