@@ -64,7 +64,7 @@ class Variations:
         InputError for anything else.
         """
         place = self._coordinates("shares", shares)
-        if not all(isinstance(share, int | float | np.number) and 0 <= share <= 1 for share in place):
+        if not all(isinstance(share, int | float | np.integer | np.floating) and 0 <= share <= 1 for share in place):
             raise InputError(f"{place}: no place in the unit cube; allowed: shares from 0 to 1")
         return {knob.key: knob.variation.quantile(float(share)) for knob, share in zip(self.knobs, place, strict=True)}
 
