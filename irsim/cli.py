@@ -226,7 +226,7 @@ def masks(
     except KeyboardInterrupt:
         if not done:
             raise
-        made = f"{folder} holds the masks of {done} of {counted(stop - start, 'frame')}"
+        made = f"masks of {done} of {counted(stop - start, 'frame')} are written to {folder}"
         raise StoppedError(f"stopped; {made}, and the same command replaces them") from None
     print(f"{folder}: {counted(count, 'mask')} of {counted(stop - start, 'frame')}")
 

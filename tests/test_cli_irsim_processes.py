@@ -119,7 +119,8 @@ def test_masks_that_were_made_before_a_stop_are_told(number: signal.Signals, fol
     _, errors = process.communicate(timeout=60)
     assert process.returncode == 128 + number
     told = re.fullmatch(
-        r"irsim: stopped; stopped holds the masks of (\d+) of 3000 frames, and the same command replaces them\n", errors
+        r"irsim: stopped; masks of (\d+) of 3000 frames are written to stopped, and the same command replaces them\n",
+        errors,
     )
     assert told, errors
     done = int(told[1])
