@@ -23,7 +23,7 @@ from irsim.asked import (
 from irsim.errors import InputError
 from irsim.files import check_output, is_recording, is_there
 from irsim.span import parsed
-from irsim.terminal import commands, given_path, in_options, progress_bar, run
+from irsim.terminal import StoppedError, commands, given_path, in_options, progress_bar, run
 from irsim.wording import counted
 
 if TYPE_CHECKING:
@@ -217,12 +217,17 @@ def masks(
     wanted = parsed(frames, stop - first) if frames is not None else range(stop - first)
     start, stop = first + wanted.start, first + wanted.stop
     folder = output or Path(f"{Path(source).stem}-masks")
-    count = 0
-    with from_option("--target", "target"), progress_bar(f"masks {rendering.name}", stop - start) as progress:
-        for done, paths in enumerate(write_masks(rendering.scenario, folder, start, stop, target, first), 1):
-            count += len(paths)
-            if progress is not None:
+    count = done = 0
+    try:
+        with from_option("--target", "target"), progress_bar(f"masks {rendering.name}", stop - start) as progress:
+            for done, paths in enumerate(write_masks(rendering.scenario, folder, start, stop, target, first), 1):
+                count += len(paths)
                 progress(done)
+    except KeyboardInterrupt:
+        if not done:
+            raise
+        made = f"masks of {done} of {counted(stop - start, 'frame')} are written to {folder}"
+        raise StoppedError(f"stopped; {made}, and the same command replaces them") from None
     print(f"{folder}: {counted(count, 'mask')} of {counted(stop - start, 'frame')}")
 
 

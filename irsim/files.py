@@ -1,13 +1,16 @@
-"""Files: which are recordings; folders made; outputs are checked before any work, and whole or not there at all."""
+"""Files: which are recordings; inputs that end; folders made; outputs are checked before any work, and whole or not
+there at all."""
 
 from __future__ import annotations
 
 import io
 import os
 import re
+import stat
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, TextIO
 
@@ -18,6 +21,9 @@ if TYPE_CHECKING:  # commands that only look at files must not wait for numpy
 
 MCAP_MAGIC = b"\x89MCAP"
 """First bytes of an MCAP file (MCAP specification, 'Magic')."""
+
+LONGEST_PIPED = 1 << 26
+"""Bytes of a text that comes through a pipe: more is taken for one that never ends."""
 
 
 def path_of(given: object) -> Path:
@@ -42,21 +48,70 @@ def is_recording(path: str | os.PathLike[str]) -> bool:
 
 
 def begins_as_recording(path: Path) -> bool:
-    """Whether the file is a recording by its content; not where it cannot be read."""
-    try:
-        with path.open("rb") as file:
-            return file.read(len(MCAP_MAGIC)) == MCAP_MAGIC
-    except OSError:
-        return False
+    """Whether the file is a recording by its content; not where it cannot be read, or only once, as a pipe can."""
+    return _beginning(path, len(MCAP_MAGIC)) == MCAP_MAGIC
 
 
 def is_binary(path: Path) -> bool:
-    """Whether the file holds what is in no text, a zero byte among its first 8192; not where it cannot be read."""
+    """Whether the file holds what is in no text, a zero byte among its first 8192; not where it cannot be read, or only
+    once."""
+    return b"\0" in _beginning(path, 8192)
+
+
+def _beginning(path: Path, length: int) -> bytes:
+    """The first bytes of a regular file; none where it cannot be read."""
     try:
+        if not path.is_file():
+            return b""
         with path.open("rb") as file:
-            return b"\0" in file.read(8192)
-    except OSError:
+            return file.read(length)
+    except (OSError, ValueError):
+        return b""
+
+
+def check_input(path: str | os.PathLike[str], allowed: str) -> None:
+    """InputError where a device or a pipe has that name: one may have no end, the other never begin, so that neither is
+    opened. A folder passes, and so does a name that nothing has: who reads them tells.
+
+    allowed   what may have the name instead, in words
+    """
+    if is_irregular(path):
+        raise InputError(f"{path}: is no regular file; allowed: {allowed}")
+
+
+def is_irregular(path: str | os.PathLike[str]) -> bool:
+    """Whether there is something of that name that is neither a file on a disk nor a folder."""
+    try:
+        mode = os.stat(path).st_mode
+    except (OSError, ValueError):
         return False
+    return not (stat.S_ISREG(mode) or stat.S_ISDIR(mode))
+
+
+def text_bytes(path: str | os.PathLike[str]) -> bytes:
+    """All that is in a file of text, or comes through a pipe without a name of its own, as a shell makes it of
+    `<(command)`; as often as it is asked for, though a pipe can be read but once.
+
+    InputError for other pipes and for devices, and for a pipe that goes on and on. OSError and ValueError where there
+    is nothing to read.
+    """
+    state = os.stat(path)
+    # A pipe of the shell is an open file only: the link to it leads nowhere, or is all that there is of it.
+    real = os.path.realpath(path)
+    if stat.S_ISFIFO(state.st_mode) and (real.startswith("/dev/fd/") or not os.path.exists(real)):
+        return _piped(os.fspath(path), state.st_dev, state.st_ino)
+    check_input(path, "a file, or a shell's <(command)")
+    return Path(path).read_bytes()
+
+
+@lru_cache(maxsize=16)
+def _piped(path: str, device: int, number: int) -> bytes:
+    """What comes through the pipe of that number of a device; InputError where it is too much."""
+    with open(path, "rb") as file:
+        found = file.read(LONGEST_PIPED + 1)
+    if len(found) > LONGEST_PIPED:
+        raise InputError(f"{path}: more than {LONGEST_PIPED >> 20} MB come through this pipe; allowed: text that ends")
+    return found
 
 
 def check_output(path: Path | None, *inputs: Path | None, endings: Sequence[str] = ()) -> None:
@@ -72,8 +127,7 @@ def check_output(path: Path | None, *inputs: Path | None, endings: Sequence[str]
         raise InputError(f"{path}: the folder {path.parent} does not exist; allowed: an existing folder")
     if path.is_dir():
         raise InputError(f"{path}: is a folder; allowed: the name of a file")
-    if path.exists() and not path.is_file():
-        raise InputError(f"{path}: is no regular file; allowed: the name of a file")
+    check_input(path, "the name of a file")
     real = path.resolve()
     for used in inputs:
         if used is not None and (

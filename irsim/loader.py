@@ -52,7 +52,8 @@ SUITE_KEYS = {"sources", "trackers"}
 
 
 def load(path: str | PathLike[str], overrides: Iterable[str] = ()) -> Scenario:
-    """The scenario in a YAML file, or the shipped one of that name, with KEY=VALUE overrides.
+    """The scenario in a YAML file, or the shipped one of that name, with KEY=VALUE overrides. A pipe that a shell makes
+    of `<(command)` is one too.
 
     InputError: a line for each thing that is wrong, 'file:line:column: key: what; allowed: ...'.
     """

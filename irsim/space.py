@@ -7,12 +7,14 @@ of the scene, so that the same point is met under other circumstances by another
 from __future__ import annotations
 
 import json
-import math
+import reprlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from irsim.errors import InputError, whole
+import numpy as np
+
+from irsim.errors import InputError, as_whole, whole
 from irsim.loader import change, reach
 from irsim.rng import stream
 from irsim.scenario import Scenario, expect_scenario
@@ -57,35 +59,40 @@ class Variations:
         return {knob.key: knob.benign for knob in self.knobs}
 
     def at(self, shares: Sequence[float]) -> Point:
-        """The point of a place in the unit cube, a share from 0 to 1 for each knob; uniform shares are fair draws."""
-        self._expect(shares)
-        if not all(math.isfinite(share) and 0 <= share <= 1 for share in shares):
-            raise InputError(f"{list(shares)}: no place in the unit cube; allowed: shares from 0 to 1")
-        return {knob.key: knob.variation.quantile(share) for knob, share in zip(self.knobs, shares, strict=True)}
+        """The point of a place in the unit cube, a share from 0 to 1 for each knob; uniform shares are fair draws.
+
+        InputError for anything else.
+        """
+        place = self._coordinates("shares", shares)
+        if not all(isinstance(share, int | float | np.integer | np.floating) and 0 <= share <= 1 for share in place):
+            raise InputError(f"{place}: no place in the unit cube; allowed: shares from 0 to 1")
+        return {knob.key: knob.variation.quantile(float(share)) for knob, share in zip(self.knobs, place, strict=True)}
 
     def at_severities(self, severities: Sequence[int]) -> Point:
-        """The point of a whole severity for each knob, each one of the knob's `severities`."""
-        self._expect(severities)
-        for knob, severity in zip(self.knobs, severities, strict=True):
-            if severity not in knob.severities:
-                first, last = knob.severities[0], knob.severities[-1]
-                raise InputError(f"vary: {knob.key}: there is no severity {severity}; allowed: {first} to {last}")
+        """The point of a whole severity for each knob, each one of the knob's `severities`; InputError for anything
+        else."""
+        steps = self._coordinates("severities", severities)
         return {
-            knob.key: knob.variation.at_severity(severity, knob.benign)
-            for knob, severity in zip(self.knobs, severities, strict=True)
+            knob.key: knob.variation.at_severity(_severity(knob, step), knob.benign)
+            for knob, step in zip(self.knobs, steps, strict=True)
         }
 
     def draw(self, seed: int) -> Point:
-        """The point that a seed gives."""
+        """The point that a seed gives; InputError for what is none."""
+        whole("seed", seed)
         return self.at([float(stream(seed, "sample", knob.key).random()) for knob in self.knobs])
 
     def concrete(self, point: Point, seed: int | None = None) -> Scenario:
         """The scenario at a point, where nothing varies any more; nuisances by the scene's seed, its own where None.
 
         A point may lack keys, which then have their benign values, and may hold nuisances too.
-        InputError where no scenario can be made of it.
+        InputError where no scenario can be made of it, and for what is no point or no seed.
         """
-        seed = self.scenario.seed if seed is None else seed
+        if not isinstance(point, Mapping):
+            raise InputError(
+                f"point {reprlib.repr(point)}: allowed: a mapping of override keys to values, such as `at` gives"
+            )
+        seed = self.scenario.seed if seed is None else whole("seed", seed)
         known = [knob.key for knob in (*self.knobs, *self.nuisances)]
         for key in point:
             if key not in known:
@@ -96,11 +103,30 @@ class Variations:
         }
         return change(self.scenario, {"seed": seed, **self.benign(), **circumstances, **point})
 
-    def _expect(self, coordinates: Sequence[float]) -> None:
-        if len(coordinates) != len(self.knobs):
-            names = ", ".join(knob.key for knob in self.knobs)
-            found = counted(len(coordinates), "coordinate")
-            raise InputError(f"{found}; allowed: {len(self.knobs)}, for {names or 'nothing'}")
+    def _coordinates(self, what: str, given: Any) -> list[Any]:
+        """One for each knob, of whatever type, from what a caller gave for `what`."""
+        wanted = f"{len(self.knobs)}, for {', '.join(knob.key for knob in self.knobs) or 'nothing'}"
+        try:
+            found = None if isinstance(given, str | bytes | Mapping) else list(given)
+        except TypeError:
+            found = None
+        if found is None:
+            raise InputError(f"{what} {reprlib.repr(given)}: allowed: a list of {wanted}")
+        if len(found) != len(self.knobs):
+            raise InputError(f"{counted(len(found), 'coordinate')}; allowed: {wanted}")
+        return found
+
+
+def _severity(knob: Knob, given: Any) -> int:
+    """One of a knob's severities from what a caller gave for it."""
+    try:
+        severity = as_whole(given)
+    except TypeError:
+        severity = None
+    if severity is None or severity not in knob.severities:
+        first, last = knob.severities[0], knob.severities[-1]
+        raise InputError(f"vary: {knob.key}: there is no severity {given!r}; allowed: {first} to {last}")
+    return severity
 
 
 def variations(scenario: Scenario) -> Variations:
@@ -118,12 +144,12 @@ def variations(scenario: Scenario) -> Variations:
 def sample(scenario: Scenario, n: int, seed: int = 0, start: int = 0) -> list[Scenario]:
     """`n` scenarios drawn from what `vary` allows, each with a scene seed of its own.
 
-    Draw k is the same for any `n`; those from `start` on are given. InputError where nothing varies, and
-    where no scenario can be made of a draw.
+    Draw k is the same for any `n`; those from `start` on are given. InputError where nothing varies,
+    where no scenario can be made of a draw, and for what is no whole number.
     """
     expect_scenario("sample", scenario)
-    whole("n", n)
-    whole("seed", seed)
+    for what, given in (("n", n), ("seed", seed), ("start", start)):
+        whole(what, given)
     if not scenario.vary:
         raise InputError("vary: nothing varies in this scenario; allowed: override keys, each with a kind of variation")
     space = variations(scenario)

@@ -1,4 +1,4 @@
-"""YAML text to plain values with the place of each, and back: the only room that knows yaml.
+"""YAML text to plain values with the place of each, and back: with `yamltabs` the only room that knows yaml.
 
 Scalars follow the core schema of YAML 1.2 (https://yaml.org/spec/1.2.2/#103-core-schema), which PyYAML
 alone does not: `on`, `off`, `yes` and `no` are text, `1e3` is a float, `010` is ten and `0o10` eight.
@@ -17,7 +17,9 @@ import yaml
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from irsim.errors import InputError
+from irsim.files import text_bytes
 from irsim.wrongtext import is_utf16
+from irsim.yamltabs import TabScanner
 
 KeyPath = tuple[str | int, ...]
 """Keys and list indices from the root to a value."""
@@ -64,7 +66,7 @@ class Document:
 def read(path: str | Path) -> Document:
     """The document in a file. InputError where there is none to read."""
     try:
-        raw = Path(path).read_bytes()
+        raw = text_bytes(path)
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: cannot read it: {_reason(error)}") from None
     if is_utf16(raw):
@@ -80,6 +82,7 @@ def read(path: str | Path) -> Document:
 
 def parse(text: str, name: str = "<text>") -> Document:
     """The one document in a text; InputError, a line for each thing that is wrong."""
+    loader = None
     try:
         loader = _Loader(text)
         root = loader.get_single_node()
@@ -90,7 +93,7 @@ def parse(text: str, name: str = "<text>") -> Document:
             f"{name}:{line}:{column}: the character U+{_code(error.character):04X} stands here; allowed: printable text"
         ) from None
     except yaml.MarkedYAMLError as error:
-        raise InputError(f"{name}:{_problem(error)}") from None
+        raise InputError(f"{name}:{_problem(error, loader.tab if loader else None)}") from None
     except yaml.YAMLError as error:
         raise InputError(f"{name}: not YAML: {' '.join(str(error).split())}") from None
     except RecursionError:
@@ -130,10 +133,9 @@ for _tag, _regexp in (("null", _NULL), ("bool", _BOOL), ("int", _INT), ("float",
     _Core.add_implicit_resolver(_TAG + _tag, re.compile(rf"(?:{_regexp.pattern})\Z"), None)
 
 
-class _Loader(yaml.reader.Reader, yaml.scanner.Scanner, yaml.parser.Parser, yaml.composer.Composer, _Core):
+class _Loader(TabScanner, yaml.parser.Parser, yaml.composer.Composer, _Core):
     def __init__(self, text: str) -> None:
-        yaml.reader.Reader.__init__(self, text)
-        yaml.scanner.Scanner.__init__(self)
+        TabScanner.__init__(self, text)
         yaml.parser.Parser.__init__(self)
         yaml.composer.Composer.__init__(self)
         _Core.__init__(self)
@@ -273,12 +275,19 @@ def _reason(error: OSError | ValueError) -> str:
     return (error.strerror if isinstance(error, OSError) else None) or str(error)
 
 
-def _problem(error: yaml.MarkedYAMLError) -> str:
-    """'line:column: not YAML: what' on one line."""
+def _problem(error: yaml.MarkedYAMLError, tab: yaml.Mark | None) -> str:
+    """'line:column: not YAML: what' on one line.
+
+    tab   before which the line is such that no list or mapping may begin in it, see `TabScanner`
+    """
     mark = error.problem_mark or error.context_mark
-    place = f"{mark.line + 1}:{mark.column + 1}: " if mark else " "
-    if "'\\t'" in (error.problem or ""):
+    place, problem = f"{mark.line + 1}:{mark.column + 1}: " if mark else " ", error.problem or ""
+    if "'\\t'" in problem and "cannot start" in problem:
         return f"{place}a tab cannot indent YAML; allowed: spaces"
+    if "'\\t'" in problem and any(part in problem for part in ("expected ' '", "a line break", "indicators")):
+        return f"{place}a tab stands here; allowed: a space"
+    if "not allowed here" in problem and mark and tab and tab.line == mark.line:
+        return f"{tab.line + 1}:{tab.column + 1}: a tab stands before a list's entry or a key here; allowed: spaces"
     if "single document" in (error.context or ""):
         return f"{place}a second document begins; allowed: one document a file"
     what = ": ".join(part for part in (error.context, error.problem) if part)

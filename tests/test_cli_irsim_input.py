@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import cv2
@@ -133,6 +134,25 @@ BAD = {
         )
     },
     "nothing to import": (["import", "none"], "irsim: none: "),
+    "a device for a scenario": (["check", "device"], "device: is no regular file; allowed: a file, or a shell's <("),
+    "a device for a source": (
+        ["info", "device"],
+        "irsim: device: is no regular file; allowed: a file, or a shell's <(",
+    ),
+    **{
+        f"a pipe for what {command} reads": (
+            [command, "pipe.yaml"],
+            f"{'' if command == 'check' else 'irsim: '}pipe.yaml: is no regular file; allowed: a file, or a shell's <(",
+        )
+        for command in ("check", "info", "show", "render", "sample", "noise", "fit", "masks")
+    },
+    "a pipe for a recording": (["info", "pipe.mcap"], "irsim: pipe.mcap: is no regular file; allowed: a recording"),
+    "a pipe for a video": (["import", "pipe.yaml", "-o", "x.mcap"], "irsim: pipe.yaml: is no regular file; allowed: a"),
+    "a pipe for a truth": (
+        ["import", "clip", "--truth", "pipe.yaml", "-o", "x.mcap"],
+        "irsim: pipe.yaml: is no regular file; allowed: a file, or a shell's <(",
+    ),
+    "a pipe among pictures": (["import", "pipes", "-o", "x.mcap"], "irsim: pipes/0.png: is no regular file; allowed: "),
     "empty folder": (["import", "dir"], "irsim: dir: "),
     "import onto itself": (
         ["import", "good.mcap"],
@@ -155,6 +175,10 @@ def messy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "boxes.csv").write_text("frame,x,y,w,h\n0,1,2,5,5\n")
     (folder / "empty.mcap").write_bytes(b"")
     (folder / "forged.mcap").write_text("a text")
+    (folder / "device").symlink_to(os.devnull)
+    (folder / "pipes").mkdir()
+    for name in ("pipe.yaml", "pipe.mcap", "pipes/0.png"):
+        os.mkfifo(folder / name)
     (folder / "cut.mcap").write_bytes((folder / "good.mcap").read_bytes()[:2000])
     return folder
 

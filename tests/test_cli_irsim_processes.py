@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -12,6 +13,7 @@ from pathlib import Path
 
 import pytest
 from command_line import IRSIM, SMALL_SCENE, Run
+from processes import wait_until
 
 
 def test_a_terminal_of_few_letters_gets_what_it_knows(folder: Path) -> None:
@@ -99,6 +101,32 @@ def test_interrupted_it_leaves_nothing_behind(number: signal.Signals, jobs: str,
     assert process.returncode == 128 + number
     assert errors == b"irsim: stopped\n"
     assert not list(folder.glob("*long.mcap*"))
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_masks_that_were_made_before_a_stop_are_told(number: signal.Signals, folder: Path) -> None:
+    """Older ones that they have replaced cannot be brought back, so that they stay."""
+    words = [*IRSIM, "masks", "scene.yaml", "frames=3000", "-o", "stopped"]
+    process = subprocess.Popen(
+        words,
+        cwd=folder,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(number, signal.SIG_DFL),
+    )
+    wait_until(lambda: process.poll() is not None or (folder / "stopped" / "000004_jet_whole.png").exists())
+    process.send_signal(number)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 128 + number
+    told = re.fullmatch(
+        r"irsim: stopped; masks of (\d+) of 3000 frames are written to stopped, and the same command replaces them\n",
+        errors,
+    )
+    assert told, errors
+    done = int(told[1])
+    whole = {f"{frame:06}_jet_{kind}.png" for frame in range(done) for kind in ("whole", "visible")}
+    last = {f"{done:06}_jet_{kind}.png" for kind in ("whole", "visible")}
+    assert whole <= set(os.listdir(folder / "stopped")) <= whole | last
 
 
 def test_what_a_recording_names_is_known_where_the_user_imports_it(run: Run, folder: Path) -> None:

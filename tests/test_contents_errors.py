@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -62,6 +63,15 @@ targets: [{id: a, shape: {kind: car}, path: {kind: straight, start: [5, 24], spe
 def test_what_cannot_be_is_one_line_with_its_place(folder: Path, place: str, keys: str, said: str) -> None:
     text, line = (each.replace("FILE", FILES[place]) for each in (TEXTS[place].replace("KEYS", keys), said))
     assert f": {place}.{line.format(folder=folder)}" in told(text)
+
+
+@pytest.mark.parametrize("place", TEXTS)
+def test_a_device_is_not_read(folder: Path, place: str) -> None:
+    """One may have no end."""
+    name = f"device{Path(FILES[place]).suffix}"
+    (folder / name).symlink_to(os.devnull)
+    text = TEXTS[place].replace("KEYS", f"file: {name}")
+    assert f"{place}.file: {folder}/{name}: is no regular file; allowed: " in told(text)
 
 
 @pytest.mark.parametrize("place", TEXTS)

@@ -78,6 +78,29 @@ def test_no_folder_and_no_device(tmp_path: Path) -> None:
     check_output(None)
 
 
+def test_a_pipe_of_the_shell_is_read_as_often_as_it_is_asked_for() -> None:
+    """And no more of it than a text may have."""
+    read, write = os.pipe()
+    try:
+        os.write(write, b"frames: 3\nbackground: {kind: ground}\n")
+        os.close(write)
+        for _ in range(2):
+            assert irsim.open_source(f"/dev/fd/{read}", ["frames=2"]).has_truth
+    finally:
+        os.close(read)
+
+
+def test_a_pipe_that_never_ends_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("irsim.files.LONGEST_PIPED", 1 << 20)
+    with subprocess.Popen(["yes"], stdout=subprocess.PIPE) as endless:
+        assert endless.stdout is not None
+        try:
+            with pytest.raises(InputError, match="more than 1 MB come through this pipe; allowed: text that ends"):
+                irsim.load(f"/dev/fd/{endless.stdout.fileno()}")
+        finally:
+            endless.kill()
+
+
 def test_what_is_read_is_not_replaced(tmp_path: Path) -> None:
     frames = tmp_path / "frames"
     frames.mkdir()

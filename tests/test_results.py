@@ -82,6 +82,9 @@ def test_foreign_broken_and_other_versions_are_one_line(tmp_path: Path) -> None:
             assert f"{name}.db: " in str(caught.value)
             assert "\n" not in str(caught.value)
         assert (tmp_path / f"{name}.db").read_bytes() == before
+    os.mkfifo(tmp_path / "pipe.db")
+    with pytest.raises(InputError, match=r"pipe\.db: is no regular file; allowed: a results file"):
+        Results(tmp_path / "pipe.db")
     for missing in ("absent.db", "empty.db", "."):
         with pytest.raises(InputError):
             Results(tmp_path / missing)

@@ -23,6 +23,12 @@ SCENE = irsim.loads(
     "frames: 3\ncamera: {size: [32, 24]}\nbackground: {kind: ground}\n"
     "targets: [{id: jet, shape: {kind: point}, path: {kind: straight, start: [9, 9]}}]\n"
 )
+SPACE = irsim.variations(
+    irsim.loads(
+        "background: {kind: ground}\n"
+        "vary: {camera.bits: {kind: choice, values: [14, 8]}, frames: {kind: integers, low: 1, high: 9}}\n"
+    )
+)
 TRACK = TrackHeader(tracker="kalman", source="sky", source_hash="abc", rate_hz=30.0)
 FRAMES = np.zeros((8, 32, 32), np.uint16)
 A_SCENARIO = r"of a str; allowed: a Scenario \(irsim\.load\('sky'\)\)"
@@ -51,6 +57,31 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
     "half a sample": (lambda: irsim.sample(SCENE, anything(1.5)), "n 1.5: allowed: a whole number, 0 or more"),
     "fewer samples than none": (lambda: irsim.sample(SCENE, -1), "n -1: allowed: 0 or more"),
     "a seed below 0": (lambda: irsim.sample(SCENE, 1, seed=-1), "seed -1: allowed: 0 or more"),
+    "a start of samples": (lambda: irsim.sample(SCENE, 1, start=anything("x")), "start 'x': allowed: a whole number, "),
+    "a point that is a number": (
+        lambda: SPACE.concrete(anything(5)),
+        "point 5: allowed: a mapping of override keys to",
+    ),
+    "a seed of a point": (lambda: SPACE.concrete({}, anything("x")), "seed 'x': allowed: a whole number, 0 or more"),
+    "half a seed of a point": (lambda: SPACE.concrete({}, anything(1.5)), "seed 1.5: allowed: a whole number, 0 or mo"),
+    "a seed of a draw": (lambda: SPACE.draw(anything("x")), "seed 'x': allowed: a whole number, 0 or more"),
+    "a share alone": (lambda: SPACE.at(anything(5)), "shares 5: allowed: a list of 2, for camera.bits, frames"),
+    "no shares": (lambda: SPACE.at(anything(None)), "shares None: allowed: a list of 2, for camera.bits, frames"),
+    "shares in a mapping": (
+        lambda: SPACE.at(anything({"a": 0})),
+        r"shares \{'a': 0\}: allowed: a list of 2, for camera",
+    ),
+    "shares in text": (lambda: SPACE.at(anything("01")), "shares '01': allowed: a list of 2, for camera.bits, frames"),
+    "a share in words": (
+        lambda: SPACE.at(anything(["a", 0.5])),
+        "no place in the unit cube; allowed: shares from 0 to",
+    ),
+    "no severities": (lambda: SPACE.at_severities(anything(None)), "severities None: allowed: a list of 2, for camera"),
+    "a severity in words": (
+        lambda: SPACE.at_severities(anything(["a", 0])),
+        "vary: camera.bits: there is no severity 'a'; allowed: 0 to 1",
+    ),
+    "a part of a severity": (lambda: SPACE.at_severities(anything([1.0, 0])), r"no severity 1\.0; allowed: 0 to 1"),
     "variations": (lambda: irsim.variations(anything("sky")), A_SCENARIO),
     "change": (lambda: irsim.change(anything("sky"), {}), A_SCENARIO),
     "dumps": (lambda: irsim.dumps(anything("sky")), A_SCENARIO),

@@ -93,6 +93,32 @@ def test_flow_collections_as_one_value() -> None:
     assert scalar("{kind: sky, clouds: []}") == {"kind": "sky", "clouds": []}
 
 
+# YAML 1.2.2, 6.2 "Separation Spaces": a tab is one within a line, and 5.5: it may stand within a plain text, too.
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("frames:\t3\nbackground: {kind: ground}\n", {"frames": 3, "background": {"kind": "ground"}}),
+        ("{kind:\tground,\tat:\t[1\t,\t2\t]\t}", {"kind": "ground", "at": [1, 2]}),
+        ("a\t:\t\tb \t # c\n'd'\t:\te\t\n", {"a": "b", "d": "e"}),
+        ("-\ta\n- \tb\n-\t\n  c: 1\n", ["a", "b", {"c": 1}]),
+        ("a: &x\t3\nb:\t*x\t\n", {"a": 3, "b": 3}),
+        ("\t\na: 1\n\t# c\n \t\nb: 2\n\t", {"a": 1, "b": 2}),
+        ("a: {\n\tb: 1,\n\tc: [d e\n\t\tf]\n\t}\n", {"a": {"b": 1, "c": ["d e f"]}}),
+        ("a: b\tc  \td\t\n  e\n", {"a": "b\tc  \td e"}),
+        ("a: |\n  b\tc\n", {"a": "b\tc\n"}),
+        ("--- \ta", "a"),
+    ],
+)
+def test_tabs_that_separate_are_as_spaces(text: str, value: Any) -> None:
+    assert parse(text).value == value
+
+
+def test_places_behind_a_tab_count_characters() -> None:
+    document = parse("a:\tb\nc: {d:\t\te}\n", "f.yaml")
+    assert document.values[("a",)] == "f.yaml:1:4"
+    assert document.values[("c", "d")] == "f.yaml:2:9"
+
+
 def test_places_are_of_keys_and_values() -> None:
     text = "camera:\n  size: [320, 240]\ntargets:\n  - id: jet\n    path: {speed: 2}\n"
     document = parse(text, "f.yaml")
@@ -118,6 +144,22 @@ BAD = {
     "number for a key": ("1: 2", "f.yaml:1:1: a key that is not text; allowed: text"),
     "list for a key": ("? [a]\n: 3", "f.yaml:1:3: a key that is not text; allowed: text"),
     "tab": ("a:\n\t- b", "f.yaml:2:1: a tab cannot indent YAML; allowed: spaces"),
+    "tab that indents below one that separates": (
+        "a:\t3\nb:\n \tc: 1",
+        "f.yaml:3:2: a tab cannot indent YAML; allowed: s",
+    ),
+    "tab before a key of a list's entry": (
+        "a:\n  -\tb\n  -\tc: 1",
+        "f.yaml:3:4: a tab stands before a list's entry or a ",
+    ),
+    "tab before an entry of an entry": (
+        "-\t- a",
+        "f.yaml:1:2: a tab stands before a list's entry or a key here; allowed: ",
+    ),
+    "tab behind a tag": ("a: !!int\t3", "f.yaml:1:9: a tab stands here; allowed: a space"),
+    "tab behind a bar": ("a: |\t\n  x", "f.yaml:1:5: a tab stands here; allowed: a space"),
+    "tab for a name": ("a: &\tb", "f.yaml:1:5: not YAML: while scanning an anchor: expected alphabetic"),
+    "two keys in a line with a tab elsewhere": ("-\tb\nc: d: e", "f.yaml:2:1: not YAML: "),
     "two documents": ("a: 1\n---\nb: 1", "f.yaml:2:1: a second document begins; allowed: one document a file"),
     "alias in itself": (
         "a: &x [*x]",

@@ -10,10 +10,10 @@ import numpy as np
 
 from irsim import __version__
 from irsim.convert.labels import Labels, read_labels
-from irsim.convert.pictures import Picture, Pictures, Video, open_pictures
+from irsim.convert.pictures import ALLOWED, Picture, Pictures, Video, open_pictures
 from irsim.display import Agc
 from irsim.errors import InputError
-from irsim.files import check_output, path_of
+from irsim.files import check_input, check_output, path_of
 from irsim.recording import recover
 from irsim.recording.chunks import Compression
 from irsim.recording.container import MAGIC
@@ -65,6 +65,7 @@ def import_frames(
     source, out = path_of(source), path_of(out)
     check_output(out, source, None if truth is None else path_of(truth))
     _check_numbers(rate_hz, accuracy_px)
+    check_input(source, ALLOWED)
     if _is_mcap(source):
         given = {
             "truth": truth,

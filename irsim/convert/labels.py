@@ -11,6 +11,7 @@ from itertools import islice
 from pathlib import Path
 
 from irsim.errors import InputError
+from irsim.files import text_bytes
 from irsim.kinds import suggestion
 from irsim.types import Box, TargetTruth, Truth
 from irsim.wording import counted
@@ -161,7 +162,7 @@ def _followed(
 def _rows(path: Path) -> Iterator[tuple[int, dict[str, str]]]:
     """Line number and fields by column of each row that is not empty."""
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = text_bytes(path).decode("utf-8-sig")
     except FileNotFoundError:
         raise InputError(f"{path}: there is no such file") from None
     except OSError as error:

@@ -15,6 +15,7 @@ import numpy as np
 
 from irsim.convert.tiff import SUFFIXES, pages, read_page
 from irsim.errors import InputError
+from irsim.files import check_input
 from irsim.types import Image
 
 ALLOWED = "a folder of PNG or TIFF (8 or 16 bit), a TIFF of several pages or a video"
@@ -88,6 +89,7 @@ class Folder:
 
     def __iter__(self) -> Iterator[Picture]:
         for file in self.files:
+            check_input(file, "a picture")
             yield _grey(_read_tiff(file) if file.suffix.lower() in SUFFIXES else _read_png(file), str(file))
 
 

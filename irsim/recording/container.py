@@ -26,6 +26,7 @@ from mcap.stream_reader import StreamReader
 
 from irsim.contents import Stamp, stamp
 from irsim.errors import InputError
+from irsim.files import check_input
 from irsim.recording.damage import BROKEN, DamageError, damage, decoded
 from irsim.wording import counted
 
@@ -238,6 +239,7 @@ def check_mcap(path: Path) -> None:
             raise InputError(
                 f"{path}: is a folder; allowed: a recording (irsim import makes one of a folder of PNG or TIFF)"
             )
+        check_input(path, "a recording (.mcap)")
         with open(path, "rb") as file:
             head = file.read(len(MAGIC))
     except FileNotFoundError:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import hashlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from irsim.contents import Stamp, stamp
+from irsim.files import is_irregular
 from irsim.types import Floats
 
 MOST_FACES = 20_000
@@ -42,6 +44,8 @@ class Triangles:
 
 def read_mesh(path: str) -> Triangles:
     """The mesh in a file; MeshError where there is none to be read. A file is read again when it changes."""
+    if is_irregular(path):  # it may have no end
+        raise MeshError(f"{path}: is no regular file; allowed: a mesh, .obj or .stl")
     try:
         found = stamp(path)
     except FileNotFoundError:
@@ -107,7 +111,7 @@ def _obj(path: str, data: bytes) -> _Parsed:
     names: dict[str, int] = {}
     by_material = b"usemtl" in data
     current = ""
-    for number, line in _obj_lines(data.decode("utf-8", errors="replace")):
+    for number, line in _obj_lines(data.decode("utf-8-sig", errors="replace")):
         word, *rest = line.partition("#")[0].split() or [""]
         try:
             if word == "v":
@@ -170,13 +174,14 @@ def _stl(path: str, data: bytes) -> _Parsed:
     if len(data) >= 84 and len(data) == 84 + 50 * count:
         records = np.frombuffer(data, dtype=np.dtype([("f", "<f4", (4, 3)), ("a", "<u2")]), offset=84)
         return _soup(records["f"][:, 1:].reshape(-1, 3).astype(np.float64))
+    text = data.removeprefix(codecs.BOM_UTF8)
     # The header of a binary file may begin with 'solid', too; no text holds a zero byte.
-    if not data.lstrip().startswith(b"solid") or b"\0" in data:
+    if not text.lstrip().startswith(b"solid") or b"\0" in text:
         raise MeshError(
             f"{path}: {len(data)} bytes are no STL file; allowed: 84 and 50 for each of its {count} triangles"
         )
     corners, open_at, number = [], 0, 0
-    for number, line in enumerate(data.decode("utf-8", errors="replace").splitlines(), start=1):
+    for number, line in enumerate(text.decode("utf-8", errors="replace").splitlines(), start=1):
         word, *rest = line.split() or [""]
         if word in ("facet", "endfacet", "endsolid"):
             if open_at and word != "endfacet":

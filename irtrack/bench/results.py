@@ -15,7 +15,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from irsim.files import path_of
+from irsim.files import check_input, path_of
 from irtrack.bench.cell import Cell, Key, Run, SourceRow
 from irtrack.bench.packing import packed_trace, unpacked_trace
 from irtrack.bench.shown import results_card
@@ -73,6 +73,7 @@ class Results:
         self.run: Run | None = None
         if self.path.is_dir():
             raise InputError(f"{path}: is a folder; allowed: a results file")
+        check_input(path, "a results file")
         is_new = not self.path.exists() or (create and self.path.stat().st_size == 0)
         if is_new and not create:
             raise InputError(f"{path}: no such file; allowed: a results file written by irtrack bench")
