@@ -97,8 +97,8 @@ def fit(
         shown = None if display is None else find(display)
     except InputError:
         raise InputError(
-            f"--display {display}: there is no such file or folder; allowed: what the camera showed, a folder of PNG, "
-            "a video or a recording"
+            f"--display {display}: there is no such file or folder; allowed: what the camera showed, a folder of PNG "
+            "or TIFF, a video or a recording"
         ) from None
     check_output(output, find(source), shown, endings=(".yaml", ".yml"))
     check_replaced(output)

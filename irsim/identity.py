@@ -17,7 +17,7 @@ from irsim.marks import Located
 NOT_PIXELS = {
     # read and check scenarios, and word what is wrong
     *("doubts", "errors", "explain", "loader", "overrides", "plausible", "ranges", "reach", "schema", "severity"),
-    *("beside", "shipped", "tree", "usage", "validation", "wording", "wrongtext", "yamlfile"),
+    *("beside", "shipped", "tree", "usage", "validation", "wording", "wrongtext", "yamlfile", "yamltabs"),
     # share frames out among processes: each is the same as drawn alone (see below)
     *("balance", "crew", "division", "interrupts", "places", "worker"),
     # say what a scene may be instead, make some up, and hold tracks to rules

@@ -16,7 +16,7 @@ from irsim.errors import InputError
 from irsim.files import check_output, path_of, replacing
 from irsim.types import Box, Frame, Source, Truth
 
-Indices = npt.NDArray[np.uint8]
+Palette = npt.NDArray[np.uint8]
 """A picture of colours of PALETTE, (rows, cols)."""
 
 WHITE, BLACK, AMBER = 253, 254, 255
@@ -71,13 +71,13 @@ def moving_picture(
     return path
 
 
-def drawn(frame: Frame, truth: Truth | None, factor: int = 1) -> Indices:
+def drawn(frame: Frame, truth: Truth | None, factor: int = 1) -> Palette:
     """A frame of 8 bits, enlarged by a whole number, its targets' boxes and its number and time drawn over it.
 
     A target of which more than half is hidden has only the corners of its box.
     """
     greys = np.rint(frame.image * (WHITE / 255)).astype(np.uint8)
-    picture: Indices = np.repeat(np.repeat(greys, factor, axis=0), factor, axis=1)
+    picture: Palette = np.repeat(np.repeat(greys, factor, axis=0), factor, axis=1)
     for target in truth.targets if truth is not None else ():
         left, top = _draw_box(picture, target.box, target.hidden, factor)
         _write(picture, target.id, (left, top - 4), factor)
@@ -87,14 +87,14 @@ def drawn(frame: Frame, truth: Truth | None, factor: int = 1) -> Indices:
 
 def _pictures(
     source: Source, start: int, stop: int, factor: int, progress: Callable[[int], None] | None
-) -> Iterator[Indices]:
+) -> Iterator[Palette]:
     for done, (frame, truth) in enumerate(source.pairs(start, stop, input="display"), start=1):
         yield drawn(frame, truth, factor)
         if progress is not None:
             progress(done)
 
 
-def _draw_box(picture: Indices, box: Box, hidden: bool, factor: int) -> tuple[int, int]:
+def _draw_box(picture: Palette, box: Box, hidden: bool, factor: int) -> tuple[int, int]:
     """Draw a box; its top left corner in the picture's pixels."""
     edges = (box.left - MARGIN_PX, box.top - MARGIN_PX, box.right + MARGIN_PX, box.bottom + MARGIN_PX)
     far = 2 * max(picture.shape)  # OpenCV's integers end; what lies beyond is not seen anyway
@@ -110,7 +110,7 @@ def _draw_box(picture: Indices, box: Box, hidden: bool, factor: int) -> tuple[in
     return left, top
 
 
-def _write(picture: Indices, text: str, at: tuple[int, int], factor: int) -> None:
+def _write(picture: Palette, text: str, at: tuple[int, int], factor: int) -> None:
     """Write a text with its left end at (x, y), rimmed so that it stands out from any grey."""
     letters = np.zeros_like(picture)
     cv2.putText(letters, text, at, cv2.FONT_HERSHEY_PLAIN, 0.8 + 0.2 * min(factor, 2), 255, 1)
@@ -120,7 +120,7 @@ def _write(picture: Indices, text: str, at: tuple[int, int], factor: int) -> Non
     picture[solid > 0] = AMBER
 
 
-def _write_webm(file: BinaryIO, pictures: Iterator[Indices], rate_hz: float) -> None:
+def _write_webm(file: BinaryIO, pictures: Iterator[Palette], rate_hz: float) -> None:
     try:
         import av
     except ImportError:
@@ -138,7 +138,7 @@ def _write_webm(file: BinaryIO, pictures: Iterator[Indices], rate_hz: float) -> 
         container.mux(stream.encode())
 
 
-def _write_gif(file: BinaryIO, pictures: Iterator[Indices], count: int, rate_hz: float) -> None:
+def _write_gif(file: BinaryIO, pictures: Iterator[Palette], count: int, rate_hz: float) -> None:
     from PIL import Image
 
     def images() -> Iterator[Image.Image]:

@@ -189,6 +189,39 @@ def test_broken_tiff_is_named(tmp_path: Path, capfd: pytest.CaptureFixture[str])
     assert capfd.readouterr() == ("", "")  # OpenCV and libtiff are silent
 
 
+@pytest.mark.parametrize(
+    ("tag", "value", "message"),
+    [
+        (258, 12, r"page 0 has 1 samples of 12 bits a pixel; allowed: 8 or 16 bit"),
+        (258, 1, r"page 0 has 1 samples of 1 bit a pixel; allowed: 8 or 16 bit"),
+        (277, 2, r"page 0 has 2 samples of 16 bits a pixel; allowed: 8 or 16 bit, grey or colours"),
+        (262, 0, r"in page 0 0 is white \(PhotometricInterpretation\); allowed: 0 is black"),
+    ],
+)
+def test_tiff_of_which_other_counts_would_be_made_is_refused(
+    tmp_path: Path, tag: int, value: int, message: str
+) -> None:
+    many = tmp_path / "clip.tif"
+    cv2.imwritemulti(str(many), pictures(3, np.uint16))
+    data = bytearray(many.read_bytes())
+    (first,) = struct.unpack_from("<I", data, 4)
+    (entries,) = struct.unpack_from("<H", data, first)
+    (entry,) = (
+        at for at in range(first + 2, first + 2 + 12 * entries, 12) if data[at : at + 2] == struct.pack("<H", tag)
+    )
+    struct.pack_into("<H", data, entry + 8, value)
+    many.write_bytes(data)
+    with pytest.raises(InputError, match=message):
+        import_frames(many, tmp_path / "r.mcap")
+
+
+def test_more_pages_than_are_read_together(tmp_path: Path) -> None:
+    images = pictures(150, np.uint16)
+    cv2.imwritemulti(str(tmp_path / "clip.tif"), images)
+    recording = open_recording(import_frames(tmp_path / "clip.tif", tmp_path / "r.mcap"))
+    assert np.array_equal([frame.image for frame in recording.frames()], images)
+
+
 def test_sources_that_are_none(tmp_path: Path, folder: Path) -> None:
     (tmp_path / "empty").mkdir()
     (tmp_path / "text.mp4").write_text("hello " * 100)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from intervals import held
 
 import irsim
+from irsim.measure import measure_figures
 from irsim.measure.interval import Measured, without
+from irsim.measure.lines import crossed
 
 SCENE = """
 frames: 100
@@ -60,6 +63,20 @@ def test_a_pole_higher_than_the_picture_is_no_noise_of_columns(background: str, 
         assert fitted.figures.column.high < (h + 0.1) * scene.camera.response().noise
     if h:
         held(found, h * scene.camera.response().noise)
+
+
+def test_noise_alone_has_no_edges() -> None:
+    for side, most in ((8, 4), (16, 4), (32, 1)):
+        pictures = np.random.default_rng(side).normal(size=(500, side, side))
+        assert sum(bool(crossed(picture)) for picture in pictures) <= most
+
+
+def test_a_step_in_the_least_of_pictures_leaves_finite_figures() -> None:
+    frames = np.random.default_rng(0).normal(1000, 4, (16, 8, 8))
+    frames[:, 3:] += 100
+    for name, value in measure_figures(frames, 30.0).measured():
+        assert np.isfinite(value.value), name
+        assert not np.isnan([value.low, value.high]).any(), name
 
 
 def test_a_variance_without_a_part_of_it_is_as_unsure_as_both() -> None:

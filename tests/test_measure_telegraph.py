@@ -8,7 +8,7 @@ from intervals import held
 
 import irsim
 from irsim.measure import Measured, measure_figures
-from irsim.measure.telegraph import mean_times
+from irsim.measure.telegraph import telegraph
 from irsim.types import Bools, Floats
 
 
@@ -32,23 +32,36 @@ def test_mean_times_lie_in_their_intervals(on: float, off: float, lost: float) -
     found = []
     for seed in range(20):
         times = np.flatnonzero(np.random.default_rng(seed).random(200) >= lost).astype(float)
-        pair = mean_times(seen(seed, on, off, times, 30), np.diff(times))
-        assert pair is not None
-        found.append(pair)
-    held([pair[0] for pair in found], on)
-    held([pair[1] for pair in found], off)
-    assert np.median([pair[0].value for pair in found]) == pytest.approx(on, rel=0.08)
-    assert np.median([pair[1].value for pair in found]) == pytest.approx(off, rel=0.15)
+        told = telegraph(seen(seed, on, off, times, 30), np.diff(times))
+        assert told is not None
+        found.append(told)
+    held([told.on for told in found], on)
+    held([told.off for told in found], off)
+    assert np.median([told.on.value for told in found]) == pytest.approx(on, rel=0.08)
+    assert np.median([told.off.value for told in found]) == pytest.approx(off, rel=0.15)
+
+
+@pytest.mark.parametrize(("on", "off"), [(20.0, 200.0), (60.0, 60.0)])
+def test_how_many_stay_still_while_they_are_seen_is_told(on: float, off: float) -> None:
+    times = np.arange(60.0)
+    told = []
+    for seed in range(12):
+        high = seen(seed, on, off, times, 400)
+        found = telegraph(high, np.ones(59))
+        assert found is not None
+        shown = float((high[1:] != high[:-1]).any(axis=0).mean())
+        told.append(Measured(found.seen.value / shown, found.seen.low / shown, found.seen.high / shown))
+    held([Measured(x.value, x.low - 0.05, x.high + 0.05) for x in told], 1.0)
 
 
 def test_a_level_and_its_opposite_tell_the_same() -> None:
     high = seen(0, 3.0, 9.0, np.arange(100.0), 12)
-    assert mean_times(high, np.ones(99)) == mean_times(~high, np.ones(99))
+    assert telegraph(high, np.ones(99)) == telegraph(~high, np.ones(99))
 
 
 def test_what_never_changes_tells_nothing() -> None:
-    assert mean_times(np.zeros((20, 3), np.bool_), np.ones(19)) is None
-    assert mean_times(np.zeros((20, 0), np.bool_), np.ones(19)) is None
+    assert telegraph(np.zeros((20, 3), np.bool_), np.ones(19)) is None
+    assert telegraph(np.zeros((20, 0), np.bool_), np.ones(19)) is None
 
 
 def test_pixels_of_a_camera_blink_for_as_long_as_it_says() -> None:

@@ -13,7 +13,7 @@ from typing import Any, Protocol
 import cv2
 import numpy as np
 
-from irsim.convert.tiff import SUFFIXES, pages, read_page
+from irsim.convert.tiff import SUFFIXES, pages, read_pages
 from irsim.errors import InputError
 from irsim.files import check_input
 from irsim.types import Image
@@ -102,15 +102,14 @@ class Pages:
     rate_hz: None = None
 
     def __iter__(self) -> Iterator[Picture]:
-        for page in range(self.count):
-            place = f"{self.file}: page {page}"
-            yield _grey(read_page(self.file, page, place), place)
+        for page, image in enumerate(read_pages(self.file, self.count)):
+            yield _grey(image, f"{self.file}: page {page}")
 
 
 def _read_tiff(file: Path) -> Any:
     if (count := pages(file)) > 1:
         raise InputError(f"{file}: holds {count} pictures; allowed: one in each file of a folder, or such a file alone")
-    return read_page(file, 0, str(file))
+    return next(read_pages(file, 1))
 
 
 def _read_png(file: Path) -> Any:

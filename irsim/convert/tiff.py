@@ -13,55 +13,83 @@ import cv2
 from cv2.utils import logging
 
 from irsim.errors import InputError
+from irsim.wording import counted
 
 SUFFIXES = (".tif", ".tiff")
 _LAYOUTS = {42: ("I", 4, "H", 12), 43: ("Q", 8, "Q", 20)}
 """By a file's version: how an offset is packed, where the first stands, how the number of a page's entries is packed,
 and how long such an entry is, bytes (TIFF 6.0, section 2; BigTIFF, Aware Systems 2008)."""
 _ORDERS = {b"II": "<", b"MM": ">"}
+_WHOLE = {1: "B", 3: "H", 4: "I"}
+"""How whole numbers of a TIFF are packed, by their type."""
+_BITS, _PHOTOMETRIC, _SAMPLES = 258, 262, 277
+_WHITE_IS_ZERO = 0
+_AT_ONCE = 64
+"""Pages that are read together: to find one, all before it are passed over."""
 
 
 def pages(file: Path) -> int:
-    """How many pages a TIFF file has. InputError where it is none, or their chain breaks off: it is cut short then,
-    which decoders pass over."""
+    """How many pages a TIFF file has. InputError where it is none; where their chain breaks off, for it is cut short
+    then, which decoders pass over; and where OpenCV would make other counts of its pixels."""
     try:
         with file.open("rb") as opened, mmap.mmap(opened.fileno(), 0, access=mmap.ACCESS_READ) as data:
-            count = _chained(data)
+            found = list(_directories(data))
     except OSError as error:
         raise InputError(f"{file}: cannot be read: {error.strerror}") from None
     except (KeyError, struct.error, ValueError):
-        count = 0
-    if not count:
+        found = []
+    if not found:
         raise _damaged(str(file))
-    return count
+    for page, tags in enumerate(found):
+        bits, samples = tags.get(_BITS, 1), tags.get(_SAMPLES, 1)
+        if (bits < 16 and bits != 8) or samples == 2:
+            what = f"{samples} samples of {counted(bits, 'bit')} a pixel"
+            raise InputError(f"{file}: page {page} has {what}; allowed: 8 or 16 bit, grey or colours")
+        if tags.get(_PHOTOMETRIC) == _WHITE_IS_ZERO:
+            raise InputError(f"{file}: in page {page} 0 is white (PhotometricInterpretation); allowed: 0 is black")
+    return len(found)
 
 
-def _chained(data: mmap.mmap) -> int:
-    """How many pages there are from the first to the last; 0 where they go in a circle."""
+def _directories(data: mmap.mmap) -> Iterator[dict[int, int]]:
+    """Of each page, from the first to the last, its tags that are whole numbers, the first number of each; ValueError
+    where pages go in a circle."""
     order = _ORDERS[data[:2]]
-    offset, first, number, entry = _LAYOUTS[struct.unpack_from(order + "H", data, 2)[0]]
+    offset, first, number, length = _LAYOUTS[struct.unpack_from(order + "H", data, 2)[0]]
+    inline = struct.calcsize(order + offset)
     seen: set[int] = set()
     (at,) = struct.unpack_from(order + offset, data, first)
     while at:
         if at in seen:
-            return 0
+            raise ValueError("a circle")
         seen.add(at)
         (entries,) = struct.unpack_from(order + number, data, at)
-        (at,) = struct.unpack_from(order + offset, data, at + struct.calcsize(order + number) + entry * entries)
-    return len(seen)
+        start = at + struct.calcsize(order + number)
+        end = start + length * entries
+        tags = {}
+        for entry in range(start, end, length):
+            tag, kind, count = struct.unpack_from(order + "HH" + offset, data, entry)
+            if kind in _WHOLE:
+                place = entry + 4 + inline
+                if count * struct.calcsize(_WHOLE[kind]) > inline:
+                    (place,) = struct.unpack_from(order + offset, data, place)
+                (tags[tag],) = struct.unpack_from(order + _WHOLE[kind], data, place)
+        yield tags
+        (at,) = struct.unpack_from(order + offset, data, end)
 
 
-def read_page(file: Path, page: int, place: str) -> Any:
-    """One page as it stands, (rows, columns) or (rows, columns, channels). InputError at `place` where it is damaged;
-    TIFF has no checksums, so that only what cannot be decoded is known to be."""
-    with _silent():
-        try:
-            there, found = cv2.imreadmulti(str(file), page, 1, flags=cv2.IMREAD_UNCHANGED)
-        except cv2.error:  # a size that no picture has
-            there, found = False, ()
-    if not there or not found:
-        raise _damaged(place)
-    return found[0]
+def read_pages(file: Path, count: int) -> Iterator[Any]:
+    """The pages as they stand, each (rows, columns) or (rows, columns, channels), turned as their Orientation says.
+    InputError where one is damaged; TIFF has no checksums, so that only what cannot be decoded is known to be."""
+    for first in range(0, count, _AT_ONCE):
+        wanted = min(_AT_ONCE, count - first)
+        with _silent():
+            try:
+                found = cv2.imreadmulti(str(file), first, wanted, flags=cv2.IMREAD_UNCHANGED)[1]
+            except cv2.error:  # a size that no picture has
+                found = ()
+        yield from found
+        if len(found) < wanted:
+            raise _damaged(str(file) if count == 1 else f"{file}: page {first + len(found)}")
 
 
 def _damaged(place: str) -> InputError:

@@ -30,7 +30,7 @@ class Pictures:
 
 @contextmanager
 def open_pictures(display: str | PathLike[str] | Source | None, source: Source) -> Iterator[Pictures | None]:
-    """The pictures of a source's frames: a recording, a scenario, a folder of PNG or a video; None for none.
+    """The pictures of a source's frames: a recording, a scenario, a folder of PNG or TIFF or a video; None for none.
 
     InputError where they cannot be opened, are deeper, larger or longer than the source, or the source's own frames.
     """
@@ -57,8 +57,8 @@ def _checked(pictures: Pictures, name: str, source: Source) -> Pictures:
     opened = pictures.source
     if opened.bits > 8:
         raise InputError(
-            f"{name}: {opened.bits} bits deep; allowed: what the camera showed, of 8 bits: a video, a folder of PNG or "
-            "a recording of them"
+            f"{name}: {opened.bits} bits deep; allowed: what the camera showed, of 8 bits: a video, a folder of "
+            "PNG or TIFF or a recording of them"
         )
     if opened.size != source.size:
         raise InputError(f"{name}: {_size(opened)} px, but {source.name} has {_size(source)}; allowed: the same size")

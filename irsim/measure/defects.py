@@ -88,11 +88,11 @@ def defects(frames: Values, top: float = math.inf) -> Defects:
     """Bad pixels of frames (T, rows, columns), each compared with the 5 x 5 px around it.
 
     Ridges and edges of a scene are not bad pixels, nor are tracks of what moves: a bad one stands out from all on the
-    border of those 5 x 5 px, but for others of a small group that does (so clusters that fill half of these are
-    missed), or blinks in a small group beside which nothing changes, and not only while something passes that lights up
-    one pixel after the other. What came through the optics is blurred over neighbours: a pixel that changes as one of
-    those does, or whose height most of those beside it share, is the scene's. A still point as sharp as a pixel does
-    look like a bad one.
+    border of those 5 x 5 px, but for others of a small group that does (clusters dense about their highest are missed),
+    or blinks in a small group beside which nothing changes, and not only while something passes that lights up one
+    pixel after the other. What came through the optics is blurred over neighbours: a pixel that changes as one of those
+    does, or whose height most of those beside it share, is the scene's. A still point as sharp as a pixel does look
+    like a bad one.
 
     top     the highest count there can be: where all is full of light nothing is told
 
@@ -101,12 +101,13 @@ def defects(frames: Values, top: float = math.inf) -> Defects:
     check_frames(frames)
     check_above(top, "top", "the highest count that there can be", math.inf)
     values = np.asarray(frames, np.float32)
-    level, restless = values.mean(axis=0), values.std(axis=0)
+    level, restless = _moments(values)
     usual = float(np.median(restless))
     frozen_from = _frozen_from(frames)
     usually = around(level)
     full = _filled(usually, top)
-    frozen = (restless == 0) & (level < FULL * top) & (frozen_from is not None and len(frames) >= frozen_from)
+    frozen = (frames == frames[0]).all(axis=0) & (level < FULL * top)
+    frozen &= frozen_from is not None and len(frames) >= frozen_from
     apart = level - usually
     restless_around = around(restless)
     calm = np.maximum(restless_around, usual)
@@ -116,9 +117,19 @@ def defects(frames: Values, top: float = math.inf) -> Defects:
     blinking &= ~full & ~_passed(values, blinking, restless > RESTLESS * usual)
     blinking &= ~following(values, blinking)
     steady = _far_off(_without_common(apart)) & ~changing & ~full & (np.abs(apart) > (_A_COUNT if rounded else 0))
-    hot = _standing_out(level, usually, steady & ~frozen)
+    hot = _standing_out(level, usually, steady) & ~frozen
     dead = (_standing_out(-level, -usually, steady) | frozen) & ~hot
     return Defects(dead, hot, blinking, frozen_from, dead.size)
+
+
+def _moments(values: Floats) -> tuple[Floats, Floats]:
+    """Mean and sigma of each pixel (rows, columns) over time, summed in float64: in float32 a bright pixel that never
+    changes would seem to in a thousand frames."""
+    mean = values.mean(axis=0, dtype=np.float64)
+    squares = np.zeros_like(mean)
+    for frame in values:
+        squares += np.square(frame - mean)
+    return mean.astype(np.float32), np.sqrt(squares / len(values)).astype(np.float32)
 
 
 def _standing_out(picture: Floats, usually: Floats, far: Bools) -> Bools:
@@ -196,6 +207,8 @@ def _frozen_from(frames: Values) -> int | None:
     p_k^2, and over T frames in that of p_k^T, which is at most q^(T/2); noise with memory stays so in about
     q^(T - 1), which is less.
     """
+    if len(frames) < 2:
+        return None
     stays = np.mean(frames[1:] == frames[:-1], axis=0)
     live = stays[stays < 1]
     if 2 * live.size <= stays.size:

@@ -148,7 +148,7 @@ def measure_figures(
         )
     report, bad = noise_and_defects(frames, rate_hz, region, top, taken, times, start)
     frames = report.stretch.of(frames)
-    taken_at = np.array(report.stretch.number) * report.stretch.slower
+    periods = np.diff(report.stretch.number) * report.stretch.slower
     held = tuple(() if boxes is None else boxes[k] for k in report.stretch.index)
     unsure = report.together and not report.moving and min(frames.shape[1:]) < TOLD_SIDE
     if unsure:
@@ -160,12 +160,12 @@ def measure_figures(
     # What is surely as sharp: of many the least value would be one that is too small by chance.
     blur = min([*still.points, *passed], key=lambda sigma: sigma.high, default=None)
     if report.slides:
-        marked = flaws(frames, taken_at, bad.off(taken), report.fine)
+        marked = flaws(frames, periods, bad.off(taken), report.fine)
         # All others may blink, too, hidden by the change of the scene.
         blinking = Measured(marked.blinking.value, marked.blinking.value, 1.0, bound=True)
         found = _of_moving(report, whole, held, blur, still, replace(marked, blinking=blinking))
     else:
-        found = _of_still(report, whole, held, blur, still, flaws(frames, taken_at, bad.off(taken), report.pixel_sigma))
+        found = _of_still(report, whole, held, blur, still, flaws(frames, periods, bad.off(taken), report.pixel_sigma))
     return replace(found, notes=(*report.stretch.left_out(start), *([SMALL] if unsure else []), *found.notes))
 
 

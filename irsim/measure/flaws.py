@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from irsim.measure.around import around
 from irsim.measure.defects import RESTLESS, Defects, stirred
 from irsim.measure.interval import LEVEL, Measured
 from irsim.measure.region import Values
-from irsim.measure.telegraph import mean_times
+from irsim.measure.telegraph import Telegraph, telegraph
 from irsim.types import Bools, Floats
 
 _MANY = 10
@@ -45,9 +45,9 @@ class Flaws:
     off_frames: Measured | None
 
 
-def flaws(frames: Values, taken_at: Floats, bad: Defects, noise: float) -> Flaws:
-    """Of frames (T, rows, columns), taken at (T,) frame periods of the recording, with those bad pixels and a temporal
-    noise of sigma `noise`."""
+def flaws(frames: Values, passed: Floats, bad: Defects, noise: float) -> Flaws:
+    """Of frames (T, rows, columns), with those bad pixels and a temporal noise of sigma `noise`; so many frame periods
+    of the recording `passed` from each to the next (T - 1,)."""
     level = frames.mean(axis=0, dtype=np.float64)
     heights = (level - around(level))[bad.hot]
     hidden = stirred(frames, noise)
@@ -55,19 +55,27 @@ def flaws(frames: Values, taken_at: Floats, bad: Defects, noise: float) -> Flaws
     series = frames[:, told].astype(np.float64)
     high = series > (series.max(axis=0) + series.min(axis=0)) / 2
     jump, seen = _jumps(high, series, noise) if told.any() else (None, 1.0)
-    on, off = mean_times(high, np.diff(taken_at)) or (None, None)
+    times = telegraph(high, passed)
     blinking = _share(told, bad.judged * float(1 - hidden.mean()))
     return Flaws(
         dead=_share(bad.dead, bad.judged),
         hot=_share(bad.hot, bad.judged),
-        blinking=blinking.map(lambda share: share / seen),
+        blinking=_all_of(blinking.map(lambda share: share / seen), times),
         cluster=_cluster(bad.all),
         dead_level=float(np.median(level[bad.dead])) if bad.dead.any() else None,
         hot_height=_mean(heights) if heights.size else None,
         jump=jump,
-        on_frames=on,
-        off_frames=off,
+        on_frames=times.on if times else None,
+        off_frames=times.off if times else None,
     )
+
+
+def _all_of(share: Measured, times: Telegraph | None) -> Measured:
+    """The share of pixels that blink, from that of those that did while they were seen."""
+    if times is None:
+        return share
+    seen = times.seen
+    return replace(share, value=share.value / seen.value, low=share.low / seen.high, high=share.high / seen.low)
 
 
 def _jumps(high: Bools, series: Values, noise: float) -> tuple[Measured, float]:

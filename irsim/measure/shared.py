@@ -57,7 +57,8 @@ def unshared(height: Floats, found: Bools) -> Bools:
 
 def in_steep_groups(found: Bools, height: Floats) -> Bools:
     """Those of the pixels found (rows, columns) that lie in small groups around which, up to 2 px far, nothing has half
-    the `height` of the least of them: bad pixels beside each other, no light of the scene.
+    the `height` of the least of them, and of which the highest does not share it with more than half of those beside
+    it: bad pixels beside each other, no light of the scene.
 
     Those up to 3 px apart are one group.
     """
@@ -68,8 +69,18 @@ def in_steep_groups(found: Bools, height: Floats) -> Bools:
     near = (wide > 0) & ~found
     slopes = np.bincount(wide[near & (height > _STEEP * least[wide])], minlength=count + 1)
     members = np.bincount(groups[found], minlength=count + 1)
-    steep: Bools = found & ((members <= MOST_IN_GROUP) & (slopes == 0))[groups]
+    wider = np.pad(height, 1)
+    sides = sum((side > _SHARES * height).astype(int) for side in _sides(wider))
+    most = np.zeros(count + 1)
+    np.maximum.at(most, groups[found], height[found])
+    light = np.bincount(groups[found & (sides > 2) & (height == most[groups])], minlength=count + 1)
+    steep: Bools = found & ((members <= MOST_IN_GROUP) & (slopes == 0) & (light == 0))[groups]
     return steep
+
+
+def _sides(wider: Floats) -> tuple[Floats, ...]:
+    """What lies above, below, left and right of each pixel of a picture, which is one pixel `wider` on every side."""
+    return wider[:-2, 1:-1], wider[2:, 1:-1], wider[1:-1, :-2], wider[1:-1, 2:]
 
 
 def in_groups(found: Bools) -> tuple[npt.NDArray[np.intp], int]:

@@ -88,7 +88,7 @@ class Stretch:
         if self.lost:
             yield f"{self.lost} {'frame is' if self.lost == 1 else 'frames are'} missing, by the times of the others"
         if self.slower > 1:
-            yield f"the camera is taken to have {self.rate_hz:.3g} Hz: memory and lags are in its frames"
+            yield f"the camera is taken to have {self.rate_hz:.3g} Hz, in whose frames rho and lags are"
         if causes := "; ".join(self.breaks.causes(start)):
             first, last = start + self.index[0], start + self.index[-1]
             yield f"{causes}: figures are those of frames {first} to {last}, the longest stretch without such a break"

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
+
 import numpy as np
 
 from irsim.measure.interval import ENDS, Measured
@@ -10,8 +13,8 @@ from irsim.types import Bools, Floats, Indices
 _LEAST = 0.1
 """Mean time that is looked for at least, in the shortest time between two frames: what goes to and fro faster is new in
 each frame, and does not tell by how much."""
-_MOST = 30.0
-"""And at most, in the time that is seen: what stays for longer hardly goes to and fro at all."""
+_MOST = 3.0
+"""And at most, in the time that is seen: more a few changes do not tell."""
 _COARSE, _FINE = 60, 80
 """Times along each axis of the grids."""
 _WITHIN = 8.0
@@ -20,8 +23,17 @@ _AT_ONCE = 4_000_000
 """Pixels times grid points that are worked out together."""
 
 
-def mean_times(high: Bools, passed: Floats) -> tuple[Measured, Measured] | None:
-    """(time on, time off), means, of what is seen high or not (T, pixels), each once at least; None of no pixels.
+@dataclass(frozen=True)
+class Telegraph:
+    """Mean times on and off, the shorter first, and the share of such pixels that changes while it is looked at."""
+
+    on: Measured
+    off: Measured
+    seen: Measured
+
+
+def telegraph(high: Bools, passed: Floats) -> Telegraph | None:
+    """Of what is seen high or not (T, pixels); None where nothing changes.
 
     passed  (T - 1,) time from each to the next
 
@@ -36,14 +48,19 @@ def mean_times(high: Bools, passed: Floats) -> tuple[Measured, Measured] | None:
         return None
     times, which = np.unique(passed, return_inverse=True)
     seen = _seen(high, which, len(times))
-    least, most = _LEAST * float(times[0]), _MOST * float(passed.sum())
-    on: Floats = np.geomspace(least, most, _COARSE)
+    on: Floats = np.geomspace(_LEAST * float(times[0]), _MOST * float(passed.sum()), _COARSE)
     off = on
-    likely = _likelihoods(seen, times, on, off)
+    likely, _ = _likelihoods(seen, times, on, off)
     near = likely > likely.max() - _WITHIN
     on, off = (_finer(axis, near.any(axis=other)) for axis, other in ((on, 1), (off, 0)))
-    likely = _likelihoods(seen, times, on, off)
-    return _profile(on, likely.max(axis=1)), _profile(off, likely.max(axis=0))
+    likely, changing = _likelihoods(seen, times, on, off)
+    best, inside = np.unravel_index(int(np.argmax(likely)), likely.shape), likely > likely.max() - ENDS**2 / 2
+    shares = changing[inside]
+    return Telegraph(
+        _profile(on, likely.max(axis=1)),
+        _profile(off, likely.max(axis=0)),
+        Measured(float(changing[best]), float(shares.min()), float(shares.max())),
+    )
 
 
 def _seen(high: Bools, which: Indices, times: int) -> Floats:
@@ -57,8 +74,8 @@ def _seen(high: Bools, which: Indices, times: int) -> Floats:
     return np.concatenate([~high[:1], high[:1], *counts]).T.astype(np.float64)
 
 
-def _likelihoods(seen: Floats, times: Floats, on: Floats, off: Floats) -> Floats:
-    """Log likelihood (on, off); minus infinity where on is the longer."""
+def _likelihoods(seen: Floats, times: Floats, on: Floats, off: Floats) -> tuple[Floats, Floats]:
+    """Log likelihood, minus infinity where on is the longer, and the share of pixels that change: (on, off) each."""
     ons, offs = (axis.ravel() for axis in np.meshgrid(on, off, indexing="ij"))
     share = ons / (ons + offs)
     kept = np.exp(-times[:, None] * (1 / ons + 1 / offs))
@@ -73,8 +90,10 @@ def _likelihoods(seen: Floats, times: Floats, on: Floats, off: Floats) -> Floats
     # Of all that would go to and fro so, those are not there that did not while they were seen.
     often = seen[:1, 2:].reshape(4, -1).sum(axis=0)
     stay = [np.exp(often @ np.log(np.maximum(1 - left, tiny))) for left in (up, down)]
-    found -= len(seen) * np.log(np.maximum(1 - (1 - share) * stay[0] - share * stay[1], tiny))
-    return np.where(ons > offs, -np.inf, found).reshape(len(on), len(off))
+    changing = np.maximum(1 - (1 - share) * stay[0] - share * stay[1], tiny)
+    found -= len(seen) * np.log(changing)
+    shape = len(on), len(off)
+    return np.where(ons > offs, -np.inf, found).reshape(shape), changing.reshape(shape)
 
 
 def _finer(axis: Floats, near: Bools) -> Floats:
@@ -85,7 +104,8 @@ def _finer(axis: Floats, near: Bools) -> Floats:
 
 
 def _profile(axis: Floats, likely: Floats) -> Measured:
-    inside = axis[likely > likely.max() - ENDS**2 / 2]
-    step = axis[1] / axis[0]
-    value = float(axis[int(np.argmax(likely))])
-    return Measured(value, float(inside[0] / step), float(inside[-1] * step))
+    """The likeliest, and ends one step beyond the last that is likely enough; the upper is infinite where all are."""
+    inside = np.flatnonzero(likely > likely.max() - ENDS**2 / 2)
+    step = float(axis[1] / axis[0])
+    high = math.inf if inside[-1] == len(axis) - 1 else float(axis[inside[-1]]) * step
+    return Measured(float(axis[int(np.argmax(likely))]), float(axis[inside[0]]) / step, high)
