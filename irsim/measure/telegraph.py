@@ -13,7 +13,7 @@ from irsim.types import Bools, Floats, Indices
 _LEAST = 0.1
 """Mean time that is looked for at least, in the shortest time between two frames: what goes to and fro faster is new in
 each frame, and does not tell by how much."""
-_MOST = 3.0
+_MOST = 10.0
 """And at most, in the time that is seen: more a few changes do not tell."""
 _COARSE, _FINE = 60, 80
 """Times along each axis of the grids."""
