@@ -13,10 +13,9 @@ import pytest
 from intervals import held
 from typer.testing import CliRunner
 
-import irsim
 from irsim.cli import app
 from irsim.errors import InputError
-from irsim.measure import NoiseReport, Region, measure_figures, measure_noise, noise_lines
+from irsim.measure import NoiseReport, Region, measure_noise, noise_lines
 from irsim.measure.repeats import new_frames
 from irsim.measure.steps import pattern_steps
 from irsim.measure.stretch import Breaks
@@ -174,35 +173,6 @@ def test_steps_are_looked_for_in_each_stretch() -> None:
     assert (report.stretch.index[0], len(report.stretch.index)) == (52, 30)
     held([report.terms.vh], PIXEL)
     held([report.terms.tvh], SIGMA)
-
-
-BLINKING = """
-frames: 200
-seed: 3
-camera:
-  rate_hz: 10
-  size: [96, 80]
-  netd_mk: 60
-  noise:
-    - {kind: white}
-    - {kind: bad_pixels, dead: 0, hot: 0, blinking: 0.005, blink_ratio: 60, on_s: 0.8, off_s: 2}
-background: {kind: ground, spread_k: 0}
-"""
-
-
-@pytest.mark.parametrize("spoil", ["thrice", "lost"])
-def test_times_of_blinking_pixels_are_those_of_the_recording(spoil: str) -> None:
-    frames = np.stack([frame.image for frame, _ in irsim.frames(irsim.loads(BLINKING))])
-    if spoil == "thrice":
-        rate_hz, found = 30.0, measure_figures(np.repeat(frames, 3, axis=0), 30.0, passing=False)
-    else:
-        rate_hz, kept = 10.0, np.flatnonzero(np.random.default_rng(0).random(200) > 0.3)
-        found = measure_figures(frames[kept], rate_hz, times=kept / rate_hz, passing=False)
-    plain = measure_figures(frames, 10.0, passing=False).flaws
-    for time, known in ((found.flaws.on_frames, plain.on_frames), (found.flaws.off_frames, plain.off_frames)):
-        assert time is not None
-        assert known is not None
-        assert time.value / rate_hz == pytest.approx(known.value / 10.0, rel=0.001 if spoil == "thrice" else 0.25)
 
 
 def texture(seed: int, side: int = 160) -> Floats:

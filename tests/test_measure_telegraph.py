@@ -64,7 +64,8 @@ def test_what_never_changes_tells_nothing() -> None:
     assert telegraph(np.zeros((20, 0), np.bool_), np.ones(19)) is None
 
 
-def test_pixels_of_a_camera_blink_for_as_long_as_it_says() -> None:
+def blinking(seed: int) -> Floats:
+    """Frames at 30 Hz whose bad pixels stay 2.4 frames on and 4.5 off."""
     scene = """
     frames: 200
     camera:
@@ -75,14 +76,28 @@ def test_pixels_of_a_camera_blink_for_as_long_as_it_says() -> None:
         - {kind: bad_pixels, dead: 0, hot: 0, blinking: 0.01, blink_ratio: 40, on_s: 0.08, off_s: 0.15}
     background: {kind: ground, spread_k: 0}
     """
-    on: list[Measured] = []
-    off: list[Measured] = []
-    for seed in range(8):
-        frames = np.stack([frame.image for frame, _ in irsim.frames(irsim.loads(scene, overrides=[f"seed={seed}"]))])
-        flaws = measure_figures(frames, 30.0, passing=False).flaws
-        assert flaws.on_frames is not None
-        assert flaws.off_frames is not None
-        on.append(flaws.on_frames)
-        off.append(flaws.off_frames)
-    held(on, 0.08 * 30)
-    held(off, 0.15 * 30)
+    return np.stack([frame.image for frame, _ in irsim.frames(irsim.loads(scene, overrides=[f"seed={seed}"]))])
+
+
+def times_of(frames: Floats, rate_hz: float, times: Floats | None = None) -> tuple[Measured, Measured]:
+    flaws = measure_figures(frames, rate_hz, times=times, passing=False).flaws
+    assert flaws.on_frames is not None
+    assert flaws.off_frames is not None
+    return flaws.on_frames, flaws.off_frames
+
+
+def test_pixels_of_a_camera_blink_for_as_long_as_it_says() -> None:
+    on, off = zip(*(times_of(blinking(seed), 30.0) for seed in range(8)), strict=True)
+    held(list(on), 0.08 * 30)
+    held(list(off), 0.15 * 30)
+
+
+def test_times_are_in_frames_of_the_recording() -> None:
+    """Of a camera that is a third as fast, and of one of whose frames three in ten were lost."""
+    frames = blinking(3)
+    plain = times_of(frames, 30.0)
+    for found, known in zip(times_of(np.repeat(frames, 3, axis=0), 90.0), plain, strict=True):
+        assert found.value == pytest.approx(3 * known.value, rel=0.001)
+    kept = np.flatnonzero(np.random.default_rng(0).random(200) > 0.3)
+    for found, known in zip(times_of(frames[kept], 30.0, kept / 30.0), plain, strict=True):
+        assert found.value == pytest.approx(known.value, rel=0.15)
