@@ -4,27 +4,25 @@ from __future__ import annotations
 
 import shlex
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from irsim import commands_authoring, commands_info, commands_measure
+from irsim import commands_authoring, commands_info, commands_measure, commands_pictures
 from irsim.asked import (
     OverridesArgument,
     SeedOption,
     SourceArgument,
     WithoutOption,
-    from_option,
-    open_changed,
     parts,
     tell_unheeded,
 )
 from irsim.errors import InputError
 from irsim.files import check_output, is_recording, is_there
 from irsim.span import parsed
-from irsim.terminal import StoppedError, commands, given_path, in_options, progress_bar, run
-from irsim.wording import counted
+from irsim.terminal import commands, given_path, in_options, progress_bar, run
 
 if TYPE_CHECKING:
     from irsim.display import Agc
@@ -41,16 +39,6 @@ def main() -> None:
     run(app, "irsim")
 
 
-app.command()(commands_info.info)
-app.command()(commands_measure.noise)
-app.command()(commands_measure.fit)
-app.command()(commands_measure.realism)
-app.command()(commands_authoring.new)
-app.command()(commands_authoring.schema)
-app.command()(commands_authoring.sample)
-
-
-@app.command()
 def check(
     words: Annotated[
         list[str],
@@ -86,77 +74,6 @@ def check(
         sys.exit(2)
 
 
-@app.command()
-def show(
-    source: SourceArgument,
-    overrides: OverridesArgument = None,
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o",
-            "--output",
-            metavar="PNG|WEBM|GIF",
-            help="Its ending says what to draw. Default: NAME.png here.",
-            parser=given_path,
-        ),
-    ] = None,
-    frames: Annotated[
-        str | None, typer.Option(metavar="N|A:B", help="The first N frames, or frames A to B-1; default: all.")
-    ] = None,
-    seed: SeedOption = None,
-    without: WithoutOption = None,
-) -> None:
-    """Draw a sheet of frames over time with their truth boxes (PNG), or the frames in motion (WebM, GIF)."""
-    from irsim.draw import contact_sheet
-    from irsim.loader import find
-    from irsim.moving import moving_picture
-
-    opened = open_changed(source, overrides, seed, without)
-    path = output or Path(f"{opened.name}.png")
-    check_output(path, find(source), endings=(".png", ".webm", ".gif"))
-    wanted = range(len(opened)) if frames is None else parsed(frames, len(opened))
-    if path.suffix.lower() == ".png":
-        print(contact_sheet(opened, path, wanted.start, wanted.stop))
-    else:
-        with progress_bar(f"show {opened.name}", len(wanted)) as progress:
-            print(moving_picture(opened, path, wanted.start, wanted.stop, progress))
-
-
-@app.command()
-def gallery(
-    what: Annotated[
-        str, typer.Argument(metavar="[targets|backgrounds|cameras|agcs]", help="Of what; targets unless said.")
-    ] = "targets",
-    output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", metavar="PNG", help="Default: WHAT.png in this folder.", parser=given_path),
-    ] = None,
-    blind: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR", help="A blind test instead: unlabelled crops in DIR, their key beside it.", parser=given_path
-        ),
-    ] = None,
-    seed: Annotated[int, typer.Option(help="Of the blind test's order and views.")] = 0,
-) -> None:
-    """Draw a sheet of all targets, each in several views, or of all backgrounds, cameras or AGCs."""
-    from irsim.gallery import write_blind
-    from irsim.kinds import suggestion
-    from irsim.sheets import SHEETS
-
-    if what not in SHEETS:
-        raise InputError(f"no sheet of '{what}'; allowed: {', '.join(SHEETS)}{suggestion(what, SHEETS)}")
-    if blind is not None:
-        if what != "targets":
-            raise InputError(f"--blind: its crops are of targets, not of {what}; allowed: irsim gallery --blind DIR")
-        print(write_blind(blind, seed))
-        return
-    path = output or Path(f"{what}.png")
-    check_output(path, endings=(".png",))
-    print(SHEETS[what](path))
-
-
-@app.command()
 def render(
     source: SourceArgument,
     overrides: OverridesArgument = None,
@@ -190,48 +107,6 @@ def render(
     _say_written(path)
 
 
-@app.command()
-def masks(
-    source: SourceArgument,
-    overrides: OverridesArgument = None,
-    output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", metavar="DIR", help="Default: NAME-masks in this folder.", parser=given_path),
-    ] = None,
-    frames: Annotated[
-        str | None, typer.Option(metavar="N|A:B", help="N frames from the first on, or frames A to B-1.")
-    ] = None,
-    target: Annotated[str | None, typer.Option(metavar="ID", help="Of this target only.")] = None,
-    seed: SeedOption = None,
-    without: WithoutOption = None,
-) -> None:
-    """Write which pixels each target covers, whole and as far as it is seen, as PNG files of 8 bits.
-
-    Files bear the numbers of the frames that arrive, as a recording of SCENARIO counts them, or of REC's own frames.
-    """
-    from irsim.masking import write_masks
-    from irsim.sources import open_rendering
-
-    rendering, first, stop = open_rendering(source, overrides or (), seed, without=parts(without))
-    tell_unheeded(source, overrides, without)
-    wanted = parsed(frames, stop - first) if frames is not None else range(stop - first)
-    start, stop = first + wanted.start, first + wanted.stop
-    folder = output or Path(f"{Path(source).stem}-masks")
-    count = done = 0
-    try:
-        with from_option("--target", "target"), progress_bar(f"masks {rendering.name}", stop - start) as progress:
-            for done, paths in enumerate(write_masks(rendering.scenario, folder, start, stop, target, first), 1):
-                count += len(paths)
-                progress(done)
-    except KeyboardInterrupt:
-        if not done:
-            raise
-        made = f"masks of {done} of {counted(stop - start, 'frame')} are written to {folder}"
-        raise StoppedError(f"stopped; {made}, and the same command replaces them") from None
-    print(f"{folder}: {counted(count, 'mask')} of {counted(stop - start, 'frame')}")
-
-
-@app.command("import")
 def import_(
     frames: Annotated[
         Path,
@@ -308,3 +183,23 @@ def _agc(text: str) -> Agc:
 def _say_written(path: Path) -> None:
     print(path)
     print(f"look at it: irsim show {shlex.quote(str(path))}, or open it in Foxglove or Lichtblick")
+
+
+# In the order of `--help`, as work goes: write, look, render, measure.
+_COMMANDS: dict[str, Callable[..., None]] = {
+    "new": commands_authoring.new,
+    "check": check,
+    "show": commands_pictures.show,
+    "render": render,
+    "info": commands_info.info,
+    "masks": commands_pictures.masks,
+    "sample": commands_authoring.sample,
+    "import": import_,
+    "noise": commands_measure.noise,
+    "fit": commands_measure.fit,
+    "realism": commands_measure.realism,
+    "gallery": commands_pictures.gallery,
+    "schema": commands_authoring.schema,
+}
+for name, command in _COMMANDS.items():
+    app.command(name)(command)

@@ -26,7 +26,17 @@ NOT_PIXELS = {
     *("cards", "convert", "displayed", "draw", "fitting", "gallery", "masking", "measure", "moments", "moving"),
     *("levels", "sheets", "stated", "survey"),
     # commands, and ways in
-    *("__main__", "asked", "cli", "commands_authoring", "commands_info", "commands_measure", "lazy", "sources"),
+    *(
+        "__main__",
+        "asked",
+        "cli",
+        "commands_authoring",
+        "commands_info",
+        "commands_measure",
+        "commands_pictures",
+        "lazy",
+        "sources",
+    ),
     "terminal",
 }
 """Rooms that no pixel and no truth depends on: without them, or with other words in them, a frame is the same.
