@@ -2,7 +2,7 @@
 
 from irsim.detector.alike import electrons_like
 from irsim.detector.ar1 import Ar1
-from irsim.detector.bad_pixels import BadPixels
+from irsim.detector.bad_pixels import MOST_BAD, BadPixels
 from irsim.detector.base import Additive, Moment, Noise, Steady
 from irsim.detector.bloom import Bloom
 from irsim.detector.correction import Correction
@@ -35,6 +35,7 @@ NOISES = Family(
 
 __all__ = [
     "DETECTORS",
+    "MOST_BAD",
     "NETD_K",
     "NOISES",
     "Additive",

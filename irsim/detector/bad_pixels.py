@@ -20,7 +20,9 @@ from irsim.rng import stream
 from irsim.types import Counts, Floats
 
 Places = npt.NDArray[np.intp]
-Share = Annotated[float, Field(ge=0, le=0.2)]
+MOST_BAD = 0.2
+"""Share of the pixels that may be dead, hot or blinking, each: clusters of more would cover the picture."""
+Share = Annotated[float, Field(ge=0, le=MOST_BAD)]
 
 
 class BadPixels(Noise):

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from irsim.detector import NETD_K, Drift, Electrons, Setting, electrons_like
+from irsim.detector import MOST_BAD, NETD_K, Drift, Electrons, Setting, electrons_like
 from irsim.displayed import FittedDisplay
 from irsim.fitting.agc import ChosenAgc
 from irsim.fitting.numbers import interval, plain
@@ -194,9 +194,8 @@ class Scene:
 
     def _flaws(self) -> Iterator[tuple[str, Any]]:
         bad = self.figures.flaws
-        yield "dead", bad.dead
-        yield "hot", bad.hot
-        yield "blinking", replace(bad.blinking, value=min(bad.blinking.value, 0.2))
+        for kind, share in (("dead", bad.dead), ("hot", bad.hot), ("blinking", bad.blinking)):
+            yield kind, replace(share, value=min(share.value, MOST_BAD))
         yield "cluster", f"{bad.cluster:.3g}"
         if bad.dead_level is not None:
             yield "dead_level", f"{min(max(bad.dead_level / self.full, 0), 1):.4g}"

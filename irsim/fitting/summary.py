@@ -33,10 +33,12 @@ def summary_lines(found: Figures, display: FittedDisplay | None) -> Iterator[tup
         yield "", f"half of what even ones lie above odd ones: {turned}"
     bad = found.flaws
     shares = (("dead", bad.dead), ("hot", bad.hot), ("blinking", bad.blinking))
-    if known := _named(tuple((name, share) for name, share in shares if share.high < 1)):
-        yield "bad", f"{known} of all pixels"
-    if unknown := [name for name, share in shares if share.high >= 1]:
-        yield "" if known else "bad", f"not told how many are {' or '.join(unknown)}"
+    told = [f"{name} {_told(share)}" for name, share in shares if share.high < 1]
+    told += [f"{name} at least {plain(share.low, 3)}" for name, share in shares if share.high >= 1 and share.low]
+    if told:
+        yield "bad", f"{', '.join(told)} of all pixels"
+    if unknown := [name for name, share in shares if share.high >= 1 and not share.low]:
+        yield "" if told else "bad", f"not told how many are {' or '.join(unknown)}"
     yield "psf", f"{_told(found.psf)} px" + ("" if found.blur is not None else ", taken: no point is seen")
     if display is not None:
         yield "display", f"{display.agc.kind}, {plain(display.rms_grey, 2)} greys rms"

@@ -59,16 +59,16 @@ class Defects:
     dead        does not change, or stands far below those around it all the time
     hot         stands far above those around it all the time
     blinking    changes far more in time than those around it
+    judged      of which pixels it can be told: not where all is full of light
     frozen_from frames from which on one that never changes is called dead: in fewer, good ones may not happen to
                 change; None where most pixels never do, as in pictures whose noise is far below one count
-    judged      how many pixels there are of which it can be told
     """
 
     dead: Bools
     hot: Bools
     blinking: Bools
+    judged: Bools
     frozen_from: int | None
-    judged: int
 
     @property
     def all(self) -> Bools:
@@ -76,12 +76,10 @@ class Defects:
         return bad
 
     def off(self, taken: Bools | None) -> Defects:
-        """Those where no target was (rows, columns): one that stands, passes or flickers looks like a bad pixel. All,
-        where targets were in more than half of the picture."""
-        if taken is None or 2 * taken.sum() > taken.size:
-            return self
-        free = ~taken
-        return Defects(self.dead & free, self.hot & free, self.blinking & free, self.frozen_from, int(free.sum()))
+        """Those that can be told where no target was (rows, columns): one that stands, passes or flickers looks like a
+        bad pixel. Everywhere, where targets were in more than half of the picture."""
+        told = self.judged if taken is None or 2 * taken.sum() > taken.size else self.judged & ~taken
+        return Defects(self.dead & told, self.hot & told, self.blinking & told, told, self.frozen_from)
 
 
 def defects(frames: Values, top: float = math.inf) -> Defects:
@@ -119,10 +117,10 @@ def defects(frames: Values, top: float = math.inf) -> Defects:
     steady = _far_off(_without_common(apart)) & ~changing & ~full & (np.abs(apart) > (_A_COUNT if rounded else 0))
     hot = _standing_out(level, usually, steady) & ~frozen
     dead = (_standing_out(-level, -usually, steady) | frozen) & ~hot
-    return Defects(dead, hot, blinking, frozen_from, dead.size)
+    return Defects(dead, hot, blinking, ~full, frozen_from)
 
 
-def _moments(values: Floats) -> tuple[Floats, Floats]:
+def _moments(values: Values) -> tuple[Floats, Floats]:
     """Mean and sigma of each pixel (rows, columns) over time, summed in float64: in float32 a bright pixel that never
     changes would seem to in a thousand frames."""
     mean = values.mean(axis=0, dtype=np.float64)
@@ -152,7 +150,7 @@ def stirred(frames: Values, noise: float) -> Bools:
     frame have in common hides nothing.
     """
     common = float(np.var(frames.mean(axis=(1, 2), dtype=np.float64)))
-    change = around(frames.std(axis=0, dtype=np.float32)).astype(np.float64) ** 2 - common
+    change = around(_moments(frames)[1]).astype(np.float64) ** 2 - common
     moved: Bools = change > (_STIRRED * max(noise, LEAST_NOISE)) ** 2
     return moved
 

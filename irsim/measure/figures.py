@@ -162,7 +162,7 @@ def measure_figures(
     if report.slides:
         marked = flaws(frames, periods, bad.off(taken), report.fine)
         # All others may blink, too, hidden by the change of the scene.
-        blinking = Measured(marked.blinking.value, marked.blinking.value, 1.0, bound=True)
+        blinking = Measured(marked.blinking.value, marked.blinking.value, 1.0)
         found = _of_moving(report, whole, held, blur, still, replace(marked, blinking=blinking))
     else:
         found = _of_still(report, whole, held, blur, still, flaws(frames, periods, bad.off(taken), report.pixel_sigma))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,11 +11,17 @@ from irsim.measure.around import around
 from irsim.measure.defects import RESTLESS, Defects, stirred
 from irsim.measure.interval import LEVEL, Measured
 from irsim.measure.region import Values
-from irsim.measure.telegraph import Telegraph, telegraph
+from irsim.measure.telegraph import telegraph
 from irsim.types import Bools, Floats
 
 _MANY = 10
 """Blinking pixels from which the law of their jumps can be read."""
+_LEAST_SEEN = 0.25
+"""Share of the blinking pixels that must be seen for the law to say how many more there are: jumps that end just above
+the least that is seen speak of no law, and would make any number."""
+_ALIKE = 2.0
+"""Standard errors by which the relative scatter of jumps beyond the least may fall short of 1, an exponential law's:
+about 1/sqrt(n) for n of them."""
 _FEW = 100
 """Pixels, less than which tell of no share."""
 _UNEVEN = 1.5
@@ -25,12 +32,15 @@ _UNEVEN = 1.5
 class Flaws:
     """Bad pixels of a recording. Heights are in its units, times in its frames; None where there is no such pixel.
 
-    dead, hot, blinking     shares of the pixels; of blinking ones with those whose jump is too small to be told, and
-                            among those where the scene does not change by more than noise
+    dead, hot, blinking     shares of the pixels of which it can be told; of blinking ones among those where the scene
+                            does not change by more than noise, and with those whose jump is too small to be told or
+                            that stayed still: up to 1 where nobody knows how many these are
     cluster                 mean number of bad pixels that touch
     dead_level              at which dead pixels stand, in the median
     hot_height              of hot pixels above what is around them, in the mean
-    jump                    of blinking pixels, in the mean, either way
+    jump                    of blinking pixels, in the mean, either way: of all, by an exponential law, which is how
+                            `irsim.detector` draws them, or of those that are seen, where they are few or do not follow
+                            that law
     on_frames, off_frames   mean time on one level, where they are seldom, and on the other
     """
 
@@ -50,50 +60,66 @@ def flaws(frames: Values, passed: Floats, bad: Defects, noise: float) -> Flaws:
     of the recording `passed` from each to the next (T - 1,)."""
     level = frames.mean(axis=0, dtype=np.float64)
     heights = (level - around(level))[bad.hot]
-    hidden = stirred(frames, noise)
-    told = bad.blinking & ~hidden
+    still = ~stirred(frames, noise)
+    told = bad.blinking & still
     series = frames[:, told].astype(np.float64)
     high = series > (series.max(axis=0) + series.min(axis=0)) / 2
-    jump, seen = _jumps(high, series, noise) if told.any() else (None, 1.0)
+    jumps = _jumps(high, series, noise) if told.any() else None
     times = telegraph(high, passed)
-    blinking = _share(told, bad.judged * float(1 - hidden.mean()))
+    judged = int(bad.judged.sum())
+    blinking = _share(told, int((bad.judged & still).sum()))
+    for seen in (each.seen for each in (jumps, times) if each is not None):
+        blinking = _with_unseen(blinking, seen)
     return Flaws(
-        dead=_share(bad.dead, bad.judged),
-        hot=_share(bad.hot, bad.judged),
-        blinking=_all_of(blinking.map(lambda share: share / seen), times),
+        dead=_share(bad.dead, judged),
+        hot=_share(bad.hot, judged),
+        blinking=blinking,
         cluster=_cluster(bad.all),
         dead_level=float(np.median(level[bad.dead])) if bad.dead.any() else None,
         hot_height=_mean(heights) if heights.size else None,
-        jump=jump,
+        jump=jumps.mean if jumps else None,
         on_frames=times.on if times else None,
         off_frames=times.off if times else None,
     )
 
 
-def _all_of(share: Measured, times: Telegraph | None) -> Measured:
-    """The share of pixels that blink, from that of those that did while they were seen."""
-    if times is None:
-        return share
-    seen = times.seen
-    return replace(share, value=share.value / seen.value, low=share.low / seen.high, high=share.high / seen.low)
+def _with_unseen(share: Measured, seen: Measured) -> Measured:
+    """The share of all, from that of those that are seen, and the share of them that is."""
+    high = min(share.high / seen.low, 1.0) if seen.low else 1.0
+    return Measured(min(share.value / seen.value, 1.0), min(share.low / seen.high, 1.0), high, bound=share.bound)
 
 
-def _jumps(high: Bools, series: Values, noise: float) -> tuple[Measured, float]:
-    """(mean jump, share of the blinking pixels that is seen) of series (T, pixels), which are high or not.
+@dataclass(frozen=True)
+class _Jumps:
+    """Mean jump of the blinking pixels, and the share of them whose jump is high enough to be seen."""
 
-    Exponential jumps are seen from some height on, so that their mean is what the seen ones exceed it by, and the
-    share of the others follows; of a few pixels nobody can say so, and they are taken as they are.
+    mean: Measured
+    seen: Measured
+
+
+def _jumps(high: Bools, series: Values, noise: float) -> _Jumps:
+    """Of series (T, pixels), which are high or not.
+
+    Exponential jumps are seen from some height on, so that their mean is what the seen ones exceed it by, and the share
+    of the others follows. Of a few, or of jumps that are alike, those that are seen are told as they are, and the law
+    says only how many more there may be at most; of jumps hardly higher than that, it says nothing.
     """
     means = [np.where(state, series, 0).sum(axis=0) / state.sum(axis=0).clip(1) for state in (high, ~high)]
     jumps = np.abs(means[0] - means[1])
     often = high.mean(axis=0)
     share = float(np.minimum(often, 1 - often).mean())
-    least = min(RESTLESS * noise / np.sqrt(share * (1 - share)), float(jumps.min())) if jumps.size >= _MANY else 0.0
+    least = min(RESTLESS * noise / np.sqrt(share * (1 - share)), float(jumps.min()))
     beyond = _mean(jumps - least)
-    return beyond, float(np.exp(-least / max(beyond.value, 1e-9)))
+    seen = beyond.map(lambda mean: math.exp(-least / mean) if mean else 0.0)
+    scatter = float(np.std(jumps - least)) / beyond.value if beyond.value else 0.0
+    extends = seen.value >= _LEAST_SEEN
+    if extends and len(jumps) >= _MANY and scatter >= 1 - _ALIKE / math.sqrt(len(jumps)):
+        return _Jumps(beyond, seen)
+    as_seen = _mean(jumps)
+    return _Jumps(replace(as_seen, low=min(beyond.low, as_seen.low)), Measured(1.0, seen.low if extends else 0.0, 1.0))
 
 
-def _share(mask: Bools, judged: float) -> Measured:
+def _share(mask: Bools, judged: int) -> Measured:
     """Of so many pixels that were judged, those in a mask; clusters of them count once for the interval."""
     from scipy.ndimage import label
 

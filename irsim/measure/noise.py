@@ -66,7 +66,7 @@ class NoiseReport:
     crossed     whether a target of the truth is in the region in some frame
     drift       sigma of the frames' means
     slope_per_s of the frames' means, by least squares
-    dead, hot, blinking     pixels in the whole picture, where no target of the truth was
+    dead, hot, blinking     pixels in the whole picture, where no target of the truth was nor all is full of light
     hidden      share of the picture in which the scene changes by more than the noise: pixels that blink are missed
     uneven      share of the picture in which what stands differs from pixel to pixel by more than the noise: pixels
                 there that are dead or hot are missed
@@ -215,7 +215,7 @@ def noise_and_defects(
         hidden=float(stirred(frames, sigma).mean()),
         uneven=steep.share,
         uneven_by=steep.counts,
-        pixels=told.judged,
+        pixels=int(told.judged.sum()),
         clipped=_clipped(frames, flat, top),
         rounded=whole_counts(frames) and (fine if sliding else sigma) < ROUNDED,
         frozen_from=bad.frozen_from,

@@ -50,8 +50,11 @@ class Still:
         return still
 
     def spared(self, bad: Defects) -> Defects:
-        """Bad pixels without those that are so because of a still point, or full of light."""
-        return replace(bad, dead=bad.dead & ~self.all, hot=bad.hot & ~self.all, blinking=bad.blinking & ~self.all)
+        """Bad pixels without those that are so because of a still point, or full of light: there nobody can tell."""
+        free = ~self.all
+        return replace(
+            bad, dead=bad.dead & free, hot=bad.hot & free, blinking=bad.blinking & free, judged=bad.judged & free
+        )
 
 
 def still_things(frames: Values, bad: Defects, top: float = math.inf) -> Still:
