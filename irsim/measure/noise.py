@@ -28,7 +28,7 @@ from irsim.measure.noise_3d import TERMS, Noise3dTerms, check_size
 from irsim.measure.quiet import quiet_sigma
 from irsim.measure.region import Region, Values, as_region, windows
 from irsim.measure.remembered import remembered
-from irsim.measure.repeats import new_frames
+from irsim.measure.repeats import NewFrames, new_frames
 from irsim.measure.steady import slides
 from irsim.measure.steps import pattern_steps
 from irsim.measure.stretch import Breaks, Stretch, longest_stretch
@@ -167,17 +167,42 @@ def noise_and_defects(
     check_given(frames, rate_hz, top, taken, times)
     check_size(frames)
     asked = None if region is None else as_region(region, frames)
-    new = new_frames(frames, rate_hz, times)
+    read = _longest_read(frames, asked, top, taken, new_frames(frames, rate_hz, times), start)
+    return _told(read, rate_hz, top, taken), read.bad
+
+
+@dataclass(frozen=True, eq=False)
+class _Read:
+    """What noise is read from.
+
+    frames  (T, rows, columns) of the stretch
+    bad     their bad pixels
+    flat    (T, rows, columns) of the region, without bad pixels
+    """
+
+    stretch: Stretch
+    frames: Values
+    bad: Defects
+    region: Region
+    flat: Floats
+
+
+def _longest_read(
+    frames: Values, asked: Region | None, top: float, taken: Bools | None, new: NewFrames, start: int
+) -> _Read:
+    """Of the longest stretch of new frames in which neither the picture nor the fixed pattern becomes another."""
     others = jumps([frames[k] for k in new.index])
     breaks = Breaks(pauses=new.pauses, jumps=tuple(new.index[others].tolist()))
-    stretch = longest_stretch(new, breaks, len(frames), start)
-    bad, place, flat = _read(stretch.of(frames), asked, top, taken)
+    read = _read(frames, longest_stretch(new, breaks, len(frames), start), asked, top, taken)
     # Cut at its steps, another stretch may be the longest, in which none were looked for yet.
-    while steps := pattern_steps(flat, np.array(stretch.number)):
-        breaks = replace(breaks, steps=tuple(sorted({*breaks.steps, *(stretch.index[step] for step in steps)})))
-        stretch = longest_stretch(new, breaks, len(frames), start)
-        bad, place, flat = _read(stretch.of(frames), asked, top, taken)
-    frames, region = stretch.of(frames), place
+    while steps := pattern_steps(read.flat, np.array(read.stretch.number)):
+        breaks = replace(breaks, steps=tuple(sorted({*breaks.steps, *(read.stretch.index[step] for step in steps)})))
+        read = _read(frames, longest_stretch(new, breaks, len(frames), start), asked, top, taken)
+    return read
+
+
+def _told(read: _Read, rate_hz: float, top: float, taken: Bools | None) -> NoiseReport:
+    stretch, frames, bad, region, flat = read.stretch, read.frames, read.bad, read.region, read.flat
     number = np.array(stretch.number) - stretch.number[0]
     moved = changes(flat)
     found = remembered(flat, number, stretch.rate_hz, moved.moving)
@@ -191,7 +216,7 @@ def noise_and_defects(
     doubtful = (*TERMS, *_OF_TIME) if moved.together else alike(flat.mean(axis=0))
     sigma = fine if moved.moving else found.terms.tvh.value
     steep = uneven(whole, _standing(flat, sigma, "vh" in doubtful))
-    report = NoiseReport(
+    return NoiseReport(
         region=region,
         stretch=stretch,
         frames=len(frames),
@@ -220,7 +245,6 @@ def noise_and_defects(
         rounded=whole_counts(frames) and (fine if sliding else sigma) < ROUNDED,
         frozen_from=bad.frozen_from,
     )
-    return report, bad
 
 
 def _clipped(frames: Values, flat: Floats, top: float) -> float:
@@ -235,13 +259,14 @@ def _standing(flat: Floats, sigma: float, of_scene: bool) -> float:
     return sigma / math.sqrt(len(flat)) if of_scene else float(without_lines(level).std())
 
 
-def _read(frames: Values, region: Region | None, top: float, taken: Bools | None) -> tuple[Defects, Region, Floats]:
-    """Bad pixels of frames, the region, or the flattest that is still, and the frames there without bad pixels."""
-    bad = defects(frames, top)
-    region = _still(frames, bad.all, top, taken) if region is None else region
-    flat = _without(bad.all, frames, region)
+def _read(frames: Values, stretch: Stretch, asked: Region | None, top: float, taken: Bools | None) -> _Read:
+    """Of a stretch of frames, on the region that is asked for, or on the flattest that is still."""
+    used = stretch.of(frames)
+    bad = defects(used, top)
+    region = _still(used, bad.all, top, taken) if asked is None else asked
+    flat = _without(bad.all, used, region)
     check_size(flat)
-    return bad, region, np.asarray(patched(flat, faint_blinkers(flat)), np.float64)
+    return _Read(stretch, used, bad, region, np.asarray(patched(flat, faint_blinkers(flat)), np.float64))
 
 
 def _without(bad: Bools, frames: Values, region: Region) -> Floats:
