@@ -34,6 +34,28 @@ def test_a_blur_that_is_seen_the_first_time_only_leaves_the_figures_agreeing() -
     assert [line for line in apart(first.figures, second.figures) if not line.startswith("blur:")] == []
 
 
+def test_a_thing_as_wide_as_a_pixel_is_not_taken_for_the_blur_of_the_lens() -> None:
+    """A lens of 0.47 px was said to have 0.936 (0.931 to 0.941), pixels 13.5 counts (13.0 to 14.1) of 1.1, and the
+    texture a slope of 0.58 (0.49 to 0.66) of 2.3; fitted again, the last two disagreed."""
+    text = COOLED.replace("spread_k: 1", "spread_k: 0.8, beta: 2.3") + PASSING.replace("range_m: 4000", "range_m: 1100")
+    first = irsim.fit(irsim.loads(text.replace("temperature_k: 360", "temperature_k: 320")))
+    found = first.figures
+    assert found.blur is not None
+    assert found.blur.value > 0.7
+    assert found.psf.low <= 0.47 <= found.psf.high
+    assert found.psf.value == pytest.approx(0.47, abs=0.06)
+    assert found.pixel is not None
+    assert found.pixel.low <= 0.3 * found.noise.value <= found.pixel.high
+    assert found.pixel.value < found.noise.value
+    assert found.texture is not None
+    for slope in (found.texture.beta_x, found.texture.beta_y):
+        assert slope.low <= 2.3 <= slope.high
+        assert slope.value == pytest.approx(2.3, abs=0.3)
+    assert any(note.startswith("the blur is taken to be") for note in first.notes)
+    again = irsim.fit(first.scenario)
+    assert [line for line in apart(found, again.figures) if not line.startswith("blur:")] == []
+
+
 def test_without_a_point_the_fixed_pattern_is_held_all_the_same() -> None:
     """True is 0.3 of the noise. Taken for 0.6 px, a blur of 0.47 px gave 3.7 (3.3 to 4.1) counts for 1.1."""
     found = irsim.fit(irsim.loads(COOLED)).figures

@@ -8,6 +8,7 @@ time series", Arkiv for Matematik 2, 1953): the sum over frequencies of log S + 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -164,14 +165,19 @@ def fit_field(periodogram: Floats, shape: tuple[int, int], psf_px: float) -> Spe
         return Measured(*(float(back(x)) for x in (middle, middle - reach, middle + reach)))
 
     texture = Field(
-        spread=told(lambda t: _log_variance(t) / 2, np.exp),
+        spread=told(lambda t: _log_variance(t) / 2, _exp),
         beta_x=parameter(1),
         beta_y=parameter(2),
-        correlation_px=parameter(3, np.exp),
-        stretch=parameter(4, np.exp),
+        correlation_px=parameter(3, _exp),
+        stretch=parameter(4, _exp),
     )
     density = _density(theta, _Frequencies.all(shape, psf_px), floor)
-    return Spectrum(texture, told(lambda t: t[5] + np.log(floor), np.exp), density, loss)
+    return Spectrum(texture, told(lambda t: t[5] + np.log(floor), _exp), density, loss)
+
+
+def _exp(value: float) -> float:
+    """Infinite where that is: of what hardly shows, a logarithm may have any upper end."""
+    return math.exp(value) if value < math.log(np.finfo(np.float64).max) else math.inf
 
 
 def periodogram(picture: Floats) -> Floats:

@@ -65,7 +65,8 @@ class Figures:
     pixel, row, column      sigmas of what stays: fixed pattern that is white over pixels, rows, columns
     even_rows, even_columns what even ones lie above odd ones, halved
     blur                    sigma of the sharpest thing seen, px; None where no point is seen
-    psf                     sigma of the blur that texture and pixel are told under: that one, or a usual one
+    psf                     sigma of the lens's blur, under which texture and pixel are told: of that thing, which has a
+                            size of its own, at most
     texture, mean, histogram    of the background: its field, its mean, and its values at even shares where they
                             are not Gaussian
     flaws                   bad pixels

@@ -88,7 +88,12 @@ def blur_notes(blur: Measured | None, psf: Measured, still: Still) -> Iterator[s
         yield f"no point is seen: the blur is taken to be {psf.value:.1g} px"
         yield f"texture and fixed pattern are told for any blur of {psf.low:.1g} to {psf.high:.1g} px"
     else:
-        yield "the blur is that of the sharpest thing seen, and its own size is in it: the lens may be sharper"
+        yield (
+            f"the sharpest thing seen is blurred by {blur.value:.2g} px, its own size among it: the lens may be "
+            f"sharper, and texture and fixed pattern are told for any blur of {psf.low:.1g} px to that"
+        )
+        if psf.value < blur.low:
+            yield f"the blur is taken to be {psf.value:.2g} px, under which the texture is clearly likelier"
     if still.points:
         yield f"points that stand still: {len(still.points)}; they are no texture, fixed pattern or hot pixels"
     if full := int(still.full.sum()):

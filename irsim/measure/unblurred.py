@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import fields
 
@@ -16,26 +17,34 @@ USUAL_BLUR = Measured(0.6, 0.4, 0.8)
 from 1 to 2, where diffraction alone cuts off at the pixels' own limit (G. C. Holst, "Imaging system performance based
 upon F lambda / d", Opt. Eng. 46, 2007)."""
 _STEP = 0.1
+"""Px, at most, between the blurs that are tried."""
 _DOUBT = 0.1
 """What is thought of an unseen blur before, px: the usual one, give or take this."""
+_PREFERRED = 3.0
+"""Log likelihood that a sharper blur than the seen one has to gain: twice what a 95 % interval allows."""
+_MOST_TRIED = 9
 
 
 def fit_unblurred(periodogram: Floats, shape: tuple[int, int], blur: Measured | None) -> tuple[Spectrum, Measured]:
-    """As `fit_field` finds them, and the blur, of a picture (rows, columns) whose blur was seen, or not (None).
+    """As `fit_field` finds them, and the blur, of a picture (rows, columns) whose sharpest thing has a `blur`, or in
+    which no thing tells it (None).
 
-    Each interval is the hull of those at the ends of the blur's interval. One that was not seen is that of the usual
-    ones under which a power law is most likely; for its interval that counts for nothing, since a real scene need not
-    follow one.
+    What was seen has a size of its own, so that the lens may be as sharp as usual ones are. Each interval is the hull
+    of those at all blurs that may be. The blur is the seen one, unless a power law is clearly likelier under a sharper
+    one; where none was seen, that of the usual ones under which it is likeliest. For the blur's interval that counts
+    for nothing, since a real scene need not follow one.
     """
-    if blur is not None:
-        spectra = [fit_field(periodogram, shape, psf_px) for psf_px in (blur.value, blur.low, blur.high)]
-        return _hull(spectra[0], spectra), blur
-    steps = round((USUAL_BLUR.high - USUAL_BLUR.low) / _STEP)
-    tried = np.linspace(USUAL_BLUR.low, USUAL_BLUR.high, steps + 1).round(3)
+    low, high = min(USUAL_BLUR.low, blur.low if blur else math.inf), blur.high if blur else USUAL_BLUR.high
+    steps = min(math.ceil(round((high - low) / _STEP, 6)), _MOST_TRIED)
+    tried = np.linspace(low, high, steps + 1).round(4)
+    if blur is None:
+        doubts = np.square((tried - USUAL_BLUR.value) / _DOUBT) / 2
+    else:
+        tried = np.append(tried, blur.value)
+        doubts = _PREFERRED * (tried < blur.value)
     spectra = [fit_field(periodogram, shape, float(psf_px)) for psf_px in tried]
-    doubts = np.square((tried - USUAL_BLUR.value) / _DOUBT) / 2
     likeliest = int(np.argmin([spectrum.loss for spectrum in spectra] + doubts))
-    taken = Measured(float(tried[likeliest]), USUAL_BLUR.low, USUAL_BLUR.high)
+    taken = Measured(float(tried[likeliest]), low, high)
     return _hull(spectra[likeliest], spectra), taken
 
 
