@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from irsim.errors import InputError
+from irsim.errors import InputError, is_number
 
 _NUMBERS = "iuf"
 """Sorts of arrays that hold counts: whole numbers with and without a sign, and floats."""
@@ -61,8 +61,7 @@ def check_taken(taken: object, size: tuple[int, ...]) -> None:
 
 def check_above(given: Any, name: str, what: str, highest: float = math.nextafter(math.inf, 0)) -> None:
     """InputError for what is no number above 0, up to the `highest`: any finite one."""
-    number = isinstance(given, int | float | np.integer | np.floating) and not isinstance(given, bool)
-    if not (number and 0 < given <= highest):
+    if not (is_number(given) and 0 < given <= highest):
         raise InputError(f"{name} {reprlib.repr(given)}: allowed: a number above 0, {what}")
 
 
