@@ -86,6 +86,10 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
     "change": (lambda: irsim.change(anything("sky"), {}), A_SCENARIO),
     "dumps": (lambda: irsim.dumps(anything("sky")), A_SCENARIO),
     "record": (lambda: irsim.record(anything("sky"), "x.mcap"), "of a str; allowed: a Source, such as irsim.open_sou"),
+    "a compression": (
+        lambda: irsim.record(irsim.Rendering(SCENE), "x.mcap", compression=anything("zip")),
+        "compression 'zip': allowed: none, lz4, zstd",
+    ),
     "measure_realism": (
         lambda: irsim.measure_realism(anything("sky")),
         "a comparison of a str; allowed: a Source, such as irsim.open_source gives",
