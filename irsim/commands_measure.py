@@ -141,7 +141,9 @@ def realism(
     camera: Annotated[
         str | None,
         typer.Option(
-            metavar="SORT", help="Compare the noise, too: cooled, uncorrected, uncooled. Status 1 where outside."
+            metavar="SORT",
+            help="Judge noise by this sort: cooled, uncorrected, uncooled; texture only by a class that --like or the "
+            "scenario says. Status 1 where outside.",
         ),
     ] = None,
     as_json: Json = False,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import operator
 import re
+import reprlib
 import signal
 from contextlib import suppress
 from typing import Any, NamedTuple
@@ -66,6 +67,19 @@ def as_whole(given: Any) -> int:
     if isinstance(given, bool):
         raise TypeError
     return operator.index(given)
+
+
+def is_number(given: Any) -> bool:
+    """Whether a caller gave a number, Python's or numpy's; True is none, though Python has it for 1."""
+    import numpy as np  # commands that only look at files must not wait for it
+
+    return isinstance(given, int | float | np.integer | np.floating) and not isinstance(given, bool)
+
+
+def expect_text(name: str, given: Any) -> None:
+    """InputError where a caller gave anything else than text."""
+    if not isinstance(given, str):
+        raise InputError(f"{name} {reprlib.repr(given)}: is no text; allowed: text")
 
 
 def how_it_ended(code: int | None) -> str:

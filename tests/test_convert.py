@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 import zlib
 from pathlib import Path
 from typing import Any
@@ -139,89 +138,6 @@ def test_broken_pictures_are_named(tmp_path: Path, folder: Path) -> None:
     assert not list(tmp_path.glob("*.mcap"))
 
 
-@pytest.mark.parametrize("compression", [1, 5, 8], ids=["none", "lzw", "deflate"])
-@pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
-def test_tiff_comes_in_bit_for_bit(tmp_path: Path, dtype: type, compression: int) -> None:
-    images, way = pictures(12, dtype), [cv2.IMWRITE_TIFF_COMPRESSION, compression]
-    folder, many = tmp_path / "clip", tmp_path / "clip.tiff"
-    folder.mkdir()
-    for index, image in enumerate(images):
-        cv2.imwrite(str(folder / f"frame_{index}.tif"), image, way)
-    assert cv2.imwritemulti(str(many), images, way)
-    for source in (folder, many):
-        recording = open_recording(import_frames(source, tmp_path / f"{source.name}.mcap", rate_hz=25))
-        assert recording.header.name == "clip"
-        assert np.array_equal([frame.image for frame in recording.frames()], images)
-
-
-def test_broken_tiff_is_named(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    many = tmp_path / "clip.tif"
-    cv2.imwritemulti(str(many), pictures(5, np.uint16))
-    whole = many.read_bytes()
-    circle = bytearray(whole)
-    (first,) = struct.unpack_from("<I", whole, 4)
-    (entries,) = struct.unpack_from("<H", whole, first)
-    struct.pack_into("<I", circle, first + 2 + 12 * entries, first)
-    for broken in (b"", b"text", b"II*\0", whole[:-20], whole[: len(whole) // 2], bytes(circle)):
-        many.write_bytes(broken)
-        with pytest.raises(InputError, match=r"clip\.tif: is not a TIFF picture, or is cut short or damaged"):
-            import_frames(many, tmp_path / "r.mcap")
-    strips = bytearray(whole)
-    place = strips.index(struct.pack("<HH", 273, 4)) + 8  # StripOffsets of a page, made to lie behind the end
-    struct.pack_into("<I", strips, place, 2**31)
-    many.write_bytes(strips)
-    with pytest.raises(InputError, match=r"clip\.tif: page \d: is not a TIFF picture, or is cut short or damaged"):
-        import_frames(many, tmp_path / "r.mcap")
-    cv2.imwrite(str(many), np.zeros((24, 32), np.float32))
-    with pytest.raises(InputError, match=r"clip\.tif: is one picture; allowed: the folder"):
-        import_frames(many, tmp_path / "r.mcap")
-    (tmp_path / "celsius").mkdir()
-    many.rename(tmp_path / "celsius" / "0.tif")
-    with pytest.raises(InputError, match=r"0\.tif: has pixels of type float32; allowed: 8 or 16 bit"):
-        import_frames(tmp_path / "celsius", tmp_path / "r.mcap")
-    cv2.imwritemulti(str(tmp_path / "celsius" / "0.tif"), pictures(2))
-    with pytest.raises(InputError, match=r"0\.tif: holds 2 pictures; allowed: one in each file of a folder"):
-        import_frames(tmp_path / "celsius", tmp_path / "r.mcap")
-    cv2.imwrite(str(tmp_path / "celsius" / "0.png"), pictures(1)[0])
-    with pytest.raises(InputError, match=r"celsius: holds \.png and \.tif; allowed: pictures of one kind"):
-        import_frames(tmp_path / "celsius", tmp_path / "r.mcap")
-    assert not list(tmp_path.glob("*.mcap"))
-    assert capfd.readouterr() == ("", "")  # OpenCV and libtiff are silent
-
-
-@pytest.mark.parametrize(
-    ("tag", "value", "message"),
-    [
-        (258, 12, r"page 0 has 1 samples of 12 bits a pixel; allowed: 8 or 16 bit"),
-        (258, 1, r"page 0 has 1 samples of 1 bit a pixel; allowed: 8 or 16 bit"),
-        (277, 2, r"page 0 has 2 samples of 16 bits a pixel; allowed: 8 or 16 bit, grey or colours"),
-        (262, 0, r"in page 0 0 is white \(PhotometricInterpretation\); allowed: 0 is black"),
-    ],
-)
-def test_tiff_of_which_other_counts_would_be_made_is_refused(
-    tmp_path: Path, tag: int, value: int, message: str
-) -> None:
-    many = tmp_path / "clip.tif"
-    cv2.imwritemulti(str(many), pictures(3, np.uint16))
-    data = bytearray(many.read_bytes())
-    (first,) = struct.unpack_from("<I", data, 4)
-    (entries,) = struct.unpack_from("<H", data, first)
-    (entry,) = (
-        at for at in range(first + 2, first + 2 + 12 * entries, 12) if data[at : at + 2] == struct.pack("<H", tag)
-    )
-    struct.pack_into("<H", data, entry + 8, value)
-    many.write_bytes(data)
-    with pytest.raises(InputError, match=message):
-        import_frames(many, tmp_path / "r.mcap")
-
-
-def test_more_pages_than_are_read_together(tmp_path: Path) -> None:
-    images = pictures(150, np.uint16)
-    cv2.imwritemulti(str(tmp_path / "clip.tif"), images)
-    recording = open_recording(import_frames(tmp_path / "clip.tif", tmp_path / "r.mcap"))
-    assert np.array_equal([frame.image for frame in recording.frames()], images)
-
-
 def test_sources_that_are_none(tmp_path: Path, folder: Path) -> None:
     (tmp_path / "empty").mkdir()
     (tmp_path / "text.mp4").write_text("hello " * 100)
@@ -238,8 +154,43 @@ def test_sources_that_are_none(tmp_path: Path, folder: Path) -> None:
 
 @pytest.mark.parametrize("rate", [0.0, -1.0, float("nan"), float("inf")])
 def test_impossible_rates(tmp_path: Path, folder: Path, rate: float) -> None:
-    with pytest.raises(InputError, match=r"allowed: from 0\.001 to 10000 Hz"):
+    with pytest.raises(InputError, match=r"^rate \S+: allowed: a number from 0\.001 to 10000 Hz$"):
         import_frames(folder, tmp_path / "r.mcap", rate_hz=rate)
+
+
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        ({"bits": 12.5}, "bits 12.5: allowed: a whole number, 1 or more"),
+        ({"bits": True}, "bits True: allowed: a whole number, 1 or more"),
+        ({"bits": "12"}, "bits '12': allowed: a whole number, 1 or more"),
+        ({"bits": 0}, "bits 0: allowed: 1 or more"),
+        ({"rate_hz": "30"}, "rate '30': allowed: a number from 0.001 to 10000 Hz"),
+        ({"rate_hz": True}, "rate True: allowed: a number from 0.001 to 10000 Hz"),
+        ({"accuracy_px": "1", "truth": "gt.csv"}, "accuracy '1': allowed: a number, 0 px or more"),
+        ({"name": 3}, "name 3: is no text; allowed: text"),
+        ({"follow": 3, "truth": "gt.csv"}, "follow 3: is no text; allowed: text"),
+        ({"agc": "linear"}, "agc 'linear': is no AGC; allowed: one such as irsim.display.AGCS.parse gives"),
+        ({"compression": "zip"}, "compression 'zip': allowed: none, lz4, zstd"),
+        ({"compression": 3}, "compression 3: allowed: none, lz4, zstd"),
+    ],
+)
+def test_what_is_asked_of_another_type_is_told_in_a_line(
+    tmp_path: Path, folder: Path, given: dict[str, Any], says: str
+) -> None:
+    with pytest.raises(InputError) as caught:
+        import_frames(folder, tmp_path / "r.mcap", **given)
+    assert str(caught.value) == says
+    assert not (tmp_path / "r.mcap").exists()
+
+
+def test_numbers_of_numpy_are_taken(tmp_path: Path) -> None:
+    folder = folder_of(tmp_path / "clip", [image >> 2 for image in pictures(2, np.uint16)])
+    table = tmp_path / "gt.csv"
+    table.write_text("frame,x,y,w,h\n1,1,1,2,2\n")
+    asked: dict[str, Any] = {"bits": np.int64(14), "rate_hz": np.float32(25), "accuracy_px": np.int64(2)}
+    header = open_recording(import_frames(folder, tmp_path / "r.mcap", truth=table, **asked)).header
+    assert (header.bits, header.rate_hz, header.accuracy_px) == (14, 25.0, 2.0)
 
 
 def test_the_output_is_checked_first(tmp_path: Path) -> None:
@@ -251,6 +202,10 @@ def test_a_damaged_recording_is_imported_for_what_is_whole(tmp_path: Path, folde
     whole = import_frames(folder, tmp_path / "r.mcap", rate_hz=10)
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(whole.read_bytes()[:-2000])
+    foreign = tmp_path / "foreign"
+    foreign.write_bytes(b"\x89MCAP9\r\n" + whole.read_bytes()[8:])
+    with pytest.raises(InputError, match="foreign: is not an MCAP file; allowed: a recording"):
+        import_frames(foreign, tmp_path / "none.mcap")
     recording = open_recording(import_frames(cut, tmp_path / "rescued.mcap"))
     assert 0 < len(recording) <= 4
     assert np.array_equal(recording.frame(0).image, pictures()[0])

@@ -18,8 +18,6 @@ from irsim.measure import (
     CAMERAS,
     Figures,
     Measured,
-    cameras_of,
-    judge_noise,
     judge_sorts,
     measure_figures,
     noise_figures,
@@ -43,7 +41,7 @@ background: {kind: ground, spread_k: 0}
 )
 def test_real_sensors_are_of_their_sort_alone(name: str, rate_hz: float, sort: str) -> None:
     with np.load(REAL / name / "frames.npz") as file:
-        assert cameras_of(measure_figures(file["frames"], rate_hz)) == (sort,)
+        assert judge_sorts(measure_figures(file["frames"], rate_hz)).fitting == (sort,)
 
 
 @pytest.mark.parametrize(
@@ -52,8 +50,9 @@ def test_real_sensors_are_of_their_sort_alone(name: str, rate_hz: float, sort: s
 def test_presets_are_of_their_sort_alone(preset: str, sort: str) -> None:
     scene = irsim.Rendering(irsim.loads(PRESET.replace("PRESET", preset)))
     figures = measure_figures(np.stack([frame.image for frame in scene.frames()]), scene.rate_hz)
-    assert [v for v in judge_noise(figures, sort) if not v.inside and v.figure != "level"] == []
-    assert not set(cameras_of(figures)) - {sort}
+    judged = judge_sorts(figures, sort)
+    assert [v for v in judged.verdicts if not v.inside and v.figure != "level"] == []
+    assert not set(judged.fitting) - {sort}
 
 
 @pytest.mark.parametrize("blur", [0.0, 1.0, 2.0])
@@ -65,7 +64,7 @@ def test_white_and_blurred_noise_is_that_of_no_camera(blur: float) -> None:
         return np.asarray(cv2.GaussianBlur(noise, (0, 0), blur) if blur else noise)
 
     figures = measure_figures(np.stack([1000 + frame() for _ in range(60)]), 30.0)
-    assert cameras_of(figures) == ()
+    assert judge_sorts(figures).fitting == ()
 
 
 def test_the_command_compares_noise(tmp_path: Path) -> None:

@@ -50,6 +50,14 @@ def test_times_tell_of_lost_frames(numbers: list[int], index: list[int], lost: i
     assert new_frames(frames, RATE_HZ).lost == 0
 
 
+@pytest.mark.parametrize("kind", [np.int8, np.int64, np.float32])
+def test_times_of_any_type_tell_of_lost_frames(kind: type) -> None:
+    """Two of them may lie farther apart than numbers of their type reach."""
+    numbers = [0, 1, 2, 3, 203, 204, 205, 206]
+    found = new_frames(taken(numbers)[0], 1.0, (np.array(numbers) - 100).astype(kind))
+    assert (found.number.tolist(), found.lost) == (numbers, 199)
+
+
 def test_times_that_keep_no_beat_tell_nothing() -> None:
     """Frames that are stamped as they come: each some way late, some so much that a frame seems to be missing."""
     frames, times = taken(list(range(40)))
@@ -155,7 +163,10 @@ def test_memory_is_measured_where_frames_are_lost() -> None:
     assert held >= 6  # 8 at 95 %: fewer than 6 in 1 of 170
 
 
-@pytest.mark.parametrize("times", [np.arange(7.0), np.arange(8.0)[::-1], np.full(8, np.nan), [0.0] * 8])
+@pytest.mark.parametrize(
+    "times",
+    [np.arange(7.0), np.arange(8.0)[::-1], np.arange(8, dtype=np.uint64)[::-1], np.full(8, np.nan), [0.0] * 8],
+)
 def test_times_that_are_none_are_refused(times: Any) -> None:
     frames, _ = taken(list(range(8)))
     with pytest.raises(irsim.InputError, match=r"^times: .*; allowed: None, or an array of numbers of shape \(8,\)"):

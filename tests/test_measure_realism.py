@@ -18,7 +18,7 @@ from irsim.cli import app
 from irsim.convert import import_frames
 from irsim.errors import InputError
 from irsim.loader import examples
-from irsim.measure import CLASSES, Texture, backdrops, check_class, check_sort, classes_of, judge, texture
+from irsim.measure import CLASSES, Texture, backdrops, check_class, check_sort, judge, judge_classes, texture
 from irsim.measure.realism import Verdict
 from irsim.measure.spectrum import unevenness
 from irsim.recording import Recording, open_recording
@@ -115,7 +115,7 @@ LONGER = "hiding", "platform"
 )
 def test_a_shipped_scene_is_like_no_class_that_it_does_not_claim(name: str) -> None:
     """Ground is not city, a sea is neither trees nor a tree line, a sky over the horizon has no tree line."""
-    assert set(classes_of(of_scene(name))) <= {CLAIMS[name]}
+    assert set(judge_classes(of_scene(name)).fitting) <= {CLAIMS[name]}
 
 
 SLOWER = [pytest.param(name, marks=pytest.mark.slow) for name in ("clouds", "ground", "treeline", "countryside")]
@@ -165,14 +165,14 @@ def test_real_sequences_are_of_their_class(name: str, truth: bool, classes: set[
     """Targets that no truth tells of are taken for background, which moves slopes. Below the thin cloud of the first
     sequence a bright horizon is seen."""
     found = texture(backdrops(sequence(name, truth, tmp_path), 9))
-    assert set(classes_of(found)) == classes
+    assert set(judge_classes(found).fitting) == classes
 
 
 @real
 def test_thin_cloud_above_the_horizon_is_cloud_alone(tmp_path: Path) -> None:
     """The horizon lies below row 192."""
     pictures = backdrops(sequence("sky_airplane_cirrus", True, tmp_path), 9)
-    assert classes_of(texture(pictures[:, :192])) == ("cloud",)
+    assert judge_classes(texture(pictures[:, :192])).fitting == ("cloud",)
 
 
 def test_even_and_small_pictures_are_one_clear_error() -> None:

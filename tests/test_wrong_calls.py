@@ -86,6 +86,10 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
     "change": (lambda: irsim.change(anything("sky"), {}), A_SCENARIO),
     "dumps": (lambda: irsim.dumps(anything("sky")), A_SCENARIO),
     "record": (lambda: irsim.record(anything("sky"), "x.mcap"), "of a str; allowed: a Source, such as irsim.open_sou"),
+    "a compression": (
+        lambda: irsim.record(irsim.Rendering(SCENE), "x.mcap", compression=anything("zip")),
+        "compression 'zip': allowed: none, lz4, zstd",
+    ),
     "measure_realism": (
         lambda: irsim.measure_realism(anything("sky")),
         "a comparison of a str; allowed: a Source, such as irsim.open_source gives",
@@ -182,7 +186,7 @@ CALLS: dict[str, tuple[Callable[[], object], str]] = {
     ),
     "a list of figures": (
         lambda: irsim.measure.measure_figures(anything([[1]]), 30.0),
-        r"frames: a list; allowed: an array of numbers, \(frames, rows, columns\)",
+        r"frames: a list; allowed: an array of whole numbers, float32 or float64, \(frames, rows, columns\)",
     ),
     "a highest count": (lambda: irsim.measure_noise(FRAMES, 30.0, top=0), "top 0: allowed: a number above 0"),
     "targets' places": (
@@ -294,10 +298,17 @@ def test_the_wrong_thing_is_told_in_a_line(call: str) -> None:
 @pytest.mark.parametrize(
     ("frames", "told"),
     [
-        (FRAMES.tolist(), "frames: a list; allowed: an array of numbers"),
-        (FRAMES[0], r"frames: an array of uint16 of shape \(32, 32\); allowed: an array of numbers"),
-        (FRAMES.astype(str), "frames: an array of <U5 of .*; allowed: an array of numbers"),
-        (FRAMES.astype(complex), "frames: an array of complex128 of .*; allowed: an array of numbers"),
+        (FRAMES.tolist(), "frames: a list; allowed: an array of whole numbers, float32 or"),
+        (FRAMES[0], r"frames: an array of uint16 of shape \(32, 32\); allowed: an array of whole numbers, float32 or"),
+        (FRAMES.astype(str), "frames: an array of <U5 of .*; allowed: an array of whole numbers, float32 or"),
+        (
+            FRAMES.astype(complex),
+            "frames: an array of complex128 of .*; allowed: an array of whole numbers, float32 or",
+        ),
+        (
+            FRAMES.astype(np.float16),
+            "frames: an array of float16 of .*; allowed: an array of whole numbers, float32 or",
+        ),
         (FRAMES[:0], r"frames: an array of uint16 of shape \(0, 32, 32\); allowed: one or more frames of"),
         (FRAMES[:, :, :0], r"frames: an array of uint16 of shape \(8, 32, 0\); allowed: one or more frames of"),
         (np.where(FRAMES == 0, np.nan, 1.0), "frames: 8 of 8 hold values that are not finite, frame 0 first; allowed"),

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping
+import reprlib
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from itertools import chain
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -12,11 +15,10 @@ from irsim import __version__
 from irsim.convert.labels import Labels, read_labels
 from irsim.convert.pictures import ALLOWED, Picture, Pictures, Video, open_pictures
 from irsim.display import Agc
-from irsim.errors import InputError
-from irsim.files import check_input, check_output, path_of
+from irsim.errors import InputError, expect_text, is_number, whole
+from irsim.files import begins_as_recording, check_input, check_output, path_of
 from irsim.recording import recover
 from irsim.recording.chunks import Compression
-from irsim.recording.container import MAGIC
 from irsim.recording.header import Header
 from irsim.recording.write import RecordingWriter, default_agc, writing
 from irsim.types import Frame
@@ -64,26 +66,24 @@ def import_frames(
     """
     source, out = path_of(source), path_of(out)
     check_output(out, source, None if truth is None else path_of(truth))
-    _check_numbers(rate_hz, accuracy_px)
     check_input(source, ALLOWED)
-    if _is_mcap(source):
-        given = {
-            "truth": truth,
-            "rate": rate_hz,
-            "name": name,
-            "agc": agc,
-            "bits": bits,
-            "accuracy": accuracy_px,
-            "follow": follow,
-            "compression": compression,
-        }
+    asked = {
+        "truth": truth,
+        "rate": rate_hz,
+        "name": name,
+        "agc": agc,
+        "bits": bits,
+        "accuracy": accuracy_px,
+        "follow": follow,
+        "compression": compression,
+    }
+    given = {key: value for key, value in asked.items() if value is not None}
+    if begins_as_recording(source):
         _refuse_given(source, given)
         return recover(source, out, progress)
-    if accuracy_px is not None and truth is None:
-        raise InputError(f"{source}: an accuracy is that of the truth; allowed with truth only (truth=CSV)")
-    if follow is not None and truth is None:
-        raise InputError(f"{source}: whom to follow is told by the truth; allowed with truth only (truth=CSV)")
-    accuracy = ACCURACY_PX if accuracy_px is None else accuracy_px
+    _check_given(source, given)
+    bits = None if bits is None else whole("bits", bits, 1)
+    accuracy = ACCURACY_PX if accuracy_px is None else float(accuracy_px)
 
     pictures = open_pictures(source)
     labels = None if truth is None else read_labels(Path(truth), accuracy, follow)
@@ -92,35 +92,12 @@ def import_frames(
     rate, notes = _rate(source, pictures, rate_hz)
     reading = iter(pictures)
     first = next(reading)
-    header = Header(
-        version=__version__,
-        name=name or name_of(source),
-        input="imported",
-        size=(first.image.shape[1], first.image.shape[0]),
-        bits=_bits(first, bits),
-        rate_hz=rate,
-        follow=None if labels is None else labels.follow,
-        has_truth=labels is not None,
-        accuracy_px=0.0 if labels is None else accuracy,
-        agc=agc or default_agc(8 * first.image.itemsize),
-    )
+    header = _header(name or name_of(source), first, rate, labels, accuracy, agc, bits)
     with writing(out, header, compression=compression or "none") as writer:
-        done, coloured = 0, 0
-        picture: Picture | None = first
-        while picture is not None:
-            _add(writer, header, labels, picture, first, done)
-            done, coloured = done + 1, coloured + picture.had_colours
-            if progress is not None:
-                progress(done)
-            picture = next(reading, None)
+        done, coloured = _write(writer, header, labels, first, reading, progress)
         if labels is not None:
             labels.check_end(done)
-            notes.extend((*labels.notes, *labels.strays(header.size), *labels.gaps(done)))
-        if coloured:
-            notes.append(f"{coloured} of {counted(done, 'picture')} had colours: made grey by luma (ITU-R BT.601)")
-        if isinstance(pictures, Video) and pictures.stated_count not in (None, done):
-            notes.append(f"the video states {counted(pictures.stated_count, 'frame')}; {done} could be decoded")
-        writer.finish(tuple(notes))
+        writer.finish((*notes, *_notes(pictures, header, labels, done, coloured)))
     return out
 
 
@@ -130,33 +107,35 @@ def name_of(source: Path) -> str:
     return real.name if real.is_dir() else real.stem
 
 
-def _check_numbers(rate_hz: float | None, accuracy_px: float | None) -> None:
+def _check_given(source: Path, given: Mapping[str, Any]) -> None:
+    """InputError where what was given, each by its name, is not of its type or range, or is nothing without a truth."""
     low, high = RATES_HZ
-    if rate_hz is not None and not low <= rate_hz <= high:
-        raise InputError(f"rate {rate_hz:g}: allowed: from {low:g} to {high:g} Hz")
-    if accuracy_px is not None and not (math.isfinite(accuracy_px) and accuracy_px >= 0):
-        raise InputError(f"accuracy {accuracy_px:g}: allowed: 0 px or more")
+    if "rate" in given and not (is_number(given["rate"]) and low <= given["rate"] <= high):
+        raise InputError(f"rate {reprlib.repr(given['rate'])}: allowed: a number from {low:g} to {high:g} Hz")
+    if "accuracy" in given and not (is_number(given["accuracy"]) and 0 <= given["accuracy"] <= sys.float_info.max):
+        raise InputError(f"accuracy {reprlib.repr(given['accuracy'])}: allowed: a number, 0 px or more")
+    for key in ("name", "follow"):
+        if key in given:
+            expect_text(key, given[key])
+    if "agc" in given and not isinstance(given["agc"], Agc):
+        what = f"agc {reprlib.repr(given['agc'])}"
+        raise InputError(f"{what}: is no AGC; allowed: one such as irsim.display.AGCS.parse gives")
+    if "truth" not in given and "accuracy" in given:
+        raise InputError(f"{source}: an accuracy is that of the truth; allowed with truth only (truth=CSV)")
+    if "truth" not in given and "follow" in given:
+        raise InputError(f"{source}: whom to follow is told by the truth; allowed with truth only (truth=CSV)")
 
 
-def _refuse_given(source: Path, given: Mapping[str, object]) -> None:
+def _refuse_given(source: Path, given: Mapping[str, Any]) -> None:
     """InputError where something was given that a recording has of its own."""
-    named = [name for name, value in given.items() if value is not None]
-    if named:
-        raise InputError(f"{source}: is a recording and is kept as it is; allowed: no {', no '.join(named)}")
-
-
-def _is_mcap(source: Path) -> bool:
-    try:
-        with open(source, "rb") as file:
-            return file.read(len(MAGIC)) == MAGIC
-    except OSError:
-        return False  # a folder, or not there: said elsewhere
+    if given:
+        raise InputError(f"{source}: is a recording and is kept as it is; allowed: no {', no '.join(given)}")
 
 
 def _rate(source: Path, pictures: Pictures, asked: float | None) -> tuple[float, list[str]]:
     """The rate to use, and a note where nobody gave it."""
     if asked is not None:
-        return asked, []
+        return float(asked), []
     if pictures.rate_hz is not None:
         return pictures.rate_hz, []
     if isinstance(pictures, Video):
@@ -164,13 +143,49 @@ def _rate(source: Path, pictures: Pictures, asked: float | None) -> tuple[float,
     return RATE_HZ, [f"no rate was given: {RATE_HZ:g} Hz assumed"]
 
 
-def _bits(first: Picture, asked: int | None) -> int:
+def _header(
+    name: str,
+    first: Picture,
+    rate_hz: float,
+    labels: Labels | None,
+    accuracy_px: float,
+    agc: Agc | None,
+    bits: int | None,
+) -> Header:
+    """What is known of pictures like the first; InputError where its counts are not as deep as `bits`."""
     stored = 8 * first.image.itemsize
-    if asked is None:
-        return stored
-    if not 1 <= asked <= stored:
-        raise InputError(f"{first.place}: {asked} bits do not fit; allowed: 1 to {stored}")
-    return asked
+    if bits is not None and bits > stored:
+        raise InputError(f"{first.place}: {bits} bits do not fit; allowed: 1 to {stored}")
+    return Header(
+        version=__version__,
+        name=name,
+        input="imported",
+        size=(first.image.shape[1], first.image.shape[0]),
+        bits=bits or stored,
+        rate_hz=rate_hz,
+        follow=None if labels is None else labels.follow,
+        has_truth=labels is not None,
+        accuracy_px=0.0 if labels is None else accuracy_px,
+        agc=agc or default_agc(stored),
+    )
+
+
+def _write(
+    writer: RecordingWriter,
+    header: Header,
+    labels: Labels | None,
+    first: Picture,
+    others: Iterator[Picture],
+    progress: Callable[[int], None] | None,
+) -> tuple[int, int]:
+    """(how many pictures were written, how many of them had colours)."""
+    done, coloured = 0, 0
+    for picture in chain([first], others):
+        _add(writer, header, labels, picture, first, done)
+        done, coloured = done + 1, coloured + picture.had_colours
+        if progress is not None:
+            progress(done)
+    return done, coloured
 
 
 def _add(
@@ -193,3 +208,13 @@ def _add(
 def _described(picture: Picture) -> str:
     rows, columns = picture.image.shape
     return f"{columns}x{rows}, {8 * picture.image.itemsize} bit"
+
+
+def _notes(pictures: Pictures, header: Header, labels: Labels | None, done: int, coloured: int) -> Iterator[str]:
+    """What was made of the pictures and the truth, where it may not be meant."""
+    if labels is not None:
+        yield from (*labels.notes, *labels.strays(header.size), *labels.gaps(done))
+    if coloured:
+        yield f"{coloured} of {counted(done, 'picture')} had colours: made grey by luma (ITU-R BT.601)"
+    if isinstance(pictures, Video) and pictures.stated_count not in (None, done):
+        yield f"the video states {counted(pictures.stated_count, 'frame')}; {done} could be decoded"

@@ -13,7 +13,7 @@ from typing import Any, Protocol
 import cv2
 import numpy as np
 
-from irsim.convert.tiff import SUFFIXES, pages, read_pages
+from irsim.convert.tiff import SUFFIXES, page_sizes, read_pages
 from irsim.errors import InputError
 from irsim.files import check_input
 from irsim.types import Image
@@ -54,9 +54,9 @@ def open_pictures(path: Path) -> Pictures:
     if not path.exists():
         raise InputError(f"{path}: there is no such file or folder")
     suffix = path.suffix.lower()
-    if suffix == ".png" or (suffix in SUFFIXES and (count := pages(path)) == 1):
+    if suffix == ".png" or (suffix in SUFFIXES and len(sizes := page_sizes(path)) == 1):
         raise InputError(f"{path}: is one picture; allowed: the folder that holds the pictures, or {ALLOWED}")
-    return Pages(path, count) if suffix in SUFFIXES else Video(path)
+    return Pages(path, sizes) if suffix in SUFFIXES else Video(path)
 
 
 def _folder(path: Path) -> Folder:
@@ -95,21 +95,30 @@ class Folder:
 
 @dataclass(frozen=True)
 class Pages:
-    """The pages of a TIFF file in order."""
+    """The pages of a TIFF file in order.
+
+    sizes   of each page, bytes
+    """
 
     file: Path
-    count: int
+    sizes: tuple[int, ...]
     rate_hz: None = None
 
+    @property
+    def count(self) -> int:
+        return len(self.sizes)
+
     def __iter__(self) -> Iterator[Picture]:
-        for page, image in enumerate(read_pages(self.file, self.count)):
+        for page, image in enumerate(read_pages(self.file, self.sizes)):
             yield _grey(image, f"{self.file}: page {page}")
 
 
 def _read_tiff(file: Path) -> Any:
-    if (count := pages(file)) > 1:
-        raise InputError(f"{file}: holds {count} pictures; allowed: one in each file of a folder, or such a file alone")
-    return next(read_pages(file, 1))
+    if len(sizes := page_sizes(file)) > 1:
+        raise InputError(
+            f"{file}: holds {len(sizes)} pictures; allowed: one in each file of a folder, or such a file alone"
+        )
+    return next(read_pages(file, sizes))
 
 
 def _read_png(file: Path) -> Any:
@@ -185,7 +194,7 @@ class Video:
 def _grey(image: Any, place: str, rounded: int = 0) -> Picture:
     """Grey from grey or colour; channels that lie at most `rounded` greys apart are grey that was stored as colour."""
     if image.dtype not in (np.uint8, np.uint16):
-        raise InputError(f"{place}: has pixels of type {image.dtype}; allowed: 8 or 16 bit")
+        raise InputError(f"{place}: has pixels of type {image.dtype}; allowed: unsigned, 8 or 16 bit")
     if image.ndim == 2:
         return Picture(image, place, False)
     colours = image[..., :3]

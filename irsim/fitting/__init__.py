@@ -60,6 +60,12 @@ class Fit:
         ages = {"memory": found.memory_age_s} | {name: each.age_s for name, each in lines.items() if each is not None}
         return {name: age if math.isfinite(age) else None for name, age in ages.items()}
 
+    def _of_bad_pixels(self) -> dict[str, list[float | None]]:
+        """Figures of them that have no interval."""
+        bad = self.figures.flaws
+        found = {"cluster": bad.cluster if self.figures.flawed else None, "dead_level": bad.dead_level}
+        return {f"flaws.{name}": [value, None, None] for name, value in found.items() if value is not None}
+
     def as_json(self) -> dict[str, Any]:
         """Plain values, ready for json.dumps."""
         measured = dict(self.figures.measured())
@@ -69,7 +75,7 @@ class Fit:
             "region": list(self.figures.region),
             "mean": self.figures.mean,
             "histogram": list(self.figures.histogram),
-            "figures": {name: m.as_json() for name, m in measured.items()},
+            "figures": {name: m.as_json() for name, m in measured.items()} | self._of_bad_pixels(),
             "ages_s": self._ages(),
             "bounds": [name for name, m in measured.items() if m.bound],
             "display": None if self.display is None else self.display.as_json(),

@@ -176,7 +176,7 @@ class Scene:
             yield "ar1", {"id": "level", "over": "frame", "ratio": self._ratio(found.level), "time_constant_s": time}
         for along, turned in found.turned:
             yield "odd_even", {"id": f"odd_even_{along}", "along": along, "ratio": self._ratio(turned)}
-        if any(share.value for share in (found.flaws.dead, found.flaws.hot, found.flaws.blinking)):
+        if found.flawed:
             yield "bad_pixels", dict(self._flaws())
 
     def _lasting(self, over: str, sigma: Measured, time_s: Measured, age_s: float) -> tuple[str, dict[str, Any]]:

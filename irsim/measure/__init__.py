@@ -10,12 +10,10 @@ from irsim.measure.interval import Measured
 from irsim.measure.memory import Memory, Temporal, temporal
 from irsim.measure.noise import NoiseReport, measure_noise
 from irsim.measure.noise_3d import Noise3dTerms, noise_3d
-from irsim.measure.realism import CLASSES, Judged, Verdict, check_class, classes_of, judge, judge_classes
+from irsim.measure.realism import CLASSES, Judged, Verdict, check_class, judge, judge_classes
 from irsim.measure.realism_noise import (
     CAMERAS,
-    cameras_of,
     check_sort,
-    judge_noise,
     judge_sorts,
     noise_figures,
 )
@@ -44,15 +42,12 @@ __all__ = [
     "Timed",
     "Verdict",
     "backdrops",
-    "cameras_of",
     "check_class",
     "check_sort",
-    "classes_of",
     "defects",
     "flattest",
     "judge",
     "judge_classes",
-    "judge_noise",
     "judge_sorts",
     "measure_figures",
     "measure_noise",

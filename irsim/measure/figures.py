@@ -109,6 +109,11 @@ class Figures:
                     yield prefix + field.name, value
 
     @property
+    def flawed(self) -> bool:
+        """Whether there are bad pixels."""
+        return any(share.value for share in (self.flaws.dead, self.flaws.hot, self.flaws.blinking))
+
+    @property
     def turned(self) -> tuple[tuple[str, Measured], ...]:
         """Of even_rows and even_columns those that are there: by four standard errors."""
         both = (("rows", self.even_rows), ("columns", self.even_columns))

@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from irsim.errors import InputError
+from irsim.errors import InputError, is_number
 
 _NUMBERS = "iuf"
-"""Sorts of arrays that hold counts: whole numbers with and without a sign, and floats."""
-_ALLOWED = "allowed: an array of numbers, (frames, rows, columns)"
+"""Sorts of arrays that hold numbers: whole ones with and without a sign, and floats."""
+_FLOATS = (np.float32, np.float64)
+"""Those that counts may come in: sums of float16 are soon infinite, and what is longer linear algebra does not take."""
+_ALLOWED = "allowed: an array of whole numbers, float32 or float64, (frames, rows, columns)"
 
 
 def check_given(frames: object, rate_hz: object, top: object, taken: object, times: object) -> None:
@@ -28,7 +30,7 @@ def check_given(frames: object, rate_hz: object, top: object, taken: object, tim
         and times.dtype.kind in _NUMBERS
         and times.shape == (count,)
         and np.isfinite(times).all()
-        and (np.diff(times) >= 0).all()
+        and (times[1:] >= times[:-1]).all()  # differences of whole numbers may wrap
     ):
         raise InputError(
             f"times: {_kind(times)}; allowed: None, or an array of numbers of shape ({count},) that do not fall, s"
@@ -39,7 +41,7 @@ def check_frames(frames: object) -> npt.NDArray[Any]:
     """The frames as they are; InputError for what is no array (T, rows, columns) of finite numbers, or holds none."""
     if isinstance(frames, np.ma.MaskedArray):
         raise InputError(f"frames: a masked array, whose mask would be lost; {_ALLOWED}, such as frames.filled(...)")
-    if not (isinstance(frames, np.ndarray) and frames.ndim == 3 and frames.dtype.kind in _NUMBERS):
+    if not (isinstance(frames, np.ndarray) and frames.ndim == 3 and _holds_counts(frames.dtype)):
         raise InputError(f"frames: {_kind(frames)}; {_ALLOWED}")
     if frames.size == 0:
         raise InputError(f"frames: {_kind(frames)}; allowed: one or more frames of one or more pixels")
@@ -53,6 +55,10 @@ def check_frames(frames: object) -> npt.NDArray[Any]:
     return frames
 
 
+def _holds_counts(kind: np.dtype[Any]) -> bool:
+    return kind.kind in "iu" or kind.type in _FLOATS
+
+
 def check_taken(taken: object, size: tuple[int, ...]) -> None:
     """InputError for what is neither None nor a mask of that size (rows, columns)."""
     if taken is not None and not (isinstance(taken, np.ndarray) and taken.dtype == np.bool_ and taken.shape == size):
@@ -61,8 +67,7 @@ def check_taken(taken: object, size: tuple[int, ...]) -> None:
 
 def check_above(given: Any, name: str, what: str, highest: float = math.nextafter(math.inf, 0)) -> None:
     """InputError for what is no number above 0, up to the `highest`: any finite one."""
-    number = isinstance(given, int | float | np.integer | np.floating) and not isinstance(given, bool)
-    if not (number and 0 < given <= highest):
+    if not (is_number(given) and 0 < given <= highest):
         raise InputError(f"{name} {reprlib.repr(given)}: allowed: a number above 0, {what}")
 
 

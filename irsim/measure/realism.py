@@ -178,11 +178,6 @@ def judge_classes(found: Texture, like: str | None = None) -> Judged:
     return Judged(figures, {name: judge(found, name) for name in CLASSES}, like)
 
 
-def classes_of(found: Texture) -> tuple[str, ...]:
-    """Classes whose ranges hold all figures."""
-    return judge_classes(found).fitting
-
-
 def check_class(like: object) -> None:
     """InputError where there is no such class."""
     if not (isinstance(like, str) and like in CLASSES):

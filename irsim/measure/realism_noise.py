@@ -89,12 +89,6 @@ def check_sort(camera: object) -> None:
         raise InputError(f"camera {reprlib.repr(camera)}: no such sort of camera; allowed: {', '.join(CAMERAS)}")
 
 
-def judge_noise(found: Figures, camera: str) -> tuple[Verdict, ...]:
-    """Each figure beside the range of a sort of camera. InputError where there is no such sort."""
-    check_sort(camera)
-    return _beside(noise_figures(found), camera)
-
-
 def judge_sorts(found: Figures, camera: str | None = None) -> Judged:
     """Noise beside all sorts of camera. InputError where there is no sort `camera`, or noise cannot be told."""
     if camera is not None:
@@ -102,11 +96,6 @@ def judge_sorts(found: Figures, camera: str | None = None) -> Judged:
     values = noise_figures(found)
     figures = {name: f"{each.value:8.2f}  {_interval(each)}" for name, each in values.items()}
     return Judged(figures, {sort: _beside(values, sort) for sort in CAMERAS}, camera, BEYOND)
-
-
-def cameras_of(found: Figures) -> tuple[str, ...]:
-    """Sorts of camera whose ranges hold all figures."""
-    return judge_sorts(found).fitting
 
 
 def _beside(values: Mapping[str, Measured], sort: str) -> tuple[Verdict, ...]:

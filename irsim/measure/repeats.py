@@ -101,7 +101,7 @@ def _gaps(count: int, rate_hz: float, times: Floats | None) -> tuple[Indices, in
     nothing: tuple[Indices, int, Bools] = np.zeros(count, np.intp), 1, np.zeros(count, np.bool_)
     if times is None or count < 2:
         return nothing
-    periods = np.diff(times) * rate_hz
+    periods = np.diff(times.astype(np.float64)) * rate_hz  # differences of whole numbers may wrap
     whole = np.rint(periods)
     if not ((np.abs(periods - whole) <= _OFF_BEAT) & (whole < _TOLD)).all():
         return nothing

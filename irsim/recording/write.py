@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, get_args
 
 import cv2
 import numpy as np
@@ -176,7 +176,10 @@ def _calibration(size: tuple[int, int], ifov_rad: float, log_time: int) -> bytes
 def writing(
     path: Path, header: Header, scenario: str | None = None, compression: Compression = "none"
 ) -> Iterator[RecordingWriter]:
-    """A writer whose file appears at `path` once `finish` was called and the block ended well."""
+    """A writer whose file appears at `path` once `finish` was called and the block ended well. InputError where there
+    is no such compression."""
+    if compression not in (allowed := get_args(Compression)):
+        raise InputError(f"compression {compression!r}: allowed: {', '.join(allowed)}")
     with replacing(path, tidy=True) as file:
         yield RecordingWriter(file, header, scenario, compression)
 
@@ -194,7 +197,7 @@ def record(
 
     In the recording they are numbered from 0 and keep their times. `progress` is called with the
     number of frames done. `jobs` processes render, where the source can use them.
-    InputError where the frames are not in the source or the file cannot be written.
+    InputError where the frames are not in the source, there is no such compression, or the file cannot be written.
     """
     path = path_of(path)
     expect_source("a record", source)
