@@ -72,4 +72,4 @@ def _memory(series: Floats, pixels: Floats, number: Indices, rate_hz: float) -> 
             (np.square(series.mean(axis=0)), np.square(pixels.mean(axis=0))),
         )
     )
-    return memory_of(mixture, rate_hz, number, within, staying)
+    return memory_of(mixture, rate_hz, cosines, within, staying)
