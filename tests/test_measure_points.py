@@ -10,7 +10,7 @@ from even_noise import rendered
 
 import irsim
 from irsim.measure import defects, measure_figures
-from irsim.measure.points import LEAST_FRAMES, _median, point_blur
+from irsim.measure.points import LEAST_POINT_FRAMES, _median, point_blur
 from irsim.measure.still import still_things
 from irsim.types import Floats
 
@@ -65,7 +65,7 @@ def test_what_is_no_point_gives_no_blur() -> None:
     assert point_blur(frames, np.zeros((64, 64), bool)) is None
 
 
-@pytest.mark.parametrize("count", [LEAST_FRAMES, 15, 20, 48])
+@pytest.mark.parametrize("count", [LEAST_POINT_FRAMES, 15, 20, 48])
 def test_the_median_lies_between_two_of_the_samples_at_the_stated_rate(count: int) -> None:
     """0.95 at least; the next nearer two of them hold it less often. 600 draws tell that within 0.036, four sigmas."""
     drawn = np.sort(np.random.default_rng(count).exponential(1.0, (600, count)))

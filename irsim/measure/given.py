@@ -11,6 +11,9 @@ import numpy.typing as npt
 
 from irsim.errors import InputError
 
+Values = npt.NDArray[np.floating] | npt.NDArray[np.integer] | npt.NDArray[np.integer | np.floating]
+"""Counts as they come, or in any unit."""
+
 _NUMBERS = "iuf"
 """Sorts of arrays that hold counts: whole numbers with and without a sign, and floats."""
 _ALLOWED = "allowed: an array of numbers, (frames, rows, columns)"

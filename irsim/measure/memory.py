@@ -14,15 +14,14 @@ from functools import partial
 import numpy as np
 
 from irsim.measure.cosines import Cosines
-from irsim.measure.given import as_number, check_above, check_frames
+from irsim.measure.given import Values, as_number, check_above, check_frames
 from irsim.measure.interval import Measured, jackknife, root, without
 from irsim.measure.mixture import Mixture, fit_mixture, parts_at
 from irsim.measure.noise_3d import check_size
-from irsim.measure.region import Values
 from irsim.types import Floats, Indices
 
 LAGS = (1, 2, 3, 5, 9, 18, 36, 72)
-LEAST_FRAMES = 12
+LEAST_MEMORY_FRAMES = 12
 _BLOCKS = 6
 _FLOOR = 1e-300
 """Stands for no variance, that nothing be divided by none."""
@@ -118,7 +117,7 @@ def temporal(frames: Values, rate_hz: float, number: Indices | None = None) -> T
     memory = None
     correlation = tuple(shown)
     remembered = rise.low > 0 and shown[0].low > _LEAST_CORRELATION
-    if times >= LEAST_FRAMES and remembered:
+    if times >= LEAST_MEMORY_FRAMES and remembered:
         cosines = Cosines.of(taken_at)
         modes = _blocks(np.moveaxis(cosines.squares(values), 0, -1))
         covered = (rows - rows % min(_BLOCKS, rows // 2)) * (columns - columns % min(_BLOCKS, columns // 2))
