@@ -24,6 +24,10 @@ _POINTS = 6
 """The brightest of a frame that are looked at."""
 _MISFIT = 0.03
 """Greatest rms of what a Gaussian leaves, as a share of its height; a bar of 3 px leaves 0.05."""
+_RIM = 0.2
+"""Greatest rms of a window's rim about a plane, as a share of what its middle lies above that: of 1082 windows that a
+Gaussian fits, on slopes, beside edges, other points, waves and noise, the greatest is 0.05, and no misfit that is
+allowed makes more than 0.11; edges of a pole have 0.40 to 0.79. Fits are slow, edges have many maxima."""
 FULL = 0.99
 """Share of the highest count from which on a well may be full: what a full one holds is read with noise."""
 SIGMAS = (0.25, 1.7)
@@ -75,7 +79,8 @@ def point_blur(frames: Values, bad: Bools, top: float = math.inf) -> Measured | 
 
 
 def windows(picture: Floats, bad: Bools, most: int) -> Iterator[tuple[int, int, Floats]]:
-    """Row, column and window of the `most` brightest things that stand out from a picture (rows, columns).
+    """Row, column and window of those of the `most` brightest things in a picture (rows, columns) that stand out on all
+    sides.
 
     Then the same of the coldest.
     """
@@ -88,8 +93,21 @@ def windows(picture: Floats, bad: Bools, most: int) -> Iterator[tuple[int, int, 
         places = np.argwhere(top & ~bad)
         order = np.argsort(-signed[tuple(places.T)])[:most]
         for row, column in places[order]:
-            window = picture[row - POINT_REACH : row + POINT_REACH + 1, column - POINT_REACH : column + POINT_REACH + 1]
-            yield int(row), int(column), window.astype(np.float64)
+            rows, columns = (slice(at - POINT_REACH, at + POINT_REACH + 1) for at in (row, column))
+            window = np.asarray(picture[rows, columns], np.float64)
+            if _on_all_sides(window):
+                yield int(row), int(column), window
+
+
+def _on_all_sides(window: Floats) -> bool:
+    """Whether the middle of a window stands out from all of its rim, as a point does: what goes on in some direction,
+    an edge or a bar, is in the rim as well."""
+    y, x = np.mgrid[-POINT_REACH : POINT_REACH + 1, -POINT_REACH : POINT_REACH + 1]
+    rim = np.maximum(np.abs(x), np.abs(y)) == POINT_REACH
+    plane = np.stack([np.ones(rim.sum()), x[rim], y[rim]], axis=1)
+    weights = np.linalg.lstsq(plane, window[rim], rcond=None)[0]
+    left = float(np.sqrt(np.mean(np.square(window[rim] - plane @ weights))))
+    return left < _RIM * abs(float(window[POINT_REACH, POINT_REACH] - weights[0]))
 
 
 def fitted(window: Floats) -> Spot:
