@@ -18,6 +18,7 @@ from irsim.span import parsed
 from irsim.terminal import given_path, in_options, progress_bar
 
 if TYPE_CHECKING:
+    from irsim.fitting import Fit
     from irsim.measure import Region, Timed
     from irsim.types import Source
 
@@ -52,7 +53,7 @@ def noise(
     stack, times = _read(opened, wanted)
     with _told_of(source):
         taken = taken_by_targets(opened, wanted.start, wanted.stop)
-        report = measure_noise(stack, opened.rate_hz, where, 2.0**opened.bits - 1, taken, times)
+        report = measure_noise(stack, opened.rate_hz, where, 2.0**opened.bits - 1, taken, times, wanted.start)
     if as_json:
         print(json.dumps({"source": source, "start": wanted.start, **report.as_json()}))
         return
@@ -87,46 +88,15 @@ def fit(
 ) -> None:
     """Fit a camera and a background to a recording: a scenario that has them, its figures with 95 %
     intervals; of the display, how far each number may be turned before the pictures tell."""
-    from irsim.displayed import FITS
-    from irsim.files import check_output, replacing_text
-    from irsim.fitting import check_replaced, fit_frames, open_pictures, sealed
+    from irsim.files import check_output
+    from irsim.fitting import check_replaced
     from irsim.loader import find
 
     opened = open_changed(source, overrides, seed, without)
-    try:
-        shown = None if display is None else find(display)
-    except InputError:
-        raise InputError(
-            f"--display {display}: there is no such file or folder; allowed: what the camera showed, a folder of PNG "
-            "or TIFF, a video or a recording"
-        ) from None
-    check_output(output, find(source), shown, endings=(".yaml", ".yml"))
+    check_output(output, find(source), _shown(display), endings=(".yaml", ".yml"))
     check_replaced(output)
-    where = _region(region, opened.size)
-    wanted = _wanted(frames, opened)
-    with open_pictures(display, opened) as pictures:
-        read = _read(opened, wanted)
-        with _told_of(source):
-            if pictures is None:
-                found = fit_frames(read, opened, where, wanted.start)
-            else:
-                with progress_bar("fit display", len(FITS)) as progress:
-                    found = fit_frames(read, opened, where, wanted.start, pictures, progress)
-    text, notes = sealed(in_options(found.text)), list(map(in_options, found.notes))
-    if output is not None:
-        with replacing_text(output) as file:
-            file.write(text)
-    if as_json:
-        print(json.dumps({**found.as_json(), "notes": notes}))
-    elif output is None:
-        print(text, end="")
-    else:
-        for note in notes:
-            print(f"irsim: note: {note}", file=sys.stderr)
-        for label, text in found.summary():
-            print(f"{label:8} {text}")
-        print(output)
-        print(f"render it: irsim render {shlex.quote(str(output))}")
+    where, wanted = _region(region, opened.size), _wanted(frames, opened)
+    _tell_fit(_fitted(source, opened, display, where, wanted), output, as_json)
 
 
 def realism(
@@ -182,6 +152,55 @@ def _told_of(source: str) -> Iterator[None]:
         if str(error).startswith((f"{source}: ", f"{Path(source)}: ")):
             raise
         raise InputError(f"{source}: {error}") from None
+
+
+def _shown(display: str | None) -> Path | None:
+    """Where the pictures lie that --display names."""
+    from irsim.loader import find
+
+    try:
+        return None if display is None else find(display)
+    except InputError:
+        raise InputError(
+            f"--display {display}: there is no such file or folder; allowed: what the camera showed, a folder of PNG "
+            "or TIFF, a video or a recording"
+        ) from None
+
+
+def _fitted(source: str, opened: Source, display: str | None, where: Region | None, wanted: range) -> Fit:
+    """What is fitted to the frames that are wanted, and to the pictures of them, with progress bars."""
+    from irsim.displayed import FITS
+    from irsim.fitting import fit_frames, open_pictures
+
+    with open_pictures(display, opened) as pictures:
+        read = _read(opened, wanted)
+        with _told_of(source):
+            if pictures is None:
+                return fit_frames(read, opened, where, wanted.start)
+            with progress_bar("fit display", len(FITS)) as progress:
+                return fit_frames(read, opened, where, wanted.start, pictures, progress)
+
+
+def _tell_fit(found: Fit, output: Path | None, as_json: bool) -> None:
+    """Write the scenario, and say what it holds; print it where it is not written."""
+    from irsim.files import replacing_text
+    from irsim.fitting import sealed
+
+    scenario, notes = sealed(in_options(found.text)), list(map(in_options, found.notes))
+    if output is not None:
+        with replacing_text(output) as file:
+            file.write(scenario)
+    if as_json:
+        print(json.dumps({**found.as_json(), "notes": notes}))
+    elif output is None:
+        print(scenario, end="")
+    else:
+        for note in notes:
+            print(f"irsim: note: {note}", file=sys.stderr)
+        for label, text in found.summary():
+            print(f"{label:8} {text}")
+        print(output)
+        print(f"render it: irsim render {shlex.quote(str(output))}")
 
 
 def _claim(source: Source) -> str | None:

@@ -9,8 +9,9 @@ import pytest
 from intervals import held
 
 from irsim.measure.cosines import Cosines
-from irsim.measure.memory import temporal
-from irsim.measure.mixture import Mixture, fit_mixture
+from irsim.measure.interval import exactly
+from irsim.measure.memory import Memory, temporal, time_freedom
+from irsim.measure.mixture import Mixture, fit_mixture, parts_at
 from irsim.rng import stream
 from irsim.types import Floats, Indices
 
@@ -48,6 +49,29 @@ def test_what_modes_hold_is_the_diagonal_of_their_covariance(number: Indices) ->
         np.testing.assert_allclose(cosines.grown(decay), np.diag(whole), rtol=1e-7, atol=1e-9)
     whole = cosines.basis @ np.ones_like(apart) @ cosines.basis.T
     np.testing.assert_allclose(cosines.fixed(), np.diag(whole), atol=1e-12)
+
+
+@pytest.mark.parametrize("number", [np.arange(40), GAPS + 5], ids=["each", "gaps"])
+def test_the_constant_mode_holds_the_frames_times_the_variance_of_their_mean(number: Indices) -> None:
+    ages, apart = number - number[0], np.abs(np.subtract.outer(number, number))
+    lasting = np.exp(-0.1 * apart)
+    grown = lasting - np.exp(-0.1 * np.add.outer(ages, ages))
+    covariances = (np.eye(len(number)), lasting, grown, np.minimum.outer(ages, ages), np.ones_like(apart))
+    (found,) = parts_at(math.log(0.1), Cosines.of(number).constant)
+    np.testing.assert_allclose(found / len(number), [each.mean() for each in covariances], rtol=1e-12)
+
+
+@pytest.mark.parametrize("number", [np.arange(40), GAPS + 5], ids=["each", "gaps"])
+@pytest.mark.parametrize("rho", [0.0, 0.9, 0.998])
+def test_freedom_is_that_of_the_centred_correlation_matrix(number: Indices, rho: float) -> None:
+    sigmas = {name: exactly(1.0) for name in ("white", "time_constant_s", "walk", "left", "fixed")}
+    memory = Memory(**sigmas, correlated=exactly(3.0), total=exactly(10**0.5), rho=exactly(rho), age_s=math.inf)
+    count = len(number)
+    centring = np.eye(count) - 1 / count
+    matrix = 0.9 * rho ** np.abs(np.subtract.outer(number, number)) + 0.1 * np.eye(count)
+    centred = centring @ matrix @ centring
+    expected = np.trace(centred) ** 2 / np.trace(centred @ centred)
+    assert time_freedom(memory, number) == pytest.approx(expected, rel=1e-10)
 
 
 def test_many_modes_are_put_together_by_their_means() -> None:

@@ -7,10 +7,11 @@ import math
 import numpy as np
 import pytest
 from even_noise import rendered
+from scipy.special import ndtr
 
 import irsim
-from irsim.measure import defects, measure_figures
-from irsim.measure.points import LEAST_FRAMES, _median, point_blur
+from irsim.measure import defects, measure_figures, points
+from irsim.measure.points import LEAST_POINT_FRAMES, POINT_REACH, Spot, _median, _on_all_sides, fitted, point_blur
 from irsim.measure.still import still_things
 from irsim.types import Floats
 
@@ -65,7 +66,37 @@ def test_what_is_no_point_gives_no_blur() -> None:
     assert point_blur(frames, np.zeros((64, 64), bool)) is None
 
 
-@pytest.mark.parametrize("count", [LEAST_FRAMES, 15, 20, 48])
+def test_an_edge_all_across_the_picture_takes_no_fits(monkeypatch: pytest.MonkeyPatch) -> None:
+    frames = np.random.default_rng(0).normal(100, 1, (8, 96, 128))
+    frames[:, :, 60:69] += 500
+    fits: list[Floats] = []
+
+    def counted(window: Floats) -> Spot:
+        fits.append(window)
+        return fitted(window)
+
+    monkeypatch.setattr(points, "fitted", counted)
+    assert point_blur(frames, np.zeros((96, 128), bool)) is None
+    assert not fits
+    frames[:, 40, 20], frames[:, 40, 19], frames[:, 40, 21] = 1100, 600, 600
+    point_blur(frames, np.zeros((96, 128), bool))
+    assert len(fits) == 8
+
+
+@pytest.mark.parametrize("sigma", [0.5, 0.7, 1.2, 1.6])
+@pytest.mark.parametrize("off", [(0.0, 0.0), (0.5, 0.5), (-0.5, 0.2)])
+def test_a_point_on_a_slope_beside_another_is_not_left_out_before_it_is_fitted(
+    sigma: float, off: tuple[float, float]
+) -> None:
+    edges = np.arange(-POINT_REACH, POINT_REACH + 2) - 0.5
+    shares = np.outer(*(np.diff(ndtr((edges - at) / sigma)) for at in off))
+    window = 500 * shares / shares.max() + np.random.default_rng(0).normal(0, 10, shares.shape)
+    window[2:5, -1] += 60
+    assert _on_all_sides(window + 100 * np.arange(len(window)))
+    assert fitted(window).is_point
+
+
+@pytest.mark.parametrize("count", [LEAST_POINT_FRAMES, 15, 20, 48])
 def test_the_median_lies_between_two_of_the_samples_at_the_stated_rate(count: int) -> None:
     """0.95 at least; the next nearer two of them hold it less often. 600 draws tell that within 0.036, four sigmas."""
     drawn = np.sort(np.random.default_rng(count).exponential(1.0, (600, count)))

@@ -43,6 +43,20 @@ def test_a_blown_out_corner_is_not_called_flat() -> None:
     assert region.x >= 64 or region.y >= 64
 
 
+def test_values_about_0_are_no_counts_that_are_cut_off() -> None:
+    """In degrees, or less their mean: half of them, in every window, were taken for counts below the least."""
+    random = np.random.default_rng(3)
+    rows, columns = np.mgrid[:96, :128]
+    frames = random.normal(0, 3, (40, 96, 128)) + 4 * random.normal(size=(96, 128)) * (columns >= 64)
+    for k, frame in enumerate(frames):
+        frame += 3 * np.sin(2 * np.pi * (columns / 20 + rows / 23 + k / 7)) * (columns < 64)
+    above = measure_noise(frames + 1000, 30.0)
+    assert not above.together
+    about = measure_noise(frames, 30.0)
+    assert about.region == above.region
+    assert about.terms.tvh.value == pytest.approx(above.terms.tvh.value, rel=1e-9)
+
+
 def test_noise_is_read_where_nothing_moves() -> None:
     """Something soft that wanders over the flattest place, which no truth tells of."""
     frames = rendered(9, (40, 128, 160), {"kind": "white"}).astype(np.float64)

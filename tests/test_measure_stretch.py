@@ -10,9 +10,11 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from frame_folders import folder_of
 from intervals import held
 from typer.testing import CliRunner
 
+from irsim import import_frames
 from irsim.cli import app
 from irsim.errors import InputError
 from irsim.measure import NoiseReport, Region, measure_noise, noise_lines
@@ -318,6 +320,17 @@ def test_the_commands_say_what_was_left_out(tmp_path: Path) -> None:
     notes = json.loads(fitted.stdout)["notes"]
     assert any(note.startswith(told) for note in notes)
     assert repeated in notes
+
+
+@pytest.mark.parametrize("command", ["noise", "fit"])
+def test_frames_in_errors_are_those_of_the_recording(command: str, tmp_path: Path) -> None:
+    levels = [8000 if k == 13 else 1000 for k in range(18)]
+    noise = np.random.default_rng(0).normal(0, 5, (18, SIDE, SIDE))
+    shown = [np.rint(level + frame).astype(np.uint16) for level, frame in zip(levels, noise, strict=True)]
+    import_frames(folder_of(tmp_path / "shown", shown), tmp_path / "shown.mcap")
+    done = CliRunner().invoke(app, [command, str(tmp_path / "shown.mcap"), "--frames", "11:17"])
+    assert isinstance(done.exception, InputError)
+    assert "the picture becomes another at frames 13, 14: the longest stretch" in str(done.exception)
 
 
 def test_nothing_is_said_where_nothing_is_left_out() -> None:

@@ -20,7 +20,7 @@ from irsim.fitting.summary import summary_lines
 from irsim.fitting.written import check_replaced, sealed
 from irsim.loader import loads
 from irsim.measure import FRAMES, Figures, Region, Timed, measure_figures, read_counts, read_timed
-from irsim.measure.region import boxes_of_targets
+from irsim.measure.boxes import boxes_of_targets
 from irsim.scenario import Scenario
 from irsim.sources import open_source
 from irsim.types import Source

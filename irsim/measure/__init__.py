@@ -1,11 +1,13 @@
 """Figures of recordings, real and rendered ones alike: pure functions of arrays."""
 
 from irsim.measure.backdrop import backdrops
+from irsim.measure.boxes import taken_by_targets
 from irsim.measure.compared import Realism, measure_realism
 from irsim.measure.counts import Timed, read_counts, read_timed
 from irsim.measure.defects import Defects, defects
 from irsim.measure.depth import EIGHT_BITS, perhaps_pictures
 from irsim.measure.figures import FRAMES, Figures, measure_figures
+from irsim.measure.flat_windows import flattest
 from irsim.measure.interval import Measured
 from irsim.measure.memory import Memory, Temporal, temporal
 from irsim.measure.noise import NoiseReport, measure_noise
@@ -17,7 +19,7 @@ from irsim.measure.realism_noise import (
     judge_sorts,
     noise_figures,
 )
-from irsim.measure.region import Region, flattest, parse_region, taken_by_targets
+from irsim.measure.region import Region, parse_region
 from irsim.measure.rounding import ROUNDING
 from irsim.measure.spectrum import Texture, texture
 from irsim.measure.words import noise_lines

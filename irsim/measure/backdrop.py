@@ -9,10 +9,13 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from irsim.measure.boxes import BESIDE_PX, taken_by_targets
+from irsim.measure.given import Values
 from irsim.measure.picked import evenly
-from irsim.measure.region import BESIDE_PX, Values, taken_by_targets
 from irsim.types import Bools, Floats, Source
 
+TEXTURE_PICTURES = 9
+"""Pictures over the whole length whose texture is measured where one does not stand for all."""
 _AROUND_PX = 3
 """How far from a target's place OpenCV looks for what may be there."""
 _SMALL = 1 / 8

@@ -7,21 +7,19 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from irsim.errors import InputError, expect_source
-from irsim.measure.backdrop import backdrops
+from irsim.measure.backdrop import TEXTURE_PICTURES, backdrops
+from irsim.measure.boxes import boxes_of_targets
 from irsim.measure.counts import Progress, read_timed
 from irsim.measure.depth import perhaps_pictures
 from irsim.measure.figures import Figures, measure_figures
 from irsim.measure.interval import Measured
 from irsim.measure.realism import Judged, Verdict, check_class, judge_classes
 from irsim.measure.realism_noise import check_sort, judge_sorts, noise_figures
-from irsim.measure.region import boxes_of_targets
 from irsim.measure.spectrum import texture
 from irsim.types import Source
 
 _NOISY = 120
 """Frames whose noise is compared with real cameras'."""
-_PICTURES = 9
-"""Pictures over the whole length whose texture is measured."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +95,7 @@ def measure_realism(
     found: dict[str, float] = {}
     classes = None
     if camera is None or like is not None:
-        measured = texture(backdrops(source, _PICTURES))
+        measured = texture(backdrops(source, TEXTURE_PICTURES))
         found, classes = asdict(measured), judge_classes(measured, like)
     figures = _noisy_figures(source, camera is not None, progress)
     if isinstance(figures, str):

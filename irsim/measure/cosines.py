@@ -7,7 +7,7 @@ Trans. Computers C-23, 1974). The variance that each holds is known exactly, of 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -59,6 +59,11 @@ class Cosines:
             pairs[bin_] = irfft(power, length)[:lags]
         pairs[:, 1:] *= 2
         return cls(ages, basis, starts, sizes, pairs)
+
+    @property
+    def constant(self) -> Cosines:
+        """The constant mode alone: what it holds is T times the square of the frames' mean."""
+        return replace(self, basis=self.basis[:1], starts=self.starts[:1], sizes=self.sizes[:1], pairs=self.pairs[:1])
 
     def squares(self, values: Floats) -> Floats:
         """(B, ...) mean square of the modes of each bin in values (T, ...)."""

@@ -10,10 +10,9 @@ import cv2
 import numpy as np
 
 from irsim.measure.around import REACH, alone, around
-from irsim.measure.given import check_above, check_frames
+from irsim.measure.given import Values, check_above, check_frames
 from irsim.measure.picked import LARGE
 from irsim.measure.points import FULL
-from irsim.measure.region import Values
 from irsim.measure.shared import MOST_IN_GROUP, following, in_groups, in_steep_groups, unshared
 from irsim.types import MEDIAN_TO_SIGMA, Bools, Floats
 

@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 
 from irsim.errors import InputError
-from irsim.measure.backdrop import backdrop
+from irsim.measure.backdrop import TEXTURE_PICTURES, backdrop
+from irsim.measure.boxes import Boxes, covered
 from irsim.measure.defects import ROUNDED, patched, whole_counts
 from irsim.measure.field import Field, periodogram
 from irsim.measure.flaws import Flaws, flaws
-from irsim.measure.given import check_given
+from irsim.measure.given import Values, check_given
 from irsim.measure.histogram import histogram
 from irsim.measure.interval import Measured, exactly, less, root, square
 from irsim.measure.lines import turns, without_turns
@@ -26,7 +27,7 @@ from irsim.measure.passing import passing_blurs
 from irsim.measure.pattern import fixed_pattern
 from irsim.measure.picked import evenly
 from irsim.measure.points import point_blur
-from irsim.measure.region import Boxes, Region, Values, covered
+from irsim.measure.region import Region
 from irsim.measure.rounding import perhaps_hidden, without_rounding
 from irsim.measure.settled import settled
 from irsim.measure.steady import TOLD_SIDE
@@ -39,8 +40,6 @@ FRAMES = 300
 """Frames that are looked at where the caller does not say: 200 MB of 640x512 px."""
 _LEAST_SIDE = 8
 """Of smaller pictures, px, no spectrum is fitted."""
-_PICTURES = 9
-"""Frames over the whole length whose texture is measured where the scene moves."""
 _STIRRED = 0.1
 """Share of the picture that changes by more than the noise from which rows and columns may be what moves slowly, even
 where noise is read beside it: waves under noise of 40 mK, a third of the picture, made rows of 1.5 counts 4.7."""
@@ -229,7 +228,7 @@ def _of_moving(
     report: NoiseReport, whole: Values, boxes: Boxes, blur: Measured | None, still: Still, bad: Flaws
 ) -> Figures:
     """Where the scene slides, only what is sharp and white in time is told from it."""
-    picked = evenly(len(whole), _PICTURES)
+    picked = evenly(len(whole), TEXTURE_PICTURES)
     behind = [backdrop(whole[k].astype(np.float64), covered(boxes[k], whole.shape[1:])) for k in picked]
     powers = np.mean([periodogram(each.picture) for each in behind], axis=0)
     spectrum, psf = fit_unblurred(powers, whole[0].shape, blur)

@@ -9,8 +9,8 @@ import numpy as np
 
 from irsim.measure.around import around
 from irsim.measure.defects import RESTLESS, Defects, stirred
+from irsim.measure.given import Values
 from irsim.measure.interval import LEVEL, Measured
-from irsim.measure.region import Values
 from irsim.measure.telegraph import telegraph
 from irsim.types import Bools, Floats
 

@@ -11,6 +11,9 @@ import numpy.typing as npt
 
 from irsim.errors import InputError, is_number
 
+Values = npt.NDArray[np.floating] | npt.NDArray[np.integer] | npt.NDArray[np.integer | np.floating]
+"""Counts as they come, or in any unit."""
+
 _NUMBERS = "iuf"
 """Sorts of arrays that hold numbers: whole ones with and without a sign, and floats."""
 _FLOATS = (np.float32, np.float64)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 
-from irsim.measure.region import Values
+from irsim.measure.given import Values
 from irsim.types import Floats
 
 _CELL = 8

@@ -6,7 +6,7 @@ import numpy as np
 
 from irsim.measure.cosines import Cosines
 from irsim.measure.interval import Measured, exactly, mean_square, without
-from irsim.measure.memory import LEAST_FRAMES, Memory, centred, memory_of
+from irsim.measure.memory import LEAST_MEMORY_FRAMES, Memory, centred, memory_of
 from irsim.measure.mixture import fit_mixture
 from irsim.measure.noise_3d import Noise3dTerms
 from irsim.types import Floats, Indices
@@ -22,7 +22,7 @@ _AXES = {"tv": 2, "th": 1}
 def remembering(frames: Floats, number: Indices, rate_hz: float, terms: Noise3dTerms) -> dict[str, Memory]:
     """Memory of those of tv and th, of frames (T, rows, columns) taken at `number`, that are surely there and are not
     drawn anew in each. What is in the mean of a row or column of its pixels' own noise is taken out."""
-    if (np.diff(number) == 1).sum() < LEAST_FRAMES:
+    if (np.diff(number) == 1).sum() < LEAST_MEMORY_FRAMES:
         return {}
     pixels = centred(frames)
     level = frames.mean(axis=(1, 2))[:, None]
@@ -40,7 +40,7 @@ def remembering(frames: Floats, number: Indices, rate_hz: float, terms: Noise3dT
 
 def level_remembers(frames: Floats, number: Indices, sigma: Measured) -> bool:
     """Whether the level of frames is surely there, a noise of its own with `sigma`, and not drawn anew in each."""
-    if (np.diff(number) == 1).sum() < LEAST_FRAMES or sigma.low <= 0:
+    if (np.diff(number) == 1).sum() < LEAST_MEMORY_FRAMES or sigma.low <= 0:
         return False
     return bool(_product(frames.mean(axis=(1, 2))[:, None], number) * sigma.value**-2 > ALIKE)
 
@@ -72,4 +72,4 @@ def _memory(series: Floats, pixels: Floats, number: Indices, rate_hz: float) -> 
             (np.square(series.mean(axis=0)), np.square(pixels.mean(axis=0))),
         )
     )
-    return memory_of(mixture, rate_hz, number, within, staying)
+    return memory_of(mixture, rate_hz, cosines, within, staying)

@@ -14,15 +14,14 @@ from functools import partial
 import numpy as np
 
 from irsim.measure.cosines import Cosines
-from irsim.measure.given import as_number, check_above, check_frames
+from irsim.measure.given import Values, as_number, check_above, check_frames
 from irsim.measure.interval import Measured, jackknife, root, without
-from irsim.measure.mixture import Mixture, fit_mixture
+from irsim.measure.mixture import Mixture, fit_mixture, parts_at
 from irsim.measure.noise_3d import check_size
-from irsim.measure.region import Values
 from irsim.types import Floats, Indices
 
 LAGS = (1, 2, 3, 5, 9, 18, 36, 72)
-LEAST_FRAMES = 12
+LEAST_MEMORY_FRAMES = 12
 _BLOCKS = 6
 _FLOOR = 1e-300
 """Stands for no variance, that nothing be divided by none."""
@@ -118,27 +117,27 @@ def temporal(frames: Values, rate_hz: float, number: Indices | None = None) -> T
     memory = None
     correlation = tuple(shown)
     remembered = rise.low > 0 and shown[0].low > _LEAST_CORRELATION
-    if times >= LEAST_FRAMES and remembered:
+    if times >= LEAST_MEMORY_FRAMES and remembered:
         cosines = Cosines.of(taken_at)
         modes = _blocks(np.moveaxis(cosines.squares(values), 0, -1))
         covered = (rows - rows % min(_BLOCKS, rows // 2)) * (columns - columns % min(_BLOCKS, columns // 2))
         mixture = fit_mixture(modes, (rows - 1) * (columns - 1) * covered / (rows * columns), cosines)
         within, staying = jackknife(blocks[:, -2:], lambda means: means)
-        memory = memory_of(mixture, rate_hz, taken_at, within, staying)
+        memory = memory_of(mixture, rate_hz, cosines, within, staying)
         correlation = tuple(mixture.measured(partial(_correlation, lag)) for lag in lags)
     differences = tuple(root(float(blocks[:, i].mean())) for i in range(len(lags)))
     return Temporal(pair.map(root), lags, differences, correlation, memory)
 
 
-def memory_of(mixture: Mixture, rate_hz: float, number: Indices, within: Measured, staying: Measured) -> Memory:
-    """Of a mixture in frames taken at `number` (T,), in frames of the camera at `rate_hz`; within and staying are the
+def memory_of(mixture: Mixture, rate_hz: float, cosines: Cosines, within: Measured, staying: Measured) -> Memory:
+    """Of a mixture that is made of these cosines, in frames of the camera at `rate_hz`; within and staying are the
     variance about the mean of the frames, and that of the mean."""
     white = mixture.measured(lambda variances, _: variances[0])
     correlated = mixture.measured(_correlated)
     total = mixture.measured(lambda variances, _: variances[0] + variances[1] + variances[2])
     log_decay = mixture.measured(lambda _, log_decay: log_decay)
     walk = partial(_growing, _OF_LENGTH * mixture.length) if mixture.walks else _walk
-    left = mixture.measured(partial(_mean, number))
+    left = mixture.measured(partial(_mean, cosines.constant))
     fixed = without(staying, left)
     if mixture.slowest:
         # It may last for any longer: of what stays over the recording nobody can tell it from fixed pattern.
@@ -192,29 +191,30 @@ def _correlation(lag: int, variances: Floats, log_decay: float) -> float:
     return correlated / max(float(variances[0]) + correlated, _FLOOR) * math.exp(-math.exp(log_decay) * lag)
 
 
-def _mean(number: Indices, variances: Floats, log_decay: float) -> float:
-    """Variance of the mean of frames taken at `number` (T,), of what walks since the first one."""
-    white, lasting, grown, walk, _ = variances
-    decay = math.exp(log_decay)
-    ages = number - number[0]
-    lasts = _mean_correlation(number, decay) / len(number)
-    first = float(np.exp(-decay * ages).mean()) ** 2
-    return float(white / len(number) + (lasting + grown) * lasts - grown * first + walk * _mean_walk(number))
+def _mean(constant: Cosines, variances: Floats, log_decay: float) -> float:
+    """Variance of the mean of the frames, by their `constant` mode: but for fixed pattern, and of what walks since the
+    first frame."""
+    return float(parts_at(log_decay, constant)[0, :-1] @ variances[:-1]) / len(constant.ages)
 
 
 def time_freedom(memory: Memory | None, number: Indices) -> float:
     """Degrees of freedom of a series about its mean, of frames taken at `number` (T,), in frames of the camera.
 
     (tr R)^2 / tr R^2 of the centred correlation matrix R: F. E. Satterthwaite, "An approximate
-    distribution of estimates of variance components", Biometrics Bulletin 2 (1946).
+    distribution of estimates of variance components", Biometrics Bulletin 2 (1946). Both are told by the sums of rows
+    of the matrix before it is centred, and by the sum of its squares.
     """
+    count = len(number)
     if memory is None or not memory.total.value:
-        return len(number) - 1
+        return count - 1
     share = (memory.correlated.value / memory.total.value) ** 2
-    apart = np.abs(np.subtract.outer(number, number))
-    matrix = share * memory.rho.value**apart + (1 - share) * np.eye(len(number))
-    matrix = matrix - matrix.mean(axis=0) - matrix.mean(axis=1)[:, None] + matrix.mean()
-    return float(np.trace(matrix) ** 2 / np.square(matrix).sum())
+    ages = number - number[0]
+    apart = np.abs(np.arange(-ages[-1], ages[-1] + 1))
+    correlation = share * memory.rho.value**apart + (1 - share) * (apart == 0)
+    seen = np.bincount(ages).astype(np.float64)
+    rows, squares = (np.convolve(seen, values, "valid")[ages] for values in (correlation, correlation**2))
+    mean = rows.sum() / count
+    return float((count - mean) ** 2 / (squares.sum() - 2 / count * rows @ rows + mean**2))
 
 
 def centred(values: Floats) -> Floats:
@@ -245,11 +245,6 @@ def _squares(values: Floats, number: Indices, lag: int) -> Floats:
     return total / len(pairs)
 
 
-def _mean_correlation(number: Indices, decay: float) -> float:
-    """T times the variance of the mean of T frames of unit AR(1) noise, by its decay a frame of the camera."""
-    return float(np.exp(-decay * np.abs(np.subtract.outer(number, number))).sum() / len(number))
-
-
 def _blocks(pictures: Floats) -> Floats:
     """Means over a grid of up to 6 x 6 equal blocks of (rows, columns, ...); what is over at the ends is left."""
     rows, columns = pictures.shape[:2]
@@ -258,8 +253,3 @@ def _blocks(pictures: Floats) -> Floats:
     cut = pictures[: down * high, : across * wide].reshape(down, high, across, wide, -1)
     means: Floats = cut.mean(axis=(1, 3)).reshape(down * across, -1)
     return means
-
-
-def _mean_walk(number: Indices) -> float:
-    """Variance of the mean of T frames of a walk that begins with the first one, and grows by 1 a frame."""
-    return float(np.minimum.outer(number, number).mean() - number[0])

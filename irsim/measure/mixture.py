@@ -129,8 +129,8 @@ def _ends(cosines: Cosines) -> tuple[float, float]:
     return -math.log(SLOWEST * cosines.basis.shape[1]), math.log(_FASTEST)
 
 
-def _parts(log_decay: float, cosines: Cosines) -> Floats:
-    """(B, 5) what a unit of each part gives to the modes."""
+def parts_at(log_decay: float, cosines: Cosines) -> Floats:
+    """(B, 5) what a unit of each part of `Mixture.measured` gives to the modes, at a log decay a frame."""
     decay = math.exp(log_decay)
     lasting = (cosines.remembered(decay), cosines.grown(decay), cosines.walked())
     return np.stack([cosines.white(), *lasting, cosines.fixed()], axis=1)
@@ -147,7 +147,7 @@ def _at(
     """Likeliest variances, none below 0, by Fisher's scoring, of those parts that are `taken`."""
     from scipy.optimize import nnls
 
-    parts = _parts(log_decay, cosines)
+    parts = parts_at(log_decay, cosines)
     size = parts.max(axis=0)
     parts = parts / size * taken
     least = _LEAST * float(squares[1:].mean())
@@ -173,9 +173,9 @@ def _excess(best: _Profile, blocks: Floats, weights: Floats, cosines: Cosines, k
     and mode to mode; at least 1 (P. McCullagh, J. A. Nelder, "Generalized Linear Models", 1989, section 9.2.3). The
     constant mode does not count: fixed pattern may be anything, of a scene, too."""
     step = 1e-3
-    parts = _parts(best.log_decay, cosines)
+    parts = parts_at(best.log_decay, cosines)
     foreseen = known + parts @ best.variances
-    slope = (_parts(best.log_decay + step, cosines) - parts) @ best.variances / step
+    slope = (parts_at(best.log_decay + step, cosines) - parts) @ best.variances / step
     parts = np.column_stack([parts[:, :-1], slope])[1:]
     parts = parts / np.abs(parts).max(axis=0).clip(1e-300)
     weighted = parts * (weights / foreseen**2)[1:, None] / 2

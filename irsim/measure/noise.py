@@ -19,14 +19,16 @@ from irsim.measure.defects import (
     whole_counts,
     without_lines,
 )
-from irsim.measure.given import check_given
+from irsim.measure.ends import at_an_end, ends_of
+from irsim.measure.flat_windows import windows
+from irsim.measure.given import Values, check_given
 from irsim.measure.jumps import jumps
 from irsim.measure.level import Level
 from irsim.measure.memory import Memory, Temporal
 from irsim.measure.neighbours import alike, changes
 from irsim.measure.noise_3d import TERMS, Noise3dTerms, check_size
 from irsim.measure.quiet import quiet_sigma
-from irsim.measure.region import Region, Values, as_region, windows
+from irsim.measure.region import Region, as_region
 from irsim.measure.remembered import remembered
 from irsim.measure.repeats import NewFrames, new_frames
 from irsim.measure.steady import slides
@@ -248,8 +250,8 @@ def _told(read: _Read, rate_hz: float, top: float, taken: Bools | None) -> Noise
 
 
 def _clipped(frames: Values, flat: Floats, top: float) -> float:
-    """Share of `flat` at an end of what counts can be; values below 0 or between counts have no such ends."""
-    return float(np.mean((flat <= 0) | (flat >= top))) if whole_counts(frames) and frames.min() >= 0 else 0.0
+    """Share of `flat`, a part of the frames, at an end of what counts can be."""
+    return float(at_an_end(flat, ends_of(frames, top)).mean())
 
 
 def _standing(flat: Floats, sigma: float, of_scene: bool) -> float:

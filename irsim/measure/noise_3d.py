@@ -14,15 +14,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from irsim.errors import InputError
-from irsim.measure.given import check_frames
+from irsim.measure.given import Values, check_frames
 from irsim.measure.interval import LEVEL, Measured, root
-from irsim.measure.region import LEAST_SIDE, Values
+from irsim.measure.region import LEAST_REGION_SIDE
 from irsim.rng import stream
 from irsim.types import Floats
 from irsim.wording import counted
 
 TERMS = ("t", "v", "h", "tv", "th", "vh", "tvh")
-LEAST_FRAMES = 4
+LEAST_NOISE_FRAMES = 4
 _DRAWS = 4000
 
 
@@ -76,13 +76,13 @@ def noise_3d(frames: Values, time_freedom: float | None = None, moving: bool = F
 def check_size(frames: Values) -> None:
     """InputError where frames (T, rows, columns) are too few or too small to say anything."""
     times, rows, columns = frames.shape
-    if times < LEAST_FRAMES:
+    if times < LEAST_NOISE_FRAMES:
         few = f"{counted(times, 'frame')} {'is' if times == 1 else 'are'} too few"
-        raise InputError(f"{few} to measure noise; allowed: at least {LEAST_FRAMES}")
-    if min(rows, columns) < LEAST_SIDE:
+        raise InputError(f"{few} to measure noise; allowed: at least {LEAST_NOISE_FRAMES}")
+    if min(rows, columns) < LEAST_REGION_SIDE:
         raise InputError(
             f"a region of {columns}x{rows} px is too small to measure noise; "
-            f"allowed: at least {LEAST_SIDE}x{LEAST_SIDE}"
+            f"allowed: at least {LEAST_REGION_SIDE}x{LEAST_REGION_SIDE}"
         )
 
 

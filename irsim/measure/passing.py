@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from irsim.measure.given import Values
 from irsim.measure.interval import LEVEL, Measured
 from irsim.measure.picked import evenly
-from irsim.measure.points import FULL, LEAST_FRAMES, REACH, SIGMAS
-from irsim.measure.region import Values
+from irsim.measure.points import FULL, LEAST_POINT_FRAMES, POINT_REACH, SIGMAS
 from irsim.measure.tracks import Track, tracks
 from irsim.types import Bools, Floats
 
-_LEAST_TRAVEL = 2.0 * REACH
+_LEAST_TRAVEL = 2.0 * POINT_REACH
 """Px: so that what is behind a point is seen when it is elsewhere."""
 _CLEAR = 5.0
 """Px from a point from which on nothing of it is seen."""
@@ -45,7 +45,7 @@ evolve put sigmas of bright points off by up to 0.003 of them, whatever the nois
 _LONGEST = 1.25
 """Greatest square of the part of a frame's way that is smeared: all of it, and a tenth, for the way is told roughly."""
 _STEP = 1e-3
-_SIDE = np.arange(-REACH, REACH + 1.0)
+_SIDE = np.arange(-POINT_REACH, POINT_REACH + 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,9 +67,9 @@ def passing_blurs(frames: Values, bad: Bools, top: float = math.inf) -> list[Mea
     near `top`, the highest count there can be, is cut off there: its width says nothing.
     """
     found: list[Measured] = []
-    if len(frames) < LEAST_FRAMES:
+    if len(frames) < LEAST_POINT_FRAMES:
         return found
-    moving = tracks(frames, bad, LEAST_FRAMES, _LEAST_TRAVEL)
+    moving = tracks(frames, bad, LEAST_POINT_FRAMES, _LEAST_TRAVEL)
     for track in moving:
         seen = _windows(frames, bad, track, [other for other in moving if other is not track], top)
         if seen is not None and (blur := _fitted(seen)) is not None:
@@ -86,8 +86,8 @@ def _windows(frames: Values, bad: Bools, track: Track, others: list[Track], top:
     pictures, good, ways = [], [], []
     for place in evenly(len(times), _WINDOWS):
         k, (row, column) = int(times[place]), (round(each) for each in places[place].tolist())
-        rows, columns = slice(row - REACH, row + REACH + 1), slice(column - REACH, column + REACH + 1)
-        inside = REACH <= row < frames.shape[1] - REACH and REACH <= column < frames.shape[2] - REACH
+        rows, columns = (slice(at - POINT_REACH, at + POINT_REACH + 1) for at in (row, column))
+        inside = all(POINT_REACH <= at < side - POINT_REACH for at, side in zip((row, column), bad.shape, strict=True))
         if not inside or bad[row - 1 : row + 2, column - 1 : column + 2].any() or _crowded(k, row, column, others):
             continue
         behind = _behind(frames[:, rows, columns], k, way - (row, column))
@@ -97,14 +97,14 @@ def _windows(frames: Values, bad: Bools, track: Track, others: list[Track], top:
         pictures.append(seen - behind)
         good.append(~bad[rows, columns])
         ways.append(smooth[place][::-1])
-    if len(pictures) < LEAST_FRAMES:
+    if len(pictures) < LEAST_POINT_FRAMES:
         return None
     return Windows(np.stack(pictures), np.stack(good), np.stack(ways))
 
 
 def _crowded(frame: int, row: int, column: int, others: list[Track]) -> bool:
     """Whether another track is near in this frame."""
-    near = 2 * REACH
+    near = 2 * POINT_REACH
     for other in others:
         if frame in other.frames:
             there = other.places[other.frames.index(frame)]
@@ -203,7 +203,7 @@ def _drawn(centres: Floats, ways: Floats, sigma: float, streak: float) -> Floats
     the square root of `streak` of their ways."""
     from scipy.special import ndtr
 
-    edges = np.arange(-REACH, REACH + 2) - 0.5
+    edges = np.arange(-POINT_REACH, POINT_REACH + 2) - 0.5
     total = np.zeros((len(centres), len(_SIDE), len(_SIDE)))
     for node in (np.arange(_NODES) + 0.5) / _NODES - 0.5:
         places = centres + node * math.sqrt(streak) * ways

@@ -8,9 +8,10 @@ import cv2
 import numpy as np
 
 from irsim.measure.field import Spectrum, periodogram
+from irsim.measure.flat_windows import WINDOW_SIDE
 from irsim.measure.interval import Measured
 from irsim.measure.lines import common_lines, crossed, lines
-from irsim.measure.region import SIDE, Region
+from irsim.measure.region import Region
 from irsim.measure.unblurred import fit_unblurred
 from irsim.types import MEDIAN_TO_SIGMA, Bools, Floats
 
@@ -84,7 +85,7 @@ def _quietest(sharp: Floats) -> Region | None:
     By the mean of their absolute values, to which a few strong ones add little.
     """
     rows, columns = sharp.shape
-    side = min(SIDE, min(rows, columns) // 2)
+    side = min(WINDOW_SIDE, min(rows, columns) // 2)
     if side < _LEAST_SIDE:
         return None
     means = cv2.boxFilter(sharp, -1, (side, side), anchor=(0, 0))[: rows - side + 1, : columns - side + 1]

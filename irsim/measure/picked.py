@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from irsim.measure.region import Values
+from irsim.measure.given import Values
 from irsim.types import Indices
 
 LARGE = 1280 * 1024

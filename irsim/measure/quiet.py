@@ -7,8 +7,8 @@ import math
 
 import numpy as np
 
+from irsim.measure.given import Values
 from irsim.measure.picked import middle
-from irsim.measure.region import Values
 from irsim.types import Floats, Indices
 
 _WIDEST, _LONGEST = 128, 64

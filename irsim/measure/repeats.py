@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from irsim.errors import InputError
-from irsim.measure.noise_3d import LEAST_FRAMES
-from irsim.measure.region import Values
+from irsim.measure.given import Values
+from irsim.measure.noise_3d import LEAST_NOISE_FRAMES
 from irsim.types import Bools, Floats, Indices
 
 _LEAST_CHANGED = 30
@@ -73,11 +73,11 @@ def new_frames(frames: Values, rate_hz: float, times: Floats | None = None) -> N
     changed = np.array([int(np.count_nonzero(frames[k] != frames[k - 1])) for k in range(1, count)], np.intp)
     index = np.concatenate([[0], np.flatnonzero(changed) + 1]).astype(np.intp)
     usually = float(np.median(changed[changed > 0])) if changed.any() else 0.0
-    few = len(index) < LEAST_FRAMES
+    few = len(index) < LEAST_NOISE_FRAMES
     if few and usually > _NOISY * frames[0].size:
         raise InputError(
             f"{len(index)} of {count} frames are new, the others repeat the one before bit for bit: too few to measure "
-            f"noise; allowed: at least {LEAST_FRAMES}"
+            f"noise; allowed: at least {LEAST_NOISE_FRAMES}"
         )
     if few or usually < _LEAST_CHANGED or len(index) == count:
         every = np.arange(count)

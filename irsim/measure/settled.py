@@ -6,10 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from irsim.measure.boxes import Boxes, covered
 from irsim.measure.defects import without_specks
+from irsim.measure.given import Values
 from irsim.measure.over_time import median_of
 from irsim.measure.picked import evenly
-from irsim.measure.region import Boxes, Values, covered
 from irsim.types import Bools, Floats
 
 _MEDIANS = 48

@@ -21,7 +21,8 @@ MOST_IN_GROUP = 16
 """Bad pixels in a group: clusters of 2 in the mean (`irsim.detector.bad_pixels`) have more in 1 of 10^4."""
 _STEEP = 0.5
 """Share of the least height in a group that nothing around it has: light is blurred, and falls off more slowly."""
-_CROSS = np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8)
+CROSS = np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8)
+"""A pixel and the four that touch it."""
 
 
 def following(values: Floats, asked: Bools) -> Bools:
@@ -47,7 +48,7 @@ def unshared(height: Floats, found: Bools) -> Bools:
     Those up to 3 px apart are one group: members of a cluster do not count as beside it.
     """
     groups, count = in_groups(found)
-    highest = cv2.dilate(np.where(found, height, 0).astype(np.float32), _CROSS)
+    highest = cv2.dilate(np.where(found, height, 0).astype(np.float32), CROSS)
     beside = (highest > 0) & ~found
     lit = beside & (height > _SHARES * highest)
     sides, bright = (np.bincount(groups[mask], minlength=count + 1) for mask in (beside, lit))

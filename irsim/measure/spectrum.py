@@ -7,13 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from irsim.errors import InputError
-from irsim.measure.given import check_frames
-from irsim.measure.region import Values
+from irsim.measure.given import Values, check_frames
 from irsim.types import Floats
 
 HIGHEST = 0.2
 """Cycles a px up to which slopes are fitted: above, blur, noise and sharpening speak."""
-LEAST_SIDE = 64
+_LEAST_SIDE = 64
 _STRIP = 1.5
 """Half the width of the strips about the axes, cycles a side."""
 _LOWEST = 4
@@ -48,8 +47,10 @@ def texture(frames: Values) -> Texture:
     all frames are even."""
     check_frames(frames)
     rows, columns = frames.shape[1:]
-    if min(rows, columns) < LEAST_SIDE:
-        raise InputError(f"{columns}x{rows} px are too few for a spectrum; allowed: at least {LEAST_SIDE}x{LEAST_SIDE}")
+    if min(rows, columns) < _LEAST_SIDE:
+        raise InputError(
+            f"{columns}x{rows} px are too few for a spectrum; allowed: at least {_LEAST_SIDE}x{_LEAST_SIDE}"
+        )
     pictures = [np.asarray(frame, np.float64) for frame in frames]
     found = [
         (

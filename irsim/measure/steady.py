@@ -7,8 +7,8 @@ import math
 import cv2
 import numpy as np
 
+from irsim.measure.given import Values
 from irsim.measure.picked import LARGE, evenly, middle
-from irsim.measure.region import Values
 from irsim.types import Floats
 
 _SOFT = 1.5

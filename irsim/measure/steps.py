@@ -6,9 +6,9 @@ import itertools
 
 import numpy as np
 
+from irsim.measure.given import Values
 from irsim.measure.jumps import lively
 from irsim.measure.picked import middle
-from irsim.measure.region import Values
 from irsim.types import MEDIAN_TO_SIGMA, Floats, Indices
 
 _WIDTHS = (1, 2, 4, 8, 16, 32)

@@ -10,9 +10,10 @@ import numpy as np
 
 from irsim.measure.around import around
 from irsim.measure.defects import Defects
+from irsim.measure.given import Values
 from irsim.measure.interval import ENDS, Measured
-from irsim.measure.points import FULL, REACH, fitted, windows
-from irsim.measure.region import Values
+from irsim.measure.points import FULL, POINT_REACH, fitted, windows
+from irsim.measure.shared import CROSS
 from irsim.types import Bools, Floats
 
 _POINTS = 24
@@ -31,7 +32,6 @@ _REACHES = 5
 _BESIDE = 0.03
 """Share of a full pixel's height that more than a quarter of what touches it has, if light filled it; beside stuck
 pixels there is nothing."""
-_CROSS = np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8)
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +64,7 @@ def still_things(frames: Values, bad: Defects, top: float = math.inf) -> Still:
     """
     level = frames.mean(axis=0, dtype=np.float64)
     full = _full(level, top)
-    near_full = cv2.dilate(full.astype(np.uint8), np.ones((2 * REACH + 1,) * 2, np.uint8)).astype(bool)
+    near_full = cv2.dilate(full.astype(np.uint8), np.ones((2 * POINT_REACH + 1,) * 2, np.uint8)).astype(bool)
     points = np.zeros(level.shape, np.uint8)
     sigmas = []
     for row, column, window in windows(level, bad.dead | bad.blinking | _sharp(level) | near_full, _POINTS):
@@ -93,7 +93,7 @@ def _full(level: Floats, top: float) -> Bools:
     groups, count = label(full, np.ones((3, 3)))
     for group in range(1, count + 1):
         inside = groups == group
-        rim = cv2.dilate(inside.astype(np.uint8), _CROSS).astype(bool) & ~inside
+        rim = cv2.dilate(inside.astype(np.uint8), CROSS).astype(bool) & ~inside
         if rim.any() and float(np.quantile(level[rim], 0.75, method="lower")) - usual < _BESIDE * (top - usual):
             full[inside] = False
     return full

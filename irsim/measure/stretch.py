@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from irsim.errors import InputError
-from irsim.measure.noise_3d import LEAST_FRAMES
-from irsim.measure.region import Values
+from irsim.measure.given import Values
+from irsim.measure.noise_3d import LEAST_NOISE_FRAMES
 from irsim.measure.repeats import NewFrames
 from irsim.wording import counted
 
@@ -101,10 +101,10 @@ def longest_stretch(new: NewFrames, breaks: Breaks, recorded: int, start: int) -
     """
     ends = [0, *np.searchsorted(new.index, breaks.all), len(new.index)]
     first, last = max(itertools.pairwise(ends), key=lambda pair: pair[1] - pair[0])
-    if last - first < LEAST_FRAMES <= len(new.index):
+    if last - first < LEAST_NOISE_FRAMES <= len(new.index):
         raise InputError(
             f"{'; '.join(breaks.causes(start))}: the longest stretch without such a break has "
-            f"{counted(last - first, 'frame')}, too few to measure noise; allowed: at least {LEAST_FRAMES}"
+            f"{counted(last - first, 'frame')}, too few to measure noise; allowed: at least {LEAST_NOISE_FRAMES}"
         )
     return Stretch(
         recorded=recorded,

@@ -10,9 +10,9 @@ import numpy as np
 
 from irsim.measure.around import around
 from irsim.measure.defects import LEAST_NOISE
+from irsim.measure.given import Values
 from irsim.measure.over_time import median_of
 from irsim.measure.picked import evenly
-from irsim.measure.region import Values
 from irsim.types import MEDIAN_TO_SIGMA, Bools
 
 _MEDIANS = 48

@@ -36,7 +36,7 @@ def fit_unblurred(periodogram: Floats, shape: tuple[int, int], blur: Measured | 
     """
     low, high = min(USUAL_BLUR.low, blur.low if blur else math.inf), blur.high if blur else USUAL_BLUR.high
     steps = min(math.ceil(round((high - low) / _STEP, 6)), _MOST_TRIED)
-    tried = np.linspace(low, high, steps + 1).round(4)
+    tried: Floats = np.linspace(low, high, steps + 1).round(4)
     if blur is None:
         doubts = np.square((tried - USUAL_BLUR.value) / _DOUBT) / 2
     else:
