@@ -30,8 +30,8 @@ _OF_LENGTH = 0.25
 beside the times that noise takes which looks like a walk."""
 _LEAST_PAIRS = 0.25
 """Share of the frames that must have another one so far on for a lag to be told, but for the first."""
-_LEAST_CORRELATION = 0.02
-"""Correlation below which noise is called white: cooled cameras show up to 0.01 of either sign."""
+LEAST_CORRELATION = 0.02
+"""Correlation below which noise is taken as white: cooled cameras show up to 0.01 of either sign."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +116,7 @@ def temporal(frames: Values, rate_hz: float, number: Indices | None = None) -> T
     pair, *shown, rise = jackknife(blocks, plain)
     memory = None
     correlation = tuple(shown)
-    remembered = rise.low > 0 and shown[0].low > _LEAST_CORRELATION
+    remembered = rise.low > 0 and shown[0].low > LEAST_CORRELATION
     if times >= LEAST_MEMORY_FRAMES and remembered:
         cosines = Cosines.of(taken_at)
         modes = _blocks(np.moveaxis(cosines.squares(values), 0, -1))

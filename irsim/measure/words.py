@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 
 from irsim.measure.interval import Measured
-from irsim.measure.memory import LEAST_MEMORY_FRAMES, Memory
+from irsim.measure.memory import LEAST_CORRELATION, LEAST_MEMORY_FRAMES, Memory
 from irsim.measure.noise import NoiseReport
 from irsim.measure.noise_3d import TERMS
 from irsim.wording import counted, plain
@@ -43,7 +43,8 @@ def noise_lines(report: NoiseReport, start: int = 0) -> Iterator[tuple[str, str]
     if flow.memory is not None:
         yield from _remembered("memory", "pixels", flow.memory, doubts.get("memory", ""))
     elif report.frames >= LEAST_MEMORY_FRAMES:
-        yield "memory", f"none: white in time{doubts.get('memory', '')}"
+        told = f"none is told of a correlation of less than {LEAST_CORRELATION} from frame to frame"
+        yield "memory", f"{told}{doubts.get('memory', '')}"
     else:
         yield "memory", f"not known: needs {LEAST_MEMORY_FRAMES} frames"
     for term, memory in report.lines.items():
