@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from scipy.stats import binom
 
 from irsim.measure.interval import Measured
 
 
-def held(found: list[Measured], true: float, *, widest: float = math.inf) -> None:
+def held(found: list[Measured], true: float, *, widest: float | None = None) -> None:
     """A 95 % interval holds at least so often that less is 1 in 10^4; half of them are no wider than `widest` times
     the true value: what was measured and about a third more. Without it, something else has to hold the width."""
     least = binom.ppf(1e-4, len(found), 0.95)
     assert least > 0, "too few to tell: three intervals may all miss"
     count = sum(x.low <= true <= x.high for x in found)
     assert count >= least, (count, true, found[:3])
-    width = np.median([x.high - x.low for x in found]) / abs(true)
-    assert width <= widest, (width, true, found[:3])
+    if widest is not None:
+        width = np.median([x.high - x.low for x in found])
+        assert width <= widest * abs(true), (width, true, found[:3])
