@@ -126,13 +126,13 @@ SMEAR = {"time_ms": 20.0, "steps": 3}
 def test_any_frame_of_a_carried_camera_stands_alone(kind: str, smear: dict[str, Any] | None) -> None:
     """In any order, and by two processes."""
     moving = scene(SCENES[kind], (8.0, 20.0, 1.0), camera={"smear": smear, "elevation_deg": -8.0})
-    asked = (0, 7, 8, 31, 60)
+    asked = (7, 8, 60)  # the last of eight that share a key frame, the first of the next eight
     ahead = Renderer(moving)
     expected = {frame: ahead.scene(frame)[0].copy() for frame in asked}
     for frame in reversed(asked):
         np.testing.assert_array_equal(Renderer(moving).scene(frame)[0], expected[frame])
-    alone = [frame.image.copy() for frame, _ in irsim.frames(moving, jobs=1)]
-    for (frame, _), image in zip(irsim.frames(moving, jobs=2), alone, strict=True):
+    alone = [frame.image.copy() for frame, _ in irsim.frames(moving, 36, 52)]
+    for (frame, _), image in zip(irsim.frames(moving, 36, 52, jobs=2), alone, strict=True):
         np.testing.assert_array_equal(frame.image, image)
 
 

@@ -21,7 +21,7 @@ COMMANDS = {
 }
 """Those that take a scenario, each with what shows that it was changed."""
 
-SHAKEN = SMALL_SCENE.replace("frames: 6", "frames: 64").replace(
+SHAKEN = SMALL_SCENE.replace("frames: 6", "frames: 24").replace(
     "{size: [48, 32]", "{size: [72, 64], motion: [{kind: jitter}]"
 )
 

@@ -29,14 +29,17 @@ def seen(scene: irsim.Scenario) -> Floats:
     return np.stack([frame.image for frame in irsim.Rendering(scene).frames()]).astype(float)
 
 
-def reports(frames: int, drift: str, count: int) -> tuple[list[NoiseReport], float]:
-    scenes = [irsim.loads(written(frames, drift), overrides=[f"seed={seed}"]) for seed in range(count)]
+SEEDS = 6
+
+
+def reports(frames: int, drift: str) -> tuple[list[NoiseReport], float]:
+    scenes = [irsim.loads(written(frames, drift), overrides=[f"seed={seed}"]) for seed in range(SEEDS)]
     return [measure_noise(seen(scene), RATE) for scene in scenes], scenes[0].camera.response().noise
 
 
 def test_columns_that_drift_for_longer_than_they_are_seen_are_told_to() -> None:
     """Stationary, sigma 10 NETD, ten seconds to forget, four seen: its change is told, as a walk or as slow memory."""
-    found, netd = reports(120, "pixel: 20, column: 10, row: 5, time_constant_s: 10, age_s: 100", 8)
+    found, netd = reports(120, "pixel: 20, column: 10, row: 5, time_constant_s: 10, age_s: 100")
     for term, sigma in (("th", 10 * netd), ("tv", 5 * netd)):
         of_lines = [report.lines[term] for report in found]
         changes = sigma * math.sqrt(2 / 10)
@@ -46,46 +49,41 @@ def test_columns_that_drift_for_longer_than_they_are_seen_are_told_to() -> None:
         drifts = [memory.told_walk for memory in of_lines if memory.correlated.value == 0]
         assert drifts
         assert all(drift is not None for drift in drifts)
-        held([drift for drift in drifts if drift is not None], changes)
-        held([memory.correlated for memory in of_lines], sigma)
+        held([drift for drift in drifts if drift is not None], changes, widest=0.4)
+        held([memory.correlated for memory in of_lines], sigma, widest=3)
 
 
-@pytest.mark.parametrize("since_s", [0, 1, 20])
-def test_what_grows_since_a_correction_lies_in_its_intervals(since_s: int) -> None:
-    """Five seconds are seen of what takes two to forget, and begins at the first frame, before it, or long before."""
-    found, netd = reports(150, f"pixel: 2, column: 1, row: 0, time_constant_s: 2, age_s: {since_s}", 8)
-    for sigma, memories in (
-        (2 * netd, [report.temporal.memory for report in found]),
-        (netd, [report.lines.get("th") for report in found]),
+@pytest.mark.parametrize(("since_s", "column"), [(0, 3), (1, 1), (20, 1)])
+def test_what_grows_since_a_correction_lies_in_its_intervals(since_s: int, column: int) -> None:
+    """Five seconds are seen of what takes two to forget, and begins at the first frame, before it, or long before.
+
+    Of columns the correction itself is seldom told: the sigma that they tend to, and the time, are all the same.
+    """
+    found, netd = reports(150, f"pixel: 2, column: {column}, row: 0, time_constant_s: 2, age_s: {since_s}")
+    for sigma, widest, widest_s, memories in (
+        (2 * netd, 0.4, 0.7, [report.temporal.memory for report in found]),
+        (column * netd, 1.4, 2.8, [report.lines.get("th") for report in found]),
     ):
         told = [memory for memory in memories if memory is not None]
         assert len(told) == len(found)
-        held([memory.correlated for memory in told], sigma)
-        held([memory.time_constant_s for memory in told], 2.0)
+        held([memory.correlated for memory in told], sigma, widest=widest)
+        held([memory.time_constant_s for memory in told], 2.0, widest=widest_s)
 
 
 def test_what_grows_for_twice_as_long_as_it_is_seen_is_not_told_too_small() -> None:
-    found, netd = reports(120, "pixel: 5, column: 0, row: 0, time_constant_s: 10", 8)
+    found, netd = reports(120, "pixel: 5, column: 0, row: 0, time_constant_s: 10")
     told = [report.temporal.memory for report in found if report.temporal.memory is not None]
     assert len(told) == len(found)
-    held([memory.correlated for memory in told], 5 * netd)
-    held([memory.time_constant_s for memory in told], 10.0)
-
-
-def test_columns_that_grow_since_a_correction_lie_in_their_intervals() -> None:
-    """Of columns the correction itself is seldom told: the sigma that they tend to, and the time, are all the same."""
-    found, netd = reports(150, "pixel: 0, column: 3, row: 0, time_constant_s: 2", 8)
-    told = [report.lines["th"] for report in found]
-    held([memory.correlated for memory in told], 3 * netd)
-    held([memory.time_constant_s for memory in told], 2.0)
+    held([memory.correlated for memory in told], 5 * netd, widest=1.1)
+    held([memory.time_constant_s for memory in told], 10.0, widest=1.4)
 
 
 def test_white_noise_beside_slow_drift_is_told_closely() -> None:
     """Noise that forgets within a frame is white: it does not take the place of it."""
-    found, netd = reports(120, "pixel: 3, column: 0, row: 0, time_constant_s: 120", 8)
+    found, netd = reports(120, "pixel: 3, column: 0, row: 0, time_constant_s: 120")
     told = [report.temporal.memory for report in found if report.temporal.memory is not None]
     assert len(told) == len(found)
-    held([memory.white for memory in told], netd)
+    held([memory.white for memory in told], netd, widest=0.05)
     assert all(memory.white.low > 0.8 * netd for memory in told)
 
 
@@ -113,13 +111,14 @@ def test_a_fit_writes_noise_that_grows_since_a_correction_as_such() -> None:
 def test_a_fit_makes_drift_of_columns_again() -> None:
     """By as much in a second as went in, and as the fit of what the fit renders tells."""
     scene = irsim.loads(written(150, "pixel: 5, column: 4, row: 2, time_constant_s: 60"))
-    first = fit(scene).figures.columns
+    fitted = fit(scene)
+    first = fitted.figures.columns
     assert first is not None
     assert first.correlated.value == 0
     changes = 4 * scene.camera.response().noise * math.sqrt(2 / 60)
     assert first.walk.low <= changes <= first.walk.high
-    json.dumps(fit(scene).as_json(), allow_nan=False)
-    again = fit(fit(scene).scenario).figures.columns
+    json.dumps(fitted.as_json(), allow_nan=False)
+    again = fit(fitted.scenario).figures.columns
     assert again is not None
     assert again.walk.low <= first.walk.high
     assert first.walk.low <= again.walk.high

@@ -49,21 +49,24 @@ occluders: [{{kind: bar, id: pole, center_px: [80, 60], size_px: [9, 140], range
 
 
 @pytest.mark.parametrize(
-    ("background", "h"), [("sky, horizon_k: 285, zenith_k: 250", 0.0), ("ground, spread_k: 0", 0.2)]
+    ("background", "h", "seeds"), [("sky, horizon_k: 285, zenith_k: 250", 0.0, 3), ("ground, spread_k: 0", 0.2, 6)]
 )
-def test_a_pole_higher_than_the_picture_is_no_noise_of_columns(background: str, h: float) -> None:
+def test_a_pole_higher_than_the_picture_is_no_noise_of_columns(background: str, h: float, seeds: int) -> None:
     """Its edges alone would make 4 NETD of columns, and of the even ones beside the odd ones."""
     found = []
-    for seed in range(3):
+    for seed in range(seeds):
         scene = irsim.loads(UPRIGHT.format(seed=seed, h=h, background=background))
-        fitted = irsim.fit(scene)
-        assert fitted.figures.column is not None
-        assert any("all across the picture" in note and "columns are told beside them" in note for note in fitted.notes)
-        found.append(fitted.figures.column)
-        assert not fitted.figures.turned
-        assert fitted.figures.column.high < (h + 0.1) * scene.camera.response().noise
+        frames = np.stack([frame.image for frame in irsim.Rendering(scene).frames()])
+        figures = measure_figures(frames, scene.camera.rate_hz, passing=False)  # nothing passes
+        assert figures.column is not None
+        assert any(
+            "all across the picture" in note and "columns are told beside them" in note for note in figures.notes
+        )
+        found.append(figures.column)
+        assert not figures.turned
+        assert figures.column.high < (h + 0.12) * scene.camera.response().noise
     if h:
-        held(found, h * scene.camera.response().noise)
+        held(found, h * scene.camera.response().noise, widest=0.45)
 
 
 def test_noise_alone_has_no_edges() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from pathlib import Path
 
 import cv2
@@ -24,8 +25,9 @@ background: {{kind: ground, spread_k: {spread_k}}}
 """
 
 
-def drawn(preset: str, spread_k: float, seed: int = 1) -> Floats:
-    scenario = irsim.loads(SCENE.format(seed=seed, preset=preset, spread_k=spread_k))
+@lru_cache
+def drawn(preset: str, spread_k: float) -> Floats:
+    scenario = irsim.loads(SCENE.format(seed=1, preset=preset, spread_k=spread_k))
     return np.stack([frame.image for frame, _ in irsim.frames(scenario)])
 
 
@@ -42,16 +44,23 @@ def shut(frames: Floats, first: int, count: int, sigma: float) -> Floats:
 @pytest.mark.parametrize("spread_k", [0, 2])
 @pytest.mark.parametrize("sigma", [0, 4])
 @pytest.mark.parametrize(
-    ("first", "count", "used"), [(0, 1, (1, 60)), (0, 3, (3, 60)), (40, 1, (0, 40)), (59, 1, (0, 59))]
+    ("first", "count", "cuts"), [(0, 1, [1]), (0, 3, [3]), (40, 1, [40, 41]), (40, 3, [40, 43]), (59, 1, [59])]
 )
+def test_what_a_shutter_shows_is_another_picture(
+    preset: str, spread_k: float, sigma: float, first: int, count: int, cuts: list[int]
+) -> None:
+    assert jumps(list(shut(drawn(preset, spread_k), first, count, sigma))) == cuts
+
+
+@pytest.mark.parametrize(("preset", "spread_k", "sigma"), [("cooled_mwir", 0, 0), ("uncooled_lwir", 2, 4)])
+@pytest.mark.parametrize(("first", "count", "used"), [(0, 3, (3, 60)), (40, 1, (0, 40)), (59, 1, (0, 59))])
 def test_what_a_shutter_shows_is_left_out(
     preset: str, spread_k: float, sigma: float, first: int, count: int, used: tuple[int, int]
 ) -> None:
     frames = drawn(preset, spread_k)
     found = irsim.measure_noise(shut(frames, first, count, sigma), 30.0)
     assert (found.stretch.index[0], found.stretch.index[-1] + 1) == used
-    alone = irsim.measure_noise(frames[slice(*used)], 30.0)
-    assert found.terms == alone.terms
+    assert found.terms == irsim.measure_noise(frames[slice(*used)], 30.0).terms
     (sentence,) = [text for text in found.stretch.left_out(10) if "another" in text]
     assert sentence.startswith("the picture becomes another at frame")
     assert sentence.endswith(
@@ -61,7 +70,7 @@ def test_what_a_shutter_shows_is_left_out(
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_no_example_is_cut(path: Path) -> None:
-    frames = [frame.image for frame, _ in irsim.frames(irsim.load(path), stop=60)]
+    frames = [frame.image for frame, _ in irsim.frames(irsim.load(path), stop=30)]
     assert jumps(frames) == []
 
 
@@ -163,7 +172,7 @@ def test_where_cells_stand_still_a_jump_is_beyond_five_changes_of_a_pixel(unit: 
         assert jumps(list((shown * unit).astype(np.uint16))) == found, shift
 
 
-@pytest.mark.parametrize("count", [4, 5, 6, 8, 12])
+@pytest.mark.parametrize("count", [4, 6, 12])
 def test_short_recordings_of_tiny_pictures_hold_no_jumps(count: int) -> None:
     """One cell, in 3,000 recordings each: a fixed 12 times the usual change found 27 in those of 4 frames."""
     rng = np.random.default_rng(count)

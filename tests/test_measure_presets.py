@@ -27,6 +27,13 @@ PRESETS = {
     "uncooled_lwir": {"vh": 0.5, "h": 0.3, "v": 0.2, "tvh": 1.0},
 }
 """Ratios that the presets state, in units of NETD."""
+COOLED_WIDTHS = {"vh": 0.11, "h": 0.66, "v": 0.87, "t": 0.51}
+WIDEST = {
+    "cooled_mwir": COOLED_WIDTHS,
+    "cooled_lwir": COOLED_WIDTHS,
+    "uncooled_lwir": {"vh": 0.77, "h": 1.5, "v": 0.95, "tvh": 0.66},
+}
+"""Of intervals, in true values: what was measured and a third more."""
 
 
 @lru_cache
@@ -47,7 +54,8 @@ def reports(preset: str) -> tuple[float, float, tuple[NoiseReport, ...]]:
 def test_the_terms_of_a_preset_lie_in_their_intervals(preset: str, term: str) -> None:
     netd, _, found = reports(preset)
     rounding = 1 / 12 if term == "tvh" else 0.0
-    held([getattr(report.terms, term) for report in found], math.sqrt((PRESETS[preset][term] * netd) ** 2 + rounding))
+    true = math.sqrt((PRESETS[preset][term] * netd) ** 2 + rounding)
+    held([getattr(report.terms, term) for report in found], true, widest=WIDEST[preset][term])
 
 
 @pytest.mark.parametrize("preset", ["cooled_mwir", "cooled_lwir"])
@@ -56,4 +64,4 @@ def test_shot_noise_lies_in_its_interval(preset: str) -> None:
     netd, sigma, found = reports(preset)
     pixel = math.sqrt(sigma**2 - (PRESETS[preset]["t"] * netd) ** 2)  # less what all pixels of a frame share
     assert pixel < netd
-    held([report.terms.tvh for report in found], pixel)
+    held([report.terms.tvh for report in found], pixel, widest=0.0125)

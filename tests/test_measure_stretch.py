@@ -109,9 +109,9 @@ def test_what_went_in_is_found_all_the_same(spoil: Callable[[np.random.Generator
         assert repeats is None or report.stretch.repeats == repeats
         assert report.frames == len(report.stretch.index)
         assert report.temporal.memory is None
-    held([report.terms.tvh for report in reports(spoil)], SIGMA)
-    held([report.temporal.pair for report in reports(spoil)], SIGMA)
-    held([report.terms.vh for report in reports(spoil)], PIXEL)
+    held([report.terms.tvh for report in reports(spoil)], SIGMA, widest=0.014)
+    held([report.temporal.pair for report in reports(spoil)], SIGMA, widest=0.016)
+    held([report.terms.vh for report in reports(spoil)], PIXEL, widest=0.084)
 
 
 @lru_cache
@@ -142,10 +142,10 @@ def test_memory_is_counted_in_frames_of_the_camera(kind: str, rate_hz: float) ->
         assert report.stretch.rate_hz == pytest.approx(rate_hz, rel=0.01)
         assert report.temporal.memory is not None
         memories.append(report.temporal.memory)
-    held([memory.rho for memory in memories], RHO)
-    held([memory.time_constant_s for memory in memories], -1 / (rate_hz * np.log(RHO)))
-    held([memory.total for memory in memories], SIGMA)
-    held([memory.fixed for memory in memories], PIXEL)
+    held([memory.rho for memory in memories], RHO, widest=0.019)
+    held([memory.time_constant_s for memory in memories], -1 / (rate_hz * np.log(RHO)), widest=0.12)
+    held([memory.total for memory in memories], SIGMA, widest=0.05)
+    held([memory.fixed for memory in memories], PIXEL, widest=0.13)
 
 
 def test_frames_that_are_alike_by_chance_or_always_are_no_repeats() -> None:
@@ -173,8 +173,8 @@ def test_steps_are_looked_for_in_each_stretch() -> None:
     report = measure_noise(frames, 30.0, WHOLE)
     assert report.stretch.breaks == Breaks(jumps=(50, 52), steps=(25, 82))
     assert (report.stretch.index[0], len(report.stretch.index)) == (52, 30)
-    held([report.terms.vh], PIXEL)
-    held([report.terms.tvh], SIGMA)
+    assert report.terms.vh.low <= PIXEL <= report.terms.vh.high
+    assert report.terms.tvh.low <= SIGMA <= report.terms.tvh.high
 
 
 def texture(seed: int, side: int = 160) -> Floats:

@@ -59,17 +59,15 @@ LONG = {"stress.md", "report.md", "properties.md", "tutorial.md"}
 def test_commands_and_code_of_the_documents_run(document: Path, tmp_path: Path, commands: str, footage: Path) -> None:
     """All blocks of a document in their order, in one folder, as a reader would go through it: nothing is warned of.
 
-    The README's commands are those that were installed, a process each; it makes all that it takes.
+    The README makes all that it takes. `test_cli_irsim` runs the commands that were installed.
     """
     if document.name != "README.md":
         shutil.copytree(footage, tmp_path, dirs_exist_ok=True)
-    installed = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    path = installed if document.name == "README.md" else commands
     for language, text in blocks(document):
         if language in {"sh", "python"}:
             command = ["sh", "-e", "-c", text] if language == "sh" else [sys.executable, "-c", text]
             done = subprocess.run(
-                command, cwd=tmp_path, env={**os.environ, "PATH": path}, capture_output=True, text=True, check=False
+                command, cwd=tmp_path, env={**os.environ, "PATH": commands}, capture_output=True, text=True, check=False
             )
             assert done.returncode == 0, f"{document.name}:\n{text}\n{done.stdout}\n{done.stderr}"
             assert "Traceback" not in done.stderr
