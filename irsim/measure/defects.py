@@ -11,7 +11,6 @@ import numpy as np
 
 from irsim.measure.around import REACH, alone, around
 from irsim.measure.given import check_above, check_frames
-from irsim.measure.picked import LARGE
 from irsim.measure.points import FULL
 from irsim.measure.region import Values
 from irsim.measure.shared import MOST_IN_GROUP, following, in_groups, in_steep_groups, unshared
@@ -213,21 +212,6 @@ def _frozen_from(frames: Values) -> int | None:
         return None
     share = float(np.quantile(live, _SLOWEST))
     return 2 if share == 0 else math.ceil(2 * math.log(_BY_CHANCE / stays.size) / math.log(share))
-
-
-def patched(frames: Values, bad: Bools) -> Values:
-    """Frames (T, rows, columns) with each bad pixel's values those of the nearest good one: to be read only, for they
-    are the frames given, not a copy, where no pixel is bad (or all are)."""
-    if not bad.any() or bad.all():
-        return frames
-    from scipy.ndimage import distance_transform_edt
-
-    rows, columns = distance_transform_edt(bad, return_distances=False, return_indices=True)
-    if bad.size <= LARGE:  # its values lie side by side in time, in which order sums are rounded
-        return frames[:, rows, columns]
-    whole = frames.copy()
-    whole[:, bad] = frames[:, rows[bad], columns[bad]]
-    return whole
 
 
 def without_specks(picture: Floats) -> Floats:
