@@ -36,12 +36,13 @@ def patched(frames: Values, bad: Bools) -> Values:
     above = _lines_above(frames.mean(axis=0, dtype=np.float64), bad, good)
     if whole_counts(frames):
         above = np.rint(above)
-    ends = np.iinfo(frames.dtype) if np.issubdtype(frames.dtype, np.integer) else np.finfo(frames.dtype)
-    if bad.size <= LARGE:  # its values lie side by side in time, in which order sums are rounded
-        whole = frames[:, rows, columns]
-    else:
-        whole = frames.copy()
-    whole[:, bad] = np.clip(frames[:, good[0], good[1]] + above, ends.min, ends.max)
+    values = frames[:, good[0], good[1]] + above
+    if np.issubdtype(frames.dtype, np.integer):
+        ends = np.iinfo(frames.dtype.name)
+        values = values.clip(ends.min, ends.max)
+    # In few pixels a picture's values lie side by side in time, in which order sums are rounded.
+    whole = frames[:, rows, columns] if bad.size <= LARGE else frames.copy()
+    whole[:, bad] = values
     return whole
 
 
