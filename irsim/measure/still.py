@@ -51,8 +51,7 @@ class Still:
 
     def spared(self, bad: Defects) -> Defects:
         """Bad pixels without those that are so because of a still point, or full of light: there nobody can tell."""
-        free = ~self.all
-        return bad.where(free)
+        return bad.where(~self.all)
 
 
 def still_things(frames: Values, bad: Defects, top: float = math.inf) -> Still:
