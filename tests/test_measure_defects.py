@@ -9,6 +9,7 @@ from scipy.ndimage import gaussian_filter
 
 from irsim.measure import Region, defects, measure_noise
 from irsim.measure.words import noise_lines
+from irsim.types import Floats
 
 
 def test_bad_pixels_are_counted_by_kind() -> None:
@@ -210,3 +211,30 @@ def test_noise_and_fixed_pattern_hide_no_hot_pixels() -> None:
         report = measure_noise(rendered(4, (60, 96, 96), *kinds), 30.0)
         assert report.uneven < 0.002  # median of 25 px, by chance
         assert not any("the scene differs" in text for _, text in noise_lines(report))
+
+
+def to_and_fro(sigmas: float, seed: int) -> Floats:
+    """120 frames of white noise of 10 counts and pixels, 50 up and 50 down, that are so many sigmas off for 5 of 6 of
+    the time; 40 more, whose noise is 2.5 times as much, are hot by 15 sigmas."""
+    rng = np.random.default_rng(seed)
+    frames = rendered(seed, (120, 96, 128), {"kind": "white"}, {"kind": "fixed_pattern", "pixel": 0.3})
+    away = np.repeat(rng.random((24, 60)) < 5 / 6, 5, axis=0)
+    frames[:, 6:66:6, 6:66:12] += 10 * sigmas * away[:, :50].reshape(120, 10, 5)
+    frames[:, 6:66:6, 12:72:12] -= 10 * sigmas * away[:, 10:].reshape(120, 10, 5)
+    frames[:, 72:92:5, 6:126:12] += 150 + 10 * np.sqrt(2.5**2 - 1) * rng.standard_normal((120, 4, 10))
+    return frames
+
+
+@pytest.mark.parametrize("sigmas", [5.0, 6.0, 7.0])
+def test_what_blinks_by_little_is_neither_hot_nor_dead(sigmas: float) -> None:
+    """Of 50 up and 50 down 70 to 97 were hot or dead; some are on their own level in no frame or in few. The others are
+    patched, and hot ones of more noise stay hot."""
+    for seed in range(3):
+        frames = to_and_fro(sigmas, seed)
+        found = defects(frames)
+        assert found.hot[:70].sum() + found.dead.sum() < 30
+        assert found.faint.sum() > 50
+        assert not (found.faint & (found.hot | found.dead | found.blinking)).any()
+        assert found.hot[72:92:5, 6:126:12].all()
+        assert found.all[found.faint].all()
+        assert not found.where(~found.faint).faint.any()

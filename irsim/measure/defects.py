@@ -11,9 +11,9 @@ import numpy as np
 
 from irsim.measure.around import REACH, alone, around
 from irsim.measure.given import Values, check_above, check_frames
-from irsim.measure.picked import LARGE
 from irsim.measure.points import FULL
 from irsim.measure.shared import MOST_IN_GROUP, following, in_groups, in_steep_groups, unshared
+from irsim.measure.two_levels import two_levels
 from irsim.types import MEDIAN_TO_SIGMA, Bools, Floats
 
 _FAR = 8.0
@@ -26,6 +26,8 @@ _FEW = 0.02
 """Of a region's pixels no more blink; where more change by themselves, it is the scene that does."""
 _CALM = 1.5
 """Temporal sigma of a pixel over that of those around it, at most, where no light of what changes beside it falls."""
+_WITHIN = 0.3
+"""Share of a pixel's variance within two levels, at most, where it has any: noise without has 0.36."""
 _STIRRED = 2.0
 """Temporal sigma around a pixel over that of noise, from which the scene hides what the pixel does: shot noise and slow
 drift make less."""
@@ -58,6 +60,8 @@ class Defects:
     dead        does not change, or stands far below those around it all the time
     hot         stands far above those around it all the time
     blinking    changes far more in time than those around it
+    faint       blinks by less: it would seem hot or dead, but one of its two levels does not stand out. It is not
+                counted, as others that blink by as little are not
     judged      of which pixels it can be told: not where all is full of light
     frozen_from frames from which on one that never changes is called dead: in fewer, good ones may not happen to
                 change; None where most pixels never do, as in pictures whose noise is far below one count
@@ -66,19 +70,26 @@ class Defects:
     dead: Bools
     hot: Bools
     blinking: Bools
+    faint: Bools
     judged: Bools
     frozen_from: int | None
 
     @property
     def all(self) -> Bools:
-        bad: Bools = self.dead | self.hot | self.blinking
+        bad: Bools = self.dead | self.hot | self.blinking | self.faint
         return bad
 
     def off(self, taken: Bools | None) -> Defects:
         """Those that can be told where no target was (rows, columns): one that stands, passes or flickers looks like a
         bad pixel. Everywhere, where targets were in more than half of the picture."""
-        told = self.judged if taken is None or 2 * taken.sum() > taken.size else self.judged & ~taken
-        return Defects(self.dead & told, self.hot & told, self.blinking & told, told, self.frozen_from)
+        return self.where(self.judged if taken is None or 2 * taken.sum() > taken.size else self.judged & ~taken)
+
+    def where(self, told: Bools) -> Defects:
+        """Those in a mask (rows, columns), outside of which nothing is told."""
+        dead, hot, blinking, faint, judged = (
+            mask & told for mask in (self.dead, self.hot, self.blinking, self.faint, self.judged)
+        )
+        return Defects(dead, hot, blinking, faint, judged, self.frozen_from)
 
 
 def defects(frames: Values, top: float = math.inf) -> Defects:
@@ -105,7 +116,6 @@ def defects(frames: Values, top: float = math.inf) -> Defects:
     full = _filled(usually, top)
     frozen = (frames == frames[0]).all(axis=0) & (level < FULL * top)
     frozen &= frozen_from is not None and len(frames) >= frozen_from
-    apart = level - usually
     restless_around = around(restless)
     calm = np.maximum(restless_around, usual)
     rounded = usual < ROUNDED and whole_counts(frames)
@@ -113,10 +123,13 @@ def defects(frames: Values, top: float = math.inf) -> Defects:
     blinking = changing & (alone(restless, restless_around) | _in_islands(changing, restless < _CALM * calm))
     blinking &= ~full & ~_passed(values, blinking, restless > RESTLESS * usual)
     blinking &= ~following(values, blinking)
-    steady = _far_off(_without_common(apart)) & ~changing & ~full & (np.abs(apart) > (_A_COUNT if rounded else 0))
+    apart = _without_common(level - usually)
+    steady = _far_off(apart) & ~changing & ~full & (np.abs(level - usually) > (_A_COUNT if rounded else 0))
     hot = _standing_out(level, usually, steady) & ~frozen
     dead = (_standing_out(-level, -usually, steady) | frozen) & ~hot
-    return Defects(dead, hot, blinking, ~full, frozen_from)
+    restive = (hot | dead) & ~frozen & (restless > _CALM * calm)
+    faint = _to_and_fro(values, restive, level - apart, scatter_around(apart))
+    return Defects(dead & ~faint, hot & ~faint, blinking, faint, ~full, frozen_from)
 
 
 def _moments(values: Values) -> tuple[Floats, Floats]:
@@ -165,7 +178,7 @@ class Uneven(NamedTuple):
 def uneven(frames: Values, noise: float) -> Uneven:
     """Where what stands in frames (T, rows, columns) differs from pixel to pixel by more than `noise`, a sigma."""
     level = frames.mean(axis=0, dtype=np.float64)
-    usual = _usually(without_lines(level))
+    usual = scatter_around(without_lines(level))
     hides = usual > _STIRRED * max(noise, LEAST_NOISE)
     return Uneven(float(hides.mean()), float(_FAR * np.median(usual[hides])) if hides.any() else 0.0)
 
@@ -214,21 +227,6 @@ def _frozen_from(frames: Values) -> int | None:
     return 2 if share == 0 else math.ceil(2 * math.log(_BY_CHANCE / stays.size) / math.log(share))
 
 
-def patched(frames: Values, bad: Bools) -> Values:
-    """Frames (T, rows, columns) with each bad pixel's values those of the nearest good one: to be read only, for they
-    are the frames given, not a copy, where no pixel is bad (or all are)."""
-    if not bad.any() or bad.all():
-        return frames
-    from scipy.ndimage import distance_transform_edt
-
-    rows, columns = distance_transform_edt(bad, return_distances=False, return_indices=True)
-    if bad.size <= LARGE:  # its values lie side by side in time, in which order sums are rounded
-        return frames[:, rows, columns]
-    whole = frames.copy()
-    whole[:, bad] = frames[:, rows[bad], columns[bad]]
-    return whole
-
-
 def without_specks(picture: Floats) -> Floats:
     """A picture in which what lies far off the 5 x 5 px around it has their median; found or not, alone or not."""
     usual = around(picture)
@@ -237,11 +235,11 @@ def without_specks(picture: Floats) -> Floats:
 
 def _far_off(apart: Floats) -> Bools:
     """Whether a difference to what is around is far beyond those of the place: texture and edges make them large."""
-    far: Bools = np.abs(apart) > _FAR * np.maximum(_usually(apart), np.finfo(np.float32).tiny)
+    far: Bools = np.abs(apart) > _FAR * np.maximum(scatter_around(apart), np.finfo(np.float32).tiny)
     return far
 
 
-def _usually(apart: Floats) -> Floats:
+def scatter_around(apart: Floats) -> Floats:
     """Robust sigma of the differences of the place, or of the whole picture where that is more."""
     return np.maximum(around(np.abs(apart)), float(np.median(np.abs(apart)))) * MEDIAN_TO_SIGMA
 
@@ -259,6 +257,16 @@ def _in_islands(changing: Bools, calm: Bools) -> Bools:
     small = (members <= MOST_IN_GROUP) & (disturbed <= _DISTURBED * beside)
     island: Bools = changing & small[groups]
     return island
+
+
+def _to_and_fro(values: Floats, asked: Bools, around_it: Floats, usual: Floats) -> Bools:
+    """Which of the pixels asked for have two levels in time (T, rows, columns), of which one does not lie far off what
+    is around (rows, columns), in the sigmas that are usual there."""
+    series = two_levels(values[:, asked].astype(np.float64))
+    nearer = np.minimum(*(np.abs(mean - around_it[asked]) for mean in (series.upper, series.lower)))
+    found = np.zeros_like(asked)
+    found[asked] = (series.within < _WITHIN) & (nearer <= _FAR * usual[asked])
+    return found
 
 
 def _filled(usually: Floats, top: float) -> Bools:

@@ -13,7 +13,7 @@ import numpy as np
 from irsim.errors import InputError
 from irsim.measure.backdrop import TEXTURE_PICTURES, backdrop
 from irsim.measure.boxes import Boxes, covered
-from irsim.measure.defects import ROUNDED, patched, whole_counts
+from irsim.measure.defects import ROUNDED, whole_counts
 from irsim.measure.field import Field, periodogram
 from irsim.measure.flaws import Flaws, flaws
 from irsim.measure.given import Values, check_given
@@ -24,6 +24,7 @@ from irsim.measure.memory import Memory
 from irsim.measure.noise import NoiseReport, noise_and_defects
 from irsim.measure.notes import AT_MOST, SMALL, blur_notes, noise_notes, outstanding, texture_notes, unlike_notes
 from irsim.measure.passing import passing_blurs
+from irsim.measure.patched import patched
 from irsim.measure.pattern import fixed_pattern
 from irsim.measure.picked import evenly
 from irsim.measure.points import point_blur

@@ -11,7 +11,9 @@ from irsim.measure.around import around
 from irsim.measure.defects import RESTLESS, Defects, stirred
 from irsim.measure.given import Values
 from irsim.measure.interval import LEVEL, Measured
+from irsim.measure.own_level import high_is_away
 from irsim.measure.telegraph import telegraph
+from irsim.measure.two_levels import TwoLevels, two_levels
 from irsim.types import Bools, Floats
 
 _MANY = 10
@@ -41,7 +43,8 @@ class Flaws:
     jump                    of blinking pixels, in the mean, either way: of all, by an exponential law, which is how
                             `irsim.detector` draws them, or of those that are seen, where they are few or do not follow
                             that law
-    on_frames, off_frames   mean time on one level, where they are seldom, and on the other
+    on_frames, off_frames   mean time away from their own level, and on it. Where nobody can tell which is their own, it
+                            is taken to be that on which they are longer, and the interval of either holds both
     """
 
     dead: Measured
@@ -62,14 +65,13 @@ def flaws(frames: Values, passed: Floats, bad: Defects, noise: float) -> Flaws:
     heights = (level - around(level))[bad.hot]
     still = ~stirred(frames, noise)
     told = bad.blinking & still
-    series = frames[:, told].astype(np.float64)
-    high = series > (series.max(axis=0) + series.min(axis=0)) / 2
-    jumps = _jumps(high, series, noise) if told.any() else None
-    times = telegraph(high, passed)
+    seen = two_levels(frames[:, told].astype(np.float64))
+    jumps = _jumps(seen, noise) if told.any() else None
+    times = telegraph(seen.high, passed, high_is_away(level, told, seen))
     judged = int(bad.judged.sum())
     blinking = _share(told, int((bad.judged & still).sum()))
-    for seen in (each.seen for each in (jumps, times) if each is not None):
-        blinking = _with_unseen(blinking, seen)
+    for share in (each.seen for each in (jumps, times) if each is not None):
+        blinking = _with_unseen(blinking, share)
     return Flaws(
         dead=_share(bad.dead, judged),
         hot=_share(bad.hot, judged),
@@ -97,16 +99,15 @@ class _Jumps:
     seen: Measured
 
 
-def _jumps(high: Bools, series: Values, noise: float) -> _Jumps:
-    """Of series (T, pixels), which are high or not.
+def _jumps(blinking: TwoLevels, noise: float) -> _Jumps:
+    """Of pixels that blink.
 
     Exponential jumps are seen from some height on, so that their mean is what the seen ones exceed it by, and the share
     of the others follows. Of a few, or of jumps that are alike, those that are seen are told as they are, and the law
     says only how many more there may be at most; of jumps hardly higher than that, it says nothing.
     """
-    means = [np.where(state, series, 0).sum(axis=0) / state.sum(axis=0).clip(1) for state in (high, ~high)]
-    jumps = np.abs(means[0] - means[1])
-    often = high.mean(axis=0)
+    jumps = blinking.upper - blinking.lower
+    often = blinking.high.mean(axis=0)
     share = float(np.minimum(often, 1 - often).mean())
     least = min(RESTLESS * noise / np.sqrt(share * (1 - share)), float(jumps.min()))
     beyond = _mean(jumps - least)

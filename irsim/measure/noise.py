@@ -13,7 +13,6 @@ from irsim.measure.defects import (
     Defects,
     defects,
     faint_blinkers,
-    patched,
     stirred,
     uneven,
     whole_counts,
@@ -27,6 +26,7 @@ from irsim.measure.level import Level
 from irsim.measure.memory import Memory, Temporal
 from irsim.measure.neighbours import alike, changes
 from irsim.measure.noise_3d import TERMS, Noise3dTerms, check_size
+from irsim.measure.patched import patched
 from irsim.measure.quiet import quiet_sigma
 from irsim.measure.region import Region, as_region
 from irsim.measure.remembered import remembered

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -51,10 +51,7 @@ class Still:
 
     def spared(self, bad: Defects) -> Defects:
         """Bad pixels without those that are so because of a still point, or full of light: there nobody can tell."""
-        free = ~self.all
-        return replace(
-            bad, dead=bad.dead & free, hot=bad.hot & free, blinking=bad.blinking & free, judged=bad.judged & free
-        )
+        return bad.where(~self.all)
 
 
 def still_things(frames: Values, bad: Defects, top: float = math.inf) -> Still:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,29 +21,36 @@ _WITHIN = 8.0
 """Log likelihood below the most, to where the fine grid reaches: four standard errors where it is normal."""
 _AT_ONCE = 4_000_000
 """Pixels times grid points that are worked out together."""
+_TINY = np.finfo(np.float64).tiny
+_CLEAR = 2.5
+"""Standard deviations of a vote by chance beyond which it is clear: of seven that all agree; 1 in 80 by chance."""
 
 
 @dataclass(frozen=True)
 class Telegraph:
-    """Mean times on and off, the shorter first, and the share of such pixels that changes while it is looked at."""
+    """Mean times on and off, and the share of such pixels that changes while it is looked at."""
 
     on: Measured
     off: Measured
     seen: Measured
 
 
-def telegraph(high: Bools, passed: Floats) -> Telegraph | None:
+def telegraph(high: Bools, passed: Floats, on_if_high: Floats | None = None) -> Telegraph | None:
     """Of what is seen high or not (T, pixels); None where nothing changes.
 
-    passed  (T - 1,) time from each to the next
+    passed      (T - 1,) time from each to the next
+    on_if_high  (pixels,) what else tells of them: 1 for on where it is high, -1 where it is low, 0 where nothing does
 
-    All pixels have the same two, each exponential, on the shorter; which level of a pixel is on, nobody knows. Between
-    two looks at p from each other it is on again, if it was, by w + (1 - w) e^(-p (1/on + 1/off)), w = on / (on + off)
-    (the two-state Markov chain; D. R. Cox and H. D. Miller, "The Theory of Stochastic Processes", 1965, section 4.5).
-    The likeliest times over a grid, given that all change while they are seen, and the ends to which the profile of the
-    likelihood falls by 1.92.
+    All pixels have the same two, each exponential. Between two looks at p from each other one is on again, if it was,
+    by w + (1 - w) e^(-p (1/on + 1/off)), w = on / (on + off) (the two-state Markov chain; D. R. Cox and H. D. Miller,
+    "The Theory of Stochastic Processes", 1965, section 4.5). The likeliest times over a grid, given that all change
+    while they are seen, and the ends to which the profile of the likelihood falls by 1.92.
+
+    That tells which level of a pixel is the shorter one. On is the shorter, unless `on_if_high` says otherwise of most,
+    beyond chance; where it tells neither, the intervals hold both.
     """
-    high = high[:, (high[1:] != high[:-1]).any(axis=0)]
+    changes = (high[1:] != high[:-1]).any(axis=0)
+    high = high[:, changes]
     if not high.shape[1]:
         return None
     times, which = np.unique(passed, return_inverse=True)
@@ -56,11 +63,22 @@ def telegraph(high: Bools, passed: Floats) -> Telegraph | None:
     likely, changing = _likelihoods(seen, times, on, off)
     best, inside = np.unravel_index(int(np.argmax(likely)), likely.shape), likely > likely.max() - ENDS**2 / 2
     shares = changing[inside]
-    return Telegraph(
-        _profile(on, likely.max(axis=1)),
-        _profile(off, likely.max(axis=0)),
-        Measured(float(changing[best]), float(shares.min()), float(shares.max())),
-    )
+    short, long = _profile(on, likely.max(axis=1)), _profile(off, likely.max(axis=0))
+    share = Measured(float(changing[best]), float(shares.min()), float(shares.max()))
+    if on_if_high is None:
+        return Telegraph(short, long, share)
+    as_high, as_low = (seen @ law for law in _laws(times, on[best[0], None], off[best[1], None]))
+    vote = _vote(np.tanh((as_high - as_low)[:, 0] / 2) * on_if_high[changes])
+    if abs(vote) > _CLEAR:
+        return Telegraph(short, long, share) if vote > 0 else Telegraph(long, short, share)
+    low, high_end = min(short.low, long.low), max(short.high, long.high)
+    return Telegraph(replace(short, low=low, high=high_end), replace(long, low=low, high=high_end), share)
+
+
+def _vote(votes: Floats) -> float:
+    """The sum of (pixels,) votes for or against, in standard deviations of what it is where each has either sign by
+    chance; 0 for none."""
+    return float(votes.sum() / max(math.sqrt(np.square(votes).sum()), _TINY))
 
 
 def _seen(high: Bools, which: Indices, times: int) -> Floats:
@@ -77,23 +95,31 @@ def _seen(high: Bools, which: Indices, times: int) -> Floats:
 def _likelihoods(seen: Floats, times: Floats, on: Floats, off: Floats) -> tuple[Floats, Floats]:
     """Log likelihood, minus infinity where on is the longer, and the share of pixels that change: (on, off) each."""
     ons, offs = (axis.ravel() for axis in np.meshgrid(on, off, indexing="ij"))
-    share = ons / (ons + offs)
-    kept = np.exp(-times[:, None] * (1 / ons + 1 / offs))
-    tiny = np.finfo(np.float64).tiny
-    up, down = share * (1 - kept), (1 - share) * (1 - kept)  # of the level that is on if it is high
-    as_high = [1 - share[None], share[None], 1 - up, up, down, 1 - down]
-    as_low = [share[None], 1 - share[None], 1 - down, down, up, 1 - up]
-    laws = [np.log(np.maximum(np.concatenate(law), tiny)) for law in (as_high, as_low)]
+    laws = _laws(times, ons, offs)
     step = max(_AT_ONCE // len(seen), 1)
     parts = [slice(first, first + step) for first in range(0, len(ons), step)]
     found = np.concatenate([np.logaddexp(*(seen @ law[:, part] for law in laws)).sum(axis=0) for part in parts])
     # Of all that would go to and fro so, those are not there that did not while they were seen.
     often = seen[:1, 2:].reshape(4, -1).sum(axis=0)
-    stay = [np.exp(often @ np.log(np.maximum(1 - left, tiny))) for left in (up, down)]
-    changing = np.maximum(1 - (1 - share) * stay[0] - share * stay[1], tiny)
+    share = ons / (ons + offs)
+    kept = np.exp(-times[:, None] * (1 / ons + 1 / offs))
+    stay = [np.exp(often @ np.log(np.maximum(1 - left * (1 - kept), _TINY))) for left in (share, 1 - share)]
+    changing = np.maximum(1 - (1 - share) * stay[0] - share * stay[1], _TINY)
     found -= len(seen) * np.log(changing)
     shape = len(on), len(off)
     return np.where(ons > offs, -np.inf, found).reshape(shape), changing.reshape(shape)
+
+
+def _laws(times: Floats, ons: Floats, offs: Floats) -> tuple[Floats, Floats]:
+    """Log probabilities of what `_seen` counts, (2 + 4 x times, N), of N times on and off: of pixels that are on where
+    they are high, and of those that are where they are low."""
+    share = ons / (ons + offs)
+    kept = np.exp(-times[:, None] * (1 / ons + 1 / offs))
+    up, down = share * (1 - kept), (1 - share) * (1 - kept)  # of the level that is on if it is high
+    as_high = [1 - share[None], share[None], 1 - up, up, down, 1 - down]
+    as_low = [share[None], 1 - share[None], 1 - down, down, up, 1 - up]
+    high, low = (np.log(np.maximum(np.concatenate(law), _TINY)) for law in (as_high, as_low))
+    return high, low
 
 
 def _finer(axis: Floats, near: Bools) -> Floats:
