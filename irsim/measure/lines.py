@@ -167,7 +167,10 @@ def _common(picture: Floats) -> Measured:
     bent = _bent(picture)
     parts = np.stack([np.median(part, axis=1) for part in np.array_split(bent, min(_PARTS, bent.shape[1]), axis=1)])
     out = _standing_out(parts.mean(axis=0), _OUTSTANDING)
-    parts = parts[:, ~np.convolve(out, np.ones(3), "same").astype(np.bool_)]
+    beside = out.copy()
+    beside[1:] |= out[:-1]
+    beside[:-1] |= out[1:]
+    parts = parts[:, ~(out if beside.all() else beside)]
     common = np.mean([one @ other for k, one in enumerate(parts) for other in parts[k + 2 :]]) / parts.shape[1]
     power = float(np.square(parts.mean(axis=0)).mean())
     return _above(power, power - float(common), 1.5, parts.shape[1] / _BENT)
