@@ -36,7 +36,7 @@ class Fit:
     display     its AGC, fitted to what the camera showed, with tolerances; None where no pictures tell it
     text        the scenario as YAML, with the ranges as comments; `irsim render` takes it. Its last line tells a later
                 `irsim fit -o` that nothing in it was changed
-    notes       what could not be told, and what was taken for it
+    notes       what could not be told, and what was taken for it; what limits all figures first
     """
 
     name: str
@@ -126,7 +126,7 @@ def fit_frames(
     scene = Scene.of(source, figures, shown, () if pictures is None else pictures.notes)
     lines = "\n".join(scene.lines(len(stack)))
     fitted = shown if isinstance(shown, FittedDisplay) else None
-    notes = (*figures.notes, *scene.notes, *_refused(lines))
+    notes = (*scene.notes, *_refused(lines))
     return Fit(source.name, figures, fitted, sealed(lines + "\n"), notes)
 
 

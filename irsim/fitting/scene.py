@@ -29,7 +29,7 @@ NOMINAL_IFOV_RAD = 0.5e-3
 
 @dataclass(frozen=True)
 class Scene:
-    """Counts, px and frames in the words of a scenario."""
+    """Counts, px and frames in the words of a scenario; `notes` on the recording, the figures and what is written."""
 
     name: str
     size: tuple[int, int]
@@ -59,11 +59,11 @@ class Scene:
             )
             if known is None
         ]
-        notes = []
+        nominal = []
         if unknown:
-            notes.append(f"the recording does not say {' and '.join(unknown)}: nominal values; counts are right")
-        if perhaps_pictures(source):
-            notes.append(EIGHT_BITS)
+            nominal.append(f"the recording does not say {' and '.join(unknown)}: nominal values; counts are right")
+        # What limits all figures comes first.
+        limits = [EIGHT_BITS] if perhaps_pictures(source) else []
         return cls(
             name=source.name,
             size=source.size,
@@ -75,7 +75,7 @@ class Scene:
             curve=facts.curve,
             agc=agc,
             figures=figures,
-            notes=(*notes, *read, *agc.notes),
+            notes=(*limits, *figures.notes, *nominal, *read, *agc.notes),
         )
 
     @cached_property
@@ -111,7 +111,7 @@ class Scene:
         columns, rows = self.size
         found = self.figures
         yield f"# Fitted to {counted(found.frames, 'frame')} of {self.name} {BY} ranges are 95 % intervals."
-        yield from (f"# Note: {note}." for note in (*found.notes, *self.notes))
+        yield from (f"# Note: {note}." for note in self.notes)
         yield f"about: {json.dumps(f'A camera and a background like those of {self.name}')}"
         yield f"frames: {frames}"
         yield "camera:"
@@ -214,7 +214,7 @@ class Scene:
         yield "  kind: ground"
         yield f"  mean_k: {mean_k:.5g}"
         if found.texture is None:
-            yield "  spread_k: 0  # no texture stands out from the noise"
+            yield "  spread_k: 0  # no texture like a ground's stands out from the noise"
             return
         texture = found.texture
         per_kelvin = self.per_kelvin(mean_k)

@@ -219,8 +219,8 @@ def _of_still(
             *noise_notes(report),
             *outstanding([behind.things]),
             *texture_notes(fixed, picture, report.terms.tvh.value),
-            *unlike_notes(fixed.spectrum, picture, report.moving),
             *blur_notes(blur, fixed.blur, still),
+            *unlike_notes(fixed.spectrum, picture, report.moving),
         ),
     )
 
@@ -250,8 +250,8 @@ def _of_moving(
             AT_MOST,
             *noise_notes(report),
             *outstanding([each.things for each in behind]),
-            *unlike_notes(spectrum, middle.picture, True),
             *blur_notes(blur, psf, still),
+            *unlike_notes(spectrum, middle.picture, True),
         ),
     )
 

@@ -1,4 +1,8 @@
-"""What a recording does not tell of its camera, and what was taken for it, in sentences."""
+"""What a recording does not tell of its camera, and what was taken for it, in sentences.
+
+What limits more comes first: notes on the recording, on its noise, on texture and pattern, on the blur, and then on
+what is written.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +11,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from irsim.measure.field import Spectrum
-from irsim.measure.gradient import gradient_notes
 from irsim.measure.interval import Measured
+from irsim.measure.left_out import left_out_notes
 from irsim.measure.noise import NoiseReport
 from irsim.measure.pattern import Pattern
 from irsim.measure.steady import TOLD_SIDE
@@ -28,7 +32,6 @@ SMALL = (
 
 
 def noise_notes(report: NoiseReport) -> Iterator[str]:
-    yield from report_notes(report)
     if report.moving and not report.slides:
         yield (
             f"something moves at {report.region}, where noise is read: of the noise only what is sharp is told, no "
@@ -40,6 +43,7 @@ def noise_notes(report: NoiseReport) -> Iterator[str]:
             f"neighbouring pixels change together at {report.region}, where noise is read: the camera smooths its "
             "noise, or something moves fast; region=X,Y,W,H names a place that is still"
         )
+    yield from report_notes(report)
 
 
 def outstanding(things: Sequence[int]) -> Iterator[str]:
@@ -50,8 +54,7 @@ def outstanding(things: Sequence[int]) -> Iterator[str]:
 
 
 def texture_notes(fixed: Pattern, picture: Floats, noise: float) -> Iterator[str]:
-    if fixed.spectrum.texture is None:
-        yield from gradient_notes(picture, noise)
+    yield from left_out_notes(fixed, picture, noise)
     if fixed.quietest is not None:
         yield (
             f"edges and things of the scene look like fixed pattern: it is told at {fixed.quietest}, where least is "
@@ -77,7 +80,7 @@ def unlike_notes(spectrum: Spectrum, picture: Floats, moves: bool) -> Iterator[s
     if usual.mean(axis=1).var() > _LAYERED * usual.var():
         yield (
             "the picture is layered, as with a horizon: sky, sea, waves and rows of things are not made again, the "
-            "background is written as a ground of one texture all over with the same spread of counts"
+            "background is written as a ground of one texture all over"
         )
     if moves:
         yield "what moves in the scene is written standing still"

@@ -86,18 +86,18 @@ def _remembered(label: str, what: str, memory: Memory, doubt: str) -> Iterator[t
 
 def report_notes(report: NoiseReport) -> Iterator[str]:
     """What a report does not tell, in sentences."""
+    if report.crossed:
+        yield f"targets pass through {report.region}, where noise is read: region=X,Y,W,H names a place without them"
     unknown = (
-        _memory_outlasts(report),
-        _level_wanders(report),
         _clipped_noise(report),
         _rounding_hides(report),
+        _memory_outlasts(report),
+        _level_wanders(report),
         _frozen_unknown(report),
         _SLIDING if report.slides else _blinking_missed(report),
         None if report.slides else _standing_missed(report),
     )
     yield from (sentence for sentence in unknown if sentence is not None)
-    if report.crossed:
-        yield f"targets pass through {report.region}, where noise is read: region=X,Y,W,H names a place without them"
 
 
 def _memory_outlasts(report: NoiseReport) -> str | None:
