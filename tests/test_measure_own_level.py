@@ -13,7 +13,7 @@ from irsim.measure.telegraph import telegraph
 from irsim.measure.two_levels import two_levels
 from irsim.types import Floats
 
-SEEDS = range(3)
+SEEDS = range(4)
 EVEN, TEXTURED = "{kind: ground, spread_k: 0}", "{kind: ground, spread_k: 3}"
 
 
