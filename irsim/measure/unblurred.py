@@ -21,7 +21,7 @@ _STEP = 0.1
 _DOUBT = 0.1
 """What is thought of an unseen blur before, px: the usual one, give or take this."""
 _PREFERRED = 3.0
-"""Log likelihood that a sharper blur than the seen one has to gain: twice what a 95 % interval allows."""
+"""Log likelihood that another blur than the seen one has to gain: half as much again as a 95 % interval allows."""
 _MOST_TRIED = 9
 
 
@@ -30,7 +30,7 @@ def fit_unblurred(periodogram: Floats, shape: tuple[int, int], blur: Measured | 
     which no thing tells it (None).
 
     What was seen has a size of its own, so that the lens may be as sharp as usual ones are. Each interval is the hull
-    of those at all blurs that may be. The blur is the seen one, unless a power law is clearly likelier under a sharper
+    of those at all blurs that may be. The blur is the seen one, unless a power law is clearly likelier under another
     one; where none was seen, that of the usual ones under which it is likeliest. For the blur's interval that counts
     for nothing, since a real scene need not follow one.
     """
@@ -41,7 +41,7 @@ def fit_unblurred(periodogram: Floats, shape: tuple[int, int], blur: Measured | 
         doubts = np.square((tried - USUAL_BLUR.value) / _DOUBT) / 2
     else:
         tried = np.append(tried, blur.value)
-        doubts = _PREFERRED * (tried < blur.value)
+        doubts = _PREFERRED * (tried != blur.value)
     spectra = [fit_field(periodogram, shape, float(psf_px)) for psf_px in tried]
     likeliest = int(np.argmin([spectrum.loss for spectrum in spectra] + doubts))
     taken = Measured(float(tried[likeliest]), low, high)
