@@ -173,6 +173,7 @@ def test_impossible_rates(tmp_path: Path, folder: Path, rate: float) -> None:
         ({"agc": "linear"}, "agc 'linear': is no AGC; allowed: one such as irsim.display.AGCS.parse gives"),
         ({"compression": "zip"}, "compression 'zip': allowed: none, lz4, zstd"),
         ({"compression": 3}, "compression 3: allowed: none, lz4, zstd"),
+        ({"compression": ""}, "compression '': allowed: none, lz4, zstd"),
     ],
 )
 def test_what_is_asked_of_another_type_is_told_in_a_line(

@@ -13,7 +13,7 @@ from intervals import held
 
 import irsim
 from irsim.detector import BadPixels
-from irsim.measure import measure_figures, measure_noise
+from irsim.measure import defects, measure_figures, measure_noise
 from irsim.measure.defects import stirred
 from irsim.measure.flaws import Flaws
 from irsim.measure.region import Region
@@ -111,3 +111,21 @@ def test_a_fit_of_jumps_that_are_alike_says_what_it_does_not_know(tmp_path: Path
     assert bad.blinking == pytest.approx(35 / (96 * 128), rel=0.3)
     (told,) = [text for label, text in found.summary() if "blinking" in text]
     assert "blinking at least 0.00" in told
+
+
+def test_frames_less_their_first_are_no_whole_counts() -> None:
+    """In degrees, of all pixels that blink none was told: a first frame of zeros was taken for counts."""
+    frames = going_to_and_fro((80, 64, 64), 12, 5, 20) / 200
+    less = frames - frames[0]
+    assert not measure_noise(less, 30.0).rounded
+    assert measure_noise(less, 30.0).blinking == measure_noise(frames, 30.0).blinking == 12
+
+
+def test_pixels_that_are_not_counted_make_no_clusters_smaller() -> None:
+    """Ten groups of three that are hot, and 60 that blink weakly, each alone."""
+    frames = going_to_and_fro((80, 96, 128), 60, 6, 5)
+    for k in range(10):
+        frames[:, 7 + 6 * k, 8:11] += 500
+    bad = defects(frames)
+    assert bad.faint.sum() > 10
+    assert flaws_of(frames).cluster > 1.6

@@ -233,3 +233,10 @@ def test_the_command_measures_a_rendered_scene(tmp_path: Path) -> None:
 def test_one_frame_that_repeats_is_told_as_one() -> None:
     one = Stretch(recorded=3, repeats=1, lost=0, breaks=Breaks(), index=(0, 2), number=(0, 1), rate_hz=30.0, slower=1.0)
     assert list(one.left_out(0)) == ["1 of 3 frames repeats the one before bit for bit: it does not count"]
+
+
+@pytest.mark.parametrize("rate_hz", [np.float32(30), np.int64(30)])
+def test_a_rate_of_numpys_ends_in_plain_values(rate_hz: Any) -> None:
+    frames = rendered(1, (20, 32, 32), {"kind": "white"})
+    told = measure_noise(frames, rate_hz).as_json()
+    assert json.loads(json.dumps(told)) == json.loads(json.dumps(measure_noise(frames, 30.0).as_json()))

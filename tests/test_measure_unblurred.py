@@ -10,6 +10,9 @@ from test_measure_fit import FIELD, apart
 import irsim
 from irsim.backgrounds.fields import spectral
 from irsim.measure.field import periodogram
+from irsim.measure.interval import Measured
+from irsim.measure.notes import blur_notes
+from irsim.measure.still import Still
 from irsim.measure.unblurred import USUAL_BLUR, fit_unblurred
 
 COOLED = """\
@@ -80,3 +83,12 @@ def test_what_hangs_on_an_unseen_blur_lies_in_its_intervals(psf_px: float) -> No
     for name, true in FIELD.items():
         held([getattr(spectrum.texture, name) for spectrum in found], true)
     held([spectrum.floor for spectrum in found], 0.25)
+
+
+def test_a_wider_blur_than_the_seen_one_is_told_of_as_such() -> None:
+    """The note said that the lens may be sharper, and named what was seen."""
+    seen, taken = Measured(0.6, 0.55, 0.95), Measured(0.86, 0.4, 0.95)
+    notes = list(blur_notes(seen, taken, Still((), *np.zeros((3, 4, 4), np.bool_))))
+    assert "0.4 to 0.95 px" in notes[0]
+    assert notes[1].startswith("the blur is taken to be 0.86 px")
+    assert len(list(blur_notes(seen, Measured(0.6, 0.4, 0.95), Still((), *np.zeros((3, 4, 4), np.bool_))))) == 1

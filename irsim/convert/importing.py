@@ -92,8 +92,8 @@ def import_frames(
     rate, notes = _rate(source, pictures, rate_hz)
     reading = iter(pictures)
     first = next(reading)
-    header = _header(name or name_of(source), first, rate, labels, accuracy, agc, bits)
-    with writing(out, header, compression=compression or "none") as writer:
+    header = _header(name_of(source) if name is None else name, first, rate, labels, accuracy, agc, bits)
+    with writing(out, header, compression="none" if compression is None else compression) as writer:
         done, coloured = _write(writer, header, labels, first, reading, progress)
         if labels is not None:
             labels.check_end(done)

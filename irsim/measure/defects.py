@@ -151,8 +151,9 @@ def _standing_out(picture: Floats, usually: Floats, far: Bools) -> Bools:
 
 
 def whole_counts(frames: Values) -> bool:
-    """Whether frames (T, rows, columns) hold whole numbers: rounding is part of what changes in them."""
-    return bool((frames[0] == np.rint(frames[0])).all())
+    """Whether frames (T, rows, columns) hold whole numbers, all of them (frames less their first begin with zeros):
+    rounding is part of what changes in them."""
+    return np.issubdtype(frames.dtype, np.integer) or all(bool((frame == np.rint(frame)).all()) for frame in frames)
 
 
 def stirred(frames: Values, noise: float) -> Bools:

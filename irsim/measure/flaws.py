@@ -76,7 +76,7 @@ def flaws(frames: Values, passed: Floats, bad: Defects, noise: float) -> Flaws:
         dead=_share(bad.dead, judged),
         hot=_share(bad.hot, judged),
         blinking=blinking,
-        cluster=_cluster(bad.all),
+        cluster=_cluster(bad.dead | bad.hot | bad.blinking),
         dead_level=float(np.median(level[bad.dead])) if bad.dead.any() else None,
         hot_height=_mean(heights) if heights.size else None,
         jump=jumps.mean if jumps else None,

@@ -70,7 +70,7 @@ def check_taken(taken: object, size: tuple[int, ...]) -> None:
 
 def check_above(given: Any, name: str, what: str, highest: float = math.nextafter(math.inf, 0)) -> None:
     """InputError for what is no number above 0, up to the `highest`: any finite one."""
-    if not (is_number(given) and 0 < given <= highest):
+    if not (is_number(given) and 0 < float(given) <= highest):
         raise InputError(f"{name} {reprlib.repr(given)}: allowed: a number above 0, {what}")
 
 

@@ -11,7 +11,8 @@ from irsim.measure.pattern import Pattern
 from irsim.types import Floats
 
 _STEEP = 4.0
-"""Sigmas of the noise by which a picture without texture rises from side to side where it is worth a word."""
+"""Sigmas of the noise, and of what fixed pattern makes by chance, by which a picture without texture rises from side to
+side where it is worth a word."""
 _SEEN = 1 / 3
 """Sigmas of the noise from which what is left out of a picture without texture is worth a word: a lone smooth thing of
 that rms is as high as the noise or higher. Of 40 skies of irsim without clouds what their rise leaves is less than a
@@ -30,8 +31,11 @@ def left_out_notes(fixed: Pattern, picture: Floats, noise: float) -> Iterator[st
     side to side, and what differs besides by more than texture, pixels, rows and columns make."""
     textured = fixed.spectrum.texture is not None
     told = _told(fixed, picture.shape)
-    least = math.sqrt(12 * _MORE * told) if textured else _STEEP * noise
-    risen = [axis for axis in _WAYS if abs(_rise(picture, axis)) > least]
+    least = {
+        axis: math.sqrt(12 * _MORE * told) if textured else _STEEP * math.hypot(noise, _by_chance(fixed, picture, axis))
+        for axis in _WAYS
+    }
+    risen = [axis for axis in _WAYS if abs(_rise(picture, axis)) > least[axis]]
     for axis in risen:
         rise = _rise(picture, axis)
         yield (
@@ -57,6 +61,14 @@ def _told(fixed: Pattern, shape: tuple[int, ...]) -> float:
     density[0, 0] = 0
     twice = density[:, 1 : (shape[1] + 1) // 2]  # rfft2 has but one half of the spectrum
     return float(density.sum() + twice.sum()) / math.prod(shape) + fixed.row.value**2 + fixed.column.value**2
+
+
+def _by_chance(fixed: Pattern, picture: Floats, axis: int) -> float:
+    """Sigma of the rise that lines and pixels of a fixed pattern make in the mean over an axis: of n values of sigma s
+    it is s (12 / n)^1/2."""
+    line = fixed.row if axis == 1 else fixed.column
+    variance = line.high**2 + fixed.floor.high / picture.shape[axis]
+    return math.sqrt(12 * variance / picture.shape[1 - axis])
 
 
 def _rise(picture: Floats, axis: int) -> float:

@@ -168,6 +168,7 @@ def noise_and_defects(
     """The same, and the bad pixels of those frames that it is read from, where targets were, too."""
     check_given(frames, rate_hz, top, taken, times)
     check_size(frames)
+    rate_hz = float(rate_hz)  # of numpy's, which json does not know
     asked = None if region is None else as_region(region, frames)
     read = _longest_read(frames, asked, top, taken, new_frames(frames, rate_hz, times), start)
     return _told(read, rate_hz, top, taken), read.bad

@@ -93,9 +93,9 @@ def blur_notes(blur: Measured | None, psf: Measured, still: Still) -> Iterator[s
     else:
         yield (
             f"the sharpest thing seen is blurred by {blur.value:.2g} px, its own size among it: the lens may be "
-            f"sharper, and texture and fixed pattern are told for any blur of {psf.low:.1g} px to that"
+            f"sharper, and texture and fixed pattern are told for any blur of {psf.low:.2g} to {psf.high:.2g} px"
         )
-        if psf.value < blur.low:
+        if psf.value != blur.value:
             yield f"the blur is taken to be {psf.value:.2g} px, under which the texture is clearly likelier"
     if still.points:
         yield f"points that stand still: {len(still.points)}; they are no texture, fixed pattern or hot pixels"

@@ -17,7 +17,7 @@ USUAL_BLUR = Measured(0.6, 0.4, 0.8)
 from 1 to 2, where diffraction alone cuts off at the pixels' own limit (G. C. Holst, "Imaging system performance based
 upon F lambda / d", Opt. Eng. 46, 2007)."""
 _STEP = 0.1
-"""Px, at most, between the blurs that are tried."""
+"""Px between the blurs that are tried; more where these would be more than `_MOST_TRIED`."""
 _DOUBT = 0.1
 """What is thought of an unseen blur before, px: the usual one, give or take this."""
 _PREFERRED = 3.0

@@ -178,7 +178,8 @@ def writing(
 ) -> Iterator[RecordingWriter]:
     """A writer whose file appears at `path` once `finish` was called and the block ended well. InputError where there
     is no such compression."""
-    if compression not in (allowed := get_args(Compression)):
+    allowed = get_args(Compression)
+    if not isinstance(compression, str) or compression not in allowed:
         raise InputError(f"compression {compression!r}: allowed: {', '.join(allowed)}")
     with replacing(path, tidy=True) as file:
         yield RecordingWriter(file, header, scenario, compression)
