@@ -194,7 +194,7 @@ class Scene:
 
     def _flaws(self) -> Iterator[tuple[str, Any]]:
         bad = self.figures.flaws
-        for kind, share in (("dead", bad.dead), ("hot", bad.hot), ("blinking", bad.blinking)):
+        for kind, share in bad.shares.items():
             yield kind, replace(share, value=min(share.value, MOST_BAD))
         yield "cluster", f"{bad.cluster:.3g}"
         if bad.dead_level is not None:

@@ -31,8 +31,7 @@ def summary_lines(found: Figures, display: FittedDisplay | None) -> Iterator[tup
         yield "pattern", f"{stays}, fixed"
     if turned := _named(found.turned):
         yield "", f"half of what even ones lie above odd ones: {turned}"
-    bad = found.flaws
-    shares = (("dead", bad.dead), ("hot", bad.hot), ("blinking", bad.blinking))
+    shares = found.flaws.shares.items()
     told = [f"{name} {_told(share)}" for name, share in shares if share.high < 1]
     told += [f"{name} at least {plain(share.low, 3)}" for name, share in shares if share.high >= 1 and share.low]
     if told:

@@ -111,7 +111,7 @@ class Figures:
     @property
     def flawed(self) -> bool:
         """Whether there are bad pixels."""
-        return any(share.value for share in (self.flaws.dead, self.flaws.hot, self.flaws.blinking))
+        return any(share.value for share in self.flaws.shares.values())
 
     @property
     def turned(self) -> tuple[tuple[str, Measured], ...]:

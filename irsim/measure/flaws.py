@@ -57,6 +57,11 @@ class Flaws:
     on_frames: Measured | None
     off_frames: Measured | None
 
+    @property
+    def shares(self) -> dict[str, Measured]:
+        """By what the pixels do."""
+        return {"dead": self.dead, "hot": self.hot, "blinking": self.blinking}
+
 
 def flaws(frames: Values, passed: Floats, bad: Defects, noise: float) -> Flaws:
     """Of frames (T, rows, columns), with those bad pixels and a temporal noise of sigma `noise`; so many frame periods
