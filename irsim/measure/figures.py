@@ -100,12 +100,16 @@ class Figures:
     notes: tuple[str, ...]
 
     def measured(self) -> Iterator[tuple[str, Measured]]:
-        """Names and values of all figures with an interval, those of parts under theirs."""
+        """Names and values of all figures with an interval, those of parts under theirs.
+
+        What stays of lines with memory where noise is read (`Memory.fixed`) is none: the scene's are among it. The
+        camera's own are `row` and `column`.
+        """
         for name in ("", "rows", "columns", "texture", "flaws"):
             part, prefix = (getattr(self, name), f"{name}.") if name else (self, "")
             for field in fields(part) if part is not None else ():
                 value = getattr(part, field.name)
-                if isinstance(value, Measured):
+                if isinstance(value, Measured) and not (isinstance(part, Memory) and field.name == "fixed"):
                     yield prefix + field.name, value
 
     @property
