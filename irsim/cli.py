@@ -111,8 +111,8 @@ def import_(
     frames: Annotated[
         Path,
         typer.Argument(
-            metavar="FOLDER|TIFF|VIDEO",
-            help="A folder of PNG or TIFF files, a TIFF of several pages, or a video.",
+            metavar="FOLDER|TIFF|NPY|VIDEO",
+            help="A folder of PNG or TIFF files, a TIFF of several pages, a .npy or .npz of frames, or a video.",
             parser=given_path,
         ),
     ],

@@ -77,8 +77,8 @@ def is_number(given: Any) -> bool:
 
 
 def expect_text(name: str, given: Any) -> None:
-    """InputError where a caller gave anything else than text."""
-    if not isinstance(given, str):
+    """InputError where a caller gave anything else than text, or half of a letter, which no file can hold."""
+    if not isinstance(given, str) or any("\ud800" <= letter <= "\udfff" for letter in given):
         raise InputError(f"{name} {reprlib.repr(given)}: is no text; allowed: text")
 
 

@@ -169,6 +169,7 @@ def test_impossible_rates(tmp_path: Path, folder: Path, rate: float) -> None:
         ({"rate_hz": True}, "rate True: allowed: a number from 0.001 to 10000 Hz"),
         ({"accuracy_px": "1", "truth": "gt.csv"}, "accuracy '1': allowed: a number, 0 px or more"),
         ({"name": 3}, "name 3: is no text; allowed: text"),
+        ({"name": "half \ud800"}, r"name 'half \ud800': is no text; allowed: text"),
         ({"follow": 3, "truth": "gt.csv"}, "follow 3: is no text; allowed: text"),
         ({"agc": "linear"}, "agc 'linear': is no AGC; allowed: one such as irsim.display.AGCS.parse gives"),
         ({"compression": "zip"}, "compression 'zip': allowed: none, lz4, zstd"),

@@ -1,4 +1,4 @@
-"""`irsim import`: a folder of pictures, a TIFF, a video or a damaged recording becomes a recording."""
+"""`irsim import`: a folder of pictures, a TIFF, an array, a video or a damaged recording becomes a recording."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ def import_frames(
     compression: Compression | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Path:
-    """Write a folder of PNG or TIFF (8 or 16 bit, natural order of names), the pages of a TIFF or a video as a
-    recording.
+    """Write a folder of PNG or TIFF (8 or 16 bit, natural order of names), the pages of a TIFF, an array of frames x
+    rows x columns that numpy saved (.npy, .npz) or a video as a recording.
 
     truth        CSV of boxes, see `labels.read_labels`; velocity, visibility and the like stay None
     rate_hz      default: the video's own, 30 for pictures

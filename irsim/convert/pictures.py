@@ -1,4 +1,4 @@
-"""Pictures from a folder, a TIFF file or a video, one after the other, in grey."""
+"""Pictures from a folder, a TIFF file, an array or a video, one after the other, in grey."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ from typing import Any, Protocol
 import cv2
 import numpy as np
 
+from irsim.convert import arrays
 from irsim.convert.tiff import SUFFIXES, page_sizes, read_pages
 from irsim.errors import InputError
 from irsim.files import check_input
 from irsim.types import Image
 
-ALLOWED = "a folder of PNG or TIFF (8 or 16 bit), a TIFF of several pages or a video"
+ALLOWED = "a folder of PNG or TIFF (8 or 16 bit), a TIFF of several pages, a .npy or .npz of such counts, or a video"
 _PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
 _CODEC_ROUNDS = 4
 """Greys that the channels of a grey picture may lie apart after a video codec: its two colour differences rounded one
@@ -48,7 +49,7 @@ class Pictures(Protocol):
 
 
 def open_pictures(path: Path) -> Pictures:
-    """The pictures of a folder, a TIFF or a video. InputError where it is none of these or holds none."""
+    """The pictures of a folder, a TIFF, an array or a video. InputError where it is none of these or holds none."""
     if path.is_dir():
         return _folder(path)
     if not path.exists():
@@ -56,6 +57,8 @@ def open_pictures(path: Path) -> Pictures:
     suffix = path.suffix.lower()
     if suffix == ".png" or (suffix in SUFFIXES and len(sizes := page_sizes(path)) == 1):
         raise InputError(f"{path}: is one picture; allowed: the folder that holds the pictures, or {ALLOWED}")
+    if suffix in arrays.SUFFIXES:
+        return Stack(path, arrays.read_stack(path))
     return Pages(path, sizes) if suffix in SUFFIXES else Video(path)
 
 
@@ -111,6 +114,27 @@ class Pages:
     def __iter__(self) -> Iterator[Picture]:
         for page, image in enumerate(read_pages(self.file, self.sizes)):
             yield _grey(image, f"{self.file}: page {page}")
+
+
+@dataclass(frozen=True, eq=False)
+class Stack:
+    """The frames of an array.
+
+    frames   (frames, rows, columns) uint8 or uint16, of any byte order
+    """
+
+    file: Path
+    frames: Image
+    rate_hz: None = None
+
+    @property
+    def count(self) -> int:
+        return len(self.frames)
+
+    def __iter__(self) -> Iterator[Picture]:
+        native: Any = self.frames.dtype.newbyteorder("=")
+        for index, image in enumerate(self.frames):
+            yield Picture(np.ascontiguousarray(image, native), f"{self.file}: frame {index}", False)
 
 
 def _read_tiff(file: Path) -> Any:

@@ -121,8 +121,8 @@ def _is_foreign(path: Path) -> bool:
 
 def _foreign(path: Path) -> InputError:
     return InputError(
-        f"{path}: is MCAP but not a recording of irsim; allowed: a folder of PNG or TIFF, a TIFF, a video, or a "
-        "recording of irsim"
+        f"{path}: is MCAP but not a recording of irsim; allowed: a folder of PNG or TIFF, a TIFF, a .npy, a video, or "
+        "a recording of irsim"
     )
 
 

@@ -1,0 +1,104 @@
+"""Importing arrays that numpy saved."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from irsim.convert import import_frames
+from irsim.errors import InputError
+from irsim.recording import open_recording
+
+STACK = np.random.default_rng(0).integers(0, 1 << 14, (5, 12, 16)).astype(np.uint16)
+
+
+def saved(path: Path, **arrays: npt.NDArray[np.generic]) -> Path:
+    """A .npy of one array, a .npz of any number, compressed."""
+    if path.suffix.lower() == ".npy":
+        with path.open("wb") as file:  # or numpy adds an ending
+            (array,) = arrays.values()
+            np.save(file, array)
+    else:
+        np.savez_compressed(path, allow_pickle=True, **arrays)
+    return path
+
+
+@pytest.mark.parametrize("name", ["clip.npy", "clip.npz", "CLIP.NPY"])
+@pytest.mark.parametrize("dtype", ["uint8", "<u2", ">u2"])
+@pytest.mark.parametrize("order", ["C", "F"])
+def test_an_array_comes_in_bit_for_bit(tmp_path: Path, name: str, dtype: str, order: str) -> None:
+    stack = (STACK >> 6 if dtype == "uint8" else STACK).astype(dtype)
+    stack = np.asfortranarray(stack) if order == "F" else stack
+    path = saved(tmp_path / name, frames=stack)
+    recording = open_recording(import_frames(path, tmp_path / "r.mcap", rate_hz=60))
+    assert (recording.size, recording.rate_hz, len(recording), recording.header.name) == ((16, 12), 60, 5, path.stem)
+    for frame, wanted in zip(recording.frames(), stack, strict=True):
+        assert frame.image.dtype == np.dtype(dtype).newbyteorder("=")
+        np.testing.assert_array_equal(frame.image, wanted)
+
+
+@pytest.mark.parametrize(
+    ("array", "message"),
+    [
+        (STACK[0], r"is an array of 12 x 16; allowed: frames x rows x columns"),
+        (STACK[None], r"is an array of 1 x 5 x 12 x 16; allowed: frames x rows x columns"),
+        (STACK[:0], r"is an array of 0 x 12 x 16; allowed"),
+        (np.uint16(3), r"is an array of a single number; allowed"),
+        (STACK.astype(np.float32), r"has pixels of type float32; allowed: unsigned, 8 or 16 bit"),
+        (STACK.astype(np.int16), r"has pixels of type int16; allowed: unsigned, 8 or 16 bit"),
+        (np.zeros((2, 3, 4), [("a", "u2")]), r"has pixels of type .*; allowed: unsigned"),
+        (np.full((2, 3, 4), None), r"is no array of numbers that numpy saved"),
+    ],
+)
+def test_other_arrays_are_told_in_one_line(tmp_path: Path, array: npt.NDArray[np.generic], message: str) -> None:
+    path = tmp_path / "clip.npy"
+    np.save(path, array)
+    with pytest.raises(InputError, match=message):
+        import_frames(path, tmp_path / "r.mcap")
+    assert [each.name for each in tmp_path.iterdir()] == ["clip.npy"]
+
+
+@pytest.mark.parametrize(
+    ("arrays", "message"),
+    [
+        ({}, "holds the arrays none; allowed: one"),
+        ({"frames": STACK, "boxes": STACK[0]}, "holds the arrays frames, boxes; allowed: one"),
+    ],
+)
+def test_an_archive_holds_one_array(
+    tmp_path: Path, arrays: Mapping[str, npt.NDArray[np.generic]], message: str
+) -> None:
+    with pytest.raises(InputError, match=message):
+        import_frames(saved(tmp_path / "clip.npz", **arrays), tmp_path / "r.mcap")
+
+
+@pytest.mark.parametrize("name", ["clip.npy", "clip.npz"])
+def test_a_file_that_is_cut_anywhere_is_told_in_one_line(tmp_path: Path, name: str) -> None:
+    path = saved(tmp_path / name, frames=STACK)
+    whole = path.read_bytes()
+    for left in [*range(0, len(whole), len(whole) // 60), len(whole) - 1]:
+        path.write_bytes(whole[:left])
+        with pytest.raises(InputError, match=r"clip\.np[yz]: .*cut short or damaged"):
+            import_frames(path, tmp_path / "r.mcap")
+    assert not (tmp_path / "r.mcap").exists()
+
+
+def test_a_flipped_byte_of_an_archive_is_told_in_one_line(tmp_path: Path) -> None:
+    """Its entries have checksums; a .npy has none."""
+    path = saved(tmp_path / "clip.npz", frames=STACK)
+    whole = path.read_bytes()
+    told = []
+    for place in range(0, len(whole), len(whole) // 80):
+        path.write_bytes(whole[:place] + bytes([whole[place] ^ 0x55]) + whole[place + 1 :])
+        try:
+            recording = open_recording(import_frames(path, tmp_path / "r.mcap"))
+        except InputError as error:
+            told.append(str(error))
+        else:  # a date, or an attribute
+            np.testing.assert_array_equal([frame.image for frame in recording.frames()], STACK)
+    assert len(told) > 60
+    assert not any("\n" in message for message in told)
