@@ -85,6 +85,20 @@ def test_pixels_that_remember_make_no_level_that_is_not_there() -> None:
         assert report.level.time_frames is None
 
 
+def test_what_pixels_that_remember_may_make_up_is_no_level_s_lower_end() -> None:
+    """A white level of 0.25 beside pixels whose mean wanders by 0.06; and none beside others."""
+    found = []
+    for seed in range(12):
+        rng = np.random.default_rng(100 + seed)
+        frames = np.stack([wandering(rng, 100, 4.5) for _ in range(24 * 24)], axis=1).reshape(100, 24, 24)
+        frames += rng.normal(0, 1, frames.shape)
+        assert measure_noise(100 + frames, 30.0, Region(0, 0, 24, 24)).level.sigma.low == 0
+        frames += rng.normal(0, 0.25, (100, 1, 1))
+        found.append(measure_noise(100 + frames, 30.0, Region(0, 0, 24, 24)).level.sigma)
+    held(found, 0.25, widest=0.9)
+    assert all(level.low > 0.1 and level.high < 0.45 for level in found)
+
+
 def test_pixels_that_walk_make_no_level_that_is_not_there() -> None:
     """By 5 in a second, each of 24 x 24: their mean is off by 0.3 after two."""
     for seed in range(6):

@@ -149,21 +149,6 @@ def test_lines_that_all_parts_have_in_common_lie_in_their_interval() -> None:
     assert hits >= 66  # of 80: a binomial of 0.95 has fewer in 1 of 10^5
 
 
-def test_rows_before_a_sky_that_ends_at_a_horizon_lie_in_their_interval() -> None:
-    """Few sigmas of rows may be the kink's, and the kink's may be rows: neither end is sure of them."""
-    down = np.arange(120.0)[:, None]
-    sky = 0.06 * np.square(np.clip(down - 10, 0, 50))
-    hits, widths = 0, []
-    for seed in range(200):
-        rng = np.random.default_rng(seed)
-        lines = rng.normal(0, ROW, (120, 1)) + rng.normal(0, COLUMN, (1, 160))
-        found = common_lines(sky + rng.normal(0, 4 * ROW, (120, 160)) + lines).row
-        hits += found.low <= ROW <= found.high
-        widths.append(found.high - found.low)
-    assert hits >= 186  # 183 where one guess of which lines are the scene's was all that was asked
-    assert np.median(widths) < 0.55 * ROW
-
-
 @pytest.mark.parametrize("shape", [(3, 3), (4, 4), (5, 64), (64, 5)])
 def test_lines_of_tiny_pictures_are_numbers(shape: tuple[int, int]) -> None:
     """Of fewer than six columns there are fewer than six parts; they were nan."""

@@ -189,8 +189,9 @@ def _shared(parts: Floats, sigmas: float) -> Measured:
 def turns(picture: Floats, axis: int) -> Measured:
     """By how much even rows (axis 0) or columns (1) of a picture lie above odd ones, halved; below 0 where below.
 
-    Each is compared with the mean of its two neighbours, but beside edges that go all across; the interval is that of a
-    jackknife over 8 blocks.
+    Each is compared with the mean of its two neighbours, but beside edges that go all across. The interval is that of a
+    jackknife over 8 blocks, which holds what a scene adds, or that by how all pairs scatter, whichever is wider: blocks
+    may happen to be alike (of 3,000 pictures of lines, one had ends 9 times as close as another; together 4).
     """
     bent = _bent(picture.mean(axis=1 - axis))
     above = bent / 2 * np.where(np.arange(1, len(bent) + 1) % 2, -1, 1)
@@ -198,7 +199,18 @@ def turns(picture: Floats, axis: int) -> Measured:
     across = _surely_out(above).any(axis=1)
     pairs = above.mean(axis=1) if (~across).sum() < 2 else above[~across].mean(axis=1)
     blocks = np.array([block.mean() for block in np.array_split(pairs, min(_BLOCKS, len(pairs)))])
-    return jackknife(blocks[:, None], lambda mean: mean)[0]
+    found = jackknife(blocks[:, None], lambda mean: mean)[0]
+    reach = max(found.high - found.value, _reach(pairs))
+    return Measured(found.value, found.value - reach, found.value + reach)
+
+
+def _reach(pairs: Floats) -> float:
+    """How far the mean of (N,) values, of which neighbours have a line in common, may be off: Student's t."""
+    from scipy.stats import t
+
+    count, off = len(pairs), pairs - pairs.mean()
+    variance = float(off @ off + 2 * off[1:] @ off[:-1]) / (count - 1)
+    return float(t.ppf((1 + LEVEL) / 2, count - 1)) * root(variance / count)
 
 
 def without_turns(picture: Floats, rows: float, columns: float) -> Floats:

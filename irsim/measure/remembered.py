@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from irsim.measure.interval import Measured
+from irsim.measure.interval import Measured, root
 from irsim.measure.level import Level, fit_level
 from irsim.measure.line_memory import level_remembers, remembering
 from irsim.measure.memory import Memory, Temporal, temporal, time_freedom
@@ -65,7 +65,8 @@ def _lines(terms: Noise3dTerms, lines: dict[str, Memory]) -> Noise3dTerms:
 
 
 def _own(level: Level, lines: dict[str, Memory], pixels: Memory | None, flat: Floats, seconds: float) -> Level:
-    """A level of so many seconds, but none that remembers where the mean of lines or pixels that do may be all of it.
+    """A level of so many seconds, but none that remembers where the mean of lines or pixels that do may be all of it;
+    and of a white one at least what their mean, which may scatter by chance by as much again, does not make up.
 
     A walk of unit variance a second scatters about its mean over T seconds by T / 6 in variance.
     """
@@ -76,7 +77,9 @@ def _own(level: Level, lines: dict[str, Memory], pixels: Memory | None, flat: Fl
         for memory, count in means
         if memory is not None
     )
-    if level.time_frames is None or level.sigma.value**2 > _AS_MUCH * theirs:
+    if level.time_frames is None:
+        return replace(level, sigma=replace(level.sigma, low=root(level.sigma.low**2 - theirs)))
+    if level.sigma.value**2 > _AS_MUCH * theirs:
         return level
     return Level(Measured(0.0, 0.0, level.sigma.high), None)
 
