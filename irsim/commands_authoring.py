@@ -11,6 +11,7 @@ from typing import Annotated
 import typer
 
 from irsim.asked import tell_unheeded
+from irsim.errors import InputError
 from irsim.files import check_output, make_folder, refuse_leftovers, replacing_text
 from irsim.terminal import given_path, progress_bar
 from irsim.wording import counted
@@ -27,13 +28,20 @@ def new(
 ) -> None:
     """Write a commented scenario to begin your own from; it replaces nothing."""
     from irsim.authoring import start_text, write_new
+    from irsim.loader import load
 
     text = start_text(kind)
     path = output or Path(f"{kind}.yaml")
     check_output(path, endings=(".yaml", ".yml"))
     write_new(path, text)
     print(path)
-    print(f"look at it: irsim show {shlex.quote(str(path))}")
+    show = f"irsim show {shlex.quote(str(path))}"
+    try:
+        load(path)
+    except InputError as error:  # what it needs of the user is not there yet, such as footage
+        print(f"look at it, once this is mended: {show}\n{error}")
+    else:
+        print(f"look at it: {show}")
 
 
 def schema(

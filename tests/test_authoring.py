@@ -48,6 +48,13 @@ def test_a_new_scenario_is_in_order_and_renders(name: str, tmp_path: Path, run: 
     assert target.visible == pytest.approx(1, abs=1e-3)
 
 
+def test_a_new_scenario_says_what_is_to_be_there_first(tmp_path: Path, run: Run) -> None:
+    told = run("new", "recording", cwd=tmp_path)
+    assert told.returncode == 0
+    assert "look at it, once this is mended: irsim show recording.yaml\nrecording.yaml:" in told.stdout
+    assert "footage.mcap: there is no such file" in told.stdout
+
+
 def test_a_new_scenario_replaces_nothing(tmp_path: Path, run: Run) -> None:
     (tmp_path / "sky.yaml").write_text("mine")
     done = run("new", "sky", cwd=tmp_path)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -94,7 +95,8 @@ def test_without_a_sort_noise_is_compared_with_all_and_status_is_0(tmp_path: Pat
     assert "  not uncooled" not in told.stdout
     found = json.loads(CliRunner().invoke(app, ["realism", str(scene), "frames=100", "--json"]).stdout)
     assert found["cameras"] == ["uncooled"]
-    assert found["correlation"] > 0.5
+    value, low, high = found["correlation"]
+    assert 0.5 < low < value < high < 1
     assert "correlation" in found["outside"]["cooled"]
     assert "uncooled" not in found["outside"]
 
@@ -139,3 +141,13 @@ def test_the_interval_of_rows_holds_that_of_what_even_rows_lie_above_odd_ones() 
         for even in (Measured(-4.0, -12.0, -1.5), Measured(-4.0, -12.0, 1.5), None)
     ]
     assert [(row.value, row.low, row.high) for row in told] == [(5.0, 2.5, 13.0), (5.0, 2.0, 13.0), (3.0, 2.0, 5.0)]
+
+
+def test_a_correlation_is_never_more_than_all_of_it() -> None:
+    """Of a share of the noise that may be all, less what it forgets in a frame; it was told from 0.63 to 1.09."""
+    memory, frames, alone = Measured(2.15, 1.77, 2.34), Measured(10.7, 7.5, 12.9), Measured(0.0, 0.0, 0.31)
+    figures = replace(white(), noise=Measured(2.14, 1.75, 2.32), white=alone, memory=memory, memory_frames=frames)
+    told = noise_figures(figures)["correlation"]
+    assert told.value == pytest.approx(math.exp(-1 / 10.7))
+    assert told.low == pytest.approx(1.77**2 / (1.77**2 + 0.31**2) * math.exp(-1 / 7.5))
+    assert told.high == pytest.approx(math.exp(-1 / 12.9))

@@ -66,7 +66,7 @@ class Realism:
         if self.sorts is None:
             told["noise_unknown"] = self.noise_unknown
         else:
-            noise = {figure: measured.value for figure, measured in self.noise.items()}
+            noise = {figure: measured.as_json() for figure, measured in self.noise.items()}
             told |= {"camera": self.sorts.asked, **noise, "cameras": self.sorts.fitting}
         kept = {name: verdicts for each in self.judged for name, verdicts in each.apart.items()}
         outside = {name: [verdict.figure for verdict in verdicts] for name, verdicts in kept.items()}

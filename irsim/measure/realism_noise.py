@@ -62,16 +62,29 @@ def noise_figures(found: Figures) -> dict[str, Measured]:
     unit = found.noise.value
     if not unit:
         raise InputError("its noise cannot be judged, for there is none above the rounding to whole counts")
-    memory, decay = found.memory or Measured(0.0, 0.0, 0.0), 0.0
-    if found.memory_frames is not None:
-        decay = math.exp(-1 / found.memory_frames.value)
     return {
-        "correlation": memory.map(lambda sigma: (sigma / unit) ** 2 * decay),
+        "correlation": _correlation(found.white, found.memory, found.memory_frames),
         "pixel": found.pixel.map(lambda sigma: sigma / unit),
         "column": found.column.map(lambda sigma: sigma / unit),
         "row": _with_turns(found.row, found.even_rows).map(lambda sigma: sigma / unit),
         "level": found.level.map(lambda sigma: sigma / unit),
     }
+
+
+def _correlation(white: Measured, memory: Measured | None, frames: Measured | None) -> Measured:
+    """Lag-1 correlation of noise with a part that forgets in so many `frames`: what share that is, and what is left of
+    it. The ends are those of all three at once."""
+    if memory is None or frames is None:
+        return Measured(0.0, 0.0, 0.0)
+
+    def left(remembered: float, forgot: float, lasts: float) -> float:
+        return remembered**2 / (remembered**2 + forgot**2) * math.exp(-1 / lasts) if remembered else 0.0
+
+    return Measured(
+        left(memory.value, white.value, frames.value),
+        left(memory.low, white.high, frames.low),
+        left(memory.high, white.low, frames.high),
+    )
 
 
 def _with_turns(row: Measured, even: Measured | None) -> Measured:
