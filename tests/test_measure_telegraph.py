@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from intervals import held
 
 import irsim
 from irsim.measure import Measured, measure_figures
+from irsim.measure.occupied import log_occupied
 from irsim.measure.telegraph import telegraph
 from irsim.types import Bools, Floats
 
@@ -110,3 +113,41 @@ def test_times_are_in_frames_of_the_recording() -> None:
     kept = np.flatnonzero(np.random.default_rng(0).random(200) > 0.3)
     for found, known in zip(times_of(frames[kept], 30.0, kept / 30.0), plain, strict=True):
         assert found.value == pytest.approx(known.value, rel=0.15)
+
+
+def test_how_likely_it_is_on_both_levels_so_often_is_the_sum_over_all_ways() -> None:
+    passed, on, off = np.array([1.0, 1.0, 2.5, 1.0, 4.0]), 1.7, 3.2
+    share = on / (on + off)
+    kept = np.exp(-passed * (1 / on + 1 / off))
+    often = np.zeros(7)
+    for way in itertools.product((False, True), repeat=6):
+        likely = share if way[0] else 1 - share
+        for left, (before, after) in zip(kept, itertools.pairwise(way), strict=True):
+            own = share if after else 1 - share
+            likely *= own + (1 - own) * left if before == after else own * (1 - left)
+        often[sum(way)] += likely
+    least = np.array([0.0, 0.2, 0.2, 0.25])  # of 6 looks: 1, 2, 2, 2
+    wanted = np.log(1 - often[0] - often[6]) + 3 * np.log(often[2:5].sum())
+    assert log_occupied(passed, least, np.array([on]), np.array([off])) == pytest.approx([wanted])
+
+
+def test_times_of_pixels_that_are_found_where_they_are_long_enough_on_both_levels_lie_in_their_intervals() -> None:
+    """As long as it takes for pixels of many heights; all that change taken alike, on was 4 of 20 times too long."""
+    found, alike = [], []
+    for seed in range(20):
+        times = np.arange(100.0)
+        high = seen(100 + seed, 15, 60, times, 120)
+        least = np.random.default_rng(seed).uniform(0, 0.3, 120)
+        share = high.mean(axis=0)
+        there = np.minimum(share, 1 - share) >= least
+        told = telegraph(high[:, there], np.ones(99), None, least[there])
+        plain = telegraph(high[:, there], np.ones(99))
+        assert told is not None
+        assert plain is not None
+        found.append(told)
+        alike.append(plain)
+    held([each.on for each in found], 15, widest=0.9)
+    held([each.off for each in found], 60, widest=1.0)
+    assert np.median([each.on.value for each in found]) == pytest.approx(15, rel=0.1)
+    assert np.median([each.off.value for each in found]) == pytest.approx(60, rel=0.1)
+    assert np.median([each.on.value for each in alike]) > 1.15 * 15

@@ -72,7 +72,7 @@ def flaws(frames: Values, passed: Floats, bad: Defects, noise: float) -> Flaws:
     told = bad.blinking & still
     seen = two_levels(frames[:, told].astype(np.float64))
     jumps = _jumps(seen, noise) if told.any() else None
-    times = telegraph(seen.high, passed, high_is_away(level, told, seen))
+    times = telegraph(seen.high, passed, high_is_away(level, told, seen), _least_share(seen, noise))
     judged = int(bad.judged.sum())
     blinking = _share(told, int((bad.judged & still).sum()))
     for share in (each.seen for each in (jumps, times) if each is not None):
@@ -94,6 +94,13 @@ def _with_unseen(share: Measured, seen: Measured) -> Measured:
     """The share of all, from that of those that are seen, and the share of them that is."""
     high = min(share.high / seen.low, 1.0) if seen.low else 1.0
     return Measured(min(share.value / seen.value, 1.0), min(share.low / seen.high, 1.0), high, bound=share.bound)
+
+
+def _least_share(blinking: TwoLevels, noise: float) -> Floats:
+    """(pixels,) the share p of the time that each has to be on either level to change as much as those that are found:
+    jump^2 p (1 - p) + noise^2 = (RESTLESS noise)^2. A half where it would never."""
+    asked = (RESTLESS**2 - 1) * (noise / (blinking.upper - blinking.lower).clip(noise)) ** 2
+    return np.asarray((1 - np.sqrt((1 - 4 * asked).clip(0))) / 2)
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from irsim.measure.interval import ENDS, Measured
+from irsim.measure.occupied import LONGEST, log_occupied
 from irsim.types import Bools, Floats, Indices
 
 _LEAST = 0.1
@@ -35,32 +36,43 @@ class Telegraph:
     seen: Measured
 
 
-def telegraph(high: Bools, passed: Floats, on_if_high: Floats | None = None) -> Telegraph | None:
+def telegraph(
+    high: Bools, passed: Floats, on_if_high: Floats | None = None, least: Floats | None = None
+) -> Telegraph | None:
     """Of what is seen high or not (T, pixels); None where nothing changes.
 
     passed      (T - 1,) time from each to the next
+    least       (pixels,) the share of the time that each had to be high, and low, to be found
     on_if_high  (pixels,) what else tells of them: 1 for on where it is high, -1 where it is low, 0 where nothing does
 
     All pixels have the same two, each exponential. Between two looks at p from each other one is on again, if it was,
     by w + (1 - w) e^(-p (1/on + 1/off)), w = on / (on + off) (the two-state Markov chain; D. R. Cox and H. D. Miller,
     "The Theory of Stochastic Processes", 1965, section 4.5). The likeliest times over a grid, given that all change
-    while they are seen, and the ends to which the profile of the likelihood falls by 1.92.
+    while they are seen, and for as long as it takes to be found (those for which that is long are left out, unless all
+    are: their times say little); and the ends to which the profile of the likelihood falls by 1.92.
 
     That tells which level of a pixel is the shorter one. On is the shorter, unless `on_if_high` says otherwise of most,
     beyond chance; where it tells neither, the intervals hold both.
     """
     changes = (high[1:] != high[:-1]).any(axis=0)
-    high = high[:, changes]
-    if not high.shape[1]:
+    if not changes.any():
         return None
+    least = np.zeros(high.shape[1]) if least is None else least
+    if (changes & (least <= LONGEST)).any():
+        changes &= least <= LONGEST
+    high, least = high[:, changes], least[changes].clip(max=LONGEST)
     times, which = np.unique(passed, return_inverse=True)
     seen = _seen(high, which, len(times))
     on: Floats = np.geomspace(_LEAST * float(times[0]), _MOST * float(passed.sum()), _COARSE)
     off = on
-    likely, _ = _likelihoods(seen, times, on, off)
+    likely, changing = _likelihoods(seen, times, on, off)
+    likely -= len(seen) * np.log(changing)
     near = likely > likely.max() - _WITHIN
     on, off = (_finer(axis, near.any(axis=other)) for axis, other in ((on, 1), (off, 0)))
     likely, changing = _likelihoods(seen, times, on, off)
+    longer = np.isfinite(likely)
+    ons, offs = (axis[longer] for axis in np.meshgrid(on, off, indexing="ij"))
+    likely[longer] -= log_occupied(passed, least, ons, offs)
     best, inside = np.unravel_index(int(np.argmax(likely)), likely.shape), likely > likely.max() - ENDS**2 / 2
     shares = changing[inside]
     short, long = _profile(on, likely.max(axis=1)), _profile(off, likely.max(axis=0))
@@ -99,13 +111,11 @@ def _likelihoods(seen: Floats, times: Floats, on: Floats, off: Floats) -> tuple[
     step = max(_AT_ONCE // len(seen), 1)
     parts = [slice(first, first + step) for first in range(0, len(ons), step)]
     found = np.concatenate([np.logaddexp(*(seen @ law[:, part] for law in laws)).sum(axis=0) for part in parts])
-    # Of all that would go to and fro so, those are not there that did not while they were seen.
     often = seen[:1, 2:].reshape(4, -1).sum(axis=0)
     share = ons / (ons + offs)
     kept = np.exp(-times[:, None] * (1 / ons + 1 / offs))
     stay = [np.exp(often @ np.log(np.maximum(1 - left * (1 - kept), _TINY))) for left in (share, 1 - share)]
     changing = np.maximum(1 - (1 - share) * stay[0] - share * stay[1], _TINY)
-    found -= len(seen) * np.log(changing)
     shape = len(on), len(off)
     return np.where(ons > offs, -np.inf, found).reshape(shape), changing.reshape(shape)
 
