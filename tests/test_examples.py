@@ -10,6 +10,7 @@ import pytest
 
 import irsim
 from irsim.loader import examples
+from irsim.measure.jumps import jumps
 from irsim.occluders.standing import Building
 from irsim.occluders.tree import Tree
 from irsim.render import Renderer
@@ -25,14 +26,19 @@ def loaded(name: str) -> irsim.Scenario:
 
 
 @pytest.mark.parametrize("path", examples().values(), ids=examples().keys())
-def test_every_example_says_what_it_is_for_and_shows_its_target(path: Path) -> None:
+def test_every_example_says_what_it_is_for_shows_its_target_and_is_not_cut(path: Path) -> None:
+    """No picture of it is told to be another than the one before, as of a shutter (`irsim.measure.jumps`)."""
     rendering = irsim.Rendering(loaded(path.stem))
     assert rendering.scenario.about
     assert path.read_text().startswith("#")
-    target = next(iter(rendering.truths())).target(rendering.follow or "")
+    pairs = list(rendering.pairs(stop=30))
+    _, truth = pairs[0]
+    assert truth is not None
+    target = truth.target(rendering.follow or "")
     assert target is not None
     assert target.visible is not None
     assert target.visible >= 0.5
+    assert jumps([frame.image for frame, _ in pairs]) == []
 
 
 def test_every_example_stands_in_the_documents_with_its_picture() -> None:

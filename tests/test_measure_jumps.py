@@ -13,7 +13,6 @@ import irsim
 from irsim.measure.jumps import jumps
 from irsim.types import Floats
 
-EXAMPLES = sorted((Path(__file__).parents[1] / "scenarios" / "examples").glob("*.yaml"))
 FILMS = ["birds_crossing", "drone_treeline", "sky_airplane_cirrus"]
 REAL = Path(__file__).resolve().parents[2] / "shared" / "real"
 
@@ -66,12 +65,6 @@ def test_what_a_shutter_shows_is_left_out(
     assert sentence.endswith(
         f"figures are those of frames {10 + used[0]} to {9 + used[1]}, the longest stretch without such a break"
     )
-
-
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
-def test_no_example_is_cut(path: Path) -> None:
-    frames = [frame.image for frame, _ in irsim.frames(irsim.load(path), stop=30)]
-    assert jumps(frames) == []
 
 
 @pytest.mark.skipif(not REAL.is_dir(), reason=f"real recordings are not there: {REAL}")
