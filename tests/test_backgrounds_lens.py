@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from irsim.backgrounds.blur import softened
+from irsim.backgrounds.blur import blurred, softened
 from irsim.backgrounds.carpet import SOFT_PX, _no_sharper
 from irsim.backgrounds.panorama import ROOM, Panorama, Sheet
 from irsim.geometry import Geometry
@@ -72,6 +72,15 @@ def test_a_background_has_the_transfer_function_of_the_lens(background: str, opt
     found = [math.sqrt(seen[ring].sum() / bare[ring].sum()) for ring in rings]
     expected = scene(background, optics, 0).stage.psf.transfer(np.zeros(len(MARKS)), np.array(MARKS))
     np.testing.assert_allclose(found, expected, atol=0.02)
+
+
+@pytest.mark.parametrize("optics", [GAUSSIAN, DIFFRACTION, DEFOCUS])
+def test_an_even_texture_is_what_the_transform_makes_of_it(optics: str) -> None:
+    """To the last bit, though it takes none."""
+    psf, even = scene(GROUND, optics, 0).stage.psf, np.full((1024, 2048), 287.3, np.float32)
+    passed = psf.transfer(np.fft.fftfreq(1024)[:, None], np.fft.rfftfreq(2048)[None, :])
+    expected = np.fft.irfft2(np.fft.rfft2(even) * passed, s=even.shape).astype(np.float32)
+    np.testing.assert_array_equal(blurred(even, psf), expected)
 
 
 @pytest.mark.parametrize("psf", [GaussianSpread(1.1), Lens().spread("lwir", 0.2), LensSpread(((3.0, 1.0),), 4.0)])

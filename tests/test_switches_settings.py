@@ -33,20 +33,10 @@ frames: 4
 atmosphere: {{preset: us_standard, rain_mm_h: 3, fog_visibility_km: 2}}
 background: {{kind: sky}}
 {BODIES}""",
-    "landscape": f"""
-frames: 4
-{CAMERA}
-atmosphere: {{preset: us_standard}}
-background:
-  kind: landscape
-  fields: {{}}
-  trees: [{{id: wood, range_m: 400, relief_m: 2}}]
-""",
-    "town": f"""
-frames: 4
-{CAMERA}
-background: {{kind: landscape, buildings: [{{id: town, range_m: 200, spacing_m: 20, relief_m: 2}}]}}
-""",
+    "landscape": f"frames: 4\n{CAMERA}\natmosphere: {{preset: us_standard}}\nbackground: "
+    "{kind: landscape, fields: {}, trees: [{id: wood, range_m: 400, relief_m: 2}]}",
+    "town": f"frames: 4\n{CAMERA}\nbackground: "
+    "{kind: landscape, buildings: [{id: town, range_m: 200, spacing_m: 20, relief_m: 2}]}",
     "ground": f"frames: 4\n{CAMERA}\nbackground: {{kind: ground, fields: {{}}, roads: {{}}}}",
     "sea": f"""
 frames: 4
