@@ -60,7 +60,7 @@ class Printer:
     "words",
     [
         ("run", "native:Printer", "sky", "frames=4"),
-        ("bench", "sky", "frames=4", "--trackers", "native:Printer", "--seeds", "1", "--results", "r.db"),
+        ("bench", "sky", "--trackers", "native:Printer", "--seeds", "1", "--results", "r.db"),
         ("check", "native:Printer", "--only", "legal"),
     ],
     ids=lambda words: words[0],
