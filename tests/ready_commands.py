@@ -21,10 +21,11 @@ from tempfile import TemporaryDirectory
 
 NAMES = ("irsim", "irtrack")
 IMPORTED = (
-    *("irsim.cli", "irsim.loader", "irsim.sources", "irtrack.cli"),
+    *("irsim.cli", "irsim.loader", "irsim.sources", "irsim.fitting", "irtrack.cli"),
+    *("irtrack.bench", "irtrack.trackers", "irtrack.report", "irtrack.properties", "irtrack.falsify"),
     *("scipy.ndimage", "scipy.optimize", "scipy.stats", "matplotlib.pyplot", "jinja2"),
 )
-"""The commands, and of what they import only on demand, the libraries that take long."""
+"""The commands, and of what they import only on demand, what takes long."""
 
 # Its streams, words and folder go to the process that waits at {place}, whose copy's exit status is its own.
 ASKING = """#!{python} -IS

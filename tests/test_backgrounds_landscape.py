@@ -181,7 +181,7 @@ def test_a_moved_camera_sees_near_things_pass_far_ones() -> None:
     for range_m, shift in ((500.0, 4), (2000.0, 1)):
         layer = Trees(range_m=range_m).paint(Sheet.of(scene.geometry), 10.0, 290.0, scene)
         still, moved = layer.light(gaze(scene))[0], layer.light(gaze(scene, (1.0, 0.0, 0.0)))[0]
-        assert moved[:, 40:-40] == pytest.approx(still[:, 40 + shift : -40 + shift], abs=0.05)
+        np.testing.assert_allclose(moved[:, 40:-40], still[:, 40 + shift : -40 + shift], rtol=0, atol=0.05)
 
 
 def test_ground_moves_with_its_distance() -> None:
@@ -215,11 +215,9 @@ def scenario(**keys: Any) -> Scenario:
 
 
 def test_all_but_the_country_can_be_switched_off_by_name() -> None:
+    """And is gone then: see test_switches.py."""
     names = ["fields", "water", "roads", "clutter", "clouds", "trees", "buildings"]
     assert [name for name, _ in scenario().background.names()] == names
-    whole = Rendering(scenario()).frame(2).image
-    for name in names:
-        assert not np.array_equal(Rendering(scenario(without=[name])).frame(2).image, whole), name
 
 
 def test_a_target_behind_the_trees_is_hidden_and_truth_says_by_whom() -> None:

@@ -36,7 +36,10 @@ def slopes(picture: Floats) -> tuple[float, float, float]:
     return slope(radius > 0), slope(np.abs(fy) < narrow), slope(np.abs(fx) < narrow)
 
 
-@pytest.mark.parametrize("name", ["sky", "clouds", "treeline", "ground", "countryside"])
+SLOWER = [pytest.param(name, marks=pytest.mark.slow) for name in ("treeline", "countryside")]
+
+
+@pytest.mark.parametrize("name", ["sky", "clouds", "ground", *SLOWER])
 def test_a_scene_without_its_targets_has_the_slopes_of_its_class(name: str) -> None:
     """The median of five seeds lies within what real recordings have, not widened."""
     scene = irsim.load(name)

@@ -149,15 +149,16 @@ def test_a_frame_tried_is_the_frame() -> None:
 @pytest.mark.parametrize("way", [WHOLE, DIVIDED], ids=["whole", "divided"])
 def test_what_is_lent_is_not_written_to_and_not_kept(way: Way, camera: str) -> None:
     scenario = irsim.load("sky", ["frames=3", "camera.size=[16, 16]", camera])
-    renderer = Renderer(scenario)
+    renderer, alone = Renderer(scenario), Renderer(scenario)
     for index in range(3):
+        expected = alone.frame(index)[0].image
         for steps in range(renderer.steps + 1):
             picture, truth = way.begun(renderer, index, steps)
             before = picture.copy()
             frame = way.ended(renderer, picture, truth, steps, lent=True)
             assert np.array_equal(picture, before)
             picture[:] = 0  # another frame is put there
-            assert np.array_equal(frame.image, Renderer(scenario).frame(index)[0].image)
+            assert np.array_equal(frame.image, expected)
 
 
 @pytest.mark.parametrize(
@@ -173,10 +174,10 @@ def test_wherever_a_frame_is_divided_it_is_the_frame(camera: str) -> None:
     scenario = irsim.load(
         "sky", ["frames=5", "camera.size=[24, 16]", "camera.detector={kind: electrons}", f"camera.{camera}"]
     )
-    worker, here = Renderer(scenario), Renderer(scenario)
+    worker, here, alone = Renderer(scenario), Renderer(scenario), Renderer(scenario)
     assert here.steps == (0 if "time" in camera else 1 + len(here.sensor.noises))
     for index in range(5):
-        expected = Renderer(scenario).frame(index)[0].image
+        expected = alone.frame(index)[0].image
         for steps in range(here.steps + 1):
             picture, truth = DIVIDED.begun(worker, index, steps, np.empty((16, 24), np.float32))
             assert np.array_equal(DIVIDED.ended(here, picture, truth, steps, lent=True).image, expected)

@@ -25,9 +25,10 @@ SHIPPED = ["traffic", "clouds", "decoys"]
 @pytest.mark.parametrize("name", SHIPPED)
 def test_visible_fractions_are_those_of_the_masks(name: str) -> None:
     scenario = irsim.load(name)
+    rendering = Rendering(scenario)
     looked = [0, scenario.frames // 3, scenario.frames // 2]
     for index in looked:
-        (truth,) = Rendering(scenario).truths(index, index + 1)
+        (truth,) = rendering.truths(index, index + 1)
         (found,) = irsim.masks(scenario, index, index + 1)
         assert set(found) == {target.id for target in truth.targets}
         for target in truth.targets:

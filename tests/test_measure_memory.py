@@ -150,7 +150,11 @@ def test_memory_is_the_same_in_any_unit() -> None:
 
 
 @pytest.mark.parametrize(
-    ("times", "walk"), [(40, 0.0), (40, 0.01), (120, 0.0), (120, 0.01), pytest.param(300, 0.01, marks=pytest.mark.slow)]
+    ("times", "walk"),
+    [
+        *((40, 0.0), (40, 0.01), (120, 0.01)),
+        *(pytest.param(*each, marks=pytest.mark.slow) for each in ((120, 0.0), (300, 0.01))),
+    ],
 )
 def test_what_noise_is_made_of_lies_in_its_intervals(times: int, walk: float) -> None:
     truth = {"white": 0.6, "correlated": 0.8, "total": 1, "rho": math.exp(-1 / 12), "fixed": 5}

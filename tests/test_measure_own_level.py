@@ -40,7 +40,7 @@ def times_s(on: float, off: float, seed: int, pattern: float, background: str, s
 
 
 @pytest.mark.parametrize(("on", "off"), [(0.5, 0.1), (0.1, 0.5), (0.3, 0.3)])
-@pytest.mark.parametrize("pattern", [0.0, 2.0])
+@pytest.mark.parametrize("pattern", [pytest.param(0.0, marks=pytest.mark.slow), 2.0])
 def test_times_away_may_be_the_longer_ones(on: float, off: float, pattern: float) -> None:
     """The shorter was said to be on."""
     told = [times_s(on, off, seed, pattern, EVEN, 0.01) for seed in SEEDS]

@@ -47,8 +47,8 @@ def commands() -> Iterator[str]:
         yield path
 
 
-LONG = {"stress.md", "report.md", "properties.md", "tutorial.md"}
-"""Each of these tracks dozens of scenes: half a minute and more."""
+LONG = {"stress.md", "report.md", "properties.md", "tutorial.md", "measure.md"}
+"""Each of these tracks dozens of scenes, or fits displays: half a minute and more."""
 
 
 @pytest.mark.parametrize(

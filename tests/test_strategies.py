@@ -28,7 +28,7 @@ STEADY = settings(
 SOON_OR_NIGHTLY = pytest.mark.parametrize(
     "profile",
     [
-        pytest.param(settings(STEADY, max_examples=40), id="ci"),
+        pytest.param(settings(STEADY, max_examples=20), id="ci"),
         pytest.param(settings(STEADY, max_examples=3000), id="nightly", marks=pytest.mark.slow),
     ],
 )

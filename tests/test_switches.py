@@ -36,11 +36,13 @@ SLOW = ("optics", "smear", "time_constant_ms")
 
 
 def everything(bodies: bool = False) -> dict[str, Any]:
-    """A scene with one of everything that has a name: all kinds of targets, or else three and a slower camera."""
+    """A scene with one of everything that has a name: all kinds of targets before a clear sky, or else three, clouds
+    and a slower camera."""
     shapes = [kind for kind, _ in SHAPES]
     value = _with(shapes if bodies else shapes[:3])
     if bodies:
         value["camera"] = {key: item for key, item in value["camera"].items() if key not in SLOW}
+        value["background"]["clouds"] = []
     return value
 
 
@@ -122,15 +124,13 @@ LANDS: dict[str, dict[str, Any]] = {
     "landscape": {
         "far_woods_mrad": 1.5,  # which stay where rows of trees are off
         "clouds": CLOUDS,
-        "fields": {},
-        "roads": {"count": 9},
-        "water": {"share": 0.4},
-        "clutter": {"per_mrad2": 0.01},
         "trees": [{"range_m": 2000.0}],
         "buildings": [{"range_m": 1500.0, "spacing_m": 30.0}],
     },
     "sea": {"clouds": CLOUDS},
 }
+COUNTRY = {"kind": "landscape", **LANDS["ground"]}
+"""A landscape again, with all that lies on its ground and nothing that stands on it."""
 MOTIONS: dict[str, dict[str, Any]] = {
     "pan": {"azimuth_deg_s": 0.4},
     "zoom": {"factors": [(0.0, 1.0), (3.0, 1.5)]},
@@ -171,7 +171,7 @@ def landless(scene: dict[str, Any], name: str) -> dict[str, Any]:
 
 LYING = [
     (scene, name)
-    for scene in (before({"kind": kind, **LANDS[kind]}) for kind, _ in BACKGROUNDS if kind != "recording")
+    for scene in map(before, [*({"kind": kind, **keys} for kind, keys in LANDS.items()), COUNTRY])
     for name, _ in Scenario.model_validate(scene).background.names()
 ]
 CARRIED = [(before({"kind": "ground"}, moving=True), kind) for family in (POINTINGS, FAULTS) for kind, _ in family]

@@ -26,23 +26,18 @@ targets:
      path: {kind: straight, start: [24, 50], range_m: 600, speed: 1}}
 """
 SCENES = {
-    "sky": f"""
+    "sky": f"frames: 4\n{CAMERA}\nbackground: {{kind: sky, clouds: {CLOUDS}}}",
+    "bodies": f"""
 frames: 4
 {CAMERA}
 atmosphere: {{preset: us_standard, rain_mm_h: 3, fog_visibility_km: 2}}
-background: {{kind: sky, clouds: {CLOUDS}}}
+background: {{kind: sky}}
 {BODIES}""",
-    "landscape": f"""
-frames: 4
-{CAMERA}
-atmosphere: {{preset: us_standard}}
-background:
-  kind: landscape
-  fields: {{}}
-  trees: [{{id: wood, range_m: 400, relief_m: 2}}]
-  buildings: [{{id: town, range_m: 200, spacing_m: 20, relief_m: 2}}]
-""",
-    "ground": f"frames: 4\n{CAMERA}\nbackground: {{kind: ground, fields: {{}}, roads: {{}}}}\n{BODIES}",
+    "landscape": f"frames: 4\n{CAMERA}\natmosphere: {{preset: us_standard}}\nbackground: "
+    "{kind: landscape, fields: {}, trees: [{id: wood, range_m: 400, relief_m: 2}]}",
+    "town": f"frames: 4\n{CAMERA}\nbackground: "
+    "{kind: landscape, buildings: [{id: town, range_m: 200, spacing_m: 20, relief_m: 2}]}",
+    "ground": f"frames: 4\n{CAMERA}\nbackground: {{kind: ground, fields: {{}}, roads: {{}}}}",
     "sea": f"""
 frames: 4
 {CAMERA}
@@ -60,9 +55,7 @@ camera:
     - {kind: bad_pixels, dead: 0.01, hot: 0.01, blinking: 0.02}
   correction: {frames: [2], freeze_frames: 1}
   falloff: {vignetting: 0.3}
-  optics: {defocus_px: 2}
-  motion: [{kind: platform, sway_m: [1, 0, 0.5], sway_period_s: 1}]
-background: {kind: ground, height_m: 30}
+background: {kind: ground, spread_k: 0}
 targets:
   - {id: tank, shape: {kind: tank, emissivity: 0.7}, absent: [[1, 1]],
      path: {kind: straight, start: [40, 30], range_m: 200}}
@@ -72,33 +65,43 @@ occluders:
   - {kind: smoke, center_px: [40, 30], size_px: [20, 12], drift_px_s: [60, 0], range_m: 100,
      billows: 1, spread_k: 4}
 """,
+    "carried": """
+frames: 4
+camera:
+  size: [96, 64]
+  ifov_mrad: 1
+  optics: {defocus_px: 2}
+  motion: [{kind: platform, sway_m: [1, 0, 0.5], sway_period_s: 1}]
+background: {kind: ground, height_m: 30}
+targets: [{id: tank, shape: {kind: tank}, path: {kind: straight, start: [40, 30], range_m: 200}}]
+""",
 }
 OFF: list[tuple[str, str, str]] = [
-    ("sky", "psf", "camera.psf_px=0"),
-    ("sky", "rain", "atmosphere.rain_mm_h=0"),
-    ("sky", "fog", "atmosphere.fog_visibility_km=null"),
+    ("bodies", "psf", "camera.psf_px=0"),
+    ("bodies", "rain", "atmosphere.rain_mm_h=0"),
+    ("bodies", "fog", "atmosphere.fog_visibility_km=null"),
     ("sky", "low.texture", "background.clouds.low.texture_k=0"),
     ("sky", "low.sunlit", "background.clouds.low.sunlit_k=0"),
     ("sky", "low.wind", "background.clouds.low.wind_mrad_s=[0, 0]"),
-    ("sky", "gull.beat", "targets.gull.shape.beat_hz=0"),
-    ("sky", "walker.stride", "targets.walker.shape.stride_hz=0"),
-    ("sky", "drone.rotor", "targets.drone.shape.rotor_hz=0"),
-    ("sky", "heli.rotor", "targets.heli.shape.rotor_hz=0"),
-    ("sky", "jet.spin", "targets.jet.spin_deg_s=[0, 0, 0]"),
-    ("sky", "jet.flicker", "targets.jet.shape.flicker={kind: steady}"),
+    ("bodies", "gull.beat", "targets.gull.shape.beat_hz=0"),
+    ("bodies", "walker.stride", "targets.walker.shape.stride_hz=0"),
+    ("bodies", "drone.rotor", "targets.drone.shape.rotor_hz=0"),
+    ("bodies", "heli.rotor", "targets.heli.shape.rotor_hz=0"),
+    ("bodies", "jet.spin", "targets.jet.spin_deg_s=[0, 0, 0]"),
+    ("bodies", "jet.flicker", "targets.jet.shape.flicker={kind: steady}"),
     ("ground", "psf", "camera.psf_px=0"),
     ("ground", "texture", "background.spread_k=0"),
     ("ground", "lanes", "background.fields.lane_mrad=0"),
-    ("landscape", "texture", "background.spread_k=0"),
-    ("landscape", "hills", "background.hills_mrad=0"),
+    ("town", "texture", "background.spread_k=0"),
+    ("town", "hills", "background.hills_mrad=0"),
     ("landscape", "far_woods", "background.far_woods_mrad=0"),
     ("landscape", "wood.texture", "background.trees.wood.spread_k=0"),
     ("landscape", "wood.undergrowth", "background.trees.wood.undergrowth=0"),
     ("landscape", "wood.relief", "background.trees.wood.relief_m=0"),
-    ("landscape", "town.texture", "background.buildings.town.spread_k=0"),
-    ("landscape", "town.windows", "background.buildings.town.windows_k=0"),
-    ("landscape", "town.roofs", "background.buildings.town.roof_k=0"),
-    ("landscape", "town.relief", "background.buildings.town.relief_m=0"),
+    ("town", "town.texture", "background.buildings.town.spread_k=0"),
+    ("town", "town.windows", "background.buildings.town.windows_k=0"),
+    ("town", "town.roofs", "background.buildings.town.roof_k=0"),
+    ("town", "town.relief", "background.buildings.town.relief_m=0"),
     ("sea", "waves", "background.wind_m_s=0"),
     ("sea", "gusts", "background.gusts=0"),
     ("sea", "sun", "background.sun_deg=null"),
@@ -111,8 +114,8 @@ OFF: list[tuple[str, str, str]] = [
     ("camera", "freeze", "camera.correction.freeze_frames=0"),
     ("camera", "cos4", "camera.falloff.cos4=false"),
     ("camera", "vignetting", "camera.falloff.vignetting=0"),
-    ("camera", "defocus", "camera.optics.defocus_px=0"),
-    ("camera", "platform.sway", "camera.motion.platform.sway_m=[0, 0, 0]"),
+    ("carried", "defocus", "camera.optics.defocus_px=0"),
+    ("carried", "platform.sway", "camera.motion.platform.sway_m=[0, 0, 0]"),
     ("camera", "tank.absences", "targets.tank.absent=[]"),
     ("camera", "surroundings", "atmosphere.surroundings_k=1"),
     ("camera", "pole.arm", "occluders.pole.arm_px=0"),
@@ -225,7 +228,7 @@ def test_a_point_that_asks_for_an_scr_keeps_its_light_without_texture() -> None:
 
 def test_names_within_a_part_are_suggested() -> None:
     with pytest.raises(irsim.InputError, match=r"there is no 'spin'; allowed: .*; did you mean 'jet\.spin'\?"):
-        without(loads(SCENES["sky"]), "spin")
+        without(loads(SCENES["bodies"]), "spin")
 
 
 def test_what_is_off_is_told_where_it_is_changed_and_raises_no_doubt() -> None:

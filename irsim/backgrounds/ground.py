@@ -100,19 +100,7 @@ class Ground(Background):
         return leaves_k(self.hour)
 
     def layers(self, stage: Stage) -> Sequence[Layer]:
-        geometry = stage.geometry
-        field = shaped(
-            spectral(
-                tile_shape(geometry.size),
-                self.beta,
-                self.betas,
-                self.correlation_mrad * 1e-3 / geometry.ifov_rad,
-                self.stretch,
-                stage.seed,
-                "ground",
-            ),
-            self.histogram,
-        )
+        field = self._texture(stage)
         kelvin = np.maximum(self.mean_k + self.spread_k * field, 1.0)
         light = radiance(stage.band, kelvin).astype(np.float32)
         terrain = Terrain(self._lain((light,), stage))
@@ -143,6 +131,16 @@ class Ground(Background):
         for name in LYING:
             if getattr(self, name) is not None:
                 yield name, (name,)
+
+    def _texture(self, stage: Stage) -> Floats:
+        """(rows, cols) float32 of mean 0 and variance 1; nothing where none of it would show."""
+        geometry = stage.geometry
+        shape = tile_shape(geometry.size)
+        if self.spread_k == 0:
+            return np.zeros(shape, np.float32)
+        size_px = self.correlation_mrad * 1e-3 / geometry.ifov_rad
+        field = spectral(shape, self.beta, self.betas, size_px, self.stretch, stage.seed, "ground")
+        return shaped(field, self.histogram)
 
     def _on(self, stage: Stage) -> list[tuple[str, Floats, Floats]]:
         """Name, cover and temperature less the ground's of all that lies on it, the lowest first."""

@@ -167,10 +167,12 @@ class Landscape(Sky):
     def _ground(self, sheet: Sheet, edge: Floats, stage: Stage) -> tuple[Floats, Floats, Floats]:
         """Temperature, cover and px below its edge (0 above it), each (rows, cols) of the sheet."""
         unit = stage.geometry.ifov_rad
-        size_px = self.correlation_mrad * 1e-3 / unit
         below = sheet.rows[:, None] - edge
         cover = np.clip(below + 0.5, 0, 1)
         below = np.maximum(below, 0)
+        if self.spread_k == 0:  # no texture is drawn that would not show
+            return np.full(below.shape, self.ground_k), cover, below
+        size_px = self.correlation_mrad * 1e-3 / unit
         field = spectral((TILE, TILE), 3.0, self.betas, size_px, 3.0, stage.seed, "ground")
         near = np.clip((below / VANISHING_PX - 1) / 4, 0, 1)
         # Finer by a factor n, a texture of slope beta is weaker by n^-(beta-2)/2.

@@ -20,6 +20,9 @@ from irsim.scenario import Scenario
 from irsim.types import Floats, arrays_frozen
 from irsim.watch import Watch
 
+_KEPT = 32
+"""Scenarios whose occluders' places are kept: all severities of a suite's, by turns. Some take seconds to find."""
+
 
 class _Parts:
     """What a scenario is made of, less what is switched off in it: copies that share their parts are the same, and so
@@ -50,12 +53,19 @@ class _Placed:
     shares: Floats | None = None
 
 
-@lru_cache(maxsize=4)
-def _tried(parts: _Parts) -> tuple[_Placed | UnmetError, ...]:
-    """Each occluder in its place, or why it has none: worked out once for who checks a scenario, doubts and renders it.
+def _tried(scenario: Scenario) -> tuple[_Placed | UnmetError, ...]:
+    """Each occluder in its place, or why it has none.
 
     What --without switches off plays no part: an occluder stays where it is.
     """
+    if all(occluder.hides is None for occluder in scenario.whole.occluders):
+        return tuple(map(_Placed, scenario.whole.occluders))
+    return _placed_all(_Parts(scenario))
+
+
+@lru_cache(maxsize=_KEPT)
+def _placed_all(parts: _Parts) -> tuple[_Placed | UnmetError, ...]:
+    """Worked out once for who checks a scenario, doubts and renders it."""
     watch = Watch(parts.scenario)
     return tuple(
         _place(watch, occluder) if occluder.hides is not None else _Placed(occluder)
@@ -74,7 +84,7 @@ def _place(watch: Watch, occluder: Occluder) -> _Placed | UnmetError:
 def placed(scenario: Scenario) -> tuple[Occluder, ...]:
     """The occluders, each with its place. InputError for an intent that cannot be met."""
     found = []
-    for occluder, tried in zip(scenario.occluders, _tried(_Parts(scenario)), strict=True):
+    for occluder, tried in zip(scenario.occluders, _tried(scenario), strict=True):
         if isinstance(tried, UnmetError):
             raise InputError(f"occluders.{occluder.name}.{tried.key}: {tried}")
         found.append(tried.screen)
@@ -95,7 +105,7 @@ def unmet(scenario: Scenario) -> Iterator[Notice]:
                 check_crossing(watch, index)
             except UnmetError as fault:
                 yield Notice(("targets", index, "path", fault.key), str(fault))
-    for index, screen in enumerate(_tried(_Parts(scenario))):
+    for index, screen in enumerate(_tried(scenario)):
         if isinstance(screen, UnmetError):
             yield Notice(("occluders", index, screen.key), str(screen))
 
@@ -109,7 +119,7 @@ def overdone(scenario: Scenario) -> Iterator[Notice]:
     """
     watch = Watch(scenario)
     # What has been found with nothing off holds where nothing is.
-    tried = () if scenario.without else _tried(_Parts(scenario))
+    tried = () if scenario.without else _tried(scenario)
     known = {index: each.shares for index, each in enumerate(tried) if isinstance(each, _Placed)}
     holds = {
         index: Hold(watch, screen, occluder, known.get(index))

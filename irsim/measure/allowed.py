@@ -3,16 +3,29 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from irsim.types import Bools, Floats
+from irsim.types import Floats
 
 _LEAST = -1e-9
 """A variance that is no less, in its own standard errors, is 0 but for rounding."""
+
+
+@dataclass(frozen=True)
+class _Faces:
+    """All choices of variances that are 0 by decree, F = 2^N; in units of their errors.
+
+    centres     (F, N) the likeliest then
+    lacks       (F,) what is lacking there
+    covariances (F, N, N) of the others, 0 for those
+    """
+
+    centres: Floats
+    lacks: Floats
+    covariances: Floats
 
 
 @dataclass(frozen=True)
@@ -34,16 +47,14 @@ class Allowed:
         Each end lies within some face of the orthant, those variances that are 0 taken away, and is its own there.
         """
         function = function / self._scale
-        found = [float(function @ (self.variances * self._scale))]
-        for kept, centre, lacks, covariance in self._faces:
-            if lacks > room:
-                continue
-            way = covariance @ function[kept]
-            step = way * np.sqrt((room - lacks) / max(float(function[kept] @ way), 1e-300))
-            for there in (centre - step, centre + step):
-                if (there >= _LEAST).all():
-                    found.append(float(function[kept] @ there))
-        return min(found), max(found)
+        here = float(function @ (self.variances * self._scale))
+        within = self._faces.lacks <= room
+        centres, left = self._faces.centres[within], room - self._faces.lacks[within]
+        ways = self._faces.covariances[within] @ function
+        steps = ways * np.sqrt(left / (ways @ function).clip(1e-300))[:, None]
+        there = np.concatenate([centres - steps, centres + steps])
+        found = there[(there >= _LEAST).all(axis=1)] @ function
+        return float(found.min(initial=here)), float(found.max(initial=here))
 
     @cached_property
     def _scale(self) -> Floats:
@@ -52,19 +63,14 @@ class Allowed:
         return np.where(own > 0, own, 1.0)
 
     @cached_property
-    def _faces(self) -> list[tuple[Bools, Floats, float, Floats]]:
-        return list(self._each())
-
-    def _each(self) -> Iterator[tuple[Bools, Floats, float, Floats]]:
-        """Which variances are not 0 by decree, their likeliest values then, what is lacking there, their covariance;
-        variances in units of their errors."""
+    def _faces(self) -> _Faces:
         scale = self._scale
         variances, slopes = self.variances * scale, self.slopes / scale
         information = self.information / np.outer(scale, scale)
         linear = slopes - 2 * information @ variances
         none = float(variances @ information @ variances - slopes @ variances)
-        for taken in itertools.product((False, True), repeat=len(variances)):
-            kept = np.array(taken)
-            covariance = np.linalg.pinv(information[np.ix_(kept, kept)], hermitian=True)
-            centre = -covariance @ linear[kept] / 2
-            yield kept, centre, none + float(linear[kept] @ centre) / 2, covariance
+        kept = np.array(list(itertools.product((False, True), repeat=len(variances))))
+        among = kept[:, :, None] & kept[:, None, :]
+        covariances = np.linalg.pinv(np.where(among, information, 0.0), hermitian=True)
+        centres = covariances @ linear / -2
+        return _Faces(centres, none + centres @ linear / 2, covariances)

@@ -27,6 +27,8 @@ _FASTEST = 3.0
 """Decay a frame up to which is looked: correlation is 0.05 then. Noise that forgets faster is called white: frames do
 not tell how much of both there is, and pictures hardly differ."""
 _GRID = 41
+_NEAR = 2e-5
+"""To what the logarithm of the likeliest decay is found."""
 _ROUNDS = 30
 _SETTLED = 1e-9
 """Relative change of the likelihood's logarithm at which the variances are found."""
@@ -117,12 +119,15 @@ def fit_mixture(blocks: Floats, freedom: float, cosines: Cosines, known: Floats 
 
 
 def _likeliest(profile: Callable[[float], _Profile], ends: tuple[float, float]) -> _Profile:
-    low, high = ends
-    for _ in range(4):
-        found = [profile(at) for at in np.linspace(low, high, _GRID)]
-        place = int(np.argmin([each.lacks for each in found]))
-        low, high = found[max(place - 1, 0)].log_decay, found[min(place + 1, _GRID - 1)].log_decay
-    return found[place]
+    """The best of a grid over the decays, or about it; an end where that is the best."""
+    from scipy.optimize import minimize_scalar
+
+    grid = np.linspace(*ends, _GRID)
+    found = [profile(at) for at in grid]
+    place = int(np.argmin([each.lacks for each in found]))
+    about = (grid[max(place - 1, 0)], grid[min(place + 1, _GRID - 1)])
+    near = minimize_scalar(lambda at: profile(at).lacks, bounds=about, options={"xatol": _NEAR})
+    return min(found[place], profile(float(near.x)), key=lambda each: each.lacks)
 
 
 def _ends(cosines: Cosines) -> tuple[float, float]:

@@ -57,8 +57,7 @@ def _explained_at(frames: Values, apart: int) -> float:
         for pair in _looked_at(frames[k : k + apart + 1 : apart]):
             first, second = (_softened(picture, apart > 1) for picture in pair)
             down, across = np.gradient(((first + second) / 2).astype(np.float64))
-            pictures = ((second - first).astype(np.float64), np.asarray(across), np.asarray(down))
-            shares += [_explained(*parts) for parts in zip(*map(_parts, pictures), strict=True)]
+            shares.append(_explained((second - first).astype(np.float64), np.asarray(across), np.asarray(down)))
     return float(np.median(shares))
 
 
@@ -77,14 +76,21 @@ def _softened(frame: Values, flat: bool) -> Floats:
     return np.asarray(soft - cv2.GaussianBlur(values, (0, 0), _WIDE) if flat else soft)
 
 
-def _parts(picture: Floats) -> list[Floats]:
-    rows = np.array_split(picture, _PARTS)
-    return [part for row in rows for part in np.array_split(row, _PARTS, axis=1)]
+def _explained(change: Floats, across: Floats, down: Floats) -> Floats:
+    """(9,) share of the change in each part that the best shift explains, by the normal equations of least squares."""
+    pictures = np.stack([change, across, down])
+    sums = _over_parts(np.concatenate([np.ones_like(change)[None], pictures]))
+    count, means = sums[0], sums[1:] / sums[0]
+    spread = _over_parts(pictures[:, None] * pictures) - count * means[:, None] * means
+    spread = np.moveaxis(spread.reshape(3, 3, -1), -1, 0)
+    slopes, tied, changed = spread[:, 1:, 1:], spread[:, 1:, 0], spread[:, 0, 0]
+    explained = np.einsum("pi,pij,pj->p", tied, np.linalg.pinv(slopes, hermitian=True), tied)
+    return np.asarray(explained / (changed + 1e-12))
 
 
-def _explained(change: Floats, across: Floats, down: Floats) -> float:
-    """Share of the change in a part that the best shift explains."""
-    slopes = np.stack([part.ravel() - part.mean() for part in (across, down)], axis=1)
-    rest = change.ravel() - change.mean()
-    shift = np.linalg.lstsq(slopes, rest, rcond=None)[0]
-    return float(np.square(slopes @ shift).sum() / (np.square(rest).sum() + 1e-12))
+def _over_parts(pictures: Floats) -> Floats:
+    """(..., 3, 3) sums of pictures (..., rows, columns) over each part."""
+    for axis in (-2, -1):
+        parts = np.array_split(np.arange(pictures.shape[axis]), _PARTS)
+        pictures = np.add.reduceat(pictures, [part[0] for part in parts], axis=axis)
+    return pictures
