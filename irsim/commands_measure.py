@@ -76,8 +76,8 @@ def fit(
         str | None,
         typer.Option(
             metavar="PICTURES",
-            help="What the camera showed of the same frames: a folder of PNG or TIFF, a video or a recording of 8 "
-            "bits. The AGC is fitted to it.",
+            help="What the camera showed of the same frames, in 8 bits: a folder of PNG or TIFF, a .npy, a video or a "
+            "recording. The AGC is fitted to it.",
         ),
     ] = None,
     region: RegionOption = None,
@@ -163,7 +163,7 @@ def _shown(display: str | None) -> Path | None:
     except InputError:
         raise InputError(
             f"--display {display}: there is no such file or folder; allowed: what the camera showed, a folder of PNG "
-            "or TIFF, a video or a recording"
+            "or TIFF, a .npy, a video or a recording"
         ) from None
 
 

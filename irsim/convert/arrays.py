@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import lzma
-import zipfile
-import zlib
+import reprlib
 from pathlib import Path
 from typing import Any
 
@@ -23,21 +21,25 @@ def read_stack(file: Path) -> Image:
     try:
         found = np.load(file, mmap_mode="r", allow_pickle=False)
         if isinstance(found, np.lib.npyio.NpzFile):
-            with found:
-                found = _only(file, found)
+            with found as archive:
+                found = archive[_only(file, archive)]
+    except InputError:
+        raise
     except OSError as error:
         raise InputError(f"{file}: cannot be read: {error.strerror or 'is cut short or damaged'}") from None
-    # ValueError of a wrong head or too few bytes, the others of a damaged archive.
-    except (ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error, lzma.LZMAError, NotImplementedError):
-        raise InputError(f"{file}: is no array of numbers that numpy saved, or is cut short or damaged") from None
+    except Exception:  # numpy's reader of damaged heads and archives has no list of what it may raise
+        found = None
+    if not isinstance(found, np.ndarray):
+        raise InputError(f"{file}: is no array of numbers that numpy saved, or is cut short or damaged")
     return _checked(file, found)
 
 
-def _only(file: Path, archive: Any) -> Any:
-    if len(archive.files) != 1:
-        names = ", ".join(archive.files) or "none"
-        raise InputError(f"{file}: holds the arrays {names}; allowed: one (numpy.save writes it alone)")
-    return archive[archive.files[0]]
+def _only(file: Path, archive: Any) -> str:
+    """The name of the one array of an archive, in which other files may lie."""
+    arrays = [entry.removesuffix(".npy") for entry in archive.zip.namelist() if entry.endswith(".npy")]
+    if len(arrays) != 1:
+        raise InputError(f"{file}: holds the arrays {reprlib.repr(arrays)}; allowed: one (numpy.save writes it alone)")
+    return str(arrays[0])
 
 
 def _checked(file: Path, found: Any) -> Image:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import reprlib
 import sys
 from collections.abc import Callable, Iterator, Mapping
@@ -102,9 +103,10 @@ def import_frames(
 
 
 def name_of(source: Path) -> str:
-    """What a folder or a video is called: the folder's name, or the file's without its ending."""
+    """What a folder or a video is called: the folder's name, or the file's without its ending; what is no letter in it
+    becomes the sign for that."""
     real = source.resolve()
-    return real.name if real.is_dir() else real.stem
+    return os.fsencode(real.name if real.is_dir() else real.stem).decode("utf-8", "replace")
 
 
 def _check_given(source: Path, given: Mapping[str, Any]) -> None:

@@ -94,8 +94,8 @@ def fit(
 
     region      where only noise is seen, px; the flattest still window, off truth's boxes, where not given
     start, stop frames that are looked at; the first 300 where not given
-    display     what the camera showed of the same frames, picture k of frame k: a folder of PNG or TIFF, a video or a
-                recording of 8 bits, to which the AGC is fitted; frames before `start` run it in
+    display     what the camera showed of the same frames, picture k of frame k: a folder of PNG or TIFF, a .npy, a
+                video or a recording of 8 bits, to which the AGC is fitted; frames before `start` run it in
 
     InputError where frames are too few or too small, a source cannot be opened, or the pictures are none of its frames.
     """

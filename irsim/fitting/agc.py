@@ -15,7 +15,10 @@ from irsim.recording.write import default_agc
 from irsim.types import Source
 from irsim.wording import counted
 
-HOW = "give what the camera showed of the same frames (display=PICTURES: a folder of PNG or TIFF, a video, a recording)"
+HOW = (
+    "give what the camera showed of the same frames (display=PICTURES: a folder of PNG or TIFF, a .npy, a video, a "
+    "recording)"
+)
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ class Pictures:
 
 @contextmanager
 def open_pictures(display: str | PathLike[str] | Source | None, source: Source) -> Iterator[Pictures | None]:
-    """The pictures of a source's frames: a recording, a scenario, a folder of PNG or TIFF or a video; None for none.
+    """The pictures of a source's frames: a recording, a scenario, or what `irsim import` reads; None for none.
 
     InputError where they cannot be opened, are deeper, larger or longer than the source, or the source's own frames.
     """
@@ -49,7 +49,7 @@ def open_pictures(display: str | PathLike[str] | Source | None, source: Source) 
 
 
 def _is_footage(path: Path) -> bool:
-    """Whether it is what `irsim import` reads: a folder or a video, no recording and no text."""
+    """Whether it is what `irsim import` reads, no recording and no text."""
     return path.is_dir() or (path.is_file() and not is_recording(path) and is_binary(path))
 
 
@@ -58,7 +58,7 @@ def _checked(pictures: Pictures, name: str, source: Source) -> Pictures:
     if opened.bits > 8:
         raise InputError(
             f"{name}: {opened.bits} bits deep; allowed: what the camera showed, of 8 bits: a video, a folder of "
-            "PNG or TIFF or a recording of them"
+            "PNG or TIFF, a .npy or a recording of them"
         )
     if opened.size != source.size:
         raise InputError(f"{name}: {_size(opened)} px, but {source.name} has {_size(source)}; allowed: the same size")

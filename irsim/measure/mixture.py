@@ -28,7 +28,8 @@ _FASTEST = 3.0
 not tell how much of both there is, and pictures hardly differ."""
 _GRID = 41
 _NEAR = 2e-5
-"""To what the logarithm of the likeliest decay is found."""
+"""To what the logarithm of the likeliest decay is found: a thousandth of a close interval, that of 300 frames of 48 x
+48 px; ten times as much changes ends of `rho` by 4e-7."""
 _ROUNDS = 30
 _SETTLED = 1e-9
 """Relative change of the likelihood's logarithm at which the variances are found."""

@@ -4,44 +4,44 @@ from __future__ import annotations
 
 import numpy as np
 
-from irsim.types import Floats
+from irsim.types import Floats, Indices
 
-LONGEST = 0.25
-"""Greatest share of the time that can be asked for."""
-_LOOKS = 128
-"""Of more looks than about so many, evenly spread ones stand for all."""
-_TINY = np.finfo(np.float64).tiny
+LEAST_LIKELY = 1e-9
+"""What is less likely is taken for this: rounding of what is left of 1 would decide, and of times at which no pixel is
+likely to be found it need not be known how little."""
 
 
-def log_occupied(passed: Floats, least: Floats, on: Floats, off: Floats) -> Floats:
-    """(N,) the sum, over pixels, of the logarithm of how likely each is on both levels for at least its share of looks,
-    and once, for N pairs of mean times `on` and `off`.
+def log_occupied(passed: Floats, asked: Indices, on: Floats, off: Floats) -> Floats:
+    """(N,) the sum, over pixels, of the logarithm of how likely each is on both levels at as many looks as are asked
+    for, for N pairs of mean times `on` and `off`.
 
     passed   (T - 1,) time from each look to the next
-    least    (pixels,) shares, up to LONGEST
+    asked    (pixels,) looks, 1 or more each
 
-    By counting how often a two-state Markov chain is on one level, a look after the other.
+    By counting how often a two-state Markov chain is on one level, look by look: it takes T times the most that is
+    asked for.
     """
-    when = np.concatenate([[0.0], np.cumsum(passed)])
-    looked = np.unique(np.linspace(0, len(when) - 1, min(len(when), _LOOKS)).round().astype(int))
-    counts = np.maximum(np.ceil(least * len(looked)), 1).astype(np.intp)
-    kept = np.exp(-np.diff(when[looked])[:, None] * (1 / on + 1 / off))
-    share = on / (on + off)
-    most = int(counts.max())
-    rarely = np.cumsum(_often(kept, share, most), axis=0) + np.cumsum(_often(kept, 1 - share, most), axis=0)
-    logs: Floats = np.log(np.maximum(1 - rarely, _TINY))
-    return logs.T @ np.bincount(counts - 1, minlength=most)
+    times, which = np.unique(passed, return_inverse=True)
+    kept = np.exp(-times[:, None] * (1 / on + 1 / off))
+    share, most = on / (on + off), int(asked.max())
+    rarely = np.cumsum(_often(kept, which, share, most) + _often(kept, which, 1 - share, most), axis=0)
+    pixels = np.bincount(asked - 1, minlength=most).astype(np.float64)
+    return np.asarray(pixels @ np.log(np.maximum(1 - rarely, LEAST_LIKELY)))
 
 
-def _often(kept: Floats, share: Floats, most: int) -> Floats:
-    """(most, N) how likely it is on a level, on which it is for that `share` of the time, at just 0 .. most - 1 looks;
-    kept (looks - 1, N) what is left of where it was from one to the next."""
+def _often(kept: Floats, which: Indices, share: Floats, most: int) -> Floats:
+    """(most, N) how likely it is on a level, on which it is for that `share` of the time, at just 0 .. most - 1 looks.
+
+    kept    (times, N) what is left over each time of where it was
+    which   (looks - 1,) of these times is that from one look to the next
+    """
     here, away = np.zeros((2, most, len(share)))
     away[0] = 1 - share
     here[1:2] = share
-    for left in kept:
+    for each in which:
+        left = kept[each]
         came, went = share * (1 - left), (1 - share) * (1 - left)
-        here, away = here * (1 - went) + away * came, away * (1 - came) + here * went
-        here[1:] = here[:-1].copy()
-        here[0] = 0.0
+        stays = here * (1 - went) + away * came
+        away = away * (1 - came) + here * went
+        here = np.concatenate([np.zeros_like(stays[:1]), stays[:-1]])
     return here + away

@@ -79,6 +79,7 @@ def _softened(frame: Values, flat: bool) -> Floats:
 def _explained(change: Floats, across: Floats, down: Floats) -> Floats:
     """(9,) share of the change in each part that the best shift explains, by the normal equations of least squares."""
     pictures = np.stack([change, across, down])
+    pictures -= pictures.mean(axis=(1, 2), keepdims=True)  # or sums of squares would round away what varies
     sums = _over_parts(np.concatenate([np.ones_like(change)[None], pictures]))
     count, means = sums[0], sums[1:] / sums[0]
     spread = _over_parts(pictures[:, None] * pictures) - count * means[:, None] * means

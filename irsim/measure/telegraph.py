@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from irsim.measure.interval import ENDS, Measured
-from irsim.measure.occupied import LONGEST, log_occupied
+from irsim.measure.occupied import log_occupied
 from irsim.types import Bools, Floats, Indices
 
 _LEAST = 0.1
@@ -23,6 +23,9 @@ _WITHIN = 8.0
 _AT_ONCE = 4_000_000
 """Pixels times grid points that are worked out together."""
 _TINY = np.finfo(np.float64).tiny
+_MOST_ASKED = 32
+"""Looks on either level that it may take to find a pixel whose times are read; of others, which jump by little, times
+say less than it takes to count theirs. In 100 frames it is all, in 300 those that jump by 9 times the noise or more."""
 _CLEAR = 2.5
 """Standard deviations of a vote by chance beyond which it is clear: of seven that all agree; 1 in 80 by chance."""
 
@@ -47,9 +50,9 @@ def telegraph(
 
     All pixels have the same two, each exponential. Between two looks at p from each other one is on again, if it was,
     by w + (1 - w) e^(-p (1/on + 1/off)), w = on / (on + off) (the two-state Markov chain; D. R. Cox and H. D. Miller,
-    "The Theory of Stochastic Processes", 1965, section 4.5). The likeliest times over a grid, given that all change
-    while they are seen, and for as long as it takes to be found (those for which that is long are left out, unless all
-    are: their times say little); and the ends to which the profile of the likelihood falls by 1.92.
+    "The Theory of Stochastic Processes", 1965, section 4.5). The likeliest times over a grid, given that all are on
+    both levels for as long as it takes to be found (those for which that is long are left out, unless all are); and the
+    ends to which the profile of the likelihood falls by 1.92.
 
     That tells which level of a pixel is the shorter one. On is the shorter, unless `on_if_high` says otherwise of most,
     beyond chance; where it tells neither, the intervals hold both.
@@ -57,22 +60,18 @@ def telegraph(
     changes = (high[1:] != high[:-1]).any(axis=0)
     if not changes.any():
         return None
-    least = np.zeros(high.shape[1]) if least is None else least
-    if (changes & (least <= LONGEST)).any():
-        changes &= least <= LONGEST
-    high, least = high[:, changes], least[changes].clip(max=LONGEST)
+    asked = np.ones(high.shape[1]) if least is None else np.ceil(least * len(high)).clip(1)
+    if (changes & (asked <= _MOST_ASKED)).any():
+        changes &= asked <= _MOST_ASKED
+    high, asked = high[:, changes], np.where(asked <= _MOST_ASKED, asked, 1).astype(np.intp)[changes]
     times, which = np.unique(passed, return_inverse=True)
     seen = _seen(high, which, len(times))
     on: Floats = np.geomspace(_LEAST * float(times[0]), _MOST * float(passed.sum()), _COARSE)
     off = on
-    likely, changing = _likelihoods(seen, times, on, off)
-    likely -= len(seen) * np.log(changing)
+    likely, changing = _likelihoods(seen, times, passed, asked, on, off)
     near = likely > likely.max() - _WITHIN
     on, off = (_finer(axis, near.any(axis=other)) for axis, other in ((on, 1), (off, 0)))
-    likely, changing = _likelihoods(seen, times, on, off)
-    longer = np.isfinite(likely)
-    ons, offs = (axis[longer] for axis in np.meshgrid(on, off, indexing="ij"))
-    likely[longer] -= log_occupied(passed, least, ons, offs)
+    likely, changing = _likelihoods(seen, times, passed, asked, on, off)
     best, inside = np.unravel_index(int(np.argmax(likely)), likely.shape), likely > likely.max() - ENDS**2 / 2
     shares = changing[inside]
     short, long = _profile(on, likely.max(axis=1)), _profile(off, likely.max(axis=0))
@@ -104,9 +103,12 @@ def _seen(high: Bools, which: Indices, times: int) -> Floats:
     return np.concatenate([~high[:1], high[:1], *counts]).T.astype(np.float64)
 
 
-def _likelihoods(seen: Floats, times: Floats, on: Floats, off: Floats) -> tuple[Floats, Floats]:
+def _likelihoods(
+    seen: Floats, times: Floats, passed: Floats, asked: Indices, on: Floats, off: Floats
+) -> tuple[Floats, Floats]:
     """Log likelihood, minus infinity where on is the longer, and the share of pixels that change: (on, off) each."""
-    ons, offs = (axis.ravel() for axis in np.meshgrid(on, off, indexing="ij"))
+    shorter = on[:, None] <= off
+    ons, offs = (axis[shorter] for axis in np.meshgrid(on, off, indexing="ij"))
     laws = _laws(times, ons, offs)
     step = max(_AT_ONCE // len(seen), 1)
     parts = [slice(first, first + step) for first in range(0, len(ons), step)]
@@ -116,8 +118,11 @@ def _likelihoods(seen: Floats, times: Floats, on: Floats, off: Floats) -> tuple[
     kept = np.exp(-times[:, None] * (1 / ons + 1 / offs))
     stay = [np.exp(often @ np.log(np.maximum(1 - left * (1 - kept), _TINY))) for left in (share, 1 - share)]
     changing = np.maximum(1 - (1 - share) * stay[0] - share * stay[1], _TINY)
-    shape = len(on), len(off)
-    return np.where(ons > offs, -np.inf, found).reshape(shape), changing.reshape(shape)
+    likely, share_of_all = np.full(shorter.shape, -np.inf), np.ones(shorter.shape)
+    # Of all that would go to and fro so, those are not there that were not found.
+    likely[shorter] = found - log_occupied(passed, asked, ons, offs)
+    share_of_all[shorter] = changing
+    return likely, share_of_all
 
 
 def _laws(times: Floats, ons: Floats, offs: Floats) -> tuple[Floats, Floats]:
