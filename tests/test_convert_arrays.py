@@ -127,12 +127,18 @@ def test_a_flipped_bit_of_a_head_is_told_in_one_line_or_is_another_array(tmp_pat
     assert all(each.ndim == 3 for each in told)
 
 
-@pytest.mark.parametrize("head", ["{'descr': '<u2', 'fortran_order': False, 'shape': (True, 4, 4)}", "-" * 9000])
-def test_a_head_that_says_nonsense_is_told_in_one_line(tmp_path: Path, head: str) -> None:
+@pytest.mark.parametrize(
+    ("head", "says"),
+    [
+        ("{'descr': '<u2', 'fortran_order': False, 'shape': (True, 4, 4)}", "is no array of numbers that numpy saved"),
+        ("-" * 9000, "is damaged|is no array of numbers"),  # as the version of Python ends it
+    ],
+)
+def test_a_head_that_says_nonsense_is_told_in_one_line(tmp_path: Path, head: str, says: str) -> None:
     path = tmp_path / "clip.npy"
     text = head.encode() + b"\n"
     path.write_bytes(b"\x93NUMPY\x01\x00" + len(text).to_bytes(2, "little") + text + bytes(64))
-    with pytest.raises(InputError, match="is no array of numbers that numpy saved"):
+    with pytest.raises(InputError, match=says):
         read_stack(path)
 
 

@@ -27,6 +27,8 @@ def read_stack(file: Path) -> Image:
         raise
     except OSError as error:
         raise InputError(f"{file}: cannot be read: {error.strerror or 'is cut short or damaged'}") from None
+    except MemoryError:  # of a whole .npz; or of a head that nobody can take apart
+        raise InputError(f"{file}: does not fit in memory, or is damaged") from None
     except Exception:  # numpy's reader of damaged heads and archives has no list of what it may raise
         found = None
     if not isinstance(found, np.ndarray):
