@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import sys
 
+from irsim.signals import no_interrupt_lost
+
 
 def main() -> None:
     """Run it; Ctrl-C is no error while it is still imported, nor before it answers for itself, either."""
+    no_interrupt_lost()
     try:
         from irsim.cli import main as command
 

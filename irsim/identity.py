@@ -19,7 +19,7 @@ NOT_PIXELS = {
     *("doubts", "errors", "explain", "loader", "overrides", "plausible", "ranges", "reach", "schema", "severity"),
     *("beside", "shipped", "tree", "usage", "validation", "wording", "wrongtext", "yamlfile", "yamltabs"),
     # share frames out among processes: each is the same as drawn alone (see below)
-    *("balance", "crew", "division", "interrupts", "places", "worker"),
+    *("balance", "crew", "division", "interrupts", "places", "signals", "worker"),
     # say what a scene may be instead, make some up, and hold tracks to rules
     *("authoring", "expectation", "space", "strategies", "variation"),
     # show, write and measure what is rendered

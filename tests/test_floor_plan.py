@@ -28,8 +28,8 @@ ROOT = Path(__file__).parent.parent
 PLAN = (ROOT / "docs" / "architecture.md").read_text()
 PACKAGES = ("irsim", "irtrack")
 SHARED = (
-    *("compiled", "types", "rng", "quantities", "kinds", "errors", "lazy", "files", "cards", "interrupts", "terminal"),
-    *("wording", "strategies"),
+    *("compiled", "types", "rng", "quantities", "kinds", "errors", "lazy", "files", "cards", "interrupts", "signals"),
+    *("terminal", "wording", "strategies"),
 )
 SHARED_ROOMS = {f"irsim.{room}" for room in SHARED}
 LONG = 300

@@ -139,6 +139,29 @@ def test_ctrl_c_while_all_starts_is_one_line(
             assert results.cells() == []
 
 
+LOST = """\
+import os, signal, time
+
+class Swallows:
+    def __del__(self):
+        os.kill(os.getpid(), signal.{})
+        time.sleep(0.01)
+
+del [Swallows()][0]
+time.sleep(60)
+"""
+
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
+@pytest.mark.parametrize("command", ["irsim", "irtrack"])
+def test_ctrl_c_that_comes_within_a_finaliser_is_not_lost(command: str, name: str, tmp_path: Path) -> None:
+    """Nor within a callback, as each import ends in one: what is raised there goes nowhere."""
+    (tmp_path / "mine.py").write_text(LOST.format(name))
+    words = [sys.executable, "-m", command, "--import", "mine", "check", "none"]
+    done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=30)
+    assert (done.returncode, done.stderr) == (128 + getattr(signal, name), f"{command}: stopped\n")
+
+
 @pytest.mark.parametrize(("words", "count"), [(RENDER, 3), (BENCH, 4)], ids=["render", "bench"])
 def test_workers_end_with_a_parent_that_is_killed(tmp_path: Path, words: tuple[str, ...], count: int) -> None:
     """It and two workers have numpy, and with irtrack the server that they are copies of; all else goes with them."""
