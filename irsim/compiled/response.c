@@ -67,8 +67,32 @@ typedef struct {
     float scale, offset, full;
 } Digits;
 
-INLINED void digitise(const float *restrict signal, uint16_t *restrict out, Py_ssize_t length, const Digits *by,
-                      int fused)
+INLINED uint16_t digit(float signal, const Digits *by, int fused)
+{
+    float level = plus(by->offset, signal, by->scale, fused);
+    level = level > 0.0f ? level : 0.0f; /* nan, too */
+    level = level < by->full ? level : by->full;
+    return (uint16_t)(int32_t)rintf(level);
+}
+
+/* What up to two are added to, the usual case, stays in registers. */
+INLINED void digitise_few(const float *restrict signal, uint16_t *restrict out, Py_ssize_t length, const Digits *by,
+                          int few, int fused)
+{
+    const Digits own = *by;
+    const float *restrict one = own.added[0], *restrict other = own.added[1];
+    for (Py_ssize_t i = 0; i < length; i++) {
+        float sum = signal[i];
+        if (few > 0)
+            sum = plus(sum, one[i], own.weights[0], fused);
+        if (few > 1)
+            sum = plus(sum, other[i], own.weights[1], fused);
+        out[i] = digit(sum, &own, fused);
+    }
+}
+
+INLINED void digitise_many(const float *restrict signal, uint16_t *restrict out, Py_ssize_t length, const Digits *by,
+                           int fused)
 {
     float block[BLOCK];
     for (Py_ssize_t from = 0; from < length; from += BLOCK) {
@@ -79,12 +103,25 @@ INLINED void digitise(const float *restrict signal, uint16_t *restrict out, Py_s
             for (Py_ssize_t i = 0; i < count; i++)
                 block[i] = plus(block[i], added[i], weight, fused);
         }
-        for (Py_ssize_t i = 0; i < count; i++) {
-            float level = plus(by->offset, block[i], by->scale, fused);
-            level = level > 0.0f ? level : 0.0f; /* nan, too */
-            level = level < by->full ? level : by->full;
-            out[from + i] = (uint16_t)(int32_t)rintf(level);
-        }
+        for (Py_ssize_t i = 0; i < count; i++)
+            out[from + i] = digit(block[i], by, fused);
+    }
+}
+
+INLINED void digitise(const float *signal, uint16_t *out, Py_ssize_t length, const Digits *by, int fused)
+{
+    switch (by->count) {
+    case 0:
+        digitise_few(signal, out, length, by, 0, fused);
+        break;
+    case 1:
+        digitise_few(signal, out, length, by, 1, fused);
+        break;
+    case 2:
+        digitise_few(signal, out, length, by, 2, fused);
+        break;
+    default:
+        digitise_many(signal, out, length, by, fused);
     }
 }
 

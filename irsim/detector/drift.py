@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
+from functools import lru_cache, reduce
 from typing import Annotated, ClassVar
 
+import cv2
 import numpy as np
 from pydantic import Field
 
@@ -76,7 +77,7 @@ class Drift(Noise):
         return decay * step, since // step, moment.index // step
 
     def _now(self, moment: Moment, terms: tuple[Term, ...]) -> Floats:
-        """The sum of the terms' D at this frame, (rows, cols)."""
+        """The sum of the terms' D at this frame, broadcastable to (rows, cols)."""
         return _deviation(moment.shape, moment.seed, self.name, terms, *self._course(moment))
 
 
@@ -90,14 +91,14 @@ def _step(decay: float, variance: float) -> int:
 def _deviation(
     shape: tuple[int, int], seed: int, name: str, terms: tuple[Term, ...], decay: float, since: int, now: int
 ) -> Floats:
-    """The sum of the terms' D at a step."""
-    total = np.zeros(shape, np.float32)
-    kept = np.float32(math.exp(-decay * (now - since)))
+    """The sum of the terms' D at a step, broadcastable to the shape."""
+    kept = math.exp(-decay * (now - since))
+    gone = []
     for term, what, sigma in terms:
         key = (decay, over(shape, what), seed, name, term)
         start = _corrected(*key, since)  # before the way to this step, which it would have to go again
-        total += np.float32(sigma) * (_process(*key).frame(now) - kept * start)
-    return read_only(total)
+        gone.append(cv2.addWeighted(_process(*key).frame(now), sigma, start, -sigma * kept, 0))
+    return read_only(np.asarray(reduce(np.add, gone)))
 
 
 @lru_cache(maxsize=8)

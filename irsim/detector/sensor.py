@@ -58,10 +58,12 @@ class Sensor:
 
         A `spent` picture is needed by nobody any more: its memory, which is in the caches, is written over.
         """
-        moment = self.moment(index, picture.shape)
+        return self._step(picture, self.moment(index, picture.shape), begin, end, spent)
+
+    def _step(self, picture: Floats, moment: Moment, begin: int, end: int, spent: bool) -> Floats:
         own = picture if spent else scratch(picture.shape, "signal")
         if begin == 0 < end:
-            self.held(picture, index, own, self._gain(moment))
+            self.held(picture, moment.index, own, self._gain(moment))
         elif not spent:
             np.copyto(own, picture)
         for noise in self.noises[max(begin, 1) - 1 : max(end, 1) - 1]:
@@ -78,7 +80,7 @@ class Sensor:
         is written over (see `step`). The counts are put into `out`, where it is given.
         """
         moment = self.moment(index, light.shape)
-        signal = self.step(light, index, steps, self.steps, spent)
+        signal = self._step(light, moment, steps, self.steps, spent)
         counts = self.response.counts(signal, out, self._added(moment))
         for noise in self._doing["replace"]:
             noise.replace(counts, self.response, moment)
