@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, lru_cache
-from itertools import combinations, compress
+from itertools import combinations
 from typing import cast
 
 import numpy as np
@@ -50,6 +50,7 @@ class Renderer:
             for offset in camera.instants(scenario.is_on)
         ]
         self.courses = self.now.courses
+        self.targets = [course.target for course in self.courses]
         self.motions = [self._motion(course.positions, course.attitudes) for course in self.courses]
 
     def _motion(self, positions: Floats, attitudes: Floats) -> Floats:
@@ -181,14 +182,15 @@ class Renderer:
         the light that frames show, whatever is moved, left out, or worked out in more digits."""
         sight = self.sight(index)
         as_given = exactly or bool(self.scenario.without)
-        there = (course.target for course in self.courses)
-        present = [target.exists(index) and (only is None or target.id in only) for target in there]
-        courses = list(compress(self.courses, present))
-        for course, sprite in zip(
-            courses, self._exposed(lambda instant: instant.sprites(index, present, shifts)), strict=True
-        ):
-            target = course.target
+        present = [
+            number
+            for number, target in enumerate(self.targets)
+            if target.exists(index) and (only is None or target.id in only)
+        ]
+        drawn = self._exposed(lambda instant: instant.sprites(index, present, shifts))
+        for number, sprite in zip(present, drawn, strict=True):
             if sprite is not None:
+                course, target = self.courses[number], self.targets[number]
                 arrived = arriving(sprite, sight, target.id)
                 if arrived.wanted is not None and as_given:
                     asked = self._asked(index).get(target.id)
@@ -196,9 +198,10 @@ class Renderer:
                 if target.contrast != 1:
                     arrived = arrived._replace(contrast=arrived.contrast * target.contrast)
                 yield Piece(target.id, arrived, tracked=True, first_m=course.first_m(index, sight))
-        occluders = self.occluders if only is None else []
-        standing = self._exposed(lambda instant: [each.draw(instant.sight(index)) for each in occluders])
-        for occluder, sprite in zip(occluders, standing, strict=True):
+        if only is not None or not self.occluders:
+            return
+        standing = self._exposed(lambda instant: [each.draw(instant.sight(index)) for each in self.occluders])
+        for occluder, sprite in zip(self.occluders, standing, strict=True):
             if sprite is not None:
                 first_m = occluder.range_m if sight.carried else None
                 yield Piece(occluder.name, arriving(sprite, sight), tracked=False, first_m=first_m)

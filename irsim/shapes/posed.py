@@ -48,10 +48,13 @@ class Posed(NamedTuple):
     brightness: float
 
 
+def posed_sprite(body: Posed) -> Sprite | None:
+    """Draw a body; None where any of it lies behind the camera."""
+    return _compiled_sprite(body) if COMPILED else posed_sprites([body])[0]
+
+
 def posed_sprites(bodies: Sequence[Posed]) -> list[Sprite | None]:
-    """Draw bodies, each alone; None where any of one lies behind the camera."""
-    if COMPILED:
-        return [_sprite(body) for body in bodies]
+    """Draw bodies, each as alone, but together: quicker where nothing is compiled."""
     outlines = [outlined(body) for body in bodies]
     drawn = iter(sprites([outline for outline in outlines if outline is not None]))
     return [None if outline is None else next(drawn) for outline in outlines]
@@ -67,8 +70,7 @@ def outlined(body: Posed) -> Outline | None:
     return Outline(found.edges, found.glow, found.box, window, view.stage.psf, range_m, found.middle)
 
 
-def _sprite(body: Posed) -> Sprite | None:
-    """What `posed_sprites` does, compiled."""
+def _compiled_sprite(body: Posed) -> Sprite | None:
     rest, motions, scale, view, brightness = body
     stage = view.stage
     geometry = stage.geometry
