@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby
+from operator import attrgetter
 from typing import NamedTuple, TypeGuard
 
 import numpy as np
@@ -85,11 +86,12 @@ class Seen:
         there = self.shown[place]
         if _total(there * (1 - passed)) >= HIDES * self.piece.sprite.area:
             self.occluders.append(name)
-        if there.shape == self.left.shape:
+        if there.shape == self.shown.shape:  # all of it, in one pass
             self.left = self.left * passed
         else:
-            self.left = self.left.copy()
-            self.left[place] *= passed
+            left = self.left.copy()
+            left[place] *= passed
+            self.left = left
 
 
 def _inside(shown: Floats, sprite: Sprite) -> float:
@@ -155,7 +157,7 @@ def uncovered(pieces: Iterable[Piece], light: Floats) -> Floats:
 
 def _far_to_near(layers: Sequence[Layer], pieces: Sequence[Piece]) -> list[Layer | Piece]:
     """All but the first layer, as they are drawn."""
-    things: list[Layer | Piece] = sorted([*layers, *pieces], key=lambda thing: -thing.range_m)
+    things: list[Layer | Piece] = sorted([*layers, *pieces], key=attrgetter("range_m"), reverse=True)
     if all(piece.first_m is None for piece in pieces):
         return things
     runs = [list(run) for _, run in groupby(things, key=_is_target)]
@@ -257,8 +259,8 @@ def _faded(sprite: Sprite, light: Floats, within: tuple[Slices, Slices]) -> Spri
 
 
 def _veil(under: Floats, light: Floats, layer: Layer, gaze: Gaze, seen: list[Seen], moving: list[Unsteady]) -> None:
-    behind = [(target, *target.within) for target in seen if target.within is not None]
-    patches = [*(outer for _, _, outer in behind), *(each.patch for each in moving)]
+    behind = [(target, target.within) for target in seen if target.within is not None]
+    patches = [within[1] for _, within in behind] + [each.patch for each in moving]
     if is_veil(layer):
         passed = layer.veil(under, light, gaze, patches)
     else:
@@ -266,7 +268,7 @@ def _veil(under: Floats, light: Floats, layer: Layer, gaze: Gaze, seen: list[See
         if through is None:
             raise opaque(layer.name)
         passed = veiled(under, light, through, emission, patches)
-    for (target, inner, _), part in zip(behind, passed, strict=False):
-        target.hide(layer.name, inner, part)
+    for (target, within), part in zip(behind, passed, strict=False):
+        target.hide(layer.name, within[0], part)
     for each, part in zip(moving, passed[len(behind) :], strict=True):
         each.hide(light, WHOLE, 1 - part)

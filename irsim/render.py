@@ -51,7 +51,9 @@ class Renderer:
         ]
         self.courses = self.now.courses
         self.targets = [course.target for course in self.courses]
-        self.motions = [self._motion(course.positions, course.attitudes) for course in self.courses]
+        self.classes = [target.cls or target.shape.stands_for for target in self.targets]
+        motions = [self._motion(course.positions, course.attitudes) for course in self.courses]
+        self.motions = np.array(motions).reshape(len(motions), scenario.frames, 5)
 
     def _motion(self, positions: Floats, attitudes: Floats) -> Floats:
         """(n, 5): velocity (vx, vy), px per frame, the apparent displacement since the frame before (frame 0: to the
@@ -220,25 +222,23 @@ class Renderer:
 
     def _truth(self, index: int, seen: list[Seen]) -> Truth:
         found = {target.piece.name: target for target in seen}
-        crossing = _crossing({target.piece.name: target.piece.sprite.box for target in seen})
-        return Truth(
-            index,
-            index / self.stage.rate_hz,
-            tuple(
-                self._target_truth(number, index, found[course.target.id], course.target.id in crossing)
-                for number, course in enumerate(self.courses)
-                if course.target.id in found
-            ),
-        )
+        crossing = _crossing({name: target.piece.sprite.box for name, target in found.items()})
+        motions = self.motions[:, index].tolist()
+        targets = [
+            self._target_truth(target.id, cls, found[target.id], motion, target.id in crossing)
+            for target, cls, motion in zip(self.targets, self.classes, motions, strict=True)
+            if target.id in found
+        ]
+        return Truth(index, index / self.stage.rate_hz, tuple(targets))
 
-    def _target_truth(self, number: int, index: int, seen: Seen, crossing: bool) -> TargetTruth:
-        target, sprite = self.courses[number].target, seen.piece.sprite
-        vx, vy, yaw, pitch, roll = self.motions[number][index].tolist()
+    def _target_truth(self, name: str, cls: str, seen: Seen, motion: list[float], crossing: bool) -> TargetTruth:
+        sprite = seen.piece.sprite
+        vx, vy, yaw, pitch, roll = motion
         return TargetTruth(
-            id=target.id,
+            id=name,
             center=sprite.center,
             box=sprite.box,
-            cls=target.cls or target.shape.stands_for,
+            cls=cls,
             signal_center=sprite.signal_center,
             velocity=(vx, vy) if math.isfinite(vx) and math.isfinite(vy) else None,
             attitude=(yaw, pitch, roll),
