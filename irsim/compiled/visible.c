@@ -328,13 +328,13 @@ int visible_pieces(const Point *start, const Point *stop, const int64_t *layer, 
                    Py_ssize_t layers, Pieces *pieces)
 {
     Scratch held = {.count = 0};
-    Edge *edges = scratch(&held, count, sizeof(Edge));
-    double *room = edges ? scratch(&held, 5 * count, sizeof(double)) : NULL;
-    int64_t *first = room ? scratch(&held, layers + 1, sizeof(int64_t)) : NULL;
-    Extent *boxes = first ? scratch(&held, layers, sizeof(Extent)) : NULL;
-    int64_t *near = boxes ? scratch(&held, layers, sizeof(int64_t)) : NULL;
-    Through *through = near ? scratch(&held, layers, sizeof(Through)) : NULL;
-    Cut *cuts = through ? scratch(&held, 2 * layers, sizeof(Cut)) : NULL;
+    Edge *edges = scratch_as_is(&held, count, sizeof(Edge));
+    double *room = edges ? scratch_as_is(&held, 5 * count, sizeof(double)) : NULL;
+    int64_t *first = room ? scratch_as_is(&held, layers + 1, sizeof(int64_t)) : NULL;
+    Extent *boxes = first ? scratch_as_is(&held, layers, sizeof(Extent)) : NULL;
+    int64_t *near = boxes ? scratch_as_is(&held, layers, sizeof(int64_t)) : NULL;
+    Through *through = near ? scratch_as_is(&held, layers, sizeof(Through)) : NULL;
+    Cut *cuts = through ? scratch_as_is(&held, 2 * layers, sizeof(Cut)) : NULL;
     int failed = cuts == NULL || find_first(layer, count, layers, first) < 0;
     if (!failed) {
         double each = inset_of(start, count);
