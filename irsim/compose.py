@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby
+from operator import attrgetter
 from typing import NamedTuple, TypeGuard
 
 import numpy as np
@@ -50,6 +51,7 @@ class Seen:
     shown   the share of each pixel's area of the patch that it covers in the picture, and of it what is still seen,
     left    both only to be read, as they are the sprite's own where that is all of it: (h, w), or (n, h, w) at each
             instant of an exposure
+    inside  fraction 0..1 of its area that is in the picture, hidden or not
     scr     None where no part of it is in the picture, and where nothing varies around it
     levels  its mean light and that of what it replaces, W/m2/sr, nan outside the picture
     asked   the light, W/m2/sr, that gives the contrast or SCR which it asks for, None where it asks for none
@@ -59,6 +61,7 @@ class Seen:
     within: tuple[Slices, Slices] | None
     shown: Floats
     left: Floats
+    inside: float
     levels: tuple[float, float]
     scr: float | None
     asked: float | None = None
@@ -67,7 +70,9 @@ class Seen:
     @property
     def visible(self) -> float:
         """Fraction 0..1 of the target's area that is in the frame and not hidden: over the whole exposure."""
-        return 0.0 if self.within is None else _visible(self.left, self.piece.sprite)
+        if self.left is self.shown or self.within is None:
+            return self.inside
+        return _share(self.left, self.piece.sprite)
 
     @property
     def kept(self) -> Floats:
@@ -78,17 +83,24 @@ class Seen:
         """Something nearer lets only `passed` (0..1) of the patch's pixels `where` through. It is named for what it
         hides by itself, though something between the two may hide as much."""
         place = (..., *where)
-        if _total(self.shown[place] * (1 - passed)) >= HIDES * self.piece.sprite.area:
+        there = self.shown[place]
+        if _total(there * (1 - passed)) >= HIDES * self.piece.sprite.area:
             self.occluders.append(name)
-        left = self.left.copy()
-        left[place] *= passed
-        self.left = left
+        if there.shape == self.shown.shape:  # all of it, in one pass
+            self.left = self.left * passed
+        else:
+            left = self.left.copy()
+            left[place] *= passed
+            self.left = left
 
 
-def _visible(left: Floats, sprite: Sprite) -> float:
+def _inside(shown: Floats, sprite: Sprite) -> float:
+    """Fraction 0..1 of a sprite's area that is in the picture."""
+    return 1.0 if shown is sprite.covers and sprite.whole else _share(shown, sprite)
+
+
+def _share(left: Floats, sprite: Sprite) -> float:
     """Fraction 0..1 of a sprite's area, by what is left of each pixel's share of it."""
-    if left is sprite.covers and sprite.whole:
-        return 1.0
     return min(max(_total(left) / sprite.area, 0.0), 1.0)
 
 
@@ -120,7 +132,7 @@ def compose(
     light = np.empty(under.shape, np.float32) if out is None else out
     seen: list[Seen] = []
     moving: list[Unsteady] = []
-    things = list(_far_to_near(layers[1:], pieces))
+    things = _far_to_near(layers[1:], list(pieces))
     if not things or isinstance(things[0], Piece) or under.dtype != light.dtype:
         light[...] = under  # else the first layer is laid over what another one keeps, which saves the copy
         under = light
@@ -143,15 +155,18 @@ def uncovered(pieces: Iterable[Piece], light: Floats) -> Floats:
     return left
 
 
-def _far_to_near(layers: Sequence[Layer], pieces: Iterable[Piece]) -> Iterator[Layer | Piece]:
+def _far_to_near(layers: Sequence[Layer], pieces: Sequence[Piece]) -> list[Layer | Piece]:
     """All but the first layer, as they are drawn."""
-    drawn = list(pieces)
-    things: list[Layer | Piece] = sorted([*layers, *drawn], key=lambda thing: -thing.range_m)
-    if all(piece.first_m is None for piece in drawn):
-        yield from things
-        return
-    for _, run in groupby(things, key=_is_target):
-        yield from sorted(run, key=lambda thing: -thing.sprite.range_m if _is_target(thing) else 0.0)
+    things: list[Layer | Piece] = sorted([*layers, *pieces], key=attrgetter("range_m"), reverse=True)
+    if all(piece.first_m is None for piece in pieces):
+        return things
+    runs = [list(run) for _, run in groupby(things, key=_is_target)]
+    return [thing for run in runs for thing in sorted(run, key=_from_camera)]
+
+
+def _from_camera(thing: Layer | Piece) -> float:
+    """What orders targets, the farthest first, and leaves all else as it is."""
+    return -thing.sprite.range_m if _is_target(thing) else 0.0
 
 
 def _is_target(thing: Layer | Piece) -> TypeGuard[Piece]:
@@ -171,9 +186,9 @@ def _draw(light: Floats, piece: Piece, seen: list[Seen], moving: list[Unsteady],
     if within is None:
         if piece.tracked:
             nothing = np.zeros(sprite.covers.shape)
-            seen.append(Seen(piece, None, nothing, nothing, (math.nan, math.nan), None))
+            seen.append(Seen(piece, None, nothing, nothing, 0.0, (math.nan, math.nan), None))
         return
-    asked = asked_light(sprite, light, band, noise)
+    asked = None if sprite.wanted is None else asked_light(sprite, light, band, noise)
     if asked is not None:
         sprite = lit(sprite, asked)
     if sprite.contrast != 1:
@@ -182,7 +197,7 @@ def _draw(light: Floats, piece: Piece, seen: list[Seen], moving: list[Unsteady],
         met = target.piece.sprite.meets(sprite)
         if met is not None:
             target.hide(piece.name, met[0], 1 - sprite.covers[(..., *met[1])])
-    brought = Unsteady.of(sprite, light, within)
+    brought = None if sprite.during is None else Unsteady.of(sprite.during, light, within)
     alpha, own, replaced = lay(light, sprite)
     for each in moving:
         rows, columns = each.patch
@@ -196,8 +211,9 @@ def _draw(light: Floats, piece: Piece, seen: list[Seen], moving: list[Unsteady],
         drawn = piece if sprite is piece.sprite else piece._replace(sprite=sprite)
         shown = _shown(sprite.covers, within[0])
         # A corner of the box may be in the picture where the target is not, and its light is blurred beyond it.
-        ratio = scr(light, sprite.box, noise) if _visible(shown, sprite) > ROUNDING else math.nan
-        seen.append(Seen(drawn, within, shown, shown, levels, ratio if math.isfinite(ratio) else None, asked))
+        inside = _inside(shown, sprite)
+        ratio = scr(light, sprite.box, noise) if inside > ROUNDING else math.nan
+        seen.append(Seen(drawn, within, shown, shown, inside, levels, ratio if math.isfinite(ratio) else None, asked))
 
 
 def lay(light: Floats, sprite: Sprite) -> tuple[float, float, float]:
@@ -218,12 +234,11 @@ def lay(light: Floats, sprite: Sprite) -> tuple[float, float, float]:
 
 def _shown(cover: Floats, inner: Slices) -> Floats:
     """A cover, 0 but for the part of it in the picture; itself where that is all of it."""
-    place = (..., *inner)
-    inside = cover[place]
-    if inside.shape == cover.shape:
+    rows, columns = inner
+    if cover.shape[-2:] == (rows.stop - rows.start, columns.stop - columns.start):
         return cover
     shown = np.zeros(cover.shape)
-    shown[place] = inside
+    shown[..., rows, columns] = cover[..., rows, columns]
     return shown
 
 
@@ -244,8 +259,8 @@ def _faded(sprite: Sprite, light: Floats, within: tuple[Slices, Slices]) -> Spri
 
 
 def _veil(under: Floats, light: Floats, layer: Layer, gaze: Gaze, seen: list[Seen], moving: list[Unsteady]) -> None:
-    behind = [(target, *target.within) for target in seen if target.within is not None]
-    patches = [*(outer for _, _, outer in behind), *(each.patch for each in moving)]
+    behind = [(target, target.within) for target in seen if target.within is not None]
+    patches = [within[1] for _, within in behind] + [each.patch for each in moving]
     if is_veil(layer):
         passed = layer.veil(under, light, gaze, patches)
     else:
@@ -253,7 +268,7 @@ def _veil(under: Floats, light: Floats, layer: Layer, gaze: Gaze, seen: list[See
         if through is None:
             raise opaque(layer.name)
         passed = veiled(under, light, through, emission, patches)
-    for (target, inner, _), part in zip(behind, passed, strict=False):
-        target.hide(layer.name, inner, part)
+    for (target, within), part in zip(behind, passed, strict=False):
+        target.hide(layer.name, within[0], part)
     for each, part in zip(moving, passed[len(behind) :], strict=True):
         each.hide(light, WHOLE, 1 - part)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from itertools import compress
 
 import numpy as np
 
@@ -89,10 +88,11 @@ class Instant:
 
         return lru_cache(maxsize=2)(seeing)
 
-    def sprites(self, index: int, present: Sequence[bool], shifts: Shifts) -> list[Sprite | None]:
-        """The targets that are `present`, each alone, at frame `index`."""
+    def sprites(self, index: int, numbers: Sequence[int], shifts: Shifts) -> list[Sprite | None]:
+        """The targets of those numbers, each alone, at frame `index`."""
         views, sight = [], self.sight(index)
-        for course in compress(self.courses, present):
+        for number in numbers:
+            course = self.courses[number]
             view, shift = course.view(index, sight), shifts.get(course.target.id)
             views.append((course.target.shape, view if shift is None else _moved(view, shift)))
         return draw_all(views)

@@ -111,10 +111,14 @@ def temperature_of(band: Band, radiance: float) -> float:
     """`temperature` of a single one, in a fifth of the time."""
     log_l, inverse_t = _steps(band)
     level = math.log(max(radiance, sys.float_info.min))
-    after = min(max(bisect(log_l, level), 1), len(log_l) - 1)
+    after = bisect(log_l, level, 1, len(log_l) - 1)
     low, high = log_l[after - 1], log_l[after]
-    share = (min(max(level, low), high) - low) / (high - low)
-    return -1 / (inverse_t[after - 1] + share * (inverse_t[after] - inverse_t[after - 1]))
+    if level < low:
+        level = low
+    elif level > high:
+        level = high
+    before = inverse_t[after - 1]
+    return -1 / (before + (level - low) / (high - low) * (inverse_t[after] - before))
 
 
 @lru_cache

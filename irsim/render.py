@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, lru_cache
-from itertools import combinations, compress
+from itertools import combinations
 from typing import cast
 
 import numpy as np
@@ -50,7 +50,10 @@ class Renderer:
             for offset in camera.instants(scenario.is_on)
         ]
         self.courses = self.now.courses
-        self.motions = [self._motion(course.positions, course.attitudes) for course in self.courses]
+        self.targets = [course.target for course in self.courses]
+        self.classes = [target.cls or target.shape.stands_for for target in self.targets]
+        motions = [self._motion(course.positions, course.attitudes) for course in self.courses]
+        self.motions = np.array(motions).reshape(len(motions), scenario.frames, 5)
 
     def _motion(self, positions: Floats, attitudes: Floats) -> Floats:
         """(n, 5): velocity (vx, vy), px per frame, the apparent displacement since the frame before (frame 0: to the
@@ -181,14 +184,15 @@ class Renderer:
         the light that frames show, whatever is moved, left out, or worked out in more digits."""
         sight = self.sight(index)
         as_given = exactly or bool(self.scenario.without)
-        there = (course.target for course in self.courses)
-        present = [target.exists(index) and (only is None or target.id in only) for target in there]
-        courses = list(compress(self.courses, present))
-        for course, sprite in zip(
-            courses, self._exposed(lambda instant: instant.sprites(index, present, shifts)), strict=True
-        ):
-            target = course.target
+        present = [
+            number
+            for number, target in enumerate(self.targets)
+            if target.exists(index) and (only is None or target.id in only)
+        ]
+        drawn = self._exposed(lambda instant: instant.sprites(index, present, shifts))
+        for number, sprite in zip(present, drawn, strict=True):
             if sprite is not None:
+                course, target = self.courses[number], self.targets[number]
                 arrived = arriving(sprite, sight, target.id)
                 if arrived.wanted is not None and as_given:
                     asked = self._asked(index).get(target.id)
@@ -196,9 +200,10 @@ class Renderer:
                 if target.contrast != 1:
                     arrived = arrived._replace(contrast=arrived.contrast * target.contrast)
                 yield Piece(target.id, arrived, tracked=True, first_m=course.first_m(index, sight))
-        occluders = self.occluders if only is None else []
-        standing = self._exposed(lambda instant: [each.draw(instant.sight(index)) for each in occluders])
-        for occluder, sprite in zip(occluders, standing, strict=True):
+        if only is not None or not self.occluders:
+            return
+        standing = self._exposed(lambda instant: [each.draw(instant.sight(index)) for each in self.occluders])
+        for occluder, sprite in zip(self.occluders, standing, strict=True):
             if sprite is not None:
                 first_m = occluder.range_m if sight.carried else None
                 yield Piece(occluder.name, arriving(sprite, sight), tracked=False, first_m=first_m)
@@ -217,25 +222,23 @@ class Renderer:
 
     def _truth(self, index: int, seen: list[Seen]) -> Truth:
         found = {target.piece.name: target for target in seen}
-        crossing = _crossing({target.piece.name: target.piece.sprite.box for target in seen})
-        return Truth(
-            index,
-            index / self.stage.rate_hz,
-            tuple(
-                self._target_truth(number, index, found[course.target.id], course.target.id in crossing)
-                for number, course in enumerate(self.courses)
-                if course.target.id in found
-            ),
-        )
+        crossing = _crossing({name: target.piece.sprite.box for name, target in found.items()})
+        motions = self.motions[:, index].tolist()
+        targets = [
+            self._target_truth(target.id, cls, found[target.id], motion, target.id in crossing)
+            for target, cls, motion in zip(self.targets, self.classes, motions, strict=True)
+            if target.id in found
+        ]
+        return Truth(index, index / self.stage.rate_hz, tuple(targets))
 
-    def _target_truth(self, number: int, index: int, seen: Seen, crossing: bool) -> TargetTruth:
-        target, sprite = self.courses[number].target, seen.piece.sprite
-        vx, vy, yaw, pitch, roll = self.motions[number][index].tolist()
+    def _target_truth(self, name: str, cls: str, seen: Seen, motion: list[float], crossing: bool) -> TargetTruth:
+        sprite = seen.piece.sprite
+        vx, vy, yaw, pitch, roll = motion
         return TargetTruth(
-            id=target.id,
+            id=name,
             center=sprite.center,
             box=sprite.box,
-            cls=target.cls or target.shape.stands_for,
+            cls=cls,
             signal_center=sprite.signal_center,
             velocity=(vx, vy) if math.isfinite(vx) and math.isfinite(vy) else None,
             attitude=(yaw, pitch, roll),

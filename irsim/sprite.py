@@ -85,7 +85,7 @@ class Sprite(NamedTuple):
 
     def meets(self, other: Sprite) -> tuple[Slices, Slices] | None:
         """Where its patch and another one's meet, likewise."""
-        return self.within(other.cover.shape, (other.x0, other.y0))
+        return overlap((self.x0, self.y0), self.cover.shape, (other.x0, other.y0), other.cover.shape)
 
     @property
     def covers(self) -> Floats:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from irsim.sprite import Sprite
+from irsim.sprite import During
 from irsim.types import Floats, Slices
 
 WHOLE = slice(None), slice(None)
@@ -22,12 +22,10 @@ class Unsteady(NamedTuple):
     light: Floats
 
     @classmethod
-    def of(cls, sprite: Sprite, light: Floats, within: tuple[Slices, Slices]) -> Unsteady | None:
-        """What a sprite brings before so much light, (rows, cols); None of one that stands still."""
-        if sprite.during is None:
-            return None
+    def of(cls, during: During, light: Floats, within: tuple[Slices, Slices]) -> Unsteady:
+        """What something that moves brings before so much light, (rows, cols)."""
         inner, outer = within
-        alpha, emission = (each[(..., *inner)] for each in (sprite.during.alpha, sprite.during.emission))
+        alpha, emission = (each[(..., *inner)] for each in (during.alpha, during.emission))
         brought = emission - alpha * light[outer]
         return cls(outer, brought - brought.mean(axis=0))
 

@@ -15,11 +15,11 @@ from test_shapes import AWAY, BODIES, shape, stage
 from irsim.compiled import COMPILED
 from irsim.motion.attitude import euler
 from irsim.optics import GaussianSpread, LensSpread, PointSpread
-from irsim.shapes import View, draw_all, posed, silhouette
+from irsim.shapes import View, body, draw_all, silhouette
 from irsim.shapes.joints import Rigid, hinge
 from irsim.shapes.mesh import mesh
 from irsim.shapes.polygon import outline
-from irsim.shapes.posed import Posed, Rest, posed_sprites
+from irsim.shapes.posed import Posed, Rest, posed_sprite, posed_sprites
 from irsim.shapes.rims import Joints
 from irsim.shapes.silhouette import Outline, sprites
 from irsim.shapes.solids import Solid
@@ -129,7 +129,7 @@ def test_bodies(kind: str, psf_px: float) -> None:
         things.append((shape(kind), View(place, turn, where, float(rng.uniform(0, 3)))))
     with PLAIN.context() as patch:
         patch.setattr(silhouette, "COMPILED", False)
-        patch.setattr(posed, "COMPILED", False)
+        patch.setattr(body, "COMPILED", False)
         expected = draw_all(things)
     assert any(each is not None for each in expected)
     for ours, theirs in zip(draw_all(things), expected, strict=True):
@@ -168,17 +168,15 @@ def test_outlines_of_any_parts(count: int, seed: int, of_part: list[int], angle:
         "other": Rigid((*np.eye(3).ravel().tolist(), *rng.uniform(-1, 1, 3).tolist())),
     }
     view = View(np.array([0.0, 0.0, range_m]), AWAY @ euler(rng.uniform(-180, 180, 3)), where)
-    body = Posed(Rest(form, joints, np.arange(float(count))), motions, 1.5, view, 0.5)
-    (ours,) = posed_sprites([body])
-    (theirs,) = plainly_posed(body)
-    same(ours, theirs)
+    one = Posed(Rest(form, joints, np.arange(float(count))), motions, 1.5, view, 0.5)
+    (theirs,) = plainly_posed(one)
+    same(posed_sprite(one), theirs)
 
 
-def plainly_posed(body: Posed) -> list[Sprite | None]:
+def plainly_posed(one: Posed) -> list[Sprite | None]:
     with PLAIN.context() as patch, np.errstate(invalid="ignore"):
         patch.setattr(silhouette, "COMPILED", False)
-        patch.setattr(posed, "COMPILED", False)
-        return posed_sprites([body])
+        return posed_sprites([one])
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, 1e300])
@@ -197,4 +195,4 @@ def test_a_body_at_what_is_no_place_neither_crashes_nor_hangs(bad: float) -> Non
     for place in ([0.0, 0.0, bad], [bad, 0.0, 9.0]):
         view = View(np.array(place), AWAY, stage())
         with contextlib.suppress(ValueError):
-            posed_sprites([Posed(Rest(form, still, np.arange(9.0)), {}, 1.0, view, 1.0)])
+            posed_sprite(Posed(Rest(form, still, np.arange(9.0)), {}, 1.0, view, 1.0))

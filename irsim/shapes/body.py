@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from irsim.compiled import COMPILED
 from irsim.kinds import suggestion
 from irsim.quantities import Fraction, Kelvin, Length
 from irsim.radiometry import grey_body
@@ -17,7 +18,7 @@ from irsim.shapes.base import Shape, View
 from irsim.shapes.joints import Rigid
 from irsim.shapes.mesh import Mesh, mesh
 from irsim.shapes.parting import parted
-from irsim.shapes.posed import Posed, Rest, posed_sprites
+from irsim.shapes.posed import Posed, Rest, posed_sprite, posed_sprites
 from irsim.shapes.rims import Joints
 from irsim.shapes.solids import Solid
 from irsim.sprite import Sprite
@@ -73,7 +74,7 @@ class Body(Shape):
         return {}
 
     def draw(self, view: View) -> Sprite | None:
-        return draw_all([(self, view)])[0]
+        return posed_sprite(self.posed(view))
 
     def posed(self, view: View) -> Posed:
         """What is drawn of it."""
@@ -130,6 +131,8 @@ def _glow(body: Body, band: Band, surroundings: float) -> Floats:
 
 
 def draw_all(things: Sequence[tuple[Shape, View]]) -> list[Sprite | None]:
-    """Each of the shapes as its own `draw` gives it; bodies are drawn together, which is quicker."""
+    """Each of the shapes as its own `draw` gives it; where nothing is compiled, bodies are drawn together."""
+    if COMPILED:
+        return [shape.draw(view) for shape, view in things]
     drawn = iter(posed_sprites([shape.posed(view) for shape, view in things if isinstance(shape, Body)]))
     return [next(drawn) if isinstance(shape, Body) else shape.draw(view) for shape, view in things]

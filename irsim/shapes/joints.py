@@ -59,8 +59,11 @@ def hinge(pivot: Point3, axis: Point3, angle: float) -> Rigid:
     """
     (x, y, z), (px, py, pz), sine, cosine = axis, pivot, math.sin(angle), math.cos(angle)
     rest = 1 - cosine
-    a, b, c = cosine + rest * x * x, rest * x * y - sine * z, rest * x * z + sine * y
-    d, e, f = rest * x * y + sine * z, cosine + rest * y * y, rest * y * z - sine * x
-    g, h, i = rest * x * z - sine * y, rest * y * z + sine * x, cosine + rest * z * z
-    shift = px - (a * px + b * py + c * pz), py - (d * px + e * py + f * pz), pz - (g * px + h * py + i * pz)
-    return Rigid((a, b, c, d, e, f, g, h, i, *shift))
+    along_x, along_y = rest * x, rest * y
+    xy, xz, yz = along_x * y, along_x * z, along_y * z
+    about_x, about_y, about_z = sine * x, sine * y, sine * z
+    a, b, c = cosine + along_x * x, xy - about_z, xz + about_y
+    d, e, f = xy + about_z, cosine + along_y * y, yz - about_x
+    g, h, i = xz - about_y, yz + about_x, cosine + rest * z * z
+    u, v, w = px - (a * px + b * py + c * pz), py - (d * px + e * py + f * pz), pz - (g * px + h * py + i * pz)
+    return Rigid((a, b, c, d, e, f, g, h, i, u, v, w))

@@ -48,10 +48,13 @@ class Posed(NamedTuple):
     brightness: float
 
 
+def posed_sprite(body: Posed) -> Sprite | None:
+    """Draw a body; None where any of it lies behind the camera."""
+    return _compiled_sprite(body) if COMPILED else posed_sprites([body])[0]
+
+
 def posed_sprites(bodies: Sequence[Posed]) -> list[Sprite | None]:
-    """Draw bodies, each alone; None where any of one lies behind the camera."""
-    if COMPILED:
-        return [_sprite(body) for body in bodies]
+    """Draw bodies, each as alone, but together: quicker where nothing is compiled."""
     outlines = [outlined(body) for body in bodies]
     drawn = iter(sprites([outline for outline in outlines if outline is not None]))
     return [None if outline is None else next(drawn) for outline in outlines]
@@ -67,11 +70,11 @@ def outlined(body: Posed) -> Outline | None:
     return Outline(found.edges, found.glow, found.box, window, view.stage.psf, range_m, found.middle)
 
 
-def _sprite(body: Posed) -> Sprite | None:
-    """What `posed_sprites` does, compiled."""
+def _compiled_sprite(body: Posed) -> Sprite | None:
     rest, motions, scale, view, brightness = body
     stage = view.stage
     geometry = stage.geometry
+    (columns, rows), (right, down) = geometry.size, geometry.shift_px
     found = kernels.body_light(
         rest.table,
         tuple([motions[name].numbers for name in rest.joints.names]),
@@ -79,8 +82,10 @@ def _sprite(body: Posed) -> Sprite | None:
         view.position,
         view.attitude,
         geometry.ifov_rad,
-        *geometry.size,
-        *geometry.shift_px,
+        columns,
+        rows,
+        right,
+        down,
         rest.glow,
         brightness,
         _spreads(stage.psf),
@@ -88,8 +93,8 @@ def _sprite(body: Posed) -> Sprite | None:
     if found is None:
         return None
     x0, y0, shape, light, center, signal_center, box, range_m, area = found
-    cover, alpha, emission = np.ndarray(shape, np.float64, light)
-    return Sprite(x0, y0, cover, alpha, emission, center, signal_center, Box(*box), range_m, area)
+    planes = np.ndarray(shape, np.float64, light)  # taken one by one, in half the time of unpacking
+    return Sprite(x0, y0, planes[0], planes[1], planes[2], center, signal_center, Box(*box), range_m, area)
 
 
 @lru_cache(maxsize=32)
