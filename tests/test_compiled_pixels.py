@@ -212,6 +212,17 @@ def test_clouds_of_another_size_are_refused() -> None:
         kernels.cloud(one, one, one.astype(float), 0.0, 1.0, 1.0, *table, *out)
 
 
+def test_pixels_of_a_veil_that_are_worked_out_at_once_are_what_each_is_alone() -> None:
+    states = rng.stream(2, 1).integers(0, 65536, (4, 6, 30)).astype(np.uint16)
+    under, found, one, *air = rng.stream(2, 2).random((5, 5, 29)).astype(np.float32)
+    for airy in ([], air):
+        kernels.veil(under, 0.3, 0.7, 0.45, 2e-5, 5e-5, found, *states, *airy)
+        for i in range(29):
+            few = [picture[:, i : i + 1] for picture in (under, one, *airy)]
+            kernels.veil(few[0], 0.3, 0.7, 0.45, 2e-5, 5e-5, few[1], *states[:, :, i : i + 2], *few[2:])
+        np.testing.assert_array_equal(found, one)
+
+
 def test_a_veil_of_another_size_is_refused() -> None:
     state, light = np.full((5, 6), 2, np.uint16), np.ones((4, 5), np.float32)
     kernels.veil(light, 0.5, 0.25, 0.0, 0.5, 0.5, light, state, state, state, state)

@@ -99,7 +99,7 @@ int hiding_order(const Form *form, const char *to_eye, const Extent *boxes, int6
     Scratch held = {.count = 0};
     Hiding hiding = {.words = (form->parts + 63) / 64};
     hiding.hiders = scratch(&held, form->parts * hiding.words, sizeof(uint64_t));
-    int64_t *counts = hiding.hiders ? scratch(&held, form->parts, sizeof(int64_t)) : NULL;
+    int64_t *counts = hiding.hiders ? scratch_as_is(&held, form->parts, sizeof(int64_t)) : NULL;
     if (counts) {
         for (Py_ssize_t first = 0; first < form->parts; first++)
             for (Py_ssize_t second = first + 1; second < form->parts; second++)

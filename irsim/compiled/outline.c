@@ -17,9 +17,9 @@ static Place turned(const double *turn, Place place)
 /* Vertices, normals and offsets of a body's parts, those on joints moved. */
 static int move_parts(Form *form, const Pose *pose, Scratch *held)
 {
-    Place *vertices = scratch(held, form->vertices_count, sizeof(Place));
-    Place *normals = vertices ? scratch(held, form->faces, sizeof(Place)) : NULL;
-    double *offsets = normals ? scratch(held, form->faces, sizeof(double)) : NULL;
+    Place *vertices = scratch_as_is(held, form->vertices_count, sizeof(Place));
+    Place *normals = vertices ? scratch_as_is(held, form->faces, sizeof(Place)) : NULL;
+    double *offsets = normals ? scratch_as_is(held, form->faces, sizeof(double)) : NULL;
     if (offsets == NULL)
         return -1;
     memcpy(vertices, form->vertices, (size_t)form->vertices_count * sizeof(Place));
@@ -109,14 +109,14 @@ static void sort_rims(const Form *form, const char *to_eye, const Point *pixels,
 int outline(const Form *form, const Pose *pose, Scratch *held, Rims *rims)
 {
     Form posed = *form;
-    Point *pixels = scratch(held, form->vertices_count, sizeof(Point));
-    Extent *boxes = pixels ? scratch(held, form->parts, sizeof(Extent)) : NULL;
-    char *to_eye = boxes ? scratch(held, form->faces, 1) : NULL;
+    Point *pixels = scratch_as_is(held, form->vertices_count, sizeof(Point));
+    Extent *boxes = pixels ? scratch_as_is(held, form->parts, sizeof(Extent)) : NULL;
+    char *to_eye = boxes ? scratch_as_is(held, form->faces, 1) : NULL;
     Py_ssize_t *next = to_eye ? scratch(held, form->parts, sizeof(Py_ssize_t)) : NULL;
-    rims->rank = next ? scratch(held, form->parts, sizeof(int64_t)) : NULL;
-    rims->start = rims->rank ? scratch(held, form->edges_count, sizeof(Point)) : NULL;
-    rims->stop = rims->start ? scratch(held, form->edges_count, sizeof(Point)) : NULL;
-    rims->layer = rims->stop ? scratch(held, form->edges_count, sizeof(int64_t)) : NULL;
+    rims->rank = next ? scratch_as_is(held, form->parts, sizeof(int64_t)) : NULL;
+    rims->start = rims->rank ? scratch_as_is(held, form->edges_count, sizeof(Point)) : NULL;
+    rims->stop = rims->start ? scratch_as_is(held, form->edges_count, sizeof(Point)) : NULL;
+    rims->layer = rims->stop ? scratch_as_is(held, form->edges_count, sizeof(int64_t)) : NULL;
     if (rims->layer == NULL || (form->joints > 0 && move_parts(&posed, pose, held) < 0))
         return -1;
     if (!project(&posed, pose, pixels, boxes, &rims->box))

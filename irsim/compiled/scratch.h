@@ -12,16 +12,29 @@ typedef struct {
     int count;
 } Scratch;
 
-/* Room for `count` things of `size` bytes, all zero; NULL with an exception where there is none. */
-static inline void *scratch(Scratch *held, Py_ssize_t count, size_t size)
+static inline void *held_by(Scratch *held, void *room)
 {
-    void *room = held->count < MOST_SCRATCH ? PyMem_Calloc((size_t)(count > 0 ? count : 1), size) : NULL;
     if (room == NULL) {
         PyErr_NoMemory();
         return NULL;
     }
     held->of[held->count++] = room;
     return room;
+}
+
+/* Room for `count` things of `size` bytes, all zero; NULL with an exception where there is none. */
+static inline void *scratch(Scratch *held, Py_ssize_t count, size_t size)
+{
+    const size_t things = (size_t)(count > 0 ? count : 1);
+    return held_by(held, held->count < MOST_SCRATCH ? PyMem_Calloc(things, size) : NULL);
+}
+
+/* The same, with whatever was in it: for what is written before it is read. */
+static inline void *scratch_as_is(Scratch *held, Py_ssize_t count, size_t size)
+{
+    const size_t things = (size_t)(count > 0 ? count : 1);
+    const int fits = things <= PY_SSIZE_T_MAX / size && held->count < MOST_SCRATCH;
+    return held_by(held, fits ? PyMem_Malloc(things * size) : NULL);
 }
 
 static inline void discard(Scratch *held)

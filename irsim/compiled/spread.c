@@ -247,7 +247,7 @@ int spread_touches(const Touches *touches, const Spread *by, Py_ssize_t rows, Py
     Py_ssize_t high = rows + 2 * by->reach, wide = columns + 2 * by->reach, size = high * wide, cells = rows * by->fine;
     Scratch held = {.count = 0};
     Cell *room = scratch(&held, 2 * cells, sizeof(Cell));
-    int32_t *numbers = room ? scratch(&held, 2 * cells, sizeof(int32_t)) : NULL;
+    int32_t *numbers = room ? scratch_as_is(&held, 2 * cells, sizeof(int32_t)) : NULL;
     const Py_ssize_t both = 2 * high + FOURS; /* of opacity and glow, and what of the last four is beyond */
     double *sums = numbers ? scratch(&held, 2 * by->fine * both + 2 * rows, sizeof(double)) : NULL;
     double *picture = sums ? scratch(&held, 2 * size, sizeof(double)) : NULL;

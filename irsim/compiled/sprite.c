@@ -31,7 +31,7 @@ static int draw(const Pieces *pieces, const Grid *grid, const Spread *by, Py_ssi
                 double *light)
 {
     Scratch held = {.count = 0};
-    Touches touches = {.last = scratch(&held, grid->columns, sizeof(int32_t))};
+    Touches touches = {.last = scratch_as_is(&held, grid->columns, sizeof(int32_t))};
     int failed = touches.last == NULL;
     for (int64_t i = 0; i < grid->columns && !failed; i++)
         touches.last[i] = -1;

@@ -4,6 +4,11 @@
 #include "plane.h"
 #include "veil.h"
 
+#if defined(__x86_64__) && defined(__GNUC__)
+#define EIGHTS
+#include <immintrin.h>
+#endif
+
 /* Two states, a row and a column larger than the picture. */
 typedef struct {
     Words early, late;
@@ -48,32 +53,110 @@ typedef struct {
     Plane passed, lit;
 } Air;
 
+/* What a row of the picture is made from: the words of both states of both fields, what is seen, and the air. */
+typedef struct {
+    const uint16_t *early, *late, *own_early, *own_late;
+    const float *seen, *tau, *lit;
+    float *values;
+} Row;
+
+INLINED Row row_of(const Field *passed, const Field *emitted, const Plane *under, const Plane *light, const Air *air,
+                   Py_ssize_t row)
+{
+    return (Row){.early = passed->early.data + (row + 1) * passed->early.stride,
+                 .late = passed->late.data + (row + 1) * passed->late.stride,
+                 .own_early = emitted->early.data + (row + 1) * emitted->early.stride,
+                 .own_late = emitted->late.data + (row + 1) * emitted->late.stride,
+                 .seen = under->data + row * under->stride,
+                 .tau = air == NULL ? NULL : air->passed.data + row * air->passed.stride,
+                 .lit = air == NULL ? NULL : air->lit.data + row * air->lit.stride,
+                 .values = light->data + row * light->stride};
+}
+
+#ifdef EIGHTS
+/* The compiler converts words by sixteens, whose halves it takes apart: 0.66 ns a pixel, 0.45 by eights (Zen 3). What
+ * counts of a word and of the one right of it, eight times each. */
+typedef struct {
+    __m256 of_early, right_of_early, of_late, right_of_late;
+} Shares;
+
+FUSING INLINED Shares shares_of(const Field *field)
+{
+    return (Shares){_mm256_set1_ps(field->of_early), _mm256_set1_ps(field->right_of_early),
+                    _mm256_set1_ps(field->of_late), _mm256_set1_ps(field->right_of_late)};
+}
+
+FUSING INLINED __m256 eight(const uint16_t *words)
+{
+    return _mm256_cvtepi32_ps(_mm256_cvtepu16_epi32(_mm_loadu_si128((const __m128i *)words)));
+}
+
+/* See `beside`. */
+FUSING INLINED __m256 eight_beside(const Shares *shares, const uint16_t *early, const uint16_t *late)
+{
+    __m256 sum = _mm256_mul_ps(eight(early), shares->of_early);
+    sum = _mm256_fmadd_ps(eight(early + 1), shares->right_of_early, sum);
+    sum = _mm256_fmadd_ps(eight(late), shares->of_late, sum);
+    return _mm256_fmadd_ps(eight(late + 1), shares->right_of_late, sum);
+}
+
+/* The pixels whose lower edges are `below`, which are kept as the next row's upper ones. */
+FUSING INLINED __m256 eight_between(float *kept, __m256 below, __m256 down)
+{
+    const __m256 above = _mm256_loadu_ps(kept);
+    _mm256_storeu_ps(kept, below);
+    return _mm256_fmadd_ps(_mm256_sub_ps(below, above), down, above);
+}
+
+/* As many pixels of a row as there are by eights, as `lay` has them; how many they are. */
+FUSING static Py_ssize_t lay_eights(const Field *passed, const Field *emitted, float down, const Row *at,
+                                    Py_ssize_t columns)
+{
+    const Shares through = shares_of(passed), own = shares_of(emitted);
+    const __m256 share = _mm256_set1_ps(down);
+    const Row row = *at;
+    float *through_above = passed->above, *own_above = emitted->above;
+    const int airy = row.tau != NULL;
+    Py_ssize_t i = 0;
+    for (; i + 8 <= columns; i += 8) {
+        const __m256 below = eight_beside(&through, row.early + i, row.late + i);
+        const __m256 own_below = eight_beside(&own, row.own_early + i, row.own_late + i);
+        const __m256 left = eight_between(through_above + i, below, share);
+        __m256 added = eight_between(own_above + i, own_below, share), seen = _mm256_loadu_ps(row.seen + i);
+        if (airy) {
+            const __m256 lit = _mm256_loadu_ps(row.lit + i);
+            added = _mm256_fmadd_ps(added, _mm256_loadu_ps(row.tau + i), lit);
+            seen = _mm256_sub_ps(seen, lit);
+        }
+        _mm256_storeu_ps(row.values + i, _mm256_fmadd_ps(seen, left, added));
+    }
+    return i;
+}
+#else
+#define lay_eights(passed, emitted, down, at, columns) 0
+#endif
+
 /* `under` may be the light itself; air may be NULL. Behind air that passes tau and shines by p a field of transmittance
  * t and emission e leaves of u: u t + tau e + p (1 - t) = (u - p) t + tau e + p. */
 INLINED void lay(const Field *passed, const Field *emitted, float down, const Plane *under, const Plane *light,
-                 const Air *air, int fused)
+                 const Air *air, int fused, int by_eights)
 {
     const Field through = *passed, own = *emitted;
-    float *restrict through_above = through.above, *restrict own_above = own.above;
     begin(passed, light->columns, fused);
     begin(emitted, light->columns, fused);
     for (Py_ssize_t row = 0; row < light->rows; row++) {
-        const uint16_t *early = through.early.data + (row + 1) * through.early.stride;
-        const uint16_t *late = through.late.data + (row + 1) * through.late.stride;
-        const uint16_t *own_early = own.early.data + (row + 1) * own.early.stride;
-        const uint16_t *own_late = own.late.data + (row + 1) * own.late.stride;
-        const float *seen = under->data + row * under->stride;
-        float *values = light->data + row * light->stride;
-        const float *tau = air == NULL ? NULL : air->passed.data + row * air->passed.stride;
-        const float *lit = air == NULL ? NULL : air->lit.data + row * air->lit.stride;
+        const Row at = row_of(&through, &own, under, light, air, row);
+        const Py_ssize_t done = by_eights ? lay_eights(&through, &own, down, &at, light->columns) : 0;
+        float *restrict through_above = through.above, *restrict own_above = own.above;
         EACH_ALONE
-        for (Py_ssize_t i = 0; i < light->columns; i++) {
-            const float below = beside(&through, early, late, i, fused);
-            const float own_below = beside(&own, own_early, own_late, i, fused);
+        for (Py_ssize_t i = done; i < light->columns; i++) {
+            const float below = beside(&through, at.early, at.late, i, fused);
+            const float own_below = beside(&own, at.own_early, at.own_late, i, fused);
             const float left = plus(through_above[i], below - through_above[i], down, fused);
             const float added = plus(own_above[i], own_below - own_above[i], down, fused);
-            values[i] = air == NULL ? plus(added, seen[i], left, fused)
-                                    : plus(plus(lit[i], added, tau[i], fused), seen[i] - lit[i], left, fused);
+            at.values[i] =
+                air == NULL ? plus(added, at.seen[i], left, fused)
+                            : plus(plus(at.lit[i], added, at.tau[i], fused), at.seen[i] - at.lit[i], left, fused);
             through_above[i] = below;
             own_above[i] = own_below;
         }
@@ -92,30 +175,30 @@ static void see_twice(const Field *field, float down, const Plane *out)
 
 /* Both ways are compiled apart: without air nothing of it is read. */
 INLINED void lay_in(const Field *passed, const Field *emitted, float down, const Plane *under, const Plane *light,
-                    const Air *air, int fused)
+                    const Air *air, int fused, int by_eights)
 {
     if (air == NULL)
-        lay(passed, emitted, down, under, light, NULL, fused);
+        lay(passed, emitted, down, under, light, NULL, fused, by_eights);
     else
-        lay(passed, emitted, down, under, light, air, fused);
+        lay(passed, emitted, down, under, light, air, fused, by_eights);
 }
 
 FUSING_WIDELY static void lay_widely(const Field *passed, const Field *emitted, float down, const Plane *under,
                                      const Plane *light, const Air *air)
 {
-    lay_in(passed, emitted, down, under, light, air, 1);
+    lay_in(passed, emitted, down, under, light, air, 1, 0);
 }
 
 FUSING static void lay_fused(const Field *passed, const Field *emitted, float down, const Plane *under,
                              const Plane *light, const Air *air)
 {
-    lay_in(passed, emitted, down, under, light, air, 1);
+    lay_in(passed, emitted, down, under, light, air, 1, 1);
 }
 
 static void lay_twice(const Field *passed, const Field *emitted, float down, const Plane *under,
                       const Plane *light, const Air *air)
 {
-    lay_in(passed, emitted, down, under, light, air, 0);
+    lay_in(passed, emitted, down, under, light, air, 0, 0);
 }
 
 static int larger(const Words *state, const Plane *picture)

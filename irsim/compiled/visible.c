@@ -3,9 +3,9 @@
 #include "visible.h"
 
 #include "fused.h"
-#include "wide.h"
 
-#ifdef WIDE_VECTORS
+#if defined(__x86_64__) && defined(__GNUC__)
+#define FOURS 4
 #include <immintrin.h>
 #endif
 
@@ -140,6 +140,49 @@ FUSING_WIDELY static inline int runs_through_widely(const Edge *edge, const Side
 }
 #endif
 
+#ifdef FOURS
+/* The same, four lines at a time: of whole bodies 0.9 of the time that the loops take. */
+FUSING INLINED int runs_through_by_fours(const Edge *edge, const Sides *sides, Through *through)
+{
+    static const int64_t asked[2 * FOURS] = {-1, -1, -1, -1, 0, 0, 0, 0};
+    const __m256d start_x = _mm256_set1_pd(edge->start.x), start_y = _mm256_set1_pd(edge->start.y);
+    const __m256d stop_x = _mm256_set1_pd(edge->stop.x), stop_y = _mm256_set1_pd(edge->stop.y);
+    const __m256d zero = _mm256_setzero_pd(), one = _mm256_set1_pd(1.0);
+    __m256d from = zero, to = one;
+    int any = 0;
+    for (Py_ssize_t i = 0; i < sides->count; i += FOURS) {
+        const Py_ssize_t left = sides->count - i, absent = left < FOURS ? FOURS - left : 0;
+        const __m256i some = _mm256_loadu_si256((const __m256i *)(asked + absent));
+        const __m256d x = _mm256_maskload_pd(sides->across + i, some);
+        const __m256d y = _mm256_maskload_pd(sides->down + i, some);
+        const __m256d level = _mm256_maskload_pd(sides->level + i, some); /* nothing is beyond those not asked for */
+        const __m256d starts = _mm256_sub_pd(_mm256_add_pd(_mm256_mul_pd(start_x, x), _mm256_mul_pd(start_y, y)), level);
+        const __m256d stops = _mm256_sub_pd(_mm256_add_pd(_mm256_mul_pd(stop_x, x), _mm256_mul_pd(stop_y, y)), level);
+        const __m256d begins = _mm256_cmp_pd(starts, zero, _CMP_LT_OQ), ends = _mm256_cmp_pd(stops, zero, _CMP_LT_OQ);
+        if (!_mm256_testz_pd(begins, ends))
+            return 0;
+        if (_mm256_movemask_pd(_mm256_or_pd(begins, ends))) {
+            const __m256d crossing = _mm256_div_pd(starts, _mm256_sub_pd(starts, stops));
+            from = _mm256_max_pd(from, _mm256_blendv_pd(zero, crossing, begins));
+            to = _mm256_min_pd(to, _mm256_blendv_pd(one, crossing, ends));
+            any = 1;
+        }
+    }
+    double entries[FOURS] = {0.0}, leaves[FOURS] = {1.0};
+    if (any) {
+        _mm256_storeu_pd(entries, from);
+        _mm256_storeu_pd(leaves, to);
+        for (int i = 1; i < FOURS; i++) {
+            entries[0] = greater(entries[0], entries[i]);
+            leaves[0] = lesser(leaves[0], leaves[i]);
+        }
+    }
+    through->entry = entries[0];
+    through->leave = leaves[0];
+    return entries[0] < leaves[0];
+}
+#endif
+
 static void find_near(Picture *picture, int64_t own)
 {
     picture->count_near = 0;
@@ -171,7 +214,7 @@ INLINED Py_ssize_t all_by(const Picture *picture, const Edge *edge, RunsThrough 
     return found;
 }
 
-WIDE static Py_ssize_t all_by_loops(const Picture *picture, const Edge *edge)
+static Py_ssize_t all_by_loops(const Picture *picture, const Edge *edge)
 {
     return all_by(picture, edge, runs_through);
 }
@@ -183,6 +226,15 @@ FUSING_WIDELY static Py_ssize_t all_widely(const Picture *picture, const Edge *e
 }
 #else
 #define all_widely all_by_loops
+#endif
+
+#ifdef FOURS
+FUSING static Py_ssize_t all_by_fours(const Picture *picture, const Edge *edge)
+{
+    return all_by(picture, edge, runs_through_by_fours);
+}
+#else
+#define all_by_fours all_by_loops
 #endif
 
 /* Where the edge of that number is cut, in the order that its plain twin sorts them in. */
@@ -227,7 +279,7 @@ static int keep(Pieces *pieces, const Edge *edge, int64_t layer, double begin, d
 static int keep_visible(const Picture *picture, Py_ssize_t number, int64_t own, Pieces *pieces)
 {
     const Edge *edge = &picture->edges[number];
-    Py_ssize_t count = (fuses_widely() ? all_widely : all_by_loops)(picture, edge);
+    Py_ssize_t count = (fuses_widely() ? all_widely : fuses() ? all_by_fours : all_by_loops)(picture, edge);
     sort_cuts(picture->cuts, picture->through, count, number);
     int open = 0; /* is there a piece that may go on? */
     double from = 0.0, to = 0.0, opacity = 0.0, gain = 0.0;
@@ -276,13 +328,13 @@ int visible_pieces(const Point *start, const Point *stop, const int64_t *layer, 
                    Py_ssize_t layers, Pieces *pieces)
 {
     Scratch held = {.count = 0};
-    Edge *edges = scratch(&held, count, sizeof(Edge));
-    double *room = edges ? scratch(&held, 5 * count, sizeof(double)) : NULL;
-    int64_t *first = room ? scratch(&held, layers + 1, sizeof(int64_t)) : NULL;
-    Extent *boxes = first ? scratch(&held, layers, sizeof(Extent)) : NULL;
-    int64_t *near = boxes ? scratch(&held, layers, sizeof(int64_t)) : NULL;
-    Through *through = near ? scratch(&held, layers, sizeof(Through)) : NULL;
-    Cut *cuts = through ? scratch(&held, 2 * layers, sizeof(Cut)) : NULL;
+    Edge *edges = scratch_as_is(&held, count, sizeof(Edge));
+    double *room = edges ? scratch_as_is(&held, 5 * count, sizeof(double)) : NULL;
+    int64_t *first = room ? scratch_as_is(&held, layers + 1, sizeof(int64_t)) : NULL;
+    Extent *boxes = first ? scratch_as_is(&held, layers, sizeof(Extent)) : NULL;
+    int64_t *near = boxes ? scratch_as_is(&held, layers, sizeof(int64_t)) : NULL;
+    Through *through = near ? scratch_as_is(&held, layers, sizeof(Through)) : NULL;
+    Cut *cuts = through ? scratch_as_is(&held, 2 * layers, sizeof(Cut)) : NULL;
     int failed = cuts == NULL || find_first(layer, count, layers, first) < 0;
     if (!failed) {
         double each = inset_of(start, count);
