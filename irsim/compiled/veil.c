@@ -74,7 +74,8 @@ INLINED Row row_of(const Field *passed, const Field *emitted, const Plane *under
 }
 
 #ifdef EIGHTS
-/* The compiler converts words by sixteens, and takes half as long again as by eights. */
+/* The compiler converts words by sixteens, whose halves it takes apart: 0.66 ns a pixel, 0.45 by eights (Zen 3). What
+ * counts of a word and of the one right of it, eight times each. */
 typedef struct {
     __m256 of_early, right_of_early, of_late, right_of_late;
 } Shares;

