@@ -154,7 +154,6 @@ def forget() -> None:
         ar1._process,
         drift._process,
         drift._deviation,
-        drift._corrected,
         bad_pixels._telegraph,
         noise_3d._lines,
         terms.staying,

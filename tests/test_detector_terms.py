@@ -12,8 +12,8 @@ import pytest
 from scipy import ndimage, stats
 
 from irsim.detector import Ar1, BadPixels, Drift, Moment, Noise, Noise3d, OddEven, Sensor
-from irsim.detector.ar1 import Process
 from irsim.detector.bad_pixels import places
+from irsim.detector.departure import Departure
 from irsim.detector.response import Electrons, Response, Setting
 from irsim.detector.telegraph import Telegraph
 from irsim.radiometry import radiance
@@ -162,6 +162,14 @@ def test_drift_may_have_begun_before_the_first_frame() -> None:
     assert not drift_at(0).any()
 
 
+def test_drift_that_forgets_at_once_is_white() -> None:
+    """Also long after: what lies far between two frames has no correlation that a number could hold."""
+    quick = Drift(pixel=2.0, column=0.0, row=0.0, time_constant_s=1e-4, id="quick")
+    one, other = drift_at(999_999, noise=quick), drift_at(1_000_000, noise=quick)
+    assert one.var() == pytest.approx(4, rel=0.05)
+    assert abs(np.corrcoef(one.ravel(), other.ravel())[0, 1]) < 4.5 / math.sqrt(one.size)
+
+
 def test_gain_drifts_in_proportion_to_the_light() -> None:
     noise = Drift(pixel=0, column=0, row=0, gain=0.01, time_constant_s=10.0, age_s=1000.0)
     weak, strong = effect(noise, at(5), 1e6), effect(noise, at(5), 4e6)
@@ -191,19 +199,19 @@ def test_drift_is_smooth_from_frame_to_frame() -> None:
 
 
 def test_drift_draws_each_step_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """But for the ways to the correction and to the first step, of some 12 draws each; 150 of 2 frames here."""
+    """But for the way to the first of them, some 12 draws; 150 of 2 frames here."""
     drawn: list[int] = []
 
-    def between(self: Process, before: Floats, after: Floats, index: int, distance: int) -> Floats:
+    def between(self: Departure, before: Floats, after: Floats, index: int, distance: int) -> Floats:
         drawn.append(index)
-        return bridged(self, before, after, index, distance)
+        return midway(self, before, after, index, distance)
 
-    bridged = Process.between
-    monkeypatch.setattr(Process, "between", between)
+    midway = Departure.between
+    monkeypatch.setattr(Departure, "between", between)
     fast = Drift(pixel=2.0, column=0.0, row=0.0, time_constant_s=100.0, id="counted")
     for index in range(700, 1000):
         drift_at(index, corrected=600, noise=fast)
-    assert 150 <= len(drawn) < 150 + 3 * 12
+    assert 140 <= len(drawn) < 150 + 12
 
 
 # Bad pixels

@@ -17,8 +17,11 @@ from irsim.detector.bridge import Bridge
 from irsim.detector.response import Response, Weighted
 from irsim.detector.scratch import scratch
 from irsim.detector.terms import Over, over
-from irsim.rng import begun, normals
+from irsim.rng import Address, begun, normals
 from irsim.types import Floats
+
+FORGOTTEN = 100.0
+"""-log of a correlation below any digit; the cosine of more than 710 is too large for a number."""
 
 
 class Ar1(Additive):
@@ -97,12 +100,18 @@ class Process(Bridge[Floats]):
         return read_only(normals(self.shape, self.seed, *self.address, index))
 
     def between(self, before: Floats, after: Floats, index: int, distance: int) -> Floats:
-        weight = 0.5 / math.cosh(self.decay * distance)
-        spread = math.sqrt(math.tanh(self.decay * distance))
-        if COMPILED:
-            state = np.empty(self.shape, np.float32)
-            kernels.bridge(*begun(self.seed, *self.address, index), before, after, weight, spread, state)
-            return read_only(state)
-        mean = cv2.addWeighted(before, weight, after, weight, 0)
-        drawn = normals(self.shape, self.seed, *self.address, index, out=scratch(self.shape, "bridge"))
-        return read_only(np.asarray(cv2.scaleAdd(drawn, spread, mean, dst=mean)))
+        return bridged(self.decay * distance, before, after, self.seed, *self.address, index)
+
+
+def bridged(decay: float, before: Floats, after: Floats, seed: int, *address: Address) -> Floats:
+    """A draw of the unit process given its states before and after, `decay` the -log of its correlation with each."""
+    weight = 0.5 / math.cosh(min(decay, FORGOTTEN))
+    spread = math.sqrt(math.tanh(decay))
+    if COMPILED:
+        state = np.empty(before.shape, np.float32)
+        kernels.bridge(*begun(seed, *address), before, after, weight, spread, state)
+        return read_only(state)
+    mean = cv2.addWeighted(before, weight, after, weight, 0)
+    rows, columns = before.shape
+    drawn = normals(before.shape, seed, *address, out=scratch((rows, columns), "bridge"))
+    return read_only(np.asarray(cv2.scaleAdd(drawn, spread, mean, dst=mean)))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from typing import Generic, TypeVar
 
 State = TypeVar("State")
@@ -12,7 +13,32 @@ ANCHOR_CORRELATION = 1e-6
 """Frames whose correlation is below this are drawn independently of each other."""
 
 
-class Bridge(ABC, Generic[State]):
+class Midways(ABC, Generic[State]):
+    """A Markov process of which frames between two known ones can be drawn."""
+
+    @abstractmethod
+    def between(self, before: State, after: State, index: int, distance: int) -> State:
+        """A draw of frame `index` given those `distance` before and after it, addressed by index."""
+
+    def way(
+        self, index: int, left: int, distance: int, ends: Mapping[int, State], kept: Mapping[int, State]
+    ) -> dict[int, State]:
+        """The frames drawn on the way to frame `index` from the `ends`, `left` and one so far after it, a power of two;
+        ends too. Each frame halves what is between the two that it lies between. What is `kept` is not drawn anew."""
+        nodes = dict(ends)
+        while index not in nodes:
+            distance //= 2
+            middle = left + distance
+            if middle in kept:
+                nodes[middle] = kept[middle]
+            else:
+                nodes[middle] = self.between(nodes[left], nodes[middle + distance], middle, distance)
+            if middle <= index:
+                left = middle
+        return nodes
+
+
+class Bridge(Midways[State]):
     """A stationary Markov process whose correlation falls by exp(-decay) a frame.
 
     Every `period` frames stands an anchor, independent of the others. Between two anchors runs a
@@ -32,26 +58,11 @@ class Bridge(ABC, Generic[State]):
     def anchor(self, index: int) -> State:
         """A draw of the stationary law, addressed by index."""
 
-    @abstractmethod
-    def between(self, before: State, after: State, index: int, distance: int) -> State:
-        """A draw of frame `index` given those `distance` before and after it, addressed by index."""
-
     def frame(self, index: int) -> State:
         """The process at frame `index`; the caller must not write to it."""
-        nodes: dict[int, State] = {}
         kept = self._kept  # once: another thread may put its own there
-        distance = self.period
-        left = index - index % distance
-        for anchor in (left,) if left == index else (left, left + distance):
-            nodes[anchor] = kept[anchor] if anchor in kept else self.anchor(anchor)
-        while index not in nodes:
-            distance //= 2
-            middle = left + distance
-            if middle in kept:
-                nodes[middle] = kept[middle]
-            else:
-                nodes[middle] = self.between(nodes[left], nodes[middle + distance], middle, distance)
-            if middle <= index:
-                left = middle
-        self._kept = nodes
+        left = index - index % self.period
+        anchors = (left,) if left == index else (left, left + self.period)
+        ends = {anchor: kept[anchor] if anchor in kept else self.anchor(anchor) for anchor in anchors}
+        nodes = self._kept = self.way(index, left, self.period, ends, kept)
         return nodes[index]

@@ -6,12 +6,11 @@ import math
 from functools import lru_cache, reduce
 from typing import Annotated, ClassVar
 
-import cv2
 import numpy as np
 from pydantic import Field
 
-from irsim.detector.ar1 import Process
 from irsim.detector.base import Moment, Noise, Ratio, read_only
+from irsim.detector.departure import Departure
 from irsim.detector.terms import Term, over
 from irsim.detector.variance import Variance
 from irsim.kinds import Switches
@@ -30,9 +29,8 @@ in; of 8, with straight lines between, a fifth less of the drift)."""
 class Drift(Noise):
     """Offset and gain of each pixel wander off after a correction, and are drawn back: mean-reverting.
 
-    Each is D[k] = X[k] - rho^(k-c) X[c], with X a stationary Ornstein-Uhlenbeck process and c the frame of
-    the last correction: from 0 it grows to the sigmas below as 1 - rho^(2(k-c)) in variance. Frames are counted by
-    the steps in which it is drawn.
+    Each is an Ornstein-Uhlenbeck process that is 0 at the frame c of the last correction: it grows to the sigmas
+    below as 1 - rho^(2(k-c)) in variance. Frames are counted by the steps in which it is drawn.
     """
 
     switches: ClassVar[Switches] = {term: (term, 0.0) for term in ("pixel", "column", "row", "gain")}
@@ -92,22 +90,13 @@ def _deviation(
     shape: tuple[int, int], seed: int, name: str, terms: tuple[Term, ...], decay: float, since: int, now: int
 ) -> Floats:
     """The sum of the terms' D at a step, broadcastable to the shape."""
-    kept = math.exp(-decay * (now - since))
-    gone = []
-    for term, what, sigma in terms:
-        key = (decay, over(shape, what), seed, name, term)
-        start = _corrected(*key, since)  # before the way to this step, which it would have to go again
-        gone.append(cv2.addWeighted(_process(*key).frame(now), sigma, start, -sigma * kept, 0))
+    gone = [
+        _process(decay, over(shape, what), seed, name, term, since).frame(now - since) * np.float32(sigma)
+        for term, what, sigma in terms
+    ]
     return read_only(np.asarray(reduce(np.add, gone)))
 
 
 @lru_cache(maxsize=8)
-def _corrected(decay: float, shape: tuple[int, int], seed: int, name: str, term: str, since: int) -> Floats:
-    """X at the last correction, drawn once: a process keeps the way to one step, and to go back and forth costs all of
-    the way each time."""
-    return _process(decay, shape, seed, name, term).frame(since)
-
-
-@lru_cache(maxsize=8)
-def _process(decay: float, shape: tuple[int, int], seed: int, name: str, term: str) -> Process:
-    return Process(decay, shape, seed, "noise", name, term)
+def _process(decay: float, shape: tuple[int, int], seed: int, name: str, term: str, since: int) -> Departure:
+    return Departure(decay, shape, seed, "noise", name, term, since)
