@@ -90,10 +90,12 @@ class Sensor:
     def _doing(self) -> Mapping[str, Sequence[Noise]]:
         """The noises that do something of their own, by what it is: most do one thing only."""
         of_all = "gains", "lasting", "steady", "replace"
-        return {
+        doing = {
             what: [noise for noise in self.noises if getattr(type(noise), what) is not getattr(Noise, what)]
             for what in of_all
         }
+        doing["steady"].sort(key=lambda noise: not noise.stationary)  # what changes comes last (`Sum`)
+        return doing
 
     def _gain(self, moment: Moment) -> Floats | None:
         """What the noises' gains are together."""
