@@ -21,7 +21,7 @@ from irsim.rng import Address, begun, normals
 from irsim.types import Floats
 
 FORGOTTEN = 100.0
-"""-log of a correlation below any digit; the cosine of more than 710 is too large for a number."""
+"""-log of a correlation below any digit; the hyperbolic cosine of more than 710 is too large for a number."""
 
 
 class Ar1(Additive):
