@@ -118,13 +118,21 @@ class Camera(Part):
         exposure_ms = self.detector.exposure_ms
         if exposure_ms is not None and exposure_ms * self.rate_hz > 1000:
             raise _too_long(exposure_ms, self.rate_hz, ("detector", str(self.detector.timed_by)))
-        for index, noise in enumerate(self.noise):
-            if noise.needs_electrons and not self.detector.counts_electrons:
+        counting = [(index, noise.name) for index, noise in enumerate(self.noise) if noise.needs_electrons]
+        for index, name in counting:
+            if not self.detector.counts_electrons:
                 raise PydanticCustomError(
                     "no_electrons",
                     "{name} counts electrons, and this detector has none; allowed: detector: {kind: electrons}",
-                    {"name": noise.name, "at": ("noise", index, "kind")},
+                    {"name": name, "at": ("noise", index, "kind")},
                 )
+        if len(counting) > 1:
+            (_, first), (index, name), *_ = counting
+            raise PydanticCustomError(
+                "counted_twice",
+                "{name} counts electrons that {first} counts already; allowed: one noise that counts them",
+                {"name": name, "first": first, "at": ("noise", index, "kind")},
+            )
         return self
 
     @model_validator(mode="after")

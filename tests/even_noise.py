@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from irsim.detector import NOISES, Moment, Noise
+from irsim.detector.grain import add_grain
 from irsim.detector.response import Electrons, Response, Setting
 from irsim.types import Floats
 
@@ -20,23 +22,40 @@ def effect(noise: Noise, moment: Moment, response: Response, level: float) -> Fl
     gains = noise.gains(moment)
     if gains is not None:
         signal += (signal - np.float32(response.zero)) * gains
-    noise.add(signal, response, moment)
-    pattern, weight = noise.lasting(moment) or (np.float32(0), 1.0)
-    steady = noise.steady(moment)
-    signal += np.float32(response.noise) * (weight * pattern + (0 if steady is None else steady))
+    add(noise, signal, moment, response)
     counts = np.full(moment.shape, UNTOUCHED, np.uint16)
     noise.replace(counts, response, moment)
     done = np.where(counts == UNTOUCHED, signal.astype(np.float64), (counts - response.offset) * response.gain)
     return (done - level) / response.noise
 
 
+def add(noise: Noise, signal: Floats, moment: Moment, response: Response) -> None:
+    """Add to a signal, (rows, cols) float32, all that a noise has to add."""
+    lines, steady = noise.lines(moment), noise.steady(moment)
+    noise.count(signal, response, moment, 0.0)
+    add_grain(signal, noise.grain(moment) * response.noise, moment)
+    noise.add(signal, response, moment)
+    for pattern, weight in noise.lasting(moment):
+        signal += np.float32(weight * response.noise) * pattern
+    signal += np.float32(response.noise) * (0 if steady is None else steady)
+    signal += np.float32(response.noise) * (0 if lines is None else np.add.outer(*lines))
+
+
+def pattern(noise: Noise, moment: Moment) -> Floats:
+    """All that a noise adds whatever the light, (rows, cols) float32 in units of NETD."""
+    sum_of_all = np.zeros(moment.shape, np.float32)
+    add(noise, sum_of_all, moment, replace(Electrons().response(Setting("mwir", 14, 40.0, (220.0, 400.0))), noise=1.0))
+    return sum_of_all
+
+
 def rendered(seed: int, shape: tuple[int, int, int], *noises: dict[str, Any]) -> Floats:
-    """(T, rows, columns) of the detector's own noise terms on an even picture; NETD is 10."""
+    """(T, rows, columns) of the detector's own noise terms on an even picture; NETD is 10. Each is drawn alone, by a
+    seed of its own: in a scene their grain is one."""
     frames = np.full(shape, 1000.0, np.float32)
     response = Electrons().response(Setting("mwir", 14, 40.0, (220.0, 400.0)))
     for number, given in enumerate(noises):
         noise = NOISES.parse({"id": f"n{number}", **given})
         assert isinstance(noise, Noise)
         for k, frame in enumerate(frames):
-            frame += 10 * effect(noise, Moment(k, shape[1:], 30.0, seed), response, 0.0)
+            frame += 10 * effect(noise, Moment(k, shape[1:], 30.0, seed + 1_000_003 * number), response, 0.0)
     return frames

@@ -110,6 +110,8 @@ def test_netd_is_that_of_the_white_noise_or_of_the_electrons() -> None:
 
 WRONG = {
     "preset: cooled": "camera.preset: unknown value 'cooled'; allowed: 'cooled_mwir', ",
+    "detector: {kind: electrons}, noise: [{kind: shot}, {kind: shot, id: more}]": "more counts electrons that shot "
+    "counts already; allowed: one noise that counts them",
     "noise: [{kind: shot}]": "shot counts electrons, and this detector has none; allowed: detector: {kind: electrons}",
     "{detector: {kind: electrons}, rate_hz: 200}": "camera.detector.integration_ms: 10.0 ms do not fit "
     "into a frame at 200.0 Hz; allowed: at most 5 ms",

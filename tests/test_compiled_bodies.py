@@ -37,7 +37,7 @@ def plainly(draw: Sequence[Outline]) -> list[Sprite]:
         return sprites(draw)
 
 
-def same(one: Sprite | None, other: Sprite | None) -> None:
+def same(one: Sprite | None, other: Sprite | None, slack: float = 1e-11) -> None:
     """The same but for sums in another order."""
     if one is None or other is None:
         assert one is other
@@ -48,13 +48,13 @@ def same(one: Sprite | None, other: Sprite | None) -> None:
     for name in ("cover", "alpha", "emission"):
         ours, theirs = getattr(one, name), getattr(other, name)
         assert ours.shape == theirs.shape
-        np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-11 * max(np.abs(theirs).max(), 1.0))
+        np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=slack * max(np.abs(theirs).max(), 1.0))
     for side in ("left", "right", "top", "bottom"):
         assert getattr(one.box, side) == pytest.approx(getattr(other.box, side), rel=1e-12, abs=1e-11)
     if one.area > 1e-3:
-        assert one.center == pytest.approx(other.center, abs=1e-9)
+        assert one.center == pytest.approx(other.center, rel=1e-12, abs=1e-9)
         if one.emission.sum() > 1e-3:
-            assert one.signal_center == pytest.approx(other.signal_center, abs=1e-9)
+            assert one.signal_center == pytest.approx(other.signal_center, rel=1e-12, abs=1e-9)
 
 
 SPREADS = (GaussianSpread(0.0), GaussianSpread(0.6), GaussianSpread(2.5), LensSpread(((0.9, 1.0),), 0.5, 0.3))
@@ -158,7 +158,9 @@ def solids(count: int, seed: int, cubes: bool = True) -> tuple[Solid, ...]:
     st.sampled_from([-20.0, 2.0, 8.0, 1000.0]),
 )
 @example(3, 0, [-1] * 12, 0.0, -20.0)
+@example(3, 296923036, [-1] * 12, 0.0, 2.0)
 def test_outlines_of_any_parts(count: int, seed: int, of_part: list[int], angle: float, range_m: float) -> None:
+    """From within their midst, at 2 m, edges reach so far that their crossings are told to 1e-8 of a pixel."""
     rng, where = np.random.default_rng(seed), stage()
     joints = Joints(("one", "other"), np.array(of_part[:count]))
     still = bool((joints.of_part < 0).all())  # else rounding says which of two equal crossings is the lesser
@@ -170,7 +172,7 @@ def test_outlines_of_any_parts(count: int, seed: int, of_part: list[int], angle:
     view = View(np.array([0.0, 0.0, range_m]), AWAY @ euler(rng.uniform(-180, 180, 3)), where)
     one = Posed(Rest(form, joints, np.arange(float(count))), motions, 1.5, view, 0.5)
     (theirs,) = plainly_posed(one)
-    same(posed_sprite(one), theirs)
+    same(posed_sprite(one), theirs, 1e-7 if range_m == 2.0 else 1e-11)
 
 
 def plainly_posed(one: Posed) -> list[Sprite | None]:

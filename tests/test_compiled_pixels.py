@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import even_noise
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
@@ -18,7 +19,7 @@ from irsim.backgrounds.cloud import Look
 from irsim.backgrounds.drifting import Drifting, _first
 from irsim.backgrounds.tiles import Tiled
 from irsim.compiled import COMPILED, kernels
-from irsim.detector import ar1, grain, noise_3d, response, shot
+from irsim.detector import ar1, grain, response, shot
 from irsim.detector.ar1 import Ar1
 from irsim.detector.base import Moment, Noise
 from irsim.detector.noise_3d import Noise3d
@@ -83,23 +84,22 @@ NOISES = [
 @given(rows=st.integers(1, 90), columns=st.integers(1, 90), index=st.integers(0, 10**6), noise=st.sampled_from(NOISES))
 @example(rows=512, columns=640, index=77, noise=NOISES[0])
 @example(rows=512, columns=640, index=77, noise=NOISES[1])
+@example(rows=512, columns=640, index=76, noise=NOISES[2])
 @example(rows=512, columns=640, index=77, noise=NOISES[2])
 @example(rows=512, columns=640, index=77, noise=NOISES[4])
 def test_noise_added_where_it_is_drawn_is_that_of_passes(rows: int, columns: int, index: int, noise: Noise) -> None:
-    """To an ulp of what is added up: OpenCV rounds small matrix products in another way."""
+    """To an ulp of what is added up."""
     light = np.random.default_rng(index).uniform(-1e3, 1.1 * RESPONSE.well, (rows, columns)).astype(np.float32)
     light.reshape(-1)[index % 7 :: 1501] = 150.0  # electrons, as in the dark
     found = []
     for compiled in (True, False):
         ar1._process.cache_clear()
         with pytest.MonkeyPatch.context() as patch:
-            for module in (rng, ar1, grain, noise_3d, shot):
+            for module in (rng, ar1, grain, shot):
                 patch.setattr(module, "COMPILED", compiled)
             found.append(np.minimum(light, np.float32(RESPONSE.well)))
             moment = Moment(index, (rows, columns), 50.0, 1)
-            noise.add(found[-1], RESPONSE, moment)
-            pattern, weight = noise.lasting(moment) or (np.float32(0), 0.0)
-            found[-1] += np.float32(weight * RESPONSE.noise) * pattern
+            even_noise.add(noise, found[-1], moment, RESPONSE)
     np.testing.assert_allclose(found[0], found[1], rtol=3e-7, atol=2e-3)
 
 
@@ -251,15 +251,29 @@ def test_a_veil_of_another_size_is_refused() -> None:
     bits=st.sampled_from([8, 14, 16]),
     offset=st.sampled_from([0.0, 100.0]),
     added=st.integers(0, MOST_ADDED + 2),
+    rows=st.integers(0, 3),
 )
-def test_counts_are_those_of_passes(values: list[float], gain: float, bits: int, offset: float, added: int) -> None:
+def test_counts_are_those_of_passes(
+    values: list[float], gain: float, bits: int, offset: float, added: int, rows: int
+) -> None:
+    """Of any number of patterns, and of as many rows with lines' own noise, or of one without."""
     detector = replace(RESPONSE, gain=gain, full=2**bits - 1, offset=offset)
-    signal = np.array([values], np.float32)
+    signal = np.array([values] * max(rows, 1), np.float32)
     patterns = [(np.roll(signal, k) / np.float32(2e3), 0.3 * k) for k in range(added)]
+    lines = (7 * gain * np.arange(rows, dtype=np.float32), signal[0] / np.float32(3e3)) if rows else None
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(response, "COMPILED", False)
-        wanted = detector.counts(signal.copy(), added=patterns)
-    np.testing.assert_array_equal(detector.counts(signal.copy(), added=patterns), wanted, strict=True)
+        wanted = detector.counts(signal.copy(), None, patterns, lines)
+    np.testing.assert_array_equal(detector.counts(signal.copy(), None, patterns, lines), wanted, strict=True)
+
+
+@pytest.mark.parametrize("patterns", range(MOST_ADDED + 2))
+def test_lines_are_counted_over_every_block(patterns: int) -> None:
+    down, across = np.arange(3, dtype=np.float32) * 9000, np.arange(2500, dtype=np.float32)
+    signal, one = np.full((3, 2500), 5.0, np.float32), np.ones((3, 2500), np.float32)
+    detector = replace(RESPONSE, gain=1.0, full=2**16 - 1, offset=0.0)
+    counts = detector.counts(signal, None, [(one, 2.0)] * patterns, (down, across))
+    np.testing.assert_array_equal(counts, 5 + 2 * patterns + np.add.outer(down, across))
 
 
 def test_what_is_added_counts_by_its_weight_over_every_block() -> None:

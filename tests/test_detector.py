@@ -15,9 +15,12 @@ from pydantic_core import PydanticCustomError
 from irsim import rng
 from irsim.detector import (
     NOISES,
+    Ar1,
     FixedPattern,
     Moment,
     Noise,
+    Noise3d,
+    Shot,
     White,
     ar1,
     bad_pixels,
@@ -116,11 +119,57 @@ def test_every_way_of_a_noise_is_exposed_alike_by_compiled_loops_and_plain_ones(
     assert np.ptp(found) > 0
     forget()
     with pytest.MonkeyPatch.context() as patch:
-        for module in (rng, ar1, grain, noise_3d, shot, response_module):
+        for module in (rng, ar1, grain, shot, response_module):
             patch.setattr(module, "COMPILED", False)
         plain = Sensor(response(), sensor.noises, 50.0, 1).expose(light, 5)
     assert np.abs(found.astype(int) - plain).max() <= 1
     assert (found == plain).mean() > 0.98
+
+
+@pytest.mark.parametrize("counted", [False, True])
+def test_noises_that_are_new_in_each_frame_add_up_and_share_nothing(counted: bool) -> None:
+    """Drawn in one number, they have the variance of all; from frame to frame that of what has memory is left."""
+    memory = Ar1(ratio=2.0, rho=0.8, id="memory")
+    noises = (White(ratio=1.5, id="white"), Noise3d(tvh=2.5, id="terms"), memory)
+    sensor = Sensor(response(), (*noises, Shot(id="shot")) if counted else noises, 50.0, 1)
+    light, lasting = (
+        np.full(SHAPE, radiance("mwir", 300.0), np.float32),
+        (2.0 * response().noise / response().gain) ** 2,
+    )
+    seen = np.stack([sensor.expose(light, index).ravel() for index in range(20, 24)])
+    variance = sensor.variance(light, 20).mean()
+    np.testing.assert_allclose(seen.var(axis=1) / variance, 1, atol=4.5 * np.sqrt(2 / N))
+    np.testing.assert_allclose(seen.mean(axis=1) - sensor.mean(light, 20).mean(), 0, atol=4.5 * np.sqrt(variance / N))
+    correlations = np.asarray(np.corrcoef(seen))
+    for one in range(4):
+        for other in range(one):
+            assert correlations[one, other] == pytest.approx(
+                lasting / variance * 0.8 ** (one - other), abs=4.5 / np.sqrt(N)
+            )
+
+
+def test_a_noise_that_is_switched_off_leaves_the_others_their_numbers() -> None:
+    """White noise of ratio 3 and 4 is, pixel by pixel, 5 times what one of ratio 1 is; with electrons, too."""
+    light, made = np.full((24, 40), radiance("mwir", 300.0), np.float32), replace(response(), noise=3e5, gain=1e3)
+
+    def seen(*noises: Noise) -> Floats:
+        sensor = Sensor(made, noises, 50.0, 1)
+        return sensor.expose(light, 5) - sensor.mean(light, 5)
+
+    both = seen(White(ratio=0.3, id="one"), Noise3d(tvh=0.4, id="terms"))
+    np.testing.assert_allclose(both, 5 * seen(Noise3d(tvh=0.1, id="other")), atol=3.1)
+    np.testing.assert_allclose(seen(Shot(), White(ratio=0.5)), both, atol=3.1)
+
+
+@pytest.mark.parametrize("word", ["white", "noise_3d", "ar1"])
+def test_what_is_drawn_with_electrons_alone_or_with_others_keeps_its_variance_in_the_dark(word: str) -> None:
+    """Below 200 electrons the number of electrons is a Poisson one: what is normal is drawn beside it."""
+    dark = replace(response(), linear=0.0, root=0.0, zero=50.0)
+    noise, light = build(word, id="one"), np.zeros(SHAPE, np.float32)
+    sensor = Sensor(replace(dark, gain=1.0, offset=1000.0, noise=30.0, read=20.0), (Shot(), noise), 50.0, 1)
+    seen = sensor.expose(light, 5)
+    assert seen.mean() == pytest.approx(1050, abs=0.6)
+    assert seen.var() / sensor.variance(light, 5).mean() == pytest.approx(1, abs=4.5 * np.sqrt(2 / N))
 
 
 @pytest.mark.parametrize("word", NOISES.kinds)
@@ -163,9 +212,10 @@ def forget() -> None:
 
 @pytest.mark.parametrize("word", sorted(set(NOISES.kinds) - NO_DRAWS))
 def test_seed_and_name_address_a_noise(word: str) -> None:
+    """All but grain, which has the numbers of its frame."""
     noise, other = build(word), build(word, id="other")
-    first = effect(noise, at(3000))
-    for second in (effect(noise, at(3000, seed=2)), effect(other, at(3000))):
+    first, grainy = effect(noise, at(3000)), noise.grain(at(3000)) > 0 or noise.needs_electrons
+    for second in (effect(noise, at(3000, seed=2)), effect(noise if grainy else other, at(2000 if grainy else 3000))):
         # 0.3: column and row terms are few numbers spread over many pixels.
         assert abs(np.corrcoef(first.ravel(), second.ravel())[0, 1]) < 0.3
     np.testing.assert_array_equal(first, effect(build(word), at(3000)))
@@ -242,7 +292,7 @@ def test_a_correction_that_redraws_leaves_another_pattern_of_the_same_size() -> 
 
 
 def test_white_has_the_ratio_as_sigma_and_no_memory() -> None:
-    first, second = (White(ratio=2.5).pattern(at(index, SHAPE, 1)) for index in (0, 1))
+    first, second = (even_noise.pattern(White(ratio=2.5), at(index, SHAPE, 1)) for index in (0, 1))
     assert first.var() / 2.5**2 == pytest.approx(1, abs=4.5 * np.sqrt(2 / N))
     assert abs(np.corrcoef(first.ravel(), second.ravel())[0, 1]) < 4.5 / np.sqrt(N)
 

@@ -32,9 +32,20 @@ def signal_of(
     """out = s + (s - zero) gain, at most `most`, where s = linear light + root sqrt(light) + zero; with a root, light
     below 0 is taken for 0. `out` may be the light itself."""
 
-def counts_of(signal: Float32, out: Words, scale: float, offset: float, full: int, /, *added: Float32 | float) -> None:
+def counts_of(
+    signal: Float32,
+    out: Words,
+    scale: float,
+    offset: float,
+    full: int,
+    down: Float32 | None,
+    across: Float32 | None,
+    /,
+    *added: Float32 | float,
+) -> None:
     """out = scale (signal + sum of what is added) + offset, rounded to the nearest (halves to even), clipped to
-    0 .. full. Up to MOST_ADDED arrays are added, each followed by its weight."""
+    0 .. full. A number is added for each row, `down`, and column, `across`, or none for either, and up to MOST_ADDED
+    arrays, each followed by its weight."""
 
 def mixed(
     shares: tuple[float, ...],
@@ -100,21 +111,6 @@ def add_normals(
 ) -> None:
     """signal += scale normal."""
 
-def add_lines_and_normals(
-    seed: bytes,
-    table: Float32,
-    pieces: Float32,
-    deep: Float64,
-    refined: int,
-    signal: Float32,
-    down: Float32,
-    across: Float32,
-    lines: float,
-    pixels: float,
-    /,
-) -> None:
-    """signal += lines (down + across) + pixels normal: (rows, cols), of (rows,) and (cols,)."""
-
 def add_shot(
     seed: bytes,
     table: Float32,
@@ -122,12 +118,12 @@ def add_shot(
     deep: Float64,
     refined: int,
     signal: Float32,
-    read_variance: float,
+    variance: float,
     well: float,
     few: float,
     /,
 ) -> bytes:
-    """signal += normal sqrt(signal + read_variance), without the signal where it is `well` or more, or less than `few`;
+    """signal += normal sqrt(signal + variance), without the signal where it is `well` or more, or less than `few`;
     of those: pairs of float64, flat index and signal before."""
 
 def bridge(

@@ -31,39 +31,6 @@ INLINED void scaled(const float *drawn, Py_ssize_t from, Py_ssize_t count, void 
 }
 BOTH(scaled)
 
-typedef struct {
-    float *signal;
-    const float *down, *across;
-    Py_ssize_t columns;
-    float lines, pixels;
-} Lined;
-
-INLINED void lined(const float *drawn, Py_ssize_t from, Py_ssize_t count, void *with, int fused)
-{
-    const Lined *to = with;
-    const float lines = to->lines, pixels = to->pixels;
-    Py_ssize_t row = from / to->columns, column = from % to->columns;
-    for (float *restrict signal = to->signal + from; count > 0; row++, column = 0) {
-        const Py_ssize_t run = count < to->columns - column ? count : to->columns - column;
-        const float down = to->down[row], *restrict across = to->across + column;
-        for (Py_ssize_t i = 0; i < run; i++)
-            signal[i] = plus(plus(signal[i], down + across[i], lines, fused), drawn[i], pixels, fused);
-        signal += run;
-        drawn += run;
-        count -= run;
-    }
-}
-BOTH(lined)
-
-/* The same of normals whose lines are added already. */
-INLINED void lone(const float *drawn, Py_ssize_t from, Py_ssize_t count, void *with, int fused)
-{
-    const Lined *to = with;
-    for (Py_ssize_t i = 0; i < count; i++)
-        to->signal[from + i] = plus(to->signal[from + i], drawn[i], to->pixels, fused);
-}
-BOTH(lone)
-
 /* A pixel, and what it held. Both as numbers that Python reads without more ado. */
 typedef struct {
     double place, held;
@@ -71,7 +38,7 @@ typedef struct {
 
 typedef struct {
     float *signal;
-    float read_variance, well, few;
+    float variance, well, few;
     Dark *dark; /* pixels that held few, from the first on */
     Py_ssize_t count, room;
     int failed;
@@ -97,10 +64,10 @@ INLINED void shot(const float *drawn, Py_ssize_t from, Py_ssize_t count, void *w
 {
     const Shot *to = with;
     float *restrict signal = to->signal + from;
-    const float read_variance = to->read_variance, well = to->well, few = to->few;
+    const float variance = to->variance, well = to->well, few = to->few;
     for (Py_ssize_t i = 0; i < count; i++) {
         float held = signal[i], shaken = held >= well || held < few ? 0.0f : held;
-        signal[i] = plus(held, sqrtf(shaken + read_variance), drawn[i], fused);
+        signal[i] = plus(held, sqrtf(shaken + variance), drawn[i], fused);
     }
 }
 
@@ -178,32 +145,7 @@ PyObject *add_normals(PyObject *self, PyObject *const *given, Py_ssize_t count)
     return done;
 }
 
-/* add_lines_and_normals(seed, table, pieces, deep, refined, signal, down, across, lines, pixels) */
-PyObject *add_lines_and_normals(PyObject *self, PyObject *const *given, Py_ssize_t count)
-{
-    (void)self;
-    Arrays arrays = {.count = 0};
-    Drawing drawn;
-    Lined to;
-    Py_ssize_t length, rows;
-    float scales[2];
-    PyObject *done = NULL;
-    if (so_many("add_lines_and_normals", count, 10) && drawing(&arrays, given, &drawn) == 0 &&
-        (to.signal = array(&arrays, given[5], "f", 1, &length)) != NULL &&
-        (to.down = array(&arrays, given[6], "f", 0, &rows)) != NULL &&
-        (to.across = array(&arrays, given[7], "f", 0, &to.columns)) != NULL && numbers(given, 8, 2, scales) == 0) {
-        to.lines = scales[0];
-        to.pixels = scales[1];
-        if (rows * to.columns == length)
-            done = draw(&drawn, length, CHOSEN(lined), CHOSEN(lone), &to);
-        else
-            PyErr_SetString(PyExc_ValueError, "a number for each row and column of the signal is wanted");
-    }
-    release(&arrays);
-    return done;
-}
-
-/* add_shot(seed, table, pieces, deep, refined, signal, read_variance, well, few) */
+/* add_shot(seed, table, pieces, deep, refined, signal, variance, well, few) */
 PyObject *add_shot(PyObject *self, PyObject *const *given, Py_ssize_t count)
 {
     (void)self;
@@ -215,7 +157,7 @@ PyObject *add_shot(PyObject *self, PyObject *const *given, Py_ssize_t count)
     PyObject *done = NULL;
     if (so_many("add_shot", count, 9) && drawing(&arrays, given, &drawn) == 0 &&
         (to.signal = array(&arrays, given[5], "f", 1, &length)) != NULL && numbers(given, 6, 3, limits) == 0) {
-        to.read_variance = limits[0];
+        to.variance = limits[0];
         to.well = limits[1];
         to.few = limits[2];
         done = draw(&drawn, length, fuses_widely() ? shot_first_widely : CHOSEN(shot_first), CHOSEN(shot), &to);

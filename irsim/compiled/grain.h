@@ -4,7 +4,6 @@
 #include "arguments.h"
 
 PyObject *add_normals(PyObject *self, PyObject *const *given, Py_ssize_t count);
-PyObject *add_lines_and_normals(PyObject *self, PyObject *const *given, Py_ssize_t count);
 PyObject *add_shot(PyObject *self, PyObject *const *given, Py_ssize_t count);
 PyObject *bridge(PyObject *self, PyObject *const *given, Py_ssize_t count);
 

@@ -27,7 +27,6 @@ static PyMethodDef methods[] = {
     {"body_light", (PyCFunction)(void (*)(void))body_light, METH_FASTCALL, NULL},
     {"sprite_light", (PyCFunction)(void (*)(void))sprite_light, METH_FASTCALL, NULL},
     {"add_normals", (PyCFunction)(void (*)(void))add_normals, METH_FASTCALL, NULL},
-    {"add_lines_and_normals", (PyCFunction)(void (*)(void))add_lines_and_normals, METH_FASTCALL, NULL},
     {"add_shot", (PyCFunction)(void (*)(void))add_shot, METH_FASTCALL, NULL},
     {"signal_of", (PyCFunction)(void (*)(void))signal_of, METH_FASTCALL, NULL},
     {"counts_of", (PyCFunction)(void (*)(void))counts_of, METH_FASTCALL, NULL},

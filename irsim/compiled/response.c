@@ -64,6 +64,8 @@ typedef struct {
     const float *added[MOST_ADDED];
     float weights[MOST_ADDED];
     int count;
+    const float *down, *across; /* of each row and column; NULL where there are none */
+    Py_ssize_t columns;
     float scale, offset, full;
 } Digits;
 
@@ -75,54 +77,77 @@ INLINED uint16_t digit(float signal, const Digits *by, int fused)
     return (uint16_t)(int32_t)rintf(level);
 }
 
-/* What up to two are added to, the usual case, stays in registers. */
-INLINED void digitise_few(const float *restrict signal, uint16_t *restrict out, Py_ssize_t length, const Digits *by,
-                          int few, int fused)
+/* Pixels of one row, to which `down` is added, and `across` where there are lines. What up to MOST_FEW pictures are
+ * added to, the usual case, stays in registers. */
+INLINED void digitise_few(const float *restrict signal, uint16_t *restrict out, Py_ssize_t from, Py_ssize_t count,
+                          float down, const float *restrict across, const Digits *by, int few, int lined, int fused)
 {
     const Digits own = *by;
-    const float *restrict one = own.added[0], *restrict other = own.added[1];
-    for (Py_ssize_t i = 0; i < length; i++) {
-        float sum = signal[i];
+    const float *restrict first = few > 0 ? own.added[0] + from : NULL;
+    const float *restrict second = few > 1 ? own.added[1] + from : NULL;
+    const float *restrict third = few > 2 ? own.added[2] + from : NULL;
+    for (Py_ssize_t i = 0; i < count; i++) {
+        float sum = signal[from + i];
         if (few > 0)
-            sum = plus(sum, one[i], own.weights[0], fused);
+            sum = plus(sum, first[i], own.weights[0], fused);
         if (few > 1)
-            sum = plus(sum, other[i], own.weights[1], fused);
-        out[i] = digit(sum, &own, fused);
+            sum = plus(sum, second[i], own.weights[1], fused);
+        if (few > 2)
+            sum = plus(sum, third[i], own.weights[2], fused);
+        if (lined)
+            sum += down + across[i];
+        out[from + i] = digit(sum, &own, fused);
     }
 }
 
-INLINED void digitise_many(const float *restrict signal, uint16_t *restrict out, Py_ssize_t length, const Digits *by,
-                           int fused)
+INLINED void digitise_many(const float *restrict signal, uint16_t *restrict out, Py_ssize_t from, Py_ssize_t count,
+                           float down, const float *restrict across, const Digits *by, int lined, int fused)
 {
     float block[BLOCK];
-    for (Py_ssize_t from = 0; from < length; from += BLOCK) {
-        const Py_ssize_t count = length - from < BLOCK ? length - from : BLOCK;
-        memcpy(block, signal + from, (size_t)count * sizeof *block);
+    const Py_ssize_t begin = from, end = from + count;
+    for (; from < end; from += BLOCK) {
+        const Py_ssize_t run = end - from < BLOCK ? end - from : BLOCK;
+        memcpy(block, signal + from, (size_t)run * sizeof *block);
         for (int k = 0; k < by->count; k++) {
             const float *restrict added = by->added[k] + from, weight = by->weights[k];
-            for (Py_ssize_t i = 0; i < count; i++)
+            for (Py_ssize_t i = 0; i < run; i++)
                 block[i] = plus(block[i], added[i], weight, fused);
         }
-        for (Py_ssize_t i = 0; i < count; i++)
-            out[from + i] = digit(block[i], by, fused);
+        for (Py_ssize_t i = 0; i < run; i++)
+            out[from + i] = digit(lined ? block[i] + (down + across[from - begin + i]) : block[i], by, fused);
+    }
+}
+
+#define MOST_FEW 3
+
+INLINED void digitise_row(const float *signal, uint16_t *out, Py_ssize_t from, Py_ssize_t count, float down,
+                          const float *across, const Digits *by, int lined, int fused)
+{
+    switch (by->count) {
+    case 0:
+        digitise_few(signal, out, from, count, down, across, by, 0, lined, fused);
+        break;
+    case 1:
+        digitise_few(signal, out, from, count, down, across, by, 1, lined, fused);
+        break;
+    case 2:
+        digitise_few(signal, out, from, count, down, across, by, 2, lined, fused);
+        break;
+    case MOST_FEW:
+        digitise_few(signal, out, from, count, down, across, by, MOST_FEW, lined, fused);
+        break;
+    default:
+        digitise_many(signal, out, from, count, down, across, by, lined, fused);
     }
 }
 
 INLINED void digitise(const float *signal, uint16_t *out, Py_ssize_t length, const Digits *by, int fused)
 {
-    switch (by->count) {
-    case 0:
-        digitise_few(signal, out, length, by, 0, fused);
-        break;
-    case 1:
-        digitise_few(signal, out, length, by, 1, fused);
-        break;
-    case 2:
-        digitise_few(signal, out, length, by, 2, fused);
-        break;
-    default:
-        digitise_many(signal, out, length, by, fused);
-    }
+    if (by->down == NULL)
+        digitise_row(signal, out, 0, length, 0.0f, NULL, by, 0, fused);
+    else
+        for (Py_ssize_t row = 0; row * by->columns < length; row++)
+            digitise_row(signal, out, row * by->columns, by->columns, by->down[row], by->across, by, 1, fused);
 }
 
 FUSING static void digitise_fused(const float *signal, uint16_t *out, Py_ssize_t length, const Digits *by)
@@ -178,14 +203,31 @@ PyObject *signal_of(PyObject *self, PyObject *const *given, Py_ssize_t count)
     Py_RETURN_NONE;
 }
 
-/* counts_of(signal, out, scale, offset, full, then each that is added, and its weight) */
+/* Reads a number for each row and each column of a picture, where there are any: 0, or -1 with an exception. */
+static int lines_of(Arrays *arrays, PyObject *const *given, Py_ssize_t length, Digits *by)
+{
+    Py_ssize_t rows;
+    if (given[0] == Py_None && given[1] == Py_None)
+        return 0;
+    if ((by->down = array(arrays, given[0], "f", 0, &rows)) == NULL ||
+        (by->across = array(arrays, given[1], "f", 0, &by->columns)) == NULL)
+        return -1;
+    if (rows * by->columns == length)
+        return 0;
+    PyErr_SetString(PyExc_ValueError, "a number for each row and column of the signal is wanted");
+    return -1;
+}
+
+#define FIRST_ADDED 7
+
+/* counts_of(signal, out, scale, offset, full, down or None, across or None, then each that is added, and its weight) */
 PyObject *counts_of(PyObject *self, PyObject *const *given, Py_ssize_t count)
 {
     (void)self;
-    Digits by = {.count = (int)((count - 5) / 2)};
-    if (count < 5 || count % 2 == 0 || count > 5 + 2 * MOST_ADDED)
-        return PyErr_Format(PyExc_TypeError, "counts_of takes 5 arguments and up to %d pairs, not %zd arguments",
-                            MOST_ADDED, count);
+    Digits by = {.count = (int)((count - FIRST_ADDED) / 2)};
+    if (count < FIRST_ADDED || (count - FIRST_ADDED) % 2 != 0 || count > FIRST_ADDED + 2 * MOST_ADDED)
+        return PyErr_Format(PyExc_TypeError, "counts_of takes %d arguments and up to %d pairs, not %zd arguments",
+                            FIRST_ADDED, MOST_ADDED, count);
     if (number(given[2], &by.scale) < 0 || number(given[3], &by.offset) < 0 || number(given[4], &by.full) < 0)
         return NULL;
     if (!(by.full >= 0.0f && by.full <= UINT16_MAX)) {
@@ -196,10 +238,10 @@ PyObject *counts_of(PyObject *self, PyObject *const *given, Py_ssize_t count)
     Py_ssize_t length;
     const float *signal = array(&arrays, given[0], "f", 0, &length);
     uint16_t *out = signal ? as_long(&arrays, given[1], "H", 1, length) : NULL;
-    int done = out != NULL;
+    int done = out != NULL && lines_of(&arrays, given + 5, length, &by) == 0;
     for (int k = 0; done && k < by.count; k++)
-        done = (by.added[k] = as_long(&arrays, given[5 + 2 * k], "f", 0, length)) != NULL &&
-               number(given[6 + 2 * k], &by.weights[k]) == 0;
+        done = (by.added[k] = as_long(&arrays, given[FIRST_ADDED + 2 * k], "f", 0, length)) != NULL &&
+               number(given[FIRST_ADDED + 1 + 2 * k], &by.weights[k]) == 0;
     if (done)
         (fuses() ? digitise_fused : digitise_twice)(signal, out, length, &by);
     release(&arrays);

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import Annotated, ClassVar
 
@@ -12,11 +13,12 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.compiled import COMPILED, kernels
-from irsim.detector.base import Additive, Moment, Ratio, read_only
+from irsim.detector.base import Moment, Noise, Ratio, read_only
 from irsim.detector.bridge import Bridge
-from irsim.detector.response import Response, Weighted
+from irsim.detector.response import Lines, Weighted
 from irsim.detector.scratch import scratch
 from irsim.detector.terms import Over, over
+from irsim.detector.variance import Variance
 from irsim.rng import Address, begun, normals
 from irsim.types import Floats
 
@@ -24,7 +26,7 @@ FORGOTTEN = 100.0
 """-log of a correlation below any digit; the hyperbolic cosine of more than 710 is too large for a number."""
 
 
-class Ar1(Additive):
+class Ar1(Noise):
     """x[k] = rho x[k-1] + sqrt(1 - rho^2) white[k] in each pixel, stationary from frame 0 on."""
 
     stationary: ClassVar[bool] = True
@@ -55,26 +57,28 @@ class Ar1(Additive):
             return 1 / (rate_hz * self.time_constant_s)
         return -math.log(self.rho) if self.rho else math.inf
 
-    def pattern(self, moment: Moment) -> Floats:
-        drawn = self._state(moment)
-        return drawn if self.ratio == 1 else drawn * np.float32(self.ratio)
+    def grain(self, moment: Moment) -> float:
+        return self.ratio * self._memory(moment).new(moment.index) if self.over == "pixel" else 0.0
 
-    def _state(self, moment: Moment) -> Floats:
-        shape = over(moment.shape, self.over)
-        return _process(self.decay(moment.rate_hz), shape, moment.seed, self.name).frame(moment.index)
+    def lines(self, moment: Moment) -> Lines | None:
+        if self.over == "pixel" or not self.ratio:
+            return None
+        (rows, columns), level = moment.shape, self._memory(moment).frame(moment.index) * np.float32(self.ratio)
+        if self.over == "column":
+            return np.zeros(rows, np.float32), level.reshape(columns)
+        return np.broadcast_to(level[:, 0], rows).copy(), np.zeros(columns, np.float32)
 
-    def add(self, signal: Floats, response: Response, moment: Moment) -> None:
-        if self.over != "pixel":
-            super().add(signal, response, moment)
+    def lasting(self, moment: Moment) -> Sequence[Weighted]:
+        if self.over != "pixel" or not self.ratio:
+            return ()
+        return [(state, weight * self.ratio) for state, weight in self._memory(moment).known(moment.index)]
 
-    def lasting(self, moment: Moment) -> Weighted | None:
-        return (self._state(moment), self.ratio) if self.over == "pixel" else None
+    def _memory(self, moment: Moment) -> Process:
+        return _process(self.decay(moment.rate_hz), over(moment.shape, self.over), moment.seed, self.name)
 
-    def spread(self, moment: Moment, fixed: bool) -> float:
-        return self.ratio**2
-
-    def common(self, moment: Moment) -> float:
-        return self.ratio**2 if self.over == "frame" else 0.0
+    def share(self, moment: Moment, fixed: bool) -> Variance:
+        whole = self.ratio**2
+        return Variance(shared=whole) if self.over == "frame" else Variance(own=whole)
 
 
 @lru_cache(maxsize=8)
@@ -99,14 +103,29 @@ class Process(Bridge[Floats]):
     def anchor(self, index: int) -> Floats:
         return read_only(normals(self.shape, self.seed, *self.address, index))
 
+    def new(self, index: int) -> float:
+        """Sigma of what is new in a frame and in no other one, which is drawn with all else that is: nothing in an even
+        frame, as others are drawn from its state."""
+        if self.period == 1:
+            return 1.0
+        return _midway(self.decay)[1] if index % 2 else 0.0
+
+    def known(self, index: int) -> Sequence[Weighted]:
+        """The rest of the frame: its state, or the two that it lies between, times their weights."""
+        if self.period == 1:
+            return ()
+        if index % 2 == 0:
+            return [(self.frame(index), 1.0)]
+        weight = _midway(self.decay)[0]
+        return [(state, weight) for state in self.beside(index)]
+
     def between(self, before: Floats, after: Floats, index: int, distance: int) -> Floats:
         return bridged(self.decay * distance, before, after, self.seed, *self.address, index)
 
 
 def bridged(decay: float, before: Floats, after: Floats, seed: int, *address: Address) -> Floats:
     """A draw of the unit process given its states before and after, `decay` the -log of its correlation with each."""
-    weight = 0.5 / math.cosh(min(decay, FORGOTTEN))
-    spread = math.sqrt(math.tanh(decay))
+    weight, spread = _midway(decay)
     if COMPILED:
         state = np.empty(before.shape, np.float32)
         kernels.bridge(*begun(seed, *address), before, after, weight, spread, state)
@@ -115,3 +134,8 @@ def bridged(decay: float, before: Floats, after: Floats, seed: int, *address: Ad
     rows, columns = before.shape
     drawn = normals(before.shape, seed, *address, out=scratch((rows, columns), "bridge"))
     return read_only(np.asarray(cv2.scaleAdd(drawn, spread, mean, dst=mean)))
+
+
+def _midway(decay: float) -> tuple[float, float]:
+    """The weight of either state, and the sigma of what is new, midway between two."""
+    return 0.5 / math.cosh(min(decay, FORGOTTEN)), math.sqrt(math.tanh(decay))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
@@ -10,7 +11,7 @@ import cv2
 import numpy as np
 from pydantic import Field
 
-from irsim.detector.response import Response, Weighted
+from irsim.detector.response import Lines, Response, Weighted
 from irsim.detector.variance import Variance
 from irsim.kinds import NamedKind
 from irsim.types import Counts, Floats
@@ -42,8 +43,8 @@ class Noise(NamedKind):
     """One term of a detector's noise. It overrides what it has to do with a frame, and tells its variance.
 
     `signal` is the frame so far, (rows, cols) float32 in the units of `response`, and is changed in
-    place. Everything random is addressed by (seed, self.name, index), or by index // AT_ONCE: the same
-    whatever frames were asked for before.
+    place. Everything random but its grain is addressed by (seed, self.name, index), or by index // AT_ONCE: the
+    same whatever frames were asked for before.
     """
 
     stationary: ClassVar[bool] = False
@@ -55,13 +56,29 @@ class Noise(NamedKind):
         where all answer alike."""
         return None
 
+    def grain(self, moment: Moment) -> float:
+        """Sigma of what is new in each pixel of this frame, whatever the light, in units of NETD.
+
+        What all noises have of it is one draw a pixel, as the sum of independent normal numbers is normal; the number
+        drawn is the same whichever noises there are (`irsim.detector.grain`)."""
+        return 0.0
+
+    def count(self, signal: Floats, response: Response, moment: Moment, sigma: float) -> None:
+        """Put numbers of electrons in place of each pixel's mean, with the grain of that sigma, in units of signal. One
+        noise of a detector at most does so."""
+
     def add(self, signal: Floats, response: Response, moment: Moment) -> None:
         """Add to what was read: after pixels saturate."""
 
-    def lasting(self, moment: Moment) -> Weighted | None:
-        """What is added as well, and is kept for later frames: a picture in units of NETD times its weight, read only;
-        None where it is nothing."""
+    def lines(self, moment: Moment) -> Lines | None:
+        """What is added as well along whole rows, (rows,), and columns, (cols,), in units of NETD, float32, read only;
+        None where nothing is."""
         return None
+
+    def lasting(self, moment: Moment) -> Sequence[Weighted]:
+        """What is added as well, and is kept for later frames: pictures in units of NETD times their weights, read
+        only."""
+        return ()
 
     def steady(self, moment: Moment) -> Floats | None:
         """What is added as well, and stays for many frames: broadcastable to (rows, cols), float32, in units of

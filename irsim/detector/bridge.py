@@ -21,12 +21,19 @@ class Midways(ABC, Generic[State]):
         """A draw of frame `index` given those `distance` before and after it, addressed by index."""
 
     def way(
-        self, index: int, left: int, distance: int, ends: Mapping[int, State], kept: Mapping[int, State]
+        self,
+        index: int,
+        left: int,
+        distance: int,
+        ends: Mapping[int, State],
+        kept: Mapping[int, State],
+        finest: int = 1,
     ) -> dict[int, State]:
         """The frames drawn on the way to frame `index` from the `ends`, `left` and one so far after it, a power of two;
-        ends too. Each frame halves what is between the two that it lies between. What is `kept` is not drawn anew."""
+        ends too, down to those `finest` apart. Each frame halves what is between the two that it lies between. What is
+        `kept` is not drawn anew."""
         nodes = dict(ends)
-        while index not in nodes:
+        while index not in nodes and distance > finest:
             distance //= 2
             middle = left + distance
             if middle in kept:
@@ -60,9 +67,18 @@ class Bridge(Midways[State]):
 
     def frame(self, index: int) -> State:
         """The process at frame `index`; the caller must not write to it."""
+        return self._nodes(index, 1)[index]
+
+    def beside(self, index: int) -> tuple[State, State]:
+        """The process right before and after a frame of odd number, that is midway between them: for a period of 2 and
+        more."""
+        nodes = self._nodes(index, 2)
+        return nodes[index - 1], nodes[index + 1]
+
+    def _nodes(self, index: int, finest: int) -> Mapping[int, State]:
         kept = self._kept  # once: another thread may put its own there
         left = index - index % self.period
         anchors = (left,) if left == index else (left, left + self.period)
         ends = {anchor: kept[anchor] if anchor in kept else self.anchor(anchor) for anchor in anchors}
-        nodes = self._kept = self.way(index, left, self.period, ends, kept)
-        return nodes[index]
+        nodes = self._kept = self.way(index, left, self.period, ends, kept, finest)
+        return nodes

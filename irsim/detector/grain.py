@@ -1,19 +1,26 @@
-"""Normals added to a frame: where there was a compiler each in the pass that draws it."""
+"""What is new in each pixel of a frame: where there was a compiler, added in the pass that draws it."""
 
 from __future__ import annotations
 
 import cv2
 
 from irsim.compiled import COMPILED, kernels
+from irsim.detector.base import Moment
 from irsim.detector.scratch import scratch
 from irsim.rng import Address, begun, normals
 from irsim.types import Floats
 
 
-def add_normals(signal: Floats, scale: float, seed: int, *address: Address) -> None:
-    """signal += scale times the unit normals of an address, in place; (rows, cols) float32, C-contiguous."""
+def address(moment: Moment) -> tuple[int, *tuple[Address, ...]]:
+    """By what a frame's grain is drawn: of no noise's name, so that one that is switched off leaves the others as they
+    are, but for its part of the sigma."""
+    return moment.seed, "noise", "white", moment.index
+
+
+def add_grain(signal: Floats, sigma: float, moment: Moment) -> None:
+    """signal += sigma times the unit normals of a frame's grain, in place; (rows, cols) float32, C-contiguous."""
     if COMPILED:
-        kernels.add_normals(*begun(seed, *address), signal, scale)
+        kernels.add_normals(*begun(*address(moment)), signal, sigma)
         return
-    drawn = normals(signal.shape, seed, *address, out=scratch(signal.shape, "drawn"))
-    cv2.scaleAdd(drawn, scale, signal, dst=signal)
+    drawn = normals(signal.shape, *address(moment), out=scratch(signal.shape, "drawn"))
+    cv2.scaleAdd(drawn, sigma, signal, dst=signal)

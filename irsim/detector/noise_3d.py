@@ -5,20 +5,18 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import ClassVar
 
-import cv2
 import numpy as np
 
-from irsim.compiled import COMPILED, kernels
-from irsim.detector.base import AT_ONCE, Additive, Moment, Ratio, read_only
-from irsim.detector.grain import add_normals
-from irsim.detector.response import Response
+from irsim.detector.base import AT_ONCE, Moment, Noise, Ratio, read_only
+from irsim.detector.response import Lines
 from irsim.detector.terms import Term, staying
+from irsim.detector.variance import Variance
 from irsim.kinds import Switches
-from irsim.rng import begun, normals
+from irsim.rng import normals
 from irsim.types import Floats
 
 
-class Noise3d(Additive):
+class Noise3d(Noise):
     """The seven terms of 3-D noise, each Gaussian and independent of the others; t ones are white in time.
 
     J. A. D'Agostino and C. M. Webb, "Three-dimensional analysis framework and measurement methodology
@@ -44,58 +42,29 @@ class Noise3d(Additive):
     tvh: Ratio = 1.0
     """Sigma from pixel to pixel, anew in each frame."""
 
-    def pattern(self, moment: Moment) -> Floats:
-        pattern = self._fixed(moment)
-        down, across = self._lines(moment)
-        pattern = pattern + (down[:, None] + across)
-        if not self.tvh:
-            return pattern
-        drawn = normals(moment.shape, moment.seed, "noise", self.name, "tvh", moment.index)
-        return pattern + np.float32(self.tvh) * drawn
+    def grain(self, moment: Moment) -> float:
+        return self.tvh
 
-    def add(self, signal: Floats, response: Response, moment: Moment) -> None:
-        address = moment.seed, "noise", self.name, "tvh", moment.index
-        pixels = self.tvh * response.noise
-        lines = bool(self.t or self.tv or self.th)
-        if COMPILED and lines and self.tvh:
-            kernels.add_lines_and_normals(*begun(*address), signal, *self._lines(moment), response.noise, pixels)
-            return
-        if lines:
-            # A product of two numbers a row by two a column adds all of them in one pass.
-            down, across = self._lines(moment)
-            left = np.column_stack([down, np.ones_like(down)])
-            cv2.gemm(left, np.stack([np.ones_like(across), across]), response.noise, signal, 1.0, dst=signal)
-        if self.tvh:
-            add_normals(signal, pixels, *address)
-
-    def steady(self, moment: Moment) -> Floats | None:
-        if not (self.v or self.h or self.vh):
+    def lines(self, moment: Moment) -> Lines | None:
+        if not (self.t or self.tv or self.th):
             return None
-        return self._fixed(moment)
-
-    def _fixed(self, moment: Moment) -> Floats:
-        """The terms that stay, (rows, cols). Read only."""
-        terms: tuple[Term, ...] = (("v", "row", self.v), ("h", "column", self.h), ("vh", "pixel", self.vh))
-        return staying(moment.shape, moment.seed, self.name, terms)
-
-    def _lines(self, moment: Moment) -> tuple[Floats, Floats]:
-        """The terms t and tv together, (rows,), and the term th, (cols,). Read only."""
         block, at = divmod(moment.index, AT_ONCE)
         down, across = _lines(moment.shape, moment.seed, self.name, (self.t, self.tv, self.th), block)
         return down[at], across[at]
 
-    def spread(self, moment: Moment, fixed: bool) -> float:
-        changing = self.t**2 + self.tv**2 + self.th**2 + self.tvh**2
-        return changing + (self.v**2 + self.h**2 + self.vh**2 if fixed else 0.0)
+    def steady(self, moment: Moment) -> Floats | None:
+        if not (self.v or self.h or self.vh):
+            return None
+        terms: tuple[Term, ...] = (("v", "row", self.v), ("h", "column", self.h), ("vh", "pixel", self.vh))
+        return staying(moment.shape, moment.seed, self.name, terms)
 
-    def common(self, moment: Moment) -> float:
-        return self.t**2
+    def share(self, moment: Moment, fixed: bool) -> Variance:
+        changing = self.tv**2 + self.th**2 + self.tvh**2
+        return Variance(own=changing + (self.v**2 + self.h**2 + self.vh**2 if fixed else 0.0), shared=self.t**2)
 
 
 @lru_cache(maxsize=4)
-def _lines(
-    shape: tuple[int, int], seed: int, name: str, sigmas: tuple[float, float, float], block: int
-) -> tuple[Floats, Floats]:
+def _lines(shape: tuple[int, int], seed: int, name: str, sigmas: tuple[float, float, float], block: int) -> Lines:
     """The terms t and tv together, (AT_ONCE, rows), and the term th, (AT_ONCE, cols), of a block of frames."""
 
     def drawn(term: str, sigma: float, length: int) -> Floats:

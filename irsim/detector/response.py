@@ -32,6 +32,9 @@ MOST_ADDED = kernels.MOST_ADDED if COMPILED else 0
 Weighted = tuple[Floats, float]
 """A picture (rows, cols) float32, and what it is to be multiplied by."""
 
+Lines = tuple[Floats, Floats]
+"""A number for each row, (rows,) float32, and for each column, (cols,), of which each pixel has the sum."""
+
 
 @dataclass(frozen=True)
 class Setting:
@@ -119,7 +122,13 @@ class Response:
         after = 2 * signal / (self.root + math.sqrt(self.root**2 + 4 * self.linear * signal))
         return by / (self.linear + self.root / (after + math.sqrt(light)))  # x - light, no digits lost
 
-    def counts(self, signal: Floats, out: Counts | None = None, added: Sequence[Weighted] = ()) -> Counts:
+    def counts(
+        self,
+        signal: Floats,
+        out: Counts | None = None,
+        added: Sequence[Weighted] = (),
+        lines: Lines | None = None,
+    ) -> Counts:
         """Counts of a signal, which is changed, and of what is added to it; in `out`, where it is given.
 
         Rounded to the nearest (halves to even) and clipped to the depth: they saturate and never wrap around.
@@ -131,8 +140,10 @@ class Response:
             cv2.scaleAdd(pattern, weight, signal, dst=signal)
         if compiled:
             flat = [part for pair in together for part in pair]
-            kernels.counts_of(signal, counts, 1 / self.gain, self.offset, self.full, *flat)
+            kernels.counts_of(signal, counts, 1 / self.gain, self.offset, self.full, *(lines or (None, None)), *flat)
             return counts
+        if lines is not None:
+            signal += np.add.outer(*lines)
         most = np.float32(MOST_COUNTS * self.gain)
         if cv2.norm(signal, cv2.NORM_INF) > most:  # would wrap in the conversion
             np.clip(signal, -most, most, out=signal)

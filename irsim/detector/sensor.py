@@ -13,7 +13,8 @@ from irsim.detector.base import Moment, Noise
 from irsim.detector.bloom import Bloom
 from irsim.detector.correction import Correction
 from irsim.detector.equivalent import Equivalent
-from irsim.detector.response import Response, Weighted
+from irsim.detector.grain import add_grain
+from irsim.detector.response import Lines, Response, Weighted
 from irsim.detector.scratch import scratch
 from irsim.detector.spread import spread
 from irsim.detector.steady import Sum
@@ -25,8 +26,9 @@ from irsim.types import Counts, Floats
 class Sensor:
     """A response and its noise terms, in a camera and a scene.
 
-    rate_hz of the camera; seed of the scene; bloom of saturated pixels; correction, when the camera
-    corrects itself; falloff of a frame, (rows, cols) float32, the share of light that the lens lets through.
+    Of the noises one at most counts electrons. rate_hz of the camera; seed of the scene; bloom of saturated pixels;
+    correction, when the camera corrects itself; falloff of a frame, (rows, cols) float32, the share of light that the
+    lens lets through.
     """
 
     response: Response
@@ -49,8 +51,9 @@ class Sensor:
 
     @property
     def steps(self) -> int:
-        """Those from light to what is read: pixels hold it, then each noise is added."""
-        return 1 + len(self.noises)
+        """Those from light to what is read: pixels hold it, what is new in each is drawn, then whatever else a noise
+        adds in a way of its own."""
+        return 2 + len(self._doing["add"])
 
     def step(self, picture: Floats, index: int, begin: int, end: int, spent: bool = False) -> Floats:
         """A frame's picture, (rows, cols) float32, after the steps before `end`, of one after those before `begin`;
@@ -66,9 +69,19 @@ class Sensor:
             self.held(picture, moment.index, own, self._gain(moment))
         elif not spent:
             np.copyto(own, picture)
-        for noise in self.noises[max(begin, 1) - 1 : max(end, 1) - 1]:
+        if begin <= 1 < end:
+            self._draw(own, moment)
+        for noise in self._doing["add"][max(begin, 2) - 2 : max(end, 2) - 2]:
             noise.add(own, self.response, moment)
         return own
+
+    def _draw(self, signal: Floats, moment: Moment) -> None:
+        """Draw what is new in each pixel: one number for all noises, with the electrons where they are counted."""
+        sigma = math.hypot(*(noise.grain(moment) for noise in self._doing["grain"])) * self.response.noise
+        if counting := self._doing["count"]:
+            counting[0].count(signal, self.response, moment, sigma)
+        elif sigma:
+            add_grain(signal, sigma, moment)
 
     def expose(
         self, light: Floats, index: int, spent: bool = False, out: Counts | None = None, steps: int = 0
@@ -81,7 +94,7 @@ class Sensor:
         """
         moment = self.moment(index, light.shape)
         signal = self._step(light, moment, steps, self.steps, spent)
-        counts = self.response.counts(signal, out, self._added(moment))
+        counts = self.response.counts(signal, out, self._added(moment), self._lines(moment))
         for noise in self._doing["replace"]:
             noise.replace(counts, self.response, moment)
         return counts
@@ -89,7 +102,7 @@ class Sensor:
     @cached_property
     def _doing(self) -> Mapping[str, Sequence[Noise]]:
         """The noises that do something of their own, by what it is: most do one thing only."""
-        of_all = "gains", "lasting", "steady", "replace"
+        of_all = "gains", "count", "grain", "add", "lines", "lasting", "steady", "replace"
         doing = {
             what: [noise for noise in self.noises if getattr(type(noise), what) is not getattr(Noise, what)]
             for what in of_all
@@ -106,11 +119,19 @@ class Sensor:
 
     def _added(self, moment: Moment) -> Sequence[Weighted]:
         """What is added to all that was drawn for this frame alone, in units of signal."""
-        lasting = [found for noise in self._doing["lasting"] if (found := noise.lasting(moment)) is not None]
+        lasting = [found for noise in self._doing["lasting"] for found in noise.lasting(moment)]
         parts = [part for noise in self._doing["steady"] if (part := noise.steady(moment)) is not None]
         steady = self._steady.of(parts, moment)
         all_of_them = lasting if steady is None else [*lasting, (steady, 1.0)]
         return [(np.ascontiguousarray(pattern), weight * self.response.noise) for pattern, weight in all_of_them]
+
+    def _lines(self, moment: Moment) -> Lines | None:
+        """What is added along whole rows and columns, in units of signal."""
+        found = [lines for noise in self._doing["lines"] if (lines := noise.lines(moment)) is not None]
+        if not found:
+            return None
+        down, across = found[0] if len(found) == 1 else (np.sum(parts, axis=0) for parts in zip(*found, strict=True))
+        return down * np.float32(self.response.noise), across * np.float32(self.response.noise)
 
     def mean(self, light: Floats, index: int) -> Floats:
         """(rows, cols): the noiseless counts of a light at a frame before they are rounded and clipped; float64 of

@@ -9,6 +9,7 @@ import numpy as np
 
 from irsim.compiled import COMPILED, kernels
 from irsim.detector.base import Moment, Noise
+from irsim.detector.grain import address
 from irsim.detector.response import Response
 from irsim.detector.scratch import scratch
 from irsim.detector.variance import Variance
@@ -23,7 +24,8 @@ class Shot(Noise):
     """Shot noise of the electrons, and the read noise with it. For a detector of kind electrons.
 
     Variance S + read noise^2 in electrons: a Poisson number below 200 electrons, above them its normal
-    limit, both noises in one draw. What a full well holds does not vary.
+    limit. All that is normal is one draw, with what other noises have new in each pixel. What a full well holds does
+    not vary.
     """
 
     stationary: ClassVar[bool] = True
@@ -32,11 +34,10 @@ class Shot(Noise):
     def needs_electrons(self) -> bool:
         return True
 
-    def add(self, signal: Floats, response: Response, moment: Moment) -> None:
-        address = moment.seed, "noise", self.name, moment.index
-        read_variance, well = response.read**2, response.well
+    def count(self, signal: Floats, response: Response, moment: Moment, sigma: float) -> None:
+        variance, well = response.read**2 + sigma**2, response.well
         if COMPILED:
-            found = kernels.add_shot(*begun(*address), signal, read_variance, well, EXACT_E)
+            found = kernels.add_shot(*begun(*address(moment)), signal, variance, well, EXACT_E)
             if not found:
                 return
             pairs = np.frombuffer(found)
@@ -44,9 +45,9 @@ class Shot(Noise):
         else:
             dark = np.flatnonzero(signal < EXACT_E)
             held = signal.reshape(-1)[dark]
-            drawn = normals(moment.shape, *address, out=scratch(moment.shape, "drawn"))
+            drawn = normals(moment.shape, *address(moment), out=scratch(moment.shape, "drawn"))
             shaken = np.where((signal >= well) | (signal < EXACT_E), np.float32(0), signal)
-            cv2.accumulateProduct(np.sqrt(shaken + np.float32(read_variance)), drawn, signal)
+            cv2.accumulateProduct(np.sqrt(shaken + np.float32(variance)), drawn, signal)
         if dark.size:
             words = bits(moment.seed, "noise", self.name, "uniform", moment.index).random_raw(signal.size)
             uniform = ((words[dark] >> np.uint64(11)) + 0.5) * 2.0**-53
