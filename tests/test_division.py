@@ -176,7 +176,7 @@ def test_wherever_a_frame_is_divided_it_is_the_frame(camera: str) -> None:
         "sky", ["frames=5", "camera.size=[24, 16]", "camera.detector={kind: electrons}", f"camera.{camera}"]
     )
     worker, here, alone = Renderer(scenario), Renderer(scenario), Renderer(scenario)
-    assert here.steps == (0 if "time" in camera else 3 if "bad_pixels" in camera else 2)
+    assert here.steps == (0 if "time" in camera else 2 if "shot" in camera else 3)
     for index in range(5):
         expected = alone.frame(index)[0].image
         for steps in range(here.steps + 1):
