@@ -118,14 +118,14 @@ class Camera(Part):
         exposure_ms = self.detector.exposure_ms
         if exposure_ms is not None and exposure_ms * self.rate_hz > 1000:
             raise _too_long(exposure_ms, self.rate_hz, ("detector", str(self.detector.timed_by)))
-        counting = [(index, noise.name) for index, noise in enumerate(self.noise) if noise.needs_electrons]
-        for index, name in counting:
-            if not self.detector.counts_electrons:
+        for index, noise in enumerate(self.noise):
+            if noise.needs_electrons and not self.detector.counts_electrons:
                 raise PydanticCustomError(
                     "no_electrons",
                     "{name} counts electrons, and this detector has none; allowed: detector: {kind: electrons}",
-                    {"name": name, "at": ("noise", index, "kind")},
+                    {"name": noise.name, "at": ("noise", index, "kind")},
                 )
+        counting = [(k, noise.name) for k, noise in enumerate(self.noise) if type(noise).count is not Noise.count]
         if len(counting) > 1:
             (_, first), (index, name), *_ = counting
             raise PydanticCustomError(

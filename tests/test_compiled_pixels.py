@@ -19,7 +19,7 @@ from irsim.backgrounds.cloud import Look
 from irsim.backgrounds.drifting import Drifting, _first
 from irsim.backgrounds.tiles import Tiled
 from irsim.compiled import COMPILED, kernels
-from irsim.detector import ar1, grain, response, shot
+from irsim.detector import ar1, grain, process, response, shot
 from irsim.detector.ar1 import Ar1
 from irsim.detector.base import Moment, Noise
 from irsim.detector.noise_3d import Noise3d
@@ -95,7 +95,7 @@ def test_noise_added_where_it_is_drawn_is_that_of_passes(rows: int, columns: int
     for compiled in (True, False):
         ar1._process.cache_clear()
         with pytest.MonkeyPatch.context() as patch:
-            for module in (rng, ar1, grain, shot):
+            for module in (rng, process, grain, shot):
                 patch.setattr(module, "COMPILED", compiled)
             found.append(np.minimum(light, np.float32(RESPONSE.well)))
             moment = Moment(index, (rows, columns), 50.0, 1)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
-from typing import Any, Literal, get_args, get_origin
+from typing import Any, Literal, cast, get_args, get_origin
 
 import even_noise
 import numpy as np
@@ -27,6 +27,7 @@ from irsim.detector import (
     drift,
     grain,
     noise_3d,
+    process,
     shot,
     terms,
 )
@@ -119,7 +120,7 @@ def test_every_way_of_a_noise_is_exposed_alike_by_compiled_loops_and_plain_ones(
     assert np.ptp(found) > 0
     forget()
     with pytest.MonkeyPatch.context() as patch:
-        for module in (rng, ar1, grain, shot, response_module):
+        for module in (rng, process, grain, shot, response_module):
             patch.setattr(module, "COMPILED", False)
         plain = Sensor(response(), sensor.noises, 50.0, 1).expose(light, 5)
     assert np.abs(found.astype(int) - plain).max() <= 1
@@ -148,6 +149,30 @@ def test_noises_that_are_new_in_each_frame_add_up_and_share_nothing(counted: boo
             )
 
 
+def test_a_noise_of_any_name_shares_nothing_with_the_grain() -> None:
+    """What lasts is drawn apart from it, also where it is called as the grain is."""
+    sensor = Sensor(response(), (Ar1(rho=0.9, id="white"), Noise3d()), 50.0, 1)
+    light = np.full(SHAPE, radiance("mwir", 300.0), np.float32)
+    for index in range(4):
+        seen = sensor.expose(light, index)
+        assert seen.var() / sensor.variance(light, index).mean() == pytest.approx(1, abs=4.5 * np.sqrt(2 / N)), index
+
+
+def test_electrons_are_counted_once() -> None:
+    with pytest.raises(ValueError, match="at most"):
+        Sensor(response(), (Shot(id="one"), Shot(id="other")), 50.0, 1).expose(np.ones((4, 5), np.float32), 0)
+
+
+@pytest.mark.parametrize("word", sorted(set(NOISES.kinds)))
+def test_a_sensor_takes_pictures_of_any_size_and_frame_numbers_of_numpy(word: str) -> None:
+    noise, level, number = build(word), radiance("mwir", 300.0), cast(int, np.int64(7))
+    sensor = Sensor(response(), (noise,), 50.0, 1)
+    for rows, columns in ((10, 12), (20, 12), (20, 24)):
+        light = np.full((rows, columns), level, np.float32)
+        alone = Sensor(response(), (noise,), 50.0, 1).expose(light, 7)
+        np.testing.assert_array_equal(sensor.expose(light, number), alone)
+
+
 def test_a_noise_that_is_switched_off_leaves_the_others_their_numbers() -> None:
     """White noise of ratio 3 and 4 is, pixel by pixel, 5 times what one of ratio 1 is; with electrons, too."""
     light, made = np.full((24, 40), radiance("mwir", 300.0), np.float32), replace(response(), noise=3e5, gain=1e3)
@@ -174,7 +199,7 @@ def test_what_is_drawn_with_electrons_alone_or_with_others_keeps_its_variance_in
 
 @pytest.mark.parametrize("word", NOISES.kinds)
 def test_a_picture_may_be_exposed_step_by_step(word: str) -> None:
-    noises = build(word, id="one"), build("fixed_pattern", id="other"), build(word, id="two")
+    noises = [build(word, id="one"), build("fixed_pattern", id="other"), build("ar1", id="two")]
     sensor = Sensor(response(), noises, 50.0, 1)
     light = np.full((24, 40), radiance("mwir", 300.0), np.float32)
     for steps in range(sensor.steps + 1):

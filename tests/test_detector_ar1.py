@@ -9,7 +9,7 @@ from pydantic import ValidationError
 from test_detector import SHAPE, N, at
 
 from irsim.detector import Ar1, White
-from irsim.detector.ar1 import Process
+from irsim.detector.process import Process
 from irsim.rng import normals
 
 

@@ -44,7 +44,7 @@ def counts_of(
     *added: Float32 | float,
 ) -> None:
     """out = scale (signal + sum of what is added) + offset, rounded to the nearest (halves to even), clipped to
-    0 .. full. A number is added for each row, `down`, and column, `across`, or none for either, and up to MOST_ADDED
+    0 .. full. A number is added for each row, `down`, and column, `across`, unless both are None, and up to MOST_ADDED
     arrays, each followed by its weight."""
 
 def mixed(

@@ -43,13 +43,13 @@ class Noise(NamedKind):
     """One term of a detector's noise. It overrides what it has to do with a frame, and tells its variance.
 
     `signal` is the frame so far, (rows, cols) float32 in the units of `response`, and is changed in
-    place. Everything random but its grain is addressed by (seed, self.name, index), or by index // AT_ONCE: the
-    same whatever frames were asked for before.
+    place. Everything random but its grain is addressed by the seed, self.name, a word for what it is and the index,
+    or index // AT_ONCE: the same whatever frames were asked for before.
     """
 
     stationary: ClassVar[bool] = False
-    """Whether its `share` is known to be the same in all frames: it is asked once then. A subclass with another share
-    says this anew."""
+    """Whether its `share` is known to be the same in all frames: it is asked once then; and what is `steady` of it is
+    summed up before what others have, which may change. A subclass with another share says this anew."""
 
     def gains(self, moment: Moment) -> Floats | None:
         """By what share each pixel answers more to light, before it saturates: (rows, cols) float32, read only; None
@@ -68,7 +68,7 @@ class Noise(NamedKind):
         noise of a detector at most does so."""
 
     def add(self, signal: Floats, response: Response, moment: Moment) -> None:
-        """Add to what was read: after pixels saturate."""
+        """Add to what was read: after pixels saturate, and grain is drawn."""
 
     def lines(self, moment: Moment) -> Lines | None:
         """What is added as well along whole rows, (rows,), and columns, (cols,), in units of NETD, float32, read only;
@@ -121,10 +121,6 @@ class Additive(Noise):
     def spread(self, moment: Moment, fixed: bool) -> float:
         """Variance of a pixel of the pattern in squared units of NETD; see `share` for `fixed`."""
 
-    def common(self, moment: Moment) -> float:
-        """Of it, what all pixels of a frame share."""
-        return 0.0
-
     def add(self, signal: Floats, response: Response, moment: Moment) -> None:
         pattern = self.pattern(moment)
         if pattern.shape == signal.shape:
@@ -133,8 +129,7 @@ class Additive(Noise):
             np.add(signal, pattern * np.float32(response.noise), out=signal)
 
     def share(self, moment: Moment, fixed: bool) -> Variance:
-        whole, common = self.spread(moment, fixed), self.common(moment)
-        return Variance(own=whole - common, shared=common)
+        return Variance(own=self.spread(moment, fixed))
 
 
 class Steady(Additive):

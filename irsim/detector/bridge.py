@@ -21,18 +21,13 @@ class Midways(ABC, Generic[State]):
         """A draw of frame `index` given those `distance` before and after it, addressed by index."""
 
     def way(
-        self,
-        index: int,
-        left: int,
-        distance: int,
-        ends: Mapping[int, State],
-        kept: Mapping[int, State],
-        finest: int = 1,
+        self, index: int, ends: Mapping[int, State], kept: Mapping[int, State], finest: int = 1
     ) -> dict[int, State]:
-        """The frames drawn on the way to frame `index` from the `ends`, `left` and one so far after it, a power of two;
+        """The frames drawn on the way to frame `index` from the `ends`, itself or two that are a power of two apart;
         ends too, down to those `finest` apart. Each frame halves what is between the two that it lies between. What is
         `kept` is not drawn anew."""
-        nodes = dict(ends)
+        nodes, left = dict(ends), min(ends)
+        distance = max(ends) - left
         while index not in nodes and distance > finest:
             distance //= 2
             middle = left + distance
@@ -80,5 +75,5 @@ class Bridge(Midways[State]):
         left = index - index % self.period
         anchors = (left,) if left == index else (left, left + self.period)
         ends = {anchor: kept[anchor] if anchor in kept else self.anchor(anchor) for anchor in anchors}
-        nodes = self._kept = self.way(index, left, self.period, ends, kept, finest)
+        nodes = self._kept = self.way(index, ends, kept, finest)
         return nodes

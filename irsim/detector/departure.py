@@ -7,9 +7,9 @@ import math
 import cv2
 import numpy as np
 
-from irsim.detector.ar1 import bridged
 from irsim.detector.base import read_only
 from irsim.detector.bridge import Midways
+from irsim.detector.process import bridged
 from irsim.rng import normals
 from irsim.types import Floats
 
@@ -39,7 +39,7 @@ class Departure(Midways[Floats]):
         ends = {first: self._power(first, kept)}
         if index > first:
             ends[2 * first] = kept[2 * first] if 2 * first in kept else self._onward(ends[first], 2 * first, first)
-        nodes = self._kept = self.way(index, first, first, ends, kept)
+        nodes = self._kept = self.way(index, ends, kept)
         return nodes[index]
 
     def between(self, before: Floats, after: Floats, index: int, distance: int) -> Floats:

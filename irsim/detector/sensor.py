@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -47,7 +48,7 @@ class Sensor:
     def moment(self, index: int, shape: tuple[int, int]) -> Moment:
         """Frame `index` as noise sees it."""
         last, count = (0, 0) if self.correction is None else self.correction.last(index)
-        return Moment(index, shape, self.rate_hz, self.seed, last, count)
+        return Moment(operator.index(index), shape, self.rate_hz, self.seed, last, count)
 
     @property
     def steps(self) -> int:
@@ -107,6 +108,8 @@ class Sensor:
             what: [noise for noise in self.noises if getattr(type(noise), what) is not getattr(Noise, what)]
             for what in of_all
         }
+        if len(doing["count"]) > 1:
+            raise ValueError("one noise at most counts electrons")
         doing["steady"].sort(key=lambda noise: not noise.stationary)  # what changes comes last (`Sum`)
         return doing
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from irsim.compiled import COMPILED, kernels
 from irsim.detector.base import Moment, Noise
-from irsim.detector.grain import address
+from irsim.detector.grain import grain_address
 from irsim.detector.response import Response
 from irsim.detector.scratch import scratch
 from irsim.detector.variance import Variance
@@ -37,7 +37,7 @@ class Shot(Noise):
     def count(self, signal: Floats, response: Response, moment: Moment, sigma: float) -> None:
         variance, well = response.read**2 + sigma**2, response.well
         if COMPILED:
-            found = kernels.add_shot(*begun(*address(moment)), signal, variance, well, EXACT_E)
+            found = kernels.add_shot(*begun(*grain_address(moment)), signal, variance, well, EXACT_E)
             if not found:
                 return
             pairs = np.frombuffer(found)
@@ -45,7 +45,7 @@ class Shot(Noise):
         else:
             dark = np.flatnonzero(signal < EXACT_E)
             held = signal.reshape(-1)[dark]
-            drawn = normals(moment.shape, *address(moment), out=scratch(moment.shape, "drawn"))
+            drawn = normals(moment.shape, *grain_address(moment), out=scratch(moment.shape, "drawn"))
             shaken = np.where((signal >= well) | (signal < EXACT_E), np.float32(0), signal)
             cv2.accumulateProduct(np.sqrt(shaken + np.float32(variance)), drawn, signal)
         if dark.size:

@@ -31,7 +31,7 @@ class Sum:
             return None
         kept = self._kept  # once: another thread may put its own there
         *first, last = patterns
-        if kept is None or not _same(kept.patterns[:-1], first):
+        if kept is None or kept.total.shape != moment.shape or not _same(kept.patterns[:-1], first):
             before = np.zeros(moment.shape, np.float32)
             for pattern in first:
                 before += pattern
