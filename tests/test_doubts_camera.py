@@ -79,6 +79,22 @@ def test_a_sky_that_is_warmest_at_the_zenith_is_told(tmp_path: Path, sky: str, w
     assert all("is warmer than the horizon" in line for line in lines)
 
 
+@pytest.mark.parametrize(
+    ("camera", "warned"),
+    [
+        ("preset: cooled_mwir, noise: [{kind: bad_pixels}]", True),
+        ("detector: {kind: electrons}, noise: [{kind: white}]", True),
+        ("detector: {kind: electrons}, noise: [{kind: shot}, {kind: bad_pixels}]", False),
+        ("detector: {kind: electrons}, noise: []", False),
+        ("detector: {kind: electrons}", False),
+        ("noise: [{kind: fixed_pattern}, {kind: white}]", False),
+    ],
+)
+def test_electrons_without_the_noise_of_their_number_are_told(tmp_path: Path, camera: str, warned: bool) -> None:
+    lines = told(tmp_path, camera=camera)
+    assert [line.partition(":")[0] for line in lines if "shot and read noise" in line] == ["camera.noise"] * warned
+
+
 @pytest.mark.parametrize(("off", "warned"), [("[]", False), ("[a]", True), ("[a, tracks]", False), ("[tracks]", False)])
 def test_a_camera_that_follows_what_is_off_is_told(tmp_path: Path, off: str, warned: bool) -> None:
     tracking: dict[str, Any] = {"camera": "motion: [{kind: tracks, target: a}]"}

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from irsim.doubts.air import beyond_fit, far_ground, high_skies, long_paths, long_views, unlike_skies
 from irsim.doubts.background import cold_clouds, folded, large_features, off_scale, upside_down
-from irsim.doubts.camera import beads, follows_nobody, noisy, rounded_off, sunken
+from irsim.doubts.camera import beads, follows_nobody, noisy, rounded_off, sunken, uncounted
 from irsim.doubts.cold import colder_than_space
 from irsim.doubts.crossing import misses, turned
 from irsim.doubts.display import odd_greys, tiny_tiles
@@ -39,6 +39,7 @@ DOUBTS = (
     *(
         noisy,
         rounded_off,
+        uncounted,
         follows_nobody,
         beads,
         sunken,

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from irsim.backgrounds import Recorded
-from irsim.detector import NETD_K
+from irsim.detector import NETD_K, Noise
 from irsim.detector.variance import Variance
 from irsim.doubts.looked import watched
 from irsim.errors import Notice
@@ -67,6 +67,19 @@ def rounded_off(scenario: Scenario) -> Iterator[Notice]:
             ("camera", "bits"),
             f"the noise at {NETD_K:g} K is {counts:.2g} counts: rounding to whole counts hides it, and pixels stay as "
             f"they are or go to and fro between two counts; {FINEST:g} or more take more bits or a smaller range",
+        )
+
+
+def uncounted(scenario: Scenario) -> Iterator[Notice]:
+    """Electrons without the noise of their number, as a list of noises takes the place of the detector's own ones; not
+    where no noise at all is wanted, or footage has it."""
+    camera = scenario.camera
+    wanted = camera.detector.counts_electrons and camera.noise and not isinstance(scenario.background, Recorded)
+    if wanted and all(type(noise).count is Noise.count for noise in camera.noise):
+        yield Notice(
+            ("camera", "noise"),
+            "electrons are read without shot and read noise: a list of noises takes the place of the detector's own; "
+            "{kind: shot} has both",
         )
 
 
