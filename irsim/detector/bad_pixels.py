@@ -48,7 +48,7 @@ class BadPixels(Noise):
     hot_ratio: Ratio = 100.0
     """Mean height of hot pixels, in units of the camera's NETD; the lowest lie at half of it."""
     blink_ratio: Ratio = 20.0
-    """Mean height of a blinking pixel's jump, up in one half of them and down in the other, exponential, in units of the
+    """Mean height of a blinking pixel's jump, exponential, up in half of them and down in the others, in units of the
     camera's NETD."""
     on_s: Positive = 0.5
     """Mean time that a blinking pixel stays away from its own level, s."""
