@@ -83,7 +83,8 @@ def test_a_sky_that_is_warmest_at_the_zenith_is_told(tmp_path: Path, sky: str, w
     ("camera", "warned"),
     [
         ("preset: cooled_mwir, noise: [{kind: bad_pixels}]", True),
-        ("detector: {kind: electrons}, noise: [{kind: white}]", True),
+        ("detector: {kind: electrons}, noise: [{kind: fixed_pattern}]", True),
+        ("detector: {kind: electrons}, noise: [{kind: white}]", False),
         ("detector: {kind: electrons}, noise: [{kind: shot}, {kind: bad_pixels}]", False),
         ("detector: {kind: electrons}, noise: []", False),
         ("detector: {kind: electrons}", False),

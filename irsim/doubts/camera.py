@@ -71,11 +71,12 @@ def rounded_off(scenario: Scenario) -> Iterator[Notice]:
 
 
 def uncounted(scenario: Scenario) -> Iterator[Notice]:
-    """Electrons without the noise of their number, as a list of noises takes the place of the detector's own ones; not
-    where no noise at all is wanted, or footage has it."""
+    """Electrons that do not vary from frame to frame, as a list of noises takes the place of the detector's own ones; not
+    where white noise stands for theirs, no noise at all is wanted, or footage has it."""
     camera = scenario.camera
     wanted = camera.detector.counts_electrons and camera.noise and not isinstance(scenario.background, Recorded)
-    if wanted and all(type(noise).count is Noise.count for noise in camera.noise):
+    drawn = Noise.count, Noise.grain
+    if wanted and all((type(noise).count, type(noise).grain) == drawn for noise in camera.noise):
         yield Notice(
             ("camera", "noise"),
             "electrons are read without shot and read noise: a list of noises takes the place of the detector's own; "
