@@ -71,7 +71,7 @@ def rounded_off(scenario: Scenario) -> Iterator[Notice]:
 
 
 def uncounted(scenario: Scenario) -> Iterator[Notice]:
-    """Electrons that do not vary from frame to frame, as a list of noises takes the place of the detector's own ones; not
+    """Electrons that do not vary from frame to frame, as a list of noises takes the place of the detector's own; not
     where white noise stands for theirs, no noise at all is wanted, or footage has it."""
     camera = scenario.camera
     wanted = camera.detector.counts_electrons and camera.noise and not isinstance(scenario.background, Recorded)
