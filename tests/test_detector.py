@@ -199,7 +199,11 @@ def test_what_is_drawn_with_electrons_alone_or_with_others_keeps_its_variance_in
 
 @pytest.mark.parametrize("word", NOISES.kinds)
 def test_a_picture_may_be_exposed_step_by_step(word: str) -> None:
-    noises = [build(word, id="one"), build("fixed_pattern", id="other"), build("ar1" if word == "shot" else word, id="two")]
+    noises = [
+        build(word, id="one"),
+        build("fixed_pattern", id="other"),
+        build("ar1" if word == "shot" else word, id="two"),
+    ]
     sensor = Sensor(response(), noises, 50.0, 1)
     light = np.full((24, 40), radiance("mwir", 300.0), np.float32)
     for steps in range(sensor.steps + 1):
