@@ -4,26 +4,25 @@
 #include "histogram.h"
 #include "scratch.h"
 
-#define TABLES 4 /* neighbours are often alike: a pixel need not wait until the one before is counted */
+#define WORDS (UINT16_MAX + 1)
 
-/* `tables` is (TABLES, levels + 1) of zeros: the last of each takes what lies beyond. */
+/* `tables` are two, of a place for each 16-bit word, of zeros: neighbours are often alike, and a pixel need not wait
+   until the one before it is counted. */
 static void count_pixels(const uint16_t *counts, Py_ssize_t length, int64_t *pixels, Py_ssize_t levels,
                          uint32_t *tables)
 {
-    const Py_ssize_t wide = levels + 1;
-    const unsigned beyond = (unsigned)levels;
+    uint32_t *const even = tables, *const odd = tables + WORDS;
     Py_ssize_t i = 0;
-    for (; i + TABLES <= length; i += TABLES)
-        for (int k = 0; k < TABLES; k++)
-            tables[k * wide + (counts[i + k] < beyond ? counts[i + k] : beyond)]++;
-    for (; i < length; i++)
-        tables[counts[i] < beyond ? counts[i] : beyond]++;
-    for (Py_ssize_t level = 0; level < levels; level++) {
-        int64_t sum = 0;
-        for (int k = 0; k < TABLES; k++)
-            sum += tables[k * wide + level];
-        pixels[level] = sum;
+    for (; i + 4 <= length; i += 4) {
+        even[counts[i]]++;
+        odd[counts[i + 1]]++;
+        even[counts[i + 2]]++;
+        odd[counts[i + 3]]++;
     }
+    for (; i < length; i++)
+        even[counts[i]]++;
+    for (Py_ssize_t level = 0; level < levels; level++)
+        pixels[level] = (int64_t)even[level] + odd[level];
 }
 
 /* histogram(counts, pixels) */
@@ -38,10 +37,10 @@ PyObject *histogram(PyObject *self, PyObject *const *given, Py_ssize_t count)
     const uint16_t *counts = array(&arrays, given[0], "H", 0, &length);
     int64_t *pixels = counts ? array(&arrays, given[1], "l", 1, &levels) : NULL;
     int done = 0;
-    if (pixels != NULL && (levels > UINT16_MAX + 1 || length > UINT32_MAX)) {
+    if (pixels != NULL && (levels > WORDS || length > UINT32_MAX)) {
         PyErr_SetString(PyExc_ValueError, "levels of 16 bits are wanted, and pixels whose number has 32");
     } else if (pixels != NULL) {
-        uint32_t *tables = scratch(&held, TABLES * (levels + 1), sizeof *tables);
+        uint32_t *tables = scratch(&held, 2 * WORDS, sizeof *tables);
         if ((done = tables != NULL))
             count_pixels(counts, length, pixels, levels, tables);
     }

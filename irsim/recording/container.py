@@ -9,7 +9,6 @@ from __future__ import annotations
 import io
 import mmap
 import struct
-import zlib
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
@@ -19,6 +18,7 @@ from typing import BinaryIO
 
 import numpy as np
 import numpy.typing as npt
+from isal.isal_zlib import crc32
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Attachment, AttachmentIndex, Channel, ChunkIndex, Metadata, MetadataIndex
@@ -35,9 +35,13 @@ MAGIC = b"\x89MCAP0\r\n"
 RECORD = struct.Struct("<BQ")
 """Opcode and length, before every record."""
 
-_MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time, then the data
+MESSAGE = struct.Struct("<HIQQ")
+"""Channel, sequence, log time, publish time, before a message's data."""
+
+CHUNK_HEAD = struct.Struct("<QQQII")
+"""Start time, end time, uncompressed size, its CRC, length of the compression's name, which follows."""
+
 _FOOTER = struct.Struct("<BQQQI")  # opcode, length, summary start, summary offset start, summary CRC
-_CHUNK_CRC_AT = RECORD.size + 24  # behind start time, end time and uncompressed size
 _CRC = struct.Struct("<I")
 _DATA_END = struct.Struct("<BQI")  # opcode, length, CRC of all before it
 _INDEX_HEAD = struct.Struct("<BQHI")  # of a MessageIndex: opcode, length, channel, bytes of entries
@@ -135,10 +139,10 @@ class Container:
     def chunk_data(self, file: BinaryIO, chunk: ChunkIndex) -> memoryview:
         """A chunk's records, unpacked, CRC checked."""
         raw = memoryview(self._read(file, chunk.chunk_start_offset, chunk.chunk_length))
-        if not chunk.compressed_size <= len(raw) - _CHUNK_CRC_AT - _CRC.size:
+        if not chunk.compressed_size <= len(raw) - RECORD.size - CHUNK_HEAD.size:
             raise self.damage("a chunk is cut off")
         data = unpack(raw[len(raw) - chunk.compressed_size :], chunk.compression, chunk.uncompressed_size)
-        if data is None or not _matches(data, _CRC.unpack_from(raw, _CHUNK_CRC_AT)[0]):
+        if data is None or not _matches(data, CHUNK_HEAD.unpack_from(raw, RECORD.size)[3]):
             raise self.damage("a chunk does not match its CRC")
         return data
 
@@ -150,7 +154,7 @@ class Container:
             file.seek(0)
             crc = 0
             while left > 0 and (block := file.read(min(left, _BLOCK))):
-                crc, left = zlib.crc32(block, crc), left - len(block)
+                crc, left = crc32(block, crc), left - len(block)
             opcode, _, stated = _DATA_END.unpack(file.read(_DATA_END.size))
         return bool(opcode == Opcode.DATA_END and stated in (0, crc))
 
@@ -258,9 +262,9 @@ def packets(data: memoryview, channel: int) -> Iterator[Packet]:
     """The messages of a channel among a chunk's records."""
     for opcode, body in records(data):
         if opcode == Opcode.MESSAGE:
-            found, sequence, log_time, _ = _MESSAGE.unpack_from(body)
+            found, sequence, log_time, _ = MESSAGE.unpack_from(body)
             if found == channel:
-                yield Packet(sequence, log_time, body[_MESSAGE.size :])
+                yield Packet(sequence, log_time, body[MESSAGE.size :])
 
 
 def records(data: memoryview) -> Iterator[tuple[int, memoryview]]:
@@ -295,4 +299,4 @@ def unpack(packed: memoryview, compression: str, size: int) -> memoryview | None
 
 
 def _matches(data: bytes | memoryview, crc: int) -> bool:
-    return crc == 0 or zlib.crc32(data) == crc  # MCAP: 0 means that there is none
+    return crc == 0 or crc32(data) == crc  # MCAP: 0 means that there is none

@@ -5,13 +5,13 @@ from __future__ import annotations
 import io
 import os
 import struct
-import zlib
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import BinaryIO
 
+from isal.isal_zlib import crc32
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Metadata
@@ -174,13 +174,13 @@ def _part(opcode: int, body: bytes) -> Part | None:
         if opcode == Opcode.METADATA:
             metadata: Metadata = Metadata.read(stream)
             return metadata
-        if opcode == Opcode.ATTACHMENT and zlib.crc32(body[: -_CRC.size]) == _CRC.unpack(body[-_CRC.size :])[0]:
+        if opcode == Opcode.ATTACHMENT and crc32(body[: -_CRC.size]) == _CRC.unpack(body[-_CRC.size :])[0]:
             attachment: Attachment = Attachment.read(stream)
             return attachment
         if opcode == Opcode.CHUNK:
             chunk = Chunk.read(stream)
             data = unpack(memoryview(chunk.data), chunk.compression, chunk.uncompressed_size)
             # Without an index nothing but its CRC says that this is a chunk at all.
-            if data is not None and zlib.crc32(data) == chunk.uncompressed_crc:
+            if data is not None and crc32(data) == chunk.uncompressed_crc:
                 return data
     return None
