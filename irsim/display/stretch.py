@@ -26,8 +26,8 @@ class Linear(Ranking):
         """(2,) the counts that become black and white."""
         below = np.cumsum(pixels)  # pixels up to and with each count
         # At most the first share is below `low`, at most the second above `high`.
-        low = np.searchsorted(below, self.tails[0] * size, side="right")
-        high = np.searchsorted(below, (1 - self.tails[1]) * size, side="left")
+        low = np.searchsorted(below, math.floor(self.tails[0] * size), side="right")
+        high = np.searchsorted(below, math.ceil((1 - self.tails[1]) * size), side="left")
         return np.array([low, high], dtype=np.float64)
 
     def greys(self, look: Look, bits: int) -> Picture:
