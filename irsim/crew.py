@@ -24,10 +24,10 @@ from irsim.shelf import Lock
 from irsim.types import Frame, Truth
 from irsim.worker import Answers, Worker, WorkerDiedError
 
-LENGTHS = (32, 16, 8, 4, 2, 1)
+LENGTHS = (64, 32, 16, 8, 4, 2, 1)
 """Frames that a process may be given at a time; blocks of eight share a key frame (`irsim.backgrounds.painting`)."""
 
-MOST_WAITING = 128 << 20
+MOST_WAITING = 256 << 20
 """Bytes of the frames that wait, as long as a process can render one at a time."""
 
 SHELF = 64 << 20

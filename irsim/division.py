@@ -21,8 +21,8 @@ Picture = npt.NDArray[Any]
 """(rows, cols), of the dtype of a `Way`."""
 
 TRIED = 32
-"""Frames by which two processes find out how to divide the work; the first paints, and does not count. As many as a
-chunk holds at most: what frames share, they share in blocks that begin at multiples of it."""
+"""Frames by which two processes find out how to divide the work; the first paints, and does not count. What frames
+share, they share in blocks that begin at multiples of so many, as chunks do after them."""
 
 PHASE = 768
 """Frames by which each way shows how fast it is where the work may be divided: which is faster is a matter of the
@@ -80,7 +80,8 @@ class Way(ABC):
 class Whole(Way):
     """Workers render frames, many at a time: noise with memory begins anew with each chunk."""
 
-    length = told = 32
+    length = 64
+    told = 32
     dtype = np.uint16
 
     def begun(self, renderer: Renderer, index: int, steps: int, out: Picture | None = None) -> tuple[Picture, Truth]:

@@ -181,7 +181,7 @@ def by_two(report: Report) -> None:
     """Wall time of one process over that of two, without the file. Beside it, how far the machine has two cores: the
     same of two programs that share nothing, and of two loops that touch no memory, which two threads of one core do no
     faster than one. Medians of short turns, for speed changes from second to second."""
-    turns, timed, ahead = 20, 128, 96  # ahead: more than two have rendered by their turn, so that they are at it again
+    turns, timed, ahead = 20, 128, 192  # ahead: more than two have rendered by their turn, so that they are at it again
     started = 2048  # by then the worker has, and the two have found the faster way and their balance
     frames = started + (turns + 1) * (ahead + timed)
     scenario = irsim.load(str(SCENARIO), [f"frames={frames}"])

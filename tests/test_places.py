@@ -77,9 +77,9 @@ def test_frames_that_are_kept_for_a_while_or_written_to_stay_what_they_are(
 @pytest.mark.parametrize(
     ("jobs", "size", "length", "divided"),
     [
-        (2, (640, 512), 32, 8),
-        (2, (1280, 1024), 8, 4),
-        (8, (640, 512), 16, 8),
+        (2, (640, 512), 64, 8),
+        (2, (1280, 1024), 16, 8),
+        (8, (640, 512), 32, 8),
         (2, (4096, 4096), 1, 1),
         (10_000, (640, 512), 1, 1),
     ],
