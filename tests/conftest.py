@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import sys
+from collections import Counter
 from pathlib import Path
 
 import cv2
@@ -28,10 +29,23 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+SAMPLED = 4
+"""Of a test that is marked `sampled`, `make test` has the first of so many sets of parameters, and so on; the others
+are marked `further`."""
+
+
+@pytest.hookimpl(tryfirst=True)  # before any are left out by their marks
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Workers that run tests side by side must collect the same names: an address in one differs in each."""
     if bad := [item.nodeid for item in items if " at 0x" in item.nodeid]:
         raise pytest.UsageError(f"a test's name holds an address: give its parameters ids: {bad[0]}")
+    seen: Counter[str] = Counter()
+    for item in items:
+        if item.get_closest_marker("sampled"):
+            name = item.nodeid.partition("[")[0]
+            if seen[name] % SAMPLED:
+                item.add_marker("further")
+            seen[name] += 1
 
 
 @pytest.fixture(params=[WHOLE, DIVIDED], ids=["whole", "divided"])

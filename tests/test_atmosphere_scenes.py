@@ -78,6 +78,7 @@ def test_the_presets_sky_stands_behind_all() -> None:
         scene(background=sky, camera={"band": (5.2, 7.0)}, atmosphere={})
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     ("air", "elevation_deg", "ifov_mrad"),
     [

@@ -34,6 +34,7 @@ def validator() -> jsonschema.Draft202012Validator:
     return jsonschema.Draft202012Validator(json_schema())
 
 
+@pytest.mark.sampled
 @pytest.mark.usefixtures("beside_footage")
 @pytest.mark.parametrize("name", shipped("new"))
 def test_a_new_scenario_is_in_order_and_renders(name: str, tmp_path: Path, run: Run) -> None:
@@ -75,6 +76,7 @@ def test_the_schema_is_one_and_is_printed(tmp_path: Path, run: Run) -> None:
     assert json.loads((tmp_path / "s.json").read_text()) == json_schema()
 
 
+@pytest.mark.sampled
 @pytest.mark.usefixtures("beside_footage")
 @pytest.mark.parametrize("name", SHIPPED)
 def test_the_schema_takes_every_shipped_scenario(name: str) -> None:

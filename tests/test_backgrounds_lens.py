@@ -55,6 +55,7 @@ def power(background: str, optics: str) -> Floats:
     return total
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     ("background", "optics"),
     [
@@ -105,6 +106,7 @@ def target_edge(psf: PointSpread, left: float) -> Floats:
     return np.concatenate([np.zeros(begin), row[: 400 - begin]])
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     ("psf", "tolerance"),
     [

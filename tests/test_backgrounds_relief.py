@@ -34,6 +34,7 @@ ROWS: list[tuple[type[Structure], dict[str, Any]]] = [
 ]
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(("kind", "keys"), ROWS)
 def test_feet_rise_and_fall_by_the_relief_and_not_without_one(kind: type[Structure], keys: dict[str, Any]) -> None:
     level = lowest(kind(**keys), 0)

@@ -200,6 +200,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_a_killed_bench_goes_on_where_it_stopped(tmp_path: Path, jobs: int) -> None:
     """It is held after 95 steps: five cells of 19 by one worker, at least three by two."""

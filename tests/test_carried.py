@@ -115,6 +115,7 @@ SCENES: dict[str, dict[str, Any]] = {
 SMEAR = {"time_ms": 20.0, "steps": 3}
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     ("kind", "smear"),
     [
@@ -137,6 +138,7 @@ def test_any_frame_of_a_carried_camera_stands_alone(kind: str, smear: dict[str, 
         np.testing.assert_array_equal(frame.image, image)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("name", [name for name, _ in BACKGROUNDS if name != "recording"])
 @pytest.mark.parametrize("velocity", [(9.0, 0.0, 0.0), (0.0, 30.0, 0.0), (0.0, 0.0, 3.0)])
 def test_all_that_has_a_range_or_a_height_passes_by(name: str, velocity: tuple[float, float, float]) -> None:

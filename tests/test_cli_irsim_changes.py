@@ -26,6 +26,7 @@ SHAKEN = SMALL_SCENE.replace("frames: 6", "frames: 24").replace(
 )
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("command", COMMANDS)
 def test_commands_take_changes_and_parts_to_switch_off(run: Run, tmp_path: Path, command: str) -> None:
     """Their words do the same as the scenario's text; parts go off besides those that the scenario has off."""
@@ -51,6 +52,7 @@ def told(run: Run, folder: Path, command: str, *words: str) -> object:
     return done.stdout, {path.name: path.read_bytes() for path in folder.rglob("*.png")}
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("command", [*COMMANDS, "sample"])
 def test_commands_warn_once_of_a_change_that_counts_for_nothing(run: Run, tmp_path: Path, command: str) -> None:
     """And say what they say without it, but for the scenario's hash."""
@@ -67,6 +69,7 @@ def test_commands_warn_once_of_a_change_that_counts_for_nothing(run: Run, tmp_pa
     assert said == without
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("command", COMMANDS)
 def test_changes_of_what_is_switched_off_are_warned_of_and_of_nothing_else(
     run: Run, tmp_path: Path, command: str

@@ -40,6 +40,7 @@ def test_a_reader_that_leaves_is_no_error_to_tell(folder: Path) -> None:
     assert process.wait(60) == 1
 
 
+@pytest.mark.sampled
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="takes a device that is full")
 @pytest.mark.parametrize("unbuffered", ["", "1"])
 @pytest.mark.parametrize(
@@ -81,6 +82,7 @@ def test_ctrl_c_before_a_command_answers_for_itself_is_one_line(
     assert capsys.readouterr().err == f"{program}: stopped\n"
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("jobs", ["1", "2"])
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_interrupted_it_leaves_nothing_behind(number: signal.Signals, jobs: str, folder: Path) -> None:

@@ -18,6 +18,7 @@ import pytest
 from irtrack import Results
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("jobs", ["1", "2"])
 def test_what_a_tracker_prints_is_no_part_of_the_document(made: Path, jobs: str) -> None:
     for words in (
@@ -56,6 +57,7 @@ class Printer:
 """
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     "words",
     [
@@ -111,6 +113,7 @@ def cells_in(results: Path) -> int:
         return 0
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("jobs", ["1", "2"])
 def test_ctrl_c_ends_with_status_130_and_keeps_a_valid_file(made: Path, tmp_path: Path, jobs: str) -> None:
     results = tmp_path / "long.db"

@@ -31,6 +31,7 @@ def spots(*kelvin: float) -> Floats:
     return light
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("along", ["columns", "rows", "around"])
 def test_variance_is_that_of_counts_over_seeds_where_others_have_spilled(along: Direction) -> None:
     """The spill of a spot ends within a picture, or fills single pixels beyond by half. At its very end few draws of

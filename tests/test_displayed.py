@@ -115,6 +115,7 @@ RUNS = [
 ]
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(("words", "quality"), RUNS)
 def test_what_showed_the_pictures_is_found(words: str, quality: int | None) -> None:
     """In its tolerances, made half as wide again where JPEG smoothed the pictures; and within a tenth, where they tell.
@@ -133,6 +134,7 @@ def test_what_showed_the_pictures_is_found(words: str, quality: int | None) -> N
             assert told.value == pytest.approx(value, rel=0.1), path
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(("words", "quality"), RUNS)
 def test_shown_and_fitted_again_the_figures_agree(words: str, quality: int | None) -> None:
     first = found(words, quality)

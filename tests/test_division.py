@@ -36,6 +36,7 @@ def clock(parts: tuple[float, ...], frames: int, frozen: Collection[int] = ()) -
     yield from repeat(now)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     ("scene", "steps", "rest", "taken", "way"),
     [
@@ -161,6 +162,7 @@ def test_what_is_lent_is_not_written_to_and_not_kept(way: Way, camera: str) -> N
             assert np.array_equal(frame.image, expected)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     "camera",
     [

@@ -14,6 +14,7 @@ SCENES = [path for folder in FOLDERS for path in shipped(folder).values()]
 COLD_CLOUDS = "the layer clouds looks 272 K, colder than the clear sky"
 
 
+@pytest.mark.sampled
 @pytest.mark.usefixtures("beside_footage")
 @pytest.mark.parametrize("path", SCENES, ids=lambda path: f"{path.parent.name}/{path.stem}")
 def test_no_shipped_scenario_is_doubted(path: Path) -> None:

@@ -25,6 +25,7 @@ def loaded(name: str) -> irsim.Scenario:
     return irsim.load(name)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("path", examples().values(), ids=examples().keys())
 def test_every_example_says_what_it_is_for_shows_its_target_and_is_not_cut(path: Path) -> None:
     """No picture of it is told to be another than the one before, as of a shutter (`irsim.measure.jumps`)."""
@@ -107,6 +108,7 @@ def test_the_tree_of_a_new_ground_stands_on_it_and_stands_out() -> None:
     assert trunk.mean() < np.quantile(ground, 0.1)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("part", ["optics", "falloff", "smear", "bloom"])
 def test_every_part_of_the_lens_shows_in_the_glare(part: str) -> None:
     """Somewhere by ten times what a pixel's noise is at 300 K, where it is larger than before this sky."""

@@ -25,6 +25,7 @@ def scene(background: dict[str, Any], air: dict[str, Any] = AIR, *targets: Any, 
     return Scenario.model_validate(value)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("band", ["lwir", "mwir"])
 @pytest.mark.parametrize("range_m", [20e3, 31e3, 82e3])
 @pytest.mark.parametrize("height_m", [10.0, 62.0, 1000.0, 3000.0, 10_000.0])
@@ -73,6 +74,7 @@ def test_the_sea_has_the_air_of_a_target_on_it(height_m: float) -> None:
     np.testing.assert_allclose(found[near], expected, atol=2e-3)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("band", ["lwir", "mwir"])
 @pytest.mark.parametrize("height_m", [5.0, 15.0, 100.0])
 def test_the_sea_has_one_horizon(height_m: float, band: BandName) -> None:

@@ -102,6 +102,7 @@ def candidates(part: type[Part], key: str) -> list[dict[str, Any]]:
     return [{}, *({key: value} for value in found)]
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("part", FILLING)
 def test_a_short_text_of_a_part_that_fills_keys_says_the_same(part: type[Part], recording: Path) -> None:
     """Any two of its keys, said or left out, beside any of its words (of an hour, of a preset)."""

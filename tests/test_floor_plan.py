@@ -110,6 +110,7 @@ def imports_of(path: Path) -> Iterator[Import]:
                     yield Import(place, room_of(path), node.module or "", alias.name)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("package", PACKAGES)
 def test_rooms_import_what_the_plan_says(package: str) -> None:
     found: dict[str, set[str]] = {room_of(path): set() for path in files(package)}
@@ -198,6 +199,7 @@ def dotted(node: ast.expr) -> str:
     return node.id if isinstance(node, ast.Name) else ""
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("package", PACKAGES)
 def test_randomness_is_addressed(package: str) -> None:
     """Nothing draws from a global state or from an unnamed seed: streams come from irsim.rng."""

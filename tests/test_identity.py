@@ -95,6 +95,7 @@ for index in INDICES:
 """
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(("name", "count"), [("sky", 128), ("sea", 12), ("correction", 80), ("glare", 8)])
 def test_frames_are_the_same_without_the_rooms_that_are_left_out(
     name: str, count: int, monkeypatch: pytest.MonkeyPatch

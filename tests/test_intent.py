@@ -48,6 +48,7 @@ def visible(text: str, frames: range = range(70), overrides: tuple[str, ...] = (
     return [share for share in found if share is not None]
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("kind", [name for name, _ in OCCLUDERS])
 @pytest.mark.parametrize("fraction", [1.0, 0.4])
 def test_truth_shows_that_it_was_hidden_then_and_not_otherwise(kind: str, fraction: float) -> None:
@@ -73,6 +74,7 @@ def test_what_is_in_the_picture_of_a_target_at_its_edge_is_hidden() -> None:
     assert max(visible(at_the_edge(2, 5), range(2, 6))) < 1e-3
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("seed", range(5))
 def test_a_tree_hides_hardly_longer_than_a_house_does(seed: int) -> None:
     """What a house hides beyond the seven frames is what a box is wider than the tank in it. A crown that had no gaps

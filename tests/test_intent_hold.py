@@ -43,6 +43,7 @@ def told(path: Any, text: str) -> dict[str, str]:
     return {match[1]: match[2] for match in found if match is not None}
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     ("kind", "path", "fraction"),
     [

@@ -49,6 +49,7 @@ def hidden(text: str, name: str, frames: range, overrides: tuple[str, ...] = ())
     return [0.0 if seen is None or seen.visible is None or not seen.in_view else 1 - seen.visible for seen in truths]
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     ("frames", "fraction", "kind", "told_at"),
     [

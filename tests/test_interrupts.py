@@ -109,6 +109,7 @@ RENDER = ("irsim", "render", "scene.yaml", "-o", "long.mcap", "--jobs", "3")
 BENCH = ("irtrack", "bench", "scene.yaml", "--trackers", "kalman", "--seeds", "4", "--results", "r.db", "--jobs", "2")
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     ("words", "moment"),
     [(RENDER, importing), (RENDER, has_workers), (RENDER, workers_importing), (BENCH, workers_importing)],
@@ -162,6 +163,7 @@ def test_ctrl_c_that_comes_within_a_finaliser_is_not_lost(command: str, name: st
     assert (done.returncode, done.stderr) == (128 + getattr(signal, name), f"{command}: stopped\n")
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(("words", "count"), [(RENDER, 3), (BENCH, 4)], ids=["render", "bench"])
 def test_workers_end_with_a_parent_that_is_killed(tmp_path: Path, words: tuple[str, ...], count: int) -> None:
     """It and two workers have numpy, and with irtrack the server that they are copies of; all else goes with them."""
@@ -200,6 +202,7 @@ CALLS = pytest.mark.parametrize(
 )
 
 
+@pytest.mark.sampled
 @CALLS
 def test_a_program_from_a_pipe_is_told_that_workers_cannot_read_it(call: str, tmp_path: Path) -> None:
     program = f"import irsim, irtrack\nif __name__ == '__main__':\n    {call}\n"
@@ -212,6 +215,7 @@ def test_a_program_from_a_pipe_is_told_that_workers_cannot_read_it(call: str, tm
     assert done.stderr.count("Traceback") == 1
 
 
+@pytest.mark.sampled
 @CALLS
 def test_a_script_without_the_guard_is_told_so_in_one_line(call: str, tmp_path: Path) -> None:
     """Each worker imports the script, and asks for workers as it does."""

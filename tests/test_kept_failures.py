@@ -40,6 +40,7 @@ def note_of(folder: Path, copy: Path) -> Path:
     return note
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     ("noted", "limit_s", "tracker", "said"),
     [

@@ -69,6 +69,7 @@ ENDS = {
 }
 
 
+@pytest.mark.sampled
 @linux
 @pytest.mark.parametrize("words", ENDS, ids="-".join)
 def test_where_and_how_the_process_died_is_told(folder: Path, words: tuple[str, ...]) -> None:

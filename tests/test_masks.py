@@ -22,6 +22,7 @@ from irsim.target import Target
 SHIPPED = ["traffic", "clouds", "decoys"]
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("name", SHIPPED)
 def test_visible_fractions_are_those_of_the_masks(name: str) -> None:
     scenario = irsim.load(name)

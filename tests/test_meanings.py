@@ -70,6 +70,7 @@ def test_a_class_without_source_has_none_of_its_own() -> None:
 HEAVY = ("scipy", "matplotlib", "hypothesis", "jinja2")
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("module", ["irsim.scenario", "irtrack.trackers", "irtrack.bench", "irtrack.cli"])
 def test_start_up_leaves_out_what_few_commands_need(module: str) -> None:
     told = f"import sys, {module}; print(*(name for name in {HEAVY} if name in sys.modules))"

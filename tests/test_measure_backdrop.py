@@ -86,6 +86,7 @@ def test_a_fit_looks_like_what_it_was_fitted_to() -> None:
     assert texture(backdrops(fitted, 2)).beta == pytest.approx(texture(backdrops(source, 2)).beta, abs=0.4)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("lefts", [[60] * 40, [60 + k // 6 for k in range(40)], [20 + 3 * k for k in range(40)]])
 def test_before_a_camera_that_stands_targets_are_no_texture(lefts: list[int]) -> None:
     """One that stands, one that creeps and so is at the same pixels in most frames, one that passes."""

@@ -89,6 +89,7 @@ def test_pixels_that_blink_beneath_a_scene_that_slides_are_said_not_to_be_told()
     assert "not told how many are blinking" in [text for _, text in found.summary()]
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("size", [(24, 20), (20, 16)])
 def test_in_tiny_pictures_noise_before_what_may_slide_is_a_bound_to_fit_as_to_noise(size: tuple[int, int]) -> None:
     """Of 40 mK; fit said 500."""

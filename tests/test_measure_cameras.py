@@ -35,6 +35,7 @@ background: {kind: ground, spread_k: 0}
 """
 
 
+@pytest.mark.sampled
 @real
 @pytest.mark.parametrize(
     ("name", "rate_hz", "sort"),
@@ -45,6 +46,7 @@ def test_real_sensors_are_of_their_sort_alone(name: str, rate_hz: float, sort: s
         assert judge_sorts(measure_figures(file["frames"], rate_hz)).fitting == (sort,)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     ("preset", "sort"), [("cooled_mwir", "cooled"), ("cooled_lwir", "cooled"), ("uncooled_lwir", "uncooled")]
 )
@@ -56,6 +58,7 @@ def test_presets_are_of_their_sort_alone(preset: str, sort: str) -> None:
     assert not set(judged.fitting) - {sort}
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("blur", [0.0, 1.0, 2.0])
 def test_white_and_blurred_noise_is_that_of_no_camera(blur: float) -> None:
     rng = np.random.default_rng(0)

@@ -53,6 +53,7 @@ def test_columns_that_drift_for_longer_than_they_are_seen_are_told_to() -> None:
         held([memory.correlated for memory in of_lines], sigma, widest=3)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(("since_s", "column"), [(0, 3), (1, 1), (20, 1)])
 def test_what_grows_since_a_correction_lies_in_its_intervals(since_s: int, column: int) -> None:
     """Five seconds are seen of what takes two to forget, and begins at the first frame, before it, or long before.

@@ -85,6 +85,7 @@ def apart(first: Figures, second: Figures) -> list[str]:
     ]
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(("camera", "background"), RUNS)
 def test_rendered_and_fitted_again_the_figures_agree(camera: str, background: str) -> None:
     first, second = fitted(camera, background)
@@ -127,6 +128,7 @@ def test_the_scenario_says_what_was_found() -> None:
     assert irsim.loads(first.text) == scene
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("preset", list(PRESETS))
 def test_cameras_of_the_trade_are_found(preset: str) -> None:
     """NETD and temperature of even ground, 300 K, without the drift that comes on top of the NETD. One without
@@ -262,6 +264,7 @@ def real_fit(name: str, rate_hz: float, bits: int, folder: Path) -> tuple[Fit, F
     return first, irsim.fit(first.scenario)
 
 
+@pytest.mark.sampled
 @real
 @pytest.mark.parametrize(
     ("name", "rate_hz", "bits", "ranges"),

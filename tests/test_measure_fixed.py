@@ -48,6 +48,7 @@ occluders: [{{kind: bar, id: pole, center_px: [80, 60], size_px: [9, 140], range
 """
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     ("background", "h", "seeds"), [("sky, horizon_k: 285, zenith_k: 250", 0.0, 3), ("ground, spread_k: 0", 0.2, 6)]
 )

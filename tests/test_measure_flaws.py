@@ -39,6 +39,7 @@ def flaws_of(frames: Floats, boxes: tuple[tuple[Region, ...], ...] | None = None
     return measure_figures(frames, 30.0, passing=False, boxes=boxes).flaws
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("sigmas", [6.5, 7, 8, 10, 15, 30])
 def test_jumps_that_are_alike_make_up_no_others(sigmas: float) -> None:
     """Of 35 of 7 sigmas it was said that every pixel blinks."""

@@ -51,6 +51,7 @@ def test_what_a_shutter_shows_is_another_picture(
     assert jumps(list(shut(drawn(preset, spread_k), first, count, sigma))) == cuts
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(("preset", "spread_k", "sigma"), [("cooled_mwir", 0, 0), ("uncooled_lwir", 2, 4)])
 @pytest.mark.parametrize(("first", "count", "used"), [(0, 3, (3, 60)), (40, 1, (0, 40)), (59, 1, (0, 59))])
 def test_what_a_shutter_shows_is_left_out(
@@ -91,6 +92,7 @@ def test_a_compressed_film_is_cut_where_another_begins_and_nowhere_else(name: st
     assert jumps(frames[:60] + other[:40]) == [60]
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("rho", [0.0, 0.9, 1.0])
 def test_a_level_that_scatters_or_wanders_makes_no_jumps(rho: float) -> None:
     """White, remembering and walking levels, far above the noise of pixels, of 50 recordings each."""
@@ -165,6 +167,7 @@ def test_where_cells_stand_still_a_jump_is_beyond_five_changes_of_a_pixel(unit: 
         assert jumps(list((shown * unit).astype(np.uint16))) == found, shift
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("count", [4, 6, 12])
 def test_short_recordings_of_tiny_pictures_hold_no_jumps(count: int) -> None:
     """One cell, in 1,500 recordings each: a fixed 12 times the usual change found 27 in 3,000 of 4 frames; of 13 or 14

@@ -36,6 +36,7 @@ def rising(figures: Figures) -> bool:
     return any("the picture rises by" in note for note in figures.notes)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     "scene",
     [
@@ -70,6 +71,7 @@ def test_a_rise_small_things_and_noise_alone_are_nothing_that_is_left_out() -> N
         assert rising(figures) == rises
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     "background",
     [
@@ -87,6 +89,7 @@ def test_grounds_and_skies_that_are_rendered_leave_out_nothing(background: str) 
         assert not left_out(measured(scene - scene.mean()))
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("elevation_deg", [0, -1])
 def test_rows_before_the_horizon_of_a_clear_sky_are_those_of_the_detector(elevation_deg: float) -> None:
     """A kink of 3.5 counts a row, where rows differ by 0.13: they came out 2.5 times too large."""

@@ -25,6 +25,7 @@ def series(rng: np.random.Generator, shape: tuple[int, ...], rho: float) -> Floa
     return drawn
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("term", AXES)
 @pytest.mark.parametrize("rho", [0.0, 0.9])
 def test_a_term_that_remembers_is_told_and_no_other(term: str, rho: float) -> None:
@@ -67,6 +68,7 @@ def test_what_lines_are_made_of_lies_in_its_intervals(term: str, stays: str) -> 
     assert min(inside.values()) >= 16, inside
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("term", ["tv", "th"])
 def test_lines_that_remember_make_no_level(term: str) -> None:
     inside = levels = 0

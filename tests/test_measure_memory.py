@@ -149,6 +149,7 @@ def test_memory_is_the_same_in_any_unit() -> None:
     assert small.memory.correlated.value == pytest.approx(1e-9 * found.memory.correlated.value, rel=1e-3)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     ("times", "walk"),
     [

@@ -39,6 +39,7 @@ def times_s(on: float, off: float, seed: int, pattern: float, background: str, s
     return [each.map(lambda periods: periods / 30) for each in (flaws.on_frames, flaws.off_frames)]
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(("on", "off"), [(0.5, 0.1), (0.1, 0.5), (0.3, 0.3)])
 @pytest.mark.parametrize("pattern", [pytest.param(0.0, marks=pytest.mark.slow), 2.0])
 def test_times_away_may_be_the_longer_ones(on: float, off: float, pattern: float) -> None:
@@ -51,6 +52,7 @@ def test_times_away_may_be_the_longer_ones(on: float, off: float, pattern: float
         assert max(each.high / each.low for both in told for each in both) < 2
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(("on", "off"), [(0.5, 0.1), (0.1, 0.5)])
 def test_texture_does_not_turn_them(on: float, off: float) -> None:
     """Where it hides which level is their own, either interval holds both."""

@@ -26,6 +26,7 @@ targets:
 """
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("psf_px", [0.5, 0.8, 1.2])
 def test_the_blur_is_read_off_a_point(psf_px: float) -> None:
     fitted = irsim.fit(irsim.loads(POINT.replace("PSF", str(psf_px)).replace("AREA", "0.02")))
@@ -142,6 +143,7 @@ def test_a_still_point_tells_the_blur_and_is_no_fixed_pattern(area_m2: float) ->
     assert any(note.startswith("points that stand still: 1") for note in found.notes)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("area_m2", [0.1, 0.3])
 def test_a_still_point_that_fills_its_pixels_is_no_fixed_pattern(area_m2: float) -> None:
     """It made 2.7 and 7.7 of the noise, and dead pixels, since what is full never changes."""
@@ -161,6 +163,7 @@ def clustered(seed: int, size: float) -> Floats:
     return rendered(seed, (8, 256, 256), {"kind": "white"}, bad)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(("seed", "size"), [(2, 4.0), (4, 4.0), (5, 2.0)])
 def test_clusters_of_hot_pixels_are_no_points(seed: int, size: float) -> None:
     frames = clustered(seed, size)

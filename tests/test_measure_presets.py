@@ -51,6 +51,7 @@ def reports(preset: str) -> tuple[float, float, tuple[NoiseReport, ...]]:
     return response.noise / response.gain, math.sqrt(float(np.median(variance))), tuple(found)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(("preset", "term"), [(preset, term) for preset, given in PRESETS.items() for term in given])
 def test_the_terms_of_a_preset_lie_in_their_intervals(preset: str, term: str) -> None:
     netd, _, found = reports(preset)

@@ -95,6 +95,7 @@ def of_scene(name: str) -> Texture:
 CLAIMS = {name: read(path).value.get("like") for name, path in examples().items()}
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("name", [name for name, like in CLAIMS.items() if like])
 def test_a_shipped_scene_is_like_what_it_claims(name: str) -> None:
     like = CLAIMS[name]
@@ -110,6 +111,7 @@ def test_sky_trees_and_ground_are_claimed() -> None:
 LONGER = "hiding", "platform"
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=[pytest.mark.slow] if name in LONGER else []) for name in CLAIMS]
 )
@@ -149,6 +151,7 @@ def sequence(name: str, truth: bool, folder: Path) -> Recording:
     )
 
 
+@pytest.mark.sampled
 @real
 @pytest.mark.parametrize(
     ("name", "truth", "classes"),

@@ -71,6 +71,7 @@ def test_values_about_0_are_cut_off_nowhere() -> None:
     assert measure_noise(differences, 30.0).clipped == 0
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(("strength", "sigma"), [(0.7, 0.1), (0.7, 0.2), (1.0, 0.3), (1.5, 0.1), (3.0, 0.3)])
 def test_noise_that_rounding_hides_has_a_bound_that_holds_it(strength: float, sigma: float) -> None:
     """Texture that slides by 0.7 px a frame: of 0.1 counts the bound was 0, of 0.3 it was 0.23, and for what moves
@@ -101,6 +102,7 @@ def test_before_a_camera_that_stands_noise_and_pattern_may_be_all_that_rounding_
     assert any(HARDLY in note for note in found.notes)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(("sigma", "widest"), [(0.2, 2.7), (0.35, 1.25), (0.4, 0.85), (0.5, 0.08), (0.7, 0.031)])
 def test_an_interval_holds_the_noise_wherever_between_two_counts_the_mean_lies(sigma: float, widest: float) -> None:
     found = []

@@ -198,6 +198,7 @@ def fitted(name: str) -> tuple[float, Fit]:
     return response.noise / response.gain, irsim.fit(scene)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("name", ["countryside", "treeline", "ground"])
 def test_what_is_seen_is_not_written_as_fixed_pattern(name: str) -> None:
     noise, found = fitted(name)

@@ -58,6 +58,7 @@ def test_few_frames_and_small_pictures_are_judged() -> None:
     assert not slides(np.zeros((3, 8, 8)))
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("speed", [0.0, 0.2])
 def test_noise_and_fit_agree(speed: float) -> None:
     frames = sliding(speed, 3.0)

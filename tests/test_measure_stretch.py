@@ -98,6 +98,7 @@ def reports(spoil: Callable[[np.random.Generator], Floats]) -> tuple[NoiseReport
 SLOWER = (corrected_twice, doubled, lossy)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     "spoil", [pytest.param(spoil, marks=[pytest.mark.slow] if spoil in SLOWER else []) for spoil in SPOILT]
 )
@@ -250,6 +251,7 @@ def crossed(rng: np.random.Generator) -> Floats:
     return frames
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("seeds", [range(15), pytest.param(range(15, 60), marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     "draw",
@@ -272,6 +274,7 @@ def test_real_sensors_keep_their_pattern(name: str) -> None:
     assert (report.stretch.repeats, report.stretch.breaks.all) == (0, [])
 
 
+@pytest.mark.sampled
 @real
 @pytest.mark.parametrize("name", ["birds_crossing", "drone_treeline", "sky_airplane_cirrus"])
 def test_real_scenes_that_move_are_no_steps(name: str) -> None:
@@ -280,6 +283,7 @@ def test_real_scenes_that_move_are_no_steps(name: str) -> None:
     assert measure_noise(frames, 30.0).stretch.breaks.all == []
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(("start", "width"), [(60, 1), (40, 8), (60, 32)])
 def test_a_step_is_seen_from_the_stated_size_on(start: int, width: int) -> None:
     """P = (exp(6 sqrt(4 / n)) - 1) 2 tvh^2 / m is seen in the mean; four standard errors more, always."""

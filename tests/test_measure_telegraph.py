@@ -28,6 +28,7 @@ def seen(seed: int, on: float, off: float, times: Floats, pixels: int) -> Bools:
     return drawn ^ (rng.random(pixels) < 0.5)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     ("on", "off", "widest"),
     [
@@ -131,6 +132,7 @@ def test_how_likely_it_is_on_both_levels_so_often_is_the_sum_over_all_ways() -> 
     assert log_occupied(passed, asked, np.array([on]), np.array([off])) == pytest.approx([wanted])
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     ("on", "off", "frames", "most", "widest"), [(15, 60, 100, 0.3, (0.9, 1.0)), (3, 200, 300, 0.03, (0.6, 1.0))]
 )

@@ -56,6 +56,7 @@ def filmed(scene: str, seed: int, bad: str = NONE) -> Floats:
     return np.stack([frame.image for frame in irsim.Rendering(scenario).frames("counts")])
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(("scene", "most"), [("waves", 1), ("glitter", 8), ("clouds", 1)])
 def test_what_moves_is_no_bad_pixel(scene: str, most: int) -> None:
     """In six pictures: 50 of each seemed to blink before waves. A horizon cuts off the blur of glitter beside it."""
@@ -63,6 +64,7 @@ def test_what_moves_is_no_bad_pixel(scene: str, most: int) -> None:
     assert sum(found) <= most
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("scene", ["waves", "clouds"])
 def test_bad_pixels_are_found_before_what_moves(scene: str) -> None:
     """All dead ones, most hot ones: they have at least 150 times the noise."""
@@ -116,6 +118,7 @@ def test_clusters_of_bad_pixels_are_no_light(cluster: list[tuple[int, int]]) -> 
         )
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (2, 3))])
 def test_what_waves_hide_is_not_said_to_be_nothing(seed: int) -> None:
     """Rows of a fifth of the NETD were told as 0 (0 to 0), or as twenty times that with an interval far above."""

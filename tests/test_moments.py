@@ -223,6 +223,7 @@ def test_mistakes_are_told() -> None:
 DRAWS = 2000
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("shape", [{"kind": "point", "area_m2": 0.5, "temperature_k": 400.0}, {"kind": "fighter"}])
 @pytest.mark.parametrize("optics", [None, {"f_number": 4.0}])
 def test_a_fit_reaches_the_bound(shape: dict[str, Any], optics: Any) -> None:

@@ -49,6 +49,7 @@ def centroid(sprite: Sprite) -> Floats:
 WINDOWS = [Box(150.3, 60.2, 30.0, 12.0), Box(90.7, 70.0, 9.0, 33.0), Box(200.0, 80.5, 5.0, 4.0)]
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("window", WINDOWS)
 def test_it_hides_all_of_what_it_is_placed_over(seed: int, window: Box) -> None:
@@ -64,6 +65,7 @@ def test_it_hides_all_of_what_it_is_placed_over(seed: int, window: Box) -> None:
     assert sprite.cover[rows, columns].min() == pytest.approx(1, abs=1e-3)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("window", WINDOWS)
 @pytest.mark.parametrize("leaves", [0.0, 0.8])

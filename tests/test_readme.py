@@ -51,6 +51,7 @@ LONG = {"stress.md", "report.md", "properties.md", "tutorial.md", "measure.md"}
 """Each of these tracks dozens of scenes, or fits displays: half a minute and more."""
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     "document",
     [pytest.param(path, marks=pytest.mark.slow if path.name in LONG else ()) for path in DOCUMENTS],

@@ -108,6 +108,7 @@ def test_fewer_frames_are_the_same_frames() -> None:
     assert np.array_equal(Rendering(long).frame(4).image, Rendering(short).frame(4).image)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     "camera",
     [
@@ -133,6 +134,7 @@ def test_two_processes_give_the_same_frames(way: Way, camera: dict[str, Any], tm
         assert np.array_equal(each.frame.image, expected.image)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("fails", [0, 40, 64, 101, 130])
 def test_frames_before_one_that_fails_are_there(way: Way, fails: int) -> None:
     """Whoever renders it, and however early."""

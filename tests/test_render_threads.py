@@ -26,6 +26,7 @@ def hurried() -> Iterator[None]:
     sys.setswitchinterval(before)
 
 
+@pytest.mark.sampled
 @pytest.mark.usefixtures("hurried")
 @pytest.mark.parametrize(
     ("source", "changes"),

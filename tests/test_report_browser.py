@@ -163,6 +163,7 @@ def test_the_picture_is_the_frame(opened: Opened, report: Report) -> None:
     assert np.abs(shown - other).mean() > 2 * np.abs(shown - truth).mean()
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("switch", [".show-truth", ".show-particles", ".show-tracker >> nth=0"])
 def test_a_switch_takes_its_marks_away(opened: Opened, switch: str) -> None:
     opened.press("ArrowRight")

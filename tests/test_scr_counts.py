@@ -57,6 +57,7 @@ def measured(camera: dict[str, Any], ground_k: float, index: int) -> tuple[float
     return float(np.mean(found)), 3 * float(np.std(found)) / math.sqrt(len(found))
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("index", [0, pytest.param(3000, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     ("preset", "ground_k"),

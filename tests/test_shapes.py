@@ -150,6 +150,7 @@ class TestEveryBody:
         assert soft.emission.sum() == pytest.approx(sharp.emission.sum(), rel=1e-12)
         np.testing.assert_allclose(sharp.alpha, sharp.cover, atol=1e-12)
 
+    @pytest.mark.sampled
     def test_its_area_is_that_of_sampled_hulls(self, kind: str) -> None:
         from scipy.spatial import ConvexHull
 

@@ -71,6 +71,7 @@ class TestEveryBody:
         for heading in HEADINGS:
             assert jump(pitched(value, heading), np.linspace(-3, 3, 41)) < JUMPS.get(kind, 0.001)
 
+    @pytest.mark.sampled
     @pytest.mark.parametrize("pitch", [0.0, -3.0, 12.0, -20.0])
     def test_its_light_does_not_jump_as_it_yaws(self, kind: str, pitch: float) -> None:
         value = body(kind)

@@ -119,6 +119,7 @@ def test_masks_of_an_exposure_are_those_of_its_truth() -> None:
     assert np.ptp(columns) - np.ptp(still) == pytest.approx(7 * 15 / 16, abs=1.1)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("motion", [[], [{"kind": "pan", "azimuth_deg_s": 2.0}]])
 @pytest.mark.parametrize("kind", ["bar", "tree"])
 def test_an_intent_hides_as_much_as_it_asks_over_the_whole_exposure(kind: str, motion: list[dict[str, Any]]) -> None:

@@ -28,6 +28,7 @@ def check(path: Path) -> None:
         assert [float(number) for number in NUMBER.findall(said)] == pytest.approx(numbers, rel=0.1, abs=0.06), path
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("path", BASES.values(), ids=BASES.keys())
 def test_a_scenario_is_what_its_head_states(path: Path) -> None:
     check(path)

@@ -106,6 +106,7 @@ def test_every_kind_is_there() -> None:
     assert {"optics", "smear", "lag", "falloff", "bloom", "correction", "atmosphere", "turbulence"} <= set(OTHERS)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("name", [*BODIES, *OTHERS])
 def test_switched_off_is_the_scene_without_it(name: str) -> None:
     scene = everything(bodies=name in BODIES)
@@ -177,6 +178,7 @@ LYING = [
 CARRIED = [(before({"kind": "ground"}, moving=True), kind) for family in (POINTINGS, FAULTS) for kind, _ in family]
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     ("scene", "name"),
     [pytest.param(*each, id=f"{each[0]['background']['kind']}-{each[1]}") for each in [*LYING, *CARRIED]],

@@ -146,6 +146,7 @@ def _same(one: list[tuple[Frame, Truth]], other: list[tuple[Frame, Truth]]) -> b
     return all(np.array_equal(a.image, b.image) and s == t for (a, s), (b, t) in zip(one, other, strict=True))
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(("scene", "name", "key"), OFF)
 def test_switched_off_is_the_value_that_does_nothing(scene: str, name: str, key: str) -> None:
     off = pairs(without(loads(SCENES[scene]), name))
