@@ -50,7 +50,6 @@ def expected() -> list[np.ndarray]:
     return images(1)
 
 
-@pytest.mark.sampled
 @pytest.mark.parametrize("most", [crew.MOST_WAITING, 0], ids=["long-chunks", "short-chunks"])
 def test_places_that_are_used_again_change_no_frame_that_was_handed_out(
     most: int, way: Way, expected: list[np.ndarray], monkeypatch: pytest.MonkeyPatch
@@ -59,7 +58,6 @@ def test_places_that_are_used_again_change_no_frame_that_was_handed_out(
     assert np.array_equal(images(2), expected)
 
 
-@pytest.mark.sampled
 def test_frames_that_are_kept_for_a_while_or_written_to_stay_what_they_are(
     way: Way, expected: list[np.ndarray]
 ) -> None:
@@ -130,7 +128,6 @@ def no_file_of(size: int) -> Iterator[None]:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
-@pytest.mark.sampled
 @ON_LINUX
 def test_without_shared_memory_frames_come_by_the_pipe(way: Way, expected: list[np.ndarray]) -> None:
     with no_file_of(size=1000):
@@ -139,7 +136,6 @@ def test_without_shared_memory_frames_come_by_the_pipe(way: Way, expected: list[
         assert np.array_equal(images(2), expected)
 
 
-@pytest.mark.sampled
 def test_where_memory_is_no_file_a_temporary_one_is_shared(
     way: Way, expected: list[np.ndarray], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -164,7 +160,6 @@ def killed(pid: int) -> None:
     os.kill(pid, signal.SIGKILL)
 
 
-@pytest.mark.sampled
 @ON_LINUX
 @pytest.mark.parametrize(
     ("meanwhile", "error", "said"),
@@ -207,7 +202,6 @@ if __name__ == "__main__":
 """
 
 
-@pytest.mark.sampled
 @ON_LINUX
 @pytest.mark.parametrize("end", ["break", "raise SystemExit", "os._exit(0)", "os.kill(os.getpid(), signal.SIGKILL)"])
 def test_nobody_hears_of_memory_that_a_program_leaves_behind(end: str, tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ messages = st.builds(
     Message,
     channel=st.integers(1, len(TOPICS)),
     sequence=st.integers(0, 2**32 - 1),
-    log_time=st.integers(1, 2**62),  # mcap takes the time 0 of a first message for none
+    log_time=st.integers(0, 2**62),
     data=st.binary(max_size=300),
 )
 chunks = st.lists(st.lists(messages, min_size=1, max_size=5), max_size=4)

@@ -178,7 +178,6 @@ def test_a_second_renderer_draws_and_paints_nothing_that_a_first_has(monkeypatch
         assert np.array_equal([second.frame(index)[0].image for index in range(16)], expected)
 
 
-@pytest.mark.sampled
 def test_clouds_that_two_processes_paint_for_each_other_change_no_frame(way: Way, tmp_path: Path) -> None:
     """The noise `rendezvous` adds nothing, and lets neither process render before the other is there."""
     expected = [frame.image for frame, _ in irsim.frames(living())]

@@ -1,7 +1,7 @@
 """Writing MCAP with the chunks that we choose: a call, a chunk.
 
-mcap's own writer gives the same bytes. It copies every chunk three times and sums it up twice with zlib's CRC, which
-together take as long as the rest of recording but the preview.
+mcap's own writer gives the same bytes, but for its name. It copies every chunk three times and sums it up twice with
+zlib's CRC, which together take a fifth of the time of recording a frame.
 """
 
 from __future__ import annotations
@@ -88,44 +88,40 @@ class ChunkWriter:
         self._unwritten.append(channel)
         return channel.id
 
-    def chunk(self, messages: Iterable[Message]) -> None:
+    def chunk(self, messages: Sequence[Message]) -> None:
         """Write the messages, of which there are some, as one chunk."""
-        messages = tuple(messages)
         pieces = [_bytes_of(*self._unwritten)]
-        self._unwritten.clear()
         size = len(pieces[0])
         indexes: dict[int, MessageIndex] = {}
         for each in messages:
             index = indexes.setdefault(each.channel, MessageIndex(channel_id=each.channel, records=[]))
             index.records.append((each.log_time, size))
-            pieces += _head_of(each), each.data
-            size += len(pieces[-2]) + len(each.data)
+            head = _head_of(each)
+            pieces += head, each.data
+            size += len(head) + len(each.data)
+        times = [each.log_time for each in messages]
+        self._chunks.append(self._write_chunk(pieces, size, (min(times), max(times)), indexes))
+        self._unwritten.clear()
+        self._messages.update(each.channel for each in messages)
+        self._out.flush()
+
+    def _write_chunk(
+        self, pieces: list[bytes], size: int, times: tuple[int, int], indexes: dict[int, MessageIndex]
+    ) -> ChunkIndex:
+        """Write a chunk of so many bytes, and the index of its messages."""
         crc = 0
         for piece in pieces:
             crc = crc32(piece, crc)
-        times = [each.log_time for each in messages]
-        self._chunks.append(self._put(pieces, size, crc, (min(times), max(times)), indexes))
-        self._messages.update(each.channel for each in messages)
-
-    def _put(
-        self, pieces: list[bytes], size: int, crc: int, times: tuple[int, int], indexes: dict[int, MessageIndex]
-    ) -> ChunkIndex:
-        """Write a chunk of so many bytes, and the index of its messages."""
+        body, body_size, body_crc = pieces, size, crc
+        if self._compression:
+            packed = _packed(b"".join(pieces), self._compression)
+            body, body_size, body_crc = [packed], len(packed), crc32(packed)
         start = self._out.position
         name = self._compression.encode()
-        packed = [_packed(b"".join(pieces), self._compression)] if name else pieces
-        packed_size = sum(map(len, packed))
-        length = CHUNK_HEAD.size + len(name) + _LENGTH.size + packed_size
-        self._out.write(
-            RECORD.pack(Opcode.CHUNK, length)
-            + CHUNK_HEAD.pack(*times, size, crc, len(name))
-            + name
-            + _LENGTH.pack(packed_size)
-        )
-        if name:
-            self._out.write(packed[0])
-        else:
-            self._out.write_summed(pieces, size, crc)
+        length = CHUNK_HEAD.size + len(name) + _LENGTH.size + body_size
+        head = RECORD.pack(Opcode.CHUNK, length) + CHUNK_HEAD.pack(*times, size, crc, len(name))
+        self._out.write(head + name + _LENGTH.pack(body_size))
+        self._out.write_summed(body, body_size, body_crc)
         end = self._out.position
         places = {channel: self._out.records(index)[0] for channel, index in indexes.items()}
         return ChunkIndex(
@@ -136,7 +132,7 @@ class ChunkWriter:
             message_index_offsets=places,
             message_index_length=self._out.position - end,
             compression=self._compression,
-            compressed_size=packed_size,
+            compressed_size=body_size,
             uncompressed_size=size,
         )
 
@@ -200,7 +196,8 @@ _CRC = struct.Struct("<I")
 
 
 class _Output:
-    """A file that is written from its beginning to its end. `position` and `crc` are those of what was written."""
+    """A file that is written from its beginning to its end. `position` is that of its end, `crc` that of what was
+    written since it was last set to 0."""
 
     def __init__(self, file: BinaryIO) -> None:
         self._file = file
@@ -216,6 +213,10 @@ class _Output:
             self._file.write(piece)
         self.position += size
         self.crc = crc32_combine(self.crc, crc, size)
+
+    def flush(self) -> None:
+        """What was written is the system's, also where this process is killed."""
+        self._file.flush()
 
     def records(self, *records: McapRecord) -> tuple[int, int]:
         """Where they begin, and how many bytes they have."""
