@@ -33,7 +33,7 @@ from mcap.records import (
     SummaryOffset,
 )
 
-from irsim.recording.container import CHUNK_HEAD, MAGIC, MESSAGE, RECORD
+from irsim.recording.binary import CHUNK_HEAD, CRC, MAGIC, MESSAGE, RECORD
 from irsim.recording.schema import descriptor_set
 from irsim.recording.times import EPOCH_NS
 
@@ -173,9 +173,9 @@ class ChunkWriter:
         offsets = self._out.position
         self._out.records(*(SummaryOffset(opcode, start, length) for opcode, start, length in places))
         # The footer is part of what its own CRC sums up, but for this CRC.
-        footer = _bytes_of(Footer(summary_start=summary, summary_offset_start=offsets, summary_crc=0))[: -_CRC.size]
+        footer = _bytes_of(Footer(summary_start=summary, summary_offset_start=offsets, summary_crc=0))[: -CRC.size]
         self._out.write(footer)
-        self._out.write(_CRC.pack(self._out.crc) + MAGIC)
+        self._out.write(CRC.pack(self._out.crc) + MAGIC)
 
     def _statistics(self) -> Statistics:
         return Statistics(
@@ -192,7 +192,6 @@ class ChunkWriter:
 
 
 _LENGTH = struct.Struct("<Q")
-_CRC = struct.Struct("<I")
 
 
 class _Output:

@@ -27,22 +27,11 @@ from mcap.stream_reader import StreamReader
 from irsim.contents import Stamp, stamp
 from irsim.errors import InputError
 from irsim.files import check_input
+from irsim.recording.binary import CHUNK_HEAD, CRC, MAGIC, MESSAGE, RECORD
 from irsim.recording.damage import BROKEN, DamageError, damage, decoded
 from irsim.wording import counted
 
-MAGIC = b"\x89MCAP0\r\n"
-
-RECORD = struct.Struct("<BQ")
-"""Opcode and length, before every record."""
-
-MESSAGE = struct.Struct("<HIQQ")
-"""Channel, sequence, log time, publish time, before a message's data."""
-
-CHUNK_HEAD = struct.Struct("<QQQII")
-"""Start time, end time, uncompressed size, its CRC, length of the compression's name, which follows."""
-
 _FOOTER = struct.Struct("<BQQQI")  # opcode, length, summary start, summary offset start, summary CRC
-_CRC = struct.Struct("<I")
 _DATA_END = struct.Struct("<BQI")  # opcode, length, CRC of all before it
 _INDEX_HEAD = struct.Struct("<BQHI")  # of a MessageIndex: opcode, length, channel, bytes of entries
 _INDEX_ENTRY_BYTES = 16
@@ -50,8 +39,8 @@ _INDEX_ENTRY_BYTES = 16
 _BLOCK = 1 << 20
 
 _LARGEST_UNPACKED = 1 << 30
-"""Bytes that a compressed chunk may unpack to: two frames of 16384 x 16384 counts. A forged one of a
-few kB could fill the memory."""
+"""Bytes that a compressed chunk may unpack to: just under two frames of 16384 x 16384 counts. A
+forged one of a few kB could fill the memory."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,7 +173,7 @@ class Container:
                 with self.open() as file:
                     raw = self._read(file, entry.offset, entry.length)
                 with self.decoded(f"the attachment {name} cannot be read"):
-                    body, (crc,) = raw[RECORD.size : -_CRC.size], _CRC.unpack(raw[-_CRC.size :])
+                    body, (crc,) = raw[RECORD.size : -CRC.size], CRC.unpack(raw[-CRC.size :])
                     if not _matches(body, crc):
                         raise self.damage(f"the attachment {name} does not match its CRC")
                     record: Attachment = Attachment.read(ReadDataStream(io.BytesIO(raw[RECORD.size :])))
@@ -210,7 +199,7 @@ def open_container(path: Path, remedy: str = "") -> Container:
             raise damage(path, "it has no index", remedy)
         file.seek(start)
         summary = file.read()
-    if not _matches(memoryview(summary)[: -len(MAGIC) - _CRC.size], crc):
+    if not _matches(memoryview(summary)[: -len(MAGIC) - CRC.size], crc):
         raise damage(path, "its index does not match its CRC", remedy)
     with decoded(path, "its index cannot be read", remedy):
         records = list(StreamReader(io.BytesIO(summary), skip_magic=True).records)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import os
-import struct
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -17,20 +16,11 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Metadata
 
 from irsim.errors import InputError
-from irsim.recording.container import (
-    MAGIC,
-    RECORD,
-    Packet,
-    open_container,
-    packets,
-    records,
-    unpack,
-)
+from irsim.recording.binary import CRC, MAGIC, RECORD
+from irsim.recording.container import Packet, open_container, packets, records, unpack
 from irsim.recording.damage import BROKEN, DamageError
 from irsim.recording.header import Contents, Header
 from irsim.recording.layout import IMAGE, SCENARIO, TRUTH
-
-_CRC = struct.Struct("<I")
 
 Part = Metadata | Attachment | Channel | memoryview
 """A whole piece of a file; a memoryview is a chunk's records."""
@@ -174,7 +164,7 @@ def _part(opcode: int, body: bytes) -> Part | None:
         if opcode == Opcode.METADATA:
             metadata: Metadata = Metadata.read(stream)
             return metadata
-        if opcode == Opcode.ATTACHMENT and crc32(body[: -_CRC.size]) == _CRC.unpack(body[-_CRC.size :])[0]:
+        if opcode == Opcode.ATTACHMENT and crc32(body[: -CRC.size]) == CRC.unpack(body[-CRC.size :])[0]:
             attachment: Attachment = Attachment.read(stream)
             return attachment
         if opcode == Opcode.CHUNK:
