@@ -16,7 +16,7 @@ from irsim.backgrounds.evolving import STEPS, Evolving, _Pair, first_of, weights
 from irsim.backgrounds.fields import shaped, spectral
 from irsim.backgrounds.periodic import shrunk, wrapped_blur
 from irsim.backgrounds.sky import Clouds
-from irsim.backgrounds.tiles import TILE, Tiled
+from irsim.backgrounds.tiles import TILE, Tiled, counted
 from irsim.geometry import Geometry
 from irsim.radiometry import radiance
 from irsim.render import Renderer
@@ -240,9 +240,9 @@ def test_what_is_seen_of_a_texture_does_not_depend_on_what_was_seen_before() -> 
     steps = np.random.default_rng(2).integers(-36, 37, (300, 2)).cumsum(axis=0)
     for column, row in [(0, 0), (side - 1, side - 1), *(steps % side).tolist()]:
         for seen, texture in zip(seen_of.window(column, row, 161, 121), tiled, strict=True):
-            np.testing.assert_array_equal(seen, texture[row : row + 121, column : column + 161])
+            np.testing.assert_array_equal(counted(seen), texture[row : row + 121, column : column + 161])
     for seen, texture in zip(first, tiled, strict=True):
-        np.testing.assert_array_equal(seen, texture[7 : 7 + 121, 5 : 5 + 161])
+        np.testing.assert_array_equal(counted(seen), texture[7 : 7 + 121, 5 : 5 + 161])
 
 
 def test_only_what_is_looked_at_is_painted_and_once() -> None:
@@ -268,7 +268,7 @@ def test_an_evolving_layer_is_kept_to_half_a_unit(ifov_mrad: float) -> None:
     for unit, painted, words in zip(
         state.units, state._paint(whole, whole), state.window(0, 0, state.side, state.side), strict=True
     ):
-        assert np.abs(words.astype(float) * unit - painted).max() < 0.51 * unit
+        assert np.abs(counted(words) * unit - painted).max() < 0.51 * unit
         assert 0.51 * unit < np.ptp(painted) / 65535
 
 

@@ -14,7 +14,7 @@ from irsim.backgrounds.chart import PLACES, Chart, at_middle
 from irsim.backgrounds.evolving import STEPS
 from irsim.backgrounds.parallax import Sphere, is_left_behind, seen_from, unhidden
 from irsim.backgrounds.texture import repeated_px
-from irsim.backgrounds.tiles import Tiled
+from irsim.backgrounds.tiles import Tiled, Words, counted
 from irsim.compiled import COMPILED, kernels
 from irsim.types import Floats, Slices
 
@@ -69,16 +69,16 @@ class Drifting:
             return veiled(under, light, through, emission if air is None else in_air(through, emission, air), behind)
         early, late, share = self._around(gaze.time)
         height, width = light.shape
-        column, right = _beyond(width, first[0] % early.side)
-        row, down = _beyond(height, first[1] % early.side)
+        (column, right), (row, down) = (_within(place % early.side) for place in first)
+        shares = _shares(share, right)
         seen = column, row, width + 1, height + 1
         passed, emitted = zip(early.window(*seen), late.window(*seen), strict=True)
-        kernels.veil(under, share, right, down, *early.units, light, *passed, *emitted, *(air or ()))
+        kernels.veil(under, *shares, down, *early.units, light, *passed, *emitted, *(air or ()))
         patches = []
         for down_to, across_to in behind:
             patch = np.empty((down_to.stop - down_to.start, across_to.stop - across_to.start), np.float32)
             here = slice(down_to.start, down_to.stop + 1), slice(across_to.start, across_to.stop + 1)
-            kernels.moved(share, right, down, early.units[0], patch, *(state[here] for state in passed))
+            kernels.moved(*shares, down, early.units[0], patch, *(state[here] for state in passed))
             patches.append(patch)
         return patches
 
@@ -119,10 +119,22 @@ def _first(chart: Chart, right: Shift, down: Shift) -> tuple[float, float] | Non
     return u - right - (width - 1) / 2, v - down - (height - 1) / 2
 
 
-def _beyond(length: int, place: float) -> tuple[int, float]:
-    """The whole px of a place, and how far it lies beyond, as getRectSubPix rounds it for a picture of that length."""
-    whole, middle = int(place), (length - 1) / 2
-    return whole, float(np.float32(middle + place - whole)) - middle
+def _within(place: float) -> tuple[int, float]:
+    """The whole px of a place, and how far it lies beyond."""
+    whole = int(place)
+    return whole, place - whole
+
+
+WHOLE = 32768
+"""What the shares of words sum to: sums of words times whole numbers are exact, and quick."""
+
+
+def _shares(late: float, right: float) -> tuple[int, int, int, int]:
+    """What counts of a word and of the one right of it in the early state, then in the late one, of WHOLE: `late` and
+    `right`, 0 to 1, are the late state's share and that of what lies on the right."""
+    of_late = round(late * WHOLE)
+    right_of_early, right_of_late = round((WHOLE - of_late) * right), round(of_late * right)
+    return WHOLE - of_late - right_of_early, right_of_early, of_late - right_of_late, right_of_late
 
 
 Seeing = Callable[[Tiled, Tiled, float], tuple[Floats, Floats]]
@@ -142,17 +154,24 @@ def _look(chart: Chart, right: Shift, down: Shift) -> Seeing:
         places: list[Floats] = [u - right + forward * x - side * y, v - down + side * x + forward * y]
         columns, rows = map(chart.spread, places) if at_nodes else places
         return _pixelwise(columns, rows, chart)
-    across, along = first
 
     def move(before: Tiled, after: Tiled, share: float) -> tuple[Floats, Floats]:
-        left, top = across % before.side, along % before.side
-        column, row = int(left), int(top)
-        middle = ((width - 1) / 2 + left - column, (height - 1) / 2 + top - row)
-        mixed = _mixed(before, after, share, column, row, width + 1, height + 1)
-        passed, emitted = (cv2.getRectSubPix(field, (width, height), middle) for field in mixed)
-        return np.asarray(passed), np.asarray(emitted)
+        (column, right), (row, down) = (_within(place % before.side) for place in first)
+        seen = column, row, width + 1, height + 1
+        of_early, right_of_early, of_late, right_of_late = _shares(share, right)
+        passed, emitted = (
+            _beside(early, (of_early, right_of_early), down, unit) + _beside(late, (of_late, right_of_late), down, unit)
+            for early, late, unit in zip(before.window(*seen), after.window(*seen), before.units, strict=True)
+        )
+        return passed, emitted
 
     return move
+
+
+def _beside(state: Words, shares: tuple[int, int], down: float, unit: float) -> Floats:
+    """What a state, a row and a column larger than what is seen, has to do with it: `down` px from its first row on."""
+    kernel = np.outer((1 - down, down), shares) * (unit / WHOLE)
+    return np.asarray(cv2.filter2D(counted(state), cv2.CV_32F, kernel, anchor=(0, 0)), np.float32)[:-1, :-1]
 
 
 def _pixelwise(columns: Floats, rows: Floats, chart: Chart) -> Seeing:
@@ -183,7 +202,8 @@ def _mixed(
     """Windows of the transmittance and the emission, float32."""
     fields = (state.window(column, row, width, height) for state in (before, after))
     for early, late, unit in zip(*fields, before.units, strict=True):
-        yield np.asarray(cv2.addWeighted(early, (1 - share) * unit, late, share * unit, 0, dtype=cv2.CV_32F))
+        parts = (counted(early), (1 - share) * unit), (counted(late), share * unit)
+        yield np.asarray(cv2.addWeighted(*parts[0], *parts[1], 0, dtype=cv2.CV_32F))
 
 
 @lru_cache(maxsize=4)

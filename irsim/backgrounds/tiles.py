@@ -20,10 +20,10 @@ AROUND = 16
 PaintTile = Callable[[slice, slice], tuple[Floats, Floats]]
 """Rows and columns, within the period -> a layer's transmittance and emission there, float32."""
 
-Words = npt.NDArray[np.uint16]
+Words = npt.NDArray[np.int16]
 
 GREATEST = 65535
-"""Of a word."""
+"""How many units the greatest word stands for; the least, -32768, stands for none."""
 
 DARKEST = 1e-30
 """A layer that is never brighter, W/m2/sr, emits nothing."""
@@ -32,7 +32,7 @@ DARKEST = 1e-30
 class Tiled:
     """A layer's transmittance and emission at a moment, periodic in (side, side), a multiple of TILE.
 
-    They are kept as words, as a frame reads a lot of them: a word times `units` is the value, off by half a unit at
+    They are kept as words, as a frame reads a lot of them: (word + 32768) units is the value, off by half a unit at
     most. A unit is 1/65535 of the transmittance 1, and of the brightest that the layer can emit, W/m2/sr: if all that
     a 14-bit camera tells is such cloud, an eighth of a count.
 
@@ -48,7 +48,7 @@ class Tiled:
         self._paint = paint
         self._shelf, self._name = shelf or Shelf(), name
         self._tiles: dict[tuple[int, int], tuple[Words, Words]] = {}
-        nothing = np.empty((0, 0), np.uint16)
+        nothing = np.empty((0, 0), np.int16)
         self._near: tuple[int, int, Words, Words] = 0, 0, nothing, nothing
         """The first column and row of what was last seen, and it."""
 
@@ -64,7 +64,7 @@ class Tiled:
 
     def _laid(self, column: int, row: int, width: int, height: int) -> tuple[Words, Words]:
         """What lies from a column and a row on, side by side."""
-        laid = np.empty((height, width), np.uint16), np.empty((height, width), np.uint16)
+        laid = np.empty((height, width), np.int16), np.empty((height, width), np.int16)
         for i, down, rows in _parts(row, height):
             for j, across, columns in _parts(column, width):
                 tile = self._tile(i * TILE % self.side, j * TILE % self.side)
@@ -76,17 +76,27 @@ class Tiled:
         place = row, column
         if place not in self._tiles:
             shape = 2, TILE, TILE
-            both = self._shelf.kept((*self._name, *place), shape, np.uint16, lambda: self._painted(row, column))
+            both = self._shelf.kept((*self._name, *place), shape, np.int16, lambda: self._painted(row, column))
             self._tiles[place] = both[0], both[1]
         return self._tiles[place]
 
     def _painted(self, row: int, column: int) -> Words:
         """(2, TILE, TILE): transmittance and emission."""
-        words = np.empty((2, TILE, TILE), np.uint16)
+        counts = np.empty((2, TILE, TILE), np.uint16)
         painted = self._paint(slice(row, row + TILE), slice(column, column + TILE))
-        for field, unit, out in zip(painted, self.units, words, strict=True):
-            _put_words(field, unit, out)
-        return words
+        for field, unit, out in zip(painted, self.units, counts, strict=True):
+            _count_units(field, unit, out)
+        return _turned(counts).view(np.int16)
+
+
+def counted(words: Words) -> npt.NDArray[np.uint16]:
+    """How many units each word stands for."""
+    return _turned(words.view(np.uint16))
+
+
+def _turned(words: npt.NDArray[np.uint16]) -> npt.NDArray[np.uint16]:
+    """A word's bits from its units', and back: as numbers with a sign, words are weighted two in one step."""
+    return words ^ np.uint16(0x8000)
 
 
 def _holds(near: tuple[int, int, Words, Words], column: int, row: int, width: int, height: int) -> bool:
@@ -95,8 +105,8 @@ def _holds(near: tuple[int, int, Words, Words], column: int, row: int, width: in
     return bool(0 <= column - first <= columns - width and 0 <= row - top <= rows - height)
 
 
-def _put_words(field: Floats, unit: float, out: Words) -> None:
-    """The nearest words; values below 0, as a sharp lens's kernel has them, are 0."""
+def _count_units(field: Floats, unit: float, out: npt.NDArray[np.uint16]) -> None:
+    """The nearest units; values below 0, as a sharp lens's kernel has them, are 0."""
     if COMPILED:
         kernels.counts_of(np.ascontiguousarray(field), out, 1 / unit, 0.0, GREATEST, None, None)
         return

@@ -9,6 +9,7 @@ Float32 = npt.NDArray[np.float32]
 Float64 = npt.NDArray[np.floating]
 Int64 = npt.NDArray[np.int64]
 Words = npt.NDArray[np.uint16]
+Signed = npt.NDArray[np.int16]
 Entries = TypeVar("Entries", npt.NDArray[np.uint8], npt.NDArray[np.float32])
 Form = NewType("Form", object)
 """A body at rest, looked through and kept."""
@@ -81,22 +82,36 @@ def cloud(
     """passed, emitted = what `irsim.backgrounds.cloud.Look` makes of thickness, warmth and the sun's light; places in
     the table of glow are warmth * step + middle."""
 
-def moved(share: float, right: float, down: float, unit: float, out: Float32, early: Words, late: Words, /) -> None:
-    """out = a field mixed of two states, `share` of the late one, `unit` for each of their words (rows + 1,
-    columns + 1), and read at (right, down) px within 0..1 from its first pixel on. Rows may lie apart."""
+def moved(
+    early_share: int,
+    right_of_early_share: int,
+    late_share: int,
+    right_of_late_share: int,
+    down: float,
+    unit: float,
+    out: Float32,
+    early: Signed,
+    late: Signed,
+    /,
+) -> None:
+    """out = a field mixed of two states, unit (word + 32768) for each of their words (rows + 1, columns + 1), and read
+    `down` px, 0 to 1, below its first row. The shares of a word and of the one right of it, in either state, are whole
+    numbers that sum to 32768. Rows may lie apart."""
 
 def veil(
     under: Float32,
-    share: float,
-    right: float,
+    early_share: int,
+    right_of_early_share: int,
+    late_share: int,
+    right_of_late_share: int,
     down: float,
     unit_passed: float,
     unit_emitted: float,
     light: Float32,
-    early_passed: Words,
-    late_passed: Words,
-    early_emitted: Words,
-    late_emitted: Words,
+    early_passed: Signed,
+    late_passed: Signed,
+    early_emitted: Signed,
+    late_emitted: Signed,
     tau: Float32 = ...,
     path: Float32 = ...,
     /,

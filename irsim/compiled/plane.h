@@ -1,4 +1,4 @@
-/* Pictures given to a compiled function: float32 or uint16, whose rows may lie apart, as those of a window do. */
+/* Pictures given to a compiled function: float32 or int16, whose rows may lie apart, as those of a window do. */
 #ifndef IRSIM_PLANE_H
 #define IRSIM_PLANE_H
 
@@ -12,7 +12,7 @@ typedef struct {
 } Plane;
 
 typedef struct {
-    const uint16_t *data;
+    const int16_t *data;
     Py_ssize_t rows, columns, stride;
 } Words;
 
@@ -26,7 +26,7 @@ static inline const Py_buffer *rows_of(Arrays *arrays, PyObject *given, int writ
     arrays->count++;
     if (view->format == NULL || strcmp(view->format, format) != 0 || view->ndim != 2 || view->strides[0] % step != 0 ||
         (view->strides[1] != step && view->shape[1] > 1)) {
-        PyErr_Format(PyExc_TypeError, "rows of %s are wanted", *format == 'f' ? "float32" : "uint16");
+        PyErr_Format(PyExc_TypeError, "rows of %s are wanted", *format == 'f' ? "float32" : "int16");
         return NULL;
     }
     return view;
@@ -47,7 +47,7 @@ static inline int plane(Arrays *arrays, PyObject *given, int writable, Plane *ou
 static inline int words(Arrays *arrays, PyObject *given, Words *out)
 {
     const Py_ssize_t step = sizeof *out->data;
-    const Py_buffer *view = rows_of(arrays, given, 0, "H", step);
+    const Py_buffer *view = rows_of(arrays, given, 0, "h", step);
     if (view == NULL)
         return -1;
     *out = (Words){view->buf, view->shape[0], view->shape[1], view->strides[0] / step};
