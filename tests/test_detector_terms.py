@@ -196,6 +196,21 @@ def test_drift_is_smooth_from_frame_to_frame() -> None:
     assert steps.max() < 4 * 2 / 300 * 1.1
 
 
+@pytest.mark.parametrize(
+    "drift", [{"pixel": 2.0}, {"gain": 0.0005}, {"gain": 0.01}, {"pixel": 0.5, "gain": 0.002}, {"pixel": 0.01}]
+)
+def test_drift_leaps_by_less_than_noise_hides(drift: dict[str, float]) -> None:
+    """Wherever it leaps at all, of a frame of 3 million electrons: by a tenth of their shot noise at most, or by what
+    it does from one frame to the next."""
+    noise = Drift(**({"pixel": 0.0, "column": 0.0, "row": 0.0, "time_constant_s": 300.0, "age_s": 900.0} | drift))
+    shot, decay = math.sqrt(3e6), 1 / (300.0 * RATE_HZ)
+    own = math.hypot(noise.pixel * response().noise, noise.gain * 3e6)
+    seen = [effect(noise, at(index), 3e6) * response().noise for index in range(64)]
+    leaps = np.std(np.diff(seen, axis=0), axis=(1, 2))
+    assert leaps.max() > 0
+    assert leaps.max() < 1.1 * max(0.1 * max(shot, response().noise), own * math.sqrt(2 * decay))
+
+
 def test_drift_draws_each_step_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """But for the way to the first of them, some 12 draws; 150 of 2 frames here."""
     drawn: list[int] = []

@@ -17,13 +17,17 @@ from irsim.kinds import Switches
 from irsim.quantities import Fraction, NotNegative
 from irsim.types import Floats
 
-COARSE = 0.001
+COARSE = 0.004
 """The drift is drawn anew at most this share of its time constant apart, and stays so meanwhile."""
 
 LEAP = 0.1
 """Steps are at most so much of the NETD in sigma, unless a frame's is more: finer ones tell no one more about a drift
 that is seen through the camera's noise (300 frames of `uncooled_lwir`, steps of 2 frames: `irsim noise` finds what went
 in; of 8, with straight lines between, a fifth less of the drift)."""
+
+BRIGHT = 1700.0
+"""The signal by which gains are judged, in units of the NETD: that of three million electrons, half of what a well for
+long exposures holds, where shot noise is all that there is."""
 
 
 class Drift(Noise):
@@ -71,7 +75,7 @@ class Drift(Noise):
         """Decay a step, and the steps of the last correction (below 0 where that was before frame 0) and this frame."""
         since = moment.corrected if moment.corrections else -round(self.age_s * moment.rate_hz)
         decay = 1 / (moment.rate_hz * self.time_constant_s)
-        step = _step(decay, self.pixel**2 + self.column**2 + self.row**2)
+        step = _step(decay, math.hypot(self.pixel, self.column, self.row, self.gain * BRIGHT))
         return decay * step, since // step, moment.index // step
 
     def _now(self, moment: Moment, terms: tuple[Term, ...]) -> Floats:
@@ -79,9 +83,9 @@ class Drift(Noise):
         return _deviation(moment.shape, moment.seed, self.name, terms, *self._course(moment))
 
 
-def _step(decay: float, variance: float) -> int:
+def _step(decay: float, sigma: float) -> int:
     """Frames that a step takes: a power of two, as are the chunks of frames that processes render (`irsim.crew`)."""
-    most = min(COARSE / decay, LEAP**2 / (2 * decay * variance) if variance else math.inf)
+    most = min(COARSE / decay, LEAP**2 / (2 * decay * sigma**2) if sigma else math.inf)
     return 1 << max(int(most), 1).bit_length() - 1
 
 
