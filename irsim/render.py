@@ -11,6 +11,7 @@ from typing import cast
 
 import numpy as np
 
+from irsim.ahead import Ahead
 from irsim.arrival import arriving
 from irsim.backgrounds import Filmed, Layer, Swept
 from irsim.compose import Piece, Seen, compose, contrast_k, uncovered
@@ -42,6 +43,7 @@ class Renderer:
         self.occluders = [occluder for occluder in shown.occluders if scenario.is_on(occluder.name)]
         self.lag = camera.lag(scenario.is_on)
         self._held: tuple[int, Counts] | None = None
+        self._ahead = Ahead(self.pieces, scenario.frames)
         self._asked = lru_cache(maxsize=2)(self._asked_for)
         self.now = Instant.of(shown, self.stage)
         self.sensor = camera.sensor(scenario.seed, scenario.is_on, self.now.mount.zooms)
@@ -134,7 +136,7 @@ class Renderer:
         """The noiseless picture, in-band radiance (rows, cols) float32 in W/m2/sr, and its truth; the picture in `out`,
         where it is given."""
         self.check(index)
-        light, seen = self._laid(index, self.pieces(index), out)
+        light, seen = self._laid(index, self._ahead.pieces(index), out)
         return light, self._truth(index, seen)
 
     def seen(self, index: int) -> list[Seen]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import replace
+from typing import Any
 
 import even_noise
 import numpy as np
@@ -199,7 +200,7 @@ def test_drift_is_smooth_from_frame_to_frame() -> None:
 @pytest.mark.parametrize(
     "drift", [{"pixel": 2.0}, {"gain": 0.0005}, {"gain": 0.01}, {"pixel": 0.5, "gain": 0.002}, {"pixel": 0.01}]
 )
-def test_drift_leaps_by_less_than_noise_hides(drift: dict[str, float]) -> None:
+def test_drift_leaps_by_less_than_noise_hides(drift: dict[str, Any]) -> None:
     """Wherever it leaps at all, of a frame of 3 million electrons: by a tenth of their shot noise at most, or by what
     it does from one frame to the next."""
     noise = Drift(**({"pixel": 0.0, "column": 0.0, "row": 0.0, "time_constant_s": 300.0, "age_s": 900.0} | drift))

@@ -1,0 +1,90 @@
+"""Things of frames are drawn ahead where frames are asked for in order, and only there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import pytest
+
+import irsim
+from irsim.ahead import MOST_PX, TOGETHER, Ahead
+from irsim.compose import Piece
+from irsim.errors import InputError
+from irsim.render import Renderer
+from irsim.sprite import Sprite
+from irsim.types import Box
+
+
+def piece(index: int, side: int = 4) -> Piece:
+    field = np.full((side, side), float(index))
+    box = Box.from_pixels(0, 0, side, side)
+    return Piece("it", Sprite(0, 0, field, field, field, (0, 0), (0, 0), box, 1000.0, 16.0), tracked=True)
+
+
+class Drawer:
+    """Draws pieces of a side, px, and fails at some frames."""
+
+    def __init__(self, side: int = 4, failing: Sequence[int] = ()) -> None:
+        self.side, self.failing = side, failing
+        self.drawn: list[int] = []
+
+    def __call__(self, index: int) -> Iterator[Piece]:
+        if index in self.failing:
+            raise InputError(f"frame {index}")
+        self.drawn.append(index)
+        yield piece(index, self.side)
+
+
+def asked(drawer: Drawer, indices: Sequence[int], count: int = 100) -> list[float]:
+    ahead = Ahead(drawer, count)
+    return [float(ahead.pieces(index)[0].sprite.alpha[0, 0]) for index in indices]
+
+
+@pytest.mark.parametrize("begin", [0, 3, 64])
+def test_in_order_each_frame_is_drawn_once_and_none_beyond_the_last(begin: int) -> None:
+    drawer, order = Drawer(), range(begin, 100)
+    assert asked(drawer, order) == list(order)
+    assert drawer.drawn == list(order)
+
+
+def test_a_chunk_of_frames_draws_nothing_of_the_next() -> None:
+    drawer = Drawer()
+    asked(drawer, range(2 * TOGETHER, 4 * TOGETHER))
+    assert drawer.drawn == list(range(2 * TOGETHER, 4 * TOGETHER))
+
+
+@pytest.mark.parametrize("order", [[7, 3, 50, 49, 48], [0, 2, 4, 6, 8], [5, 5, 5]])
+def test_out_of_order_nothing_is_drawn_ahead(order: list[int]) -> None:
+    drawer = Drawer()
+    assert asked(drawer, order) == order
+    assert drawer.drawn == list(dict.fromkeys(order))
+
+
+def test_large_things_are_not_drawn_ahead() -> None:
+    drawer = Drawer(side=int(MOST_PX**0.5) // 2)
+    ahead = Ahead(drawer, 100)
+    ahead.pieces(0), ahead.pieces(1)
+    assert drawer.drawn == [0, 1, 2, 3, 4]
+
+
+def test_what_cannot_be_drawn_is_told_when_it_is_asked_for() -> None:
+    drawer = Drawer(failing=[5])
+    ahead = Ahead(drawer, 100)
+    for index in range(5):
+        assert ahead.pieces(index)[0].sprite.alpha[0, 0] == index
+    with pytest.raises(InputError, match="frame 5"):
+        ahead.pieces(5)
+    assert ahead.pieces(6)[0].sprite.alpha[0, 0] == 6
+
+
+def test_frames_in_order_are_those_asked_for_alone() -> None:
+    scenario = irsim.load("hiding")
+    in_order, shuffled = Renderer(scenario), Renderer(scenario)
+    frames = {
+        index: shuffled.frame(index) for index in (57, *np.random.default_rng(1).permutation(range(40, 60)).tolist())
+    }
+    for index in [*range(40, 60), 51, 51, 52, 53]:
+        (frame, truth), (other, expected) = in_order.frame(index), frames[index]
+        np.testing.assert_array_equal(frame.image, other.image)
+        assert truth == expected
