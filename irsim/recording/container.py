@@ -38,9 +38,9 @@ _INDEX_ENTRY_BYTES = 16
 
 _BLOCK = 1 << 20
 
-_LARGEST_UNPACKED = 1 << 30
-"""Bytes that a compressed chunk may unpack to: just under two frames of 16384 x 16384 counts. A
-forged one of a few kB could fill the memory."""
+_LARGEST_UNPACKED = (1 << 30) + (1 << 20)
+"""Bytes that a compressed chunk may unpack to: two frames of 16384 x 16384 counts, and what
+stands before them. A forged one of a few kB could fill the memory."""
 
 
 @dataclass(frozen=True, slots=True)
