@@ -110,7 +110,7 @@ class Renderer:
     def _put_into(self, film: Filmed, index: int) -> tuple[Counts, Truth]:
         """A recorded frame with all that is drawn into it, each thing once."""
         self.check(index)
-        pieces = list(self.pieces(index))
+        pieces = self._ahead.pieces(index)
         light, seen = self._laid(index, pieces)
         levels = film.put_into(light, index, uncovered(pieces, light))
         image = np.clip(np.rint(levels), 0, self.sensor.response.full).astype(np.uint16)

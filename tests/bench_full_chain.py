@@ -204,9 +204,9 @@ def by_two(report: Report) -> None:
                 for _ in range(turns)
             ]
         )
-    alone, by_two, by_programs, loop, loops = times.T
+    alone, by_both, by_programs, loop, loops = times.T
     for name, slower, faster, unit in (
-        ("full_chain_640x512_two_processes", alone, by_two, "x one"),
+        ("full_chain_640x512_two_processes", alone, by_both, "x one"),
         ("full_chain_640x512_two_programs", alone, by_programs, "x one, of programs that share nothing"),
         ("two_loops", loop, loops, "x one"),
     ):

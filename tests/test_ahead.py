@@ -10,16 +10,17 @@ import pytest
 import irsim
 from irsim.ahead import MOST_PX, TOGETHER, Ahead
 from irsim.compose import Piece
-from irsim.errors import InputError
 from irsim.render import Renderer
-from irsim.sprite import Sprite
+from irsim.sprite import During, Sprite
 from irsim.types import Box
 
 
-def piece(index: int, side: int = 4) -> Piece:
+def piece(index: int, side: int = 4, instants: int = 0) -> Piece:
     field = np.full((side, side), float(index))
+    still = np.zeros((instants, side, side))
+    during = During(still, still, still, whole=True) if instants else None
     box = Box.from_pixels(0, 0, side, side)
-    return Piece("it", Sprite(0, 0, field, field, field, (0, 0), (0, 0), box, 1000.0, 16.0), tracked=True)
+    return Piece("it", Sprite(0, 0, field, field, field, (0, 0), (0, 0), box, 1e3, 16.0, during=during), tracked=True)
 
 
 class Drawer:
@@ -31,7 +32,7 @@ class Drawer:
 
     def __call__(self, index: int) -> Iterator[Piece]:
         if index in self.failing:
-            raise InputError(f"frame {index}")
+            raise ValueError(f"frame {index}")
         self.drawn.append(index)
         yield piece(index, self.side)
 
@@ -48,10 +49,20 @@ def test_in_order_each_frame_is_drawn_once_and_none_beyond_the_last(begin: int) 
     assert drawer.drawn == list(order)
 
 
-def test_a_chunk_of_frames_draws_nothing_of_the_next() -> None:
+@pytest.mark.parametrize("length", [1, 2, 4, 8, 16, 64])
+def test_chunks_of_frames_draw_nothing_in_vain(length: int) -> None:
     drawer = Drawer()
-    asked(drawer, range(2 * TOGETHER, 4 * TOGETHER))
-    assert drawer.drawn == list(range(2 * TOGETHER, 4 * TOGETHER))
+    order = [index for begin in range(0, 640, 2 * length) for index in range(begin, begin + length)]
+    assert asked(drawer, order, 640) == order
+    assert drawer.drawn == order
+
+
+def test_after_eight_frames_in_order_eight_are_drawn_together() -> None:
+    drawer = Drawer()
+    ahead = Ahead(drawer, 100)
+    for index in range(20, 29):
+        ahead.pieces(index)
+    assert drawer.drawn == list(range(20, 28 + TOGETHER))
 
 
 @pytest.mark.parametrize("order", [[7, 3, 50, 49, 48], [0, 2, 4, 6, 8], [5, 5, 5]])
@@ -61,11 +72,18 @@ def test_out_of_order_nothing_is_drawn_ahead(order: list[int]) -> None:
     assert drawer.drawn == list(dict.fromkeys(order))
 
 
-def test_large_things_are_not_drawn_ahead() -> None:
-    drawer = Drawer(side=int(MOST_PX**0.5) // 2)
-    ahead = Ahead(drawer, 100)
-    ahead.pieces(0), ahead.pieces(1)
-    assert drawer.drawn == [0, 1, 2, 3, 4]
+@pytest.mark.parametrize(("share", "most"), [(0.22, 4), (0.3, 3), (0.6, 1), (1.2, 1)])
+@pytest.mark.parametrize("instants", [0, 7])
+def test_no_more_is_kept_than_caches_hold(share: float, most: int, instants: int) -> None:
+    """Of the pixels that may be kept each frame has such a share; also where the exposure takes time. A frame that is
+    larger by itself is not kept."""
+    side = round((share * MOST_PX / (1 + instants)) ** 0.5)
+    ahead = Ahead(lambda index: [piece(index, side, instants)], 100)
+    kept = []
+    for index in range(40):
+        assert ahead.pieces(index)[0].sprite.alpha[0, 0] == index
+        kept.append(len(ahead._run.kept))
+    assert max(kept) == (most if share < 1 else 0)
 
 
 def test_what_cannot_be_drawn_is_told_when_it_is_asked_for() -> None:
@@ -73,7 +91,7 @@ def test_what_cannot_be_drawn_is_told_when_it_is_asked_for() -> None:
     ahead = Ahead(drawer, 100)
     for index in range(5):
         assert ahead.pieces(index)[0].sprite.alpha[0, 0] == index
-    with pytest.raises(InputError, match="frame 5"):
+    with pytest.raises(ValueError, match="frame 5"):
         ahead.pieces(5)
     assert ahead.pieces(6)[0].sprite.alpha[0, 0] == 6
 

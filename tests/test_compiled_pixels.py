@@ -139,6 +139,24 @@ def test_a_veil_is_laid_as_by_passes(size: tuple[int, int], seed: int, times: li
         np.testing.assert_allclose(under, wanted, rtol=0, atol=6e-6)
 
 
+@pytest.mark.parametrize("time", [0.0, 3.77, 3.79, 1234.5])
+def test_what_is_seen_of_a_layer_that_changes_is_between_its_states(time: float) -> None:
+    """Against plain sums in float64. Shares are rounded to 1/32768: what states differ by, here by all that they may,
+    is off by as much at most, and by half a unit of words."""
+    layer, (columns, rows) = drifting(128, 1), (90, 61)
+    geometry = Geometry((columns, rows), 1e-4, 0.3)
+    gaze = Gaze(time, Chart.at(geometry, geometry.world_rotation(np.zeros(3))))
+    step, share = divmod(time / 5.0 * evolving.STEPS, 1)
+    x, y = -(columns - 1) / 2 - 3.3 * time, -(rows - 1) / 2 + 0.7 * time
+    early, late = (layer._state_at((step + k) / evolving.STEPS)._paint(slice(0, 128), slice(0, 128)) for k in (0, 1))
+    for seen, before, after in zip(layer.light(gaze), early, late, strict=True):
+        mixed = (1 - share) * before.astype(float) + share * after.astype(float)
+        (left, right), (top, down) = (divmod(place, 1) for place in (x, y))
+        at = np.ix_((int(top) + np.arange(rows + 1)) % 128, (int(left) + np.arange(columns + 1)) % 128)
+        across = (1 - right) * mixed[at][:, :-1] + right * mixed[at][:, 1:]
+        np.testing.assert_allclose(seen, (1 - down) * across[:-1] + down * across[1:], rtol=0, atol=2 / 32768)
+
+
 @settings(max_examples=30)
 @given(
     place=st.floats(0, 9),

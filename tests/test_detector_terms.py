@@ -212,6 +212,25 @@ def test_drift_leaps_by_less_than_noise_hides(drift: dict[str, Any]) -> None:
     assert leaps.max() < 1.1 * max(0.1 * max(shot, response().noise), own * math.sqrt(2 * decay))
 
 
+@pytest.mark.parametrize(
+    ("drift", "frames"),
+    [
+        (
+            {"gain": 0.0005, "time_constant_s": 600.0},
+            64,
+        ),  # of slow ones 4 thousandths of the time constant, rounded down
+        ({"time_constant_s": 120.0, "pixel": 2.5, "column": 0.7, "row": 0.5}, 2),
+        ({"gain": 0.01, "time_constant_s": 600.0}, 1),
+        ({"gain": 0.001, "pixel": 1.0, "time_constant_s": 900.0}, 32),
+        ({"pixel": 0.0, "column": 0.0, "row": 0.0, "time_constant_s": 1e4}, 1024),
+    ],
+)
+def test_drift_stays_for_as_many_frames_as_nobody_notices(drift: dict[str, Any], frames: int) -> None:
+    noise = Drift(**drift)
+    steps = [noise._course(at(index))[2] for index in range(4 * frames)]
+    assert np.array_equal(np.unique(steps, return_counts=True)[1], 4 * [frames])
+
+
 def test_drift_draws_each_step_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """But for the way to the first of them, some 12 draws; 150 of 2 frames here."""
     drawn: list[int] = []

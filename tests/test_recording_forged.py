@@ -14,10 +14,13 @@ from recording_forge import SOURCE, forge, honest_image, honest_truth
 import irsim
 from irsim.errors import InputError
 from irsim.recording import open_recording, record, recover
+from irsim.recording.binary import MESSAGE, RECORD
 from irsim.recording.chunks import ChunkWriter, Message
-from irsim.recording.container import unpack
+from irsim.recording.container import _LARGEST_UNPACKED, unpack
+from irsim.recording.image import encode_image
 from irsim.recording.schema import TRACK_STATE, TrackStateMessage, TruthMessage
 from irsim.recording.tracks import TrackHeader, read_tracks
+from irsim.recording.write import FRAMES_PER_CHUNK
 
 EVIL = "raise SystemExit('code of a file was run')"
 
@@ -211,3 +214,9 @@ def test_a_chunk_unpacks_to_what_it_says_and_no_more(compression: str) -> None:
     assert np.frombuffer(whole, np.uint8).size == len(plain)
     for stated in (1000, len(plain) - 1, len(plain) + 1, 0, -1, 2**62):
         assert unpack(packed, compression, stated) is None
+
+
+def test_a_compressed_chunk_of_the_largest_frames_can_be_read() -> None:
+    image = np.zeros((48, 64), np.uint16)
+    beside = len(encode_image(image, 0)) - image.nbytes + RECORD.size + MESSAGE.size + 16  # lengths are longer numbers
+    assert FRAMES_PER_CHUNK * (16384 * 16384 * 2 + beside) <= _LARGEST_UNPACKED

@@ -68,11 +68,7 @@ class Drifting:
             through, emission = self.light(gaze)
             return veiled(under, light, through, emission if air is None else in_air(through, emission, air), behind)
         early, late, share = self._around(gaze.time)
-        height, width = light.shape
-        (column, right), (row, down) = (_within(place % early.side) for place in first)
-        shares = _shares(share, right)
-        seen = column, row, width + 1, height + 1
-        passed, emitted = zip(early.window(*seen), late.window(*seen), strict=True)
+        shares, down, passed, emitted = _seen(early, late, share, first, gaze.chart.geometry.size)
         kernels.veil(under, *shares, down, *early.units, light, *passed, *emitted, *(air or ()))
         patches = []
         for down_to, across_to in behind:
@@ -129,7 +125,10 @@ WHOLE = 32768
 """What the shares of words sum to: sums of words times whole numbers are exact, and quick."""
 
 
-def _shares(late: float, right: float) -> tuple[int, int, int, int]:
+Shares = tuple[int, int, int, int]
+
+
+def _shares(late: float, right: float) -> Shares:
     """What counts of a word and of the one right of it in the early state, then in the late one, of WHOLE: `late` and
     `right`, 0 to 1, are the late state's share and that of what lies on the right."""
     of_late = round(late * WHOLE)
@@ -156,16 +155,26 @@ def _look(chart: Chart, right: Shift, down: Shift) -> Seeing:
         return _pixelwise(columns, rows, chart)
 
     def move(before: Tiled, after: Tiled, share: float) -> tuple[Floats, Floats]:
-        (column, right), (row, down) = (_within(place % before.side) for place in first)
-        seen = column, row, width + 1, height + 1
-        of_early, right_of_early, of_late, right_of_late = _shares(share, right)
+        shares, beyond, *fields = _seen(before, after, share, first, (width, height))
         passed, emitted = (
-            _beside(early, (of_early, right_of_early), down, unit) + _beside(late, (of_late, right_of_late), down, unit)
-            for early, late, unit in zip(before.window(*seen), after.window(*seen), before.units, strict=True)
+            _beside(early, shares[:2], beyond, unit) + _beside(late, shares[2:], beyond, unit)
+            for (early, late), unit in zip(fields, before.units, strict=True)
         )
         return passed, emitted
 
     return move
+
+
+def _seen(
+    early: Tiled, late: Tiled, share: float, first: tuple[float, float], size: tuple[int, int]
+) -> tuple[Shares, float, tuple[Words, Words], tuple[Words, Words]]:
+    """What a frame of a size (columns, rows) sees of two states from a place (u, v) on: what counts of their words, how
+    far its pixels lie below a row, px, and windows of both, a row and a column larger: of what passes and is emitted.
+    """
+    (column, right), (row, down) = (_within(place % early.side) for place in first)
+    window = column, row, size[0] + 1, size[1] + 1
+    passed, emitted = zip(early.window(*window), late.window(*window), strict=True)
+    return _shares(share, right), down, passed, emitted
 
 
 def _beside(state: Words, shares: tuple[int, int], down: float, unit: float) -> Floats:
@@ -202,8 +211,8 @@ def _mixed(
     """Windows of the transmittance and the emission, float32."""
     fields = (state.window(column, row, width, height) for state in (before, after))
     for early, late, unit in zip(*fields, before.units, strict=True):
-        parts = (counted(early), (1 - share) * unit), (counted(late), share * unit)
-        yield np.asarray(cv2.addWeighted(*parts[0], *parts[1], 0, dtype=cv2.CV_32F))
+        of_early, of_late = (1 - share) * unit, share * unit
+        yield np.asarray(cv2.addWeighted(counted(early), of_early, counted(late), of_late, 0, dtype=cv2.CV_32F))
 
 
 @lru_cache(maxsize=4)

@@ -8,8 +8,8 @@ import numpy.typing as npt
 Float32 = npt.NDArray[np.float32]
 Float64 = npt.NDArray[np.floating]
 Int64 = npt.NDArray[np.int64]
-Words = npt.NDArray[np.uint16]
-Signed = npt.NDArray[np.int16]
+Counts = npt.NDArray[np.uint16]
+Words = npt.NDArray[np.int16]
 Entries = TypeVar("Entries", npt.NDArray[np.uint8], npt.NDArray[np.float32])
 Form = NewType("Form", object)
 """A body at rest, looked through and kept."""
@@ -35,7 +35,7 @@ def signal_of(
 
 def counts_of(
     signal: Float32,
-    out: Words,
+    out: Counts,
     scale: float,
     offset: float,
     full: int,
@@ -90,8 +90,8 @@ def moved(
     down: float,
     unit: float,
     out: Float32,
-    early: Signed,
-    late: Signed,
+    early: Words,
+    late: Words,
     /,
 ) -> None:
     """out = a field mixed of two states, unit (word + 32768) for each of their words (rows + 1, columns + 1), and read
@@ -108,10 +108,10 @@ def veil(
     unit_passed: float,
     unit_emitted: float,
     light: Float32,
-    early_passed: Signed,
-    late_passed: Signed,
-    early_emitted: Signed,
-    late_emitted: Signed,
+    early_passed: Words,
+    late_passed: Words,
+    early_emitted: Words,
+    late_emitted: Words,
     tau: Float32 = ...,
     path: Float32 = ...,
     /,
@@ -251,8 +251,8 @@ def sprite_light(
     (3, rows, columns) of cover, alpha and emission, as many more as the spread reaches on each side. Area, signal, x
     and y of the area's centroid, and of the signal's."""
 
-def histogram(counts: Words, pixels: Int64, /) -> None:
+def histogram(counts: Counts, pixels: Int64, /) -> None:
     """pixels[k] = how many counts are k; those beyond are left out."""
 
-def lookup(table: Entries, words: Words, out: Entries, /) -> None:
+def lookup(table: Entries, words: Counts, out: Entries, /) -> None:
     """out = table[words], of 65536 entries."""

@@ -10,12 +10,30 @@
 #include <immintrin.h>
 #endif
 
+/* What the air before it lets through, and its own light: each as large as the picture. */
+typedef struct {
+    Plane passed, lit;
+} Air;
+
 /* What a row of the picture is made from: the words of both states of both fields, what is seen, and the air. */
 typedef struct {
     const int16_t *early, *late, *own_early, *own_late;
     const float *seen, *tau, *lit;
     float *values;
 } Row;
+
+INLINED Row row_of(const Field *passed, const Field *emitted, const Plane *under, const Plane *light, const Air *air,
+                   Py_ssize_t row)
+{
+    return (Row){.early = passed->early.data + (row + 1) * passed->early.stride,
+                 .late = passed->late.data + (row + 1) * passed->late.stride,
+                 .own_early = emitted->early.data + (row + 1) * emitted->early.stride,
+                 .own_late = emitted->late.data + (row + 1) * emitted->late.stride,
+                 .seen = under->data + row * under->stride,
+                 .tau = air == NULL ? NULL : air->passed.data + row * air->passed.stride,
+                 .lit = air == NULL ? NULL : air->lit.data + row * air->lit.stride,
+                 .values = light->data + row * light->stride};
+}
 
 #ifdef SIXTEENS
 /* By sixteens of words, products of neighbours summed in one step: 0.33 ns a pixel, 0.48 where each word is made a

@@ -9,33 +9,14 @@
 INLINED void see(const Field *field, float down, const Plane *out, int fused)
 {
     const Field own = *field;
-    float *restrict above = own.above;
     begin(field, out->columns);
     for (Py_ssize_t row = 0; row < out->rows; row++) {
         const int16_t *early = own.early.data + (row + 1) * own.early.stride;
         const int16_t *late = own.late.data + (row + 1) * own.late.stride;
-        float *restrict values = out->data + row * out->stride;
+        float *restrict values = out->data + row * out->stride, *restrict above = own.above;
         for (Py_ssize_t i = 0; i < out->columns; i++)
             values[i] = between(&own, above + i, beside(&own.shares, early, late, i), down, fused);
     }
-}
-
-/* What the air before it lets through, and its own light: each as large as the picture. */
-typedef struct {
-    Plane passed, lit;
-} Air;
-
-INLINED Row row_of(const Field *passed, const Field *emitted, const Plane *under, const Plane *light, const Air *air,
-                   Py_ssize_t row)
-{
-    return (Row){.early = passed->early.data + (row + 1) * passed->early.stride,
-                 .late = passed->late.data + (row + 1) * passed->late.stride,
-                 .own_early = emitted->early.data + (row + 1) * emitted->early.stride,
-                 .own_late = emitted->late.data + (row + 1) * emitted->late.stride,
-                 .seen = under->data + row * under->stride,
-                 .tau = air == NULL ? NULL : air->passed.data + row * air->passed.stride,
-                 .lit = air == NULL ? NULL : air->lit.data + row * air->lit.stride,
-                 .values = light->data + row * light->stride};
 }
 
 /* `under` may be the light itself; air may be NULL. Behind air that passes tau and shines by p a field of transmittance
@@ -44,12 +25,12 @@ INLINED void lay(const Field *passed, const Field *emitted, float down, const Pl
                  const Air *air, int fused, int by_sixteens)
 {
     const Field through = *passed, own = *emitted;
-    float *restrict through_above = through.above, *restrict own_above = own.above;
     begin(passed, light->columns);
     begin(emitted, light->columns);
     for (Py_ssize_t row = 0; row < light->rows; row++) {
         const Row at = row_of(&through, &own, under, light, air, row);
         const Py_ssize_t done = by_sixteens ? lay_sixteens(&through, &own, down, &at, light->columns) : 0;
+        float *restrict through_above = through.above, *restrict own_above = own.above;
         EACH_ALONE
         for (Py_ssize_t i = done; i < light->columns; i++) {
             const float below = beside(&through.shares, at.early, at.late, i);
