@@ -50,13 +50,15 @@ class Ahead:
     def _drawn(self, begin: int, end: int) -> list[Sequence[Piece]]:
         """Those of the frames from `begin` on before `end`, or of fewer."""
         found: list[Sequence[Piece]] = [list(self._draw(begin))]
+        pixels = _pixels(found[0])
         for index in range(begin + 1, end):
-            if sum(map(_pixels, found)) * (len(found) + 1) > MOST_PX * len(found):
+            if pixels * (len(found) + 1) > MOST_PX * len(found):
                 break
             try:
                 found.append(list(self._draw(index)))
             except Exception:  # whatever it is, it is told when that frame is asked for
                 break
+            pixels += _pixels(found[-1])
         return found
 
 
