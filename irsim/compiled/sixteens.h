@@ -37,7 +37,8 @@ INLINED Row row_of(const Field *passed, const Field *emitted, const Plane *under
 
 #ifdef SIXTEENS
 /* By sixteens of words, products of neighbours summed in one step: 0.32 ns a pixel alone, 0.45 where each word is
- * made a float, 0.66 as the compiler does that (Zen 3). What counts of a word and of the one right of it, eight times each. */
+ * made a float, 0.66 as the compiler does that (Zen 3). What counts of a word and of the one right of it, eight times
+ * each. */
 typedef struct {
     __m256i early, late;
     __m256 unit, zero;
