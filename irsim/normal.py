@@ -6,6 +6,7 @@ import math
 from functools import lru_cache
 
 import numpy as np
+import numpy.typing as npt
 
 from irsim.types import Floats
 
@@ -156,11 +157,16 @@ def density(x: float | Floats) -> Floats:
     return np.asarray(np.exp(-np.square(x) / 2) / math.sqrt(2 * math.pi))
 
 
+UNIT_BITS = 13
+"""Means of cells are whole numbers of 2^-UNIT_BITS: those of the inner cells, within 3.5 sigma, fit 16 bits."""
+
+
 @lru_cache
 def cell_means() -> Floats:
     """(CELLS,) float32: about the mean of a unit normal within each cell, in rising order, read-only.
 
-    Within 1e-5 of it, by the polynomials of `cell_pieces`, so that it can be worked out where a table is slow to read.
+    Within 7e-5 of it: whole numbers of a unit of 1.2e-4, so that the processor's nearest caches hold the table, by the
+    polynomials of `cell_pieces`, so that it can be worked out where a table is slow to read.
     """
     cells = np.arange(REFINED, CELLS // 2).astype(np.float32).view(np.int32)
     pieces = cell_pieces()[:, (cells >> _BELOW_PIECE) % PIECES]
@@ -169,10 +175,22 @@ def cell_means() -> Floats:
     for each in pieces[-2::-1]:  # float64 holds all digits of product and sum, which are rounded once, as if fused
         lower = (lower.astype(np.float64) * within + each).astype(np.float32)
     outer = np.diff(density(quantile(np.arange(1, REFINED + 1) / CELLS)), prepend=0.0) * -CELLS
-    lower = np.concatenate([outer.astype(np.float32), lower])
-    means = np.concatenate([lower, -lower[::-1]])
+    lower = np.rint(np.concatenate([outer.astype(np.float32), lower]) * np.float32(2**UNIT_BITS))
+    means = np.concatenate([lower, -lower[::-1]]) * np.float32(2.0**-UNIT_BITS)
     means.flags.writeable = False
     return means
+
+
+@lru_cache
+def cell_words() -> npt.NDArray[np.int16]:
+    """(CELLS,) int16, read-only: the same in units of 2^-UNIT_BITS; each of the outer cells, which are drawn from the
+    true tail, has a mark of its own instead: from -32768 on, those of the upper end in rising order, then those of the
+    lower one."""
+    marks = np.arange(2 * REFINED) - 2**15
+    inner = cell_means()[REFINED:-REFINED] * 2**UNIT_BITS
+    words = np.concatenate([marks[REFINED:], inner, marks[:REFINED]]).astype(np.int16)
+    words.flags.writeable = False
+    return words
 
 
 PIECES = 32
@@ -192,7 +210,7 @@ def cell_pieces() -> Floats:
     the sum of piece[power] x^power, x = m / 2^floor(log2 m), by Horner's rule with sums and products rounded together.
 
     Means of cells vary less than what they stand for. They are scaled such that the variance is 1 where the outer
-    REFINED cells are drawn from the true tail.
+    REFINED cells are drawn from the true tail; within 3e-7 of it once they are rounded.
     """
     pieces = np.zeros((_POWERS, PIECES))
     nodes = np.cos(np.pi * (np.arange(_POWERS) + 0.5) / _POWERS)  # Chebyshev's: the error is nearly even

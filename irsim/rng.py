@@ -79,7 +79,7 @@ def _normals_plain(
     return values
 
 
-Tables = tuple[npt.NDArray[np.float32], npt.NDArray[np.float32], Floats, int]
+Tables = tuple[npt.NDArray[np.int16], npt.NDArray[np.float32], Floats, int]
 
 
 def begun(seed: int, *address: Address) -> tuple[bytes, *Tables]:
@@ -89,9 +89,9 @@ def begun(seed: int, *address: Address) -> tuple[bytes, *Tables]:
 
 @cache
 def _tables() -> Tables:
-    from irsim.normal import REFINED, cell_means, cell_pieces, deep_table
+    from irsim.normal import REFINED, cell_pieces, cell_words, deep_table
 
-    return cell_means(), cell_pieces(), deep_table(), REFINED
+    return cell_words(), cell_pieces(), deep_table(), REFINED
 
 
 def _tails(words: npt.NDArray[np.uint16], further: npt.NDArray[np.uint64]) -> Floats:

@@ -16,7 +16,7 @@ from irsim.normal import CELLS, REFINED, cell_means, deep_quantile, quantile
 from irsim.rng import bits, normals, stream, uniforms
 
 GOLDEN_WORDS = [15876630395588759108, 1528180998070881078, 1679443906312003050]
-GOLDEN_NORMALS = [0.86227804, -1.5588418, -1.1651142, 1.0833769, -0.5423142, -0.25215846]
+GOLDEN_NORMALS = [0.86230469, -1.5588379, -1.1651611, 1.0833740, -0.5423584, -0.25219727]
 """Of the address (7, "noise", "white", 3). If a numpy release changes these, recordings no longer re-render."""
 
 
@@ -79,15 +79,15 @@ def test_the_table_with_its_true_tails_has_variance_one() -> None:
     edge = stats.norm.isf(REFINED / CELLS)
     tails = 2 * (REFINED / CELLS) * (1 + edge * stats.norm.pdf(edge) / stats.norm.sf(edge))
     means = cell_means().astype(np.float64)
-    assert np.sum(means[REFINED:-REFINED] ** 2) / CELLS + tails == pytest.approx(1, abs=1e-7)
+    assert np.sum(means[REFINED:-REFINED] ** 2) / CELLS + tails == pytest.approx(1, abs=5e-7)  # words are rounded
     assert np.sum(means) == 0
-    assert np.all(np.diff(means) > 0)
+    assert np.all(np.diff(means) >= 0)
 
 
 def test_a_cell_is_represented_by_its_mean() -> None:
     for cell in (REFINED, 1000, 40_000, CELLS - 1 - REFINED):
         mean = stats.norm.expect(lambda x: x, lb=stats.norm.ppf(cell / CELLS), ub=stats.norm.ppf((cell + 1) / CELLS))
-        assert cell_means()[cell] == pytest.approx(mean * CELLS, rel=2e-5)
+        assert cell_means()[cell] == pytest.approx(mean * CELLS, abs=2**-14 + 1e-5)  # half a unit, and polynomials
 
 
 def test_moments_and_tails() -> None:

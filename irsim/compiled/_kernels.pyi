@@ -19,7 +19,7 @@ Spread = NewType("Spread", object)
 MOST_ADDED: int
 """Arrays that `counts_of` adds to a signal, at most."""
 
-def normals(seed: bytes, table: Float32, pieces: Float32, deep: Float64, refined: int, out: Float32, /) -> None:
+def normals(seed: bytes, table: Words, pieces: Float32, deep: Float64, refined: int, out: Float32, /) -> None:
     """Fill `out` with unit normals from the table by the 16-bit words of an SFC64 generator of a seed of 32 bytes;
     those of the `refined` cells at either end are from `deep`, see `irsim.normal.deep_quantile`. `pieces` are of what
     the table holds (`irsim.normal.cell_pieces`), worked out anew where the processor does that sooner."""
@@ -122,13 +122,13 @@ def veil(
 # What follows draws so, too, and uses each normal at once.
 
 def add_normals(
-    seed: bytes, table: Float32, pieces: Float32, deep: Float64, refined: int, signal: Float32, scale: float, /
+    seed: bytes, table: Words, pieces: Float32, deep: Float64, refined: int, signal: Float32, scale: float, /
 ) -> None:
     """signal += scale normal."""
 
 def add_shot(
     seed: bytes,
-    table: Float32,
+    table: Words,
     pieces: Float32,
     deep: Float64,
     refined: int,
@@ -143,7 +143,7 @@ def add_shot(
 
 def bridge(
     seed: bytes,
-    table: Float32,
+    table: Words,
     pieces: Float32,
     deep: Float64,
     refined: int,

@@ -7,7 +7,8 @@
 #endif
 
 #define CELLS 65536
-#define BLOCK 1024 /* normals at a time, a multiple of 4: they stay in the first-level cache */
+#define BLOCK 1024 /* normals at a time: they stay in the first-level cache */
+#define AT_ONCE 64 /* words of a block of which it is asked together whether any is of an outer cell */
 
 /* The table of the tails goes from the quantile of 2^-82 to that of 2^-12, by 2^DEPTH_BITS steps to a doubling; see
  * irsim/normal.py. */
@@ -20,25 +21,17 @@ typedef struct {
     uint16_t word;
 } Record;
 
-#if defined(__GNUC__)
-#define FETCH(place) __builtin_prefetch(place)
-#else
-#define FETCH(place) (void)(place)
-#endif
-
 /* What the table holds, by polynomials: PIECES of each of POWERS; see irsim/normal.py. */
 #define PIECES 32
 #define POWERS 5
-
-#define LINE 16 /* float numbers in a line of the cache */
 
 typedef struct {
     Record *records;
     Py_ssize_t count, room;
 } Outer;
 
-/* One word of two thousand comes here: kept out of the loop that it would slow down by a fifth. */
-static RARE int note(Outer *outer, Py_ssize_t place, uint16_t word)
+/* One word of two thousand comes here. */
+static int note(Outer *outer, Py_ssize_t place, uint16_t word)
 {
     if (outer->count == outer->room) {
         Py_ssize_t room = 2 * outer->room + 64;
@@ -88,7 +81,7 @@ int drawing(Arrays *arrays, PyObject *const *given, Drawing *drawn)
 {
     Py_ssize_t cells = 0, factors = 0, depths = 0;
     int begun = begin(arrays, given[0], &drawn->source) == 0;
-    drawn->table = begun ? array(arrays, given[1], "f", 0, &cells) : NULL;
+    drawn->table = begun ? array(arrays, given[1], "h", 0, &cells) : NULL;
     drawn->pieces = drawn->table ? array(arrays, given[2], "f", 0, &factors) : NULL;
     drawn->deep = drawn->pieces ? array(arrays, given[3], "d", 0, &depths) : NULL;
     long refined = drawn->deep ? PyLong_AsLong(given[4]) : -1;
@@ -104,60 +97,72 @@ int drawing(Arrays *arrays, PyObject *const *given, Drawing *drawn)
     return 0;
 }
 
-/* What of the arrays is used with the normal at `place`, where there is one. */
-INLINED void fetch(const float *const *streams, Py_ssize_t place, Py_ssize_t length)
+/* The least of AT_ONCE words. */
+INLINED int16_t least_of(const int16_t *words)
 {
-    if (place < length)
-        for (int i = 0; i < STREAMS; i++)
-            FETCH(streams[i] + place);
+    int16_t least = 0;
+    for (int i = 0; i < AT_ONCE; i++)
+        least = words[i] < least ? words[i] : least;
+    return least;
 }
 
-/* The normals of `count` elements from `from` on, by the table: 0, or -1 without memory. */
-INLINED int by_table(const Drawing *drawn, Sfc64 *source, float *block, Py_ssize_t from, Py_ssize_t count,
-                     const float *const *streams, Py_ssize_t length, Outer *outer)
+/* Outer cells' marks among AT_ONCE words, those of the elements from `from` on, are noted and become 0: 0, or -1
+ * without memory. Kept out of the loop that it would slow down. */
+static RARE int note_all(const Drawing *drawn, int16_t *words, Py_ssize_t from, Outer *outer)
 {
-    const float *table = drawn->table;
-    const uint16_t refined = drawn->refined, both_ends = (uint16_t)(2 * refined);
-    for (Py_ssize_t i = 0; i < count; i += 4) {
-        uint64_t word = next_word(source);
-        if (streams != NULL && i % LINE == 0)
-            fetch(streams, from + BLOCK + i, length);
-        for (int part = 0; part < 4; part++) {
-            uint16_t cell = (uint16_t)(word >> 16 * part), from_end = (uint16_t)(cell + refined); /* wraps */
-            block[i + part] = table[cell];
-            if (from_end < both_ends) {
-                block[i + part] = 0.0f;
-                if (note(outer, from + i + part, from_end) < 0)
-                    return -1;
-            }
+    for (int i = 0; i < AT_ONCE; i++) {
+        const int from_end = words[i] - INT16_MIN;
+        if (from_end < 2 * drawn->refined) {
+            if (note(outer, from + i, (uint16_t)from_end) < 0)
+                return -1;
+            words[i] = 0;
         }
     }
     return 0;
 }
 
+/* The normals of `count` elements from `from` on, by the table: 0, or -1 without memory. */
+INLINED int by_table(const Drawing *drawn, Sfc64 *source, int16_t *block, Py_ssize_t from, Py_ssize_t count,
+                     Outer *outer)
+{
+    const int16_t *table = drawn->table;
+    Sfc64 own = *source;
+    Py_ssize_t end = 0;
+    for (; end < count; end += 4) {
+        const uint64_t word = next_word(&own);
+        for (int part = 0; part < 4; part++)
+            block[end + part] = table[(uint16_t)(word >> 16 * part)];
+    }
+    *source = own;
+    for (; end % AT_ONCE; end++)
+        block[end] = 0;
+    const int beyond = INT16_MIN + 2 * drawn->refined;
+    for (Py_ssize_t i = 0; i < end; i += AT_ONCE)
+        if (least_of(block + i) < beyond && note_all(drawn, block + i, from + i, outer) < 0)
+            return -1;
+    return 0;
+}
+
 #ifdef WIDE_VECTORS
-#define AT_ONCE 16
+#define WIDTH 16
 #define WORDS (BLOCK / 4)
 
 /* Those of a whole block, of its words, worked out from the pieces; the words of the next are drawn meanwhile, which
  * would be waited for otherwise. 0, or -1 without memory. */
 FUSING_WIDELY static int by_pieces(const Drawing *drawn, Sfc64 *source, const uint64_t *words, uint64_t *next,
-                                   float *block, Py_ssize_t from, const float *const *streams, Py_ssize_t length,
-                                   Outer *outer)
+                                   int16_t *block, Py_ssize_t from, Outer *outer)
 {
     Sfc64 own = *source;
     __m512 low[POWERS], high[POWERS];
     for (int power = 0; power < POWERS; power++) {
         low[power] = _mm512_loadu_ps(drawn->pieces + power * PIECES);
-        high[power] = _mm512_loadu_ps(drawn->pieces + power * PIECES + AT_ONCE);
+        high[power] = _mm512_loadu_ps(drawn->pieces + power * PIECES + WIDTH);
     }
     const __m512i refined = _mm512_set1_epi32(drawn->refined), sign = _mm512_set1_epi32(INT32_MIN);
     const __m512i digits = _mm512_set1_epi32(0x7fffff), one = _mm512_set1_epi32(0x3f800000); /* of a float; 1.0f */
-    for (Py_ssize_t i = 0; i < BLOCK; i += AT_ONCE) {
-        for (int word = 0; word < AT_ONCE / 4; word++)
+    for (Py_ssize_t i = 0; i < BLOCK; i += WIDTH) {
+        for (int word = 0; word < WIDTH / 4; word++)
             next[i / 4 + word] = next_word(&own);
-        if (streams != NULL)
-            fetch(streams, from + BLOCK + i, length);
         /* A word of the upper half is below 0 here: with all its bits turned it is the cell from the upper end. */
         const __m512i word = _mm512_cvtepi16_epi32(_mm256_loadu_si256((const __m256i *)(words + i / 4)));
         const __m512i upper = _mm512_srai_epi32(word, 31), cell = _mm512_xor_si512(word, upper);
@@ -169,9 +174,10 @@ FUSING_WIDELY static int by_pieces(const Drawing *drawn, Sfc64 *source, const ui
         value = _mm512_castsi512_ps(
             _mm512_xor_si512(_mm512_castps_si512(value), _mm512_and_si512(upper, sign)));
         const __mmask16 inner = _mm512_cmpge_epi32_mask(cell, refined);
-        _mm512_storeu_ps(block + i, _mm512_maskz_mov_ps(inner, value));
+        const __m512i rounded = _mm512_cvtps_epi32(_mm512_mul_ps(value, _mm512_set1_ps(1 / UNIT)));
+        _mm256_storeu_si256((__m256i *)(block + i), _mm512_maskz_cvtepi32_epi16(inner, rounded));
         if (inner != UINT16_MAX)
-            for (int part = 0; part < AT_ONCE; part++) {
+            for (int part = 0; part < WIDTH; part++) {
                 const uint16_t from_end = (uint16_t)((words[(i + part) / 4] >> 16 * (part % 4)) + drawn->refined);
                 if (!(inner >> part & 1) && note(outer, from + i + part, from_end) < 0)
                     return -1;
@@ -182,8 +188,8 @@ FUSING_WIDELY static int by_pieces(const Drawing *drawn, Sfc64 *source, const ui
 }
 
 /* All whole blocks, each used while it is at hand: how many normals they are, or -1 without memory. */
-INLINED Py_ssize_t whole_blocks(const Drawing *drawn, Sfc64 *source, float *block, Py_ssize_t length, Use use,
-                                void *with, const float *const *streams, Outer *outer)
+INLINED Py_ssize_t whole_blocks(const Drawing *drawn, Sfc64 *source, int16_t *block, Py_ssize_t length, Use use,
+                                void *with, Outer *outer)
 {
     uint64_t words[2][WORDS];
     Sfc64 after = *source; /* the words drawn for a block; `source` is a block ahead */
@@ -193,7 +199,7 @@ INLINED Py_ssize_t whole_blocks(const Drawing *drawn, Sfc64 *source, float *bloc
     Py_ssize_t from = 0;
     for (int now = 0; length - from >= BLOCK; from += BLOCK, now = !now) {
         after = *source;
-        if (by_pieces(drawn, source, words[now], words[!now], block, from, streams, length, outer) < 0)
+        if (by_pieces(drawn, source, words[now], words[!now], block, from, outer) < 0)
             return -1;
         use(block, from, BLOCK, with);
     }
@@ -202,30 +208,27 @@ INLINED Py_ssize_t whole_blocks(const Drawing *drawn, Sfc64 *source, float *bloc
 }
 #endif
 
-/* Both ways to draw: compiled apart, as the loop of one has no time for a question. */
-INLINED PyObject *draw_for(Drawing *drawn, Py_ssize_t length, Use use, Use mend, void *with,
-                           const float *const *streams)
+INLINED PyObject *draw_by(const Drawing *drawn, Py_ssize_t length, Use use, Mend mend, void *with, int widely)
 {
-    float block[BLOCK];
+    int16_t block[BLOCK];
     Outer outer = {NULL, 0, 0};
     Sfc64 source = drawn->source;
     Py_ssize_t from = 0;
 #ifdef WIDE_VECTORS
-    if (fuses_widely() && (from = whole_blocks(drawn, &source, block, length, use, with, streams, &outer)) < 0)
+    if (widely && (from = whole_blocks(drawn, &source, block, length, use, with, &outer)) < 0)
         goto failed;
 #endif
     for (; from < length; from += BLOCK) {
         const Py_ssize_t count = length - from < BLOCK ? length - from : BLOCK;
-        if (by_table(drawn, &source, block, from, count, streams, length, &outer) < 0)
+        if (by_table(drawn, &source, block, from, count, &outer) < 0)
             goto failed;
         use(block, from, count, with);
     }
     while (outer.count > 0 && outer.records[outer.count - 1].place >= length)
         outer.count--; /* the last word has parts that no one asked for */
-    for (Py_ssize_t i = 0; i < outer.count; i++) {
-        const float value = tail(drawn->deep, drawn->refined, outer.records[i].word, next_word(&source));
-        mend(&value, outer.records[i].place, 1, with);
-    }
+    for (Py_ssize_t i = 0; i < outer.count; i++)
+        mend(tail(drawn->deep, drawn->refined, outer.records[i].word, next_word(&source)), outer.records[i].place,
+             with);
     PyMem_Free(outer.records);
     Py_RETURN_NONE;
 failed:
@@ -233,20 +236,26 @@ failed:
     return PyErr_NoMemory();
 }
 
-PyObject *draw(Drawing *drawn, Py_ssize_t length, Use use, Use mend, void *with)
+FUSING static PyObject *draw_fused(const Drawing *drawn, Py_ssize_t length, Use use, Mend mend, void *with)
 {
-    return draw_for(drawn, length, use, mend, with, NULL);
+    return draw_by(drawn, length, use, mend, with, fuses_widely());
 }
 
-PyObject *draw_ahead(Drawing *drawn, Py_ssize_t length, Use use, Use mend, void *with,
-                     const float *const streams[STREAMS])
+PyObject *draw(const Drawing *drawn, Py_ssize_t length, Use use, Mend mend, void *with)
 {
-    return draw_for(drawn, length, use, mend, with, streams);
+    return fuses() ? draw_fused(drawn, length, use, mend, with) : draw_by(drawn, length, use, mend, with, 0);
 }
 
-static void store(const float *drawn, Py_ssize_t from, Py_ssize_t count, void *with)
+static void store(const int16_t *drawn, Py_ssize_t from, Py_ssize_t count, void *with)
 {
-    memcpy((float *)with + from, drawn, (size_t)count * sizeof *drawn);
+    float *restrict out = (float *)with + from;
+    for (Py_ssize_t i = 0; i < count; i++)
+        out[i] = drawn[i] * UNIT;
+}
+
+static void store_one(float drawn, Py_ssize_t place, void *with)
+{
+    ((float *)with)[place] = drawn;
 }
 
 /* normals(seed, table, pieces, deep, refined, out) */
@@ -264,7 +273,7 @@ PyObject *normals(PyObject *self, PyObject *const *given, Py_ssize_t count)
     if (drawing(&arrays, given, &drawn) == 0) {
         float *out = array(&arrays, given[DRAWING_ARGUMENTS], "f", 1, &length);
         if (out != NULL)
-            done = draw(&drawn, length, store, store, out);
+            done = draw(&drawn, length, store, store_one, out);
     }
     release(&arrays);
     return done;

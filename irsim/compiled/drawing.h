@@ -8,15 +8,21 @@
 /* What every function that draws takes first: (seed, table, pieces, deep, refined). */
 typedef struct {
     Sfc64 source;
-    const float *table, *pieces;
+    const int16_t *table;
+    const float *pieces;
     const double *deep;
     uint16_t refined;
 } Drawing;
 
 #define DRAWING_ARGUMENTS 5
 
-/* Uses `count` normals, those of the elements `from` on; `with` is what draw() was given. */
-typedef void (*Use)(const float *drawn, Py_ssize_t from, Py_ssize_t count, void *with);
+#define UNIT 0x1p-13f /* of the table's words; see irsim/normal.py */
+
+/* Uses `count` normals, words that count UNIT, those of the elements `from` on; `with` is what draw() was given. */
+typedef void (*Use)(const int16_t *drawn, Py_ssize_t from, Py_ssize_t count, void *with);
+
+/* Uses the normal of one element. */
+typedef void (*Mend)(float drawn, Py_ssize_t place, void *with);
 
 /* The generator that a seed of 32 bytes begins: 0, or -1 with an exception. */
 int begin(Arrays *arrays, PyObject *given, Sfc64 *source);
@@ -26,14 +32,7 @@ int drawing(Arrays *arrays, PyObject *const *given, Drawing *drawn);
 
 /* Draws `length` normals: None, or NULL with an exception. Those of words in the table's `refined` cells at either end
  * are taken for 0 by `use`, and made up for when all others are drawn, one by one, by `mend`. */
-PyObject *draw(Drawing *drawn, Py_ssize_t length, Use use, Use mend, void *with);
-
-#define STREAMS 3
-
-/* The same where `use` reads and writes several arrays that no cache holds, each with a number for each normal: they
- * are fetched a block ahead while normals are drawn, or every block would wait for them anew. */
-PyObject *draw_ahead(Drawing *drawn, Py_ssize_t length, Use use, Use mend, void *with,
-                     const float *const streams[STREAMS]);
+PyObject *draw(const Drawing *drawn, Py_ssize_t length, Use use, Mend mend, void *with);
 
 PyObject *normals(PyObject *self, PyObject *const *given, Py_ssize_t count);
 

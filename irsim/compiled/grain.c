@@ -4,15 +4,35 @@
 #include "fused.h"
 #include "grain.h"
 
-/* A loop as the two that `plus` asks for, NAME_fused and NAME_twice; CHOSEN is the one for this processor. */
-#define BOTH(name)                                                                                                     \
-    FUSING static void name##_fused(const float *drawn, Py_ssize_t from, Py_ssize_t count, void *with)                 \
+/* What NAME(with, place, drawn, fused) does of a pixel with its normal, of a block of pixels. */
+#define BLOCK_OF(name, type)                                                                                           \
+    INLINED void name##_block(const int16_t *drawn, Py_ssize_t from, Py_ssize_t count, const type *with, int fused)    \
     {                                                                                                                  \
-        name(drawn, from, count, with, 1);                                                                             \
+        const type own = *with;                                                                                        \
+        EACH_ALONE                                                                                                     \
+        for (Py_ssize_t i = 0; i < count; i++)                                                                         \
+            name(&own, from + i, drawn[i] * UNIT, fused);                                                              \
+    }
+
+/* The same as a Use, and of one pixel as a Mend, each as the two that `plus` asks for; CHOSEN is the one for this
+ * processor. */
+#define USE(name)                                                                                                      \
+    FUSING static void name##_fused(const int16_t *drawn, Py_ssize_t from, Py_ssize_t count, void *with)               \
+    {                                                                                                                  \
+        name##_block(drawn, from, count, with, 1);                                                                     \
     }                                                                                                                  \
-    static void name##_twice(const float *drawn, Py_ssize_t from, Py_ssize_t count, void *with)                        \
+    static void name##_twice(const int16_t *drawn, Py_ssize_t from, Py_ssize_t count, void *with)                      \
     {                                                                                                                  \
-        name(drawn, from, count, with, 0);                                                                             \
+        name##_block(drawn, from, count, with, 0);                                                                     \
+    }
+#define MEND(name)                                                                                                     \
+    FUSING static void name##_one_fused(float drawn, Py_ssize_t place, void *with)                                     \
+    {                                                                                                                  \
+        name(with, place, drawn, 1);                                                                                   \
+    }                                                                                                                  \
+    static void name##_one_twice(float drawn, Py_ssize_t place, void *with)                                            \
+    {                                                                                                                  \
+        name(with, place, drawn, 0);                                                                                   \
     }
 #define CHOSEN(name) (fuses() ? name##_fused : name##_twice)
 
@@ -21,15 +41,13 @@ typedef struct {
     float scale;
 } Scaled;
 
-INLINED void scaled(const float *drawn, Py_ssize_t from, Py_ssize_t count, void *with, int fused)
+INLINED void scaled(const Scaled *with, Py_ssize_t place, float drawn, int fused)
 {
-    const Scaled *to = with;
-    float *restrict signal = to->signal + from;
-    const float scale = to->scale;
-    for (Py_ssize_t i = 0; i < count; i++)
-        signal[i] = plus(signal[i], drawn[i], scale, fused);
+    with->signal[place] = plus(with->signal[place], drawn, with->scale, fused);
 }
-BOTH(scaled)
+BLOCK_OF(scaled, Scaled)
+USE(scaled)
+MEND(scaled)
 
 /* A pixel, and what it held. Both as numbers that Python reads without more ado. */
 typedef struct {
@@ -60,37 +78,32 @@ static RARE void note_dark(Shot *to, Py_ssize_t place)
         to->dark[to->count++] = (Dark){(double)place, to->signal[place]};
 }
 
-INLINED void shot(const float *drawn, Py_ssize_t from, Py_ssize_t count, void *with, int fused)
+INLINED void shot(const Shot *with, Py_ssize_t place, float drawn, int fused)
 {
-    const Shot *to = with;
-    float *restrict signal = to->signal + from;
-    const float variance = to->variance, well = to->well, few = to->few;
-    for (Py_ssize_t i = 0; i < count; i++) {
-        float held = signal[i], shaken = held >= well || held < few ? 0.0f : held;
-        signal[i] = plus(held, sqrtf(shaken + variance), drawn[i], fused);
-    }
+    const float held = with->signal[place], shaken = held >= with->well || held < with->few ? 0.0f : held;
+    with->signal[place] = plus(held, sqrtf(shaken + with->variance), drawn, fused);
 }
+BLOCK_OF(shot, Shot)
+MEND(shot)
 
-/* The same of normals whose pixels were not seen before. */
-INLINED void shot_first(const float *drawn, Py_ssize_t from, Py_ssize_t count, void *with, int fused)
+/* What pixels that hold few do hold is noted before they are shaken. */
+INLINED void noted_shot_block(const int16_t *drawn, Py_ssize_t from, Py_ssize_t count, Shot *with, int fused)
 {
-    Shot *to = with;
     int dark = 0;
     for (Py_ssize_t i = 0; i < count; i++)
-        dark |= to->signal[from + i] < to->few;
+        dark |= with->signal[from + i] < with->few;
     if (dark)
         for (Py_ssize_t place = from; place < from + count; place++)
-            if (to->signal[place] < to->few)
-                note_dark(to, place);
-    shot(drawn, from, count, with, fused);
+            if (with->signal[place] < with->few)
+                note_dark(with, place);
+    shot_block(drawn, from, count, with, fused);
 }
-BOTH(shot_first)
-BOTH(shot)
+USE(noted_shot)
 
 /* Roots are what takes time here. */
-FUSING_WIDELY static void shot_first_widely(const float *drawn, Py_ssize_t from, Py_ssize_t count, void *with)
+FUSING_WIDELY static void noted_shot_widely(const int16_t *drawn, Py_ssize_t from, Py_ssize_t count, void *with)
 {
-    shot_first(drawn, from, count, with, 1);
+    noted_shot_block(drawn, from, count, with, 1);
 }
 
 typedef struct {
@@ -99,16 +112,14 @@ typedef struct {
     float weight, spread;
 } Bridge;
 
-INLINED void bridged(const float *drawn, Py_ssize_t from, Py_ssize_t count, void *with, int fused)
+INLINED void bridged(const Bridge *with, Py_ssize_t place, float drawn, int fused)
 {
-    const Bridge *to = with;
-    const float *before = to->before + from, *after = to->after + from;
-    float *restrict out = to->out + from;
-    const float weight = to->weight, spread = to->spread;
-    for (Py_ssize_t i = 0; i < count; i++)
-        out[i] = plus(plus(after[i] * weight, before[i], weight, fused), drawn[i], spread, fused);
+    const float mean = plus(with->after[place] * with->weight, with->before[place], with->weight, fused);
+    with->out[place] = plus(mean, drawn, with->spread, fused);
 }
-BOTH(bridged)
+BLOCK_OF(bridged, Bridge)
+USE(bridged)
+MEND(bridged)
 
 /* The numbers among the arguments from `first` on: 0, or -1 with an exception. */
 static int numbers(PyObject *const *given, int first, int count, float *out)
@@ -140,7 +151,7 @@ PyObject *add_normals(PyObject *self, PyObject *const *given, Py_ssize_t count)
     PyObject *done = NULL;
     if (so_many("add_normals", count, 7) && drawing(&arrays, given, &drawn) == 0 &&
         (to.signal = array(&arrays, given[5], "f", 1, &length)) != NULL && numbers(given, 6, 1, &to.scale) == 0)
-        done = draw(&drawn, length, CHOSEN(scaled), CHOSEN(scaled), &to);
+        done = draw(&drawn, length, CHOSEN(scaled), CHOSEN(scaled_one), &to);
     release(&arrays);
     return done;
 }
@@ -160,7 +171,7 @@ PyObject *add_shot(PyObject *self, PyObject *const *given, Py_ssize_t count)
         to.variance = limits[0];
         to.well = limits[1];
         to.few = limits[2];
-        done = draw(&drawn, length, fuses_widely() ? shot_first_widely : CHOSEN(shot_first), CHOSEN(shot), &to);
+        done = draw(&drawn, length, fuses_widely() ? noted_shot_widely : CHOSEN(noted_shot), CHOSEN(shot_one), &to);
         if (done != NULL) {
             Py_DECREF(done);
             done = to.failed ? PyErr_NoMemory()
@@ -189,8 +200,7 @@ PyObject *bridge(PyObject *self, PyObject *const *given, Py_ssize_t count)
         to.weight = scales[0];
         to.spread = scales[1];
         if (before == length && after == length)
-            done = draw_ahead(&drawn, length, CHOSEN(bridged), CHOSEN(bridged), &to,
-                              (const float *const[STREAMS]){to.before, to.after, to.out});
+            done = draw(&drawn, length, CHOSEN(bridged), CHOSEN(bridged_one), &to);
         else
             PyErr_SetString(PyExc_ValueError, "states of one length are wanted");
     }
