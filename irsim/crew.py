@@ -173,8 +173,10 @@ class _Crew:
                 self._take()
             chunk = self._begun[0]
             self._hand_out()
-            for each in self._rendered(chunk) if isinstance(chunk, _Own) else self._fetched(chunk):
-                self._hand_out()
+            rendered = self._rendered(chunk) if isinstance(chunk, _Own) else self._fetched(chunk)
+            for number, each in enumerate(rendered, 1):
+                if number % self._way.asked == 0:
+                    self._hand_out()
                 yield each
             self._begun.popleft()
 

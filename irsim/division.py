@@ -65,6 +65,8 @@ class Way(ABC):
     """Frames that a worker is given at a time."""
     told: ClassVar[int]
     """Frames that it tells of at a time: a message takes 50 us."""
+    asked: ClassVar[int]
+    """Frames that are taken before it is asked again whether it has enough to do, which takes 12 us."""
     dtype: ClassVar[type[np.uint16] | type[np.float32]]
     """Of the pictures (rows, cols) between the two."""
 
@@ -82,6 +84,7 @@ class Whole(Way):
 
     length = 64
     told = 32
+    asked = 8
     dtype = np.uint16
 
     def begun(self, renderer: Renderer, index: int, steps: int, out: Picture | None = None) -> tuple[Picture, Truth]:
@@ -97,6 +100,7 @@ class Divided(Way):
 
     length = BLOCK
     told = 2
+    asked = 1
     dtype = np.float32
 
     def begun(self, renderer: Renderer, index: int, steps: int, out: Picture | None = None) -> tuple[Picture, Truth]:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
+from typing import TypeVar
 
 from irsim.cards import source_card, source_line
 from irsim.crew import rendered
@@ -16,6 +17,8 @@ from irsim.render import Renderer
 from irsim.scenario import Scenario, expect_scenario
 from irsim.span import check_view, span
 from irsim.types import CameraFacts, Frame, Input, Truth
+
+Numbered = TypeVar("Numbered", Frame, Truth)
 
 
 class Rendering:
@@ -118,7 +121,7 @@ class Rendering:
 
     def truths(self, start: int = 0, stop: int | None = None) -> Iterator[Truth]:
         for index in span(start, stop, len(self)):
-            yield replace(self._renderer.scene(self.arrivals[index])[1], index=index)
+            yield _numbered(self._renderer.scene(self.arrivals[index])[1], index)
 
     def truth(self, index: int) -> Truth:
         index = frame_number(index, len(self), self.name)
@@ -137,8 +140,8 @@ class Rendering:
         taken = self.arrivals[wanted.start : wanted.stop]
         screen = self._new_screen()
         for index, each in zip(wanted, rendered(self._renderer, taken, jobs), strict=True):
-            arrived = replace(each.frame, index=index)
-            yield (arrived if input == "counts" else screen.show(arrived)), replace(each.truth, index=index)
+            arrived = _numbered(each.frame, index)
+            yield (arrived if input == "counts" else screen.show(arrived)), _numbered(each.truth, index)
 
     @cached_property
     def _screen(self) -> Screen:
@@ -149,7 +152,12 @@ class Rendering:
 
     def _counts(self, index: int) -> Frame:
         index = frame_number(index, len(self), self.name)
-        return replace(self._renderer.frame(self.arrivals[index])[0], index=index)
+        return _numbered(self._renderer.frame(self.arrivals[index])[0], index)
+
+
+def _numbered(of: Numbered, index: int) -> Numbered:
+    """What is of a frame of the scenario, as that of a frame of the source: of another number where some are lost."""
+    return of if of.index == index else replace(of, index=index)
 
 
 def frames(scenario: Scenario, start: int = 0, stop: int | None = None, jobs: int = 1) -> Iterator[tuple[Frame, Truth]]:
