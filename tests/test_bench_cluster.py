@@ -6,6 +6,7 @@ import os
 import signal
 import threading
 import time
+import weakref
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,22 @@ def test_a_scheduler_that_is_not_there_is_one_line(monkeypatch: pytest.MonkeyPat
         cluster("tcp://127.0.0.1:1").__enter__()
     with pytest.raises(InputError, match="no scheduler answers"):
         cluster("nonsense").__enter__()
+
+
+def test_nothing_is_left_of_a_client_that_found_no_scheduler(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Or it would be closed whenever memory is collected: for ever, where that is while another one starts."""
+    monkeypatch.setattr(remote, "WAIT_S", 0.5)
+    made = []
+
+    class Noted(distributed.Client):  # type: ignore[misc]  # it has no types
+        def __init__(self, *given: Any, **named: Any) -> None:
+            made.append(weakref.ref(self))
+            super().__init__(*given, **named)
+
+    monkeypatch.setattr(distributed, "Client", Noted)
+    with pytest.raises(InputError, match="no scheduler answers") as raised:
+        cluster("tcp://127.0.0.1:1").__enter__()
+    assert [each() for each in made] == [None], raised
 
 
 def test_a_scheduler_without_workers_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
@@ -24,12 +25,15 @@ def cluster(address: str) -> Iterator[Executor]:
         import distributed
     except ImportError:
         raise InputError("a scheduler takes dask's distributed: pip install 'irtrack[cluster]'") from None
+    client, failed = None, ""
     try:
         connect: Any = distributed.Client
         client = connect(address, timeout=WAIT_S, set_as_default=False)
     except (OSError, ValueError) as error:
-        what = " ".join(str(error).split()) or type(error).__name__
-        raise InputError(f"{address}: no scheduler answers: {what}; start one: dask scheduler") from None
+        failed = " ".join(str(error).split()) or type(error).__name__
+    if client is None:
+        gc.collect()  # what there is of it closes itself then: for ever, where that is while another one starts
+        raise InputError(f"{address}: no scheduler answers: {failed}; start one: dask scheduler")
     with client:
         try:
             client.wait_for_workers(1, timeout=WAIT_S)
