@@ -231,7 +231,9 @@ class _Crew:
             return False
         index = chunk.left.popleft()
         try:
-            chunk.begun.append(self._way.begun(self._renderer, index, 0))
+            columns, rows = self._renderer.scenario.camera.size
+            room = np.empty((rows, columns), self._way.dtype)
+            chunk.begun.append(self._way.begun(self._renderer, index, 0, room))
         except Exception:  # raised again when it is wanted, after the frames before it
             chunk.left.appendleft(index)
             chunk.failed = True

@@ -26,6 +26,7 @@ from irsim.detector.noise_3d import Noise3d
 from irsim.detector.response import MOST_ADDED, Electrons, Setting
 from irsim.detector.shot import Shot
 from irsim.detector.white import White
+from irsim.detector.words import Words, words
 from irsim.geometry import Geometry
 from irsim.normal import CELLS, cell_means
 
@@ -101,6 +102,17 @@ def test_noise_added_where_it_is_drawn_is_that_of_passes(rows: int, columns: int
             moment = Moment(index, (rows, columns), 50.0, 1)
             even_noise.add(noise, found[-1], moment, RESPONSE)
     np.testing.assert_allclose(found[0], found[1], rtol=3e-7, atol=2e-3)
+
+
+def test_states_are_as_far_out_as_words_reach() -> None:
+    far, spread = np.full((3, 1000), 32_700, np.int16), 64.0  # beyond it in one number of seven
+    drawn = rng.normals(far.shape, 1, "far")
+    found = np.empty_like(far)
+    kernels.bridge(*rng.begun(1, "far"), far, far, 0.5, spread, found)
+    np.testing.assert_array_equal(found, np.clip(np.rint(32_700 + spread * drawn), -(2**15), 2**15 - 1))
+    assert (found == 2**15 - 1).any()
+    kernels.bridge(*rng.begun(1, "far"), -far, -far, 0.5, spread, found)
+    np.testing.assert_array_equal(found, np.clip(np.rint(-32_700 + spread * drawn), -(2**15), 2**15 - 1))
 
 
 def drifting(side: int, seed: int) -> Drifting:
@@ -295,27 +307,32 @@ def test_counts_are_those_of_passes(
     """Of any number of patterns, and of as many rows with lines' own noise, or of one without."""
     detector = replace(RESPONSE, gain=gain, full=2**bits - 1, offset=offset)
     signal = np.array([values] * max(rows, 1), np.float32)
-    patterns = [(np.roll(signal, k) / np.float32(2e3), 0.3 * k) for k in range(added)]
+    patterns = [Words(words(np.roll(signal, k)).values, 0.3 * k) for k in range(added)]
     lines = (7 * gain * np.arange(rows, dtype=np.float32), signal[0] / np.float32(3e3)) if rows else None
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(response, "COMPILED", False)
         wanted = detector.counts(signal.copy(), None, patterns, lines)
     np.testing.assert_array_equal(detector.counts(signal.copy(), None, patterns, lines), wanted, strict=True)
+    for odd in (0, 1):  # of memory where sixteen counts begin, and where they do not
+        out = np.empty(wanted.size + odd, np.uint16)[odd:].reshape(wanted.shape)
+        assert detector.counts(signal.copy(), out, patterns, lines) is out
+        np.testing.assert_array_equal(out, wanted, strict=True)
 
 
 @pytest.mark.parametrize("patterns", range(MOST_ADDED + 2))
 def test_lines_are_counted_over_every_block(patterns: int) -> None:
     down, across = np.arange(3, dtype=np.float32) * 9000, np.arange(2500, dtype=np.float32)
-    signal, one = np.full((3, 2500), 5.0, np.float32), np.ones((3, 2500), np.float32)
+    signal, one = np.full((3, 2500), 5.0, np.float32), np.ones((3, 2500), np.int16)
     detector = replace(RESPONSE, gain=1.0, full=2**16 - 1, offset=0.0)
-    counts = detector.counts(signal, None, [(one, 2.0)] * patterns, (down, across))
+    counts = detector.counts(signal, None, [Words(one, 2.0)] * patterns, (down, across))
     np.testing.assert_array_equal(counts, 5 + 2 * patterns + np.add.outer(down, across))
 
 
 def test_what_is_added_counts_by_its_weight_over_every_block() -> None:
-    signal, pattern = np.full((7, 400), 5.0, np.float32), np.arange(2800, dtype=np.float32).reshape(7, 400)
+    signal, pattern = np.full((7, 400), 5.0, np.float32), np.arange(2800, dtype=np.int16).reshape(7, 400)
     detector = replace(RESPONSE, gain=1.0, full=2**16 - 1, offset=0.0)
-    np.testing.assert_array_equal(detector.counts(signal, added=[(pattern, 2.0), (pattern, 3.0)]), 5 + 5 * pattern)
+    added = [Words(pattern, 2.0), Words(pattern, 3.0)]
+    np.testing.assert_array_equal(detector.counts(signal, added=added), 5 + 5 * pattern)
 
 
 def test_nothing_told_is_count_0() -> None:
@@ -333,7 +350,7 @@ def test_the_signal_is_that_of_passes(
     values: list[float], root: float, zero: float, gaining: bool, most: float
 ) -> None:
     light = np.array([values], np.float32)
-    detector, gain = replace(RESPONSE, root=root, zero=zero), np.cos(light) / 10 if gaining else None
+    detector, gain = replace(RESPONSE, root=root, zero=zero), words(np.cos(light) / 10) if gaining else None
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(response, "COMPILED", False)
         wanted = detector.signal(light, None, gain, most)
@@ -342,11 +359,11 @@ def test_the_signal_is_that_of_passes(
     assert found.max() <= most
     if gain is not None and most == math.inf and zero == 0:
         plain = detector.signal(light)
-        np.testing.assert_allclose(found, plain * (1 + gain), rtol=4.8e-7)
+        np.testing.assert_allclose(found, plain * (1 + gain.numbers()), rtol=4.8e-7)
 
 
 def test_what_dark_pixels_give_has_no_gain_and_a_well_is_full_after_it() -> None:
     detector = replace(RESPONSE, root=0.0, linear=2.0, zero=100.0)
-    light, gain = np.array([[0.0, 50.0, 500.0]], np.float32), np.full((1, 3), 0.5, np.float32)
+    light, gain = np.array([[0.0, 50.0, 500.0]], np.float32), Words(np.full((1, 3), 2, np.int16), 0.25)
     np.testing.assert_array_equal(detector.signal(light, gain=gain), [[100, 250, 1600]])
     np.testing.assert_array_equal(detector.signal(light, gain=gain, most=300.0), [[100, 250, 300]])

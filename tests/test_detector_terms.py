@@ -15,6 +15,7 @@ from scipy import ndimage, stats
 from irsim.detector import Ar1, BadPixels, Drift, Moment, Noise, Noise3d, OddEven, Sensor
 from irsim.detector.bad_pixels import places
 from irsim.detector.departure import Departure
+from irsim.detector.process import State
 from irsim.detector.response import Electrons, Response, Setting
 from irsim.detector.telegraph import Telegraph
 from irsim.radiometry import radiance
@@ -235,7 +236,7 @@ def test_drift_draws_each_step_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """But for the way to the first of them, some 12 draws; 150 of 2 frames here."""
     drawn: list[int] = []
 
-    def between(self: Departure, before: Floats, after: Floats, index: int, distance: int) -> Floats:
+    def between(self: Departure, before: State, after: State, index: int, distance: int) -> State:
         drawn.append(index)
         return midway(self, before, after, index, distance)
 

@@ -108,7 +108,7 @@ def _holds(near: tuple[int, int, Words, Words], column: int, row: int, width: in
 def _count_units(field: Floats, unit: float, out: npt.NDArray[np.uint16]) -> None:
     """The nearest units; values below 0, as a sharp lens's kernel has them, are 0."""
     if COMPILED:
-        kernels.counts_of(np.ascontiguousarray(field), out, 1 / unit, 0.0, GREATEST, None, None)
+        kernels.counts_of(np.ascontiguousarray(field), out, 1 / unit, 0.0, GREATEST, False, None, None)
         return
     levels = field * np.float32(1 / unit)
     np.rint(levels, out=levels)

@@ -28,10 +28,18 @@ def uniforms(seed: bytes, out: Float64, /) -> None:
     """Fill `out` with numbers within 0 <= u < 1: those of numpy's generator on SFC64 of a seed of 32 bytes."""
 
 def signal_of(
-    light: Float32, out: Float32, linear: float, root: float, zero: float, most: float, gain: Float32 | None, /
+    light: Float32,
+    out: Float32,
+    linear: float,
+    root: float,
+    zero: float,
+    most: float,
+    gain: Words | None,
+    unit: float,
+    /,
 ) -> None:
-    """out = s + (s - zero) gain, at most `most`, where s = linear light + root sqrt(light) + zero; with a root, light
-    below 0 is taken for 0. `out` may be the light itself."""
+    """out = s + (s - zero) unit gain, at most `most`, where s = linear light + root sqrt(light) + zero; with a root,
+    light below 0 is taken for 0. `out` may be the light itself."""
 
 def counts_of(
     signal: Float32,
@@ -39,14 +47,15 @@ def counts_of(
     scale: float,
     offset: float,
     full: int,
+    past: bool,
     down: Float32 | None,
     across: Float32 | None,
     /,
-    *added: Float32 | float,
+    *added: Words | float,
 ) -> None:
     """out = scale (signal + sum of what is added) + offset, rounded to the nearest (halves to even), clipped to
     0 .. full. A number is added for each row, `down`, and column, `across`, unless both are None, and up to MOST_ADDED
-    arrays, each followed by its weight."""
+    arrays, each followed by its weight. `past` the caches, for whoever reads them much later."""
 
 def mixed(
     shares: tuple[float, ...],
@@ -147,14 +156,15 @@ def bridge(
     pieces: Float32,
     deep: Float64,
     refined: int,
-    before: Float32,
-    after: Float32,
+    before: Words,
+    after: Words,
     weight: float,
     spread: float,
-    out: Float32,
+    out: Words,
     /,
 ) -> None:
-    """out = weight (before + after) + spread normal."""
+    """out = weight (before + after) + spread normal, rounded to the nearest (halves to even); what 16 bits do not hold
+    is the least or the greatest that they do."""
 
 def lay(
     light: Float32,

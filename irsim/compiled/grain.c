@@ -3,6 +3,7 @@
 #include "drawing.h"
 #include "fused.h"
 #include "grain.h"
+#include "words.h"
 
 /* What NAME(with, place, drawn, fused) does of a pixel with its normal, of a block of pixels. */
 #define BLOCK_OF(name, type)                                                                                           \
@@ -106,20 +107,50 @@ FUSING_WIDELY static void noted_shot_widely(const int16_t *drawn, Py_ssize_t fro
     noted_shot_block(drawn, from, count, with, 1);
 }
 
+/* States are words of one unit, in which the spread is, too. */
 typedef struct {
-    const float *before, *after;
-    float *out;
+    const int16_t *before, *after;
+    int16_t *out;
     float weight, spread;
 } Bridge;
 
 INLINED void bridged(const Bridge *with, Py_ssize_t place, float drawn, int fused)
 {
-    const float mean = plus(with->after[place] * with->weight, with->before[place], with->weight, fused);
-    with->out[place] = plus(mean, drawn, with->spread, fused);
+    const float both = (float)(with->before[place] + with->after[place]);
+    float state = rintf(plus(both * with->weight, drawn, with->spread, fused));
+    state = state > INT16_MIN ? state : INT16_MIN;
+    state = state < INT16_MAX ? state : INT16_MAX;
+    with->out[place] = (int16_t)(int32_t)state;
 }
-BLOCK_OF(bridged, Bridge)
-USE(bridged)
 MEND(bridged)
+
+#ifdef SIXTEENS
+FUSING INLINED __m256 eight_bridged(const Bridge *with, const int16_t *drawn, Py_ssize_t place)
+{
+    const __m256i both = _mm256_add_epi32(eight_whole(with->before + place), eight_whole(with->after + place));
+    const __m256 mean = _mm256_mul_ps(_mm256_cvtepi32_ps(both), _mm256_set1_ps(with->weight));
+    return _mm256_fmadd_ps(_mm256_mul_ps(eight(drawn), _mm256_set1_ps(UNIT)), _mm256_set1_ps(with->spread), mean);
+}
+
+FUSING static Py_ssize_t bridged_sixteens(const int16_t *drawn, Py_ssize_t from, Py_ssize_t count, const Bridge *with)
+{
+    const Bridge own = *with;
+    Py_ssize_t i = 0;
+    for (; i + 16 <= count; i += 16)
+        store_words(own.out + from + i, eight_bridged(&own, drawn + i, from + i),
+                    eight_bridged(&own, drawn + i + 8, from + i + 8));
+    return i;
+}
+#else
+#define bridged_sixteens(drawn, from, count, with) 0
+#endif
+
+INLINED void bridged_block(const int16_t *drawn, Py_ssize_t from, Py_ssize_t count, const Bridge *with, int fused)
+{
+    for (Py_ssize_t i = fused ? bridged_sixteens(drawn, from, count, with) : 0; i < count; i++)
+        bridged(with, from + i, drawn[i] * UNIT, fused);
+}
+USE(bridged)
 
 /* The numbers among the arguments from `first` on: 0, or -1 with an exception. */
 static int numbers(PyObject *const *given, int first, int count, float *out)
@@ -194,9 +225,9 @@ PyObject *bridge(PyObject *self, PyObject *const *given, Py_ssize_t count)
     float scales[2];
     PyObject *done = NULL;
     if (so_many("bridge", count, 10) && drawing(&arrays, given, &drawn) == 0 &&
-        (to.before = array(&arrays, given[5], "f", 0, &before)) != NULL &&
-        (to.after = array(&arrays, given[6], "f", 0, &after)) != NULL &&
-        (to.out = array(&arrays, given[9], "f", 1, &length)) != NULL && numbers(given, 7, 2, scales) == 0) {
+        (to.before = array(&arrays, given[5], "h", 0, &before)) != NULL &&
+        (to.after = array(&arrays, given[6], "h", 0, &after)) != NULL &&
+        (to.out = array(&arrays, given[9], "h", 1, &length)) != NULL && numbers(given, 7, 2, scales) == 0) {
         to.weight = scales[0];
         to.spread = scales[1];
         if (before == length && after == length)

@@ -4,11 +4,7 @@
 
 #include "fused.h"
 #include "states.h"
-
-#if defined(__x86_64__) && defined(__GNUC__)
-#define SIXTEENS
-#include <immintrin.h>
-#endif
+#include "words.h"
 
 /* What the air before it lets through, and its own light: each as large as the picture. */
 typedef struct {
@@ -43,10 +39,6 @@ typedef struct {
     __m256i early, late;
     __m256 unit, zero;
 } Pairs;
-
-typedef struct {
-    __m256 first, second;
-} Sixteen;
 
 FUSING INLINED __m256i pair_of(int16_t share, int16_t right)
 {

@@ -12,10 +12,11 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.detector.base import Moment, Noise, Ratio, read_only
-from irsim.detector.process import Process
-from irsim.detector.response import Lines, Weighted
+from irsim.detector.process import Process, numbers
+from irsim.detector.response import Lines
 from irsim.detector.terms import Over, over
 from irsim.detector.variance import Variance
+from irsim.detector.words import Words
 
 
 class Ar1(Noise):
@@ -55,15 +56,16 @@ class Ar1(Noise):
     def lines(self, moment: Moment) -> Lines | None:
         if self.over == "pixel" or not self.ratio:
             return None
-        (rows, columns), level = moment.shape, self._memory(moment).frame(moment.index) * np.float32(self.ratio)
+        rows, columns = moment.shape
+        level = numbers(self._memory(moment).frame(moment.index)) * np.float32(self.ratio)
         if self.over == "column":
             return read_only(np.zeros(rows, np.float32)), read_only(level.reshape(columns))
         return np.broadcast_to(level[:, 0], rows), read_only(np.zeros(columns, np.float32))
 
-    def lasting(self, moment: Moment) -> Sequence[Weighted]:
+    def lasting(self, moment: Moment) -> Sequence[Words]:
         if self.over != "pixel" or not self.ratio:
             return ()
-        return [(state, weight * self.ratio) for state, weight in self._memory(moment).known(moment.index)]
+        return [Words(state, unit * self.ratio) for state, unit in self._memory(moment).known(moment.index)]
 
     def _memory(self, moment: Moment) -> Process:
         return _process(self.decay(moment.rate_hz), over(moment.shape, self.over), moment.seed, self.name)

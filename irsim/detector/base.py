@@ -11,8 +11,9 @@ import cv2
 import numpy as np
 from pydantic import Field
 
-from irsim.detector.response import Lines, Response, Weighted
+from irsim.detector.response import Lines, Response
 from irsim.detector.variance import Variance
+from irsim.detector.words import Words
 from irsim.kinds import NamedKind
 from irsim.types import Counts, Floats
 
@@ -75,9 +76,8 @@ class Noise(NamedKind):
         None where nothing is."""
         return None
 
-    def lasting(self, moment: Moment) -> Sequence[Weighted]:
-        """What is added as well, and is kept for later frames: pictures in units of NETD times their weights, read
-        only."""
+    def lasting(self, moment: Moment) -> Sequence[Words]:
+        """What is added as well, and is kept for later frames, in units of NETD."""
         return ()
 
     def steady(self, moment: Moment) -> Floats | None:

@@ -11,6 +11,7 @@ from pydantic import Field
 
 from irsim.detector.base import Moment, Noise, Ratio, read_only
 from irsim.detector.departure import Departure
+from irsim.detector.process import numbers
 from irsim.detector.terms import Term, over
 from irsim.detector.variance import Variance
 from irsim.kinds import Switches
@@ -95,7 +96,7 @@ def _deviation(
 ) -> Floats:
     """The sum of the terms' D at a step, broadcastable to the shape."""
     gone = (
-        _process(decay, over(shape, what), seed, name, term, since).frame(now - since) * np.float32(sigma)
+        numbers(_process(decay, over(shape, what), seed, name, term, since).frame(now - since)) * np.float32(sigma)
         for term, what, sigma in terms
     )
     return read_only(reduce(_plus, gone))

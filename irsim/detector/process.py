@@ -7,21 +7,27 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
+import numpy.typing as npt
 
 from irsim.compiled import COMPILED, kernels
-from irsim.detector.base import read_only
 from irsim.detector.bridge import Bridge
-from irsim.detector.response import Weighted
 from irsim.detector.scratch import scratch
+from irsim.detector.words import Words, words
 from irsim.rng import Address, begun, normals
 from irsim.types import Floats
 
 FORGOTTEN = 100.0
 """-log of a correlation below any digit; the hyperbolic cosine of more than 710 is too large for a number."""
 
+UNIT = 2.0**-12
+"""What a state is rounded to, in its sigmas: words reach 8 of them, which one of 10^15 numbers would leave."""
 
-class Process(Bridge[Floats]):
-    """Unit AR(1) in each element of `shape`, float32, addressed by the seed, the words and the frame.
+State = npt.NDArray[np.int16]
+"""The process in each of its elements, words that count UNIT, read only."""
+
+
+class Process(Bridge[State]):
+    """Unit AR(1) in each element of `shape`, (rows, cols), addressed by the seed, the words and the frame.
 
     Its bridge is Gauss-Markov: given x[k-d] and x[k+d], x[k] is normal with mean
     (x[k-d] + x[k+d]) / (2 cosh(decay d)) and variance tanh(decay d), which is the conditional law of an
@@ -34,8 +40,8 @@ class Process(Bridge[Floats]):
         self.seed = seed
         self.address = address
 
-    def anchor(self, index: int) -> Floats:
-        return read_only(normals(self.shape, self.seed, *self.address, index))
+    def anchor(self, index: int) -> State:
+        return state_of(normals(self.shape, self.seed, *self.address, index))
 
     def new(self, index: int) -> float:
         """Sigma of what is new in a frame and in no other one, which is drawn with all else that is: nothing in an even
@@ -44,30 +50,40 @@ class Process(Bridge[Floats]):
             return 1.0
         return _midway(self.decay)[1] if index % 2 else 0.0
 
-    def known(self, index: int) -> Sequence[Weighted]:
-        """The rest of the frame: its state, or the two that it lies between, times their weights."""
+    def known(self, index: int) -> Sequence[Words]:
+        """The rest of the frame: its state, or the two that it lies between, which count less."""
         if self.period == 1:
             return ()
         if index % 2 == 0:
-            return [(self.frame(index), 1.0)]
+            return [Words(self.frame(index), UNIT)]
         weight = _midway(self.decay)[0]
-        return [(state, weight) for state in self.beside(index)]
+        return [Words(state, weight * UNIT) for state in self.beside(index)]
 
-    def between(self, before: Floats, after: Floats, index: int, distance: int) -> Floats:
+    def between(self, before: State, after: State, index: int, distance: int) -> State:
         return bridged(self.decay * distance, before, after, self.seed, *self.address, index)
 
 
-def bridged(decay: float, before: Floats, after: Floats, seed: int, *address: Address) -> Floats:
+def state_of(values: Floats) -> State:
+    """Numbers (rows, cols) float32, in sigmas, as a state."""
+    return words(values, UNIT).values
+
+
+def numbers(state: State) -> Floats:
+    """A state's numbers, float32, in sigmas."""
+    return Words(state, UNIT).numbers()
+
+
+def bridged(decay: float, before: State, after: State, seed: int, *address: Address) -> State:
     """A draw of the unit process given its states before and after, `decay` the -log of its correlation with each."""
     weight, spread = _midway(decay)
     if COMPILED:
-        state = np.empty(before.shape, np.float32)
-        kernels.bridge(*begun(seed, *address), before, after, weight, spread, state)
-        return read_only(state)
-    mean = cv2.addWeighted(before, weight, after, weight, 0)
-    rows, columns = before.shape
-    drawn = normals(before.shape, seed, *address, out=scratch((rows, columns), "bridge"))
-    return read_only(np.asarray(cv2.scaleAdd(drawn, spread, mean, dst=mean)))
+        state = np.empty(before.shape, np.int16)
+        kernels.bridge(*begun(seed, *address), before, after, weight, spread / UNIT, state)
+        state.flags.writeable = False
+        return state
+    mean = np.add(before, after, dtype=np.float32) * np.float32(weight)
+    drawn = normals(before.shape, seed, *address, out=scratch(before.shape, "bridge"))
+    return words(np.asarray(cv2.scaleAdd(drawn, spread / UNIT, mean, dst=mean)), 1.0).values
 
 
 def _midway(decay: float) -> tuple[float, float]:

@@ -14,6 +14,7 @@ from pydantic import Field
 
 from irsim.compiled import COMPILED, kernels
 from irsim.detector.photons import photon_radiance, photon_slope
+from irsim.detector.words import Words
 from irsim.kinds import Family, Kind
 from irsim.quantities import NotNegative, Positive
 from irsim.radiometry import radiance, slope
@@ -28,9 +29,6 @@ MOST_COUNTS = 2**16 - 1
 
 MOST_ADDED = kernels.MOST_ADDED if COMPILED else 0
 """Pictures that are added to a signal in the pass that makes counts of it (`kernels.counts_of`)."""
-
-Weighted = tuple[Floats, float]
-"""A picture (rows, cols) float32, and what it is to be multiplied by."""
 
 Lines = tuple[Floats, Floats]
 """A number for each row, (rows,) float32, and for each column, (cols,), of which each pixel has the sum."""
@@ -83,7 +81,7 @@ class Response:
         return -self.offset * self.gain
 
     def signal(
-        self, light: Floats, out: Floats | None = None, gain: Floats | None = None, most: float = math.inf
+        self, light: Floats, out: Floats | None = None, gain: Words | None = None, most: float = math.inf
     ) -> Floats:
         """The noiseless signal of in-band radiance (rows, cols) float32, W/m2/sr; into `out` where it is given, which
         may be the light itself.
@@ -92,7 +90,8 @@ class Response:
         """
         signal = np.empty_like(light) if out is None else out
         if COMPILED and light.dtype == np.float32 and light.flags.c_contiguous:
-            kernels.signal_of(light, signal, self.linear, self.root, self.zero, most, gain)
+            shares = (None, 0.0) if gain is None else gain
+            kernels.signal_of(light, signal, self.linear, self.root, self.zero, most, *shares)
             return signal
         if self.root:
             if light.min() < 0:  # by rounding alone
@@ -101,7 +100,7 @@ class Response:
         else:
             cv2.addWeighted(light, self.linear, light, 0, self.zero, dst=signal)
         if gain is not None:  # what dark pixels give has none
-            cv2.accumulateProduct(signal - np.float32(self.zero), gain, signal)
+            cv2.accumulateProduct(signal - np.float32(self.zero), gain.numbers(), signal)
         if most < math.inf:
             np.minimum(signal, np.float32(most), out=signal)
         return signal
@@ -126,21 +125,25 @@ class Response:
         self,
         signal: Floats,
         out: Counts | None = None,
-        added: Sequence[Weighted] = (),
+        added: Sequence[Words] = (),
         lines: Lines | None = None,
     ) -> Counts:
-        """Counts of a signal, which is changed, and of what is added to it; in `out`, where it is given.
+        """Counts of a signal, which is changed, and of what is added to it; in `out`, where it is given, past the
+        processor's caches: whoever gives it reads them later.
 
         Rounded to the nearest (halves to even) and clipped to the depth: they saturate and never wrap around.
         """
         counts = np.empty(signal.shape, np.uint16) if out is None else out
         compiled = COMPILED and signal.dtype == np.float32 and signal.flags.c_contiguous
         together = added[-MOST_ADDED:] if compiled else ()
-        for pattern, weight in added[: len(added) - len(together)]:
-            cv2.scaleAdd(pattern, weight, signal, dst=signal)
+        for values, unit in added[: len(added) - len(together)]:
+            cv2.scaleAdd(values.astype(np.float32), unit, signal, dst=signal)
         if compiled:
             flat = [part for pair in together for part in pair]
-            kernels.counts_of(signal, counts, 1 / self.gain, self.offset, self.full, *(lines or (None, None)), *flat)
+            down, across = lines or (None, None)
+            kernels.counts_of(
+                signal, counts, 1 / self.gain, self.offset, self.full, out is not None, down, across, *flat
+            )
             return counts
         if lines is not None:
             signal += np.add.outer(*lines)

@@ -15,11 +15,12 @@ from irsim.detector.bloom import Bloom
 from irsim.detector.correction import Correction
 from irsim.detector.equivalent import Equivalent
 from irsim.detector.grain import add_grain
-from irsim.detector.response import Lines, Response, Weighted
+from irsim.detector.response import Lines, Response
 from irsim.detector.scratch import scratch
 from irsim.detector.spread import spread
-from irsim.detector.steady import Sum
+from irsim.detector.steady import Product, Sum
 from irsim.detector.variance import Variance
+from irsim.detector.words import Words
 from irsim.types import Counts, Floats
 
 
@@ -40,6 +41,7 @@ class Sensor:
     correction: Correction | None = None
     falloff: Callable[[int], Floats] | None = None
     _steady: Sum = field(default_factory=Sum, init=False, repr=False)
+    _gains: Product = field(default_factory=Product, init=False, repr=False)
 
     def shown(self, index: int) -> int:
         """The frame whose picture is seen at frame `index`."""
@@ -113,20 +115,18 @@ class Sensor:
         doing["steady"].sort(key=lambda noise: not noise.stationary)  # what changes comes last (`Sum`)
         return doing
 
-    def _gain(self, moment: Moment) -> Floats | None:
+    def _gain(self, moment: Moment) -> Words | None:
         """What the noises' gains are together."""
         gains = [gain for noise in self._doing["gains"] if (gain := noise.gains(moment)) is not None]
-        if len(gains) < 2:
-            return np.ascontiguousarray(gains[0]) if gains else None
-        return np.asarray(np.prod([1 + gain for gain in gains], axis=0) - np.float32(1))
+        return self._gains.of(gains) if gains else None
 
-    def _added(self, moment: Moment) -> Sequence[Weighted]:
+    def _added(self, moment: Moment) -> Sequence[Words]:
         """What is added to all that was drawn for this frame alone, in units of signal."""
         lasting = [found for noise in self._doing["lasting"] for found in noise.lasting(moment)]
         parts = [part for noise in self._doing["steady"] if (part := noise.steady(moment)) is not None]
         steady = self._steady.of(parts, moment)
-        all_of_them = lasting if steady is None else [*lasting, (steady, 1.0)]
-        return [(np.ascontiguousarray(pattern), weight * self.response.noise) for pattern, weight in all_of_them]
+        all_of_them = lasting if steady is None else [*lasting, steady]
+        return [Words(np.ascontiguousarray(values), unit * self.response.noise) for values, unit in all_of_them]
 
     def _lines(self, moment: Moment) -> Lines | None:
         """What is added along whole rows and columns, in units of signal."""
@@ -187,7 +187,7 @@ class Sensor:
         known = Variance.together(noise.share(first, True) for noise in self.noises if noise.stationary)
         return known, [noise for noise in self.noises if not noise.stationary]
 
-    def held(self, light: Floats, index: int, out: Floats | None = None, gain: Floats | None = None) -> Floats:
+    def held(self, light: Floats, index: int, out: Floats | None = None, gain: Words | None = None) -> Floats:
         """What pixels hold of `light`, (rows, cols) in W/m2/sr, at a frame, before anything is read; in `out`, where
         that is given.
 

@@ -1,4 +1,4 @@
-"""The part of the noise that stays: summed up once for many frames."""
+"""The parts of the noise that stay: put together once for many frames."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ from typing import NamedTuple
 import numpy as np
 
 from irsim.detector.base import Moment
+from irsim.detector.words import Words, words
 from irsim.types import Floats
 
 
 class _Kept(NamedTuple):
     patterns: Sequence[Floats]
     before: Floats
-    total: Floats
+    total: Words
 
 
 class Sum:
@@ -25,13 +26,13 @@ class Sum:
     def __init__(self) -> None:
         self._kept: _Kept | None = None
 
-    def of(self, patterns: Sequence[Floats], moment: Moment) -> Floats | None:
-        """(rows, cols) float32, in the order given; None where there are no patterns."""
+    def of(self, patterns: Sequence[Floats], moment: Moment) -> Words | None:
+        """(rows, cols), in the order given; None where there are no patterns."""
         if not patterns:
             return None
         kept = self._kept  # once: another thread may put its own there
         *first, last = patterns
-        if kept is None or kept.total.shape != moment.shape or not _same(kept.patterns[:-1], first):
+        if kept is None or kept.before.shape != moment.shape or not _same(kept.patterns[:-1], first):
             before = np.zeros(moment.shape, np.float32)
             for pattern in first:
                 before += pattern
@@ -39,9 +40,26 @@ class Sum:
             return kept.total
         else:
             before = kept.before
-        total = np.add(before, last, out=np.empty_like(before), casting="same_kind")
+        total = words(np.add(before, last, out=np.empty_like(before), casting="same_kind"))
         self._kept = _Kept(patterns, before, total)
         return total
+
+
+class Product:
+    """What the gains of several noises are together, kept as long as they are the same arrays."""
+
+    def __init__(self) -> None:
+        self._kept: tuple[Sequence[Floats], Words] | None = None
+
+    def of(self, gains: Sequence[Floats]) -> Words:
+        """(rows, cols): by what share each pixel answers more to light, of one gain (rows, cols) float32 or more."""
+        kept = self._kept  # once: another thread may put its own there
+        if kept is None or not _same(kept[0], gains):
+            first, *others = gains
+            for other in others:
+                first = (1 + first) * (1 + other) - np.float32(1)
+            kept = self._kept = gains, words(first)
+        return kept[1]
 
 
 def _same(some: Sequence[Floats], others: Sequence[Floats]) -> bool:
