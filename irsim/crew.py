@@ -173,8 +173,8 @@ class _Crew:
                 self._take()
             chunk = self._begun[0]
             self._hand_out()
-            rendered = self._rendered(chunk) if isinstance(chunk, _Own) else self._fetched(chunk)
-            for number, each in enumerate(rendered, 1):
+            done = self._rendered(chunk) if isinstance(chunk, _Own) else self._fetched(chunk)
+            for number, each in enumerate(done, 1):
                 if number % self._way.asked == 0:
                     self._hand_out()
                 yield each
@@ -232,7 +232,7 @@ class _Crew:
         index = chunk.left.popleft()
         try:
             columns, rows = self._renderer.scenario.camera.size
-            room = np.empty((rows, columns), self._way.dtype)
+            room = np.empty((rows, columns), self._way.dtype)  # given, so that counts go past the caches
             chunk.begun.append(self._way.begun(self._renderer, index, 0, room))
         except Exception:  # raised again when it is wanted, after the frames before it
             chunk.left.appendleft(index)

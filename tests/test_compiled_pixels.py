@@ -339,6 +339,19 @@ def test_nothing_told_is_count_0() -> None:
     assert RESPONSE.counts(np.full((2, 20), np.nan, np.float32)).max() == 0
 
 
+def test_what_is_no_word_is_refused() -> None:
+    numbers, states, out = np.zeros(40, np.float32), np.zeros(40, np.int16), np.ones(40, np.uint16)
+    with pytest.raises(TypeError, match="an array of h"):
+        kernels.counts_of(numbers, out, 1.0, 0.0, 255, False, None, None, numbers, 1.0)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="an array of h"):
+        kernels.signal_of(numbers, numbers, 1.0, 0.0, 0.0, 1.0, numbers, 1.0)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="an array of h"):
+        kernels.bridge(*rng.begun(1, "a"), states, numbers, 0.5, 1.0, states)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="ambiguous"):
+        kernels.counts_of(numbers, out, 1.0, 0.0, 255, numbers, None, None)  # type: ignore[arg-type]
+    assert out.all()
+
+
 @given(
     values=st.lists(st.floats(-0.125, 1e6, width=32, allow_subnormal=False), min_size=1, max_size=99),
     root=st.sampled_from([0.0, RESPONSE.root]),

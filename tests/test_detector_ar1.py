@@ -9,7 +9,7 @@ from pydantic import ValidationError
 from test_detector import SHAPE, N, at
 
 from irsim.detector import Ar1, White
-from irsim.detector.process import UNIT, Process, numbers
+from irsim.detector.process import STATE_UNIT, Process, numbers
 from irsim.rng import normals
 
 
@@ -59,7 +59,7 @@ def test_what_is_new_and_what_is_known_of_a_frame_are_its_state(rho: float, inde
     told = process.new(index) * normals((20, 30), 4, "noise", "n", index)
     for known in process.known(index):
         told += known.numbers()
-    np.testing.assert_allclose(told, numbers(process.frame(index)), atol=UNIT / 2 + 1e-6, rtol=0)
+    np.testing.assert_allclose(told, numbers(process.frame(index)), atol=STATE_UNIT / 2 + 1e-6, rtol=0)
 
 
 def test_ar1_time_constant_is_a_rho_at_a_rate() -> None:

@@ -29,7 +29,7 @@ static inline int is_of(const Py_buffer *view, const char *format)
     return strcmp(view->format, format) == 0;
 }
 
-/* The data of a C-contiguous array with elements of `format` ("d", "f", "l", "H", "?": numpy's letters), NULL with an
+/* The data of a C-contiguous array with elements of `format` ("d", "f", "l", "h", "H", "B", "?": numpy's letters), NULL with an
  * exception where it is none; `length` takes the number of its elements. */
 static inline void *array(Arrays *arrays, PyObject *given, const char *format, int writable, Py_ssize_t *length)
 {

@@ -106,7 +106,7 @@ INLINED int16_t least_of(const int16_t *words)
     return least;
 }
 
-/* Outer cells' marks among AT_ONCE words, those of the elements from `from` on, are noted and become 0: 0, or -1
+/* Outer cells' marks (see `cell_words` in irsim/normal.py) among AT_ONCE words, those of the elements from `from` on, are noted and become 0: 0, or -1
  * without memory. Kept out of the loop that it would slow down. */
 static RARE int note_all(const Drawing *drawn, int16_t *words, Py_ssize_t from, Outer *outer)
 {
@@ -174,7 +174,7 @@ FUSING_WIDELY static int by_pieces(const Drawing *drawn, Sfc64 *source, const ui
         value = _mm512_castsi512_ps(
             _mm512_xor_si512(_mm512_castps_si512(value), _mm512_and_si512(upper, sign)));
         const __mmask16 inner = _mm512_cmpge_epi32_mask(cell, refined);
-        const __m512i rounded = _mm512_cvtps_epi32(_mm512_mul_ps(value, _mm512_set1_ps(1 / UNIT)));
+        const __m512i rounded = _mm512_cvtps_epi32(_mm512_mul_ps(value, _mm512_set1_ps(1 / NORMAL_UNIT)));
         _mm256_storeu_si256((__m256i *)(block + i), _mm512_maskz_cvtepi32_epi16(inner, rounded));
         if (inner != UINT16_MAX)
             for (int part = 0; part < WIDTH; part++) {
@@ -250,7 +250,7 @@ static void store(const int16_t *drawn, Py_ssize_t from, Py_ssize_t count, void 
 {
     float *restrict out = (float *)with + from;
     for (Py_ssize_t i = 0; i < count; i++)
-        out[i] = drawn[i] * UNIT;
+        out[i] = drawn[i] * NORMAL_UNIT;
 }
 
 static void store_one(float drawn, Py_ssize_t place, void *with)

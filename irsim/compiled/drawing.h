@@ -16,9 +16,9 @@ typedef struct {
 
 #define DRAWING_ARGUMENTS 5
 
-#define UNIT 0x1p-13f /* of the table's words; see irsim/normal.py */
+#define NORMAL_UNIT 0x1p-13f /* of the table's words; see irsim/normal.py */
 
-/* Uses `count` normals, words that count UNIT, those of the elements `from` on; `with` is what draw() was given. */
+/* Uses `count` normals, words that count NORMAL_UNIT, those of the elements `from` on; `with` is what draw() was given. */
 typedef void (*Use)(const int16_t *drawn, Py_ssize_t from, Py_ssize_t count, void *with);
 
 /* Uses the normal of one element. */

@@ -12,7 +12,7 @@
         const type own = *with;                                                                                        \
         EACH_ALONE                                                                                                     \
         for (Py_ssize_t i = 0; i < count; i++)                                                                         \
-            name(&own, from + i, drawn[i] * UNIT, fused);                                                              \
+            name(&own, from + i, drawn[i] * NORMAL_UNIT, fused);                                                              \
     }
 
 /* The same as a Use, and of one pixel as a Mend, each as the two that `plus` asks for; CHOSEN is the one for this
@@ -129,7 +129,7 @@ FUSING INLINED __m256 eight_bridged(const Bridge *with, const int16_t *drawn, Py
 {
     const __m256i both = _mm256_add_epi32(eight_whole(with->before + place), eight_whole(with->after + place));
     const __m256 mean = _mm256_mul_ps(_mm256_cvtepi32_ps(both), _mm256_set1_ps(with->weight));
-    return _mm256_fmadd_ps(_mm256_mul_ps(eight(drawn), _mm256_set1_ps(UNIT)), _mm256_set1_ps(with->spread), mean);
+    return _mm256_fmadd_ps(_mm256_mul_ps(eight(drawn), _mm256_set1_ps(NORMAL_UNIT)), _mm256_set1_ps(with->spread), mean);
 }
 
 FUSING static Py_ssize_t bridged_sixteens(const int16_t *drawn, Py_ssize_t from, Py_ssize_t count, const Bridge *with)
@@ -148,7 +148,7 @@ FUSING static Py_ssize_t bridged_sixteens(const int16_t *drawn, Py_ssize_t from,
 INLINED void bridged_block(const int16_t *drawn, Py_ssize_t from, Py_ssize_t count, const Bridge *with, int fused)
 {
     for (Py_ssize_t i = fused ? bridged_sixteens(drawn, from, count, with) : 0; i < count; i++)
-        bridged(with, from + i, drawn[i] * UNIT, fused);
+        bridged(with, from + i, drawn[i] * NORMAL_UNIT, fused);
 }
 USE(bridged)
 

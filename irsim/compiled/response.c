@@ -12,8 +12,8 @@ typedef struct {
 } Answer;
 
 /* `out` may be the light itself. */
-INLINED void answer(const float *light, const int16_t *gain, float *out, Py_ssize_t length, const Answer *by, int rooted,
-                    int gaining, int fused)
+INLINED void answer(const float *light, const int16_t *gain, float *out, Py_ssize_t length, const Answer *by,
+                    int rooted, int gaining, int fused)
 {
     const Answer own = *by;
     EACH_ALONE
@@ -230,6 +230,8 @@ PyObject *counts_of(PyObject *self, PyObject *const *given, Py_ssize_t count)
     if (number(given[2], &by.scale) < 0 || number(given[3], &by.offset) < 0 || number(given[4], &by.full) < 0)
         return NULL;
     by.past = PyObject_IsTrue(given[5]);
+    if (by.past < 0)
+        return NULL;
     if (!(by.full >= 0.0f && by.full <= UINT16_MAX)) {
         PyErr_SetString(PyExc_ValueError, "counts of 16 bits are made");
         return NULL;

@@ -40,6 +40,10 @@ typedef struct {
     __m256 unit, zero;
 } Pairs;
 
+typedef struct {
+    __m256 first, second;
+} Sixteen;
+
 FUSING INLINED __m256i pair_of(int16_t share, int16_t right)
 {
     return _mm256_set1_epi32((int32_t)((uint32_t)(uint16_t)right << 16 | (uint16_t)share));

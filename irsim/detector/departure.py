@@ -31,7 +31,7 @@ class Departure(Midways[State]):
     def frame(self, index: int) -> State:
         """The process at frame `index`, 0 or more; the caller must not write to it."""
         if index == 0:
-            return state_of(np.zeros(self.shape, np.float32))
+            return np.zeros(self.shape, np.int16)
         kept = self._kept  # once: another thread may put its own there
         first = 1 << index.bit_length() - 1
         ends = {first: self._power(first, kept)}

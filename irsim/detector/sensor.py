@@ -123,10 +123,9 @@ class Sensor:
     def _added(self, moment: Moment) -> Sequence[Words]:
         """What is added to all that was drawn for this frame alone, in units of signal."""
         lasting = [found for noise in self._doing["lasting"] for found in noise.lasting(moment)]
-        parts = [part for noise in self._doing["steady"] if (part := noise.steady(moment)) is not None]
-        steady = self._steady.of(parts, moment)
-        all_of_them = lasting if steady is None else [*lasting, steady]
-        return [Words(np.ascontiguousarray(values), unit * self.response.noise) for values, unit in all_of_them]
+        patterns = [part for noise in self._doing["steady"] if (part := noise.steady(moment)) is not None]
+        all_of_them = [*lasting, *self._steady.of(patterns, moment)]
+        return [Words(values, unit * self.response.noise) for values, unit in all_of_them]
 
     def _lines(self, moment: Moment) -> Lines | None:
         """What is added along whole rows and columns, in units of signal."""

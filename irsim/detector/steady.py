@@ -9,14 +9,17 @@ from typing import NamedTuple
 import numpy as np
 
 from irsim.detector.base import Moment
-from irsim.detector.words import Words, words
+from irsim.detector.words import Words, parts, words
 from irsim.types import Floats
+
+FINE = 0.01
+"""Units of a pattern in NETD up to which rounding to them, a standard deviation of 0.003, is too little to matter."""
 
 
 class _Kept(NamedTuple):
     patterns: Sequence[Floats]
     before: Floats
-    total: Words
+    total: Sequence[Words]
 
 
 class Sum:
@@ -26,10 +29,10 @@ class Sum:
     def __init__(self) -> None:
         self._kept: _Kept | None = None
 
-    def of(self, patterns: Sequence[Floats], moment: Moment) -> Words | None:
-        """(rows, cols), in the order given; None where there are no patterns."""
+    def of(self, patterns: Sequence[Floats], moment: Moment) -> Sequence[Words]:
+        """Pictures (rows, cols) whose sum it is, one or two; none where there are no patterns."""
         if not patterns:
-            return None
+            return ()
         kept = self._kept  # once: another thread may put its own there
         *first, last = patterns
         if kept is None or kept.before.shape != moment.shape or not _same(kept.patterns[:-1], first):
@@ -40,7 +43,7 @@ class Sum:
             return kept.total
         else:
             before = kept.before
-        total = words(np.add(before, last, out=np.empty_like(before), casting="same_kind"))
+        total = parts(np.add(before, last, out=np.empty_like(before), casting="same_kind"), FINE)
         self._kept = _Kept(patterns, before, total)
         return total
 

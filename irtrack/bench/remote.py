@@ -32,7 +32,9 @@ def cluster(address: str) -> Iterator[Executor]:
     except (OSError, ValueError) as error:
         failed = " ".join(str(error).split()) or type(error).__name__
     if client is None:
-        gc.collect()  # what there is of it closes itself then: for ever, where that is while another one starts
+        # Not where the error is at hand, which has hold of what there is of a client. That closes itself now: later,
+        # while another one starts, it could wait for ever.
+        gc.collect()
         raise InputError(f"{address}: no scheduler answers: {failed}; start one: dask scheduler")
     with client:
         try:
