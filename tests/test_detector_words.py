@@ -50,7 +50,9 @@ def drawn(name: str, sigma: float) -> Floats:
 def test_small_patterns_last_beside_what_is_far_out(far: float) -> None:
     small, hot = drawn("small", 0.02), np.zeros(MOMENT.shape, np.float32)
     hot[::7, 5] = far
-    summed = np.sum([part.numbers() for part in Sum().of([small, hot], MOMENT)], axis=0, dtype=np.float64)
+    summed = np.zeros(MOMENT.shape)
+    for part in Sum().of([small, hot], MOMENT):
+        summed += part.numbers()
     left = summed[hot == 0] if far else summed
     assert np.abs(left - (small[hot == 0] if far else small)).max() <= FINE / 2
     assert len(parts(small + hot, FINE)) == (2 if far > 1000 else 1)
