@@ -13,14 +13,12 @@ from irsim.display import Agc, Around, Unsharp
 from irsim.displayed.fitted import FITS
 from irsim.displayed.knobs import Knob, Path, knobs, own_knobs
 from irsim.displayed.pairs import Pairs, silent
-from irsim.displayed.search import Tolerance, as_good, tolerance
+from irsim.displayed.search import EXACT, Tolerance, as_good, tolerance
 from irsim.displayed.trial import Trial
 from irsim.kinds import dump
 from irsim.measure import ROUNDING
 from irsim.types import Floats
 
-EXACT = ROUNDING / 4
-"""Mean squared error, greys, below which no other kind is asked: one pixel in fifty is one grey off."""
 CHEAPER = 0.02
 """Share of the error by which a kind of more numbers has to be better."""
 ROUGHNESS = (0.5, 1.0)
@@ -84,8 +82,8 @@ def fit_display(pairs: Pairs, progress: Callable[[int], None] | None = None) -> 
     if progress is not None:
         progress(len(FITS))
     best = min((errors for _, errors in tried), key=lambda errors: float(errors.mean()))
-    trial, agc = _running(trial, _chosen(tried, best))
-    agc = _idled(trial, agc, trial.errors(agc))
+    trial, agc = _running(trial, _idled(trial, _chosen(tried, best)))
+    agc = _idled(trial, agc)
     tolerances = tuple((knob.path, _told(trial, agc, knob)) for knob in knobs(agc))
     rms = float(np.sqrt(trial.errors(agc).mean()))
     return FittedDisplay(
@@ -110,8 +108,9 @@ def _running(trial: Trial, agc: Agc) -> tuple[Trial, Agc]:
     return (ran, other) if ran.error(other) < least else (trial, agc)
 
 
-def _idled(trial: Trial, agc: Agc, best: Floats) -> Agc:
+def _idled(trial: Trial, agc: Agc) -> Agc:
     """The AGC whose numbers do nothing that could as well do nothing."""
+    best = trial.errors(agc)
     for knob in knobs(agc):
         idle = None if knob.idle is None else knob.set(agc, knob.idle)
         if idle is not None and _no_worse(trial.errors(idle), best):

@@ -7,7 +7,7 @@ from itertools import product
 
 from irsim.display import Agc, Unsharp
 from irsim.displayed.knobs import Knob, knobs, own_knobs
-from irsim.displayed.search import descend
+from irsim.displayed.search import EXACT, descend
 from irsim.displayed.starts import CURVED, Guess, clahe, fixed, linear, none, plateau
 from irsim.displayed.trial import Trial
 from irsim.measure import ROUNDING
@@ -53,7 +53,7 @@ def _over_ridges(error: Callable[[Agc], float], agc: Agc) -> Agc:
     for knob in knobs(agc):
         shifts = [sign * shift for shift in knob.ridges for sign in (1, -1)]
         others = [each for each in knobs(agc) if each != knob]
-        while shifts and least > ROUNDING / 4:
+        while shifts and least > EXACT:
             over = [tried for shift in shifts if (tried := knob.turned(best, shift)) is not None]
             found = min((descend(error, tried, others, ROUGH) for tried in over), key=error, default=best)
             if error(found) >= least:

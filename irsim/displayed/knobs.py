@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -38,6 +38,11 @@ class Knob:
     idle: float | None = None
     ridges: tuple[float, ...] = ()
 
+    @property
+    def name(self) -> str:
+        """Its key, without those that lead there and a place behind it: `tails` of ("base", "tails", 0)."""
+        return next(key for key in reversed(self.path) if isinstance(key, str))
+
     def of(self, agc: Agc) -> float:
         value: Any = agc
         for key in self.path:
@@ -47,18 +52,21 @@ class Knob:
     def turned(self, agc: Agc, by: float) -> Agc | None:
         """The AGC with this number turned by so much, no farther than it goes; None where that is none or the same."""
         now = self.of(agc)
-        new = float(round(now + by)) if self.whole else (now + self.soft) * math.exp(by) - self.soft
-        new = min(max(new, self.least), self.most)
+        new = self.value(self.scaled(now) + by)
         return None if new == now else self.set(agc, new)
+
+    def scaled(self, value: float) -> float:
+        """Where a number lies on the scale on which it is turned."""
+        return value if self.whole else math.log(value + self.soft)
+
+    def value(self, scaled: float) -> float:
+        """The number there, or the nearest that it may be."""
+        new = float(round(scaled)) if self.whole else math.exp(scaled) - self.soft
+        return min(max(new, self.least), self.most)
 
     def set(self, agc: Agc, value: float) -> Agc | None:
         """The AGC with this number; None where there is no such AGC."""
-        changed: Agc = _put(agc, self.path, round(value) if self.whole else value)
-        try:
-            AGCS.parse(dump(changed))
-        except PydanticCustomError:  # two counts the wrong way round
-            return None
-        return changed
+        return turned_to(agc, [(self, value)])
 
     def closer(self) -> Knob:
         """The same knob for a search that begins near its end."""
@@ -97,6 +105,18 @@ def knobs(agc: Agc) -> tuple[Knob, ...]:
 def own_knobs(agc: Agc) -> tuple[Knob, ...]:
     """What can be turned but for what an AGC around another has inside."""
     return KNOBS[agc.kind]
+
+
+def turned_to(agc: Agc, numbers: Iterable[tuple[Knob, float]]) -> Agc | None:
+    """The AGC with these numbers; None where there is no such AGC."""
+    changed = agc
+    for knob, value in numbers:
+        changed = _put(changed, knob.path, round(value) if knob.whole else value)
+    try:
+        AGCS.parse(dump(changed))
+    except PydanticCustomError:  # two counts the wrong way round
+        return None
+    return changed
 
 
 def _knobs(agc: Agc) -> Iterator[Knob]:

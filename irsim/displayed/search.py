@@ -13,6 +13,8 @@ from irsim.displayed.knobs import Knob
 from irsim.measure import ROUNDING
 from irsim.types import MEDIAN_TO_SIGMA, Floats
 
+EXACT = ROUNDING / 4
+"""Mean squared error, greys, below which nothing else is tried: one pixel in fifty is one grey off."""
 GROWS = 1.3
 """How much longer a step becomes where it was a good one."""
 

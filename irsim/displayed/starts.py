@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
 
-from irsim.display import Agc, Clahe, Fixed, Linear, Plain, Plateau
-from irsim.displayed.knobs import knobs
-from irsim.displayed.search import descend
+from irsim.display import Adaptive, Agc, Clahe, Fixed, Linear, Plain, Plateau
+from irsim.displayed.evolved import evolved
+from irsim.displayed.knobs import Knob, knobs
+from irsim.displayed.search import EXACT
 from irsim.displayed.trial import Trial
 
 TIMES = (0.0, 1.5, 3.0, 6.0, 12.0, 25.0, 50.0)
@@ -17,10 +19,19 @@ TIMES = (0.0, 1.5, 3.0, 6.0, 12.0, 25.0, 50.0)
 TAILS = (0.0, 0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1)
 PLATEAUS = (1e-6, 1e-4, 4e-4, 1.6e-3, 6e-3, 0.025, 1.0)
 GAINS = (0.02, 0.07, 0.25, 0.8, 2.5, 255.0)
-TILES = (*((side, side) for side in (2, 3, 4, 5, 6, 8, 10, 12, 16)), (4, 3), (8, 6), (6, 8), (10, 8), (16, 12))
-CLIPS = (0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 6.0, 10.0, 40.0)
-TURNS = 3
-"""How often at most the places of `clahe` are looked for with other tails."""
+_TIME, _TILES = "time_constant_frames", "tiles"
+LIKELY = {
+    "clip_limit": (0.5, 64.0),
+    _TILES: (1.0, 24.0),
+    "tails": (0.0, 0.3),
+    "gain_limit": (0.01, 10.0),
+    _TIME: (0.0, 25.0),
+}
+"""Ranges in which numbers of `clahe` and its base are looked for; from there a search goes on downhill."""
+NEAR = 9.0
+"""Times the least error above which a likely base is followed no further."""
+LARGE = 150_000
+"""Pixels above which fewer frames are compared at first."""
 
 Guess = Callable[[Trial], Iterable[Agc]]
 
@@ -70,44 +81,46 @@ def plateau(trial: Trial) -> Iterator[Agc]:
 
 
 def clahe(trial: Trial) -> Iterator[Agc]:
-    """Places by few bases, then places and tails by turns; then with these places, for each limit, the likeliest of
-    many bases of each kind: limit and base make up for each other, and between limits lie ridges."""
-    rough: list[Agc] = [Linear(), next(fixed(trial)), Plateau()]
-    tails = [Linear(tails=each) for each in product(TAILS[1::2], TAILS[1::2])]
-    firsts = (
-        best(trial, (Clahe(base=base, tiles=tiles, clip_limit=clip) for base, tiles, clip in each))
-        for each in (product(rough, TILES, CLIPS[1:7:2]), product(tails, TILES, CLIPS[3:4]))
-    )
-    tiles = best(trial, (_placed(trial, first) for first in firsts))
-    assert isinstance(tiles, Clahe)
-    lines: list[Agc] = [
-        Linear(tails=(low, high), time_constant_frames=time)
-        for low, high, time in product(TAILS[::4], TAILS[::4], TIMES[:5:2])
-    ]
-    if isinstance(tiles.base, Linear):
-        lines.append(tiles.base)
-    steep: list[Agc] = [
-        Plateau(plateau=plateau, gain_limit=gain) for plateau, gain in product(PLATEAUS[1::2], GAINS[1::2])
-    ]
-    for bases, clip in product((lines, steep, [*fixed(trial)], [*none(trial)]), CLIPS):
-        yield best(trial, (tiles.model_copy(update={"base": base, "clip_limit": clip}) for base in bases))
+    """With a base of each kind, the likeliest from all over its numbers: limit and base make up for each other, between
+    limits lie ridges, and wrong tails hide the right places. Those that are near the best.
+
+    First all at once; then those that may follow slowly, with the best places, for a memory takes long to work out.
+    """
+    frames = trial.few[:: -3 if trial.pairs.counts[0].size > LARGE else -2]
+
+    def error(agc: Agc) -> float:
+        return float(trial.errors(agc, frames).mean())
+
+    bases: tuple[Agc, ...] = (Plain(), Fixed(), Linear(), Plateau())
+    found = [evolved(error, start, _likely(trial, start, without=_TIME)) for start in map(_around, bases)]
+    near = min(found, key=error)
+    if error(near) > EXACT:
+        slow = (_with(near, base=base) for base in bases if isinstance(base, Adaptive))
+        found += [evolved(error, start, _likely(trial, start, without=_TILES)) for start in slow]
+    least = min(map(error, found))
+    yield from (agc for agc in found if error(agc) <= NEAR * least)
 
 
-def _placed(trial: Trial, first: Agc) -> Agc:
-    """Places and tails by turns, until neither changes: where places are small, wrong tails hide the right places."""
-    near = first
-    for _ in range(TURNS):
-        lined = best(trial, [near, *(_with(near, base=Linear(tails=tails)) for tails in product(TAILS, TAILS))])
-        moved = best(trial, [lined, *(_with(lined, tiles=tiles) for tiles in TILES)])
-        moved = descend(lambda agc: trial.error(agc, few=True), moved, [knob for knob in knobs(moved) if knob.whole])
-        if moved == near:
-            break
-        near = moved
-    return near
+def _around(base: Agc) -> Agc:
+    return Clahe(base=base)
 
 
 def _with(agc: Agc, **changed: object) -> Agc:
     return agc.model_copy(update=changed)
+
+
+def _likely(trial: Trial, agc: Agc, without: str) -> list[Knob]:
+    """Its knobs but for those of a name, within what is likely."""
+    counts = [trial.pairs.counts[k] for k in trial.few]
+    least, most = (float(end) for end in (np.min(counts), np.max(counts)))
+    likely = []
+    for knob in knobs(agc):
+        low, high = LIKELY.get(knob.name, (knob.least, knob.most))
+        if knob.name in ("low", "high"):
+            low, high = least, most
+        if knob.name != without:
+            likely.append(replace(knob, least=low, most=high))
+    return likely
 
 
 CURVED: tuple[Guess, ...] = (none, fixed, linear, plateau)

@@ -1,0 +1,63 @@
+"""The best numbers of an AGC from all over their ranges, where a search downhill would end in the next valley."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from scipy.optimize import differential_evolution
+
+from irsim.display import Agc
+from irsim.displayed.knobs import Knob, turned_to
+from irsim.displayed.search import EXACT
+from irsim.rng import stream
+from irsim.types import Floats
+
+MEMBERS = 12
+"""Trials of a generation for each number."""
+GENERATIONS = 60
+CROSSED = 0.9
+"""Probability with which a number is another member's. Of 15 random displays by `clahe`, 0.7 and 5 members ended twice
+as often beside the best numbers, 0.7 and twice the members as often as that."""
+
+
+def evolved(error: Callable[[Agc], float], start: Agc, turn: Sequence[Knob]) -> Agc:
+    """The AGC of the least error that differential evolution reaches by these knobs within their ranges.
+
+    Storn and Price, "Differential evolution", J. Global Optimization 11, 1997, as scipy has it. The same every time.
+
+    start   what has all other numbers; it is no better start than any other of its kind
+    """
+
+    def member(scaled: Floats) -> Agc | None:
+        return turned_to(start, [(knob, knob.value(x)) for knob, x in zip(turn, scaled, strict=True)])
+
+    def rms(scaled: Floats) -> float:
+        agc = member(scaled)
+        return math.inf if agc is None else math.sqrt(error(agc))
+
+    def enough(intermediate_result: object) -> bool:
+        return float(intermediate_result.fun) ** 2 <= EXACT  # type: ignore[attr-defined]
+
+    if not turn:
+        return start
+    result = differential_evolution(
+        rms,
+        [_ends(knob) for knob in turn],
+        maxiter=GENERATIONS,
+        popsize=MEMBERS,
+        tol=1e-3,
+        recombination=CROSSED,
+        init="sobol",
+        polish=False,
+        callback=enough,
+        seed=stream(0, "evolved", *(knob.name for knob in turn)),
+    )
+    return member(np.asarray(result.x)) or start
+
+
+def _ends(knob: Knob) -> tuple[float, float]:
+    """The ends of its range on its scale; the first and last whole number have as much of it as any other."""
+    half = 0.49 if knob.whole else 0.0
+    return knob.scaled(knob.least) - half, knob.scaled(knob.most) + half
