@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from itertools import product
 
-from irsim.display import Agc, Unsharp
+from irsim.display import Agc, Clahe, Unsharp
 from irsim.displayed.knobs import Knob, knobs, own_knobs
 from irsim.displayed.search import EXACT, descend
-from irsim.displayed.starts import CURVED, Guess, clahe, fixed, linear, none, plateau
+from irsim.displayed.starts import CURVED, Guess, clahe, fixed, linear, masked, none, plateau
 from irsim.displayed.trial import Trial
 from irsim.measure import ROUNDING
 
@@ -93,8 +93,10 @@ def _unsharp(trial: Trial, least: float) -> Iterator[Agc]:
             return
     mask = _mask(trial, local=True)
     if mask is not None and (behind := trial.behind(mask)).is_local:
-        whole = mask.model_copy(update={"base": refined(behind, clahe)})
-        yield _settled(trial, descend(lambda agc: trial.error(agc, few=True), whole, knobs(whole), ROUGH))
+        places = refined(behind, clahe)
+        assert isinstance(places, Clahe)
+        near = mask.model_copy(update={"base": places})
+        yield refined(trial, lambda trial: masked(trial, near, places))
 
 
 def _mask(trial: Trial, local: bool) -> Unsharp | None:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import product
 
 import numpy as np
 
-from irsim.display import Adaptive, Agc, Clahe, Fixed, Linear, Plain, Plateau
+from irsim.display import Adaptive, Agc, Clahe, Fixed, Linear, Plain, Plateau, Unsharp
 from irsim.displayed.evolved import evolved
 from irsim.displayed.knobs import Knob, knobs
 from irsim.displayed.search import EXACT
@@ -28,6 +28,10 @@ LIKELY = {
     _TIME: (0.0, 25.0),
 }
 """Ranges in which numbers of `clahe` and its base are looked for; from there a search goes on downhill."""
+BASES: tuple[Agc, ...] = (Plain(), Fixed(), Linear(), Plateau())
+"""What `clahe` may stand before: one of each kind."""
+ASIDE = 1.3
+"""Factor by which numbers of a mask that was found behind none of its places may be wrong."""
 NEAR = 9.0
 """Times the least error above which a likely base is followed no further."""
 LARGE = 150_000
@@ -86,19 +90,41 @@ def clahe(trial: Trial) -> Iterator[Agc]:
 
     First all at once; then those that may follow slowly, with the best places, for a memory takes long to work out.
     """
-    frames = trial.few[:: -3 if trial.pairs.counts[0].size > LARGE else -2]
-
-    def error(agc: Agc) -> float:
-        return float(trial.errors(agc, frames).mean())
-
-    bases: tuple[Agc, ...] = (Plain(), Fixed(), Linear(), Plateau())
-    found = [evolved(error, start, _likely(trial, start, without=_TIME)) for start in map(_around, bases)]
+    error = _roughly(trial)
+    found = [evolved(error, start, _likely(trial, start, _TIME)) for start in map(_around, BASES)]
     near = min(found, key=error)
     if error(near) > EXACT:
-        slow = (_with(near, base=base) for base in bases if isinstance(base, Adaptive))
-        found += [evolved(error, start, _likely(trial, start, without=_TILES)) for start in slow]
-    least = min(map(error, found))
-    yield from (agc for agc in found if error(agc) <= NEAR * least)
+        slow = (_with(near, base=base) for base in BASES if isinstance(base, Adaptive))
+        found += [evolved(error, start, _likely(trial, start, _TILES)) for start in slow]
+    yield from _near(found, error)
+
+
+def masked(trial: Trial, near: Unsharp, places: Clahe) -> Iterator[Agc]:
+    """A mask around `clahe`, both nearly as given, and with a base of each other kind: a mask that is a little wrong
+    makes the wrong kind explain more. Those that are near the best."""
+    error = _roughly(trial)
+    found: list[Agc] = [near]
+    for base in BASES:
+        start = _with(near, base=_with(places, base=base))
+        mask = [
+            replace(knob, least=knob.of(near) / ASIDE, most=knob.of(near) * ASIDE)
+            for knob in knobs(near)
+            if knob.path[0] != "base"
+        ]
+        inner = [knob for knob in _likely(trial, start, _TIME, _TILES) if knob.path[0] == "base"]
+        found.append(evolved(error, start, mask + inner))
+    yield from _near(found, error)
+
+
+def _roughly(trial: Trial) -> Callable[[Agc], float]:
+    """Mean squared error over two or three frames."""
+    frames = trial.few[:: -3 if trial.pairs.counts[0].size > LARGE else -2]
+    return lambda agc: float(trial.errors(agc, frames).mean())
+
+
+def _near(found: Sequence[Agc], error: Callable[[Agc], float]) -> Iterator[Agc]:
+    errors = [error(agc) for agc in found]
+    yield from (agc for agc, each in zip(found, errors, strict=True) if each <= NEAR * min(errors))
 
 
 def _around(base: Agc) -> Agc:
@@ -109,8 +135,8 @@ def _with(agc: Agc, **changed: object) -> Agc:
     return agc.model_copy(update=changed)
 
 
-def _likely(trial: Trial, agc: Agc, without: str) -> list[Knob]:
-    """Its knobs but for those of a name, within what is likely."""
+def _likely(trial: Trial, agc: Agc, *without: str) -> list[Knob]:
+    """Its knobs but for those of some names, within what is likely."""
     counts = [trial.pairs.counts[k] for k in trial.few]
     least, most = (float(end) for end in (np.min(counts), np.max(counts)))
     likely = []
@@ -118,7 +144,7 @@ def _likely(trial: Trial, agc: Agc, without: str) -> list[Knob]:
         low, high = LIKELY.get(knob.name, (knob.least, knob.most))
         if knob.name in ("low", "high"):
             low, high = least, most
-        if knob.name != without:
+        if knob.name not in without:
             likely.append(replace(knob, least=low, most=high))
     return likely
 
