@@ -180,7 +180,7 @@ def corner(agc: Agc, quality: int | None = None, side: int = 64) -> Pairs:
 
 @pytest.mark.slow
 def test_few_equalised_places_are_found_in_small_pictures() -> None:
-    """Their number is none of the first guesses; limit and tails make up for each other."""
+    """Limit and tails make up for each other."""
     true = "{kind: clahe, clip_limit: 2.3, tiles: [3, 2], base: {kind: linear, tails: [0.004, 0.01]}}"
     display = fit_display(corner(agc_of(true)))
     assert isinstance(display, FittedDisplay)
@@ -244,7 +244,7 @@ def test_a_mask_around_equalised_places_is_nearly_found() -> None:
     assert isinstance(display.agc.base, Clahe)
     assert display.agc.base.tiles == (8, 8)
     assert (display.agc.amount, display.agc.sigma_px) == pytest.approx((1.5, 2), rel=0.1)
-    assert display.rms_grey < 4
+    assert display.rms_grey < 3
 
 
 @pytest.mark.parametrize("bits", [8, 12, 16])

@@ -11,7 +11,7 @@ import numpy as np
 
 from irsim.display import Agc, Around, Unsharp
 from irsim.displayed.fitted import FITS
-from irsim.displayed.knobs import Knob, Path, knobs, own_knobs
+from irsim.displayed.knobs import TIME, Knob, Path, knobs, own_knobs
 from irsim.displayed.pairs import Pairs, silent
 from irsim.displayed.search import EXACT, Tolerance, as_good, tolerance
 from irsim.displayed.trial import Trial
@@ -83,7 +83,6 @@ def fit_display(pairs: Pairs, progress: Callable[[int], None] | None = None) -> 
         progress(len(FITS))
     best = min((errors for _, errors in tried), key=lambda errors: float(errors.mean()))
     trial, agc = _running(trial, _idled(trial, _chosen(tried, best)))
-    agc = _idled(trial, agc)
     tolerances = tuple((knob.path, _told(trial, agc, knob)) for knob in knobs(agc))
     rms = float(np.sqrt(trial.errors(agc).mean()))
     return FittedDisplay(
@@ -104,7 +103,7 @@ def _running(trial: Trial, agc: Agc) -> tuple[Trial, Agc]:
     if agc.memory == 0 or least <= EXACT:
         return trial, agc
     ran = Trial(replace(trial.pairs, ran=True))
-    other = min(FITS[agc.kind](ran, math.inf), key=ran.error, default=agc)
+    other = _idled(ran, min(FITS[agc.kind](ran, math.inf), key=ran.error, default=agc))
     return (ran, other) if ran.error(other) < least else (trial, agc)
 
 
@@ -143,7 +142,7 @@ def _notes(agc: Agc, whole: bool, rms: float, tolerances: tuple[tuple[Path, Tole
             f"and its pictures differ from them by {rms:.1f} greys rms"
         )
     for knob, (path, found) in zip(knobs(agc), tolerances, strict=True):
-        if path[-1] == "time_constant_frames" and found.low == 0 and found.high >= SLOW:
+        if path[-1] == TIME and found.low == 0 and found.high >= SLOW:
             yield "how slowly the display follows cannot be told: the scene changes too little"
         else:
             yield from cut_short(knob, found)

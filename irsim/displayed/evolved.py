@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from scipy.optimize import differential_evolution
+from scipy.optimize import OptimizeResult, differential_evolution
 
 from irsim.display import Agc
 from irsim.displayed.knobs import Knob, turned_to
@@ -15,8 +15,10 @@ from irsim.rng import stream
 from irsim.types import Floats
 
 MEMBERS = 12
-"""Trials of a generation for each number."""
+"""Trials of a generation for each number at least; Sobol's sequence makes their number a power of two."""
 GENERATIONS = 60
+ALIKE = 1e-3
+"""Spread of a generation's errors, as a share of their mean, at which it is the last."""
 CROSSED = 0.9
 """Probability with which a number is another member's. Of 15 random displays by `clahe`, 0.7 and 5 members ended twice
 as often beside the best numbers, 0.7 and twice the members as often as that."""
@@ -37,27 +39,27 @@ def evolved(error: Callable[[Agc], float], start: Agc, turn: Sequence[Knob]) -> 
         agc = member(scaled)
         return math.inf if agc is None else math.sqrt(error(agc))
 
-    def enough(intermediate_result: object) -> bool:
-        return float(intermediate_result.fun) ** 2 <= EXACT  # type: ignore[attr-defined]
+    def enough(intermediate_result: OptimizeResult) -> bool:
+        return float(intermediate_result.fun) ** 2 <= EXACT
 
-    if not turn:
-        return start
     result = differential_evolution(
         rms,
         [_ends(knob) for knob in turn],
         maxiter=GENERATIONS,
         popsize=MEMBERS,
-        tol=1e-3,
+        tol=ALIKE,
         recombination=CROSSED,
         init="sobol",
         polish=False,
         callback=enough,
         seed=stream(0, "evolved", *(knob.name for knob in turn)),
     )
-    return member(np.asarray(result.x)) or start
+    best = member(np.asarray(result.x))
+    assert best is not None, "no member is an AGC"
+    return best
 
 
 def _ends(knob: Knob) -> tuple[float, float]:
     """The ends of its range on its scale; the first and last whole number have as much of it as any other."""
-    half = 0.49 if knob.whole else 0.0
+    half = 0.5 if knob.whole else 0.0
     return knob.scaled(knob.least) - half, knob.scaled(knob.most) + half

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from itertools import product
 
-from irsim.display import Agc, Clahe, Unsharp
-from irsim.displayed.knobs import Knob, knobs, own_knobs
+from irsim.display import Agc, Unsharp
+from irsim.displayed.knobs import TIME, Knob, knobs, own_knobs
 from irsim.displayed.search import EXACT, descend
 from irsim.displayed.starts import CURVED, Guess, clahe, fixed, linear, masked, none, plateau
 from irsim.displayed.trial import Trial
@@ -75,7 +75,7 @@ def _clahe(trial: Trial, _: float) -> Iterator[Agc]:
         near = refined(trial, clahe)
         yield near
         if near.memory:
-            (slow,) = (knob for knob in knobs(near) if knob.path[-1] == "time_constant_frames")
+            (slow,) = (knob for knob in knobs(near) if knob.name == TIME)
             yield _settled(trial, slow.set(near, 0.0) or near)
 
 
@@ -93,10 +93,8 @@ def _unsharp(trial: Trial, least: float) -> Iterator[Agc]:
             return
     mask = _mask(trial, local=True)
     if mask is not None and (behind := trial.behind(mask)).is_local:
-        places = refined(behind, clahe)
-        assert isinstance(places, Clahe)
-        near = mask.model_copy(update={"base": places})
-        yield refined(trial, lambda trial: masked(trial, near, places))
+        near = mask.model_copy(update={"base": refined(behind, clahe)})
+        yield refined(trial, lambda _: masked(trial, near))
 
 
 def _mask(trial: Trial, local: bool) -> Unsharp | None:

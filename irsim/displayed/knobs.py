@@ -77,7 +77,10 @@ class Knob:
         return replace(self, path=(key, *self.path))
 
 
-_TIME = Knob(("time_constant_frames",), 0, 100, soft=0.5, idle=0, ridges=(0.5, 1.2, 2.4))
+TIME, TILES = "time_constant_frames", "tiles"
+"""Names of knobs that are turned for themselves."""
+
+_TIME = Knob((TIME,), 0, 100, soft=0.5, idle=0, ridges=(0.5, 1.2, 2.4))
 _COUNT = Knob((), 0, 65_535, whole=True, step=64, fine=1)
 _TAIL = Knob((), 0, 0.499, soft=2e-5, ridges=(0.02, 0.06))  # one hot pixel more, and the other tail follows
 _TILES = Knob((), 1, 64, whole=True, step=2, fine=1)
@@ -89,8 +92,8 @@ KNOBS: dict[str, tuple[Knob, ...]] = {
     "plateau": (Knob(("plateau",), 1e-6, 1), Knob(("gain_limit",), 0.001, 255, idle=255), _TIME),
     "clahe": (
         Knob(("clip_limit",), 0.1, 256, ridges=(0.06, 0.15, 0.35)),
-        replace(_TILES, path=("tiles", 0)),
-        replace(_TILES, path=("tiles", 1)),
+        replace(_TILES, path=(TILES, 0)),
+        replace(_TILES, path=(TILES, 1)),
     ),
     "unsharp": (Knob(("amount",), 0.02, 20, soft=0.2, ridges=(0.15, 0.4)), Knob(("sigma_px",), 0.3, 20)),
 }
@@ -114,7 +117,7 @@ def turned_to(agc: Agc, numbers: Iterable[tuple[Knob, float]]) -> Agc | None:
         changed = _put(changed, knob.path, round(value) if knob.whole else value)
     try:
         AGCS.parse(dump(changed))
-    except PydanticCustomError:  # two counts the wrong way round
+    except PydanticCustomError:  # such as two counts the wrong way round
         return None
     return changed
 

@@ -100,8 +100,8 @@ def as_good(errors: Floats, best: Floats, margin: float) -> bool:
 def tolerance(errors: Callable[[Agc], Floats], agc: Agc, knob: Knob, rough: float = 0.0) -> Tolerance:
     """A knob's number, and how far it may be turned, the others held, before the pictures tell.
 
-    They tell by `as_good`, with a margin of the variance of rounding. Ends are rounded outwards, to steps of
-    `Knob.fine`.
+    They tell by `as_good`, with a margin of the variance of rounding. Ends of numbers that are not whole are
+    rounded outwards, to steps of `Knob.fine`.
 
     rough   squared greys by which they may be worse besides
     """
@@ -115,9 +115,10 @@ def tolerance(errors: Callable[[Agc], Floats], agc: Agc, knob: Knob, rough: floa
         while (tried := knob.turned(good, sign * step)) is not None:
             if as_good(errors(tried), best, margin):
                 good, step = tried, 2 * step
-            elif step <= knob.fine:  # between the two nobody looked; at the end of all is none
-                last = knob.whole or knob.of(tried) in (knob.least, knob.most)
-                return knob.of(good if last else tried)
+            elif step <= knob.fine:
+                # Between the two nobody looked; but whoever did not reach the end of all is not said to.
+                exact = knob.whole or knob.of(tried) in (knob.least, knob.most)
+                return knob.of(good if exact else tried)
             else:
                 step /= 4
                 step = max(step, knob.fine)
