@@ -91,10 +91,13 @@ def _unsharp(trial: Trial, least: float) -> Iterator[Agc]:
             yield around if around.memory > SHORT else descend(trial.error, around, _closer(around), ROUGH)
         if trial.scatter(mask) < ROUNDING:
             return
+    if least < ROUNDING:  # it has more numbers than `clahe` alone, and no more to explain
+        return
     mask = _mask(trial, local=True)
     if mask is not None and (behind := trial.behind(mask)).is_local:
         near = mask.model_copy(update={"base": refined(behind, clahe)})
-        yield refined(trial, lambda _: masked(trial, near))
+        other = refined(trial, lambda _: masked(trial, near))
+        yield other if trial.error(other) < trial.error(near) else _settled(trial, near)
 
 
 def _mask(trial: Trial, local: bool) -> Unsharp | None:

@@ -99,10 +99,10 @@ def clahe(trial: Trial) -> Iterator[Agc]:
 
 def masked(trial: Trial, near: Unsharp) -> Iterator[Agc]:
     """A mask around `clahe`, the mask nearly as given and the places as given, and a base of any kind without a memory:
-    a mask that is a little wrong makes the wrong kind explain more. Those that are near the best, as given, too."""
+    a mask that is a little wrong makes the wrong kind explain more. Those that are near the best."""
     error = _roughly(trial)
     mask = [_aside(knob, knob.of(near)) for knob in own_knobs(near)]
-    found: list[Agc] = [near]
+    found = []
     for base in BASES:
         start = _with(near, base=_with(near.inner, base=base))
         inner = [knob for knob in _likely(trial, start, TIME, TILES) if knob.path[0] == "base"]
