@@ -20,8 +20,8 @@ GENERATIONS = 60
 ALIKE = 1e-3
 """Spread of a generation's errors, as a share of their mean, at which it is the last."""
 CROSSED = 0.9
-"""Probability with which a number is another member's. Of 15 random displays by `clahe`, 0.7 and 5 members ended twice
-as often beside the best numbers, 0.7 and twice the members as often as that."""
+"""Probability with which a number is another member's. Of 13 random displays by `clahe` nine ended nearer to the best
+than with scipy's 0.7, three as near."""
 
 
 def evolved(error: Callable[[Agc], float], start: Agc, turn: Sequence[Knob]) -> Agc:
