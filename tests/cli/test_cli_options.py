@@ -1,0 +1,151 @@
+"""What the words of the command line mean."""
+
+from __future__ import annotations
+
+import ast
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import typer
+from command_line import Run
+
+from irsim.cli import app as irsim_app
+from irsim.terminal import OPTIONS, in_options
+from irsim.types import Box
+from irtrack import InputError
+from irtrack.cli import app as irtrack_app
+from irtrack.cli.options import parameters, split_settings, start_box
+from irtrack.trackers import find
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_a_start_box_is_read_as_label_files_write_it() -> None:
+    assert start_box("10,20,5,4") == (Box(12.0, 21.5, 5.0, 4.0), 0)
+    assert start_box("-1.5,0,4,4@7") == (Box(0.0, 1.5, 4.0, 4.0), 7)
+    for wrong in ("", "1,2,3", "1,2,3,4,5", "1,2,0,4", "1,2,3,-4", "nan,2,3,4", "1,2,3,4@", "1,2,3,4@-1", "1,2,3,4@x"):
+        with pytest.raises(InputError, match=r"--init .*allowed"):
+            start_box(wrong)
+
+
+def test_settings_go_to_whom_they_are_for() -> None:
+    scenario = ["seed", "frames", "camera"]
+    words = ["particles=1e3", "frames=5", "camera.netd_mk=80", "noise=fixed", "targets.jet.path.speed=3"]
+    split = split_settings(words, find("grey_pf"), scenario)
+    assert split.tracker == {"particles": 1000.0, "noise": "fixed"}
+    assert split.scenario == ("frames=5", "camera.netd_mk=80", "targets.jet.path.speed=3")
+    with pytest.raises(InputError, match="did you mean 'frames'"):
+        split_settings(["frame=3"], find("grey_pf"), scenario)
+
+
+def test_a_foreign_tracker_may_take_any_setting_and_its_own_come_first() -> None:
+    class Any:
+        def __init__(self, frames: int = 0, **others: object) -> None: ...
+
+    assert parameters(Any) == (["frames"], True)
+    split = split_settings(["frames=5", "depth=2", "camera.bits=8"], Any, ["frames"])
+    assert split.tracker == {"frames": 5, "depth": 2}
+    assert split.scenario == ("camera.bits=8",)
+
+
+@pytest.mark.parametrize("name", ["irsim", "irtrack"])
+def test_the_page_of_commands_names_every_command_and_its_options(name: str) -> None:
+    app = {"irsim": irsim_app, "irtrack": irtrack_app}[name]
+    rows = (Path(__file__).parents[2] / "docs" / "commands.md").read_text().splitlines()
+    missing = []
+    for command, found in typer.main.get_command(app).commands.items():  # type: ignore[attr-defined]  # it is a group of commands
+        row = next((row for row in rows if row.startswith((f"| `{name} {command} ", f"| `{name} {command}`"))), None)
+        if row is None:
+            missing.append(command)
+            continue
+        options = [max(each.opts, key=len) for each in found.params if each.param_type_name == "option"]
+        missing += [f"{command} {option}" for option in options if option != "--help" and not _named(option, row)]
+    assert missing == []
+
+
+def _named(option: str, row: str) -> bool:
+    short = {"--output": "-o"}
+    return option in row or short.get(option, option) in row
+
+
+COMMAND_LINE = {"irsim/span.py", "irtrack/golden.py"}
+"""Modules besides those of the commands whose errors speak of options: only the command line comes there."""
+
+
+def test_errors_of_the_library_name_arguments_not_options() -> None:
+    looked, found = 0, []
+    for path in sorted([*ROOT.glob("irsim/**/*.py"), *ROOT.glob("irtrack/**/*.py")]):
+        name = path.relative_to(ROOT).as_posix()
+        if "import typer" in path.read_text() or name.startswith("irtrack/cli/") or name in COMMAND_LINE:
+            continue
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Raise):
+                looked += 1
+                texts = [each.value for each in ast.walk(node) if isinstance(each, ast.Constant)]
+                found += [(name, text) for text in texts if isinstance(text, str) and re.search(r"--[a-z]", text)]
+    assert looked > 300
+    assert not found
+
+
+@pytest.mark.parametrize("parameter", OPTIONS)
+def test_what_is_said_of_arguments_is_said_of_options_on_the_command_line(parameter: str) -> None:
+    """Each is an option of some command, as the reference of commands has it."""
+    option = in_options(f"give it ({parameter})").removeprefix("give it (").removesuffix(")")
+    assert option.split()[0].removeprefix("--") in re.findall(r"--([a-z]+)", (ROOT / "docs/commands.md").read_text())
+    assert in_options("import my_kinds first, if you trust it").startswith("--import my_kinds before the command")
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "there is no stop=None.mcap",
+        "a.png: there is no ./init=BOXES",
+        "nonstop=N is no key; allowed: frames",
+        "of region=X,Y,W,H.mcap nothing is left",
+        "there is no 'truth=CSV'; allowed: a file",
+        "stop=N: there is no key 'stop'; allowed: frames",
+        "camera.rate_hz=HZ is no number",
+    ],
+)
+def test_words_of_the_user_stay_as_they_are(line: str) -> None:
+    assert in_options(line) == line
+
+
+def test_a_parameter_that_ends_a_sentence_is_an_option_too() -> None:
+    assert in_options("no truth; give it by init=BOX.") == "no truth; give it by --init X,Y,W,H[@FRAME]."
+
+
+def test_a_file_called_like_a_parameter_keeps_its_name_in_an_error(tmp_path: Path, run: Run) -> None:
+    assert "--frames" not in run("info", "stop=None.mcap", cwd=tmp_path).stderr
+
+
+SWALLOWS = """\
+import os, signal, time
+import typer
+from irsim.terminal import run
+
+signal.signal(signal.SIGNAL, signal.SIG_DFL)  # nohup ignores one, a shell's background another
+app = typer.Typer()
+
+@app.command()
+def work() -> None:
+    try:
+        os.kill(os.getpid(), signal.SIGNAL)
+        time.sleep(60)
+    except KeyboardInterrupt:
+        raise TypeError("Cannot compare structured arrays") from None
+
+run(app, "work")
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such signals")
+@pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])
+def test_an_interrupt_that_a_library_takes_for_an_error_is_none(name: str, status: int) -> None:
+    """As numpy does while it compares structured arrays."""
+    program = SWALLOWS.replace("SIGNAL", name)
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (status, "work: stopped\n")

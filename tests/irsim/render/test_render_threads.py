@@ -1,0 +1,46 @@
+"""Several threads may ask one renderer for frames."""
+
+from __future__ import annotations
+
+import random
+import sys
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import irsim
+from irsim.render import Renderer
+
+CHAIN = str(Path(__file__).parents[2] / "bench" / "full_chain.yaml")
+
+
+@pytest.fixture
+def hurried() -> Iterator[None]:
+    """Threads take turns a hundred times as often."""
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(before / 100)
+    yield
+    sys.setswitchinterval(before)
+
+
+@pytest.mark.sampled
+@pytest.mark.usefixtures("hurried")
+@pytest.mark.parametrize(
+    ("source", "changes"),
+    [
+        (CHAIN, ["background.clouds.0.evolve_s=0.7", "background.clouds.1.evolve_s=1.2", "camera.time_constant_ms=30"]),
+        ("countryside", []),
+    ],
+)
+def test_threads_get_the_frames_that_one_alone_gets(source: str, changes: list[str]) -> None:
+    scenario = irsim.load(source, ["camera.size=[96,64]", *changes])
+    alone, shared = Renderer(scenario), Renderer(scenario)
+    wanted = {index: alone.frame(index)[0].image for index in range(0, 36, 4)}
+    order = [*wanted, *wanted]
+    random.Random(1).shuffle(order)
+    with ThreadPoolExecutor(4) as threads:
+        for index, image in zip(order, threads.map(lambda index: shared.frame(index)[0].image, order), strict=True):
+            np.testing.assert_array_equal(image, wanted[index])

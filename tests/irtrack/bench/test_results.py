@@ -1,0 +1,197 @@
+"""The results file: what it keeps, and what it refuses."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+import sqlite3
+import subprocess
+import sys
+from dataclasses import astuple, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bench_fakes import Strip, Walker
+
+from irtrack.bench import Cell, Entry, Key, Results, run_bench
+from irtrack.bench.packing import pack, packed_trace
+from irtrack.bench.results import SCHEMA_VERSION
+from irtrack.errors import InputError
+from irtrack.metrics import Score
+
+
+def test_a_results_file_keeps_what_it_is_given(tmp_path: Path) -> None:
+    versions = {"numpy": "2.4"}
+    path, trackers = tmp_path / "r.db", [Entry("w", Walker())]
+    with run_bench([Strip()], trackers, command="irtrack bench strip", results=path) as results:
+        (run,) = results.runs()
+        (cell,) = results.cells()
+        trace = results.trace(cell.key)
+        assert results.trace(replace(cell.key, tracker_seed=5)) is None
+        assert run == results.run
+        again = results.start_run("2026-11-21T00:00:00+00:00", "x", versions)
+        assert results.runs()[1] == again
+    assert run.command == "irtrack bench strip"
+    assert run.versions["numpy"] == np.__version__
+    assert cell.config == {"tracker": "bench_fakes:Walker", "parameters": {"speed": 1.0, "jitter": 0.0}}
+    assert isinstance(cell.score, Score)
+    assert cell.score.lost is False
+    assert trace is not None
+    assert trace.truth_centers.tolist() == [[10.0 + index, 20.0] for index in range(20)]
+    assert trace.truth_sizes[0].tolist() == [4.0, 3.0]
+    assert trace.step_ms.shape == trace.accuracy.shape == trace.visible.shape == (20,)
+    # a plain SQLite client reads the figures by their names
+    row = sqlite3.connect(tmp_path / "r.db").execute("SELECT frames, error, lost, success_auc FROM cells").fetchone()
+    assert row == (19, 0.0, 0, cell.score.success_auc)
+
+
+def test_keys_differ_wherever_a_field_does() -> None:
+    key = Key("h", "a", "visible", "display", 0, 0, "{}", "c")
+    others = [
+        replace(key, source_hash="g"), replace(key, target=None), replace(key, start="1,2,3,4@0"),
+        replace(key, input="counts"), replace(key, scene_seed=None), replace(key, tracker_seed=1),
+        replace(key, config="[]"), replace(key, code_hash="d"),
+    ]  # fmt: skip
+    assert len({one.digest for one in [key, *others]}) == len(astuple(key)) + 1
+    assert replace(key, target="a").digest == key.digest
+
+
+def test_foreign_broken_and_other_versions_are_one_line(tmp_path: Path) -> None:
+    good = tmp_path / "good.db"
+    run_bench([Strip()], [Entry("w", Walker())], seeds=30, results=good).close()
+    (tmp_path / "text.db").write_text("not a database, but long enough to look like one" * 40)
+    (tmp_path / "empty.db").touch()
+    sqlite3.connect(tmp_path / "foreign.db").execute("CREATE TABLE t (a)").connection.close()
+    shutil.copy(good, tmp_path / "newer.db")
+    sqlite3.connect(tmp_path / "newer.db").execute(f"PRAGMA user_version = {SCHEMA_VERSION + 1}").connection.close()
+    (tmp_path / "cut.db").write_bytes(good.read_bytes()[: good.stat().st_size // 2])
+    damaged = bytearray(good.read_bytes())
+    damaged[4096 * 2 : 4096 * 6] = bytes(4096 * 4)
+    (tmp_path / "damaged.db").write_bytes(damaged)
+    expected = {
+        "text": "not a database", "foreign": "not a results file", "newer": f"version {SCHEMA_VERSION + 1}",
+        "cut": "malformed|damaged", "damaged": "malformed|damaged",
+    }  # fmt: skip
+    for name, message in expected.items():
+        before = (tmp_path / f"{name}.db").read_bytes()
+        for create in (False, True):
+            with pytest.raises(InputError, match=message) as caught:
+                Results(tmp_path / f"{name}.db", create=create)
+            assert f"{name}.db: " in str(caught.value)
+            assert "\n" not in str(caught.value)
+        assert (tmp_path / f"{name}.db").read_bytes() == before
+    os.mkfifo(tmp_path / "pipe.db")
+    with pytest.raises(InputError, match=r"pipe\.db: is no regular file; allowed: a results file"):
+        Results(tmp_path / "pipe.db")
+    for missing in ("absent.db", "empty.db", "."):
+        with pytest.raises(InputError):
+            Results(tmp_path / missing)
+    assert not (tmp_path / "absent.db").exists()
+    Results(tmp_path / "empty.db", create=True).close()  # a kill before the first commit leaves this
+
+
+DAMAGED = "the results file is damaged: not all in it can be read"
+
+
+@pytest.mark.parametrize(
+    ("there", "changed", "said"),
+    [
+        (b'{"', b'["', "JSONDecodeError"),
+        (b"sqlite_autoindex_cells_1", b"sqlite_autoindex_cells_\xff", "UnicodeDecodeError"),
+    ],
+)
+def test_damage_that_sqlite_does_not_see_is_told_in_one_line(
+    tmp_path: Path, there: bytes, changed: bytes, said: str
+) -> None:
+    """In JSON, and in what SQLite says itself."""
+    path = tmp_path / "r.db"
+    run_bench([Strip()], [Entry("w", Walker())], results=path).close()
+    whole = path.read_bytes()
+    assert there in whole
+    path.write_bytes(whole.replace(there, changed))
+    with pytest.raises(InputError) as caught, Results(path) as results:
+        results.runs()
+    assert str(caught.value) == f"{path}: {DAMAGED} ({said})"
+
+
+def test_a_damaged_track_is_told_in_one_line(tmp_path: Path) -> None:
+    path = tmp_path / "r.db"
+    with run_bench([Strip()], [Entry("w", Walker())], results=path) as results:
+        (cell,) = results.cells()
+        trace = results.trace(cell.key)
+    assert trace is not None
+    blob = packed_trace(trace)
+    flipped = blob[:-1] + bytes([blob[-1] ^ 1])
+    misnamed = pack({"centres": trace.centers})
+    for changed, said in [(flipped, "ValueError"), (blob[:-1], "ValueError"), (misnamed, "TypeError")]:
+        with sqlite3.connect(path) as client:
+            client.execute("UPDATE cells SET trace = ?", (changed,))
+        with Results(path) as results, pytest.raises(InputError) as caught:
+            results.trace(cell.key)
+        assert str(caught.value) == f"{path}: {DAMAGED} ({said})"
+
+
+def modes(path: Path) -> tuple[str, list[str]]:
+    """The journal that the file asks for, and what lies beside it."""
+    with contextlib.closing(sqlite3.connect(path)) as client:
+        mode = client.execute("PRAGMA journal_mode").fetchone()[0]
+    return mode, sorted(each.name for each in path.parent.iterdir())
+
+
+def test_during_a_sweep_others_read_what_is_committed_and_after_it_all_is_in_one_file(tmp_path: Path) -> None:
+    path, counts = tmp_path / "r.db", []
+
+    def look(cell: Cell) -> None:
+        with Results(path) as other:
+            counts.append(len(other.cells()))
+
+    with run_bench([Strip()], [Entry("w", Walker(jitter=1.0))], seeds=5, results=path, seen=look) as results:
+        assert counts == [1, 2, 3, 4, 5]
+        assert len(results.cells()) == 5
+        assert [each.name for each in tmp_path.iterdir()] == ["r.db"]
+        assert results._db.execute("PRAGMA synchronous").fetchone() == (2,)  # FULL again: what a rollback journal needs
+    assert modes(path) == ("delete", ["r.db"])
+
+
+def test_a_sweep_ends_whoever_has_the_file_open(tmp_path: Path) -> None:
+    path = tmp_path / "r.db"
+    run_bench([Strip()], [Entry("w", Walker())], seeds=1, results=path).close()
+    with Results(path) as other:
+        run_bench([Strip()], [Entry("w", Walker(jitter=1.0))], seeds=3, results=path).close()
+        assert len(other.cells()) == 3
+    assert [each.name for each in tmp_path.iterdir()] == ["r.db"]
+    run_bench([Strip()], [Entry("w", Walker(jitter=1.0))], seeds=4, results=path).close()
+    assert modes(path) == ("delete", ["r.db"])
+
+
+SAYING = """
+import sys
+from bench_fakes import Strip, Walker
+from irtrack.bench import Entry, run_bench
+if __name__ == "__main__":
+    say = lambda cell: print(cell.key.digest, flush=True)
+    run_bench([Strip()], [Entry("w", Walker(jitter=1.0))], seeds=500, results=sys.argv[1], seen=say)
+"""
+
+
+def test_a_killed_process_loses_nothing_of_what_it_said_was_done(tmp_path: Path) -> None:
+    path, script = tmp_path / "r.db", tmp_path / "saying.py"
+    script.write_text(SAYING)
+    here = Path(__file__).parents[2] / "support"
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(here), str(here.parents[1])])}
+    said: list[str] = []
+    for stop in (3, 60):
+        with subprocess.Popen(
+            [sys.executable, script, path], env=environment, stdout=subprocess.PIPE, text=True
+        ) as process:
+            assert process.stdout is not None
+            for _ in range(stop):
+                said.append(process.stdout.readline().strip())
+            process.kill()
+            said += process.stdout.read().split()
+        with Results(path) as left:
+            kept = {cell.key.digest for cell in left.cells()}
+        assert kept >= set(said)
+        assert len(set(said)) == len(said) < 500

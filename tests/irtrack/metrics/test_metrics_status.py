@@ -1,0 +1,233 @@
+"""Figures of hiding, status, covariance and survival: hand-worked cases and independent implementations."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import stats
+
+from irsim.types import Floats
+from irtrack.metrics import (
+    ATTRIBUTES,
+    FIGURES,
+    Return,
+    Score,
+    Trace,
+    false_lost,
+    false_tracking,
+    hidden_tracking,
+    kaplan_meier,
+    long_term,
+    lost_late,
+    nees,
+    nees_interval,
+    returns,
+    score_trace,
+    success_rate,
+)
+
+
+def bits(text: str) -> np.ndarray:
+    """'101' is [True, False, True]."""
+    return np.array([letter == "1" for letter in text])
+
+
+def trace_of(offsets: Floats, statuses: list[str], visible: Floats) -> Trace:
+    """A 6x8 target (diagonal 10) at rest at (50, 50), followed with these errors; no scores."""
+    n = len(offsets)
+    return Trace(
+        indices=np.arange(100, 100 + n),
+        centers=50.0 + offsets,
+        sizes=np.tile([6.0, 8.0], (n, 1)),
+        statuses=np.array(statuses),
+        scores=np.full(n, np.nan),
+        neffs=np.linspace(10, 20, n),
+        covariances=np.tile(4.0 * np.eye(2), (n, 1, 1)),
+        truth_centers=np.full((n, 2), 50.0),
+        truth_sizes=np.tile([6.0, 8.0], (n, 1)),
+        visible=visible,
+        accuracy=np.zeros(n),
+        marks=np.zeros((n, len(ATTRIBUTES)), bool),
+        step_ms=np.ones(n),
+        cpu_ms=np.ones(n),
+    )
+
+
+# -- coming back
+
+
+def test_returns_by_hand() -> None:
+    #        0123456789
+    shown = "1100111011"
+    off = "0011110001"
+    assert returns(bits(off), bits(shown)) == [Return(4, 3, 2), Return(8, 2, 0)]
+    assert returns(bits("1111"), bits("0110")) == [Return(1, 2, None)]
+    assert returns(bits("000"), bits("111")) == returns(bits("000"), bits("000")) == []
+
+
+@given(st.lists(st.tuples(st.booleans(), st.booleans()), max_size=40))
+def test_returns_agree_with_a_walk(rows: list[tuple[bool, bool]]) -> None:
+    off, shown = np.array([row[0] for row in rows], bool), np.array([row[1] for row in rows], bool)
+    walked: list[Return] = []
+    for at in range(1, len(rows)):
+        if shown[at] and not shown[at - 1]:
+            watched = 0
+            while at + watched < len(rows) and shown[at + watched]:
+                watched += 1
+            on = [k for k in range(watched) if not off[at + k]]
+            walked.append(Return(at, watched, on[0] if on else None))
+    assert returns(off, shown) == walked
+
+
+# -- status
+
+
+def test_honesty_by_hand() -> None:
+    said = np.array(["tracking", "tracking", "occluded", "lost", "tracking", "lost"])
+    off, counted = bits("011101"), bits("111110")
+    assert false_tracking(said, off, counted) == pytest.approx(1 / 3)  # off: frames 1, 2, 3
+    assert false_lost(said, off, counted) == 0.0  # on it: frames 0 and 4
+    assert false_lost(np.full(2, "lost"), bits("00"), bits("11")) == 1.0
+    assert hidden_tracking(said, bits("001011")) == pytest.approx(1 / 3)
+    assert np.isnan(hidden_tracking(said, bits("000000")))
+    assert np.isnan(false_tracking(said, bits("000000"), counted))
+    assert lost_late(said, 1) == 2
+    assert lost_late(said[:3], 1) == 2  # it never says so: at least the two frames left
+    assert np.isnan(lost_late(said, None))
+
+
+# -- covariance
+
+
+def test_nees_agrees_with_the_solved_system_and_the_chi_square() -> None:
+    rng = np.random.default_rng(3)
+    roots = rng.normal(size=(5000, 2, 2))
+    covariances = roots @ roots.transpose(0, 2, 1) + 0.1 * np.eye(2)
+    offsets = np.einsum("nij,nj->ni", np.linalg.cholesky(covariances), rng.normal(size=(5000, 2)))
+    found = nees(offsets, covariances)
+    solved = np.einsum("ni,ni->n", offsets, np.linalg.solve(covariances, offsets[:, :, None])[:, :, 0])
+    assert found == pytest.approx(solved, rel=1e-9)
+    low, high = nees_interval(5000, 0.999)
+    assert low < found.mean() < high
+    assert stats.kstest(found, stats.chi2(2).cdf).pvalue > 1e-3
+
+
+def test_nees_of_no_covariance_and_of_one_without_inverse() -> None:
+    covariances = np.array([np.full((2, 2), np.nan), np.zeros((2, 2)), np.zeros((2, 2))])
+    found = nees(np.array([[1.0, 1.0], [0.0, 0.0], [1.0, 0.0]]), covariances)
+    assert np.isnan(found[0])
+    assert found[1] == 0
+    assert found[2] == np.inf
+
+
+def test_nees_interval_is_the_printed_one() -> None:
+    """Bar-Shalom et al. 2001, section 5.4.2: fifty runs of two dimensions; chi2 of 100 at 95 %: 74.2, 129.6."""
+    assert nees_interval(50) == pytest.approx((74.2 / 50, 129.6 / 50), abs=2e-3)
+
+
+# -- survival
+
+
+@settings(deadline=None)
+@given(st.lists(st.tuples(st.integers(1, 12), st.booleans()), min_size=2, max_size=30))
+def test_kaplan_meier_agrees_with_scipy(rows: list[tuple[int, bool]]) -> None:
+    times, lost = np.array([row[0] for row in rows], float), np.array([row[1] for row in rows])
+    if not lost.any():
+        assert len(kaplan_meier(times, lost).times) == 0
+        return
+    found = kaplan_meier(times, lost)
+    theirs = stats.ecdf(stats.CensoredData(uncensored=times[lost], right=times[~lost])).sf
+    assert found.held == pytest.approx(theirs.evaluate(found.times))
+    with np.errstate(all="ignore"):
+        between = theirs.confidence_interval(0.95, method="log-log")
+    inside = found.held > 0
+    assert found.low[inside] == pytest.approx(between.low.evaluate(found.times)[inside])
+    assert found.high[inside] == pytest.approx(between.high.evaluate(found.times)[inside])
+
+
+def test_kaplan_meier_by_hand() -> None:
+    """Lost at 2, 4 and 4, held to 3 and 6: 4/5 after 2, a third of that after 4."""
+    found = kaplan_meier([2, 3, 4, 4, 6], [True, False, True, True, False])
+    assert found.times.tolist() == [2, 4]
+    assert found.at_risk.tolist() == [5, 3]
+    assert found.held == pytest.approx([4 / 5, 4 / 15])
+    assert found.median == 4
+    assert kaplan_meier([5, 5], [False, False]).median is None
+
+
+# -- long-term
+
+
+def test_long_term_by_hand() -> None:
+    """Four frames, the target away in the last; confidences .9 .5 .5 .1: F is best where all but the last are told."""
+    best = long_term(np.array([0.8, 0.6, 0.4, 0.9]), np.array([0.9, 0.5, 0.5, 0.1]), bits("1110"))
+    assert (best.precision, best.recall, best.f, best.threshold) == pytest.approx((0.6, 0.6, 0.6, 0.5))
+
+
+@given(st.lists(st.tuples(st.floats(0, 1), st.sampled_from([np.nan, 0.1, 0.5, 0.9]), st.booleans()), max_size=20))
+def test_long_term_agrees_with_every_threshold_tried(rows: list[tuple[float, float, bool]]) -> None:
+    overlap, confidence = np.array([row[0] for row in rows]), np.array([row[1] for row in rows])
+    present = np.array([row[2] for row in rows], bool)
+    found = long_term(overlap, confidence, present)
+    if not present.any():
+        assert np.isnan(found.f)
+        return
+    tried = [0.0]
+    for threshold in (0.1, 0.5, 0.9):
+        said = confidence >= threshold
+        if said.any():
+            precision = (overlap * present)[said].sum() / said.sum()
+            recall = (overlap * present)[said].sum() / present.sum()
+            tried.append(0.0 if precision + recall == 0 else 2 * precision * recall / (precision + recall))
+    assert found.f == pytest.approx(max(tried))
+
+
+# -- all in a score
+
+
+def test_success_rate_counts_what_is_above() -> None:
+    assert success_rate(np.array([0.5, 0.51, 0.9, 0.2]), 0.5) == 0.5
+    assert np.isnan(success_rate(np.array([]), 0.5))
+
+
+def test_a_score_of_a_hiding_by_hand() -> None:
+    """Frames 0..20; hidden in 5..7, 10 px away in 8 and 9 (within the diagonal: on it), off from 10 on."""
+    offsets = np.zeros((21, 2))
+    offsets[8:10] = [6.0, 8.0]
+    offsets[10:] = [30.0, 40.0]
+    visible = np.ones(21)
+    visible[5:8] = 0.0
+    said = ["tracking"] * 6 + ["occluded"] * 2 + ["tracking"] * 5 + ["lost"] * 8
+    figures = score_trace(trace_of(offsets, said, visible))
+    assert (figures.lost, figures.lost_at, figures.frames, figures.held_frames) == (True, 110, 20, 9)
+    assert (figures.returns, figures.reacquired, figures.reacquired_after) == (1, 1, 0.0)
+    assert figures.hidden_tracking == pytest.approx(1 / 3)
+    assert figures.false_tracking == pytest.approx(3 / 11)
+    assert (figures.false_lost, figures.lost_late) == (0.0, 3.0)
+    assert figures.nees == pytest.approx((7 * 0 + 2 * 100 / 4) / 9)
+    assert figures.neff == pytest.approx(np.linspace(10, 20, 21)[1:].mean())
+    # overlaps: 7 frames 1, the rest 0: boxes 6x8 shifted by (6, 8) only touch
+    assert figures.overlap == pytest.approx(7 / 20)
+    assert figures.success_50 == figures.success_75 == 7 / 20
+    # it points at something in 12 frames after the start, 9 of them shown; 4 of the overlaps of 1 are shown
+    assert figures.lt_precision == pytest.approx(4 / 12)
+    assert figures.lt_recall == pytest.approx(4 / 17)
+
+
+def test_every_figure_is_a_line_of_the_score_and_says_which_way_is_better() -> None:
+    figures = score_trace(trace_of(np.zeros((4, 2)), ["tracking"] * 4, np.ones(4))).as_dict()
+    assert list(figures) == list(FIGURES)
+    assert Score.from_dict(figures).as_dict() == figures
+    for name, column in FIGURES.items():
+        assert figures[name] is None or isinstance(figures[name], column.kind), name
+        assert column.better in ("less", "more", None), name
+
+
+def test_the_page_of_metrics_names_every_figure() -> None:
+    page = (Path(__file__).parents[3] / "docs" / "metrics.md").read_text()
+    plain = [name for name in FIGURES if not name.endswith("_held")]
+    assert [name for name in plain if f"`{name}`" not in page] == []
