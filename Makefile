@@ -60,11 +60,11 @@ peers:
 	$(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check numpy "opencv-contrib-python-headless>=4.10"
 	@$(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check dlib-bin \
 		|| echo "without dlib: no wheel of it for this Python" >&2
-	@$(PEERS)/bin/python irtrack/peers/server.py
+	@$(PEERS)/bin/python irtrack/external/server.py
 
 install: $(INSTALLED)
 
-$(INSTALLED): pyproject.toml hatch_build.py $(wildcard irsim/compiled/*.[ch] irtrack/compiled/*.[ch])
+$(INSTALLED): pyproject.toml hatch_build.py $(wildcard irsim/_native/*.[ch] irtrack/_native/*.[ch])
 	@test -n "$(PYTHON)" || { echo "irtrack needs Python 3.11 or newer and found none: make PYTHON=/path/to/python" >&2; exit 1; }
 	@"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info < (3, 11) and f"irtrack needs Python 3.11 or newer; $(PYTHON) is {sys.version.split()[0]}: make PYTHON=/path/to/python")'
 	@"$(PYTHON)" -c 'import ensurepip, venv' 2>/dev/null || { echo "$(PYTHON) cannot make environments (on Debian and Ubuntu: apt install python3-venv)" >&2; exit 1; }
@@ -75,6 +75,6 @@ $(INSTALLED): pyproject.toml hatch_build.py $(wildcard irsim/compiled/*.[ch] irt
 
 clean:
 	rm -rf build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis report.html
-	rm -f */compiled/_kernels*.so */compiled/_kernels*.pyd $(INSTALLED)
+	rm -f */_native/_kernels*.so */_native/_kernels*.pyd $(INSTALLED)
 	rm -f recordings/*.mcap recordings/*.db recordings/*.db-* *.mcap *.db
 	find irsim irtrack tests -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -17,7 +17,7 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 from setuptools import Distribution, Extension
 
 ROOT = Path(__file__).parent
-FOLDERS = [Path(package, "compiled") for package in ("irsim", "irtrack")]
+FOLDERS = [Path(package, "_native") for package in ("irsim", "irtrack")]
 SHARED = FOLDERS[0]
 """Its headers serve the others, too."""
 OLDEST = "0x030b0000"

@@ -17,38 +17,38 @@ from typing import Any, get_args
 
 from pydantic.fields import FieldInfo
 
-from irsim.atmosphere import Atmosphere
 from irsim.backgrounds import BACKGROUNDS
 from irsim.backgrounds.buildings import Buildings
 from irsim.backgrounds.clutter import Clutter
 from irsim.backgrounds.patches import Fields, Roads, Water
 from irsim.backgrounds.sky import Clouds
 from irsim.backgrounds.structures import Trees
-from irsim.camera import Camera
-from irsim.detector import DETECTORS, NOISES, Bloom, Correction
-from irsim.display import AGCS
-from irsim.expectation import EXPECTATIONS
-from irsim.falloff import Falloff
-from irsim.faults import FAULTS
-from irsim.gallery import bodies, framed, typical
-from irsim.geometry import Geometry
-from irsim.kinds import Family, Kind, Name, NamedKind, Part, Switch
-from irsim.loader import examples, load, shipped
-from irsim.meanings import meanings
+from irsim.camera.camera import Camera
+from irsim.camera.detectors import DETECTORS, NOISES, Bloom, Correction
+from irsim.camera.displays import AGCS
+from irsim.camera.frame_loss import FAULTS
+from irsim.camera.motion_blur import Smear
+from irsim.camera.vignetting import Falloff
+from irsim.cli.gallery import bodies, framed, typical
+from irsim.config.base import Family, Kind, Name, NamedKind, Part, Switch
+from irsim.config.field_docs import meanings
+from irsim.config.quantities import LARGEST
+from irsim.config.schema import Slot, plain
+from irsim.geometry.context import Stage
+from irsim.geometry.projection import Geometry
 from irsim.motion import PATHS, POINTINGS
 from irsim.occluders import OCCLUDERS
-from irsim.optics import Lens
-from irsim.quantities import LARGEST
-from irsim.scenario import Scenario
-from irsim.schema import Slot, plain
-from irsim.shapes import SHAPES
-from irsim.shapes.flicker import FLICKERS
-from irsim.smear import Smear
-from irsim.stage import Stage
-from irsim.target import Target
-from irsim.turbulence import Turbulence
+from irsim.physics.atmosphere import Atmosphere
+from irsim.physics.optics import Lens
+from irsim.physics.turbulence import Turbulence
+from irsim.scenario.expectation import EXPECTATIONS
+from irsim.scenario.loader import examples, load, shipped
+from irsim.scenario.model import Scenario
+from irsim.scenario.variation import VARIATIONS
+from irsim.targets import SHAPES
+from irsim.targets.flicker import FLICKERS
+from irsim.targets.target import Target
 from irsim.types import TargetTruth
-from irsim.variation import VARIATIONS
 from irtrack.bench.suite import SuiteFile, SuiteSource, SuiteTracker
 from irtrack.metrics import LOSS_RULE
 from irtrack.properties import EXCEPTIONS, PROPERTIES

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from irsim.draw import contact_sheet
-from irsim.loader import examples
-from irsim.sheets import SHEETS
-from irsim.sources import open_source
+from irsim.cli.figures import contact_sheet
+from irsim.cli.sheets import SHEETS
+from irsim.render.sources import open_source
+from irsim.scenario.loader import examples
 
 DOCS = Path(__file__).parent
 IMAGES = DOCS / "img"

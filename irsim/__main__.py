@@ -11,7 +11,7 @@ def main() -> None:
     """Run it; Ctrl-C is no error while it is still imported, nor before it answers for itself, either."""
     no_interrupt_lost()
     try:
-        from irsim.cli import main as command
+        from irsim.cli.app import main as command
 
         command()
     except KeyboardInterrupt:

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from irsim.compiled import COMPILED, kernels
+from irsim._native import COMPILED, kernels
 
 _CV2_TAKES_16_BITS = int(cv2.__version__.split(".")[0]) >= 5
 """OpenCV 4 has 8-bit tables only; numpy takes about twice the time of OpenCV 5 (it widens the indices)."""

@@ -14,7 +14,7 @@ from functools import cache
 import numpy as np
 import numpy.typing as npt
 
-from irsim.compiled import COMPILED, kernels
+from irsim._native import COMPILED, kernels
 from irsim.types import Floats
 
 Address = str | int

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from irsim import yamlfile
+from irsim.config import yaml_file as yamlfile
 from irsim.types import Source
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from itertools import groupby
 
-from irsim.cards import card
+from irsim.notebook import card
 from irsim.types import Floats
 
 LOOKS = {"tracking": "#0072b2", "occluded": "#e69f00", "lost": "#d55e00"}

@@ -15,10 +15,10 @@ from hypothesis import HealthCheck, settings
 
 import irsim
 import irtrack.cli
-from irsim import crew
-from irsim.cli import main
-from irsim.convert import import_frames
-from irsim.division import DIVIDED, WHOLE, Trial, Way
+from irsim.cli.app import main
+from irsim.recording.conversion import import_frames
+from irsim.render import workers as crew
+from irsim.render.division import DIVIDED, WHOLE, Trial, Way
 
 # No test is timed: on a busy machine drawing is slow, and nothing is wrong.
 settings.register_profile("untimed", deadline=None, suppress_health_check=[HealthCheck.too_slow])

@@ -22,7 +22,7 @@ from irsim.backgrounds.recorded import Footage, Recorded
 from irsim.backgrounds.sea import Sea
 from irsim.backgrounds.sky import Sky
 from irsim.backgrounds.swept import Swept
-from irsim.kinds import Family
+from irsim.config.base import Family
 from irsim.types import Slices
 
 BACKGROUNDS = Family(

@@ -12,11 +12,11 @@ from typing import Self
 import cv2
 import numpy as np
 
-from irsim.atmosphere import EARTH_KM
 from irsim.backgrounds.base import AirBefore, Changed, Gaze, Layer, in_air
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.drifting import Drifting
-from irsim.stage import Stage
+from irsim.geometry.context import Stage
+from irsim.physics.atmosphere import EARTH_KM
 from irsim.types import Floats, Slices
 
 COLUMN = 4096
@@ -31,7 +31,7 @@ EVEN = 2e-4
 300 K in LWIR 0.01 K."""
 
 FARTHEST_M = 100_000.0
-"""Ground is seen up to here at least, m: ranges up to here are plausible (`irsim.quantities`), and the air before it is
+"""Ground is seen up to here at least, m: ranges up to here are plausible (`irsim.config.quantities`), and the air before it is
 all but opaque (of LWIR 0.01 passes, US standard, 23 km). On the round Earth it is seen as far from 780 m up."""
 
 

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, ClassVar, Protocol, TypeGuard
 import numpy as np
 
 from irsim.backgrounds.chart import Chart
-from irsim.climate import STANDARD_K
-from irsim.kinds import Kind
-from irsim.radiometry import hemisphere, radiance
-from irsim.stage import Stage
+from irsim.config.base import Kind
+from irsim.geometry.context import Stage
+from irsim.physics.climate import STANDARD_K
+from irsim.physics.radiometry import hemisphere, radiance
 from irsim.types import CameraFacts, Floats, Slices
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 
 from irsim.backgrounds.periodic import inner_blur, reach_px
-from irsim.optics import GaussianSpread, PointSpread
+from irsim.physics.optics import GaussianSpread, PointSpread
 from irsim.types import Floats
 
 

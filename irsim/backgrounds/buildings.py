@@ -11,11 +11,11 @@ from pydantic import Field
 from irsim.backgrounds.panorama import Sheet
 from irsim.backgrounds.parallax import Standing
 from irsim.backgrounds.structures import MOST_RELIEF, NEAREST_PX, Canvas, Spacing, Structure, grain
-from irsim.kinds import Name, Switches
-from irsim.marks import Plausible
-from irsim.quantities import Kelvin, KelvinDifference, KelvinSpread, Metres, Rising
+from irsim.config.base import Name, Switches
+from irsim.config.field_annotations import Plausible
+from irsim.config.quantities import Kelvin, KelvinDifference, KelvinSpread, Metres, Rising
+from irsim.geometry.context import Stage
 from irsim.rng import stream
-from irsim.stage import Stage
 from irsim.types import Floats
 
 Wall = Annotated[Metres, Plausible(1, 900, "m")]

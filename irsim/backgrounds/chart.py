@@ -13,8 +13,8 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from irsim.geometry import Geometry
-from irsim.product import product
+from irsim.geometry.product import product
+from irsim.geometry.projection import Geometry
 from irsim.types import Floats
 
 NODES = 12

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from irsim._native import COMPILED, kernels
 from irsim.backgrounds.periodic import enlarged, wrapped_blur
-from irsim.compiled import COMPILED, kernels
 from irsim.lookup import lookup
-from irsim.radiometry import radiance
+from irsim.physics.radiometry import radiance
 from irsim.types import Band, Floats
 
 EXTREME = 6.0

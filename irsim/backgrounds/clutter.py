@@ -14,10 +14,10 @@ from pydantic import Field
 
 from irsim.backgrounds.patches import Painted, Shape
 from irsim.backgrounds.plane import VANISHING_PX
-from irsim.foliage import LIGHT
-from irsim.kinds import Part
-from irsim.powerlaw import power_law
-from irsim.quantities import Fraction, KelvinSpread, Rising
+from irsim.config.base import Part
+from irsim.config.quantities import Fraction, KelvinSpread, Rising
+from irsim.geometry.powerlaw import power_law
+from irsim.geometry.vegetation import LIGHT
 from irsim.rng import stream
 from irsim.types import Floats
 
@@ -34,7 +34,7 @@ ACROSS = 24
 LUMP = 16.0
 """Size of its largest lumps, texels: a third of a thing's length."""
 SLOPE = 2.9
-"""Slope of its spectrum: that of clumps of leaves (`irsim.foliage`), and of ground from the air."""
+"""Slope of its spectrum: that of clumps of leaves (`irsim.geometry.vegetation`), and of ground from the air."""
 RAGGED = 0.3
 """How far lumps move the outline, as a share of half the width: about the standard deviation."""
 MOST = 1.7

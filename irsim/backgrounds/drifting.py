@@ -9,13 +9,13 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
+from irsim._native import COMPILED, kernels
 from irsim.backgrounds.base import AirBefore, Gaze, in_air, veiled
 from irsim.backgrounds.chart import PLACES, Chart, at_middle
 from irsim.backgrounds.evolving import STEPS
 from irsim.backgrounds.parallax import Sphere, is_left_behind, seen_from, unhidden
 from irsim.backgrounds.texture import repeated_px
 from irsim.backgrounds.tiles import Tiled, Words, counted
-from irsim.compiled import COMPILED, kernels
 from irsim.types import Floats, Slices
 
 NARROW = 0.02

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from irsim.backgrounds.fields import Betas, amplitudes
+from irsim._native import COMPILED, kernels
 from irsim.backgrounds.periodic import shrunk, window
-from irsim.compiled import COMPILED, kernels
+from irsim.geometry.random_fields import Betas, amplitudes
+from irsim.render.shared_cache import Shelf
 from irsim.rng import normals
-from irsim.shelf import Shelf
 from irsim.types import Floats
 
 STEPS = 8

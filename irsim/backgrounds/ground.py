@@ -11,17 +11,17 @@ from pydantic import Field
 
 from irsim.backgrounds.air import through_air
 from irsim.backgrounds.base import FARTHEST, Background, Gaze, LandLight, Layer, Names
-from irsim.backgrounds.carpet import Carpet, Level
 from irsim.backgrounds.clutter import Clutter
-from irsim.backgrounds.fields import Betas, Histogram, shaped, spectral
+from irsim.backgrounds.ground_texture import Carpet, Level
 from irsim.backgrounds.hours import Hour, by_hour, leaves_k, typical
 from irsim.backgrounds.painting import Painting, Seen
 from irsim.backgrounds.patches import LYING, Fields, Painted, Roads, Water
 from irsim.backgrounds.texture import Tile, tile_shape
-from irsim.kinds import Switches
-from irsim.quantities import Feature, Height, Kelvin, KelvinSpread
-from irsim.radiometry import radiance
-from irsim.stage import Stage
+from irsim.config.base import Switches
+from irsim.config.quantities import Feature, Height, Kelvin, KelvinSpread
+from irsim.geometry.context import Stage
+from irsim.geometry.random_fields import Betas, Histogram, shaped, spectral
+from irsim.physics.radiometry import radiance
 from irsim.types import Floats
 
 

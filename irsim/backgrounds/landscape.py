@@ -12,9 +12,7 @@ from irsim.backgrounds.air import ground_path
 from irsim.backgrounds.base import ClearLayer, LandLight, Layer, Names, Shells
 from irsim.backgrounds.buildings import Buildings
 from irsim.backgrounds.clutter import Clutter
-from irsim.backgrounds.country import Country, Laid
-from irsim.backgrounds.far import TALLEST, TREE_M, TYPICAL_MRAD, woods
-from irsim.backgrounds.fields import Betas, profile, spectral
+from irsim.backgrounds.distant_trees import TALLEST, TREE_M, TYPICAL_MRAD, woods
 from irsim.backgrounds.hours import Hour, by_hour, leaves_k, typical
 from irsim.backgrounds.painting import Painting
 from irsim.backgrounds.panorama import Panorama, Sheet
@@ -23,12 +21,14 @@ from irsim.backgrounds.patches import LYING, Fields, Roads, Water
 from irsim.backgrounds.plane import VANISHING_PX, covered, laid
 from irsim.backgrounds.sky import Sky
 from irsim.backgrounds.structures import Trees
+from irsim.backgrounds.terrain_layer import Country, Laid
 from irsim.backgrounds.texture import TILE
-from irsim.kinds import Several, Switches
-from irsim.marks import Plausible
-from irsim.quantities import Feature, Height, Kelvin, KelvinSpread, NotNegative
-from irsim.radiometry import radiance
-from irsim.stage import Stage
+from irsim.config.base import Several, Switches
+from irsim.config.field_annotations import Plausible
+from irsim.config.quantities import Feature, Height, Kelvin, KelvinSpread, NotNegative
+from irsim.geometry.context import Stage
+from irsim.geometry.random_fields import Betas, profile, spectral
+from irsim.physics.radiometry import radiance
 from irsim.types import Floats
 
 NEARER = 5.0

@@ -10,8 +10,8 @@ import numpy as np
 from irsim.backgrounds.blur import softened
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.texture import Tile
-from irsim.geometry import Geometry
-from irsim.optics import GaussianSpread, PointSpread
+from irsim.geometry.projection import Geometry
+from irsim.physics.optics import GaussianSpread, PointSpread
 from irsim.types import Floats
 
 WIDE = 2048

@@ -14,10 +14,10 @@ import cv2
 import numpy as np
 from pydantic import Field
 
-from irsim.backgrounds.fields import spectral
-from irsim.kinds import Part, Switches
-from irsim.marks import Plausible
-from irsim.quantities import Feature, KelvinDifference, KelvinSpread, NotNegative, Positive
+from irsim.config.base import Part, Switches
+from irsim.config.field_annotations import Plausible
+from irsim.config.quantities import Feature, KelvinDifference, KelvinSpread, NotNegative, Positive
+from irsim.geometry.random_fields import spectral
 from irsim.rng import stream
 from irsim.types import Floats
 

@@ -14,13 +14,13 @@ from pydantic_core import PydanticCustomError
 
 from irsim.backgrounds.base import FARTHEST, Background, Gaze, Layer
 from irsim.backgrounds.own_noise import own_noise
-from irsim.contents import Stamp, unchanged, with_digest
+from irsim.config.field_annotations import FileName
+from irsim.config.file_digests import Stamp, unchanged, with_digest
+from irsim.config.quantities import Index, ScaleKelvin
 from irsim.errors import InputError
-from irsim.marks import FileName
-from irsim.quantities import Index, ScaleKelvin
-from irsim.radiometry import limits
-from irsim.scale import Scale
-from irsim.stage import Stage
+from irsim.geometry.context import Stage
+from irsim.physics.radiometry import limits
+from irsim.physics.scale import Scale
 from irsim.types import Band, CameraFacts, Curve, Floats, Image
 
 if TYPE_CHECKING:

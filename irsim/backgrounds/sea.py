@@ -10,18 +10,18 @@ import cv2
 import numpy as np
 from pydantic import Field
 
-from irsim.atmosphere import Atmosphere
 from irsim.backgrounds.above import above
 from irsim.backgrounds.air import Below
 from irsim.backgrounds.base import FARTHEST, ClearLayer, Gaze, LandLight, Layer
 from irsim.backgrounds.blur import softened
-from irsim.backgrounds.fields import spectral
 from irsim.backgrounds.sky import Sky
 from irsim.backgrounds.waves import TILE, Octave, longest_wave, mixed, padded, sampled
-from irsim.kinds import Switches
-from irsim.quantities import Degrees, Fraction, Height, Kelvin, Number
-from irsim.radiometry import limits, radiance
-from irsim.stage import Stage
+from irsim.config.base import Switches
+from irsim.config.quantities import Degrees, Fraction, Height, Kelvin, Number
+from irsim.geometry.context import Stage
+from irsim.geometry.random_fields import spectral
+from irsim.physics.atmosphere import Atmosphere
+from irsim.physics.radiometry import limits, radiance
 from irsim.types import Band, Floats
 
 INDEX = {4.0: (1.351, 0.0046), 10.0: (1.218, 0.0508)}

@@ -13,7 +13,6 @@ import cv2
 import numpy as np
 from pydantic import Field
 
-from irsim.atmosphere import Atmosphere
 from irsim.backgrounds.air import through_air_around
 from irsim.backgrounds.base import FARTHEST, Background, Gaze, Layer, Names, Shells
 from irsim.backgrounds.blur import inner, margin_px
@@ -21,18 +20,19 @@ from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.cloud import Look, Relief, slope_to_sun
 from irsim.backgrounds.drifting import Drifting
 from irsim.backgrounds.evolving import Evolving, first_of
-from irsim.backgrounds.fields import Betas, Histogram, shaped, spectral
 from irsim.backgrounds.painting import Painting
 from irsim.backgrounds.parallax import Sphere, Standing
 from irsim.backgrounds.periodic import coarseness, shrunk
 from irsim.backgrounds.texture import Tile, tile_shape, tile_side
 from irsim.backgrounds.tiles import Tiled
-from irsim.climate import ClimateName
-from irsim.kinds import Name, Part, Several, Switches
-from irsim.marks import Plausible
-from irsim.quantities import Degrees, Feature, Kelvin, KelvinSpread, NotNegative, Number, Range
-from irsim.radiometry import radiance
-from irsim.stage import Stage
+from irsim.config.base import Name, Part, Several, Switches
+from irsim.config.field_annotations import Plausible
+from irsim.config.quantities import Degrees, Feature, Kelvin, KelvinSpread, NotNegative, Number, Range
+from irsim.geometry.context import Stage
+from irsim.geometry.random_fields import Betas, Histogram, shaped, spectral
+from irsim.physics.atmosphere import Atmosphere
+from irsim.physics.climate import ClimateName
+from irsim.physics.radiometry import radiance
 from irsim.types import Band, Floats
 
 SCALE_SIN_ELEVATION = 0.3

@@ -9,18 +9,18 @@ import cv2
 import numpy as np
 from pydantic import Field
 
-from irsim.backgrounds.fields import profile, spectral
 from irsim.backgrounds.painting import Painting
 from irsim.backgrounds.panorama import Panorama, Sheet
 from irsim.backgrounds.parallax import Cylinder, Standing
 from irsim.backgrounds.texture import TILE
-from irsim.foliage import LARGEST, Crown, Foliage, broadleaf, bush, conifer
-from irsim.kinds import Name, Part, Switches
-from irsim.marks import Plausible
-from irsim.quantities import Fraction, Kelvin, KelvinSpread, Metres, NotNegative, Range
-from irsim.radiometry import radiance
+from irsim.config.base import Name, Part, Switches
+from irsim.config.field_annotations import Plausible
+from irsim.config.quantities import Fraction, Kelvin, KelvinSpread, Metres, NotNegative, Range
+from irsim.geometry.context import Stage
+from irsim.geometry.random_fields import profile, spectral
+from irsim.geometry.vegetation import LARGEST, Crown, Foliage, broadleaf, bush, conifer
+from irsim.physics.radiometry import radiance
 from irsim.rng import stream
-from irsim.stage import Stage
 from irsim.types import Bools, Floats
 
 Spacing = Annotated[float, Field(ge=0.5, le=100_000)]

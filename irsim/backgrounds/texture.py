@@ -9,7 +9,7 @@ import numpy as np
 
 from irsim.backgrounds.blur import blurred
 from irsim.backgrounds.chart import Chart
-from irsim.optics import PointSpread
+from irsim.physics.optics import PointSpread
 from irsim.types import Floats
 
 TILE = 1024

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import numpy.typing as npt
 
-from irsim.compiled import COMPILED, kernels
-from irsim.shelf import Name, Shelf
+from irsim._native import COMPILED, kernels
+from irsim.render.shared_cache import Name, Shelf
 from irsim.types import Floats
 
 TILE = 128

@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from irsim.display import Agc, Around, Unsharp
+from irsim.camera.displays import Agc, Around, Unsharp
+from irsim.config.base import dump
 from irsim.displayed.fitted import FITS
 from irsim.displayed.knobs import TIME, Knob, Path, knobs, own_knobs
 from irsim.displayed.pairs import Pairs, silent
 from irsim.displayed.search import EXACT, Tolerance, as_good, tolerance
 from irsim.displayed.trial import Trial
-from irsim.kinds import dump
 from irsim.measure import ROUNDING
 from irsim.types import Floats
 

@@ -9,8 +9,8 @@ from typing import Any
 
 from pydantic_core import PydanticCustomError
 
-from irsim.display import AGCS, Agc, Around
-from irsim.kinds import dump
+from irsim.camera.displays import AGCS, Agc, Around
+from irsim.config.base import dump
 
 Path = tuple[str | int, ...]
 """Keys and places that lead to a number of an AGC: ("base", "tails", 0)."""

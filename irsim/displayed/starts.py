@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 
-from irsim.display import Adaptive, Agc, Clahe, Fixed, Linear, Plain, Plateau, Unsharp
+from irsim.camera.displays import Adaptive, Agc, Clahe, Fixed, Linear, Plain, Plateau, Unsharp
 from irsim.displayed.evolved import evolved
 from irsim.displayed.knobs import TILES, TIME, Knob, knobs, own_knobs
 from irsim.displayed.search import EXACT

@@ -9,7 +9,7 @@ from functools import cached_property
 import cv2
 import numpy as np
 
-from irsim.display import CURVES, Adaptive, Agc, Around, Look, Picture, Pixels, Ranking, histogram
+from irsim.camera.displays import CURVES, Adaptive, Agc, Around, Look, Picture, Pixels, Ranking, histogram
 from irsim.displayed.pairs import Pairs, Tally, parted, patched, scatter
 from irsim.types import Floats, Image
 

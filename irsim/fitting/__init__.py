@@ -18,11 +18,11 @@ from irsim.fitting.pictures import Pictures, open_pictures
 from irsim.fitting.scene import Scene
 from irsim.fitting.summary import summary_lines
 from irsim.fitting.written import check_replaced, sealed
-from irsim.loader import loads
 from irsim.measure import FRAMES, Figures, Region, Timed, measure_figures, read_counts, read_timed
 from irsim.measure.boxes import boxes_of_targets
-from irsim.scenario import Scenario
-from irsim.sources import open_source
+from irsim.render.sources import open_source
+from irsim.scenario.loader import loads
+from irsim.scenario.model import Scenario
 from irsim.types import Source
 
 Counts = npt.NDArray[np.integer]

@@ -7,10 +7,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from irsim.display import Agc
+from irsim.camera.displays import Agc
+from irsim.config.base import dump
 from irsim.displayed import FittedDisplay, Path, Tolerance
 from irsim.fitting.numbers import plain, ranged
-from irsim.kinds import dump
 from irsim.recording.write import default_agc
 from irsim.types import Source
 from irsim.wording import counted

@@ -11,11 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
-from irsim.convert import import_frames, name_of
+from irsim.config.files import is_binary, is_recording
 from irsim.errors import InputError
-from irsim.files import is_binary, is_recording
 from irsim.recording import open_recording
-from irsim.sources import open_source
+from irsim.recording.conversion import import_frames, name_of
+from irsim.render.sources import open_source
 from irsim.types import Source
 from irsim.wording import counted
 

@@ -11,14 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from irsim.detector import MOST_BAD, NETD_K, Drift, Electrons, Setting, electrons_like
+from irsim.camera.detectors import MOST_BAD, NETD_K, Drift, Electrons, Setting, electrons_like
 from irsim.displayed import FittedDisplay
 from irsim.fitting.agc import ChosenAgc
 from irsim.fitting.numbers import interval, plain
 from irsim.fitting.written import BY
 from irsim.measure import EIGHT_BITS, Figures, Measured, perhaps_pictures
-from irsim.radiometry import radiance, slope, temperature
-from irsim.scale import Scale
+from irsim.physics.radiometry import radiance, slope, temperature
+from irsim.physics.scale import Scale
 from irsim.types import Band, Curve, Source
 from irsim.wording import counted
 

@@ -18,7 +18,7 @@ _SHARES = 0.15
 pixel has 0.20 of it on all four sides at a psf of 0.47 px, that of the sharpest preset (0.13 at 0.4 px); what is larger
 has more. Chance has so much on few sides: what is far off stands out by eight sigmas."""
 MOST_IN_GROUP = 16
-"""Bad pixels in a group: clusters of 2 in the mean (`irsim.detector.bad_pixels`) have more in 1 of 10^4."""
+"""Bad pixels in a group: clusters of 2 in the mean (`irsim.camera.bad_pixels`) have more in 1 of 10^4."""
 _STEEP = 0.5
 """Share of the least height in a group that nothing around it has: light is blurred, and falls off more slowly."""
 CROSS = np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8)

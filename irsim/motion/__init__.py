@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from irsim.kinds import Family
+from irsim.config.base import Family
 from irsim.motion.attitude import angles_deg
 from irsim.motion.base import MetrePath, Path, PixelPath, Pointing
 from irsim.motion.crosses import Crosses, CrossesM, Crossing

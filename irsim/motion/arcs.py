@@ -10,8 +10,8 @@ import numpy as np
 from pydantic import Field
 from pydantic_core import PydanticCustomError
 
-from irsim.kinds import Several
-from irsim.quantities import Number
+from irsim.config.base import Several
+from irsim.config.quantities import Number
 from irsim.types import Floats
 
 Leg = Annotated[tuple[Number, Number, Number], Field(strict=False)]

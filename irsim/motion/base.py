@@ -9,11 +9,11 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from irsim.geometry import gimbal
-from irsim.kinds import Kind, NamedKind
+from irsim.config.base import Kind, NamedKind
+from irsim.config.quantities import Height, Range, Speed
+from irsim.geometry.context import Stage
+from irsim.geometry.projection import gimbal
 from irsim.motion.dynamics import Dynamics
-from irsim.quantities import Height, Range, Speed
-from irsim.stage import Stage
 from irsim.types import Floats
 
 HORIZON = 1e-4

@@ -9,11 +9,11 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
+from irsim.config.quantities import TOP_SPEED, Degrees, NotNegative, Number, PixelSpeed
+from irsim.geometry.context import Stage
 from irsim.motion.dynamics import Dynamics, constant_velocity
 from irsim.motion.others import Companion, level_course
 from irsim.motion.straight import unit
-from irsim.quantities import TOP_SPEED, Degrees, NotNegative, Number, PixelSpeed
-from irsim.stage import Stage
 from irsim.types import Floats
 
 STILL_PX = 1e-6

@@ -9,13 +9,13 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from irsim.config.quantities import TOP_SPEED, Degrees, NotNegative, Pair, PixelSpeed, Positive, Triple
+from irsim.geometry.context import Stage
 from irsim.motion.arcs import arcs
 from irsim.motion.attitude import STANDARD_GRAVITY
 from irsim.motion.base import MetrePath, PixelPath
 from irsim.motion.headed import level
 from irsim.motion.straight import unit
-from irsim.quantities import TOP_SPEED, Degrees, NotNegative, Pair, PixelSpeed, Positive, Triple
-from irsim.stage import Stage
 from irsim.types import Floats
 
 Steepness = Annotated[float, Field(gt=0, le=90)]

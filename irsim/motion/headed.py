@@ -7,9 +7,9 @@ from typing import Annotated
 
 import numpy as np
 
+from irsim.config.quantities import TOP_SPEED, Degrees, NotNegative, Speed, Triple
+from irsim.geometry.context import Stage
 from irsim.motion.base import MetrePath, world_to_first
-from irsim.quantities import TOP_SPEED, Degrees, NotNegative, Speed, Triple
-from irsim.stage import Stage
 from irsim.types import Floats
 
 

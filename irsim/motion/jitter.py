@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from irsim.config.quantities import NotNegative, Positive
+from irsim.geometry.context import Stage
 from irsim.motion.base import Pointing
 from irsim.motion.shaking import shaking
-from irsim.quantities import NotNegative, Positive
 from irsim.rng import stream
-from irsim.stage import Stage
 from irsim.types import Floats
 
 _WAVES = 32

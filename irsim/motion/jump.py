@@ -9,14 +9,14 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from irsim.kinds import Several
+from irsim.config.base import Several
+from irsim.config.quantities import LARGEST, Degrees, Pair, PixelSpeed, Positive, Turning
+from irsim.geometry.context import Stage
 from irsim.motion.arcs import chord
 from irsim.motion.base import PixelPath
 from irsim.motion.dynamics import Dynamics, constant_velocity
 from irsim.motion.headed import HeadedPath, frames_of
-from irsim.quantities import LARGEST, Degrees, Pair, PixelSpeed, Positive, Turning
 from irsim.rng import stream
-from irsim.stage import Stage
 from irsim.types import Floats
 
 TurnRate = Annotated[float, Field(ge=-90, le=90)]

@@ -12,13 +12,13 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from irsim.config.quantities import LARGEST, TOP_SPEED, Degrees, NotNegative, Number, Pair, PixelSpeed, Positive
+from irsim.geometry.context import Stage
 from irsim.motion.arcs import chord
 from irsim.motion.attitude import STANDARD_GRAVITY
 from irsim.motion.base import PixelPath, world_to_first
 from irsim.motion.headed import HeadedPath, frames_of
-from irsim.quantities import LARGEST, TOP_SPEED, Degrees, NotNegative, Number, Pair, PixelSpeed, Positive
 from irsim.rng import stream
-from irsim.stage import Stage
 from irsim.types import Floats
 
 _BAND = 0.35

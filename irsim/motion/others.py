@@ -6,12 +6,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from irsim.config.base import Name
+from irsim.config.quantities import NotNegative, Number, Pair, Positive, Velocity
 from irsim.errors import InputError
-from irsim.kinds import Name
+from irsim.geometry.context import Stage
 from irsim.motion.attitude import STANDARD_GRAVITY
 from irsim.motion.base import Path
-from irsim.quantities import NotNegative, Number, Pair, Positive, Velocity
-from irsim.stage import Stage
 from irsim.types import Floats
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from irsim.config.quantities import Turning
+from irsim.geometry.context import Stage
 from irsim.motion.base import Pointing
-from irsim.quantities import Turning
-from irsim.stage import Stage
 from irsim.types import Floats
 
 

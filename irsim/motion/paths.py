@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from irsim.kinds import Family
+from irsim.config.base import Family
 from irsim.motion.base import MetrePath, Path
 from irsim.motion.crosses import Crosses, CrossesM
 from irsim.motion.dive import Dive, DivePx

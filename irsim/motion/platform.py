@@ -6,11 +6,11 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from irsim.kinds import Switches
+from irsim.config.base import Switches
+from irsim.config.quantities import Positive, Triple, Velocity
+from irsim.geometry.context import Stage
 from irsim.motion.base import MetrePath, Pointing, world_to_first
 from irsim.motion.paths import METRE_PATHS
-from irsim.quantities import Positive, Triple, Velocity
-from irsim.stage import Stage
 from irsim.types import Floats
 
 

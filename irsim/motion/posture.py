@@ -7,11 +7,11 @@ from typing import Literal
 
 import numpy as np
 
+from irsim.geometry.context import Stage
 from irsim.motion.attitude import STANDARD_GRAVITY, euler
 from irsim.motion.base import Path
 from irsim.motion.upright import Pitched, Rotorcraft, Upright
 from irsim.motion.way import Posture, Way
-from irsim.stage import Stage
 from irsim.types import Floats
 
 __all__ = ["ARROW", "POSTURES", "Posture", "PostureName", "attitudes"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from irsim.stage import Stage
+from irsim.geometry.context import Stage
 from irsim.types import Floats
 
 AT_ONCE = 1024

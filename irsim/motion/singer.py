@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from irsim.config.quantities import Degrees, NotNegative, Pair, PixelSpeed, Positive, Triple, Velocity
+from irsim.geometry.context import Stage
 from irsim.motion.base import MetrePath, PixelPath
 from irsim.motion.dynamics import Dynamics
 from irsim.motion.straight import unit
-from irsim.quantities import Degrees, NotNegative, Pair, PixelSpeed, Positive, Triple, Velocity
 from irsim.rng import stream
-from irsim.stage import Stage
 from irsim.types import Floats
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)

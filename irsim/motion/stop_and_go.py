@@ -8,12 +8,12 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
+from irsim.config.quantities import LARGEST, TOP_SPEED, Degrees, NotNegative, Pair, PixelSpeed, Positive
+from irsim.geometry.context import Stage
 from irsim.motion.base import PixelPath
 from irsim.motion.headed import HeadedPath, frames_of
 from irsim.motion.straight import unit
-from irsim.quantities import LARGEST, TOP_SPEED, Degrees, NotNegative, Pair, PixelSpeed, Positive
 from irsim.rng import stream
-from irsim.stage import Stage
 from irsim.types import Floats
 
 Share = Annotated[float, Field(ge=0, le=0.9)]

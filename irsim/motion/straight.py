@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from irsim.config.quantities import Degrees, Pair, PixelSpeed, Triple, Velocity
+from irsim.geometry.context import Stage
 from irsim.motion.base import MetrePath, PixelPath
 from irsim.motion.dynamics import Dynamics, constant_velocity
-from irsim.quantities import Degrees, Pair, PixelSpeed, Triple, Velocity
-from irsim.stage import Stage
 from irsim.types import Floats
 
 

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from irsim.config.base import Name
+from irsim.config.quantities import NotNegative, Pair
 from irsim.errors import InputError
-from irsim.kinds import Name
+from irsim.geometry.context import Stage
 from irsim.motion.base import Pointing
-from irsim.quantities import NotNegative, Pair
-from irsim.stage import Stage
 from irsim.types import Floats
 
 

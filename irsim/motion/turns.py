@@ -7,12 +7,12 @@ import math
 import numpy as np
 from pydantic import model_validator
 
+from irsim.config.quantities import Degrees, Pair, PixelSpeed
+from irsim.geometry.context import Stage
 from irsim.motion.arcs import Legs, arcs, check_legs
 from irsim.motion.base import PixelPath
 from irsim.motion.headed import HeadedPath
 from irsim.motion.straight import unit
-from irsim.quantities import Degrees, Pair, PixelSpeed
-from irsim.stage import Stage
 from irsim.types import Floats
 
 

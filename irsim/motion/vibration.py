@@ -9,12 +9,12 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.kinds import Several
+from irsim.config.base import Several
+from irsim.config.quantities import NotNegative, Positive
+from irsim.geometry.context import Stage
 from irsim.motion.base import Pointing
 from irsim.motion.shaking import shaking
-from irsim.quantities import NotNegative, Positive
 from irsim.rng import stream
-from irsim.stage import Stage
 from irsim.types import Floats
 
 Line = Annotated[tuple[Positive, NotNegative, NotNegative], Field(strict=False)]

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from irsim.geometry.context import Stage
 from irsim.motion.base import Path
-from irsim.stage import Stage
 from irsim.types import Floats
 
 SMOOTHED_S = 0.5

@@ -9,11 +9,11 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.kinds import Several
+from irsim.config.base import Several
+from irsim.config.quantities import TOP_PIXEL_SPEED, TOP_SPEED, Number, Pair, Positive, Triple
+from irsim.geometry.context import Stage
 from irsim.motion.base import MetrePath, PixelPath
 from irsim.motion.spline import Spline
-from irsim.quantities import TOP_PIXEL_SPEED, TOP_SPEED, Number, Pair, Positive, Triple
-from irsim.stage import Stage
 from irsim.types import Floats
 
 

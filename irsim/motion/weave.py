@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
+from irsim.config.quantities import Degrees, NotNegative, Pair, PixelSpeed, Positive
+from irsim.geometry.context import Stage
 from irsim.motion.base import PixelPath
 from irsim.motion.headed import HeadedPath
 from irsim.motion.straight import unit
-from irsim.quantities import Degrees, NotNegative, Pair, PixelSpeed, Positive
-from irsim.stage import Stage
 from irsim.types import Floats
 
 

@@ -9,10 +9,10 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.kinds import Several
+from irsim.config.base import Several
+from irsim.config.quantities import NotNegative
+from irsim.geometry.context import Stage
 from irsim.motion.base import Pointing
-from irsim.quantities import NotNegative
-from irsim.stage import Stage
 from irsim.types import Floats
 
 Knot = Annotated[tuple[NotNegative, Annotated[float, Field(ge=1, le=50)]], Field(strict=False)]

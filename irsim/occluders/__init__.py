@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from irsim.kinds import Family
+from irsim.config.base import Family
 from irsim.occluders.bar import Bar
 from irsim.occluders.base import Occluder, Opaque
 from irsim.occluders.smoke import Smoke

@@ -7,9 +7,9 @@ from typing import Annotated, ClassVar
 import numpy as np
 from pydantic import Field
 
+from irsim.config.quantities import Degrees, Pair, Positive
+from irsim.geometry.context import Stage
 from irsim.occluders.base import Facet, Opaque, given
-from irsim.quantities import Degrees, Pair, Positive
-from irsim.stage import Stage
 from irsim.types import Box, Floats
 
 Size = Annotated[tuple[Positive, Positive], Field(strict=False)]

@@ -11,14 +11,14 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.geometry import Geometry
-from irsim.kinds import Name, NamedKind
-from irsim.quantities import Fraction, Kelvin, Range, Stretch
-from irsim.shapes.polygon import outline
-from irsim.shapes.silhouette import Outline, sprite, within_sight
-from irsim.sight import Sight
-from irsim.sprite import Sprite
-from irsim.stage import Stage
+from irsim.config.base import Name, NamedKind
+from irsim.config.quantities import Fraction, Kelvin, Range, Stretch
+from irsim.geometry.context import Stage
+from irsim.geometry.polygon import outline
+from irsim.geometry.pose import Sight
+from irsim.geometry.projection import Geometry
+from irsim.geometry.silhouette import Outline, sprite, within_sight
+from irsim.geometry.sprite import Sprite
 from irsim.types import Box, Floats, arrays_frozen
 
 T = TypeVar("T")
@@ -28,7 +28,7 @@ AnyOccluder = TypeVar("AnyOccluder", bound="Occluder")
 class Occluder(NamedKind):
     """Something between the camera and the targets behind it; it stands still in space, but smoke drifts.
 
-    It has a place, or an intent: whom it hides, and when. `irsim.intent` finds the place for that.
+    It has a place, or an intent: whom it hides, and when. irsim.scenario.placement_all finds the place for that.
     """
 
     placing: ClassVar[tuple[str, ...]] = ()
@@ -111,7 +111,7 @@ class Occluder(NamedKind):
 def given(value: T | None) -> T:
     """A key of the place; ValueError where there is an intent instead, whose place has yet to be found."""
     if value is None:
-        raise ValueError("the occluder has no place yet: irsim.intent finds it")
+        raise ValueError("the occluder has no place yet: irsim.scenario.placement_all finds it")
     return value
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from irsim.shapes.silhouette import Grid
+from irsim.geometry.silhouette import Grid
 from irsim.types import Floats
 
 SAMPLES = 2

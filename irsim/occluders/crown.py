@@ -9,10 +9,10 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-from irsim.foliage import LIGHT, SHADED, Crown, Foliage, broadleaf, wood
+from irsim.geometry.context import Stage
+from irsim.geometry.vegetation import LIGHT, SHADED, Crown, Foliage, broadleaf, wood
 from irsim.occluders.billboard import Billboard
 from irsim.rng import stream
-from irsim.stage import Stage
 from irsim.types import Bools, Floats, arrays_frozen
 
 CELLS = 512

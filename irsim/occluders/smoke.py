@@ -10,16 +10,16 @@ from typing import Annotated, ClassVar
 import numpy as np
 from pydantic import Field
 
-from irsim.kinds import Switches
+from irsim.config.base import Switches
+from irsim.config.quantities import Fraction, Kelvin, KelvinSpread, NotNegative, Number, Pair
+from irsim.geometry.context import Stage
+from irsim.geometry.pose import Sight
+from irsim.geometry.silhouette import within_sight
+from irsim.geometry.sprite import Sprite
 from irsim.occluders.bar import Size
 from irsim.occluders.base import Occluder, given
 from irsim.occluders.billows import OUTERMOST, lumps, thickened, torn
-from irsim.quantities import Fraction, Kelvin, KelvinSpread, NotNegative, Number, Pair
 from irsim.rng import stream
-from irsim.shapes.silhouette import within_sight
-from irsim.sight import Sight
-from irsim.sprite import Sprite
-from irsim.stage import Stage
 from irsim.types import Box, Floats
 
 _PUFFS = 24

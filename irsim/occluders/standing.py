@@ -6,11 +6,11 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from irsim.kinds import Switches
+from irsim.config.base import Switches
+from irsim.config.quantities import Kelvin, NotNegative, Pair, Positive
+from irsim.geometry.context import Stage
 from irsim.occluders.bar import Size, rectangle
 from irsim.occluders.base import Facet, Opaque, given
-from irsim.quantities import Kelvin, NotNegative, Pair, Positive
-from irsim.stage import Stage
 from irsim.types import Box
 
 Panes = Annotated[int, Field(ge=0, le=20)]

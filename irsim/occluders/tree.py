@@ -12,17 +12,17 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from irsim.config.quantities import Fraction, Kelvin, KelvinSpread, Pair, Positive
+from irsim.geometry.context import Stage
+from irsim.geometry.polygon import as_changes, coverage, outline
+from irsim.geometry.pose import Sight
+from irsim.geometry.silhouette import Grid, spread, within_sight
+from irsim.geometry.sprite import Sprite
 from irsim.occluders.bar import Size
 from irsim.occluders.base import Occluder, bounds, given, kept
 from irsim.occluders.crown import BARK, CORE, THICK, Form, Heat, form_of, gapless, lit
 from irsim.occluders.standing import foot
-from irsim.quantities import Fraction, Kelvin, KelvinSpread, Pair, Positive
 from irsim.rng import stream
-from irsim.shapes.polygon import as_changes, coverage, outline
-from irsim.shapes.silhouette import Grid, spread, within_sight
-from irsim.sight import Sight
-from irsim.sprite import Sprite
-from irsim.stage import Stage
 from irsim.types import Box, Floats, arrays_frozen
 from irsim.wording import counted
 

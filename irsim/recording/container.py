@@ -24,9 +24,9 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, AttachmentIndex, Channel, ChunkIndex, Metadata, MetadataIndex
 from mcap.stream_reader import StreamReader
 
-from irsim.contents import Stamp, stamp
+from irsim.config.file_digests import Stamp, stamp
+from irsim.config.files import check_input
 from irsim.errors import InputError
-from irsim.files import check_input
 from irsim.recording.binary import CHUNK_HEAD, CRC, MAGIC, MESSAGE, RECORD
 from irsim.recording.damage import BROKEN, DamageError, damage, decoded
 from irsim.wording import counted

@@ -9,10 +9,10 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, ValidationError
 
-from irsim.display import AGCS, Agc
+from irsim.camera.displays import AGCS, Agc
+from irsim.config.base import Part, Several, importing_nothing
+from irsim.config.quantities import AboveZero, NotNegative
 from irsim.errors import InputError
-from irsim.kinds import Part, Several, importing_nothing
-from irsim.quantities import AboveZero, NotNegative
 from irsim.types import Curve
 
 FORMAT = 1

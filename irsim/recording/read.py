@@ -10,10 +10,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, NoReturn
 
-from irsim.cards import source_card, source_line
-from irsim.display import Agc, Screen
+from irsim.camera.displays import Agc, Screen
+from irsim.config.files import path_of
 from irsim.errors import InputError, frame_number
-from irsim.files import path_of
+from irsim.frame_range import check_view, span
+from irsim.notebook import source_card, source_line
 from irsim.recording.bands import band_of
 from irsim.recording.container import Container, Lane, Packet, open_container
 from irsim.recording.header import Contents, Header
@@ -21,7 +22,6 @@ from irsim.recording.image import decode_image
 from irsim.recording.layout import IMAGE, SCENARIO, TRUTH
 from irsim.recording.schema import decode_truth
 from irsim.recording.times import from_ns
-from irsim.span import check_view, span
 from irsim.types import CameraFacts, Frame, Input, Source, Truth
 from irsim.wording import counted
 

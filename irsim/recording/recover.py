@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from itertools import chain
 from pathlib import Path
 
-from irsim.files import check_output, path_of
+from irsim.config.files import check_output, path_of
 from irsim.recording.container import check_mcap
 from irsim.recording.damage import BROKEN
 from irsim.recording.header import Header

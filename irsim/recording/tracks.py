@@ -11,9 +11,9 @@ from typing import Any
 from foxglove_schemas_protobuf.ImageAnnotations_pb2 import ImageAnnotations
 from pydantic import Field
 
+from irsim.config.files import path_of, replacing
+from irsim.config.quantities import AboveZero
 from irsim.errors import InputError
-from irsim.files import path_of, replacing
-from irsim.quantities import AboveZero
 from irsim.recording.annotate import TRACK, draw
 from irsim.recording.chunks import ChunkWriter, Message
 from irsim.recording.container import open_container

@@ -16,9 +16,9 @@ from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 from foxglove_schemas_protobuf.ImageAnnotations_pb2 import ImageAnnotations
 from foxglove_schemas_protobuf.RawImage_pb2 import RawImage
 
-from irsim.display import AGCS, Agc, Screen
+from irsim.camera.displays import AGCS, Agc, Screen
+from irsim.config.files import check_output, path_of, replacing
 from irsim.errors import InputError, expect_source, whole
-from irsim.files import check_output, path_of, replacing
 from irsim.recording.annotate import annotate_truth, stamp
 from irsim.recording.bands import words_of
 from irsim.recording.chunks import ChunkWriter, Compression, Message

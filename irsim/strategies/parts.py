@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 
-from irsim.presets import PRESETS
+from irsim.camera.presets import PRESETS
 
 Part = dict[str, Any]
 Drawn = TypeVar("Drawn")

@@ -8,8 +8,8 @@ from typing import Any
 
 from hypothesis import strategies as st
 
+from irsim.config.yaml_file import write
 from irsim.strategies.whole import documents
-from irsim.yamlfile import write
 
 Place = tuple[str | int, ...]
 

@@ -8,11 +8,11 @@ from typing import Any
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 
-from irsim.loader import loads
-from irsim.scenario import Scenario
+from irsim.config.yaml_file import write
+from irsim.scenario.loader import loads
+from irsim.scenario.model import Scenario
 from irsim.strategies import parts
 from irsim.strategies.parts import Part
-from irsim.yamlfile import write
 
 SIZE, FRAMES, IFOV_MRAD = (96, 72), 30, 0.5
 """Of scenes that are small enough to be rendered by the hundred, and large enough to be lost in."""

@@ -8,7 +8,7 @@ from typing import Literal, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from irsim.lean import lean
+from irsim.render.lean import lean
 
 Counts = npt.NDArray[np.uint16]
 Image = npt.NDArray[np.uint8] | Counts

@@ -12,7 +12,7 @@ from typing import Any
 from irtrack.bench.group import Group, Member, Outcome, run_group
 from irtrack.bench.reel import Reels
 from irtrack.errors import InputError, IrtrackError
-from irtrack.workers import Board, Deaths, GoneError, Limit, NotSentError, Pool, Watched
+from irtrack.runner import Board, Deaths, GoneError, Limit, NotSentError, Pool, Watched
 
 
 class Crew(Executor):

@@ -8,7 +8,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from irsim.files import check_output, path_of, replacing, replacing_text
+from irsim.config.files import check_output, path_of, replacing, replacing_text
 from irtrack.bench.cell import Cell, Key
 from irtrack.bench.results import Results
 from irtrack.errors import InputError

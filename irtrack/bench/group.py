@@ -12,10 +12,10 @@ from irtrack.bench.cell import Cell, Key
 from irtrack.bench.reel import Reels
 from irtrack.errors import IrtrackError, TrackerError
 from irtrack.metrics import Reference, Trace, score_trace
-from irtrack.replay import Player, replay, show
-from irtrack.start import find_start
+from irtrack.replay.replay import Player, replay, show
+from irtrack.replay.start import find_start
+from irtrack.runner import NO_LIMIT, Limit, Unwatched, Watch
 from irtrack.types import Tracker
-from irtrack.workers import NO_LIMIT, Limit, Unwatched, Watch
 
 Outcome = tuple[Cell, Trace | None]
 """A finished cell, and its track beside the truth; None where it failed."""

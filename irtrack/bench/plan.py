@@ -14,8 +14,8 @@ from irtrack.bench.cell import Key, SourceRow
 from irtrack.bench.group import Group, Member
 from irtrack.bench.specs import Entry, entry
 from irtrack.errors import InputError, whole
-from irtrack.identity import code_hash, tracker_config, tracker_name
-from irtrack.start import find_start
+from irtrack.registry.identity import code_hash, tracker_config, tracker_name
+from irtrack.replay.start import find_start
 from irtrack.types import GivenTracker
 
 

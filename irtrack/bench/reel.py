@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from irsim.types import Input, Source
 from irtrack.metrics import Reference
-from irtrack.replay import Pair
+from irtrack.replay.replay import Pair
 
 MOST_BYTES = 64 * 2**20
 """Of pictures that are kept: 200 frames of 640 x 512 as 8 bits. Of longer sources each cell reads its own."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from irsim.cards import table
+from irsim.notebook import table
 from irtrack.bench.cell import Cell
 from irtrack.bench.table import MARKS, SummaryRow, summary
 

@@ -82,7 +82,7 @@ def read_spec(text: str) -> Spec:
 
 def entry(tracker: str | GivenTracker | Entry) -> Entry:
     """An entry from what a caller may give: a spec, a tracker, plain or not, or an entry as it is."""
-    from irtrack.identity import tracker_name
+    from irtrack.registry.identity import tracker_name
     from irtrack.trackers import of
 
     if isinstance(tracker, Entry):

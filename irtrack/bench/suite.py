@@ -12,8 +12,8 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 import irsim
-from irsim.kinds import Name, Part, Several
-from irsim.quantities import Index, Positive
+from irsim.config.base import Name, Part, Several
+from irsim.config.quantities import Index, Positive
 from irsim.types import Input
 from irtrack.bench.asked import Asked, SourceEntry, asked
 from irtrack.bench.specs import Entry, parse_tracker_spec

@@ -24,8 +24,8 @@ from irtrack.bench.reel import Reels
 from irtrack.bench.results import Results
 from irtrack.bench.specs import Entry
 from irtrack.errors import InputError, IrtrackError, WorkerError, whole
+from irtrack.runner import NO_LIMIT, Limit, one_thread
 from irtrack.types import GivenTracker
-from irtrack.workers import NO_LIMIT, Limit, one_thread
 
 Progress = Callable[[int, int], None]
 """Called with (cells done, cells to do) as the bench goes on."""

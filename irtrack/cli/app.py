@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from irsim import terminal
-from irsim.files import check_output
-from irsim.terminal import given_path
+from irsim.cli import terminal
+from irsim.cli.terminal import given_path
+from irsim.config.files import check_output
 from irtrack.cli.bench import bench, export
 from irtrack.cli.check import check
 from irtrack.cli.compare import compare
@@ -44,7 +44,7 @@ def main() -> None:
 @app.command("list")
 def list_trackers(as_json: AsJson = False) -> None:
     """Show the trackers: name, what each does, and who described it."""
-    from irtrack.peers import HINT, offered
+    from irtrack.external import HINT, offered
     from irtrack.trackers import describe
 
     try:
@@ -118,10 +118,10 @@ def run(
         from irsim import Rendering, Scenario, is_recording, open_source
         from irtrack.bench.specs import read_spec
         from irtrack.cli.options import split_settings, start_box
-        from irtrack.identity import source_file
         from irtrack.metrics import Reference, Trace, score_trace
-        from irtrack.replay import Player, replay
-        from irtrack.start import find_start
+        from irtrack.registry.identity import source_file
+        from irtrack.replay.replay import Player, replay
+        from irtrack.replay.start import find_start
         from irtrack.trackers import find, make
 
         if init is not None:
@@ -163,7 +163,7 @@ def run(
 
         expected = told(opened.scenario, trace, track.target)
     if csv is not None:
-        from irtrack.trackfile import track_to_csv
+        from irtrack.cli.trackfile import track_to_csv
 
         track_to_csv(track, csv)
     if output is not None:
@@ -171,7 +171,7 @@ def run(
 
         record_track(track, opened.rate_hz, output)
     if as_json:
-        from irtrack.trackfile import track_as_dict
+        from irtrack.cli.trackfile import track_as_dict
 
         rules = [asdict(each) for each in expected]
         print_json({**track_as_dict(track), "score": result.as_dict(), "expected": rules, "repeat": repeat})

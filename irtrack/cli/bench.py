@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from irsim import terminal
-from irsim.files import check_output
-from irsim.terminal import given_path
+from irsim.cli import terminal
+from irsim.cli.terminal import given_path
+from irsim.config.files import check_output
 from irsim.wording import counted
 from irtrack.cli.bench_words import read_words, suite_of
 from irtrack.cli.options import (
@@ -107,7 +107,7 @@ def bench(
 
 
 def check_results(path: Path, *inputs: Path) -> None:
-    """InputError where no results file can be written there: see `irsim.files.check_output`."""
+    """InputError where no results file can be written there: see `irsim.config.files.check_output`."""
     check_output(path, *inputs, endings=(".db", ".sqlite", ".sqlite3"))
 
 

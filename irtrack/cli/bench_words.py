@@ -68,7 +68,7 @@ def suite_of(words: Words, trackers: str | None, severities: str | None) -> Suit
 def _asked(label: str | None, word: str, changes: Sequence[str], levels: Any) -> list[Asked]:
     """The source of that word; InputError where there is none, also of what reads like a change of something."""
     from irsim import Scenario
-    from irsim.kinds import suggestion
+    from irsim.config.base import suggestion
     from irtrack.bench import SourceEntry
     from irtrack.bench.asked import asked
 

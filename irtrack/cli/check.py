@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from irsim import terminal
-from irsim.files import check_output, make_folder, replacing_text
-from irsim.terminal import given_path
+from irsim.cli import terminal
+from irsim.cli.terminal import given_path
+from irsim.config.files import check_output, make_folder, replacing_text
 from irtrack.cli.options import FRAME_LIMIT_S, AsJson, FrameLimit, names
 from irtrack.cli.output import print_json, print_table
 from irtrack.errors import InputError

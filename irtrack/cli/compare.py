@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from irsim.files import check_output, replacing_text
-from irsim.terminal import given_path
+from irsim.cli.terminal import given_path
+from irsim.config.files import check_output, replacing_text
 from irtrack.cli.options import AsJson, names
 from irtrack.cli.output import print_json, print_table
 
 if TYPE_CHECKING:
-    from irtrack.compare import Comparison
+    from irtrack.bench.compare import Comparison
 
 
 def compare(
@@ -44,8 +44,8 @@ def compare(
     """Compare two results files, or two trackers of one, run by run on the same scenes."""
     inputs = [Path(name) for name in (old, new) if Path(name).exists()] or [results]
     check_output(junit_file, *inputs, endings=(".xml",))
-    from irtrack.compare import USUAL, Gate, cells_of, in_words, junit, under_one_label
-    from irtrack.compare import compare as compare_cells
+    from irtrack.bench.compare import USUAL, Gate, cells_of, in_words, junit, under_one_label
+    from irtrack.bench.compare import compare as compare_cells
 
     gates = [Gate.parse(text) for text in fail_if_worse or ()]
     asked = names("--metrics", metrics) or USUAL

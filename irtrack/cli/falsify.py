@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from irsim import terminal
-from irsim.terminal import given_path
+from irsim.cli import terminal
+from irsim.cli.terminal import given_path
 from irsim.wording import counted
 from irtrack.cli.options import FRAME_LIMIT_S, AsJson, FrameLimit, InputName, Jobs, command_line, input_name
 from irtrack.cli.output import print_json, tell_unheeded

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from irsim.terminal import given_path
+from irsim.cli.terminal import given_path
 from irtrack.errors import InputError
 
 if TYPE_CHECKING:
@@ -100,7 +100,7 @@ def split_settings(
     tracker takes any key; so is a parameter of the tracker given twice.
     """
     from irsim import scalar
-    from irsim.kinds import suggestion
+    from irsim.config.base import suggestion
 
     names, takes_any = parameters(tracker)
     top = list(scenario_keys)

@@ -22,7 +22,7 @@ _STDOUT, _STDERR = 1, 2
 
 def keep_output() -> None:
     """Standard output is the command's alone: what native code of a tracker writes there (printf, std::cout) goes to
-    standard error, from worker processes, too. What Python prints there, `irtrack.replay` redirects."""
+    standard error, from worker processes, too. What Python prints there, `irtrack.replay.replay` redirects."""
     try:
         if sys.stdout.fileno() != _STDOUT:
             return

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from irsim import terminal
+from irsim.cli import terminal
 from irsim.wording import counted
 from irtrack.cli.options import FRAME_LIMIT_S, AsJson, Jobs
 from irtrack.cli.output import number, print_json, print_table
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from irtrack.bench import Cell
-    from irtrack.golden import Change
+    from irtrack.bench.baseline import Change
 
 
 def regress(
@@ -55,7 +55,7 @@ def regress(
 def _figures(suite: Path, bless: bool, jobs: int) -> dict[str, Any]:
     """A suite beside its golden figures."""
     from irtrack.bench import is_suite, load_suite
-    from irtrack.golden import changes, golden_file, measure, read, write
+    from irtrack.bench.baseline import changes, golden_file, measure, read, write
 
     if not is_suite(str(suite)):
         raise InputError(f"{suite}: allowed: a suite (*suite*.yaml) or a folder of kept failures")

@@ -9,8 +9,8 @@ from typing import Annotated
 
 import typer
 
-from irsim import terminal
-from irsim.terminal import given_path
+from irsim.cli import terminal
+from irsim.cli.terminal import given_path
 from irsim.wording import counted
 from irtrack.cli.options import Jobs, command_line, names
 
@@ -39,7 +39,7 @@ def sources(
     ] = None,
 ) -> None:
     """Repeat the experiments of the papers and write a page: printed beside ours, each claim with its verdict."""
-    from irtrack.sources import write_sources
+    from irtrack.papers import write_sources
 
     parts = names("--only", only) or ()
     with terminal.progress_bar("sources") as bar:

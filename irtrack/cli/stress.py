@@ -36,8 +36,8 @@ def stress(
 ) -> None:
     """Run trackers over nine causes of failure at severities 0 to 5; print the runs lost and where half are."""
     from irtrack.bench import parse_trackers
+    from irtrack.bench.stress import SUITE, stress_suite
     from irtrack.report import severity_figures, severity_values
-    from irtrack.stress import SUITE, stress_suite
 
     check_results(results)
     asked = stress_suite(

@@ -11,7 +11,7 @@ from typing import Any, Protocol, TypeVar
 
 from irtrack.bench.group import Group, run_group
 from irtrack.errors import TrackerError
-from irtrack.workers import Blame, Board, Limit, Pool, Unwatched, Watch, Watched, answer_or_blame
+from irtrack.runner import Blame, Board, Limit, Pool, Unwatched, Watch, Watched, answer_or_blame
 
 Outcome = TypeVar("Outcome")
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import irsim
-from irsim.files import check_output, replacing_text
+from irsim.config.files import check_output, replacing_text
 from irtrack.bench import Entry, run_bench
 from irtrack.falsify.apart import Groups
 from irtrack.falsify.hunt import Failure, Hunt, Luck

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import irsim
-from irsim.files import make_folder, path_of
+from irsim.config.files import make_folder, path_of
 from irsim.types import Input
 from irtrack.bench import Entry
 from irtrack.bench.specs import entry

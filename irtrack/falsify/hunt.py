@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 import irsim
-from irsim.kinds import suggestion
+from irsim.config.base import suggestion
 from irsim.rng import stream
 from irsim.types import Floats
 from irsim.wording import counted

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 import irsim
-from irsim.files import make_folder, path_of, replacing, replacing_text
+from irsim.config.files import make_folder, path_of, replacing, replacing_text
 from irsim.types import Input
 from irtrack.errors import InputError, IrtrackError, whole
 from irtrack.falsify.apart import NO_LIMIT_S, Run, apart, here, running
@@ -22,8 +22,8 @@ from irtrack.falsify.order import in_order
 from irtrack.falsify.rules import in_words, rules_of
 from irtrack.falsify.told import NOTED
 from irtrack.falsify.trial import Subject, Verdict, examine
-from irtrack.identity import changed_parameters, tracker_config
-from irtrack.workers import Watch
+from irtrack.registry.identity import changed_parameters, tracker_config
+from irtrack.runner import Watch
 
 KEPT = Path("scenarios") / "regressions"
 """Where failures are kept unless another folder is named."""

@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from typing import Protocol, TypeVar
 
-from irtrack.workers import one_thread
+from irtrack.runner import one_thread
 
 Item = TypeVar("Item")
 Outcome = TypeVar("Outcome")
@@ -22,7 +22,7 @@ class Map(Protocol):
 
 @contextmanager
 def in_order(jobs: int) -> Iterator[Map]:
-    """A `Map` over so many threads, each of which is to wait for a process (`irtrack.workers.Watched`); one job is
+    """A `Map` over so many threads, each of which is to wait for a process (`irtrack.runner.Watched`); one job is
     done by this thread."""
     if jobs == 1:
         with one_thread():

@@ -11,12 +11,12 @@ from irsim.types import Frame, Input, Source
 from irtrack.errors import InputError, IrtrackError
 from irtrack.falsify.apart import LostError, Run, here
 from irtrack.falsify.rules import UNTRIED, margin
-from irtrack.identity import tracker_name
 from irtrack.metrics import Reference, Trace
-from irtrack.replay import Player, replay
-from irtrack.start import find_start
+from irtrack.registry.identity import tracker_name
+from irtrack.replay.replay import Player, replay
+from irtrack.replay.start import find_start
+from irtrack.runner import Watch
 from irtrack.types import Tracker
-from irtrack.workers import Watch
 
 RULE = "rule"
 """How a rule of the scenario is broken: by the track."""

@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import Any
 
 import irsim
-from irsim.files import replacing_text
+from irsim.config.files import replacing_text
 from irtrack.errors import InputError
 from irtrack.falsify.apart import NO_LIMIT_S, Run, here
 from irtrack.falsify.order import Map
 from irtrack.falsify.trial import Subject, Verdict, examine, judge
-from irtrack.identity import code_hash, module_code_hash, tracker_config
 from irtrack.metrics import Trace
+from irtrack.registry.identity import code_hash, module_code_hash, tracker_config
 
 
 class Trials:

@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 
 from irsim.types import Bools, Floats, Image
-from irtrack.compiled import COMPILED, kernels
+from irtrack._native import COMPILED, kernels
 from irtrack.features.gradients import Gradient, orientations, polar, sobel
 from irtrack.features.quantise import Bins, Quantiser, contiguous
 from irtrack.features.window import Window

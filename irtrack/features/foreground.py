@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from irsim.types import Floats, Image
-from irtrack.features.backdrop import Grid, Hole, LaidFrame
+from irtrack.features.background import Grid, Hole, LaidFrame
 from irtrack.features.quantise import MARGIN, levels_between
 
 BINS = 32

@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from irsim.types import MEDIAN_TO_SIGMA, Floats, Image
-from irtrack.compiled import COMPILED, kernels
+from irtrack._native import COMPILED, kernels
 from irtrack.features.quantise import contiguous
 
 Singles = npt.NDArray[np.float32]

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from irsim.types import Floats, Image
-from irtrack.compiled import COMPILED
-from irtrack.compiled import kernels as compiled
+from irtrack._native import COMPILED
+from irtrack._native import kernels as compiled
 from irtrack.features.highpass import HighPassed
 from irtrack.features.quantise import Bins, Quantiser, contiguous
 from irtrack.features.window import Integers, Window

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from irsim.types import Box, Floats, Image
-from irtrack.compiled import COMPILED, kernels
+from irtrack._native import COMPILED, kernels
 from irtrack.features.histogram import bhattacharyya
 from irtrack.features.quantise import Bins, Quantiser, contiguous
 

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from irsim.types import Floats
-from irtrack.compiled import COMPILED, kernels
+from irtrack._native import COMPILED, kernels
 
 Speed = Literal["lambda", "sqrt_lambda"]
 

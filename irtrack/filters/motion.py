@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from irsim.types import Floats
-from irtrack.compiled import COMPILED, kernels
+from irtrack._native import COMPILED, kernels
 
 Propagation = Literal["gaussian", "disc"]
 """How particles spread within a radius: normal, of a third of it; or even over the disc."""

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from irsim.types import Floats
-from irtrack.compiled import COMPILED, kernels
+from irtrack._native import COMPILED, kernels
 
 Indices = npt.NDArray[np.intp]
 Resampling = Literal["multinomial", "systematic", "stratified", "residual"]

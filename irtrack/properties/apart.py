@@ -16,8 +16,8 @@ from irsim.types import Box, Frame
 from irtrack.errors import told
 from irtrack.properties.examining import Outcome, Profile, examined
 from irtrack.properties.table import PROPERTIES, Property
+from irtrack.runner import Blame, Board, Limit, Watched, answer_or_blame
 from irtrack.types import Estimate, Tracker, resumable
-from irtrack.workers import Blame, Board, Limit, Watched, answer_or_blame
 
 _NOWHERE = Path(os.devnull) / "hypothesis"
 """Where Hypothesis may put nothing: it would leave a folder of the constants of the tracker's modules behind."""

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 
-from irsim.kinds import suggestion
+from irsim.config.base import suggestion
 from irtrack.errors import InputError
-from irtrack.identity import tracker_name
 from irtrack.properties.apart import Examiner
 from irtrack.properties.examining import Outcome, Profile, examined
 from irtrack.properties.exceptions import EXCEPTIONS
 from irtrack.properties.table import PROPERTIES, Property
+from irtrack.registry.identity import tracker_name
 from irtrack.types import GivenTracker, Tracker
 
 
@@ -35,7 +35,7 @@ def check(
 
     What is drawn is the same at each call. InputError for an unknown name of a tracker or property.
     """
-    from irtrack.replay import named
+    from irtrack.replay.replay import named
 
     chosen = named(tracker)
     asked = set(PROPERTIES) if only is None else {_known(name) for name in only}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from irsim.files import replacing_text
+from irsim.config.files import replacing_text
 from irsim.types import Source
 from irtrack.bench import Results
 from irtrack.report.figures import failures, source_figures

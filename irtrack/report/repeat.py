@@ -10,7 +10,7 @@ from typing import Any
 
 from irsim.types import Box
 from irtrack.bench import Cell, Key, Run, SourceRow
-from irtrack.identity import changed_parameters
+from irtrack.registry.identity import changed_parameters
 
 
 def repeat_commands(path: Path, runs: Sequence[Run]) -> tuple[str, ...]:

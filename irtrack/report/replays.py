@@ -14,11 +14,11 @@ import numpy as np
 from irsim.types import Box, Floats, Frame, Image, Source
 from irtrack.bench import Cell
 from irtrack.errors import IrtrackError
-from irtrack.identity import code_hash, remade
 from irtrack.metrics import Trace
-from irtrack.replay import Player, replay
+from irtrack.registry.identity import code_hash, remade
+from irtrack.replay.replay import Player, replay
+from irtrack.replay.start import Start
 from irtrack.report.filmstrip import Follower
-from irtrack.start import Start
 from irtrack.types import resumable
 
 PICTURE_BYTES = 1_200_000

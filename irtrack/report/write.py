@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from irsim.files import check_output, path_of, replacing_text
-from irsim.kinds import suggestion
+from irsim.config.base import suggestion
+from irsim.config.files import check_output, path_of, replacing_text
 from irtrack.bench import Cell, Results, summary
 from irtrack.errors import InputError
 from irtrack.report.figures import Figures, failures, severity_figures, source_figures

@@ -20,9 +20,9 @@ from typing import Any, Literal, NamedTuple, Union, cast, get_args, get_origin, 
 from pydantic import create_model
 
 from irsim import build
-from irsim.kinds import Part, suggestion
+from irsim.config.base import Part, suggestion
 from irtrack.errors import InputError, told
-from irtrack.peers import HINT, PEERS, offered, required
+from irtrack.external import HINT, PEERS, offered, required
 from irtrack.trackers.background_restrained_pf import BackgroundRestrainedPF
 from irtrack.trackers.base import TrackerPart
 from irtrack.trackers.camshift_kalman import CamShiftKalman

@@ -6,7 +6,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
-from irsim.quantities import Fraction
+from irsim.config.quantities import Fraction
 from irsim.types import Floats
 from irtrack.trackers.grey_pf import GreyPF
 

@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 from pydantic import Field
 
-from irsim.kinds import Part
+from irsim.config.base import Part
 from irsim.types import Box, Frame
 from irtrack.errors import InputError
 from irtrack.features.window import Window

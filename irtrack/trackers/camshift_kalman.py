@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from pydantic import Field
 
-from irsim.quantities import Fraction
+from irsim.config.quantities import Fraction
 from irsim.types import Box, Floats, Frame, Image
 from irtrack.features.histogram import Surround, gaussian_kernel
 from irtrack.features.mean_shift import back_projection

@@ -9,11 +9,11 @@ from typing import ClassVar
 import numpy as np
 from pydantic import Field
 
-from irsim.quantities import Fraction
+from irsim.config.quantities import Fraction
 from irsim.types import Box, Frame
-from irtrack.features.backdrop import Backdrop, Hole
+from irtrack.features.background import Backdrop, Hole
 from irtrack.features.foreground import Greys, gathered, peaks
-from irtrack.filters.company import Rules, Tracks, advance
+from irtrack.filters.association import Rules, Tracks, advance
 from irtrack.trackers.base import Deviation, Footage, Sight, Spread, footage, start_window
 from irtrack.trackers.gated import GatedPart
 from irtrack.types import Estimate
@@ -56,11 +56,11 @@ class ChangeKalman(GatedPart):
 
     A variant of `kalman`, the baseline of J. Cheng et al. 2006, of no paper's making, for targets among
     clutter and their like, hidden for a while. It adds three things to it. The measurement: the scene's own
-    picture is learned behind the target and registered under each frame (`irtrack.features.backdrop`), so
+    picture is learned behind the target and registered under each frame (`irtrack.features.background`), so
     that clutter that keeps its place drops out, however bright; a pixel is the target's as far as it differs
     from that picture and has the target's greys, whose histogram is Cheng's. The company: other things
     that move have filters of their own, and plots are shared out among all of them
-    (`irtrack.filters.company`). Hiding: what is seen of a target that is hidden in part lies off its centre,
+    (`irtrack.filters.association`). Hiding: what is seen of a target that is hidden in part lies off its centre,
     so its way goes on unmeasured until it is back.
 
     It needs a background that keeps its form, under a camera that may pan and shake but not roll or zoom, and

@@ -1,4 +1,4 @@
-"""`program`, `trax` and the peers: trackers that run as programs of their own (`irtrack.peers`)."""
+"""`program`, `trax` and the peers: trackers that run as programs of their own (`irtrack.external`)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pydantic import BeforeValidator, Field
 
 from irsim.types import Box, Frame
 from irtrack.errors import InputError
-from irtrack.peers import Session, TraxSession, command, required
+from irtrack.external import Session, TraxSession, command, required
 from irtrack.trackers.base import Footage, TrackerPart, footage, start_window
 from irtrack.types import LEAST_PX, Estimate
 

@@ -7,14 +7,14 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field as Parameter
 
-from irsim.quantities import Fraction
+from irsim.config.quantities import Fraction
 from irsim.types import Box, Floats, Frame, Image
 from irtrack.features.confidence import CONFIDENCES, Confidence
 from irtrack.features.correlation import rival as highest_apart
 from irtrack.features.cues import Cue, Field, Pattern, likeness_map
 from irtrack.features.quantise import BinsRange, quantiser
 from irtrack.features.window import Window
-from irtrack.filters import particles as cloud
+from irtrack.filters import particle as cloud
 from irtrack.filters.resampling import RESAMPLERS, Resampling
 from irtrack.filters.selection import Restoring, chosen, largest_first, restored
 from irtrack.trackers.base import DISTINCT, Sight, Spread, TrackerPart, footage, start_window

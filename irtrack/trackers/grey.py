@@ -13,7 +13,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from irsim.quantities import Fraction
+from irsim.config.quantities import Fraction
 from irsim.types import Box, Floats, Frame, Image
 from irtrack.features.highpass import HighPass, full_kernel, ring_kernel
 from irtrack.features.histogram import (
@@ -29,7 +29,7 @@ from irtrack.features.histogram import (
 from irtrack.features.mean_shift import Bandwidth, bandwidth
 from irtrack.features.quantise import BinsRange, Quantiser, full_range, quantiser
 from irtrack.features.window import Window
-from irtrack.filters import particles as cloud
+from irtrack.filters import particle as cloud
 from irtrack.trackers.base import Footage, Sight, TrackerPart, footage, start_window
 from irtrack.types import Estimate
 

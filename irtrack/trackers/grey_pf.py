@@ -9,10 +9,10 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from irsim.quantities import Fraction
+from irsim.config.quantities import Fraction
 from irsim.types import Box, Floats, Frame
 from irtrack.features.histogram import Judged
-from irtrack.filters import particles as cloud
+from irtrack.filters import particle as cloud
 from irtrack.filters.adaptive import kld_count, neff_count
 from irtrack.filters.motion import ar2_drawn
 from irtrack.filters.resampling import RESAMPLERS, Resampling

@@ -12,7 +12,7 @@ from pydantic import Field
 
 from irsim.types import Box, Floats, Frame
 from irtrack.features.velocity import line, velocity_likeness
-from irtrack.filters import particles as cloud
+from irtrack.filters import particle as cloud
 from irtrack.filters.motion import random_walk
 from irtrack.filters.resampling import RESAMPLERS
 from irtrack.trackers.base import Deviation, Ratio, Sight

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from irsim.quantities import Fraction
+from irsim.config.quantities import Fraction
 from irsim.types import Box, Floats, Frame
 from irtrack.trackers.base import Sight
 from irtrack.trackers.gated import GatedPart, filtered

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from irsim.types import Box, Floats, Frame
-from irtrack.filters import particles as cloud
+from irtrack.filters import particle as cloud
 from irtrack.filters.motion import random_walk, random_walk_density
 from irtrack.filters.resampling import RESAMPLERS
 from irtrack.trackers.base import Deviation, Sight

@@ -8,10 +8,10 @@ from typing import Annotated, ClassVar
 import numpy as np
 from pydantic import Field
 
-from irsim.quantities import Fraction
+from irsim.config.quantities import Fraction
 from irsim.types import Box, Floats, Frame, Image
 from irtrack.features.correlation import ncc, rival
-from irtrack.features.flow import Picture, forward_backward, spread_ratio
+from irtrack.features.optical_flow import Picture, forward_backward, spread_ratio
 from irtrack.features.quantise import Quantiser, quantiser
 from irtrack.features.window import Window, region
 from irtrack.trackers.base import Footage, Ratio, Sight, TrackerPart, footage, start_window

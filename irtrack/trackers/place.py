@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from irsim.quantities import Fraction
+from irsim.config.quantities import Fraction
 from irsim.types import Box, Floats, Frame, Image
 from irtrack.features.centroid import centroid, contrast
 from irtrack.features.correlation import ncc, peak, rival

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field
 
 from irsim.types import Floats
-from irtrack.filters import particles as cloud
+from irtrack.filters import particle as cloud
 from irtrack.trackers.grey_velocity import Cue, GreyVelocityPart
 
 _NOTHING = float(np.finfo(np.float64).tiny)

@@ -8,10 +8,10 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from irsim.quantities import Fraction
+from irsim.config.quantities import Fraction
 from irsim.types import Box, Floats, Frame, Image
 from irtrack.features.svd import Residual, candidates, largest_parts, standardised
-from irtrack.filters import particles as cloud
+from irtrack.filters import particle as cloud
 from irtrack.filters.resampling import RESAMPLERS, Resampling
 from irtrack.trackers.base import Deviation, Footage, Ratio, Sight, Spread, TrackerPart, footage, start_window
 from irtrack.types import Estimate

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from irsim.quantities import Fraction
+from irsim.config.quantities import Fraction
 from irsim.types import Floats
 from irtrack.features.histogram import Judged
 from irtrack.filters.motion import Propagation

@@ -24,8 +24,8 @@ import numpy as np
 from scipy import ndimage
 
 import irsim
-import irsim.compiled
-from irsim.render import Renderer
+import irsim._native
+from irsim.render.frame import Renderer
 
 SCENARIO = Path(__file__).with_name("full_chain.yaml")
 FRAMES = 250
@@ -138,7 +138,7 @@ def full_chain(report: Report) -> None:
         report(f"full_chain_{name}_median", 1 / middle[name], f"frames/s of one core, the median of {ROUNDS} rounds")
     whole = least["640x512"]
     report("full_chain_640x512_speedup", least["640x512_naive_numpy"] / whole, "x")
-    if irsim.compiled.COMPILED:
+    if irsim._native.COMPILED:
         plain = plain_s()
         report("full_chain_640x512_compiled_speedup", plain / whole, "x the same without compiled loops")
     for name, seconds in stages(renderer):

@@ -12,7 +12,7 @@ import typer
 from command_line import SMALL_SCENE, Run
 
 import irsim
-from irsim.terminal import run as run_app
+from irsim.cli.terminal import run as run_app
 
 BAD = {
     "no such scenario": (["render", "nosuch"], "irsim: nosuch: there is no such file and no shipped scenario"),

@@ -13,7 +13,7 @@ from command_line import Call
 
 import irsim
 import irtrack
-from irsim.render import Renderer
+from irsim.render.frame import Renderer
 from irtrack.cli.output import print_run
 from irtrack.trackers import TRACKERS
 

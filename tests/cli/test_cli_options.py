@@ -12,8 +12,8 @@ import pytest
 import typer
 from command_line import Run
 
-from irsim.cli import app as irsim_app
-from irsim.terminal import OPTIONS, in_options
+from irsim.cli.app import app as irsim_app
+from irsim.cli.terminal import OPTIONS, in_options
 from irsim.types import Box
 from irtrack import InputError
 from irtrack.cli import app as irtrack_app
@@ -71,7 +71,7 @@ def _named(option: str, row: str) -> bool:
     return option in row or short.get(option, option) in row
 
 
-COMMAND_LINE = {"irsim/span.py", "irtrack/golden.py"}
+COMMAND_LINE = {"irsim/frame_range.py", "irtrack/bench/baseline.py"}
 """Modules besides those of the commands whose errors speak of options: only the command line comes there."""
 
 
@@ -125,7 +125,7 @@ def test_a_file_called_like_a_parameter_keeps_its_name_in_an_error(tmp_path: Pat
 SWALLOWS = """\
 import os, signal, time
 import typer
-from irsim.terminal import run
+from irsim.cli.terminal import run
 
 signal.signal(signal.SIGNAL, signal.SIG_DFL)  # nohup ignores one, a shell's background another
 app = typer.Typer()

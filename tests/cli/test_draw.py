@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from irsim.draw import _draw_zoom, drawn_greys, name_place, shortened, zoom_corner, zoom_side
+from irsim.cli.figures import _draw_zoom, drawn_greys, name_place, shortened, zoom_corner, zoom_side
 from irsim.types import Box
 
 SIZE = (200, 100)  # the enlarged part is 30 px wide and high

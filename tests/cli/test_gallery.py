@@ -9,15 +9,15 @@ import cv2
 import numpy as np
 import pytest
 
-from irsim import sheets
 from irsim.backgrounds import BACKGROUNDS
-from irsim.draw import Labelled
+from irsim.camera.presets import PRESETS
+from irsim.cli import sheets
+from irsim.cli.figures import Labelled
+from irsim.cli.gallery import BLIND_EACH, CROP, FILL, bodies, crop, typical, write_blind, write_sheet
 from irsim.errors import InputError
-from irsim.gallery import BLIND_EACH, CROP, FILL, bodies, crop, typical, write_blind, write_sheet
 from irsim.motion.upright import Pitched, Rotorcraft, Upright
-from irsim.presets import PRESETS
-from irsim.shapes import SHAPES
-from irsim.shapes.body import Body
+from irsim.targets import SHAPES
+from irsim.targets.body import Body
 
 
 def test_all_bodies_that_need_no_file_are_in_it() -> None:

@@ -13,9 +13,9 @@ import pytest
 from PIL import Image, ImageSequence
 
 import irsim
-from irsim.moving import AMBER, BLACK, PALETTE, WHITE, drawn, moving_picture
+from irsim.cli.video import AMBER, BLACK, PALETTE, WHITE, drawn, moving_picture
 from irsim.recording import open_recording, record
-from irsim.simulate import Rendering
+from irsim.render.stream import Rendering
 from irsim.types import Box, Frame, TargetTruth, Truth
 
 SCENE = """

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from irtrack.bench import Entry
+from irtrack.bench.stress import stress_suite
 from irtrack.cli import main
 from irtrack.errors import InputError
-from irtrack.stress import stress_suite
 from irtrack.trackers import make
 
 Cli = Callable[..., tuple[int, str, str]]

@@ -10,8 +10,8 @@ import pytest
 from typer.testing import CliRunner
 
 import irsim
-from irsim.cli import app
-from irsim.survey import Spell, survey
+from irsim.cli.app import app
+from irsim.cli.truth_summary import Spell, survey
 from irsim.types import Box, TargetTruth, Truth
 from irsim.wording import plain
 

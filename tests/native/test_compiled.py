@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 
 import irsim
-import irsim.compiled
-import irtrack.compiled
-from irsim.compiled.loading import load
+import irsim._native
+import irtrack._native
+from irsim._native.loading import load
 from irtrack.features.histogram import bhattacharyya
 from irtrack.features.mean_shift import mean_shift
 from irtrack.features.quantise import full_range
@@ -27,8 +27,8 @@ ROOT = Path(__file__).parents[2]
 SCENES = ["sky", "swarm", "entrant", str(ROOT / "tests" / "bench" / "full_chain.yaml")]
 RENDER = """
 import pickle, sys
-import irsim, irsim.compiled
-assert not irsim.compiled.COMPILED
+import irsim, irsim._native
+assert not irsim._native.COMPILED
 scenes = map(irsim.load, sys.argv[1:])
 pickle.dump([next(irsim.frames(scene, 9)) for scene in scenes], sys.stdout.buffer)
 """
@@ -40,7 +40,7 @@ def can_compile() -> bool:
 
 @pytest.mark.skipif(not can_compile() or bool(os.environ.get("IRSIM_PLAIN")), reason="no compiler, or not wanted")
 def test_what_can_be_compiled_is() -> None:
-    assert irsim.compiled.COMPILED
+    assert irsim._native.COMPILED
     assert irtrack.compiled.COMPILED
 
 
@@ -80,13 +80,13 @@ def test_what_the_plain_loops_take_the_compiled_ones_take() -> None:
     assert weights == pytest.approx([np.exp(-1) / (1 + np.exp(-1)), 1 / (1 + np.exp(-1))])
 
 
-@pytest.mark.skipif(not irsim.compiled.COMPILED, reason="nothing is compiled")
+@pytest.mark.skipif(not irsim._native.COMPILED, reason="nothing is compiled")
 def test_what_was_compiled_of_other_source_is_told_and_not_used(tmp_path: Path) -> None:
-    with pytest.warns(UserWarning, match="irsim.compiled was compiled of other source .*make install"):
-        assert load("irsim.compiled", tmp_path) is None
+    with pytest.warns(UserWarning, match="irsim._native was compiled of other source .*make install"):
+        assert load("irsim._native", tmp_path) is None
 
 
-@pytest.mark.skipif(not irsim.compiled.COMPILED, reason="nothing is compiled")
+@pytest.mark.skipif(not irsim._native.COMPILED, reason="nothing is compiled")
 def test_scenes_are_rendered_alike_by_both() -> None:
     """Bodies' light may differ in its last digits, which turns a count where it is rounded."""
     done = subprocess.run(

@@ -12,18 +12,19 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from test_shapes import AWAY, BODIES, shape, stage
 
-from irsim.compiled import COMPILED
+from irsim._native import COMPILED
+from irsim.geometry import silhouette
+from irsim.geometry.polygon import outline
+from irsim.geometry.silhouette import Outline, sprites
+from irsim.geometry.sprite import Sprite
 from irsim.motion.attitude import euler
-from irsim.optics import GaussianSpread, LensSpread, PointSpread
-from irsim.shapes import View, body, draw_all, silhouette
-from irsim.shapes.joints import Rigid, hinge
-from irsim.shapes.mesh import mesh
-from irsim.shapes.polygon import outline
-from irsim.shapes.posed import Posed, Rest, posed_sprite, posed_sprites
-from irsim.shapes.rims import Joints
-from irsim.shapes.silhouette import Outline, sprites
-from irsim.shapes.solids import Solid
-from irsim.sprite import Sprite
+from irsim.physics.optics import GaussianSpread, LensSpread, PointSpread
+from irsim.targets import View, body, draw_all
+from irsim.targets.joints import Rigid, hinge
+from irsim.targets.mesh import mesh
+from irsim.targets.part_outlines import Joints
+from irsim.targets.posed import Posed, Rest, posed_sprite, posed_sprites
+from irsim.targets.solids import Solid
 from irsim.types import Box, Floats
 
 pytestmark = pytest.mark.skipif(not COMPILED, reason="nothing is compiled")

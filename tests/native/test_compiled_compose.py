@@ -10,13 +10,14 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from irsim import compose, contrast
-from irsim.compiled import COMPILED
-from irsim.sprite import Sprite
+from irsim._native import COMPILED
+from irsim.geometry.sprite import Sprite
+from irsim.render import composite as compose
+from irsim.render import contrast
 from irsim.types import Box
 
 if COMPILED:
-    from irsim.compiled import kernels
+    from irsim._native import kernels
 
 pytestmark = pytest.mark.skipif(not COMPILED, reason="nothing is compiled")
 

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from irsim.compiled import COMPILED, kernels
-from irsim.display import base
+from irsim._native import COMPILED, kernels
+from irsim.camera import agc as base
 from irsim.lookup import lookup
 
 pytestmark = pytest.mark.skipif(not COMPILED, reason="there is no compiler here")

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from tracker_loops import pictures, plain, quantisers, seeds, windows
 
 from irsim.types import Image
-from irtrack.compiled import COMPILED
+from irtrack._native import COMPILED
 from irtrack.features import cues, highpass
 from irtrack.features.quantise import Quantiser
 from irtrack.features.window import Window

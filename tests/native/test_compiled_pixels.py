@@ -12,22 +12,23 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from irsim import rng
+from irsim._native import COMPILED, kernels
 from irsim.backgrounds import Gaze, cloud, evolving, veiled
 from irsim.backgrounds.base import in_air
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.cloud import Look
 from irsim.backgrounds.drifting import Drifting, _shares
 from irsim.backgrounds.tiles import Tiled
-from irsim.compiled import COMPILED, kernels
-from irsim.detector import ar1, grain, process, response, shot
-from irsim.detector.ar1 import Ar1
-from irsim.detector.base import Moment, Noise
-from irsim.detector.noise_3d import Noise3d
-from irsim.detector.response import MOST_ADDED, Electrons, Setting
-from irsim.detector.shot import Shot
-from irsim.detector.white import White
-from irsim.detector.words import Words, words
-from irsim.geometry import Geometry
+from irsim.camera import ar1, process, response, shot
+from irsim.camera import temporal_sigma as grain
+from irsim.camera.ar1 import Ar1
+from irsim.camera.int16_image import Words, words
+from irsim.camera.noise_3d import Noise3d
+from irsim.camera.noise_base import Moment, Noise
+from irsim.camera.response import MOST_ADDED, Electrons, Setting
+from irsim.camera.shot import Shot
+from irsim.camera.white import White
+from irsim.geometry.projection import Geometry
 from irsim.normal import CELLS, cell_means
 
 FIELDS = evolving.Evolving(64, 3.0, None, 20.0, 1.0, 1, "fields")

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from test_compiled_bodies import polygon, solids
 
-from irsim.compiled import COMPILED
-from irsim.shapes.mesh import mesh
-from irsim.shapes.polygon import outline
+from irsim._native import COMPILED
+from irsim.geometry.polygon import outline
+from irsim.targets.mesh import mesh
 
 if COMPILED:
-    from irsim.compiled import kernels
+    from irsim._native import kernels
 
 pytestmark = pytest.mark.skipif(not COMPILED, reason="nothing is compiled")
 

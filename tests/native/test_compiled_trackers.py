@@ -14,7 +14,7 @@ from tracker_scenes import blob, follow
 
 import irtrack
 from irsim.types import Box, Image
-from irtrack.compiled import COMPILED, kernels
+from irtrack._native import COMPILED, kernels
 from irtrack.features import highpass, histogram, mean_shift, velocity
 from irtrack.features.quantise import Quantiser
 from irtrack.features.window import Window

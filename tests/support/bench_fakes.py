@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from irsim.types import Box, Frame, Input, Source, TargetTruth, Truth
-from irtrack.replay import BLOCK_FRAMES
+from irtrack.replay.replay import BLOCK_FRAMES
 from irtrack.types import Estimate
 
 

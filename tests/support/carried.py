@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from irsim.backgrounds import Layer
-from irsim.render import Renderer
-from irsim.scenario import Scenario
+from irsim.render.frame import Renderer
+from irsim.scenario.model import Scenario
 from irsim.types import Floats
 
 Mask = npt.NDArray[np.bool_]

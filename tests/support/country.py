@@ -8,8 +8,8 @@ import numpy as np
 
 from irsim.backgrounds import Gaze
 from irsim.backgrounds.chart import Chart
-from irsim.geometry import Geometry
-from irsim.stage import Stage
+from irsim.geometry.context import Stage
+from irsim.geometry.projection import Geometry
 
 
 def stage(elevation_deg: float = 1.0, size: tuple[int, int] = (161, 121), psf_px: float = 0.0) -> Stage:

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from irsim.detector import NOISES, Moment, Noise
-from irsim.detector.grain import add_grain
-from irsim.detector.response import Electrons, Response, Setting
+from irsim.camera.detectors import NOISES, Moment, Noise
+from irsim.camera.response import Electrons, Response, Setting
+from irsim.camera.temporal_sigma import add_grain
 from irsim.types import Floats
 
 UNTOUCHED = 2**16 - 1

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from irsim.shapes.body import Body
+from irsim.targets.body import Body
 from irsim.types import Floats
 
 BOX = "".join(f"v {x} {y} {z}\n" for x in (0, 1) for y in (0, 1) for z in (0, 1)) + (

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from irsim.geometry import Geometry
+from irsim.geometry.context import Stage
+from irsim.geometry.projection import Geometry
 from irsim.motion import PATHS, Company, Path
-from irsim.stage import Stage
 from irsim.types import Floats
 
 GEOMETRY = Geometry((160, 120), 5e-4, 0.1)

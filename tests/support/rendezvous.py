@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from irsim.detector import Additive, Moment
-from irsim.division import TRIED
+from irsim.camera.detectors import Additive, Moment
+from irsim.render.division import TRIED
 from irsim.types import Floats
 
 PATIENCE_S = 120.0

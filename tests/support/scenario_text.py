@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from irsim.errors import InputError
-from irsim.loader import loads
+from irsim.scenario.loader import loads
 
 TEXT = """\
 about: a point crosses

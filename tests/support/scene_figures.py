@@ -2,7 +2,7 @@
 
 contrast    median of the followed target's apparent temperature less that of what is behind it, K
 SCR         median of its signal-to-clutter ratio in the noiseless picture, the camera's noise added to
-            the ring's spread (`irsim.contrast`); of the first and the last fifth of the frames as well
+            the ring's spread (`irsim.render.contrast`); of the first and the last fifth of the frames as well
 size        median of its box, px
 speed       median of its apparent speed, px per frame
 clutter     places of the empty scene that stand out of their own ring, over the target's box, at least half
@@ -25,10 +25,10 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from irsim.contrast import GUARD_PX, RING_PX, scr
-from irsim.intent import placed
-from irsim.render import Renderer
-from irsim.scenario import Scenario
+from irsim.render.contrast import GUARD_PX, RING_PX, scr
+from irsim.render.frame import Renderer
+from irsim.scenario.model import Scenario
+from irsim.scenario.placement_all import placed
 from irsim.types import Box, Floats, TargetTruth, Truth
 
 SEEDS = (0, 1, 2)

@@ -8,8 +8,8 @@ import irsim
 import irtrack
 from irtrack.metrics import Reference, Trace, score_trace
 from irtrack.metrics.attributes import ATTRIBUTES
-from irtrack.sources.runs import Outcome
-from irtrack.sources.values import Run
+from irtrack.papers.runs import Outcome
+from irtrack.papers.values import Run
 
 TINY = """
 about: a spot

@@ -13,10 +13,10 @@ from irsim.backgrounds import BACKGROUNDS, Background, Gaze, Ground, Sky
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.painting import MARGIN
 from irsim.backgrounds.sky import ClearSky, Clouds
-from irsim.geometry import Geometry
-from irsim.powerlaw import power_law
-from irsim.radiometry import radiance, temperature
-from irsim.stage import Stage
+from irsim.geometry.context import Stage
+from irsim.geometry.powerlaw import power_law
+from irsim.geometry.projection import Geometry
+from irsim.physics.radiometry import radiance, temperature
 
 ROUNDED = cv2.__version__.startswith("4.")
 """OpenCV 4 looks textures up at places rounded to 1/32 px, OpenCV 5 at the places asked for."""

@@ -13,15 +13,15 @@ from irsim.backgrounds import Gaze, is_veil
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.cloud import slope_to_sun
 from irsim.backgrounds.evolving import STEPS, Evolving, _Pair, first_of, weights
-from irsim.backgrounds.fields import shaped, spectral
 from irsim.backgrounds.periodic import shrunk, wrapped_blur
 from irsim.backgrounds.sky import Clouds
 from irsim.backgrounds.tiles import TILE, Tiled, counted
-from irsim.geometry import Geometry
-from irsim.radiometry import radiance
-from irsim.render import Renderer
-from irsim.scenario import Scenario
-from irsim.stage import Stage
+from irsim.geometry.context import Stage
+from irsim.geometry.projection import Geometry
+from irsim.geometry.random_fields import shaped, spectral
+from irsim.physics.radiometry import radiance
+from irsim.render.frame import Renderer
+from irsim.scenario.model import Scenario
 from irsim.types import Floats
 
 

@@ -13,7 +13,7 @@ from country import gaze, stage
 
 from irsim.backgrounds import Landscape
 from irsim.backgrounds.clutter import FORMS, Clutter, FormName, Rough, Thing
-from irsim.foliage import LIGHT
+from irsim.geometry.vegetation import LIGHT
 from irsim.rng import stream
 from irsim.types import Floats
 

@@ -10,9 +10,9 @@ import pytest
 from country import gaze, stage
 
 from irsim.backgrounds import Landscape
-from irsim.backgrounds.country import Country
-from irsim.radiometry import temperature
-from irsim.scenario import Scenario
+from irsim.backgrounds.terrain_layer import Country
+from irsim.physics.radiometry import temperature
+from irsim.scenario.model import Scenario
 from irsim.types import Floats
 
 SCENE = stage(size=(640, 240))

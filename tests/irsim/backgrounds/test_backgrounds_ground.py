@@ -12,12 +12,12 @@ from irsim.backgrounds import Gaze, Ground
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.clutter import Clutter
 from irsim.backgrounds.patches import Fields, Roads, Water
-from irsim.geometry import Geometry
-from irsim.loader import dumps, loads
-from irsim.radiometry import temperature
-from irsim.scenario import Scenario
-from irsim.simulate import Rendering
-from irsim.stage import Stage
+from irsim.geometry.context import Stage
+from irsim.geometry.projection import Geometry
+from irsim.physics.radiometry import temperature
+from irsim.render.stream import Rendering
+from irsim.scenario.loader import dumps, loads
+from irsim.scenario.model import Scenario
 
 SIDE, PX_PER_MRAD = 512, 2.0
 

@@ -13,14 +13,14 @@ from country import gaze, stage
 
 from irsim.backgrounds import Landscape
 from irsim.backgrounds.buildings import Buildings
-from irsim.backgrounds.fields import profile
 from irsim.backgrounds.panorama import Sheet
 from irsim.backgrounds.parallax import Cylinder, seen_from
 from irsim.backgrounds.structures import Trees
-from irsim.geometry import Geometry
-from irsim.radiometry import radiance, temperature
-from irsim.scenario import Scenario
-from irsim.simulate import Rendering
+from irsim.geometry.projection import Geometry
+from irsim.geometry.random_fields import profile
+from irsim.physics.radiometry import radiance, temperature
+from irsim.render.stream import Rendering
+from irsim.scenario.model import Scenario
 
 
 def test_above_the_horizon_is_sky_and_below_it_ground() -> None:

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 from irsim.backgrounds.blur import blurred, softened
-from irsim.backgrounds.carpet import SOFT_PX, _no_sharper
+from irsim.backgrounds.ground_texture import SOFT_PX, _no_sharper
 from irsim.backgrounds.panorama import ROOM, Panorama, Sheet
-from irsim.geometry import Geometry
-from irsim.loader import loads
-from irsim.optics import GaussianSpread, Lens, LensSpread, PointSpread
-from irsim.render import Renderer
-from irsim.scenario import Scenario
-from irsim.shapes.silhouette import Outline, sprite
-from irsim.stage import Stage
+from irsim.geometry.context import Stage
+from irsim.geometry.projection import Geometry
+from irsim.geometry.silhouette import Outline, sprite
+from irsim.physics.optics import GaussianSpread, Lens, LensSpread, PointSpread
+from irsim.render.frame import Renderer
+from irsim.scenario.loader import loads
+from irsim.scenario.model import Scenario
 from irsim.types import Box, Floats
 
 SIDE, SEEDS = 256, 2

@@ -14,9 +14,9 @@ from country import gaze, stage
 from irsim.backgrounds import Landscape, plane
 from irsim.backgrounds.panorama import Sheet
 from irsim.backgrounds.patches import Roads
-from irsim.geometry import Geometry
-from irsim.radiometry import temperature
-from irsim.stage import Stage
+from irsim.geometry.context import Stage
+from irsim.geometry.projection import Geometry
+from irsim.physics.radiometry import temperature
 from irsim.types import Floats
 
 

@@ -10,14 +10,14 @@ import pytest
 from command_line import Run
 
 from irsim.backgrounds import Footage, Recorded
+from irsim.camera.presets import PRESETS
 from irsim.errors import InputError
-from irsim.loader import change, dumps, loads
-from irsim.presets import PRESETS
-from irsim.radiometry import radiance, temperature
+from irsim.physics.radiometry import radiance, temperature
+from irsim.physics.scale import Scale
 from irsim.recording import Recording, open_recording, record
-from irsim.scale import Scale
-from irsim.scenario import Scenario
-from irsim.simulate import Rendering
+from irsim.render.stream import Rendering
+from irsim.scenario.loader import change, dumps, loads
+from irsim.scenario.model import Scenario
 
 SIZE = (64, 48)
 
@@ -93,7 +93,7 @@ def test_what_is_drawn_changes_counts_by_its_light(tmp_path: Path) -> None:
     lit = scene(file, targets=[TARGET])
     rendering = Rendering(lit)
     added = rendering.frame(0).image.astype(float) - open_recording(file).frame(0).image
-    from irsim.render import Renderer
+    from irsim.render.frame import Renderer
 
     bare = Renderer(scene(file)).scene(0)[0].astype(float)
     light = Renderer(lit).scene(0)[0].astype(float) - bare

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from irsim.atmosphere import Atmosphere
 from irsim.backgrounds import Gaze, Sea
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.sea import BANDS, reflectance, slope_variance
 from irsim.backgrounds.waves import GRAVITY, PER_WAVE, SIDE_RAD, Octave, leaning, longest_wave, spread_rad, wave_train
-from irsim.geometry import Geometry
-from irsim.radiometry import radiance, temperature
-from irsim.stage import Stage
+from irsim.geometry.context import Stage
+from irsim.geometry.projection import Geometry
+from irsim.physics.atmosphere import Atmosphere
+from irsim.physics.radiometry import radiance, temperature
 from irsim.types import BandName, Floats
 
 

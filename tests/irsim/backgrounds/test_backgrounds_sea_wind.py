@@ -11,9 +11,9 @@ from irsim.backgrounds import Gaze, Sea
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.sea import SeaSurface, facing, reflectance, slope_variance
 from irsim.backgrounds.waves import Octave
-from irsim.geometry import Geometry
-from irsim.radiometry import radiance
-from irsim.stage import Stage
+from irsim.geometry.context import Stage
+from irsim.geometry.projection import Geometry
+from irsim.physics.radiometry import radiance
 from irsim.types import Floats
 
 FAR_M = 10_000.0

@@ -11,7 +11,7 @@ from irsim.backgrounds import Ground
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.patches import Roads
 from irsim.backgrounds.texture import Tile, tile_shape
-from irsim.optics import GaussianSpread
+from irsim.physics.optics import GaussianSpread
 from irsim.types import Floats
 
 

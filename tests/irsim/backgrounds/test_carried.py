@@ -13,8 +13,8 @@ from country import gaze, stage
 import irsim
 from irsim.backgrounds import BACKGROUNDS
 from irsim.backgrounds.parallax import Sphere, seen_from
-from irsim.radiometry import radiance
-from irsim.render import Renderer
+from irsim.physics.radiometry import radiance
+from irsim.render.frame import Renderer
 
 MIDDLE = slice(40, 81), slice(60, 101)
 """Rows and columns about the picture's middle."""

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from carried import scene
 
-from irsim.doubts import doubts
-from irsim.radiometry import radiance, temperature
-from irsim.render import Renderer
-from irsim.scenario import Scenario
+from irsim.lint import doubts
+from irsim.physics.radiometry import radiance, temperature
+from irsim.render.frame import Renderer
+from irsim.scenario.model import Scenario
 
 TROPICAL = {"preset": "tropical"}
 HOT = {"kind": "hot_spot", "size_m": (400.0, 400.0), "temperature_k": 400.0, "emissivity": 1.0}

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from carried import apart, layer_of, resampled, scene
 
-from irsim.backgrounds.carpet import Level
 from irsim.backgrounds.chart import Chart
-from irsim.geometry import Geometry
-from irsim.render import Renderer
+from irsim.backgrounds.ground_texture import Level
+from irsim.geometry.projection import Geometry
+from irsim.render.frame import Renderer
 
 
 def test_ground_without_a_height_stays() -> None:

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from irsim.backgrounds.cloud import ENTRIES, EXTREME, Look, Relief, slope_to_sun
-from irsim.backgrounds.fields import spectral
 from irsim.backgrounds.periodic import coarseness, shrunk
 from irsim.backgrounds.sky import Clouds
-from irsim.geometry import Geometry
-from irsim.radiometry import radiance, slope
-from irsim.stage import Stage
+from irsim.geometry.context import Stage
+from irsim.geometry.projection import Geometry
+from irsim.geometry.random_fields import spectral
+from irsim.physics.radiometry import radiance, slope
 
 STAGE = Stage(1, Geometry((160, 120), 1.5e-4, 0.2), 30.0, "mwir", 0.6)
 WHOLE = slice(0, 512)

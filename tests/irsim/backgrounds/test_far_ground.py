@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from irsim.radiometry import radiance, temperature
-from irsim.render import Renderer
-from irsim.scenario import Scenario
+from irsim.physics.radiometry import radiance, temperature
+from irsim.render.frame import Renderer
+from irsim.scenario.model import Scenario
 from irsim.types import BandName, Floats
 
 AIR = {"preset": "us_standard"}

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from irsim.backgrounds.fields import spectral
 from irsim.backgrounds.periodic import FINE, coarseness, enlarged, shrunk, wrapped_blur
+from irsim.geometry.random_fields import spectral
 
 
 @pytest.mark.parametrize(("sigma_px", "coarse"), [(0.5, 1), (4.9, 1), (5.0, 2), (9.9, 2), (10.0, 4), (80.0, 32)])

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import irsim
-from irsim.display import AGCS, Agc, Clahe, Linear, Picture, Plateau, Screen, Unsharp
+from irsim.camera.displays import AGCS, Agc, Clahe, Linear, Picture, Plateau, Screen, Unsharp
 from irsim.displayed import FITS, KNOBS, FittedDisplay, Tolerance, fit_display
 from irsim.displayed.choice import cut_short
 from irsim.displayed.fitted import refined

@@ -13,7 +13,7 @@ import pytest
 from typer.testing import CliRunner
 
 import irsim
-from irsim.cli import app
+from irsim.cli.app import app
 from irsim.errors import InputError
 from irsim.types import Image
 

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from test_displayed import agc_of, shown
 
-from irsim.display import CURVES, Agc, Clahe, Fixed, Linear
+from irsim.camera.displays import CURVES, Agc, Clahe, Fixed, Linear
 from irsim.displayed import KNOBS, FittedDisplay, fit_display
 from irsim.displayed.evolved import evolved
 from irsim.displayed.knobs import knobs, turned_to

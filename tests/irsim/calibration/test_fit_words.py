@@ -5,15 +5,15 @@ from __future__ import annotations
 import pytest
 
 from irsim.backgrounds import Ground
-from irsim.detector import BadPixels
+from irsim.camera.detectors import BadPixels
 from irsim.fitting.scene import Scene
-from irsim.loader import loads
 from irsim.measure import Figures, Measured, Region
 from irsim.measure.field import Field
 from irsim.measure.flaws import Flaws
-from irsim.radiometry import radiance
-from irsim.scenario import Scenario
-from irsim.simulate import Rendering
+from irsim.physics.radiometry import radiance
+from irsim.render.stream import Rendering
+from irsim.scenario.loader import loads
+from irsim.scenario.model import Scenario
 
 SOURCE = """\
 frames: 4

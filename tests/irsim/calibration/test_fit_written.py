@@ -7,7 +7,7 @@ from pathlib import Path
 from typer.testing import CliRunner
 
 import irsim
-from irsim.cli import app
+from irsim.cli.app import app
 from irsim.errors import InputError
 
 SCENE = "frames: 12\ncamera: {size: [64, 64]}\nbackground: {kind: ground, spread_k: 0}\n"

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import irsim
-from irsim.backgrounds.fields import spectral
 from irsim.errors import InputError
+from irsim.geometry.random_fields import spectral
 from irsim.measure import Figures, Region, backdrops, measure_figures, texture
 from irsim.measure.backdrop import backdrop, continued, far_out
 from irsim.measure.pattern import fixed_pattern

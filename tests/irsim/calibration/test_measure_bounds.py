@@ -13,7 +13,7 @@ from test_measure_fit import apart
 from typer.testing import CliRunner
 
 import irsim
-from irsim.cli import app
+from irsim.cli.app import app
 from irsim.measure import Measured, noise_lines
 from irsim.measure.quiet import quiet_sigma
 

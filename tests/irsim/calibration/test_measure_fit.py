@@ -15,18 +15,18 @@ from typer.testing import CliRunner
 
 import irsim
 from irsim.backgrounds import Ground
-from irsim.backgrounds.fields import spectral
-from irsim.cli import app
-from irsim.doubts import doubts
+from irsim.camera.presets import PRESETS
+from irsim.cli.app import app
 from irsim.errors import InputError
 from irsim.fitting import Fit
+from irsim.geometry.random_fields import spectral
+from irsim.lint import doubts
 from irsim.measure import Figures, Measured, Region, measure_figures
 from irsim.measure.field import fit_field, periodogram
 from irsim.measure.lines import lines, turns, without_turns
 from irsim.measure.rounding import HIDDEN
 from irsim.measure.steady import slides
-from irsim.presets import PRESETS
-from irsim.simulate import Rendering
+from irsim.render.stream import Rendering
 from irsim.types import Floats
 
 REAL = Path(__file__).resolve().parents[4] / "shared" / "real"

@@ -12,8 +12,8 @@ import pytest
 from typer.testing import CliRunner
 
 import irsim
-from irsim.cli import app
-from irsim.detector.bad_pixels import BadPixels
+from irsim.camera.bad_pixels import BadPixels
+from irsim.cli.app import app
 from irsim.measure import CAMERAS, Figures, NoiseReport, Texture
 from irsim.measure.field import Field
 from irsim.measure.flaws import Flaws

@@ -14,7 +14,7 @@ from even_noise import rendered
 from scipy.stats import binom
 from typer.testing import CliRunner
 
-from irsim.cli import app
+from irsim.cli.app import app
 from irsim.errors import InputError
 from irsim.measure import Region, measure_noise, noise_3d, temporal
 from irsim.measure.memory import time_freedom

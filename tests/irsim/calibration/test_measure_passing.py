@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import irsim
-from irsim.backgrounds.fields import spectral
+from irsim.geometry.random_fields import spectral
 from irsim.measure import defects
 from irsim.measure.passing import passing_blurs
 from irsim.types import Floats

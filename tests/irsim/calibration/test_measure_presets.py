@@ -11,7 +11,7 @@ from intervals import held
 
 import irsim
 from irsim.measure import NoiseReport, measure_noise
-from irsim.radiometry import radiance
+from irsim.physics.radiometry import radiance
 
 SCENE = """\
 frames: 60

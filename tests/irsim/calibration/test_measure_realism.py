@@ -13,17 +13,17 @@ import pytest
 from typer.testing import CliRunner
 
 import irsim
-from irsim.backgrounds.fields import spectral
-from irsim.cli import app
-from irsim.convert import import_frames
+from irsim.cli.app import app
+from irsim.config.yaml_file import read
 from irsim.errors import InputError
-from irsim.loader import examples
+from irsim.geometry.random_fields import spectral
 from irsim.measure import CLASSES, Texture, backdrops, check_class, check_sort, judge, judge_classes, texture
 from irsim.measure.realism import Verdict
 from irsim.measure.spectrum import unevenness
 from irsim.recording import Recording, open_recording
+from irsim.recording.conversion import import_frames
+from irsim.scenario.loader import examples
 from irsim.types import BackgroundClass, Floats
-from irsim.yamlfile import read
 
 REAL = Path(__file__).resolve().parents[4] / "shared" / "real"
 real = pytest.mark.skipif(not REAL.is_dir(), reason=f"real recordings are not there: {REAL}")

@@ -10,12 +10,12 @@ import pytest
 from even_noise import rendered
 from typer.testing import CliRunner
 
-from irsim.cli import app
+from irsim.cli.app import app
 from irsim.errors import InputError
 from irsim.measure import Region, flattest, measure_noise, parse_region, taken_by_targets
 from irsim.measure.neighbours import fine_sigma
 from irsim.measure.words import noise_lines
-from irsim.sources import open_source
+from irsim.render.sources import open_source
 
 
 def test_the_flattest_window_is_found() -> None:

@@ -14,7 +14,7 @@ from test_measure_fit import apart
 from typer.testing import CliRunner
 
 import irsim
-from irsim.cli import app
+from irsim.cli.app import app
 from irsim.errors import InputError
 from irsim.fitting import Fit
 from irsim.measure import Measured, NoiseReport, Region, measure_figures, measure_noise

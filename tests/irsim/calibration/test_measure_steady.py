@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from irsim.backgrounds.fields import spectral
+from irsim.geometry.random_fields import spectral
 from irsim.measure import measure_figures, measure_noise
 from irsim.measure.steady import slides
 from irsim.types import Floats

@@ -15,7 +15,7 @@ from intervals import held
 from typer.testing import CliRunner
 
 from irsim import import_frames
-from irsim.cli import app
+from irsim.cli.app import app
 from irsim.errors import InputError
 from irsim.measure import NoiseReport, Region, measure_noise, noise_lines
 from irsim.measure.repeats import new_frames

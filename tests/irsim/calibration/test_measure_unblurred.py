@@ -8,7 +8,7 @@ from intervals import held
 from test_measure_fit import FIELD, apart
 
 import irsim
-from irsim.backgrounds.fields import spectral
+from irsim.geometry.random_fields import spectral
 from irsim.measure.field import periodogram
 from irsim.measure.interval import Measured
 from irsim.measure.notes import blur_notes

@@ -9,11 +9,11 @@ import pytest
 from even_noise import rendered
 
 import irsim
-from irsim.detector.bad_pixels import places
+from irsim.camera.bad_pixels import places
 from irsim.measure import defects, measure_figures, measure_noise
 from irsim.measure.noise_3d import TERMS
 from irsim.measure.words import noise_lines
-from irsim.optics import GaussianSpread
+from irsim.physics.optics import GaussianSpread
 from irsim.types import Floats
 
 CAMERA = """\

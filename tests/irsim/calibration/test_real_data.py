@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from irsim.convert import import_frames
 from irsim.recording import Recording, open_recording
+from irsim.recording.conversion import import_frames
 
 REAL = Path(__file__).resolve().parents[4] / "shared" / "real"
 

@@ -11,15 +11,15 @@ import pytest
 from scenario_text import errors_of
 
 import irsim
-from irsim.camera import Camera
-from irsim.detector import Correction, Electrons, Lag, Shot, Stated, White
-from irsim.detector.lag import weights
-from irsim.falloff import Falloff
-from irsim.geometry import Geometry
-from irsim.loader import dumps, loads
-from irsim.presets import PRESETS
-from irsim.radiometry import radiance
-from irsim.render import Renderer
+from irsim.camera.camera import Camera
+from irsim.camera.detectors import Correction, Electrons, Lag, Shot, Stated, White
+from irsim.camera.presets import PRESETS
+from irsim.camera.response_time import weights
+from irsim.camera.vignetting import Falloff
+from irsim.geometry.projection import Geometry
+from irsim.physics.radiometry import radiance
+from irsim.render.frame import Renderer
+from irsim.scenario.loader import dumps, loads
 from irsim.types import Floats
 
 # Presets

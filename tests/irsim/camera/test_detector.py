@@ -13,7 +13,10 @@ import pytest
 from pydantic_core import PydanticCustomError
 
 from irsim import rng
-from irsim.detector import (
+from irsim.camera import ar1, bad_pixels, drift, noise_3d, process, shot, terms
+from irsim.camera import response as response_module
+from irsim.camera import temporal_sigma as grain
+from irsim.camera.detectors import (
     NOISES,
     Ar1,
     FixedPattern,
@@ -22,19 +25,10 @@ from irsim.detector import (
     Noise3d,
     Shot,
     White,
-    ar1,
-    bad_pixels,
-    drift,
-    grain,
-    noise_3d,
-    process,
-    shot,
-    terms,
 )
-from irsim.detector import response as response_module
-from irsim.detector.response import Electrons, Response, Setting
-from irsim.detector.sensor import Sensor
-from irsim.radiometry import radiance
+from irsim.camera.response import Electrons, Response, Setting
+from irsim.camera.sensor import Sensor
+from irsim.physics.radiometry import radiance
 from irsim.types import Floats
 
 SHAPE = (256, 256)

@@ -8,8 +8,8 @@ from even_noise import pattern
 from pydantic import ValidationError
 from test_detector import SHAPE, N, at
 
-from irsim.detector import Ar1, White
-from irsim.detector.process import STATE_UNIT, Process, numbers
+from irsim.camera.detectors import Ar1, White
+from irsim.camera.process import STATE_UNIT, Process, numbers
 from irsim.rng import normals
 
 

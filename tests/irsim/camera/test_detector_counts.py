@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from irsim.detector import Additive, Moment, Sensor, Setting, Stated, White
-from irsim.radiometry import radiance, slope
+from irsim.camera.detectors import Additive, Moment, Sensor, Setting, Stated, White
+from irsim.physics.radiometry import radiance, slope
 from irsim.types import Floats
 
 SHAPE = (256, 256)

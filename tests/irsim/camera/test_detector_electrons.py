@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from scipy import constants, integrate, stats
 
-from irsim.camera import Camera
-from irsim.detector import Bloom, Electrons, Moment, Sensor, Setting, Shot, electrons_like
-from irsim.detector.photons import photon_radiance, photon_slope
-from irsim.detector.shot import poisson
-from irsim.kinds import dump
-from irsim.presets import Preset
-from irsim.radiometry import radiance, temperature
+from irsim.camera.camera import Camera
+from irsim.camera.detectors import Bloom, Electrons, Moment, Sensor, Setting, Shot, electrons_like
+from irsim.camera.photons import photon_radiance, photon_slope
+from irsim.camera.presets import Preset
+from irsim.camera.shot import poisson
+from irsim.config.base import dump
+from irsim.physics.radiometry import radiance, temperature
 from irsim.types import Band, Floats
 
 INSB: Band = (3.4, 4.9)

@@ -9,8 +9,8 @@ import math
 import numpy as np
 import pytest
 
-from irsim.loader import loads
-from irsim.render import Renderer
+from irsim.render.frame import Renderer
+from irsim.scenario.loader import loads
 
 
 def test_corrected_cooled_camera_has_the_figures_of_a_real_one() -> None:

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from irsim.detector import Bloom, Drift, Electrons, Sensor, Setting, Shot
-from irsim.detector.bloom import Direction
-from irsim.detector.spread import spread
-from irsim.radiometry import radiance
+from irsim.camera.bloom import Direction
+from irsim.camera.bloom_variance import spread
+from irsim.camera.detectors import Bloom, Drift, Electrons, Sensor, Setting, Shot
+from irsim.physics.radiometry import radiance
 from irsim.types import Floats
 
 INSB = (3.4, 4.9)

@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 from scipy import ndimage, stats
 
-from irsim.detector import Ar1, BadPixels, Drift, Moment, Noise, Noise3d, OddEven, Sensor
-from irsim.detector.bad_pixels import places
-from irsim.detector.departure import Departure
-from irsim.detector.process import State
-from irsim.detector.response import Electrons, Response, Setting
-from irsim.detector.telegraph import Telegraph
-from irsim.radiometry import radiance
+from irsim.camera.bad_pixels import places
+from irsim.camera.detectors import Ar1, BadPixels, Drift, Moment, Noise, Noise3d, OddEven, Sensor
+from irsim.camera.drift_process import Departure
+from irsim.camera.process import State
+from irsim.camera.response import Electrons, Response, Setting
+from irsim.camera.telegraph import Telegraph
+from irsim.physics.radiometry import radiance
 from irsim.types import Floats
 
 SHAPE = (120, 160)

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from irsim.detector.base import Moment
-from irsim.detector.steady import FINE, Product, Sum
-from irsim.detector.words import parts, words
+from irsim.camera.fixed_sum import FINE, Product, Sum
+from irsim.camera.int16_image import parts, words
+from irsim.camera.noise_base import Moment
 from irsim.rng import normals
 from irsim.types import Floats
 

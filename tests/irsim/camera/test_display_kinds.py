@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from pydantic import ValidationError
 
-from irsim.display import AGCS, MID_GREY, Agc, Clahe, Fixed, Linear, Plateau, Unsharp
+from irsim.camera.displays import AGCS, MID_GREY, Agc, Clahe, Fixed, Linear, Plateau, Unsharp
 
 Counts = npt.NDArray[np.uint16]
 

@@ -14,10 +14,10 @@ import pytest
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 
 import irsim
-from irsim.display import AGCS, Agc, Clahe, Linear, Look, Picture, Plateau, Screen, Unsharp
-from irsim.display.base import TIME_CONSTANTS, Adaptive, faded
+from irsim.camera.agc import TIME_CONSTANTS, Adaptive, faded
+from irsim.camera.displays import AGCS, Agc, Clahe, Linear, Look, Picture, Plateau, Screen, Unsharp
 from irsim.recording import Recording, open_recording, record
-from irsim.simulate import Rendering
+from irsim.render.stream import Rendering
 from irsim.types import Frame
 
 SLOW = {

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 
 import irsim
 import irtrack
-from irsim.faults import FAULTS, Drop, Duplicate, Fault, arrivals
+from irsim.camera.frame_loss import FAULTS, Drop, Duplicate, Fault, arrivals
 from irsim.recording import open_recording, record
-from irsim.simulate import Rendering
-from irsim.sources import open_rendering
+from irsim.render.sources import open_rendering
+from irsim.render.stream import Rendering
 from irsim.types import Frame, Truth
 
 SCENE = """

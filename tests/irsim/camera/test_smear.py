@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from irsim.doubts import doubts
 from irsim.errors import Notice
-from irsim.render import Renderer
-from irsim.scenario import Scenario
-from irsim.simulate import Rendering
+from irsim.lint import doubts
+from irsim.render.frame import Renderer
+from irsim.render.stream import Rendering
+from irsim.scenario.model import Scenario
 from irsim.types import Floats
 
 RATE = 25.0

@@ -10,9 +10,9 @@ import pytest
 from test_smear import RATE, at_instants, scene
 
 import irsim
-from irsim.render import Renderer
-from irsim.scenario import Scenario
-from irsim.simulate import Rendering
+from irsim.render.frame import Renderer
+from irsim.render.stream import Rendering
+from irsim.scenario.model import Scenario
 
 FRAME = {"time_ms": 1000 / RATE, "steps": 16}
 BAR = {"kind": "bar", "center_px": (80.0, 50.0), "size_px": (21.0, 60.0), "range_m": 300.0, "temperature_k": 250.0}

@@ -9,7 +9,7 @@ import pytest
 from recording_fakes import Noise
 from typer.testing import CliRunner
 
-from irsim.cli import app
+from irsim.cli.app import app
 from irsim.errors import InputError
 from irsim.measure import perhaps_pictures
 from irsim.recording import open_recording, record

@@ -9,7 +9,7 @@ from mesh_files import BOX
 
 import irsim
 from irsim.errors import InputError
-from irsim.loader import warnings
+from irsim.scenario.loader import warnings
 
 SCENE = """\
 frames: 2

@@ -17,14 +17,14 @@ from command_line import Run
 from mesh_files import BOX, GIVEN
 
 import irsim
+from irsim.config.base import Part
+from irsim.config.field_annotations import FileName
+from irsim.config.overrides import override
+from irsim.config.yaml_file import Document
 from irsim.errors import InputError
-from irsim.identity import without_names
-from irsim.kinds import Part
-from irsim.marks import FileName
-from irsim.overrides import override
 from irsim.recording import open_recording
-from irsim.shapes.meshfile import read_mesh
-from irsim.yamlfile import Document
+from irsim.scenario.fingerprint import without_names
+from irsim.targets.meshfile import read_mesh
 from irtrack.bench import Entry, run_bench
 from irtrack.falsify import find_failure, kept_failures
 

@@ -10,9 +10,9 @@ import pytest
 from mesh_files import BOX
 
 import irsim
-from irsim.draw import contact_sheet
+from irsim.cli.figures import contact_sheet
+from irsim.cli.video import moving_picture
 from irsim.errors import InputError
-from irsim.moving import moving_picture
 from irsim.recording import open_recording
 from irsim.types import Source
 

@@ -13,9 +13,9 @@ import pytest
 from typer.testing import CliRunner
 
 import irsim
-from irsim.cli import app
+from irsim.cli.app import app
+from irsim.config.files import check_output, is_there, replacing, replacing_text
 from irsim.errors import InputError
-from irsim.files import check_output, is_there, replacing, replacing_text
 
 
 def test_a_file_takes_its_name_at_the_end(tmp_path: Path) -> None:
@@ -91,7 +91,7 @@ def test_a_pipe_of_the_shell_is_read_as_often_as_it_is_asked_for() -> None:
 
 
 def test_a_pipe_that_never_ends_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("irsim.files.LONGEST_PIPED", 1 << 20)
+    monkeypatch.setattr("irsim.config.files.LONGEST_PIPED", 1 << 20)
     with subprocess.Popen(["yes"], stdout=subprocess.PIPE) as endless:
         assert endless.stdout is not None
         try:
@@ -121,7 +121,7 @@ def test_what_is_read_is_not_replaced(tmp_path: Path) -> None:
 WRITES = """
 import sys, time
 from pathlib import Path
-from irsim.files import replacing
+from irsim.config.files import replacing
 
 with replacing(Path(sys.argv[1]), tidy=True) as file:
     file.write(b"half")

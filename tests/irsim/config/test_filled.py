@@ -11,20 +11,20 @@ import pytest
 from scenario_text import errors_of
 
 from irsim.backgrounds import BACKGROUNDS, Recorded
-from irsim.detector import DETECTORS, NOISES
-from irsim.display import AGCS
-from irsim.expectation import EXPECTATIONS
-from irsim.faults import FAULTS
-from irsim.kinds import Part
-from irsim.loader import change, loads
+from irsim.camera.detectors import DETECTORS, NOISES
+from irsim.camera.displays import AGCS
+from irsim.camera.frame_loss import FAULTS
+from irsim.config.base import Part
+from irsim.config.schema import Slot, brief, plain
 from irsim.motion import PATHS, POINTINGS
 from irsim.occluders import OCCLUDERS
 from irsim.recording import record
-from irsim.scenario import Scenario
-from irsim.schema import Slot, brief, plain
-from irsim.shapes import SHAPES
-from irsim.simulate import Rendering
-from irsim.variation import VARIATIONS
+from irsim.render.stream import Rendering
+from irsim.scenario.expectation import EXPECTATIONS
+from irsim.scenario.loader import change, loads
+from irsim.scenario.model import Scenario
+from irsim.scenario.variation import VARIATIONS
+from irsim.targets import SHAPES
 
 FAMILIES = (
     *(BACKGROUNDS, DETECTORS, NOISES, AGCS, EXPECTATIONS, FAULTS),

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scenario_text import TEXT, errors_of
 
-from irsim.camera import Camera
-from irsim.detector import Ar1, White
-from irsim.display import Linear
-from irsim.loader import change, loads, unheeded_overrides
+from irsim.camera.camera import Camera
+from irsim.camera.detectors import Ar1, White
+from irsim.camera.displays import Linear
+from irsim.config.schema import plain
 from irsim.motion.straight import Straight
-from irsim.schema import plain
+from irsim.scenario.loader import change, loads, unheeded_overrides
 
 
 def test_overrides_reach_everything() -> None:

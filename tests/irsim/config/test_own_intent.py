@@ -8,10 +8,10 @@ import numpy as np
 from pydantic import Field
 
 import irsim
-from irsim.intent import overdone, placed
 from irsim.occluders.smoke import Smoke
-from irsim.scenario import Scenario
-from irsim.shapes.point import Point
+from irsim.scenario.model import Scenario
+from irsim.scenario.placement_all import overdone, placed
+from irsim.targets.point import Point
 from irsim.types import Floats
 
 

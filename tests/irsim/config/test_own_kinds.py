@@ -11,12 +11,12 @@ from pydantic import ValidationError
 
 import irsim
 from irsim.backgrounds import Background, ClearLayer, Ground, LandLight, Layer, Sky
-from irsim.detector import Detector, Response, Setting, Stated
-from irsim.doubts import doubts
-from irsim.intent import overdone
-from irsim.render import Renderer
-from irsim.scenario import Scenario
-from irsim.stage import Stage
+from irsim.camera.detectors import Detector, Response, Setting, Stated
+from irsim.geometry.context import Stage
+from irsim.lint import doubts
+from irsim.render.frame import Renderer
+from irsim.scenario.model import Scenario
+from irsim.scenario.placement_all import overdone
 from irsim.types import Floats
 
 

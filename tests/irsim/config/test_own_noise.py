@@ -11,8 +11,8 @@ import pytest
 
 from irsim.backgrounds.own_noise import MEDIAN_OF_NOISE, folded, own_noise
 from irsim.recording import open_recording, record
-from irsim.scenario import Scenario
-from irsim.simulate import Rendering
+from irsim.render.stream import Rendering
+from irsim.scenario.model import Scenario
 from irsim.types import Floats
 
 SIZE = (96, 64)

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from irsim import yamlfile
-from irsim.cli import app
-from irsim.loader import examples, warnings
-from irsim.plausible import implausible
-from irsim.scenario import Scenario
-from irsim.schema import Slot
+from irsim.cli.app import app
+from irsim.config import yaml_file as yamlfile
+from irsim.config.schema import Slot
+from irsim.lint.plausible import implausible
+from irsim.scenario.loader import examples, warnings
+from irsim.scenario.model import Scenario
 
 SCENE = """\
 frames: 4

@@ -7,12 +7,12 @@ from typing import Annotated, Any, Literal
 import pytest
 from pydantic import Field, ValidationError
 
-from irsim import yamlfile
-from irsim.explain import explain
-from irsim.kinds import Part, Several
-from irsim.marks import Items
-from irsim.quantities import AboveZero, Fraction, NotNegative, Pair
-from irsim.schema import Slot
+from irsim.config import yaml_file as yamlfile
+from irsim.config.base import Part, Several
+from irsim.config.diagnostics import explain
+from irsim.config.field_annotations import Items
+from irsim.config.quantities import AboveZero, Fraction, NotNegative, Pair
+from irsim.config.schema import Slot
 
 
 @pytest.mark.parametrize(

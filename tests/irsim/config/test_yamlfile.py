@@ -11,9 +11,9 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
+from irsim.config.yaml_file import MOST_VALUES, parse, read, scalar, write
 from irsim.errors import InputError
-from irsim.loader import load
-from irsim.yamlfile import MOST_VALUES, parse, read, scalar, write
+from irsim.scenario.loader import load
 
 
 # YAML 1.2.2, example 10.9 "Core Tag Resolution", and the rows of the table before it.

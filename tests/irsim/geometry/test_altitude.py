@@ -11,9 +11,9 @@ from pydantic import ValidationError
 
 from irsim import Scenario
 from irsim.backgrounds.air import ground_path
-from irsim.doubts import doubts, unheeded
-from irsim.radiometry import radiance, temperature
-from irsim.render import Renderer
+from irsim.lint import doubts, unheeded
+from irsim.physics.radiometry import radiance, temperature
+from irsim.render.frame import Renderer
 
 AIR = {"preset": "tropical", "temperature_k": 280.0}
 GROUND = {"kind": "ground", "spread_k": 0.0, "mean_k": 320.0}

@@ -12,10 +12,10 @@ import pytest
 
 from irsim.backgrounds.panorama import Sheet
 from irsim.backgrounds.structures import Trees
-from irsim.foliage import Crown, Foliage, broadleaf, bush, conifer, wood
-from irsim.geometry import Geometry
+from irsim.geometry.context import Stage
+from irsim.geometry.projection import Geometry
+from irsim.geometry.vegetation import Crown, Foliage, broadleaf, bush, conifer, wood
 from irsim.rng import stream
-from irsim.stage import Stage
 from irsim.types import Floats
 
 Mask = npt.NDArray[np.bool_]

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from irsim.geometry import Geometry, gimbal
+from irsim.geometry.projection import Geometry, gimbal
 
 GEOMETRY = Geometry((320, 240), 5e-4)
 angles = st.floats(-3.0, 3.0)

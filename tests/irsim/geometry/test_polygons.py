@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from irsim.shapes.mesh import mesh
-from irsim.shapes.polygon import as_changes, centroids, changes, coverage, outline
-from irsim.shapes.solids import Solid
-from irsim.shapes.visible import visible_edges
+from irsim.geometry.polygon import as_changes, centroids, changes, coverage, outline
+from irsim.geometry.visible_edges import visible_edges
+from irsim.targets.mesh import mesh
+from irsim.targets.solids import Solid
 from irsim.types import Floats
 
 

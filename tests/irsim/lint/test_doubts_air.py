@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from test_atmosphere_scenes import scene, target
 
-from irsim.cli import check
-from irsim.doubts import doubts
-from irsim.loader import warnings
+from irsim.cli.app import check
+from irsim.lint import doubts
+from irsim.scenario.loader import warnings
 
 CLOSING = target(400.0)["path"] | {"closing_m_s": -90.0}
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from irsim.loader import warnings
+from irsim.scenario.loader import warnings
 
 SCENE = """\
 frames: 4

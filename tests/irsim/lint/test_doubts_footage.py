@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import irsim
-from irsim.convert import import_frames
-from irsim.doubts import doubts
 from irsim.errors import Notice
+from irsim.lint import doubts
 from irsim.recording import open_recording, record
-from irsim.simulate import Rendering
+from irsim.recording.conversion import import_frames
+from irsim.render.stream import Rendering
 
 CAMERA = "size: [64, 48], bits: 14, band: [7.7, 9.3], rate_hz: 100, ifov_mrad: 0.3"
 ELECTRONS = "detector: {kind: electrons, integration_ms: 0.4, f_number: 2, well_me: 12}"

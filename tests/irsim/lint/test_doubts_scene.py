@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from irsim.doubts import doubts
-from irsim.radiometry import radiance
-from irsim.render import Renderer
-from irsim.scenario import Scenario
+from irsim.lint import doubts
+from irsim.physics.radiometry import radiance
+from irsim.render.frame import Renderer
+from irsim.scenario.model import Scenario
 
 
 def told(scene: dict[str, Any]) -> dict[str, str]:

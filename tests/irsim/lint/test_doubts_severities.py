@@ -9,8 +9,8 @@ import pytest
 
 from irsim.backgrounds import Ground
 from irsim.errors import InputError
-from irsim.intent.placing import place
-from irsim.loader import warnings
+from irsim.scenario.loader import warnings
+from irsim.scenario.placement_placing import place
 
 LEAVES = """
 frames: 50
@@ -71,7 +71,7 @@ def test_ground_that_severities_change_is_looked_at_anew(tmp_path: Path) -> None
 
 def test_occluders_are_placed_once_at_each_severity(monkeypatch: pytest.MonkeyPatch) -> None:
     placing = Mock(wraps=place)
-    monkeypatch.setattr("irsim.intent.all.place", placing)
+    monkeypatch.setattr("irsim.scenario.placement_all.place", placing)
     warnings("stress/occlusion", ["seed=31"])
     assert placing.call_count == 6
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from irsim.loader import load, warnings
-from irsim.shipped import shipped
+from irsim.scenario.catalog import shipped
+from irsim.scenario.loader import load, warnings
 
 FOLDERS = ("examples", "new", "regressions", "sources", "stress")
 SCENES = [path for folder in FOLDERS for path in shipped(folder).values()]

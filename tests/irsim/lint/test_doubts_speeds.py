@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from irsim.doubts.speeds import too_fast
-from irsim.scenario import Scenario
-from irsim.shapes import SHAPES, Shape
-from irsim.shapes.body import Body
+from irsim.lint.speeds import too_fast
+from irsim.scenario.model import Scenario
+from irsim.targets import SHAPES, Shape
+from irsim.targets.body import Body
 
 
 def told(shape: str, path: dict[str, Any], **target: Any) -> list[str]:

@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from irsim.doubts import doubts
-from irsim.doubts.all import DOUBTS
-from irsim.intent import overdone
-from irsim.scenario import Scenario
+from irsim.lint import doubts
+from irsim.lint.registry import DOUBTS
+from irsim.scenario.model import Scenario
+from irsim.scenario.placement_all import overdone
 
 
 def _scene(motion: dict[str, Any], **changes: Any) -> dict[str, Any]:

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from irsim.doubts import doubts
-from irsim.scenario import Scenario
+from irsim.lint import doubts
+from irsim.scenario.model import Scenario
 
 CAMERA = {"size": (160, 120), "ifov_mrad": 0.3}
 FLAT = {"kind": "sky", "horizon_k": 285.0, "zenith_k": 285.0}

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from irsim.doubts import doubts
-from irsim.loader import loads, warnings
+from irsim.lint import doubts
+from irsim.scenario.loader import loads, warnings
 
 SCENE = """
 frames: 100

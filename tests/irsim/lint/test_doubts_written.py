@@ -8,13 +8,13 @@ from typing import Any
 
 import pytest
 
-from irsim.doubts import doubts
 from irsim.errors import InputError
-from irsim.loader import load, loads, warnings
+from irsim.lint import doubts
 from irsim.recording import record
-from irsim.scenario import Scenario
-from irsim.simulate import Rendering
-from irsim.sources import unheeded
+from irsim.render.sources import unheeded
+from irsim.render.stream import Rendering
+from irsim.scenario.loader import load, loads, warnings
+from irsim.scenario.model import Scenario
 
 
 @pytest.mark.parametrize(

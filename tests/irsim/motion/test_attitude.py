@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from irsim.geometry import Geometry
+from irsim.geometry.context import Stage
+from irsim.geometry.projection import Geometry
 from irsim.motion import PATHS, Path, angles_deg, attitudes
 from irsim.motion.attitude import STANDARD_GRAVITY, euler
 from irsim.motion.posture import AEROPLANE, POSTURES, PostureName
-from irsim.stage import Stage
 
 
 def stage(seed: int = 0) -> Stage:

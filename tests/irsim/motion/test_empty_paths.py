@@ -9,9 +9,9 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from irsim.cli import app as irsim_app
-from irsim.terminal import UsageError, given_path
-from irsim.usage import usage_line
+from irsim.cli.app import app as irsim_app
+from irsim.cli.terminal import UsageError, given_path
+from irsim.cli.usage import usage_line
 from irtrack.cli.app import app as irtrack_app
 
 

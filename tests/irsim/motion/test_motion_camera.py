@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from motion_stage import GEOMETRY, LEADER, path, stage
 
-from irsim.geometry import Geometry
+from irsim.geometry.context import Stage
+from irsim.geometry.projection import Geometry
 from irsim.motion import POINTINGS, Company, Mount, Pointing
-from irsim.stage import Stage
 
 MOTIONS: dict[str, dict[str, Any]] = {
     "pan": {"azimuth_deg_s": 1.0, "elevation_deg_s": 2.0},

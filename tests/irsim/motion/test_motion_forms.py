@@ -11,13 +11,13 @@ from hypothesis import strategies as st
 from motion_stage import GEOMETRY, level_axes, path
 from motion_stage import stage as staged
 
-from irsim.doubts import doubts
 from irsim.errors import InputError
-from irsim.loader import loads
+from irsim.lint import doubts
 from irsim.motion.attitude import STANDARD_GRAVITY
 from irsim.motion.platform import Platform
 from irsim.motion.posture import POSTURES, PostureName, attitudes
-from irsim.render import Renderer
+from irsim.render.frame import Renderer
+from irsim.scenario.loader import loads
 
 
 @given(seed=st.integers(0, 2**31 - 1), speed=st.floats(5, 300), seconds=st.floats(0.1, 8), turn=st.floats(-60, 60))

@@ -8,12 +8,12 @@ import pytest
 from motion_stage import GEOMETRY, level_axes, path
 from pydantic import ValidationError
 
+from irsim.geometry.context import Stage
 from irsim.motion import PATHS, Company, Path
 from irsim.motion.arcs import arcs
 from irsim.motion.jump import Jumps, coordinated_turn
 from irsim.motion.singer import singer
 from irsim.motion.stop_and_go import Stops
-from irsim.stage import Stage
 from irsim.types import Floats
 
 RATE = 30.0

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from motion_stage import GEOMETRY, level_axes, path
 from pydantic import ValidationError
 
+from irsim.geometry.context import Stage
 from irsim.motion import PATHS, Company, Path
 from irsim.motion.attitude import STANDARD_GRAVITY
-from irsim.stage import Stage
 from irsim.types import Floats
 
 RATE = 30.0

@@ -10,10 +10,10 @@ import pytest
 
 from irsim import loads
 from irsim.backgrounds.chart import Chart
-from irsim.geometry import Geometry
-from irsim.loader import warnings
-from irsim.render import Renderer
-from irsim.scenario import Scenario
+from irsim.geometry.projection import Geometry
+from irsim.render.frame import Renderer
+from irsim.scenario.loader import warnings
+from irsim.scenario.model import Scenario
 
 SCENE = """
 frames: 40

@@ -8,14 +8,14 @@ from typing import Any, get_args
 import numpy as np
 import pytest
 
-from irsim.geometry import Geometry
-from irsim.kinds import Kind
+from irsim.config.base import Kind
+from irsim.geometry.context import Stage
+from irsim.geometry.projection import Geometry
 from irsim.motion import PATHS, Path, angles_deg, attitudes
 from irsim.motion.attitude import STANDARD_GRAVITY
 from irsim.motion.posture import BIRD, HELICOPTER, MULTIROTOR, POSTURES, UPRIGHT, VEHICLE, Posture, PostureName
 from irsim.motion.upright import Rotorcraft
-from irsim.shapes import SHAPES, Shape
-from irsim.stage import Stage
+from irsim.targets import SHAPES, Shape
 from irsim.types import Floats
 
 ROTORCRAFT = pytest.mark.parametrize("craft", [MULTIROTOR, HELICOPTER], ids=["multirotor", "helicopter"])

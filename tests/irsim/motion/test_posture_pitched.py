@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from irsim.geometry import Geometry
+from irsim.geometry.context import Stage
+from irsim.geometry.projection import Geometry
 from irsim.motion import PATHS, Path, angles_deg, attitudes
 from irsim.motion.attitude import STANDARD_GRAVITY
 from irsim.motion.posture import BIRD, VEHICLE, Posture
-from irsim.shapes import SHAPES, Shape
-from irsim.stage import Stage
+from irsim.targets import SHAPES, Shape
 from irsim.types import Floats
 
 RATE_HZ = 30.0

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from irsim.geometry import Geometry
+from irsim.geometry.context import Stage
+from irsim.geometry.pose import Sight
+from irsim.geometry.projection import Geometry
+from irsim.geometry.sprite import Sprite
 from irsim.occluders import OCCLUDERS, Occluder
-from irsim.radiometry import radiance
-from irsim.sight import Sight
-from irsim.sprite import Sprite
-from irsim.stage import Stage
+from irsim.physics.radiometry import radiance
 from irsim.types import Box
 
 STAGE = Stage(0, Geometry((160, 120), 5e-4, 0.3), 30.0, "lwir", 0.6)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from irsim.loader import loads
+from irsim.geometry.pose import Sight
 from irsim.occluders.tree import Tree
-from irsim.radiometry import temperature
-from irsim.sight import Sight
+from irsim.physics.radiometry import temperature
+from irsim.scenario.loader import loads
 
 
 @pytest.mark.parametrize("background", ["ground", "landscape"])

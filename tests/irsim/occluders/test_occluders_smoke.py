@@ -10,13 +10,13 @@ import cv2
 import numpy as np
 import pytest
 
-from irsim.geometry import Geometry
+from irsim.geometry.context import Stage
+from irsim.geometry.pose import Sight
+from irsim.geometry.projection import Geometry
+from irsim.geometry.sprite import Sprite
 from irsim.occluders import OCCLUDERS
 from irsim.occluders.smoke import Smoke
-from irsim.radiometry import temperature
-from irsim.sight import Sight
-from irsim.sprite import Sprite
-from irsim.stage import Stage
+from irsim.physics.radiometry import temperature
 from irsim.types import Box, Floats
 
 STAGE = Stage(0, Geometry((320, 240), 5e-4), 30.0, "lwir", 0.0)

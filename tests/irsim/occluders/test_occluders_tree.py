@@ -7,19 +7,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from irsim.doubts import doubts
 from irsim.errors import InputError
-from irsim.geometry import Geometry
-from irsim.loader import loads
+from irsim.geometry.context import Stage
+from irsim.geometry.pose import Sight
+from irsim.geometry.projection import Geometry
+from irsim.geometry.silhouette import Grid
+from irsim.geometry.sprite import Sprite
+from irsim.lint import doubts
 from irsim.occluders import OCCLUDERS
 from irsim.occluders.base import given
 from irsim.occluders.billboard import Billboard
 from irsim.occluders.tree import Tree
-from irsim.radiometry import temperature
-from irsim.shapes.silhouette import Grid
-from irsim.sight import Sight
-from irsim.sprite import Sprite
-from irsim.stage import Stage
+from irsim.physics.radiometry import temperature
+from irsim.scenario.loader import loads
 from irsim.types import Box, Floats
 
 STAGE = Stage(0, Geometry((320, 240), 5e-4), 30.0, "lwir", 0.6)

@@ -11,11 +11,11 @@ import pytest
 from scipy import integrate
 
 from irsim import Rendering, Scenario, open_recording, record
-from irsim.atmosphere import Atmosphere
 from irsim.backgrounds import BACKGROUNDS, Background, Ground, Layer
-from irsim.radiometry import radiance, temperature
-from irsim.render import Renderer
-from irsim.stage import Stage
+from irsim.geometry.context import Stage
+from irsim.physics.atmosphere import Atmosphere
+from irsim.physics.radiometry import radiance, temperature
+from irsim.render.frame import Renderer
 from irsim.types import Band, Floats
 
 BAND: Band = "lwir"

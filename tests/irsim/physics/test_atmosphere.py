@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy import integrate
 
-from irsim.atmosphere import Atmosphere
-from irsim.climate import CLIMATES, ClimateName, fitted_band, unshared
-from irsim.radiometry import radiance, temperature
+from irsim.physics.atmosphere import Atmosphere
+from irsim.physics.climate import CLIMATES, ClimateName, fitted_band, unshared
+from irsim.physics.radiometry import radiance, temperature
 from irsim.types import Band, BandName
 
 FITTED: dict[tuple[ClimateName, BandName, float], tuple[float, float]] = {

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from irsim.atmosphere import EARTH_KM, Atmosphere, rain_extinction
-from irsim.climate import FOG
-from irsim.radiometry import radiance, temperature
+from irsim.physics.atmosphere import EARTH_KM, Atmosphere, rain_extinction
+from irsim.physics.climate import FOG
+from irsim.physics.radiometry import radiance, temperature
 from irsim.types import BandName, Floats
 
 BANDS: list[BandName] = ["mwir", "lwir"]

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from irsim.optics.gaussian import fwhm_px, reach_px, shares, spreading
+from irsim.physics.gaussian import fwhm_px, reach_px, shares, spreading
 
 
 @pytest.mark.parametrize("sigma", [0.3, 0.6, 1.5])

@@ -11,12 +11,12 @@ from pydantic import ValidationError
 from scipy.integrate import dblquad
 from scipy.special import j0, j1
 
-from irsim.optics import GaussianSpread, Lens, LensSpread
-from irsim.radiometry import radiance
-from irsim.render import Renderer
-from irsim.scenario import Scenario
-from irsim.shapes.silhouette import Grid, spread
-from irsim.simulate import Rendering
+from irsim.geometry.silhouette import Grid, spread
+from irsim.physics.optics import GaussianSpread, Lens, LensSpread
+from irsim.physics.radiometry import radiance
+from irsim.render.frame import Renderer
+from irsim.render.stream import Rendering
+from irsim.scenario.model import Scenario
 from irsim.types import Box, Floats
 
 WIDTH = 4.2 * 4 / 15

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.special import j0, j1
 
-from irsim.optics import GaussianSpread, Lens, LensSpread, reaching
-from irsim.optics.wings import Winged
-from irsim.render import Renderer
-from irsim.scenario import Scenario
+from irsim.physics.optics import GaussianSpread, Lens, LensSpread, reaching
+from irsim.physics.wings import Winged
+from irsim.render.frame import Renderer
+from irsim.scenario.model import Scenario
 
 LENSES = [Lens(f_number=4.0), Lens(f_number=1.5, defocus_px=3.0), Lens(f_number=2.0, pitch_um=20.0)]
 

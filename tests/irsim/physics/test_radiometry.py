@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import constants, integrate
 
-from irsim.radiometry import TABLE_K, band_fault, hemisphere, limits, planck, radiance, slope, temperature
+from irsim.physics.radiometry import TABLE_K, band_fault, hemisphere, limits, planck, radiance, slope, temperature
 from irsim.types import Band, Floats
 
 BANDS: list[Band] = ["mwir", "lwir", (3.4, 4.9), (7.5, 14.0), (19.9, 20.0)]

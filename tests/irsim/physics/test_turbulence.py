@@ -9,9 +9,7 @@ import numpy as np
 import pytest
 from scipy import integrate, optimize, special, stats
 
-from irsim.render import Renderer
-from irsim.scenario import Scenario
-from irsim.turbulence import (
+from irsim.physics.turbulence import (
     TILT_KNEE,
     Turbulence,
     averaging,
@@ -21,6 +19,8 @@ from irsim.turbulence import (
     tilt_hertz,
     tilt_rad,
 )
+from irsim.render.frame import Renderer
+from irsim.scenario.model import Scenario
 from irsim.types import Floats
 
 

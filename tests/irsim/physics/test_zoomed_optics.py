@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from irsim.levels import Levels
 from irsim.motion import POINTINGS
-from irsim.optics import Lens
-from irsim.optics.lens_spread import LensSpread
-from irsim.render import Renderer
-from irsim.scenario import Scenario
+from irsim.physics.diffraction import LensSpread
+from irsim.physics.optics import Lens
+from irsim.render.frame import Renderer
+from irsim.render.levels import Levels
+from irsim.scenario.model import Scenario
 from irsim.types import Box, Floats
 
 IFOV_MRAD = 0.1

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from frame_folders import folder_of, pictures
 
-from irsim.convert import import_frames
-from irsim.display import AGCS
+from irsim.camera.displays import AGCS
 from irsim.errors import InputError
 from irsim.recording import open_recording, record
+from irsim.recording.conversion import import_frames
 
 
 @pytest.fixture

@@ -12,10 +12,10 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from irsim.convert import import_frames
-from irsim.convert.arrays import read_stack
 from irsim.errors import InputError
 from irsim.recording import open_recording
+from irsim.recording.arrays import read_stack
+from irsim.recording.conversion import import_frames
 
 STACK = np.random.default_rng(0).integers(0, 1 << 14, (5, 12, 16)).astype(np.uint16)
 

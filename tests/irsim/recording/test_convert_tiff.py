@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from frame_folders import pictures
 
-from irsim.convert import import_frames
-from irsim.convert.tiff import page_sizes, read_pages
 from irsim.errors import InputError
 from irsim.recording import open_recording
+from irsim.recording.conversion import import_frames
+from irsim.recording.tiff import page_sizes, read_pages
 
 
 @pytest.mark.parametrize("compression", [1, 5, 8], ids=["none", "lzw", "deflate"])
@@ -119,7 +119,7 @@ def test_pages_are_read_some_at_a_time(tmp_path: Path, monkeypatch: pytest.Monke
     images = pictures(150, np.uint16)
     cv2.imwritemulti(str(tmp_path / "clip.tif"), images)
     for room in (4 * images[0].nbytes, 1):
-        monkeypatch.setattr("irsim.convert.tiff._TOGETHER_BYTES", room)
+        monkeypatch.setattr("irsim.recording.tiff._TOGETHER_BYTES", room)
         recording = open_recording(import_frames(tmp_path / "clip.tif", tmp_path / "r.mcap"))
         assert np.array_equal([frame.image for frame in recording.frames()], images)
 

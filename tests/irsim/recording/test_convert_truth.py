@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 from frame_folders import folder_of, pictures
 
-from irsim.convert import import_frames
-from irsim.convert.labels import read_labels
 from irsim.errors import InputError
 from irsim.recording import open_recording
+from irsim.recording.conversion import import_frames
+from irsim.recording.labels import read_labels
 from irsim.types import Box, TargetTruth
 
 

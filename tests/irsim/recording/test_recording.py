@@ -12,7 +12,7 @@ import pytest
 from recording_fakes import Noise, same_frames
 
 import irsim
-from irsim.display import AGCS, Fixed
+from irsim.camera.displays import AGCS, Fixed
 from irsim.errors import InputError
 from irsim.recording import (
     open_recording,

@@ -10,11 +10,11 @@ from mcap.writer import Writer
 from typer.testing import CliRunner
 
 import irsim
-from irsim.cli import app
+from irsim.cli.app import app
 from irsim.recording import Recording, open_recording, record, recover
 from irsim.recording.write import header_of, writing
-from irsim.simulate import Rendering
-from irsim.sources import open_rendering
+from irsim.render.sources import open_rendering
+from irsim.render.stream import Rendering
 
 SCENE = """
 frames: 12

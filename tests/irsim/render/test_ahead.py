@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import irsim
-from irsim.ahead import MOST_PX, TOGETHER, Ahead
-from irsim.compose import Piece
-from irsim.render import Renderer
-from irsim.sprite import During, Sprite
+from irsim.geometry.sprite import During, Sprite
+from irsim.render.composite import Piece
+from irsim.render.frame import Renderer
+from irsim.render.prefetch import MOST_PX, TOGETHER, Ahead
 from irsim.types import Box
 
 

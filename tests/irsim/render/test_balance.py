@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from irsim.balance import Balance
+from irsim.render.balance import Balance
 
 PIECE = 8
 """Frames in a piece of work."""

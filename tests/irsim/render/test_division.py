@@ -12,13 +12,14 @@ import numpy as np
 import pytest
 
 import irsim
-from irsim import crew, division
-from irsim.balance import Balance
-from irsim.crew import _Crew
-from irsim.division import DIVIDED, LONG, PHASE, TIMED, TRIED, WHOLE, Contest, Trial, Way
-from irsim.places import shared
-from irsim.render import Renderer
-from irsim.worker import Answers, Worker
+from irsim.render import division
+from irsim.render import workers as crew
+from irsim.render.balance import Balance
+from irsim.render.division import DIVIDED, LONG, PHASE, TIMED, TRIED, WHOLE, Contest, Trial, Way
+from irsim.render.frame import Renderer
+from irsim.render.shared_memory import shared
+from irsim.render.worker import Answers, Worker
+from irsim.render.workers import _Crew
 
 
 def clock(parts: tuple[float, ...], frames: int, frozen: Collection[int] = ()) -> Iterator[float]:

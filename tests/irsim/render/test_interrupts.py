@@ -18,7 +18,7 @@ import pytest
 from processes import runs, wait_until
 
 import irsim
-from irsim.interrupts import interrupts_held
+from irsim.render.interrupts import interrupts_held
 from irtrack import Results
 
 PROC = Path("/proc")

@@ -11,13 +11,13 @@ import pytest
 from typer.testing import CliRunner
 
 import irsim
-from irsim.camera import Camera
-from irsim.cli import app
-from irsim.masking import Mask, write_masks
-from irsim.scenario import Scenario
-from irsim.shapes import SHAPES
-from irsim.simulate import Rendering
-from irsim.target import Target
+from irsim.camera.camera import Camera
+from irsim.cli.app import app
+from irsim.render.masks import Mask, write_masks
+from irsim.render.stream import Rendering
+from irsim.scenario.model import Scenario
+from irsim.targets import SHAPES
+from irsim.targets.target import Target
 
 SHIPPED = ["traffic", "clouds", "decoys"]
 

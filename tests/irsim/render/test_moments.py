@@ -11,10 +11,10 @@ import numpy.typing as npt
 import pytest
 
 import irsim
-from irsim.moments import Moments
-from irsim.render import Renderer
-from irsim.scenario import Scenario
-from irsim.simulate import Rendering
+from irsim.render.frame import Renderer
+from irsim.render.moments import Moments
+from irsim.render.stream import Rendering
+from irsim.scenario.model import Scenario
 
 Exact = npt.NDArray[np.float64]
 PATH = {"kind": "straight", "start": (15.3, 15.8), "speed": 0.0, "range_m": 3000.0}

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from test_moments import Exact, scene
 
-import irsim.compose
-from irsim.levels import Levels
-from irsim.moments import Moments
-from irsim.scenario import Scenario
+import irsim.render.composite
+from irsim.render.levels import Levels
+from irsim.render.moments import Moments
+from irsim.scenario.model import Scenario
 
 SIZE = (96, 64)
 CLOUDS = [{"id": "high", "range_m": 8000.0}, {"id": "low", "range_m": 1200.0, "evolve_s": 20.0}]
@@ -82,7 +82,7 @@ def test_only_what_a_target_touches_is_drawn_for_its_contribution(monkeypatch: p
         return compose(*args, **keys)
 
     compose = irsim.compose.compose
-    monkeypatch.setattr("irsim.levels.compose", watched)
+    monkeypatch.setattr("irsim.render.levels.compose", watched)
     moments = Moments(company())
     added = moments.contribution(1, "one", (0.01, 0.0), region)
     assert np.abs(added).max() > 1

@@ -16,11 +16,11 @@ import pytest
 from processes import runs
 
 import irsim
-from irsim import crew
-from irsim.crew import rendered
-from irsim.division import DIVIDED, WHOLE, Way
-from irsim.places import shared
-from irsim.render import Renderer
+from irsim.render import workers as crew
+from irsim.render.division import DIVIDED, WHOLE, Way
+from irsim.render.frame import Renderer
+from irsim.render.shared_memory import shared
+from irsim.render.workers import rendered
 
 PROC = Path("/proc/self")
 ON_LINUX = pytest.mark.skipif(sys.platform != "linux", reason="takes Linux's /proc")

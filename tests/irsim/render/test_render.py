@@ -11,12 +11,12 @@ import pytest
 from mesh_files import GIVEN
 
 import irsim
-from irsim.crew import rendered
-from irsim.division import Way
-from irsim.render import Renderer
-from irsim.scenario import Scenario
-from irsim.shapes import SHAPES
-from irsim.simulate import Rendering
+from irsim.render.division import Way
+from irsim.render.frame import Renderer
+from irsim.render.stream import Rendering
+from irsim.render.workers import rendered
+from irsim.scenario.model import Scenario
+from irsim.targets import SHAPES
 from irsim.types import Floats
 
 DARK = 20.0

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from test_render import scene
 
-from irsim.render import Renderer
-from irsim.simulate import Rendering
-from irsim.sprite import overlap
+from irsim.geometry.sprite import overlap
+from irsim.render.frame import Renderer
+from irsim.render.stream import Rendering
 
 
 @pytest.mark.parametrize("kind", ["fighter", "tank"])

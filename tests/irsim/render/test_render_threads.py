@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import irsim
-from irsim.render import Renderer
+from irsim.render.frame import Renderer
 
 CHAIN = str(Path(__file__).parents[2] / "bench" / "full_chain.yaml")
 

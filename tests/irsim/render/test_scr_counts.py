@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from irsim.contrast import scr
-from irsim.detector import Moment, Noise
-from irsim.detector.equivalent import Equivalent
-from irsim.detector.variance import Variance
-from irsim.render import Renderer
-from irsim.scenario import Scenario
+from irsim.camera.detectors import Moment, Noise
+from irsim.camera.noise_equivalent import Equivalent
+from irsim.camera.variance import Variance
+from irsim.render.contrast import scr
+from irsim.render.frame import Renderer
+from irsim.scenario.model import Scenario
 from irsim.types import Box
 
 WANTED = 10.0

@@ -20,11 +20,11 @@ from hypothesis import strategies as st
 import irsim
 from irsim.backgrounds import evolving
 from irsim.backgrounds.cloud import Look
-from irsim.crew import rendered
-from irsim.division import Way
-from irsim.places import Shared
-from irsim.render import Renderer
-from irsim.shelf import ENTRIES, HEAD, Shelf
+from irsim.render.division import Way
+from irsim.render.frame import Renderer
+from irsim.render.shared_cache import ENTRIES, HEAD, Shelf
+from irsim.render.shared_memory import Shared
+from irsim.render.workers import rendered
 
 
 def memory(size: int) -> npt.NDArray[np.uint8]:
@@ -96,8 +96,8 @@ def test_what_is_got_is_what_would_be_made(wanted: list[tuple[int, int]], size: 
 @pytest.mark.parametrize("next_one", [0, 2])
 def test_who_is_interrupted_leaves_nothing_that_is_not_whole(monkeypatch: pytest.MonkeyPatch, next_one: int) -> None:
     """Wherever in its code; its entry is another's, 0's, before."""
-    monkeypatch.setattr("irsim.shelf.ENTRIES", 2)
-    monkeypatch.setattr("irsim.shelf.HEAD", 8 * 7)
+    monkeypatch.setattr("irsim.render.shared_cache.ENTRIES", 2)
+    monkeypatch.setattr("irsim.render.shared_cache.HEAD", 8 * 7)
     steps, stopped = 0, True
     while stopped:
         shelf, common = Shelf(), (memory(0), Lock())

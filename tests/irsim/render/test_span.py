@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import irsim
-from irsim.span import parsed, span
+from irsim.frame_range import parsed, span
 
 
 @pytest.mark.parametrize(

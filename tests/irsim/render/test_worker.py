@@ -12,8 +12,8 @@ import pytest
 from processes import runs, wait_until
 
 from irsim.errors import InputError
-from irsim.interrupts import interrupts_held
-from irsim.worker import Worker, WorkerDiedError
+from irsim.render.interrupts import interrupts_held
+from irsim.render.worker import Worker, WorkerDiedError
 
 
 def counting(inherited: str, given: str) -> Callable[[int, int], Iterator[tuple[str, str, int]]]:

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from irsim import product as module
-from irsim.product import product
+from irsim.geometry import product as module
+from irsim.geometry.product import product
 
 
 @given(m=st.integers(1, 40), k=st.integers(0, 9), n=st.integers(1, 9), stacked=st.booleans(), alone=st.integers(1, 400))

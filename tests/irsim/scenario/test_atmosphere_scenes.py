@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from irsim.atmosphere import Atmosphere
 from irsim.backgrounds.air import ground_path, horizon_m
-from irsim.radiometry import radiance, temperature
-from irsim.render import Renderer
-from irsim.scenario import Scenario
+from irsim.physics.atmosphere import Atmosphere
+from irsim.physics.radiometry import radiance, temperature
+from irsim.render.frame import Renderer
+from irsim.scenario.model import Scenario
 
 
 def scene(**other: Any) -> Scenario:

@@ -14,13 +14,13 @@ from mesh_files import BOX
 from scenario_text import TEXT
 
 import irsim
-from irsim.authoring import json_schema
+from irsim.config.base import Family
+from irsim.config.yaml_file import read
 from irsim.errors import InputError
-from irsim.kinds import Family
-from irsim.loader import dumps, examples, load, loads
-from irsim.scenario import Scenario
-from irsim.shipped import find, shipped
-from irsim.yamlfile import read
+from irsim.scenario.authoring import json_schema
+from irsim.scenario.catalog import find, shipped
+from irsim.scenario.loader import dumps, examples, load, loads
+from irsim.scenario.model import Scenario
 
 SHIPPED = {
     f"{folder}/{name}": path

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import irsim
-from irsim.loader import examples
 from irsim.measure.jumps import jumps
 from irsim.occluders.standing import Building
 from irsim.occluders.tree import Tree
-from irsim.render import Renderer
+from irsim.render.frame import Renderer
+from irsim.scenario.loader import examples
 from irtrack.bench import run_bench
 
 SEEDS = 30

@@ -9,12 +9,12 @@ import pytest
 from typer.testing import CliRunner
 
 from irsim import InputError, loads, open_recording, record
-from irsim.cli import app
-from irsim.intent import placed
-from irsim.loader import warnings
+from irsim.cli.app import app
 from irsim.occluders import OCCLUDERS
-from irsim.render import Renderer
-from irsim.sources import open_rendering
+from irsim.render.frame import Renderer
+from irsim.render.sources import open_rendering
+from irsim.scenario.loader import warnings
+from irsim.scenario.placement_all import placed
 
 SCENE = """
 frames: 70

@@ -9,11 +9,11 @@ import pytest
 from test_intent import UPRIGHT, scene, visible
 
 from irsim import InputError, Scenario, load, loads
-from irsim.intent import overdone
-from irsim.loader import warnings
 from irsim.occluders.standing import Building, Pole
 from irsim.occluders.tree import Tree
-from irsim.render import Renderer
+from irsim.render.frame import Renderer
+from irsim.scenario.loader import warnings
+from irsim.scenario.placement_all import overdone
 
 FIGHTER = "shape: {kind: fighter}, path: {kind: PATH, range_m: 500}"
 ASKED = range(14, 21)

@@ -9,9 +9,9 @@ import carried
 import pytest
 
 from irsim import loads
-from irsim.doubts import doubts
-from irsim.loader import warnings
-from irsim.render import Renderer
+from irsim.lint import doubts
+from irsim.render.frame import Renderer
+from irsim.scenario.loader import warnings
 
 HEAD = "frames: 110\ncamera: {size: [160, 120], ifov_mrad: 0.5, noise: []}\nbackground: {kind: ground, spread_k: 0}\n"
 

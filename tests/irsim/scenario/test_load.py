@@ -11,16 +11,16 @@ from scenario_text import TEXT, errors_of
 import irsim
 from irsim.backgrounds import Sky
 from irsim.backgrounds.sky import Clouds
-from irsim.camera import Camera
-from irsim.detector import Ar1, White
+from irsim.camera.camera import Camera
+from irsim.camera.detectors import Ar1, White
 from irsim.errors import InputError
-from irsim.loader import dumps, examples, load, loads, scalar
 from irsim.motion.pan import Pan
 from irsim.motion.straight import Straight
 from irsim.occluders import Bar
-from irsim.scenario import Scenario
-from irsim.shapes.point import Point
-from irsim.target import Target
+from irsim.scenario.loader import dumps, examples, load, loads, scalar
+from irsim.scenario.model import Scenario
+from irsim.targets.point import Point
+from irsim.targets.target import Target
 
 
 def test_yaml_equals_its_python_twin_bit_for_bit() -> None:

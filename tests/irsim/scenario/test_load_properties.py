@@ -9,17 +9,17 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from scenario_text import TEXT
 
-from irsim import yamlfile
 from irsim.backgrounds import Sky
-from irsim.camera import Camera
-from irsim.detector import White
+from irsim.camera.camera import Camera
+from irsim.camera.detectors import White
+from irsim.config import yaml_file as yamlfile
 from irsim.errors import InputError
-from irsim.loader import dumps, loads
 from irsim.motion.pan import Pan
 from irsim.motion.straight import Straight
-from irsim.scenario import Scenario
-from irsim.shapes.point import Point
-from irsim.target import Target
+from irsim.scenario.loader import dumps, loads
+from irsim.scenario.model import Scenario
+from irsim.targets.point import Point
+from irsim.targets.target import Target
 
 STEADY = settings(deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 

@@ -14,9 +14,9 @@ from recording_fakes import Noise, same_frames
 
 from irsim import frames, strategies
 from irsim.errors import InputError
-from irsim.loader import change, dumps, loads
 from irsim.recording import open_recording, record, recover
-from irsim.scenario import Scenario
+from irsim.scenario.loader import change, dumps, loads
+from irsim.scenario.model import Scenario
 from irsim.strategies import parts
 
 STEADY = settings(

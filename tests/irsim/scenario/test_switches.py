@@ -13,13 +13,13 @@ from mesh_files import GIVEN
 
 import irsim
 from irsim.backgrounds import BACKGROUNDS, Background, Recorded
-from irsim.detector import NOISES
-from irsim.faults import FAULTS
+from irsim.camera.detectors import NOISES
+from irsim.camera.frame_loss import FAULTS
 from irsim.motion import POINTINGS
 from irsim.occluders import OCCLUDERS
-from irsim.scenario import Scenario
-from irsim.shapes import SHAPES
-from irsim.simulate import Rendering
+from irsim.render.stream import Rendering
+from irsim.scenario.model import Scenario
+from irsim.targets import SHAPES
 
 NOISE: dict[str, dict[str, Any]] = {"ar1": {"rho": 0.8}, "noise_3d": {"t": 0.5, "v": 0.3, "th": 0.4}}
 OCCLUDER: dict[str, dict[str, Any]] = {

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import irsim
-from irsim.atmosphere import Atmosphere
-from irsim.doubts import doubts
-from irsim.kinds import Part
-from irsim.loader import loads, unheeded_in
+from irsim.config.base import Part
+from irsim.lint import doubts
+from irsim.physics.atmosphere import Atmosphere
+from irsim.scenario.loader import loads, unheeded_in
 from irsim.types import Frame, Truth
 
 CAMERA = "camera: {size: [96, 64], ifov_mrad: 1, netd_mk: 20, noise: [{kind: white}, {kind: fixed_pattern}]}"

@@ -16,8 +16,8 @@ from scipy import stats
 
 import irsim
 from irsim.errors import InputError
-from irsim.loader import change, dumps, examples, load, loads, reach
-from irsim.variation import VARIATIONS, Choice, Integers, LogUniform, Normal, Span, Uniform, Variation
+from irsim.scenario.loader import change, dumps, examples, load, loads, reach
+from irsim.scenario.variation import VARIATIONS, Choice, Integers, LogUniform, Normal, Span, Uniform, Variation
 
 SHARES = np.linspace(0, 1, 41)
 

@@ -10,11 +10,11 @@ import annotated_types as at
 import pytest
 
 import irsim
+from irsim.config.base import Part
+from irsim.config.schema import Slot
 from irsim.errors import InputError
-from irsim.kinds import Part
-from irsim.loader import loads
-from irsim.scenario import Scenario
-from irsim.schema import Slot
+from irsim.scenario.loader import loads
+from irsim.scenario.model import Scenario
 
 TEXT = """\
 frames: 3

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from irsim import loads
-from irsim.doubts import doubts
-from irsim.render import Renderer
-from irsim.shapes.flare import Flare
+from irsim.lint import doubts
+from irsim.render.frame import Renderer
+from irsim.targets.flare import Flare
 
 HEAD = """
 frames: 150

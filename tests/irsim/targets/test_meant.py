@@ -6,8 +6,8 @@ import pytest
 from pydantic_core import PydanticCustomError
 
 from irsim.backgrounds import BACKGROUNDS
-from irsim.kinds import Family, suggestion
-from irsim.shapes import SHAPES
+from irsim.config.base import Family, suggestion
+from irsim.targets import SHAPES
 
 FAMILIES = {family.name: family for family in (SHAPES, BACKGROUNDS)}
 WORDS = [(name, word) for name, family in FAMILIES.items() for word in family.meant]

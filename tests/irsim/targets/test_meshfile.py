@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from mesh_files import BOX
 
-from irsim.shapes.meshfile import MeshError, read_mesh
+from irsim.targets.meshfile import MeshError, read_mesh
 
 CORNERS = ("0 0 0", "1 0 0", "0 1 0", "0 0 1")
 STL = "solid\n{}endsolid\n".format(

@@ -12,13 +12,13 @@ from hypothesis import strategies as st
 from mesh_files import GIVEN
 from pydantic import ValidationError
 
-from irsim.geometry import Geometry
+from irsim.geometry.context import Stage
+from irsim.geometry.projection import Geometry
+from irsim.geometry.sprite import Sprite
 from irsim.motion.attitude import euler
-from irsim.radiometry import radiance
-from irsim.shapes import SHAPES, Shape, View, draw_all
-from irsim.shapes.body import Body
-from irsim.sprite import Sprite
-from irsim.stage import Stage
+from irsim.physics.radiometry import radiance
+from irsim.targets import SHAPES, Shape, View, draw_all
+from irsim.targets.body import Body
 from irsim.types import Floats
 
 IFOV = 5e-4

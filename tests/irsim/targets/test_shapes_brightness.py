@@ -10,13 +10,13 @@ import pytest
 from pydantic import ValidationError
 from scene_figures import around
 
-from irsim.contrast import GUARD_PX, RING_PX, asked_light, scr
-from irsim.radiometry import radiance, slope, temperature
-from irsim.render import Renderer
-from irsim.scenario import Scenario
-from irsim.shapes.flicker import FLICKERS, Flicker, Flutter
-from irsim.shapes.point import Point
-from irsim.sprite import Sprite, Wanted
+from irsim.geometry.sprite import Sprite, Wanted
+from irsim.physics.radiometry import radiance, slope, temperature
+from irsim.render.contrast import GUARD_PX, RING_PX, asked_light, scr
+from irsim.render.frame import Renderer
+from irsim.scenario.model import Scenario
+from irsim.targets.flicker import FLICKERS, Flicker, Flutter
+from irsim.targets.point import Point
 from irsim.types import Box, Floats
 
 
@@ -213,7 +213,7 @@ class TestContrast:
         assert renderer.scene(20)[1].targets[0].contrast_k == pytest.approx(0.0, abs=0.01)
 
     def test_what_asks_for_nothing_gets_no_light(self) -> None:
-        from irsim.shapes.base import View
+        from irsim.targets.base import View
 
         scenario = scene({"kind": "point"})
         shape = scenario.targets[0].shape

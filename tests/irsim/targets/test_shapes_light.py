@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from test_shapes import AWAY, BODIES, IFOV, shape
 
-from irsim.geometry import Geometry
+from irsim.geometry.context import Stage
+from irsim.geometry.projection import Geometry
 from irsim.motion.attitude import euler
-from irsim.radiometry import radiance
-from irsim.shapes import View
-from irsim.shapes.body import Body
-from irsim.shapes.mesh import mesh
-from irsim.shapes.parting import parted
-from irsim.shapes.solids import Solid, block
-from irsim.stage import Stage
+from irsim.physics.radiometry import radiance
+from irsim.targets import View
+from irsim.targets.body import Body
+from irsim.targets.mesh import mesh
+from irsim.targets.solids import Solid, block
+from irsim.targets.split_intersections import parted
 from irsim.types import Floats
 
 NEARING = 0.01

@@ -12,16 +12,16 @@ from mesh_files import sphere, triangles, write_obj, write_stl
 from pydantic import ValidationError
 from test_shapes import AWAY, middle, seen, shape, stage
 
-from irsim.doubts import doubts
 from irsim.errors import InputError
-from irsim.loader import loads
+from irsim.geometry.sprite import Sprite
+from irsim.lint import doubts
 from irsim.motion.attitude import euler
-from irsim.radiometry import radiance
-from irsim.shapes import View
-from irsim.shapes.body import Body
-from irsim.shapes.meshfile import MOST_FACES, MeshError, read_mesh
-from irsim.shapes.model import Model
-from irsim.sprite import Sprite
+from irsim.physics.radiometry import radiance
+from irsim.scenario.loader import loads
+from irsim.targets import View
+from irsim.targets.body import Body
+from irsim.targets.meshfile import MOST_FACES, MeshError, read_mesh
+from irsim.targets.model import Model
 from irsim.types import Floats
 
 CUBE = """v 0 0 0

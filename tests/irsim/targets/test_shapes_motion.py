@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 from test_shapes import AWAY, BODIES, IFOV, middle, shape
 
-from irsim.geometry import Geometry
+from irsim.geometry.context import Stage
+from irsim.geometry.projection import Geometry
+from irsim.geometry.sprite import Sprite
 from irsim.motion.attitude import euler
-from irsim.radiometry import radiance
-from irsim.render import Renderer
-from irsim.scenario import Scenario
-from irsim.shapes import SHAPES, View
-from irsim.shapes.body import Body
-from irsim.shapes.joints import hinge
-from irsim.sprite import Sprite
-from irsim.stage import Stage
+from irsim.physics.radiometry import radiance
+from irsim.render.frame import Renderer
+from irsim.scenario.model import Scenario
+from irsim.targets import SHAPES, View
+from irsim.targets.body import Body
+from irsim.targets.joints import hinge
 from irsim.types import Floats
 
 

@@ -14,7 +14,7 @@ from html_page import Page
 
 import irsim
 import irtrack
-from irsim.cards import SAVED_PX, card, framed, table
+from irsim.notebook import SAVED_PX, card, framed, table
 from irsim.types import Box
 
 HOSTILE = "<script>alert(1)</script>"

@@ -13,11 +13,11 @@ import pytest
 import irsim
 import irsim.measure
 import irtrack
-from irsim.draw import contact_sheet, labelled_sheet
+from irsim.cli.figures import contact_sheet, labelled_sheet
+from irsim.cli.video import moving_picture
 from irsim.errors import InputError
-from irsim.moving import moving_picture
 from irsim.recording import TrackHeader, recover, write_tracks
-from irtrack.trackfile import track_to_csv
+from irtrack.cli.trackfile import track_to_csv
 
 SCENE = irsim.loads(
     "frames: 3\ncamera: {size: [32, 24]}\nbackground: {kind: ground}\n"

@@ -24,8 +24,8 @@ from irtrack.bench import Entry, Results, run_bench
 from irtrack.bench.group import run_group
 from irtrack.bench.plan import Seeds, contestants, plans
 from irtrack.errors import InputError, IrtrackError, WorkerError
-from irtrack.replay import BLOCK_FRAMES
-from irtrack.workers import Limit
+from irtrack.replay.replay import BLOCK_FRAMES
+from irtrack.runner import Limit
 
 FINE = Entry("fine", Walker(jitter=1.0))
 
@@ -83,7 +83,7 @@ def test_a_tracker_that_leaves_its_process_unable_to_answer_fails_alone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, beside: Walker
 ) -> None:
     """Where one beside it holds up the process's end, too."""
-    monkeypatch.setattr("irtrack.workers.watched.END_S", 0.5)
+    monkeypatch.setattr("irtrack.runner.watched.END_S", 0.5)
     entries = [FINE, Entry("closer", Closer()), Entry("beside", beside)]
     with run_bench([Strip()], entries, seeds=2, jobs=2, results=tmp_path / "r.db") as results:
         cells = results.cells()
@@ -97,7 +97,7 @@ def test_a_tracker_that_leaves_its_process_unable_to_answer_fails_alone(
 
 
 def test_a_process_that_closes_its_pipe_and_goes_on_is_told_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("irtrack.workers.watched.END_S", 0.5)
+    monkeypatch.setattr("irtrack.runner.watched.END_S", 0.5)
 
     with run_bench([Strip()], [Entry("both", Stayer())], jobs=2, results=tmp_path / "r.db") as results:
         (cell,) = results.cells()

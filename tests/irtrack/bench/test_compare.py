@@ -11,8 +11,8 @@ import pytest
 from bench_fakes import Strip, Walker
 
 from irtrack.bench import ALL_SOURCES, Cell, Entry, Key, run_bench
+from irtrack.bench.compare import Comparison, Gate, compare, junit
 from irtrack.cli import main
-from irtrack.compare import Comparison, Gate, compare, junit
 from irtrack.errors import InputError
 from irtrack.metrics import FIGURES, Score, paired_difference, scenes_for
 

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import irsim
-from irsim.loader import shipped
+from irsim.config.yaml_file import read
+from irsim.scenario.loader import shipped
 from irsim.types import Floats
-from irsim.yamlfile import read
 from irtrack.bench import run_bench
 
 STRESSES = {name: path for name, path in shipped("stress").items() if "severities" in read(path).value}

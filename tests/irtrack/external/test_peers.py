@@ -18,10 +18,10 @@ from processes import PATIENCE_S, runs, wait_until
 
 import irsim
 import irtrack
-from irtrack import peers
+from irtrack import external as peers
 from irtrack.bench import run_bench
 from irtrack.errors import InputError, TrackerError
-from irtrack.peers import environment
+from irtrack.external import environment
 from irtrack.trackers import describe, make
 from irtrack.trackers.foreign import FOREIGN
 

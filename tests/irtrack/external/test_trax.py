@@ -23,7 +23,7 @@ import irtrack
 from irsim.types import Box
 from irtrack.bench import Entry, parse_tracker_spec, run_bench
 from irtrack.errors import InputError, TrackerError
-from irtrack.peers import Child, trax_text
+from irtrack.external import Child, trax_text
 from irtrack.trackers import make
 
 HERE = Path(__file__).parents[2] / "support"

@@ -17,7 +17,7 @@ from test_falsify_parts import trace
 from test_report_browser import contrast
 
 import irsim
-from irsim.expectation import Expectation
+from irsim.scenario.expectation import Expectation
 from irtrack.falsify import Failure, Luck
 from irtrack.falsify.case import Case
 from irtrack.falsify.files import FOUND, JOURNAL, write_failure

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import irsim
-from irsim.expectation import Expectation
 from irsim.rng import stream
+from irsim.scenario.expectation import Expectation
 from irsim.types import Floats
 from irtrack.falsify.case import Case, droppable, moves, nearer, shrink
 from irtrack.falsify.rules import MARGINS, in_words, margin, rules_of, shortest

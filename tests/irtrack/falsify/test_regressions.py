@@ -13,7 +13,7 @@ import planted_failure
 import pytest
 
 import irsim
-from irtrack import golden
+from irtrack.bench import baseline as golden
 from irtrack.bench import load_suite
 from irtrack.cli import main
 from irtrack.errors import InputError

@@ -7,7 +7,7 @@ import pytest
 from tracker_scenes import follow
 
 from irsim.types import Box, Frame
-from irtrack.features.flow import forward_backward, spread_ratio
+from irtrack.features.optical_flow import forward_backward, spread_ratio
 from irtrack.trackers.camshift_kalman import CamShiftKalman
 from irtrack.trackers.optical_flow import OpticalFlow
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from irsim import InputError, loads
-from irsim.render import Renderer
+from irsim.render.frame import Renderer
 
 HEAD = """
 frames: 40

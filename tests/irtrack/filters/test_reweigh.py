@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from tracker_loops import plain
 
 from irsim.types import Floats
-from irtrack.filters.particles import neff, reweigh, shares
+from irtrack.filters.particle import neff, reweigh, shares
 from irtrack.trackers import fusion_wspf
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from irsim.types import Box, TargetTruth, Truth
-from irtrack.anchors import orders, run_anchors
 from irtrack.metrics import AnchorRun, expected_overlap, vot
+from irtrack.metrics.anchors import orders, run_anchors
 
 
 def run(overlap: list[float], absent: tuple[int, ...] = ()) -> AnchorRun:

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from irsim.rng import stream
-from irtrack import growth
 from irtrack.filters.resampling import systematic, systematic_copies
 from irtrack.filters.selection import chosen, largest_first, restored
-from irtrack.growth import BOOTSTRAP, WSPF, Growth, rmse, run
+from irtrack.papers import growth_model as growth
+from irtrack.papers.growth_model import BOOTSTRAP, WSPF, Growth, rmse, run
 
 ORACLE = {50: (5.44, 0.04), 100: (4.99, 0.03), 500: (4.68, 0.03)}
 """Mean RMSE of the bootstrap filter over 4,000 runs of 100 steps, and its interval, of another program."""

@@ -12,15 +12,15 @@ from source_runs import TINY, found_of, run_of
 
 from irtrack.bench import parse_tracker_spec
 from irtrack.errors import InputError
-from irtrack.peers import PEERS
-from irtrack.sources import real, rules
-from irtrack.sources.growth import growth_result
-from irtrack.sources.hard import HARD
-from irtrack.sources.ours import BETTER, OF_PAPERS, OURS, THEIRS
-from irtrack.sources.page import PAPERS, write_sources
-from irtrack.sources.runs import outcomes, wanted
-from irtrack.sources.tables import rows
-from irtrack.sources.values import (
+from irtrack.external import PEERS
+from irtrack.papers import real, rules
+from irtrack.papers.growth import growth_result
+from irtrack.papers.hard import HARD
+from irtrack.papers.ours import BETTER, OF_PAPERS, OURS, THEIRS
+from irtrack.papers.page import PAPERS, write_sources
+from irtrack.papers.runs import outcomes, wanted
+from irtrack.papers.tables import rows
+from irtrack.papers.values import (
     Choice,
     Claim,
     Experiment,

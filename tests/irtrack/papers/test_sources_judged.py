@@ -9,13 +9,13 @@ import pytest
 from source_runs import found_of, run_of
 
 import irtrack
-from irtrack.sources import rules
-from irtrack.sources.goals import reached
-from irtrack.sources.hard import HARD, duels
-from irtrack.sources.picks import settled, wanted_choices
-from irtrack.sources.runs import Outcome
-from irtrack.sources.values import Choice, Claim, Goal, Paper, Rival, Run, Scene, Switch
-from irtrack.sources.verdicts import effect, judged, seeds_to_decide, verdict
+from irtrack.papers import rules
+from irtrack.papers.goals import reached
+from irtrack.papers.hard import HARD, duels
+from irtrack.papers.picks import settled, wanted_choices
+from irtrack.papers.runs import Outcome
+from irtrack.papers.values import Choice, Claim, Goal, Paper, Rival, Run, Scene, Switch
+from irtrack.papers.verdicts import effect, judged, seeds_to_decide, verdict
 
 
 class TestJudged:

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from irtrack.identity import code_hash
+from irtrack.registry.identity import code_hash
 from irtrack.trackers import of
 
 TYPED = """

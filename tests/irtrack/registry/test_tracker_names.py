@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from irsim.meanings import meanings
+from irsim.config.field_docs import meanings
 from irsim.rng import stream
 from irsim.types import Box, Frame
 from irtrack.errors import InputError

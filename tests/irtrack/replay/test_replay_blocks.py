@@ -8,8 +8,8 @@ from collections.abc import Iterator
 import pytest
 from bench_fakes import Strip
 
-import irtrack.replay
 from irsim.types import Frame, Input
+from irtrack.replay import replay
 
 
 @pytest.mark.parametrize(
@@ -25,7 +25,7 @@ def test_each_tracker_sees_a_block_of_frames_in_a_row(
     monkeypatch: pytest.MonkeyPatch, bound: str, value: int, lengths: list[int]
 ) -> None:
     """Nothing is rendered between two steps of a block, so no tracker's steps are slower for being the first."""
-    monkeypatch.setattr(irtrack.replay, bound, value)
+    monkeypatch.setattr(replay, bound, value)
     done: list[tuple[str, int]] = []
 
     class Noting(Strip):
@@ -35,7 +35,7 @@ def test_each_tracker_sees_a_block_of_frames_in_a_row(
                 yield frame
 
     viewers = [lambda frame, name=name: done.append((name, frame.index)) for name in "ab"]
-    truths = irtrack.replay.replay(Noting(), viewers, "display", 0)
+    truths = replay.replay(Noting(), viewers, "display", 0)
     assert [truth.index for truth in truths] == list(range(20))
     ends = list(itertools.accumulate(lengths))
     blocks = [range(end - length, end) for end, length in zip(ends, lengths, strict=True)]

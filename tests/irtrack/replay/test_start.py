@@ -10,7 +10,7 @@ from bench_fakes import Strip, Walker
 import irtrack
 from irsim.types import Box, TargetTruth, Truth
 from irtrack.errors import InputError
-from irtrack.start import find_start
+from irtrack.replay.start import find_start
 
 
 def test_it_starts_where_half_of_the_target_shows() -> None:

@@ -13,18 +13,18 @@ import pytest
 from typer.testing import CliRunner
 
 import irsim
-from irsim.cli import app
-from irsim.course import Course
-from irsim.doubts import DOUBTS
-from irsim.intent import overdone, placed
-from irsim.loader import warnings
+from irsim.cli.app import app
+from irsim.cli.terminal import progress_bar
+from irsim.geometry.context import Stage
+from irsim.lint import DOUBTS
 from irsim.occluders import Occluder
 from irsim.occluders.tree import Tree
-from irsim.stage import Stage
-from irsim.target import Target
-from irsim.terminal import progress_bar
+from irsim.scenario.loader import warnings
+from irsim.scenario.placement_all import overdone, placed
+from irsim.scenario.visibility import Watch
+from irsim.targets.target import Target
+from irsim.targets.trajectory import Course
 from irsim.types import Box
-from irsim.watch import Watch
 
 SCENE = """\
 frames: 30
@@ -48,7 +48,7 @@ def told(monkeypatch: pytest.MonkeyPatch) -> dict[str, list[tuple[int, ...]]]:
         counts = bars[label] = [] if total is None else [(0, total)]
         yield lambda *given: counts.append(given)
 
-    for module in ("irsim.cli", "irsim.commands_info"):
+    for module in ("irsim.cli.app", "irsim.cli.info"):
         monkeypatch.setattr(f"{module}.progress_bar", bar)
     return bars
 
@@ -126,7 +126,7 @@ def test_what_an_occluder_hides_is_found_in_each_frame_once(monkeypatch: pytest.
 
 def test_targets_as_they_are_drawn_are_not_kept_of_all_frames(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a million frames they would be some 15 GB."""
-    monkeypatch.setattr("irsim.watch.MOST_OF_FRAMES", 8)
+    monkeypatch.setattr("irsim.scenario.visibility.MOST_OF_FRAMES", 8)
     watch = Watch(irsim.loads(SCENE))
     drawn = [ref(sprite.cover) for index in range(30) if (sprite := watch.sprite("a", index)) is not None]
     assert len(drawn) == 30
@@ -173,7 +173,7 @@ def test_long_work_tells_how_far_it_is_where_there_is_no_terminal(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     seconds = iter([0.0, 4.0, 11.0, 14.0, 22.0])
-    monkeypatch.setattr("irsim.terminal.monotonic", lambda: next(seconds))
+    monkeypatch.setattr("irsim.cli.terminal.monotonic", lambda: next(seconds))
     with progress_bar("check long") as move:
         for done in range(1, 5):
             move(done, 5)

@@ -22,7 +22,7 @@ from irtrack.falsify.order import in_order
 from irtrack.falsify.rules import rules_of
 from irtrack.falsify.trial import ENDS, RAISES, Subject, examine
 from irtrack.falsify.trials import Trials
-from irtrack.replay import BLOCK_FRAMES
+from irtrack.replay.replay import BLOCK_FRAMES
 
 SCENE = "".join(
     line

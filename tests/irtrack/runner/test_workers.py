@@ -17,13 +17,13 @@ from typing import Any
 import pytest
 from bench_fakes import Mute, Strip, Walker
 
-from irtrack import golden
 from irtrack.bench import Entry, run_bench
+from irtrack.bench import baseline as golden
 from irtrack.bench.asked import asked
 from irtrack.bench.suite import Suite
 from irtrack.cli.bench import sweep
 from irtrack.errors import IrtrackError, WorkerError
-from irtrack.workers import GoneError, Watched
+from irtrack.runner import GoneError, Watched
 
 FINE = Entry("fine", Walker(jitter=1.0))
 

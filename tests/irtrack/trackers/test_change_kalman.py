@@ -11,9 +11,9 @@ import pytest
 from tracker_scenes import follow
 
 from irsim.types import Box, Floats, Frame
-from irtrack.features.backdrop import Backdrop
+from irtrack.features.background import Backdrop
 from irtrack.features.foreground import gathered, peaks
-from irtrack.filters.company import Rules, Tracks, advance
+from irtrack.filters.association import Rules, Tracks, advance
 from irtrack.trackers import make
 
 CORNER = (slice(0, 1), slice(0, 1))

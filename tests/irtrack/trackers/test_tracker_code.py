@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from irtrack.identity import code_hash
+from irtrack.registry.identity import code_hash
 from irtrack.trackers import make
 from irtrack.trackers.plain import Plain
 

@@ -11,7 +11,7 @@ import pytest
 
 import irtrack
 from irtrack.errors import InputError
-from irtrack.identity import tracker_config, tracker_name
+from irtrack.registry.identity import tracker_config, tracker_name
 
 
 @dataclass(frozen=True)

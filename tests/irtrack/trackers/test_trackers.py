@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tracker_scenes import blob, follow
 
+from irsim.config.schema import Slot
 from irsim.rng import stream
-from irsim.schema import Slot
 from irsim.types import Box, Frame
 from irtrack.errors import InputError
 from irtrack.features.highpass import HighPass

@@ -13,7 +13,7 @@ from bench_fakes import Strip
 import irtrack
 from irsim.types import Box, Frame
 from irtrack.errors import TrackerError
-from irtrack.identity import code_hash, tracker_config
+from irtrack.registry.identity import code_hash, tracker_config
 from irtrack.trackers import make, of
 from irtrack.types import Estimate, resumable
 

@@ -1,0 +1,1 @@
+"""The camera: optics after the lens, detector, noise, and automatic gain control."""

@@ -1,0 +1,23 @@
+"""Noise without memory."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from irsim.camera.noise_base import Moment, Noise, Ratio
+from irsim.camera.variance import Variance
+
+
+class White(Noise):
+    """Independent from pixel to pixel and from frame to frame (tvh in 3-D noise terms)."""
+
+    stationary: ClassVar[bool] = True
+
+    ratio: Ratio = 1.0
+    """Sigma in units of the camera's NETD."""
+
+    def grain(self, moment: Moment) -> float:
+        return self.ratio
+
+    def share(self, moment: Moment, fixed: bool) -> Variance:
+        return Variance(own=self.ratio**2)

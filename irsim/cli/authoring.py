@@ -1,0 +1,99 @@
+"""The commands of irsim that help to write scenarios; the command line itself is `irsim.cli.app`."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from irsim.cli.source_options import tell_unheeded
+from irsim.cli.terminal import given_path, progress_bar
+from irsim.config.files import check_output, make_folder, refuse_leftovers, replacing_text
+from irsim.errors import InputError
+from irsim.wording import counted
+
+
+def new(
+    kind: Annotated[
+        str, typer.Argument(metavar="KIND", help="sky, ground, sea, landscape, recording (yours), severities or vary.")
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="YAML", help="Default: KIND.yaml in this folder.", parser=given_path),
+    ] = None,
+) -> None:
+    """Write a commented scenario to begin your own from; it replaces nothing."""
+    from irsim.scenario.authoring import start_text, write_new
+    from irsim.scenario.loader import load
+
+    text = start_text(kind)
+    path = output or Path(f"{kind}.yaml")
+    check_output(path, endings=(".yaml", ".yml"))
+    write_new(path, text)
+    print(path)
+    show = f"irsim show {shlex.quote(str(path))}"
+    try:
+        load(path)
+    except InputError as error:  # what it needs of the user is not there yet, such as footage
+        print(f"look at it, once this is mended: {show}\n{error}")
+    else:
+        print(f"look at it: {show}")
+
+
+def schema(
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="JSON", help="Default: standard output.", parser=given_path)
+    ] = None,
+) -> None:
+    """Print the JSON Schema of scenarios, by which editors complete and check them."""
+    from irsim.scenario.authoring import json_schema
+
+    check_output(output, endings=(".json",))
+    text = json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
+    if output is None:
+        print(text, end="")
+        return
+    with replacing_text(output) as file:
+        file.write(text)
+    print(output)
+
+
+def sample(
+    scenario: Annotated[str, typer.Argument(metavar="SCENARIO", help="A scenario's file or name, with `vary`.")],
+    overrides: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="KEY=VALUE", help="Changes to the scenario; a key so given varies no more."),
+    ] = None,
+    count: Annotated[int, typer.Option("-n", metavar="N", min=1, max=100_000, help="How many are drawn.")] = 10,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="DIR", help="Default: NAME-samples in this folder.", parser=given_path),
+    ] = None,
+    seed: Annotated[int, typer.Option(metavar="N", min=0, help="Seed of the draws.")] = 0,
+) -> None:
+    """Draw scenarios from the ranges under `vary` and write each as a file of its own."""
+    from irsim.scenario.authoring import sample_names, sample_texts
+    from irsim.scenario.loader import find, load
+
+    loaded = load(scenario, overrides or ())
+    tell_unheeded(scenario, overrides)
+    name = Path(scenario).stem
+    folder = output or Path(f"{name}-samples")
+    repeat = shlex.join(["irsim", "sample", scenario, *(overrides or ()), "-n", str(count), "--seed", str(seed)])
+    paths = [folder / file for file in sample_names(name, count)]
+    for path in paths:
+        if folder.is_dir():
+            check_output(path, find(scenario), *loaded.files)
+    ours, alike = {path.name for path in paths}, re.compile(rf"{re.escape(name)}-\d+\.yaml")
+    refuse_leftovers(folder, lambda file: file not in ours and alike.fullmatch(file) is not None, "samples")
+    with progress_bar(f"sample {name}", count) as progress:
+        texts = sample_texts(loaded, name, count, seed, repeat, folder, progress)
+    make_folder(folder)
+    for path, text in zip(paths, texts, strict=True):
+        with replacing_text(path) as file:
+            file.write(text)
+    print(f"{folder}: {counted(len(paths), 'scenario')}, {paths[0].name} to {paths[-1].name}")

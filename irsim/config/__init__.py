@@ -1,0 +1,1 @@
+"""Typed YAML that knows no scene: kinds and families, quantities, places of errors, overrides."""

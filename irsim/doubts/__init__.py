@@ -1,7 +1,0 @@
-"""What is legal in a scenario but may not be meant."""
-
-from __future__ import annotations
-
-from irsim.doubts.all import DOUBTS, doubts, unheeded
-
-__all__ = ["DOUBTS", "doubts", "unheeded"]

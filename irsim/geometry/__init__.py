@@ -1,0 +1,1 @@
+"""Directions and pixels, the camera pose, polygons, sprites and random fields."""

@@ -1,0 +1,1 @@
+"""Radiometry, atmosphere, turbulence and the point spread function."""

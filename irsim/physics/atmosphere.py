@@ -1,0 +1,292 @@
+"""The air between the camera and what it sees: transmittance, its own light, and the clear sky.
+
+Transmittance over a band is no Beer's law: strong lines are soon opaque, what is left is clearer. So
+
+    tau(R) = exp(-a R^b),  R in km,
+
+fitted to LOWTRAN7 for level paths 100 m above the sea, 0.5 to 20 km long (largest error 0.022). Other
+paths are cut into layers: water, air and haze thin out with height, and a path counts as the level one
+that holds as much of what absorbs; ozone, high above that one, is added (`irsim.physics.climate`). Each step of a
+path shines as a black body by the share that it absorbs (Kirchhoff), at a temperature that goes from that of
+the air where it begins to that where it ends. So path light and transmittance always belong together: behind
+an opaque path everything has the temperature of the air.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from irsim.config.base import Part, Switches
+from irsim.config.quantities import AirKelvin, Kelvin
+from irsim.errors import Notice
+from irsim.physics.climate import (
+    CLIMATES,
+    FIT_ERROR,
+    FIT_HEIGHT_KM,
+    FIT_KM,
+    FIT_VISIBILITY_KM,
+    FOG,
+    OZONE,
+    Climate,
+    ClimateName,
+    fitted_band,
+    ozone,
+    unshared,
+)
+from irsim.physics.path_integral import amount, below, crossings, path_light, shares
+from irsim.physics.radiometry import hemisphere, limits, radiance
+from irsim.physics.turbulence import Turbulence
+from irsim.types import Band, BandName, Floats
+
+KOSCHMIEDER = 3.912
+"""Extinction at 0.55 um times visibility: -ln 0.02 (Koschmieder 1924: a contrast of 2 % is just seen)."""
+
+AEROSOL_KM = 1.2
+"""Scale height of haze, km (Penndorf 1954; McClatchey et al., AFCRL-72-0497, 1972, for the lowest 5 km)."""
+
+RAIN_TOP_KM = 3.0
+"""Height from which rain falls, km (ITU-R P.839: the 0-degree isotherm, 2 to 5 km in mid latitudes)."""
+FOG_TOP_KM = 0.2
+"""Height of fog above the sea, km: radiation and advection fog are some 50 to 300 m deep."""
+
+EARTH_KM = 6371.0
+"""Mean radius of the Earth, km (Moritz, Geodetic Reference System 1980, J. Geodesy 74 (2000) 128: R1 = 6371.0088)."""
+_TOP_KM = 40.0
+"""Above this there is no air that counts."""
+HIGHEST_M = 20_000
+"""How high above the sea a camera may be, m."""
+_STEPS = 40
+_SKY_STEPS = 120
+"""Steps of a path from each of its ends: with them black bodies look within 0.05 K as with 4000, from cameras up to
+12 km high, and within 0.09 K from higher ones."""
+
+
+class Atmosphere(Part):
+    """The air. As it stands by default there is none: everything is seen as it is."""
+
+    switches: ClassVar[Switches] = {
+        "haze": ("visibility_km", math.inf),
+        "rain": ("rain_mm_h", 0.0),
+        "fog": ("fog_visibility_km", None),
+        "surroundings": ("surroundings_k", 1.0),  # nothing that cold shines
+    }
+
+    preset: ClimateName | Literal["none"] = "none"
+    """Model atmosphere: its absorption and its temperatures."""
+    visibility_km: Annotated[float, Field(ge=1, le=300)] = 23.0
+    """Visibility, km: haze. Fitted at 5 and 23; extinction goes with its inverse between and beyond."""
+    altitude_m: Annotated[float, Field(ge=0, le=HIGHEST_M)] = 100.0
+    """Height of the camera above the sea, m; no less than that above the background's ground, and before a `sea` just
+    that above it."""
+    temperature_k: AirKelvin | None = None
+    """Air temperature at the sea's level, kelvin; all heights shift with it. The preset's where not given."""
+    surroundings_k: Kelvin | None = None
+    """Temperature of what targets and occluders reflect, kelvin. Where not given: the mean of the clear sky
+    and of ground as warm as the air; without a preset that of the background's own sky and ground."""
+    rain_mm_h: Annotated[float, Field(ge=0, le=300)] = 0.0
+    """Rain, mm/h."""
+    fog_visibility_km: Annotated[float, Field(ge=0.01, le=5)] | None = None
+    """Visibility in fog that lies up to 200 m high, km; no fog where not given."""
+    fog: Literal["radiation", "advection"] = "radiation"
+    """Fog of small drops, which LWIR sees through better, or of large ones, which stop all bands alike."""
+    turbulence: Turbulence = Turbulence()
+
+    @property
+    def is_clear(self) -> bool:
+        """Does nothing weaken light, and nothing in the air shine?"""
+        return self.preset == "none" and self.rain_mm_h == 0 and self.fog_visibility_km is None
+
+    def path(
+        self, band: Band, range_m: float | Floats, elevation_rad: float | Floats = 0.0, climbed_m: float = 0.0
+    ) -> tuple[Floats, Floats]:
+        """(transmittance, light of the path in W/m2/sr) from the camera to a range, m, at an elevation, rad; from
+        `climbed_m` above its height, where it is carried.
+
+        Arrays broadcast; each element costs some 80 steps, so pictures are better asked for at a few nodes.
+        """
+        along, elevation = np.broadcast_arrays(np.asarray(range_m) * 1e-3, elevation_rad)
+        return self._path(band, along, elevation, _STEPS, climbed_m)
+
+    def transmittance(self, band: Band, range_m: float | Floats, elevation_rad: float | Floats = 0.0) -> Floats:
+        """Transmittance from the camera to a range, m, at an elevation, rad."""
+        return self.path(band, range_m, elevation_rad)[0]
+
+    def through(
+        self, band: Band, emission: Floats, alpha: Floats, range_m: float | Floats, elevation_rad: float | Floats
+    ) -> Floats:
+        """Emission, W/m2/sr, of something that replaces the share `alpha` of the light, as it arrives:
+        tau emission + alpha L_path. The same array where the air is clear."""
+        if self.is_clear:
+            return emission
+        tau, light = self.path(band, range_m, elevation_rad)
+        return np.asarray(tau * emission + alpha * light)
+
+    def sky(self, band: Band, elevation_rad: float | Floats) -> Floats:
+        """Radiance of the clear sky, W/m2/sr, at elevations, rad; below the horizon as at it."""
+        return self._out(band, elevation_rad)[1]
+
+    def to_space(self, band: Band, elevation_rad: float | Floats) -> Floats:
+        """Transmittance from the camera's height out of the air at elevations, rad; below the horizon as at it."""
+        return self._out(band, elevation_rad)[0]
+
+    def _out(self, band: Band, elevation_rad: float | Floats) -> tuple[Floats, Floats]:
+        """`path` to where there is no more air."""
+        elevation = np.maximum(np.asarray(elevation_rad, dtype=np.float64), 0.0)
+        below = EARTH_KM + self.altitude_m * 1e-3
+        rise = below * np.sin(elevation)
+        to_top = np.sqrt(rise**2 + (EARTH_KM + _TOP_KM) ** 2 - below**2) - rise
+        return self._path(band, to_top, elevation, _SKY_STEPS)
+
+    def surroundings(self, band: Band) -> float | None:
+        """Radiance that a grey body reflects, W/m2/sr, whose surfaces face all ways: half the mean of the sky,
+        half ground as warm as the air. None where nothing says it."""
+        if self.surroundings_k is not None:
+            return float(radiance(band, self.surroundings_k))
+        return None if self.preset == "none" else _surroundings(self, band)
+
+    def air_k(self, height_km: float | Floats) -> Floats:
+        """Temperature of the air, K, at heights above the sea, km."""
+        heights, kelvin = zip(*self._climate.profile, strict=True)
+        shift = 0.0 if self.temperature_k is None else self.temperature_k - kelvin[0]
+        return np.asarray(np.interp(height_km, heights, kelvin) + shift)
+
+    def depth(self, band: Band, gas_km: Floats, haze_km: Floats) -> Floats:
+        """Optical depth of level paths that hold as much gas and as much haze as given, km.
+
+        With the depth D_V = a R^b at the visibilities V = 5 and 23 km, A = (D_5 - D_23) / (1/5 - 1/23) is
+        what haze adds for each inverse km of visibility, and D_23 - A/23 what is left without it. Below
+        0.5 km A is proportional to R: haze has no lines.
+        """
+        near, far = FIT_VISIBILITY_KM
+        (a5, b5), (a23, b23) = self._climate.fit[_fitted(band)]
+
+        def haze(km: Floats) -> Floats:
+            fitted = np.maximum(km, FIT_KM[0])
+            added = (a5 * fitted**b5 - a23 * fitted**b23) / (1 / near - 1 / far)
+            return np.asarray(added * np.minimum(km / FIT_KM[0], 1.0))
+
+        clean = a23 * gas_km**b23 - haze(gas_km) / far
+        return np.asarray(clean + haze(haze_km) / self.visibility_km)
+
+    def notices(self, band: Band) -> Iterator[Notice]:
+        """What is legal but beyond the fit; places are those within this part."""
+        if self.preset == "none":
+            return
+        near, far = FIT_VISIBILITY_KM
+        if not near <= self.visibility_km <= far:
+            yield Notice(
+                ("visibility_km",),
+                f"{self.visibility_km:g} km lies beyond the fitted {near:g} to {far:g} km; "
+                "haze goes with the inverse of visibility",
+            )
+        name = _fitted(band)
+        apart = unshared(band, name)
+        if apart > FIT_ERROR:
+            (low, high), (lowest, highest) = limits(band), limits(name)
+            yield Notice(
+                ("preset",),
+                f"transmittance is fitted to {name}, {lowest:g} to {highest:g} um, not to {low:g} to {high:g} um: that "
+                f"of {name} is used, which may be off by up to {apart:.2f}, the share of the light that the two bands "
+                "do not have in common",
+            )
+
+    def beyond(self, band: Band, range_m: float, elevation_rad: float, climbed_m: float = 0.0) -> str | None:
+        """Why a path, as of `path`, lies beyond the fit; None where it does not."""
+        if self.preset == "none":
+            return None
+        shortest, longest = FIT_KM
+        along = range_m * 1e-3
+        if not shortest <= along <= longest:
+            return f"a range of {along:.3g} km lies beyond the fitted {shortest:g} to {longest:g} km"
+        stations, heights = self._stations(np.asarray(along), np.asarray(elevation_rad), _STEPS, climbed_m)
+        share = amount(stations, self._climate.gas(_fitted(band), heights))[-1] / along
+        if abs(share - 1) > THINNED:
+            top = max(heights) * 1e3
+            return (
+                f"a path up to {top:.0f} m above the sea is not the fitted level one at "
+                f"{FIT_HEIGHT_KM * 1e3:.0f} m: scaled by layers, it holds {share:.0%} of the gas"
+            )
+        return None
+
+    def _of_gas_and_haze(self, band: Band, places: Floats, heights: Floats) -> Floats:
+        """(..., n) optical depth of paths up to each station by all but rain and fog."""
+        if self.preset == "none":
+            return np.zeros_like(places)
+        name = _fitted(band)
+        haze = np.exp((FIT_HEIGHT_KM - heights) / AEROSOL_KM)
+        total = self.depth(band, amount(places, self._climate.gas(name, heights)), amount(places, haze))
+        if name in OZONE:
+            whole, power = OZONE[name]
+            total = total + whole * amount(places, ozone(heights)) ** power
+        return total
+
+    @property
+    def _climate(self) -> Climate:
+        return CLIMATES["us_standard" if self.preset == "none" else self.preset]
+
+    def _stations(self, along: Floats, elevation: Floats, steps: int, climbed_m: float = 0.0) -> tuple[Floats, Floats]:
+        """(..., n) km each: places along paths, close together near their ends and at the tops of rain and fog, and
+        their heights."""
+        along, rise = along[..., None], np.sin(elevation)[..., None]
+        base = EARTH_KM + (self.altitude_m + climbed_m) * 1e-3
+        places = along * shares(steps)
+        cuts = [
+            np.minimum(np.maximum(cut, 0), along) for top in self._tops for cut in crossings(base, rise, EARTH_KM + top)
+        ]
+        if cuts:
+            places = np.sort(np.concatenate([places, *cuts], axis=-1), axis=-1)
+        # The distance from the Earth's middle less its radius, without the difference of large numbers.
+        square = places * (places + 2 * base * rise) + base**2 - EARTH_KM**2
+        return places, np.maximum(square / (np.sqrt(square + EARTH_KM**2) + EARTH_KM), 0.0)
+
+    @property
+    def _tops(self) -> list[float]:
+        """Heights at which something in the air ends at once, km."""
+        ends = (self.rain_mm_h > 0, RAIN_TOP_KM), (self.fog_visibility_km is not None, FOG_TOP_KM)
+        return [top for there, top in ends if there]
+
+    def _path(
+        self, band: Band, along: Floats, elevation: Floats, steps: int, climbed_m: float = 0.0
+    ) -> tuple[Floats, Floats]:
+        places, heights = self._stations(along, elevation, steps, climbed_m)
+        total = self._of_gas_and_haze(band, places, heights)
+        if self.rain_mm_h:
+            total = total + rain_extinction(self.rain_mm_h) * below(places, heights, RAIN_TOP_KM)
+        if self.fog_visibility_km is not None:
+            extinction = KOSCHMIEDER / self.fog_visibility_km * FOG[self.fog][_fitted(band)]
+            total = total + extinction * below(places, heights, FOG_TOP_KM)
+        passed = np.exp(-total)
+        return passed[..., -1], path_light(passed, total, radiance(band, self.air_k(heights)))
+
+
+THINNED = 0.1
+"""By how much the gas on a path may differ from that on the fitted level path before it is told."""
+
+
+def rain_extinction(mm_h: float) -> float:
+    """Extinction of rain, 1/km, the same in all bands as drops are much wider than the wavelength.
+
+    0.365 r^0.63: drop sizes of Marshall and Palmer, as in LOWTRAN (Kneizys et al., AFGL-TR-83-0187, 1983);
+    1.58 r^0.63 dB/km in ITU-R P.1814.
+    """
+    return float(0.365 * mm_h**0.63)
+
+
+def _fitted(band: Band) -> BandName:
+    name = fitted_band(band)
+    if name is None:
+        low, high = limits(band)
+        raise ValueError(f"no transmittance was fitted to a band of {low:g} to {high:g} um")
+    return name
+
+
+@lru_cache(maxsize=64)
+def _surroundings(air: Atmosphere, band: Band) -> float:
+    """Half sky and half ground as warm as the air."""
+    return (hemisphere(lambda elevation: air.sky(band, elevation)) + float(radiance(band, air.air_k(0.0)))) / 2

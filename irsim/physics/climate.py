@@ -1,0 +1,130 @@
+"""Model atmospheres: what was fitted, measured and computed of the air's absorption, as tables."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from irsim.physics.radiometry import BAND_UM, limits, radiance
+from irsim.types import Band, BandName, Floats
+
+STANDARD_K = 288.15
+"""Temperature of the air at the level of the sea, K (ICAO Doc 7488, the standard atmosphere; the U.S. Standard
+Atmosphere 1976 has the same)."""
+
+ClimateName = Literal["us_standard", "midlatitude_summer", "midlatitude_winter", "tropical"]
+
+FIT_KM = (0.5, 20.0)
+"""Lengths of the paths that the transmittance was fitted to, km; beyond them the fit is carried on."""
+FIT_HEIGHT_KM = 0.1
+"""Their height above the sea, km."""
+FIT_VISIBILITY_KM = (5.0, 23.0)
+"""Their two visibilities, km."""
+FIT_ERROR = 0.022
+"""By how much the fit misses a transmittance at most."""
+
+FOG: dict[str, dict[BandName, float]] = {
+    "advection": {"mwir": 1.08, "lwir": 1.13},
+    "radiation": {"mwir": 1.35, "lwir": 0.33},
+}
+"""Extinction of fog in each band against that at 0.55 um: Mie's theory, the mean over the band, with the drop
+sizes of Shettle and Fenn (AFGL-TR-79-0214, 1979), r^3 exp(-0.3 r) and r^6 exp(-3 r), r in um, and the
+refractive index of water of Hale and Querry (Appl. Opt. 12, 555, 1973)."""
+
+
+@dataclass(frozen=True)
+class Climate:
+    """A model atmosphere.
+
+    fit       (a, b) of tau = exp(-a R^b), R in km, of each band at the two visibilities, 5 and 23 km: fitted to
+              runs of LOWTRAN7 (Kneizys et al., AFGL-TR-88-0177, 1988), which are not kept here; largest error 0.022
+    profile   ((km, K), ...) air temperature, linear between; McClatchey et al. 1972 as in Anderson et al.,
+              AFGL-TR-86-0110 (1986), within 0.1 K to 13 km and 2 K to 40 km; the U.S. Standard Atmosphere 1976 is
+              linear itself
+    gas_km    scale height of what thins out with water, km, in each band: that at which the layered sky has
+              LOWTRAN7's clear-sky temperatures (see `OZONE`). It lies below the water column over the vapour at the
+              ground (1.4/5.9, 2.9/14 g/cm2 over g/m3: 2.4 and 2.1 km), as the continuum of LWIR grows with the square
+              of the vapour: more so in humid air.
+    """
+
+    fit: dict[BandName, tuple[tuple[float, float], tuple[float, float]]]
+    profile: tuple[tuple[float, float], ...]
+    gas_km: dict[BandName, float]
+
+    def gas(self, band: BandName, height_km: Floats) -> Floats:
+        """What absorbs at heights above the sea, km, over what does at the fit's: water, and gases that are as much a
+        share of the air at all heights."""
+        lift = FIT_HEIGHT_KM - height_km
+        wet, mixed = np.exp(lift / self.gas_km[band]), MIXED[band]
+        return np.asarray(wet + mixed * (np.exp(lift / AIR_KM) - wet) if mixed else wet)
+
+
+AIR_KM = 7.0
+"""Scale height of air, km: its pressure falls from 1013 to 103.5 hPa over the lowest 16 km (U.S. Standard Atmosphere
+1976)."""
+MIXED: dict[BandName, float] = {"mwir": 0.048, "lwir": 0.0}
+"""Share of well-mixed gases in what absorbs at the fit's height: in MWIR carbon dioxide at 4.3 um, most of what is left
+above the water. In LWIR theirs is too small to tell beside ozone's."""
+
+OZONE: dict[BandName, tuple[float, float]] = {"lwir": (0.085, 0.43)}
+"""(a, b): a vertical path through all ozone has the depth a, one with x times as much a x^b (its band at 9.6 um is soon
+opaque). In MWIR it is too weak to tell, 0.015.
+
+These, `MIXED` and `Climate.gas_km` are fitted together to runs of LOWTRAN7 (revision 4.2, rural haze of 23 km): clear
+skies of the four climates at elevations of 90, 30, 10, 5, 1 and 0 degrees from 0, 0.1, 1.5, 3, 5, 8, 10, 12, 15 and 20
+km. Seen from the sea's level those are met within 2.6 K, from all heights within 7 K, root mean square 2.1 K; level
+paths of 2 to 50 km at these heights within 0.085 of transmittance. All climates have the same ozone (LOWTRAN7's differ
+by 15 % either way)."""
+OZONE_KM = (22.0, 5.0)
+"""Height of ozone, and its standard deviation, km: most lies at 15 to 30 km, the densest at 22 km (U.S. Standard
+Atmosphere 1976, its ozone of mid latitudes). Below 8 km there is less than 1 %: the ozone there is in the fit."""
+
+
+def ozone(height_km: Floats) -> Floats:
+    """Share of a vertical path's ozone in each km at heights above the sea, km."""
+    middle, spread = OZONE_KM
+    return np.asarray(np.exp(-(((height_km - middle) / spread) ** 2) / 2) / (spread * math.sqrt(2 * math.pi)))
+
+
+CLIMATES: dict[ClimateName, Climate] = {
+    "us_standard": Climate(
+        {"mwir": ((0.614, 0.57), (0.554, 0.47)), "lwir": ((0.186, 0.86), (0.130, 0.79))},
+        ((0, STANDARD_K), (11, 216.65), (20, 216.65), (32, 228.65), (40, 251.05)),
+        {"mwir": 2.1, "lwir": 1.95},
+    ),
+    "midlatitude_summer": Climate(
+        {"mwir": ((0.776, 0.56), (0.711, 0.48)), "lwir": ((0.351, 0.89), (0.295, 0.86))},
+        ((0, 294.2), (2, 285.2), (6, 261.2), (13, 215.8), (17, 215.7), (25, 225.1), (30, 233.7), (40, 257.5)),
+        {"mwir": 1.8, "lwir": 1.45},
+    ),
+    "midlatitude_winter": Climate(
+        {"mwir": ((0.557, 0.58), (0.491, 0.47)), "lwir": ((0.149, 0.87), (0.094, 0.78))},
+        ((0, 272.2), (3, 261.7), (10, 219.7), (19, 215.2), (25, 215.2), (30, 217.4), (40, 243.2)),
+        {"mwir": 2.4, "lwir": 2.05},
+    ),
+    "tropical": Climate(
+        {"mwir": ((0.860, 0.55), (0.795, 0.48)), "lwir": ((0.485, 0.89), (0.429, 0.87))},
+        ((0, 299.7), (2, 287.7), (3, 283.7), (13, 217.0), (17, 194.8), (22, 214.6), (30, 232.3), (40, 254.0)),
+        {"mwir": 1.65, "lwir": 1.4},
+    ),
+}
+
+
+def fitted_band(band: Band) -> BandName | None:
+    """The named band whose fit serves a band: that which holds at least half of it; None where none does."""
+    low, high = limits(band)
+    for name, (lowest, highest) in BAND_UM.items():
+        if min(high, highest) - max(low, lowest) >= (high - low) / 2:
+            return name
+    return None
+
+
+def unshared(band: Band, fitted: BandName) -> float:
+    """Share of light (of a black body like the air) that two bands do not have in common. Transmittances lie from 0 to
+    1, so that means over the two bands differ by no more (the total variation of their weights)."""
+    (low, high), (lowest, highest) = limits(band), limits(fitted)
+    common = max(low, lowest), min(high, highest)
+    return 1 - float(radiance(common, STANDARD_K) / max(radiance(each, STANDARD_K) for each in (band, fitted)))

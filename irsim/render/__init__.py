@@ -1,0 +1,1 @@
+"""Rendering: one frame, its composite and moments, and the stream of frames."""

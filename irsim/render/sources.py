@@ -1,0 +1,172 @@
+"""Opening whatever gives frames: a scenario file, a shipped example's name, or a recording."""
+
+from __future__ import annotations
+
+import shlex
+from bisect import bisect_left
+from collections.abc import Sequence
+from os import PathLike, fspath
+from pathlib import Path
+
+from irsim.config.files import is_recording
+from irsim.config.overrides import given_overrides
+from irsim.errors import InputError
+from irsim.recording import Recording, open_recording
+from irsim.render.stream import Rendering
+from irsim.scenario.loader import load, loads, unheeded_in, unheeded_overrides
+from irsim.scenario.model import Scenario, given_names
+from irsim.types import Source
+
+
+def open_source(
+    path: str | PathLike[str] | Scenario | Source,
+    overrides: Sequence[str] = (),
+    seed: int | None = None,
+    without: Sequence[str] = (),
+) -> Source:
+    """A Source from a scenario's file or name, a recording's file, a Scenario, or a Source as it is.
+
+    `overrides` ("camera.netd_mk=80"), `seed` and `without` (parts to switch off besides those that the scenario has
+    off) are for scenarios only: InputError for a recording, as for what is none of the above.
+    """
+    if isinstance(path, Scenario):
+        _refuse(overrides, without, "a Scenario in Python: set its fields instead")
+        return Rendering(path if seed is None else path.model_copy(update={"seed": seed}))
+    if not isinstance(path, str | PathLike):
+        if not all(callable(getattr(path, method, None)) for method in ("frame", "frames", "truths")):
+            raise InputError(
+                f"a {type(path).__name__} is no source; "
+                "allowed: the path of a scenario or a recording, a shipped scenario's name, a Scenario, or a Source"
+            )
+        _refuse(overrides, without, path.name)
+        if seed is not None:
+            raise InputError(f"{path.name}: a seed is for scenarios, this is a source already opened")
+        return path
+    if fspath(path) and Path(path).is_dir():
+        raise InputError(
+            f"{path}: is a folder; allowed: a scenario or a recording (irsim import {shlex.quote(fspath(path))} makes "
+            "one of its pictures)"
+        )
+    if is_recording(Path(path)):
+        _refuse(overrides, without, str(path))
+        if seed is not None:
+            raise InputError(f"{path}: a recording has no seed; allowed for scenarios only")
+        return open_recording(Path(path))
+    changes = [*given_overrides(overrides), *([] if seed is None else [f"seed={seed}"])]
+    return Rendering(load(path, [*changes, *switched_off(path, changes, without)]), Path(path).stem)
+
+
+def unheeded(path: str | PathLike[str], overrides: Sequence[str], without: Sequence[str] = ()) -> list[str]:
+    """A warning for each override of a scenario, or of the one in a recording, that counts for nothing beside others,
+    or changes a part that `without` switches off.
+
+    As `irsim check` words it: "override camera.netd_mk: warning: does not count for a detector of kind electrons: its
+    own keys decide". InputError as `loader.load`.
+    """
+    if not overrides:
+        return []
+    if not is_recording(Path(path)):
+        return unheeded_overrides(path, overrides, without)
+    text = open_recording(Path(path)).scenario_text
+    return [] if text is None else unheeded_in(text, f"{path}: scenario", overrides, without)
+
+
+def switched_off(path: str | PathLike[str], overrides: Sequence[str], without: Sequence[str]) -> list[str]:
+    """The override by which a scenario, so changed, has `without` off besides what it has off; none for nothing."""
+    return _off(load(path, overrides), without) if without else []
+
+
+def _off(scenario: Scenario, without: Sequence[str]) -> list[str]:
+    names = dict.fromkeys([*scenario.without, *given_names(without)])
+    return [f"without=[{', '.join(names)}]"]
+
+
+def open_rendering(
+    path: str | PathLike[str],
+    overrides: Sequence[str] = (),
+    seed: int | None = None,
+    frames: tuple[int, int] | None = None,
+    without: Sequence[str] = (),
+) -> tuple[Rendering, int, int]:
+    """(rendering, start, stop): what to render of a scenario, or of a recording by the scenario in it.
+
+    path      a scenario's file or name, or a recording's file
+    frames    (start, stop) as the scenario, or else the recording, counts them; all where not given. A recording
+              counts what arrived, a scenario also what faults drop
+    without   parts to switch off besides those that the scenario has off
+
+    A recording's scenario runs no code that it names (see `loader.loads`). InputError as `load`, and
+    where a recording holds no scenario, or not all frames of it from its first to its last.
+    """
+    recording = open_recording(Path(path)) if is_recording(Path(path)) else None
+    changes = [*overrides, *([] if seed is None else [f"seed={seed}"])]
+
+    def scenario(count: int | None) -> Scenario:
+        asked = changes if count is None else [*changes, f"frames={count}"]
+        found = _scenario(path, recording, asked)
+        if not without:
+            return found
+        return _scenario(path, recording, [*asked, *_off(found, without)])
+
+    name, before = (Path(path).stem, 0) if recording is None else (recording.header.name, recording.header.first_frame)
+    rendering = Rendering(scenario(None), name)
+    own = rendering.scenario.frames  # fewer are asked of it whole: what is hidden or crossed later on stays where it is
+    if recording is None:
+        first, last = frames or (0, own)
+        if last > own:
+            rendering = Rendering(scenario(last), name)
+        start, stop = (bisect_left(rendering.arrivals, each) for each in (first, last))
+        if start == stop:
+            raise InputError(f"{path}: frames {first}:{last}: none arrives; allowed: a range that faults leave some of")
+        return rendering, start, stop
+    _check_places(path, recording, rendering)
+    if frames is None:
+        longer = any(change.partition("=")[0].strip() == "frames" for change in changes)
+        return rendering, before, len(rendering) if longer else min(before + len(recording), len(rendering))
+    start, stop = before + frames[0], before + frames[1]
+    while len(rendering) < stop:  # what faults drop comes on top
+        own += stop - len(rendering)
+        rendering = Rendering(scenario(own), name)
+    return rendering, start, stop
+
+
+def _check_places(path: str | PathLike[str], recording: Recording, rendering: Rendering) -> None:
+    """InputError where a recording's frames are not those that its scenario has in their places: some were lost.
+
+    The rendering, of the scenario as changed, may drop others; then the unchanged one says what was recorded.
+    """
+    if _misplaced(recording, rendering) is None:
+        return
+    found = _misplaced(recording, Rendering(_scenario(path, recording, ())))
+    if found is not None:
+        index, time, expected = found
+        raise InputError(
+            f"{path}: frame {index} was taken at {time:.6g} s, its scenario's at {expected:.6g} s: some before it were "
+            "lost; allowed: a recording of all frames from its first to its last, or the scenario itself"
+        )
+
+
+def _misplaced(recording: Recording, rendering: Rendering) -> tuple[int, float, float] | None:
+    """(frame, its time, that of the rendering's in its place, s) of the first of a recording's frames whose times are
+    not the same, as far as the rendering goes."""
+    arrivals = rendering.arrivals[recording.header.first_frame :]
+    for index, time in recording.indexed_times():
+        expected = arrivals[index] / rendering.rate_hz if index < len(arrivals) else time
+        if time != expected:
+            return index, time, expected
+    return None
+
+
+def _scenario(path: str | PathLike[str], recording: Recording | None, changes: Sequence[str]) -> Scenario:
+    if recording is None:
+        return load(path, changes)
+    if recording.scenario_text is None:
+        raise InputError(f"{path}: holds no scenario, its frames were imported; allowed: a recording of a scenario")
+    return loads(recording.scenario_text, f"{path}: scenario", changes, trusted=False)
+
+
+def _refuse(overrides: Sequence[str], without: Sequence[str], what: str) -> None:
+    if overrides:
+        raise InputError(f"{overrides[0]}: overrides are for scenarios; {what} cannot be changed")
+    if without:
+        raise InputError(f"without={without[0]}: parts are switched off in scenarios; {what} cannot be changed")

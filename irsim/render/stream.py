@@ -1,0 +1,175 @@
+"""The stream of frames and truths of a scenario: in order or by index, alone or by several processes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import cached_property
+from pathlib import Path
+from typing import TypeVar
+
+from irsim.camera.displays import Agc, Screen
+from irsim.errors import frame_number, whole
+from irsim.frame_range import check_view, span
+from irsim.notebook import source_card, source_line
+from irsim.render.frame import Renderer
+from irsim.render.workers import rendered
+from irsim.scenario.loader import dumps
+from irsim.scenario.model import Scenario, expect_scenario
+from irsim.types import CameraFacts, Frame, Input, Truth
+
+Numbered = TypeVar("Numbered", Frame, Truth)
+
+
+class Rendering:
+    """A scenario as a Source: it renders what it is asked for, and keeps no frame.
+
+    Its frames are those that arrive: where the camera's faults drop or double some, frame k is the k-th
+    that arrives, and its time tells when it was taken.
+    """
+
+    has_truth = True
+    file = None
+
+    def __init__(self, scenario: Scenario, name: str = "scenario") -> None:
+        self.scenario = expect_scenario("Rendering", scenario)
+        self.name = name
+
+    def __reduce__(self) -> tuple[type[Rendering], tuple[Scenario, str]]:
+        return Rendering, (self.scenario, self.name)  # a worker paints its own textures
+
+    def __repr__(self) -> str:
+        targets = ", ".join(target.id for target in self.scenario.targets)
+        return source_line(self, f"truth of {targets or 'no target'}")
+
+    def _repr_html_(self) -> str:
+        return source_card(self)
+
+    @cached_property
+    def _renderer(self) -> Renderer:
+        return Renderer(self.scenario)
+
+    @cached_property
+    def hash(self) -> str:
+        return self.scenario.hash
+
+    @cached_property
+    def scenario_text(self) -> str:
+        """The scenario as YAML with every key written out: it travels inside a recording."""
+        return dumps(self.scenario)
+
+    @property
+    def needs(self) -> tuple[Path, ...]:
+        return self.scenario.files
+
+    @property
+    def seed(self) -> int:
+        return self.scenario.seed
+
+    def with_seed(self, seed: int) -> Rendering:
+        return Rendering(self.scenario.model_copy(update={"seed": whole("seed", seed)}), self.name)
+
+    @property
+    def camera(self) -> CameraFacts:
+        camera = self.scenario.camera
+        ranged = "range_k" in camera.detector.heeds
+        own = CameraFacts(
+            camera.geometry.ifov_rad,
+            camera.band,
+            camera.range_k if ranged else None,
+            None if ranged else camera.response().curve,
+        )
+        return self.scenario.background.taken_by(own)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        return self.scenario.camera.size
+
+    @property
+    def bits(self) -> int:
+        return self.scenario.camera.bits
+
+    @property
+    def rate_hz(self) -> float:
+        return self.scenario.camera.rate_hz
+
+    @property
+    def agc(self) -> Agc:
+        return self.scenario.shown.camera.agc
+
+    @cached_property
+    def arrivals(self) -> Sequence[int]:
+        """The scenario's frame behind each frame of the source."""
+        return self.scenario.arrivals
+
+    @property
+    def follow(self) -> str | None:
+        targets = [target.id for target in self.scenario.targets if self.scenario.is_on(target.id)]
+        return self.scenario.follow or (targets[0] if targets else None)
+
+    def __len__(self) -> int:
+        return len(self.arrivals)
+
+    def frame(self, index: int, input: Input = "counts") -> Frame:
+        check_view(input)
+        frame = self._counts(index)
+        return frame if input == "counts" else self._screen.show(frame)
+
+    def frames(self, input: Input = "counts", start: int = 0, stop: int | None = None) -> Iterator[Frame]:
+        for frame, _ in self.pairs(start, stop, input=input):
+            yield frame
+
+    def truths(self, start: int = 0, stop: int | None = None) -> Iterator[Truth]:
+        for index in span(start, stop, len(self)):
+            yield _numbered(self._renderer.scene(self.arrivals[index])[1], index)
+
+    def truth(self, index: int) -> Truth:
+        index = frame_number(index, len(self), self.name)
+        return next(self.truths(index, index + 1))
+
+    def pairs(
+        self, start: int = 0, stop: int | None = None, jobs: int = 1, input: Input = "counts"
+    ) -> Iterator[tuple[Frame, Truth]]:
+        """(frame, truth) of frames start .. stop-1 in order, rendered by `jobs` processes, of which this is one: it
+        renders while it waits for the others. InputError as of `frames`.
+
+        With jobs > 1 the calling script needs the guard ``if __name__ == "__main__"``.
+        """
+        check_view(input)
+        wanted = span(start, stop, len(self))
+        taken = self.arrivals[wanted.start : wanted.stop]
+        screen = self._new_screen()
+        for index, each in zip(wanted, rendered(self._renderer, taken, jobs), strict=True):
+            arrived = _numbered(each.frame, index)
+            yield (arrived if input == "counts" else screen.show(arrived)), _numbered(each.truth, index)
+
+    @cached_property
+    def _screen(self) -> Screen:
+        return self._new_screen()
+
+    def _new_screen(self) -> Screen:
+        return Screen(self.agc, self.bits, lambda index: self._counts(index).image)
+
+    def _counts(self, index: int) -> Frame:
+        index = frame_number(index, len(self), self.name)
+        return _numbered(self._renderer.frame(self.arrivals[index])[0], index)
+
+
+def _numbered(of: Numbered, index: int) -> Numbered:
+    """What is of a frame of the scenario, as that of a frame of the source: of another number where some are lost."""
+    return of if of.index == index else replace(of, index=index)
+
+
+def frames(scenario: Scenario, start: int = 0, stop: int | None = None, jobs: int = 1) -> Iterator[tuple[Frame, Truth]]:
+    """(Frame, Truth) of a scenario's frames start .. stop-1, in order: counts and what is true of them.
+
+    `jobs` processes render them, of which this is one, the same bit for bit. The others take about a second to start,
+    each time: they pay from some thousand small frames or hundred large ones on. With jobs > 1 the calling script needs
+    the guard ``if __name__ == "__main__"``. Frames may be kept, and written into.
+
+    InputError for what is no scenario (a recording gives its own `frames()` and `truths()`), for a start or a stop
+    below 0, and for what is no number of frames or jobs.
+    """
+    return Rendering(expect_scenario("frames", scenario, "; a Source has frames() and truths()")).pairs(
+        start, stop, jobs
+    )

@@ -1,0 +1,1 @@
+"""The scenario: model, loading, severities, variation, placement of occluders."""

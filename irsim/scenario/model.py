@@ -1,0 +1,267 @@
+"""The scenario: a scene, its camera and its seed, as one frozen value."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from irsim.backgrounds import BACKGROUNDS, Background
+from irsim.camera.camera import Camera
+from irsim.config.base import KeyPath, Name, Part, Several, Switch
+from irsim.config.switches import less, switches
+from irsim.errors import InputError
+from irsim.geometry.context import Stage
+from irsim.motion import Company, Pointing
+from irsim.notebook import card
+from irsim.occluders import OCCLUDERS, Occluder
+from irsim.physics.atmosphere import Atmosphere
+from irsim.physics.turbulence import Turbulence
+from irsim.scenario.consistency import (
+    Reference,
+    Wanted,
+    air_is_fitted,
+    camera_fits,
+    frames_arrive,
+    ids_are_sound,
+    nobody_waits_for_himself,
+    paths_are_possible,
+    severity_exists,
+)
+from irsim.scenario.expectation import EXPECTATIONS, Expectation
+from irsim.scenario.fingerprint import scene_code, without_names
+from irsim.scenario.variation import VARIATIONS, Variation
+from irsim.targets.target import Target
+from irsim.types import BackgroundClass
+from irsim.wording import counted
+
+Levels = Annotated[tuple[Any, ...], Field(strict=False, min_length=2, max_length=100)]
+"""The values of a key by severity, from 0 on."""
+
+
+ABOUT = {"about", "like", "severity", "severities", "vary", "expect"}
+"""Keys that change no pixel and no truth: severities do by the values that they put elsewhere."""
+
+
+def _listed(given: object) -> object:
+    """One name, or several with commas between them, as the list that they are short for."""
+    return [name.strip() for name in given.split(",")] if isinstance(given, str) else given
+
+
+def given_names(without: Iterable[str]) -> tuple[str, ...]:
+    """Names of what a caller has off. InputError where they are one text, whose letters would be taken for names."""
+    if isinstance(without, str) or not isinstance(without, Iterable):
+        raise InputError(f"without {without!r}: allowed: a list of names, such as [{str(without)!r}]")
+    return tuple(without)
+
+
+def expect_scenario(what: str, given: object, hint: str = "") -> Scenario:
+    """What untyped programs give a function that takes a scenario, named; InputError where it is none."""
+    if isinstance(given, Scenario):
+        return given
+    how = f"irsim.load({given!r})" if isinstance(given, str) else "irsim.load"
+    raise InputError(f"{what} of a {type(given).__name__}; allowed: a Scenario ({how}){hint}")
+
+
+class Scenario(Part):
+    """What irsim renders."""
+
+    about: str = ""
+    """What this scenario is for."""
+    like: BackgroundClass | None = None
+    """Class of real backgrounds that its own claims to be like; `irsim realism` holds it to that."""
+    seed: Annotated[int, Field(ge=0, lt=2**63)] = 0
+    """Seed of everything random in the scene."""
+    frames: Annotated[int, Field(ge=1, le=10_000_000)] = 100
+    """How many frames."""
+    camera: Camera = Camera()
+    atmosphere: Atmosphere = Atmosphere()
+    background: Annotated[Background, BACKGROUNDS]
+    targets: Several[Target] = ()
+    occluders: Several[Annotated[Occluder, OCCLUDERS]] = ()
+    follow: Name | None = None
+    """Id of the target to track; the first where not given."""
+    without: Annotated[Several[Switch], BeforeValidator(_listed, json_schema_input_type=Several[Switch] | str)] = ()
+    """Names of what is switched off, a list or a text with commas between them; everything else stays as it is, bit for
+    bit."""
+    severity: Annotated[int, Field(ge=0, le=99)] = 0
+    """Which values of `severities` hold; 0 is the benign case."""
+    severities: Mapping[str, Levels] = {}
+    """Override keys, such as `camera.netd_mk`, each with a list of its values from severity 0 on."""
+    vary: Mapping[str, Annotated[Variation, VARIATIONS]] = {}
+    """Override keys, each with what its value may be instead, for `irsim sample` and for searches."""
+    expect: Several[Annotated[Expectation, EXPECTATIONS]] = ()
+    """Rules that a track is held to; `never_lost` where none are given."""
+
+    @property
+    def stage(self) -> Stage:
+        camera = self.camera
+        cast = Company({target.id: target.path for target in self.targets}, self.motions)
+        air = self.air
+        psf_px = math.hypot(camera.psf_px, air.turbulence.blur_rms(camera.band) / camera.geometry.ifov_rad)
+        lens = camera.optics if self.is_on("optics") else None
+        bare = Stage(
+            self.seed,
+            camera.geometry,
+            camera.rate_hz,
+            camera.band,
+            math.hypot(psf_px, lens.sigma_px(camera.band)) if lens else psf_px,
+            cast,
+            air,
+            lens.spread(camera.band, psf_px) if lens else None,
+            leaves_k=self.background.leaves_k,
+        )
+        told = air.surroundings(camera.band) is not None
+        return bare if told else replace(bare, ambient=self.background.ambient(bare))
+
+    @property
+    def air(self) -> Atmosphere:
+        """The atmosphere, less what is switched off, with the camera as high as its background has it."""
+        turbulence = self.atmosphere.turbulence if self.is_on("turbulence") else Turbulence()
+        still = less(self.atmosphere if self.is_on("atmosphere") else Atmosphere(), self._off)
+        altitude_m = self.background.altitude_m(still.altitude_m)
+        return still.model_copy(update={"turbulence": turbulence, "altitude_m": altitude_m})
+
+    @property
+    def hash(self) -> str:
+        """Hex digest of all that decides the pixels and the truth: values, code and what is in files; not what is about
+        it, nor where files lie."""
+        from irsim import __version__
+
+        value = without_names(self, json.loads(self.model_dump_json(exclude=ABOUT)))
+        text = json.dumps([__version__, scene_code(self), value], sort_keys=True)
+        return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """The files, beside its text, that it is read from: a recorded background, bodies of one's own."""
+        return (*self.background.files, *(file for target in self.targets for file in target.shape.files))
+
+    @property
+    def arrivals(self) -> Sequence[int]:
+        """Those of its frames that arrive, in order: all, but for the camera's faults."""
+        return self.camera.arrivals(self.frames, self.seed, self.is_on)
+
+    @property
+    def motions(self) -> tuple[Pointing, ...]:
+        """The camera's motions, less what is switched off."""
+        return tuple(motion for motion in self.shown.camera.motion if self.is_on(motion.name))
+
+    @property
+    def whole(self) -> Scenario:
+        """The same scene with nothing switched off."""
+        return self.model_copy(update={"without": ()})
+
+    @property
+    def shown(self) -> Scenario:
+        """The same scene with what is switched off within its parts at the value that does nothing."""
+        return less(self, self._off) if self.without else self
+
+    @property
+    def _off(self) -> set[str]:
+        """What of `without` is no part but set within one."""
+        return set(self.without) - {name for name, _ in self._parts()}
+
+    def is_on(self, name: str) -> bool:
+        """Is the part of that name not switched off?"""
+        return name not in self.without
+
+    def names(self) -> Iterator[tuple[str, KeyPath]]:
+        """Every name that `without` may hold, with its place in the tree. What is set within a part gives way to a
+        part that has its name for an id."""
+        yield from self._parts()
+        yield from self.settings()
+
+    def settings(self) -> Iterator[tuple[str, KeyPath]]:
+        """Those of the names that are of what is set within a part."""
+        parts = {name for name, _ in self._parts()}
+        idle = set()
+        if self.atmosphere.preset == "none" and self.sky_preset is None:
+            idle.add("haze")
+        if not (self.targets or self.occluders):
+            idle.add("surroundings")
+        for name, place in switches(self):
+            if name not in parts and name not in idle:
+                yield name, place
+
+    def _parts(self) -> Iterator[tuple[str, KeyPath]]:
+        """Those that are of whole parts."""
+        for index, target in enumerate(self.targets):
+            yield target.id, ("targets", index, "id")
+        for index, occluder in enumerate(self.occluders):
+            yield occluder.name, ("occluders", index, "id")
+        for name, place in self.camera.names():
+            yield name, ("camera", *place)
+        for name, place in self.background.names():
+            yield name, ("background", *place)
+        if not self.atmosphere.is_clear:
+            yield "atmosphere", ("atmosphere",)
+        if self.atmosphere.turbulence.cn2 > 0:
+            yield "turbulence", ("atmosphere", "turbulence")
+
+    @property
+    def sky_preset(self) -> str | None:
+        """The preset of the clear sky, if any."""
+        return self.background.sky_preset
+
+    @model_validator(mode="after")
+    def _agrees(self) -> Scenario:
+        air_is_fitted(self.atmosphere, self.background, self.camera)
+        camera_fits(self.background, self.camera)
+        frames_arrive(self.arrivals, self.frames)
+        ids_are_sound(self._parts(), self._wanted())
+        paths_are_possible(self.targets, self.frames, self.stage)
+        nobody_waits_for_himself(self.references())
+        severity_exists(self.severity, self.severities)
+        return self
+
+    def _wanted(self) -> Iterator[Wanted]:
+        """Every name that is used, and those of which it must be one."""
+        names = [name for name, _ in self.names()]
+        targets = [target.id for target in self.targets]
+        for index, name in enumerate(self.without):
+            yield name, ("without", index), names
+        if self.follow is not None:
+            yield self.follow, ("follow",), targets
+        for _, whom, place in self.references():
+            yield whom, place, targets
+
+    def references(self) -> Iterator[Reference]:
+        """Everything that refers to a target by its id."""
+        for index, target in enumerate(self.targets):
+            for key, name in target.path.refers().items():
+                yield target.id, name, ("targets", index, "path", key)
+        for index, motion in enumerate(self.camera.motion):
+            for key, name in motion.refers().items():
+                yield "", name, ("camera", "motion", index, key)
+        for index, occluder in enumerate(self.occluders):
+            if occluder.hides is not None:
+                yield "", occluder.hides, ("occluders", index, "hides")
+        for index, rule in enumerate(self.expect):
+            if rule.target is not None:
+                yield "", rule.target, ("expect", index, "target")
+
+    def __repr__(self) -> str:
+        columns, rows = self.camera.size
+        targets = ", ".join(target.id for target in self.targets) or "none"
+        size = f"{counted(self.frames, 'frame')} at {self.camera.rate_hz:g} Hz, {columns} x {rows} px"
+        return f"Scenario({size}, background {self.background.kind}, targets {targets}, seed {self.seed})"
+
+    __str__ = __repr__
+
+    def _repr_html_(self) -> str:
+        columns, rows = self.camera.size
+        facts = {
+            "frames": f"{self.frames} at {self.camera.rate_hz:g} Hz, {columns} × {rows} px",
+            "background": self.background.kind,
+            "targets": ", ".join(f"{target.id} ({target.shape.kind}, {target.path.kind})" for target in self.targets),
+            "occluders": ", ".join(occluder.name for occluder in self.occluders),
+            "seed": self.seed,
+        }
+        return card(self.about or "A scenario", {name: fact for name, fact in facts.items() if fact != ""})

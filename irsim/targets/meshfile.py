@@ -1,0 +1,207 @@
+"""Reading triangle meshes: Wavefront OBJ, and STL as text or binary."""
+
+from __future__ import annotations
+
+import codecs
+import hashlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from irsim.config.file_digests import Stamp, stamp
+from irsim.config.files import is_irregular
+from irsim.types import Floats
+
+MOST_FACES = 20_000
+"""Triangles that a mesh may have: drawing takes a time about in proportion."""
+FARTHEST = 1e12
+"""No coordinate of a mesh is larger, in whatever unit: beyond, squares and cubes of them overflow."""
+REMEMBERED = 64
+"""Meshes that are not read again at each draw: more than a scene is likely to have."""
+
+
+class MeshError(ValueError):
+    """A mesh that cannot be read; the text is one line with the file and, in text files, the line."""
+
+
+@dataclass(frozen=True, eq=False)
+class Triangles:
+    """vertices (V, 3); faces (F, 3) vertex numbers, counter-clockwise from outside; group (F,) of each face;
+    groups, their names; digest of the file; gaps, the edges at which the surface is not closed, or its faces are not
+    turned alike."""
+
+    vertices: Floats
+    faces: npt.NDArray[np.int64]
+    group: npt.NDArray[np.int64]
+    groups: tuple[str, ...]
+    digest: str
+    gaps: int
+
+
+def read_mesh(path: str) -> Triangles:
+    """The mesh in a file; MeshError where there is none to be read. A file is read again when it changes."""
+    if is_irregular(path):  # it may have no end
+        raise MeshError(f"{path}: is no regular file; allowed: a mesh, .obj or .stl")
+    try:
+        found = stamp(path)
+    except FileNotFoundError:
+        raise MeshError(f"{path}: there is no such file") from None
+    except OSError as error:
+        raise MeshError(f"{path}: cannot be read: {error.strerror or error}") from None
+    return _read(path, found)
+
+
+@lru_cache(maxsize=REMEMBERED)
+def _read(path: str, stamp: Stamp) -> Triangles:
+    readers: dict[str, Callable[[str, bytes], _Parsed]] = {".obj": _obj, ".stl": _stl}
+    reader = readers.get(Path(path).suffix.lower())
+    if reader is None:
+        raise MeshError(f"{path}: unknown kind of mesh; allowed: .obj, .stl")
+    try:
+        data = Path(path).read_bytes()
+    except OSError as error:
+        raise MeshError(f"{path}: cannot be read: {error.strerror or error}") from None
+    corners, faces, group, names = reader(path, data)
+    if not len(faces):
+        raise MeshError(
+            f"{path}: holds no faces; allowed: a closed surface of triangles, in .obj by lines such as 'f 1 2 3', in "
+            ".stl by facets"
+        )
+    if len(faces) > MOST_FACES:
+        raise MeshError(f"{path}: has {len(faces)} triangles; allowed: at most {MOST_FACES}")
+    if not np.abs(corners).max() <= FARTHEST:  # nan, too
+        raise MeshError(f"{path}: a coordinate is no number, or too large; allowed: up to {FARTHEST:g}")
+    # One vertex a place, so that faces that touch share their edges (in STL each has its own corners).
+    size = float(np.ptp(corners, axis=0).max())
+    if not size > 0:
+        raise MeshError(f"{path}: all its points are one; allowed: a closed surface, whose points lie apart")
+    _, first, merged = np.unique(np.round(corners / size, 7), axis=0, return_index=True, return_inverse=True)
+    vertices, faces = corners[first], merged.reshape(-1)[faces]
+    whole = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
+    faces, group = faces[whole], group[whole]
+    a, b, c = (vertices[faces[:, k]] - vertices.mean(axis=0) for k in range(3))
+    volume = float(np.sum(a * np.cross(b, c)))
+    if abs(volume) < 1e-9 * size**3:
+        raise MeshError(f"{path}: encloses no volume; allowed: a closed surface")
+    if volume < 0:
+        faces = faces[:, ::-1]
+    return Triangles(vertices, faces, group, names, hashlib.blake2b(data, digest_size=16).hexdigest(), _gaps(faces))
+
+
+def _gaps(faces: npt.NDArray[np.int64]) -> int:
+    """Edges that faces do not pass as often one way as the other."""
+    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    _, which = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True)
+    ways = np.bincount(which.reshape(-1), weights=np.sign(edges[:, 1] - edges[:, 0]))
+    return int(np.count_nonzero(ways))
+
+
+_Parsed = tuple[Floats, npt.NDArray[np.int64], npt.NDArray[np.int64], tuple[str, ...]]
+
+
+def _obj(path: str, data: bytes) -> _Parsed:
+    """Vertices and faces (polygons as fans) of an OBJ file; groups are its materials, else its groups or objects."""
+    corners: list[tuple[float, ...]] = []
+    faces: list[tuple[int, int, int]] = []
+    group: list[int] = []
+    names: dict[str, int] = {}
+    by_material = b"usemtl" in data
+    current = ""
+    for number, line in _obj_lines(data.decode("utf-8-sig", errors="replace")):
+        word, *rest = line.partition("#")[0].split() or [""]
+        try:
+            if word == "v":
+                corners.append(_three(rest[:3]))
+            elif word == "f":
+                ring = [_index(each, len(corners)) for each in rest]
+                if len(ring) < 3:
+                    raise ValueError(f"corners of a face: {len(ring)}; allowed: three or more")
+                faces += [(ring[0], ring[k], ring[k + 1]) for k in range(1, len(ring) - 1)]
+                group += [names.setdefault(current, len(names))] * (len(ring) - 2)
+            elif word == "usemtl" or (word in ("g", "o") and not by_material):
+                current = " ".join(rest)
+        except ValueError as error:
+            raise MeshError(f"{path}:{number}: {error}") from None
+    return (
+        np.array(corners, dtype=np.float64).reshape(-1, 3),
+        np.array(faces, dtype=np.int64).reshape(-1, 3),
+        np.array(group, dtype=np.int64),
+        tuple(names),
+    )
+
+
+def _obj_lines(text: str) -> Iterator[tuple[int, str]]:
+    """Lines with the number of each, from 1 on; one that ends in a backslash goes on in the next."""
+    begun, first = "", 1
+    for number, line in enumerate(text.splitlines(), start=1):
+        first = first if begun else number
+        begun += line
+        if begun.endswith("\\"):
+            begun = begun[:-1] + " "
+        else:
+            yield first, begun
+            begun = ""
+    if begun:
+        yield first, begun
+
+
+def _three(words: list[str]) -> tuple[float, ...]:
+    if len(words) != 3:
+        raise ValueError(f"coordinates of a vertex: {len(words)}; allowed: three")
+    try:
+        return tuple(float(word) for word in words)
+    except ValueError:
+        raise ValueError(f"{' '.join(words)!r} are no coordinates; allowed: three numbers") from None
+
+
+def _index(word: str, count: int) -> int:
+    """Vertex number, from 0 on, of a corner such as 3, 3/1, 3//2 or -1."""
+    try:
+        number = int(word.partition("/")[0])
+    except ValueError:
+        raise ValueError(f"{word!r} is no corner; allowed: a vertex number") from None
+    if not (1 <= number <= count or 1 <= -number <= count):
+        raise ValueError(f"vertex {number} does not exist; allowed: 1 to {count}")
+    return number - 1 if number > 0 else count + number
+
+
+def _stl(path: str, data: bytes) -> _Parsed:
+    count = int.from_bytes(data[80:84], "little")
+    if len(data) >= 84 and len(data) == 84 + 50 * count:
+        records = np.frombuffer(data, dtype=np.dtype([("f", "<f4", (4, 3)), ("a", "<u2")]), offset=84)
+        return _soup(records["f"][:, 1:].reshape(-1, 3).astype(np.float64))
+    text = data.removeprefix(codecs.BOM_UTF8)
+    # The header of a binary file may begin with 'solid', too; no text holds a zero byte.
+    if not text.lstrip().startswith(b"solid") or b"\0" in text:
+        raise MeshError(
+            f"{path}: {len(data)} bytes are no STL file; allowed: 84 and 50 for each of its {count} triangles"
+        )
+    corners, open_at, number = [], 0, 0
+    for number, line in enumerate(text.decode("utf-8", errors="replace").splitlines(), start=1):
+        word, *rest = line.split() or [""]
+        if word in ("facet", "endfacet", "endsolid"):
+            if open_at and word != "endfacet":
+                break
+            open_at = number if word == "facet" else 0
+        if word == "vertex":
+            try:
+                corners.append(_three(rest))
+            except ValueError as error:
+                raise MeshError(f"{path}:{number}: {error}") from None
+        elif word == "endfacet" and len(corners) % 3:
+            raise MeshError(f"{path}:{number}: a facet ends without three vertices")
+    if open_at or len(corners) % 3:
+        raise MeshError(
+            f"{path}:{number}: ends within the facet of line {open_at or number}; "
+            "allowed: facets of three vertices, each up to its endfacet (was the file cut short?)"
+        )
+    return _soup(np.array(corners, dtype=np.float64).reshape(-1, 3))
+
+
+def _soup(corners: Floats) -> _Parsed:
+    faces = np.arange(len(corners), dtype=np.int64).reshape(-1, 3)
+    return corners, faces, np.zeros(len(faces), dtype=np.int64), ("",)

@@ -1,0 +1,130 @@
+"""Golden figures: what every run of a suite has once measured, and how far a new measurement is from that."""
+
+from __future__ import annotations
+
+import json
+import math
+import tempfile
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, TypeAlias
+
+from irsim.config.files import replacing_text
+from irtrack.bench import Cell, Suite, run_bench, value
+from irtrack.bench.sweep import Progress
+from irtrack.errors import InputError
+from irtrack.metrics import FIGURES
+
+HELD = ("lost", "error", "off_share", "success_auc", "lt_f")
+"""The figures that are held: identity, error, and overlap, by runs of any length."""
+
+TOLERANCE = 0.04
+"""Share of a figure by which it may change: numbers that another machine rounds otherwise may do that to a run of
+particles; a tracker that is a tenth worse may not."""
+
+FLOOR = 0.002
+"""Change, in the figure's own unit, that is never told: figures may be 0."""
+
+Run: TypeAlias = tuple[str, str, int]
+"""(source, label, seed)."""
+
+Golden: TypeAlias = Mapping[Run, Mapping[str, float | None]]
+"""The figures of each run; None where nothing tells one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A figure that is not what it was; `old` or `new` None: it is not known there. Of a run that only one
+    of the two has, the figure is 'run'."""
+
+    run: Run
+    figure: str
+    old: float | None
+    new: float | None
+    verdict: Literal["better", "worse", "new", "gone"]
+
+
+def golden_file(suite: Path) -> Path:
+    """The file beside a suite that holds its golden figures."""
+    return suite.with_suffix(".golden.json")
+
+
+def measure(
+    suite: Suite,
+    jobs: int = 1,
+    progress: Progress | None = None,
+    frame_limit_s: float | None = None,
+    seen: Callable[[Cell], None] | None = None,
+) -> Golden:
+    """Run the suite and take its figures; a failed run is lost and has no other.
+
+    frame_limit_s  runs trackers in worker processes: one that takes longer for a frame, or in a run longer than the
+                   suite allows if it does, is stopped, and one that dies has failed alone
+    seen           called with each run's cell
+    """
+    with tempfile.TemporaryDirectory() as scratch:
+        kept = run_bench(
+            suite.sources,
+            suite.trackers,
+            results=Path(scratch) / "golden.db",
+            seeds=suite.seeds,
+            tracker_seeds=suite.tracker_seeds,
+            jobs=jobs,
+            time_limit_s=suite.time_limit_s,
+            frame_limit_s=frame_limit_s if suite.time_limit_s is None else None,
+            input=suite.input,
+            progress=progress,
+            seen=seen,
+        )
+        with kept:
+            cells = kept.cells(run=kept.run)
+    found: dict[Run, Mapping[str, float | None]] = {}
+    for cell in cells:
+        run = (cell.source, cell.label, cell.key.tracker_seed)
+        figures = {name: value(cell, name) for name in HELD}
+        found[run] = {name: None if math.isnan(known) else float(f"{known:.6g}") for name, known in figures.items()}
+    return found
+
+
+def changes(old: Golden, new: Golden) -> list[Change]:
+    """What differs by more than `TOLERANCE`, in the order of the runs."""
+    found: list[Change] = []
+    for run in sorted({*old, *new}):
+        if run not in old or run not in new:
+            found.append(Change(run, "run", None, None, "new" if run in new else "gone"))
+            continue
+        for name in HELD:
+            was, now = old[run].get(name), new[run][name]
+            if (verdict := _verdict(name, was, now)) is not None:
+                found.append(Change(run, name, was, now, verdict))
+    return found
+
+
+def _verdict(name: str, was: float | None, now: float | None) -> Literal["better", "worse", "new", "gone"] | None:
+    if was is None or now is None:
+        return None if was is now else ("new" if was is None else "gone")
+    if abs(now - was) <= TOLERANCE * abs(was) + FLOOR:
+        return None
+    return "worse" if (now > was) == (FIGURES[name].better == "less") else "better"
+
+
+def read(path: Path) -> Golden:
+    """The golden figures in a file; InputError where there are none."""
+    try:
+        rows = json.loads(path.read_text(encoding="utf-8"))
+        return {(row["source"], row["tracker"], row["seed"]): row["figures"] for row in rows}
+    except FileNotFoundError:
+        raise InputError(f"{path}: there are no golden figures yet; irtrack regress --bless writes them") from None
+    except (OSError, ValueError, TypeError, KeyError) as error:
+        raise InputError(f"{path}: holds no golden figures: {error!r}") from None
+
+
+def write(golden: Golden, path: Path) -> None:
+    """A run a line, so that a change shows as one."""
+    rows = [
+        json.dumps({"source": source, "tracker": label, "seed": seed, "figures": figures})
+        for (source, label, seed), figures in sorted(golden.items())
+    ]
+    with replacing_text(path) as file:
+        file.write("[\n" + ",\n".join(rows) + "\n]\n")

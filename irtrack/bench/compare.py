@@ -1,0 +1,221 @@
+"""Two sets of results of the same scenes against each other: what got better, what worse, what is a tie."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+from xml.etree import ElementTree
+
+from irsim.config.base import suggestion
+from irtrack.bench import ALL_SOURCES, Cell, Pair, Results, difference, pairs, value
+from irtrack.errors import InputError
+from irtrack.metrics import FIGURES, LEAST_SCENES, Difference, scenes_for
+
+USUAL = ("lost", "off_share", "error_held", "success_auc", "ms_median")
+"""The figures that are compared where none are named."""
+
+COMPARED = tuple(name for name, figure in FIGURES.items() if figure.better is not None)
+"""The figures of which one way is better."""
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """One figure of one tracker on one source (or all), old and new, over the runs that both have.
+
+    old, new     means over the pairs;  difference  new less old, its interval by whole scenes
+    """
+
+    source: str
+    label: str
+    figure: str
+    old: float
+    new: float
+    difference: Difference
+
+    @property
+    def verdict(self) -> Literal["better", "worse", "tie", "too few"]:
+        """A tie where the interval holds zero; too few runs for an interval tell nothing."""
+        if self.difference.is_open:
+            return "too few"
+        if self.difference.is_tie:
+            return "tie"
+        return "worse" if (self.difference.mean > 0) == (FIGURES[self.figure].better == "less") else "better"
+
+    @property
+    def worsening(self) -> tuple[float, float]:
+        """By how much it is worse, at least and at most, by the interval; below zero where it is better."""
+        d = self.difference
+        return (d.low, d.high) if FIGURES[self.figure].better == "less" else (-d.high, -d.low)
+
+    def is_worse_by(self, margin: float) -> bool:
+        """Is it worse by more than `margin`, wherever in the interval the truth lies?"""
+        return self.worsening[0] > margin
+
+    def may_be_worse_by(self, margin: float) -> bool:
+        """Is that told neither way, the interval reaching beyond `margin` and not lying beyond it?"""
+        least, most = self.worsening
+        return not self.difference.is_open and least <= margin < most
+
+
+def compare(old: Iterable[Cell], new: Iterable[Cell], figures: Sequence[str] = USUAL) -> list[Comparison]:
+    """Every figure for each source and label that both have, and over all sources where there are several.
+
+    Runs are paired by source, target, start, input and seeds: the same frames. A failed run counts
+    as lost and has no other figure. InputError for an unknown figure, or where no run is in both.
+    """
+    for name in figures:
+        check_figure(name)
+    pairs = _pairs(old, new)
+    if not pairs:
+        raise InputError("no run of one is in the other; allowed: results of the same scenes, seeds and labels")
+    return [
+        found
+        for (source, label), members in pairs.items()
+        for name in figures
+        if (found := _comparison(source, label, name, members)) is not None
+    ]
+
+
+def check_figure(name: str) -> None:
+    """InputError where there is no such figure, or neither way of it is better."""
+    if name not in COMPARED:
+        raise InputError(f"figure '{name}': allowed: {', '.join(COMPARED)}{suggestion(name, COMPARED)}")
+
+
+def cells_of(results: str | Path, label: str | None = None) -> list[Cell]:
+    """The newest cells of a results file, those of one label where it is given; InputError where there are none."""
+    with Results(results) as opened:
+        cells = opened.cells()
+    labels = sorted({cell.label for cell in cells})
+    if label is not None:
+        cells = [cell for cell in cells if cell.label == label]
+    if not cells:
+        wanted = "no runs" if label is None else f"no tracker is labelled '{label}'"
+        hint = "" if label is None else suggestion(label, labels)
+        raise InputError(f"{results}: {wanted}; allowed: {', '.join(labels) or 'a file with runs'}{hint}")
+    return cells
+
+
+def under_one_label(cells: Iterable[Cell], label: str) -> list[Cell]:
+    """The cells as if their tracker were labelled so: to compare two trackers of one file."""
+    return [replace(cell, label=label) for cell in cells]
+
+
+def _pairs(old: Iterable[Cell], new: Iterable[Cell]) -> dict[tuple[str, str], list[Pair]]:
+    """(source, label): the pairs; each label over all sources last, where it has several."""
+    before, after = _by_place(old), _by_place(new)
+    found = {place: both for place in after if (both := pairs(before.get(place, ()), after[place]))}
+    for label in sorted({label for _, label in found}):
+        of_label = [both for (_, each), both in found.items() if each == label]
+        if len(of_label) > 1:
+            found[ALL_SOURCES, label] = [pair for both in of_label for pair in both]
+    return found
+
+
+def _by_place(cells: Iterable[Cell]) -> dict[tuple[str, str], list[Cell]]:
+    found: dict[tuple[str, str], list[Cell]] = {}
+    for cell in cells:
+        found.setdefault((cell.source, cell.label), []).append(cell)
+    return found
+
+
+def _comparison(source: str, label: str, name: str, both: Sequence[Pair]) -> Comparison | None:
+    found = difference(both, name)
+    if found is None:
+        return None
+    known = [(value(a, name), value(b, name)) for a, b in both]
+    told = [(a, b) for a, b in known if math.isfinite(a) and math.isfinite(b)]
+    before, after = (sum(values) / len(told) for values in zip(*told, strict=True))
+    return Comparison(source, label, name, before, after, found)
+
+
+@dataclass(frozen=True, slots=True)
+class Gate:
+    """A figure must not be worse by more than `margin`."""
+
+    figure: str
+    margin: float
+
+    @classmethod
+    def parse(cls, text: str) -> Gate:
+        """Of 'METRIC:MARGIN', e.g. 'lost:0.05'; InputError for anything else."""
+        figure, _, margin = text.partition(":")
+        check_figure(figure)
+        try:
+            value = float(margin or "0")
+        except ValueError:
+            value = math.nan
+        if not (math.isfinite(value) and value >= 0):
+            raise InputError(f"'{text}': allowed: METRIC:MARGIN, the margin a number of 0 or more, e.g. {figure}:0.05")
+        return cls(figure, value)
+
+    def failures(self, comparisons: Iterable[Comparison]) -> list[Comparison]:
+        """Those that are worse beyond the margin."""
+        return [each for each in comparisons if each.figure == self.figure and each.is_worse_by(self.margin)]
+
+    def doubts(self, comparisons: Iterable[Comparison]) -> list[str]:
+        """A line for each comparison that passes and could be worse beyond the margin for all that its runs tell."""
+        return [
+            self._doubt(each)
+            for each in comparisons
+            if each.figure == self.figure and each.may_be_worse_by(self.margin)
+        ]
+
+    def _doubt(self, each: Comparison) -> str:
+        """'t on sky: lost: a worsening of up to 0.7 is not excluded by these 6 seeds; about 250 would tell 0.05'."""
+        d = each.difference
+        have = d.scenes if d.scenes > 1 else d.pairs
+        need = scenes_for(d, self.margin) if self.margin > 0 else 0
+        about = round(need, 2 - len(str(need)))  # two digits
+        more = f"; about {about} would tell {self.margin:g}" if need > have else ""
+        unit = "scenes" if each.source == ALL_SOURCES else "seeds"
+        return (
+            f"{each.label} on {each.source}: {each.figure}: a worsening of up to {each.worsening[1]:.2g} is not "
+            f"excluded by these {have} {unit}{more}"
+        )
+
+    def check_told(self, comparisons: Iterable[Comparison]) -> None:
+        """InputError where no comparison of the figure has runs enough: a gate that cannot close is none."""
+        of_figure = [each for each in comparisons if each.figure == self.figure]
+        if all(each.verdict == "too few" for each in of_figure):
+            raise InputError(
+                f"{self.figure}: too few runs to tell whether it is worse; allowed: at least {LEAST_SCENES} "
+                "on different frames"
+            )
+
+
+def junit(comparisons: Sequence[Comparison], gates: Sequence[Gate]) -> str:
+    """JUnit XML: a test case for every gate, source and label; a failure where it is worse, its doubts as output."""
+    suite = ElementTree.Element("testsuite", name="irtrack compare")
+    failed = 0
+    for gate in gates:
+        worse = gate.failures(comparisons)
+        for each in comparisons:
+            if each.figure != gate.figure:
+                continue
+            case = ElementTree.SubElement(
+                suite, "testcase", classname=f"{each.source}.{each.label}", name=f"{gate.figure}:{gate.margin:g}"
+            )
+            if each.verdict == "too few":
+                ElementTree.SubElement(case, "skipped", message=in_words(each))
+            if each in worse:
+                failed += 1
+                ElementTree.SubElement(case, "failure", message=in_words(each))
+            for doubt in gate.doubts([each]):
+                ElementTree.SubElement(case, "system-out").text = doubt
+    suite.set("tests", str(len(suite)))
+    suite.set("failures", str(failed))
+    ElementTree.indent(suite)
+    return ElementTree.tostring(suite, encoding="unicode", xml_declaration=True) + "\n"
+
+
+def in_words(each: Comparison) -> str:
+    """'kalman on sky: lost 0.1 -> 0.4, +0.3 [0.1, 0.5]: worse'."""
+    d = each.difference
+    return (
+        f"{each.label} on {each.source}: {each.figure} {each.old:.4g} -> {each.new:.4g}, "
+        f"{d.mean:+.3g} [{d.low:.3g}, {d.high:.3g}]: {each.verdict}"
+    )

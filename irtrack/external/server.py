@@ -1,0 +1,129 @@
+"""The program that runs the peers: OpenCV's and dlib's trackers, each behind the same two requests.
+
+It runs in an environment of its own (`make peers`) and imports nothing of irtrack: OpenCV's contrib
+wheel, which alone has most of these, owns the same files as the plain one that irtrack needs. The
+protocol is that of `irtrack.external.session`. Run as `python server.py NAME`, or without a name to print
+which peers this environment has.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import os
+import sys
+from collections.abc import Callable
+from typing import Any, BinaryIO
+
+PEERS = ("cv_mil", "cv_kcf", "cv_csrt", "cv_mosse", "dlib")
+
+Box = tuple[float, float, float, float]
+Follow = Callable[[Any], tuple[Box, bool, float | None]]
+"""A picture (rows, cols) uint8 to (box, whether it says that it still has the target, score)."""
+Start = Callable[[Any, Box, int], Follow]
+"""The first picture, the box in it and a seed to what follows from there."""
+
+
+def serve(start: Start, requests: BinaryIO, answers: BinaryIO) -> None:
+    """Answer requests until there are none; an exception of the peer is an answer too."""
+    import numpy as np
+
+    follow: Follow | None = None
+    while line := requests.readline():
+        request = json.loads(line)
+        rows, columns, bits = request["rows"], request["columns"], request["bits"]
+        wide = bits > 8
+        image = np.frombuffer(requests.read(rows * columns * (1 + wide)), "<u2" if wide else "u1")
+        # Peers know 8 bits only.
+        picture = (image >> (bits - 8) if wide else image).astype(np.uint8).reshape(rows, columns)
+        try:
+            if request["do"] == "init":
+                follow = start(picture, tuple(request["box"]), request["seed"])
+                answer: dict[str, Any] = {"box": request["box"], "status": "tracking", "score": None}
+            else:
+                assert follow is not None, "a step before any init"
+                box, has, score = follow(picture)
+                answer = {"box": box, "status": "tracking" if has else "lost", "score": score}
+        except Exception as error:  # whatever a peer raises is the parent's to report
+            answer = {"error": " ".join(f"{type(error).__name__}: {error}".split())}
+        answers.write(json.dumps(answer).encode() + b"\n")
+        answers.flush()
+
+
+def opencv(make: Callable[[], Any], whole: bool) -> Start:
+    """One of OpenCV's trackers; `whole`: it takes boxes of whole px only."""
+    import cv2
+
+    cv2.setNumThreads(1)
+
+    def start(picture: Any, box: Box, seed: int) -> Follow:
+        cv2.setRNGSeed(seed)  # MIL takes no generator; the process is this tracker's own
+        tracker = make()
+        given = tuple(round(side) for side in box) if whole else box
+        if tracker.init(cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR), given) is False:
+            raise ValueError(f"it refuses the box {given}")
+        last: Box = box
+
+        def follow(picture: Any) -> tuple[Box, bool, float | None]:
+            nonlocal last
+            has, found = tracker.update(cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR))
+            if has:
+                x, y, w, h = (float(side) for side in found)
+                last = (x, y, w, h)
+            return last, bool(has), None
+
+        return follow
+
+    return start
+
+
+def correlation(library: Any) -> Start:
+    """dlib's; its score is the peak's height over its surroundings, it never says that it lost the target."""
+
+    def start(picture: Any, box: Box, seed: int) -> Follow:
+        tracker = library.correlation_tracker()
+        x, y, w, h = box
+        tracker.start_track(picture, library.drectangle(x, y, x + w - 1, y + h - 1))
+
+        def follow(picture: Any) -> tuple[Box, bool, float | None]:
+            score = float(tracker.update(picture))
+            found = tracker.get_position()
+            sides = found.left(), found.top(), found.right() - found.left() + 1, found.bottom() - found.top() + 1
+            return sides, True, score
+
+        return follow
+
+    return start
+
+
+def starter(name: str) -> Start:
+    """What starts a peer; an exception where this environment does not have it."""
+    if name == "dlib":
+        return correlation(importlib.import_module("dlib"))
+    cv2 = importlib.import_module("cv2")
+    if name == "cv_mosse":
+        return opencv(cv2.legacy.TrackerMOSSE_create, whole=False)
+    return opencv(getattr(cv2, f"Tracker{name.removeprefix('cv_').upper()}_create"), whole=True)
+
+
+def has(name: str) -> bool:
+    try:
+        starter(name)
+    except Exception:  # a library may fail in any way while it is imported
+        return False
+    return True
+
+
+def main(names: list[str]) -> None:
+    # Libraries print to standard output; what is answered goes where it pointed at first.
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    if names:
+        serve(starter(names[0]), sys.stdin.buffer, answers)
+    else:
+        answers.write(json.dumps([name for name in PEERS if has(name)]).encode() + b"\n")
+        answers.flush()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,188 @@
+"""An, Gao, Chen, Wu 2007 and Cui, Zheng, Li 2011, of which little survives; CamShift joined to a Kalman filter."""
+
+from __future__ import annotations
+
+from irtrack.papers.rules import (
+    detected,
+    error_all,
+    false_alarms,
+    holds,
+    less,
+    loses,
+    lost,
+    missed,
+    off_share,
+)
+from irtrack.papers.values import Claim, Experiment, Paper, Scene, Sweep, Switch, Untested
+
+FALSE, CLOUD = Scene.of("an-false"), Scene.of("cui-cloud")
+
+RESTRAINED = "background_restrained_pf"
+ESTIMATES = {"restrained": "", "mean": ":estimate=mean", "MAP": ":estimate=map"}
+TIGHT = {label: RESTRAINED + end for label, end in ESTIMATES.items()}
+WIDE_R = 12
+"""Fixed noise, px, with which the cloud reaches the false target: An's case, where the mean is drawn to it."""
+
+
+def wide(particles: int = 100) -> dict[str, str]:
+    """The three estimates on a cloud that reaches the false target."""
+    spec = f"{RESTRAINED}:noise=fixed:r0={WIDE_R}:particles={particles}"
+    return {label: spec + end for label, end in ESTIMATES.items()}
+
+
+def alike(likeness: float) -> Scene:
+    """The false target with a share of the true one's contrast."""
+    return Scene(f"an-false {likeness:g}", "sources/an-false", (f"targets.other.contrast={likeness}",))
+
+
+def at_ratio(ratio: float) -> Scene:
+    """The dim target held at a signal-to-clutter ratio."""
+    return Scene(f"cui-cloud SCR {ratio:g}", "sources/cui-cloud", (f"targets.dim.shape.scr={ratio}",))
+
+
+COUNTS = (25, 50, 100, 200, 400)
+LIKENESSES = (0.4, 0.7, 0.8, 0.85, 0.9, 0.95, 1.0)
+SWEPT = {"mean error, px": error_all, "lost, share of seeds": lost}
+RATIOS = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
+SVD = {"SVD and PF": "svd_pf", "SVD alone": "svd_pf:use=svd", "PF alone": "svd_pf:use=pf"}
+
+AN = Paper(
+    key="an",
+    title="An, Gao, Chen, Wu 2007: particle filter with restrained background disturbance",
+    remark="With two equally good modes the share of large weight holds both: then the restrained mean is biased too.",
+    experiments=(
+        Experiment(
+            FALSE,
+            "A false target beside the true one",
+            {f"{label} wide": spec for label, spec in wide().items()}
+            | {f"MAP wide, N = {n}": wide(n)["MAP"] for n in (25, 400)}
+            | TIGHT,
+            remark=f"wide: fixed noise of {WIDE_R} px, with which the cloud reaches the false target; the others keep "
+            "the adaptive noise, whose cloud is too small for the mean to be drawn away.",
+            siblings=FALSE.siblings,
+            charted=(*(f"{label} wide" for label in ESTIMATES), *TIGHT),
+        ),
+    ),
+    claims=(
+        Claim(
+            "The mean over all particles, left as it is, leads to loss.", "section 2", FALSE.name, loses("mean wide")
+        ),
+        Claim("The mean over the heavy ones keeps the target.", "abstract", FALSE.name, holds("restrained wide")),
+        Claim(
+            "It is off in fewer frames than the mean over all.",
+            "abstract",
+            FALSE.name,
+            less(off_share, "share of frames off", "restrained wide", "mean wide"),
+        ),
+        Claim(
+            "The particle of largest weight is a good estimate where particles are many, else a poor one.",
+            "section 2",
+            FALSE.name,
+            less(error_all, "mean error", "MAP wide, N = 400", "MAP wide, N = 25"),
+        ),
+        Claim(
+            "The mean over the particles of large weight is nearer to the target than the mean over all.",
+            "section 2",
+            FALSE.name,
+            less(error_all, "mean error", "restrained wide", "mean wide"),
+        ),
+        Claim(
+            "It is nearer than the particle of largest weight, which few particles and noise make poor.",
+            "section 2",
+            FALSE.name,
+            less(error_all, "mean error", "restrained wide", "MAP wide"),
+        ),
+    ),
+    untested=(
+        Untested(
+            "Faces are tracked more accurately and robustly before a disturbing background.",
+            "abstract",
+            "no frame of the paper survives, and what is here is no film of faces: two warm ellipses",
+        ),
+    ),
+    sweeps=(
+        Sweep(
+            "Error against the false target's likeness, wide cloud",
+            "contrast of the false target as a share of the true one's",
+            {likeness: (alike(likeness), wide()) for likeness in LIKENESSES},
+            SWEPT,
+        ),
+        Sweep(
+            "Error against the number of particles, wide cloud",
+            "N",
+            {float(n): (FALSE, wide(n)) for n in COUNTS},
+            SWEPT,
+        ),
+    ),
+    switches=tuple(
+        Switch(
+            f"keep by {by}, {keep:g} against all",
+            FALSE,
+            f"background_restrained_pf:keep={keep}:keep_by={by}",
+            TIGHT["mean"],
+        )
+        for by in ("count", "mass")
+        for keep in (0.3, 0.6, 0.9)
+    ),
+)
+
+CUI = Paper(
+    key="cui",
+    title="Cui, Zheng, Li 2011: SVD background suppression and a particle filter",
+    remark=(
+        "Detection: frames in which the tracker says that it sees the target and is within 5 px of it; false alarm: "
+        "says so and is farther."
+    ),
+    experiments=(Experiment(CLOUD, "A dim target before cloud, its SCR falling", SVD, siblings=CLOUD.siblings),),
+    claims=tuple(
+        Claim(f"Together they {words} than {label}.", "abstract", scene.name, less(figure, what, "SVD and PF", label))
+        for scene in (CLOUD, CLOUD.siblings[1])
+        for words, figure, what in (
+            ("find the target more often", missed, "missed detections"),
+            ("are wrong less often", false_alarms, "false alarms"),
+        )
+        for label in ("SVD alone", "PF alone")
+    ),
+    untested=(
+        Untested(
+            "Real sequences show it.", "abstract", "the sequences and their numbers are lost; see the real recordings"
+        ),
+    ),
+    sweeps=(
+        Sweep(
+            "Detection and false alarms against SCR",
+            "signal-to-clutter ratio",
+            {ratio: (at_ratio(ratio), SVD) for ratio in RATIOS},
+            {"detected, share of frames": detected, "false alarms, share of frames": false_alarms},
+        ),
+    ),
+)
+
+HIDDEN, CROSSED = Scene.of("li-aircraft"), Scene("crossed", "stress/crossing", ("targets.like.path.angle_deg=50",))
+CAMSHIFT = Paper(
+    key="camshift",
+    title="Kalman filter and CamShift: a digest of face tracking",
+    remark=(
+        "Of this source a fragment survives, on faces and colour; here grey levels, and scenes of other sources: an "
+        "aircraft that is hidden, and a person who is crossed by one like it. Mean shift alone, without prediction, is "
+        "what it is held against."
+    ),
+    experiments=tuple(
+        Experiment(scene, title, {"camshift_kalman": "camshift_kalman", "mean_shift": "mean_shift"})
+        for scene, title in ((HIDDEN, "An aircraft hidden"), (CROSSED, "A crossing at 50 degrees"))
+    ),
+    claims=tuple(
+        claim
+        for scene, words in ((HIDDEN, "after the target was hidden"), (CROSSED, "where another overlaps it"))
+        for claim in (
+            Claim(f"It goes on {words}.", "introduction", scene.name, holds("camshift_kalman")),
+            Claim(
+                f"The prediction makes the difference {words}.",
+                "introduction",
+                scene.name,
+                less(off_share, "share of frames off", "camshift_kalman", "mean_shift"),
+            ),
+        )
+    ),
+    untested=(Untested("Colour and light do not disturb it.", "introduction", "infrared has no colour"),),
+)

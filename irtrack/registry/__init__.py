@@ -1,0 +1,1 @@
+"""Trackers by name, with their parameters and the digest of their code."""

@@ -1,0 +1,300 @@
+"""What tells one tracker from another: its name, its parameters, its source code."""
+
+from __future__ import annotations
+
+import ast
+import dataclasses
+import hashlib
+import importlib
+import importlib.util
+import inspect
+import math
+import re
+import sys
+from collections.abc import Iterator, Mapping
+from functools import cache
+from importlib.machinery import ModuleSpec
+from pathlib import Path
+from types import CodeType, FunctionType, ModuleType
+from typing import Any
+
+import numpy as np
+
+import irsim._native
+from irsim.config.base import Part
+from irtrack.errors import InputError, IrtrackError
+from irtrack.types import Tracker
+
+_SAYS_TOO_LITTLE = re.compile(r" at 0x[0-9a-fA-F]+|\.\.\.")
+"""In a repr: an address, which differs from run to run, or what numpy writes for what it leaves out."""
+
+_PLACES = {"__module__", "__qualname__", "__doc__", "__firstlineno__", "__static_attributes__"}
+"""What a class has that says where it is written, or nothing of what it does."""
+
+
+_LOOPS = "irtrack._native"
+"""Inner loops in C. What they compute is what their plain twins do, so what a compiler made of them does not count."""
+
+
+def tracker_name(tracker: Tracker) -> str:
+    """Its name in irtrack's table, or module:Class."""
+    from irtrack.trackers import NAMED
+
+    kind = _kind(tracker)
+    return next((name for name, known in NAMED.items() if known is kind), f"{kind.__module__}:{kind.__qualname__}")
+
+
+def tracker_config(tracker: Tracker) -> dict[str, Any]:
+    """{"tracker": name, "parameters": {...}}, plain values that JSON can hold.
+
+    Parameters are a Part's or a dataclass' fields, else the object's attributes. Different values
+    give different configurations: an array is told by its dtype, shape and a digest of its bytes, an
+    infinity as YAML writes it, anything else by its repr. InputError where a repr does not tell.
+    """
+    name = tracker_name(tracker)
+    parameters = _fields(tracker)
+    return {"tracker": name, "parameters": {key: _plain(value, f"{name}: {key}") for key, value in parameters.items()}}
+
+
+def remade(config: Mapping[str, Any]) -> Tracker | None:
+    """The tracker of a configuration (`tracker_config`); None of one that cannot be made here.
+
+    A configuration may come from anywhere, with a results file: what it names is not imported for it.
+    """
+    from irtrack.trackers import make
+
+    module, colon, _ = config["tracker"].partition(":")
+    if colon and module not in sys.modules:
+        return None
+    try:
+        return make(config["tracker"], config["parameters"])
+    except IrtrackError:
+        return None
+
+
+def changed_parameters(config: Mapping[str, Any]) -> dict[str, Any]:
+    """The parameters of a configuration that are not the tracker's defaults; all where these are not known here."""
+    usual = remade({"tracker": config["tracker"], "parameters": {}})
+    defaults = {} if usual is None else tracker_config(usual)["parameters"]
+    return {key: value for key, value in config["parameters"].items() if defaults.get(key, ...) != value}
+
+
+def _kind(tracker: Tracker) -> type[object]:
+    """The class that does the tracking."""
+    from irtrack.trackers.plain import Plain
+
+    return tracker.kind if isinstance(tracker, Plain) else type(tracker)
+
+
+def _fields(value: Any) -> dict[str, Any]:
+    from irtrack.trackers.plain import Plain
+
+    if isinstance(value, Plain):
+        return dict(value.parameters)
+    if isinstance(value, Part):
+        return {field: getattr(value, field) for field in type(value).model_fields}
+    if dataclasses.is_dataclass(value):
+        return {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
+    return dict(getattr(value, "__dict__", {}))
+
+
+def _plain(value: Any, place: str) -> Any:
+    """The value as strict JSON can hold it."""
+    if isinstance(value, np.ndarray) and value.dtype != object:
+        digest = hashlib.blake2b(value.tobytes(), digest_size=16).hexdigest()
+        return {"array": digest, "dtype": str(value.dtype), "shape": list(value.shape)}
+    if isinstance(value, np.generic | np.ndarray):
+        return _plain(value.tolist(), place)
+    if isinstance(value, float) and not math.isfinite(value):
+        return ".nan" if math.isnan(value) else ".inf" if value > 0 else "-.inf"
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item, place) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item, place) for item in value]
+    if isinstance(value, set | frozenset):
+        return sorted((_plain(item, place) for item in value), key=repr)
+    if isinstance(value, Part) or (dataclasses.is_dataclass(value) and not isinstance(value, type)):
+        return {"type": type(value).__qualname__, **{k: _plain(v, f"{place}.{k}") for k, v in _fields(value).items()}}
+    text = repr(value)
+    if _SAYS_TOO_LITTLE.search(text):
+        raise InputError(
+            f"{place}: {type(value).__name__} does not say what it is, so results could not be told apart; allowed: "
+            "numbers, texts, arrays, lists, mappings, dataclasses of these, or a __repr__ that says its parameters"
+        )
+    return text
+
+
+def code_hash(tracker: Tracker) -> str:
+    """Hex digest of the source code that decides what the tracker does.
+
+    That is the file of its class and every module that this file imports, one through the other, if it is irtrack's,
+    of the same package, or no installed one: what lies about in folders of its own changes from run to run, compiled
+    modules too. Of irtrack's own inner loops in C the source counts, compiled or not. What is installed does not
+    count, nor what code opens by itself (libraries by ctypes, weights). A class that has no file (typed into a prompt
+    or a notebook) is told by its methods as they are compiled, and by the functions and classes that they name: of the
+    same prompt, or in such files.
+    """
+    kind = _kind(tracker)
+    file = source_file(kind)
+    if file is None:
+        digest = hashlib.blake2b(digest_size=16)
+        for part in sorted(set(_compiled(kind, kind.__module__, {}))):
+            digest.update(part.encode() + b"\0")
+        return digest.hexdigest()
+    return _files_hash(_with_imports(file, kind.__module__))
+
+
+def module_code_hash(module: str) -> str:
+    """Hex digest of the source code of an irtrack module, and of every one that it imports as in `code_hash`."""
+    spec = importlib.util.find_spec(module)
+    assert spec is not None
+    assert spec.origin is not None
+    return _files_hash(_with_imports(Path(spec.origin), module))
+
+
+def _files_hash(paths: set[Path]) -> str:
+    digest = hashlib.blake2b(digest_size=16)
+    for path in sorted(paths):
+        digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+    return digest.hexdigest()
+
+
+def source_file(kind: type[object]) -> Path | None:
+    """The file that a class is written in; None of one typed into a prompt or a notebook, or read from a pipe."""
+    try:
+        file = inspect.getsourcefile(kind)
+    except (TypeError, OSError):
+        file = None
+    return Path(file) if file is not None and Path(file).is_file() else None
+
+
+def _compiled(value: object, module: str, seen: dict[int, object]) -> Iterator[str]:
+    """Texts that say what a class or function of the module does, and all that it names there."""
+    if id(value) in seen:
+        return
+    seen[id(value)] = value
+    if isinstance(value, type) and value.__module__ == module:
+        for base in value.__bases__:
+            yield from _compiled(base, module, seen)
+        for name, member in vars(value).items():
+            if name not in _PLACES:
+                yield from _named(f"{value.__qualname__}.{name}", member, module, seen)
+    elif isinstance(value, staticmethod | classmethod):
+        yield from _compiled(value.__func__, module, seen)
+    elif isinstance(value, property):
+        for part in (value.fget, value.fset):
+            yield from _compiled(part, module, seen)
+    elif isinstance(value, FunctionType) and value.__module__ == module:
+        yield f"{value.__qualname__}{value.__defaults__}{value.__kwdefaults__}{_instructions(value.__code__)}"
+        for name in _names(value.__code__):
+            yield from _named(name, value.__globals__.get(name), module, seen)
+    elif isinstance(value, type | FunctionType):
+        yield from _elsewhere(value.__module__)
+    elif isinstance(value, ModuleType):
+        yield from _elsewhere(value.__name__)
+
+
+def _elsewhere(module: str) -> Iterator[str]:
+    """What is imported into a prompt is told by its files."""
+    file = _counted_file(module, "")
+    if file is not None:
+        yield f"{module} {_files_hash(_with_imports(file, module))}"
+
+
+def _named(name: str, value: object, module: str, seen: dict[int, object]) -> Iterator[str]:
+    """A plain value by itself; a class or function by what it does."""
+    if isinstance(value, bool | int | float | str | tuple):
+        yield f"{name} = {value!r}"
+    else:
+        yield from _compiled(value, module, seen)
+
+
+def _instructions(code: CodeType) -> tuple[object, ...]:
+    """What a code object does, without the place that it was typed at."""
+    constants = [_instructions(each) if isinstance(each, CodeType) else _ordered(each) for each in code.co_consts]
+    return code.co_code, code.co_names, code.co_varnames, code.co_exceptiontable, constants
+
+
+def _ordered(constant: object) -> object:
+    """A set's repr is in another order in each process."""
+    return sorted(map(repr, constant)) if isinstance(constant, frozenset) else constant
+
+
+def _names(code: CodeType) -> Iterator[str]:
+    yield from code.co_names
+    for each in code.co_consts:
+        if isinstance(each, CodeType):
+            yield from _names(each)
+
+
+def _with_imports(path: Path, module: str) -> set[Path]:
+    """The file and the files of all modules that count and that it imports, directly or not."""
+    found = {path}
+    waiting = [(path, module)]
+    while waiting:
+        path, module = waiting.pop()
+        for name in _imported(path, module):
+            file = _counted_file(name, module)
+            if file is not None and file not in found:
+                found.add(file)
+                waiting.append((file, name))
+                if name == _LOOPS:
+                    found.update(file.parent.glob("*.[ch]"))
+                    found.update(Path(irsim._native.__file__).parent.glob("*.h"))
+    return found
+
+
+def _imported(path: Path, module: str) -> tuple[str, ...]:
+    """Names of what a file imports: modules, and names in modules that may be modules, too."""
+    if path.suffix != ".py":
+        return ()
+    return _imports(path.read_bytes(), module if path.name == "__init__.py" else module.rpartition(".")[0])
+
+
+@cache
+def _imports(source: bytes, package: str) -> tuple[str, ...]:
+    """The same of a file's text, read once for all trackers that share it."""
+    found: list[str] = []
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            found += [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            base = ".".join(package.split(".")[: 1 - node.level or None]) if node.level else ""
+            origin = ".".join(part for part in (base, node.module) if part)
+            found += [origin, *(f"{origin}.{alias.name}" for alias in node.names)]
+    return tuple(found)
+
+
+def _counted_file(name: str, importer: str) -> Path | None:
+    """The file of a module whose code counts as that of a tracker in the module `importer`; None of another one."""
+    top = name.partition(".")[0]
+    if top in sys.stdlib_module_names or top == "irsim":
+        return None
+    package = _spec(top)
+    if package is None or (top not in ("irtrack", importer.partition(".")[0]) and _is_installed(package)):
+        return None  # and nothing below it is looked for: that would import it
+    if name.startswith(f"{_LOOPS}."):
+        return None  # its source counts, whether it is compiled here or not
+    spec = package if name == top else _spec(name)
+    if spec is None or spec.origin is None or not Path(spec.origin).is_file():
+        return None
+    return Path(spec.origin)
+
+
+def _spec(name: str) -> ModuleSpec | None:
+    """How a module would be imported, if it is one; the packages that it lies in are."""
+    parent = name.rpartition(".")[0]
+    try:
+        if parent and not hasattr(importlib.import_module(parent), "__path__"):
+            return None  # a name in a module
+        return importlib.util.find_spec(name)
+    except Exception:  # what a file names need not be there, and may raise anything
+        return None
+
+
+def _is_installed(package: ModuleSpec) -> bool:
+    """Does it lie where pip (site-packages) or Debian (dist-packages) put what they install?"""
+    places = [*(package.submodule_search_locations or ()), package.origin or ""]
+    return any(folder in Path(place).parts for place in places for folder in ("site-packages", "dist-packages"))

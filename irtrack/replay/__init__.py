@@ -1,0 +1,1 @@
+"""Frames of a source, one after the other, into trackers."""

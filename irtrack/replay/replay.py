@@ -1,0 +1,222 @@
+"""Replay: the frames of a source, one after the other, into trackers."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import redirect_stdout
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import irsim
+from irsim.rng import stream
+from irsim.types import Box, Frame, Input, Source, Truth
+from irtrack.errors import IrtrackError, TrackerError, told, whole
+from irtrack.registry.identity import tracker_config, tracker_name
+from irtrack.replay.start import Start, find_start
+from irtrack.types import Estimate, GivenTracker, Track, Tracker, fault
+
+Progress = Callable[[int, int], None]
+"""Called with (frames done, frames to do)."""
+
+Pair = tuple[Frame, Truth | None]
+"""A frame and what is true of it; None where the source has no truth."""
+
+BLOCK_FRAMES = 64
+BLOCK_BYTES = 16 * 2**20
+"""What a tracker is shown in a row: long enough that its first step, which finds the caches cold, weighs little."""
+
+
+class Player:
+    """One tracker on its way through a source, from its start frame on.
+
+    The generator of frame k is ``stream(seed, tracker's name, target or "init", k)``.
+    """
+
+    def __init__(self, tracker: Tracker, start: Start, seed: int = 0, label: str | None = None) -> None:
+        self.tracker = tracker
+        self.start = start
+        self.seed = seed
+        self.name = tracker_name(tracker)
+        self.config = tracker_config(tracker)
+        self.label = label or self.name
+        self._state: Any = None
+        self._frames: list[tuple[int, float]] = []
+        self._estimates: list[Estimate] = []
+        self._step_ms: list[float] = []
+        self._cpu_ms: list[float] = []
+
+    def see(self, frame: Frame) -> None:
+        """Show the tracker the next frame.
+
+        What it prints goes to standard error: standard output is the caller's. TrackerError for what it
+        raises, also where it would end the program (KeyboardInterrupt: in workers), and for what is no
+        estimate; an irsim or irtrack error, such as a shipped tracker's InputError for a frame of another
+        size, is passed on.
+        """
+        rng = stream(self.seed, self.name, self.start.target or "init", frame.index)
+        place = f"{self.name}: frame {frame.index}"
+        box = self.start.box
+        answer: Any
+        try:
+            with redirect_stdout(sys.stderr):
+                begin, begin_cpu = time.perf_counter(), time.process_time()
+                if self._frames:
+                    answer = self.tracker.step(self._state, frame, rng)
+                else:
+                    answer = self.tracker.init(frame, box, rng), Estimate((box.cx, box.cy), (box.w, box.h))
+                took_cpu, took = time.process_time() - begin_cpu, time.perf_counter() - begin
+        except IrtrackError:
+            raise
+        except (Exception, SystemExit, KeyboardInterrupt) as error:
+            if isinstance(error, KeyboardInterrupt) and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
+                raise  # Ctrl-C; where that is ignored, the tracker raised it
+            raise TrackerError(f"{place}: {told(error)}") from error
+        if not (isinstance(answer, tuple) and len(answer) == 2):
+            raise TrackerError(f"{place}: step gave {_named(answer)}; allowed: (state, Estimate)")
+        state, estimate = answer
+        wrong = fault(estimate)
+        if wrong is not None:
+            raise TrackerError(f"{place}: {wrong}")
+        self._state = state
+        self._step_ms.append(took * 1e3)
+        self._cpu_ms.append(took_cpu * 1e3)
+        self._frames.append((frame.index, frame.time))
+        self._estimates.append(estimate)
+
+    @property
+    def estimate(self) -> Estimate:
+        """What the tracker said last."""
+        return self._estimates[-1]
+
+    def track(self, source: Source, input: Input) -> Track:
+        """What the tracker has said so far."""
+        return Track(
+            source=source.name,
+            source_hash=source.hash,
+            tracker=self.label,
+            config=self.config,
+            target=self.start.target,
+            start=self.start.frame,
+            start_box=self.start.box,
+            input=input,
+            scene_seed=source.seed,
+            tracker_seed=self.seed,
+            indices=np.array([index for index, _ in self._frames], dtype=np.int64),
+            times=np.array([seconds for _, seconds in self._frames], dtype=np.float64),
+            estimates=tuple(self._estimates),
+            step_ms=np.array(self._step_ms),
+            cpu_ms=np.array(self._cpu_ms),
+        )
+
+
+def _named(answer: object) -> str:
+    if isinstance(answer, tuple):
+        return f"a tuple of {len(answer)}"
+    return "None" if answer is None else f"a {type(answer).__name__}"
+
+
+def run(
+    tracker: str | GivenTracker,
+    source: str | Path | irsim.Scenario | Source,
+    *,
+    parameters: Mapping[str, object] | None = None,
+    target: str | None = None,
+    init: tuple[Box, int] | None = None,
+    input: Input = "display",
+    seed: int = 0,
+    label: str | None = None,
+    frames: int | None = None,
+    progress: Progress | None = None,
+) -> Track:
+    """Run one tracker over one source.
+
+    tracker   a name of `irtrack list`, 'module:Class', or a tracker, a plain one and its class too (see
+              `irtrack.trackers.plain`);  parameters  of a named one
+    source    a scenario's or recording's path or name, an `irsim.Scenario`, or a Source; a Scenario does not know
+              its file, so tracks call it 'scenario': `irsim.Rendering(scenario, "mine")` gives it a name
+    target, init   see `irtrack.replay.start.find_start`
+    seed      of the tracker's generators
+    frames    at most so many, the start frame included, 1 or more
+    progress  called with (frames done, frames to do)
+
+    TrackerError for what the tracker raises. InputError for bad input.
+    """
+    chosen = named(tracker, parameters or {})
+    opened = irsim.open_source(source)
+    wanted = None if frames is None else whole("frames", frames, 1)
+    start = find_start(opened, opened.truths(), target, init)
+    player = Player(chosen, start, whole("seed", seed), label)
+    stop = None if wanted is None else start.frame + wanted
+    replay(opened, [player.see], input, player.start.frame, stop, progress)
+    return player.track(opened, input)
+
+
+def replay(
+    source: Source,
+    viewers: Sequence[Callable[[Frame], None]],
+    input: Input,
+    start: int,
+    stop: int | None = None,
+    progress: Progress | None = None,
+) -> list[Truth]:
+    """Show frames start .. stop-1 to all viewers; return what is true of them, nothing where the source has no truth.
+
+    A frame is rendered or read once, truth and all, however many trackers look at it. Each viewer goes through a
+    block of frames before the next one does, so its steps follow each other as if it ran alone. Were every frame
+    shown to all in turn, the first viewer would find the caches and the heap as the rendering left them, and
+    its steps would take about twice the time of the others'.
+    """
+    total = (len(source) if stop is None else min(stop, len(source))) - start
+    shown = None if progress is None else lambda done: progress(done, total)
+    return show(source.pairs(start, stop, input=input), viewers, shown)
+
+
+def show(
+    pairs: Iterable[Pair], viewers: Sequence[Callable[[Frame], None]], shown: Callable[[int], None] | None = None
+) -> list[Truth]:
+    """Show these frames to all viewers, see `replay`; `shown` is called with how many each has seen, on average."""
+    truths: list[Truth] = []
+    views = 0
+    for block in _blocks(pairs):
+        for view in viewers:
+            for frame, _ in block:
+                view(frame)
+                views += 1
+                if shown is not None:
+                    shown(views // len(viewers))
+        truths += [truth for _, truth in block if truth is not None]
+    return truths
+
+
+def _blocks(pairs: Iterable[Pair]) -> Iterator[list[Pair]]:
+    """The pairs in blocks of BLOCK_FRAMES, or fewer where those take more than BLOCK_BYTES; no tracker can
+    change the frames. Two blocks at most are in memory: one that was seen, and the one that is being filled."""
+    block: list[Pair] = []
+    held = 0
+    for frame, truth in pairs:
+        block.append((_read_only(frame), truth))
+        held += frame.image.nbytes
+        if len(block) == BLOCK_FRAMES or held > BLOCK_BYTES - frame.image.nbytes:
+            yield block
+            block, held = [], 0
+    if block:
+        yield block
+
+
+def _read_only(frame: Frame) -> Frame:
+    """The frame with an image that no tracker can change under the next one."""
+    image = frame.image.view()
+    image.flags.writeable = False
+    return Frame(image, frame.index, frame.time, frame.bits)
+
+
+def named(tracker: str | GivenTracker, parameters: Mapping[str, object] | None = None) -> Tracker:
+    """The tracker of a name with parameters (see `irtrack.make`), or the one given, a plain one wrapped."""
+    from irtrack.trackers import make, of
+
+    return make(tracker, parameters) if isinstance(tracker, str) else of(tracker)
