@@ -55,5 +55,5 @@ def _folders() -> list[Path]:
 
 def _places() -> list[Path]:
     """Where scenarios are shipped: beside the package in a checkout, within it once installed."""
-    here = Path(__file__).parent
+    here = Path(__file__).parents[1]
     return [here.parent / "scenarios", here / "scenarios"]

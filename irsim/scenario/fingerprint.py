@@ -72,7 +72,7 @@ def _is_named(part: Part) -> bool:
 @lru_cache
 def rendering_code() -> str:
     """Hex digest of irsim's own code, but for the rooms that no pixel depends on; and of whether loops are compiled."""
-    here = Path(__file__).parent
+    here = Path(__file__).parents[1]
     digest = hashlib.blake2b(bytes([COMPILED]), digest_size=16)
     for path in sorted(path for ending in ("py", "c", "h") for path in here.rglob(f"*.{ending}")):
         place = path.relative_to(here)

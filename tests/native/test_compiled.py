@@ -41,14 +41,14 @@ def can_compile() -> bool:
 @pytest.mark.skipif(not can_compile() or bool(os.environ.get("IRSIM_PLAIN")), reason="no compiler, or not wanted")
 def test_what_can_be_compiled_is() -> None:
     assert irsim._native.COMPILED
-    assert irtrack.compiled.COMPILED
+    assert irtrack._native.COMPILED
 
 
 def test_without_a_compiler_the_plain_loops_run(tmp_path: Path) -> None:
     """What was compiled before is not taken for new."""
     shutil.copy(ROOT / "hatch_build.py", tmp_path)
     for package in ("irsim", "irtrack"):
-        shutil.copytree(ROOT / package / "compiled", tmp_path / package / "compiled")
+        shutil.copytree(ROOT / package / "_native", tmp_path / package / "_native")
     done = subprocess.run(
         [sys.executable, "hatch_build.py"],
         cwd=tmp_path,
