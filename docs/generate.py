@@ -34,7 +34,7 @@ from irsim.config.base import Family, Kind, Name, NamedKind, Part, Switch
 from irsim.config.field_docs import meanings
 from irsim.config.quantities import LARGEST
 from irsim.config.schema import Slot, plain
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.motion import PATHS, POINTINGS
 from irsim.occluders import OCCLUDERS
@@ -258,7 +258,7 @@ def centre_offsets() -> Iterator[str]:
     yield from (line for _, line in sorted(worst, reverse=True))
 
 
-CENTRE_STAGE = Stage(0, Geometry((256, 256), 5e-4), 30.0, "lwir", 0.6, ambient=30.0)
+CENTRE_STAGE = SceneContext(0, Geometry((256, 256), 5e-4), 30.0, "lwir", 0.6, ambient=30.0)
 """A camera that draws bodies large enough to measure them."""
 
 

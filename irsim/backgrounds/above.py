@@ -8,14 +8,14 @@ from typing import Protocol
 
 import numpy as np
 
-from irsim.backgrounds.base import Changed, Gaze, Layer, Veil, is_veil
+from irsim.backgrounds.base import Changed, Layer, SemiTransparentLayer, ViewDirection, is_veil
 from irsim.types import Floats, Slices
 
 
 class Hides(Protocol):
     """What hides the lower part of the sky."""
 
-    def sky_left(self, gaze: Gaze) -> Floats:
+    def sky_left(self, view_direction: ViewDirection) -> Floats:
         """(rows, cols): the share of each pixel that it leaves to the sky."""
         ...
 
@@ -26,10 +26,10 @@ class Above(Changed):
 
     country: Hides
 
-    def light(self, gaze: Gaze) -> tuple[Floats, Floats]:
-        transmittance, emission = self.layer.light(gaze)
+    def light(self, view_direction: ViewDirection) -> tuple[Floats, Floats]:
+        transmittance, emission = self.layer.light(view_direction)
         assert transmittance is not None
-        left = self.country.sky_left(gaze)
+        left = self.country.sky_left(view_direction)
         return 1 - (1 - transmittance) * left, emission * left
 
 
@@ -37,12 +37,14 @@ class Above(Changed):
 class VeilAbove(Above):
     """One that fills the picture by itself."""
 
-    layer: Veil
+    layer: SemiTransparentLayer
 
-    def veil(self, under: Floats, light: Floats, gaze: Gaze, behind: Sequence[Slices]) -> list[Floats]:
-        """See `Veil`. Of what the layer changes in the light, the share that is not hidden."""
-        filled, left = np.empty_like(light), self.country.sky_left(gaze)
-        passed = self.layer.veil(under, filled, gaze, behind)
+    def veil(
+        self, under: Floats, light: Floats, view_direction: ViewDirection, behind: Sequence[Slices]
+    ) -> list[Floats]:
+        """See `SemiTransparentLayer`. Of what the layer changes in the light, the share that is not hidden."""
+        filled, left = np.empty_like(light), self.country.sky_left(view_direction)
+        passed = self.layer.veil(under, filled, view_direction, behind)
         filled -= under
         filled *= left
         np.add(under, filled, out=light)

@@ -12,10 +12,10 @@ from typing import Self
 import cv2
 import numpy as np
 
-from irsim.backgrounds.base import AirBefore, Changed, Gaze, Layer, in_air
+from irsim.backgrounds.base import AirBefore, Changed, Layer, ViewDirection, in_air
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.drifting import Drifting
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.physics.atmosphere import EARTH_KM
 from irsim.types import Floats, Slices
 
@@ -59,9 +59,9 @@ class Column(ABC):
     table: Floats
 
     @classmethod
-    def of(cls, stage: Stage, range_m: float | Floats, elevation_rad: Floats) -> Self:
+    def of(cls, context: SceneContext, range_m: float | Floats, elevation_rad: Floats) -> Self:
         """What the air of a stage does on paths (n,)."""
-        path = stage.air.path(stage.band, range_m, elevation_rad)
+        path = context.air.path(context.band, range_m, elevation_rad)
         return cls(np.stack(path, axis=-1).astype(np.float32)[:, None])
 
     @abstractmethod
@@ -80,10 +80,10 @@ class Below(Column):
     """Down to ground, from the level to straight down in squares of even steps."""
 
     @classmethod
-    def to(cls, stage: Stage, height_m: float) -> Below:
+    def to(cls, context: SceneContext, height_m: float) -> Below:
         """To ground as seen from a height above it, m, in which none is below a metre."""
         depression = np.linspace(0, 1, COLUMN) ** 2 * np.pi / 2
-        return cls.of(stage, *ground_path(max(height_m, 1.0), depression))
+        return cls.of(context, *ground_path(max(height_m, 1.0), depression))
 
     def rows(self, depression_rad: Floats) -> Floats:
         return np.asarray(np.sqrt(np.maximum(depression_rad, 0) * (2 / np.pi)) * (COLUMN - 1))
@@ -93,9 +93,9 @@ class Around(Column):
     """In all directions to one range, from straight up to straight down in even steps."""
 
     @classmethod
-    def to(cls, stage: Stage, range_m: float) -> Around:
+    def to(cls, context: SceneContext, range_m: float) -> Around:
         """To a range, m."""
-        return cls.of(stage, range_m, -np.linspace(-np.pi / 2, np.pi / 2, 2 * COLUMN - 1))
+        return cls.of(context, range_m, -np.linspace(-np.pi / 2, np.pi / 2, 2 * COLUMN - 1))
 
     def rows(self, depression_rad: Floats) -> Floats:
         return np.asarray((depression_rad + np.pi / 2) * ((2 * COLUMN - 2) / np.pi))
@@ -107,9 +107,9 @@ class ThroughAir(Changed):
 
     column: Column
 
-    def light(self, gaze: Gaze) -> tuple[Floats | None, Floats]:
-        passed, emission = self.layer.light(gaze)
-        return passed, in_air(passed, emission, _seen(self.column, gaze.chart))
+    def light(self, view_direction: ViewDirection) -> tuple[Floats | None, Floats]:
+        passed, emission = self.layer.light(view_direction)
+        return passed, in_air(passed, emission, _seen(self.column, view_direction.chart))
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,9 +118,11 @@ class DriftingThroughAir(ThroughAir):
 
     layer: Drifting
 
-    def veil(self, under: Floats, light: Floats, gaze: Gaze, behind: Sequence[Slices]) -> list[Floats]:
-        """See `Veil`."""
-        return self.layer.veil(under, light, gaze, behind, _seen(self.column, gaze.chart))
+    def veil(
+        self, under: Floats, light: Floats, view_direction: ViewDirection, behind: Sequence[Slices]
+    ) -> list[Floats]:
+        """See `SemiTransparentLayer`."""
+        return self.layer.veil(under, light, view_direction, behind, _seen(self.column, view_direction.chart))
 
 
 @lru_cache(maxsize=4)
@@ -137,22 +139,22 @@ def _seen(column: Column, chart: Chart) -> AirBefore:
     return column.at(chart.spread(down))
 
 
-def through_air(layers: Sequence[Layer], stage: Stage, height_m: float | None = None) -> Sequence[Layer]:
+def through_air(layers: Sequence[Layer], context: SceneContext, height_m: float | None = None) -> Sequence[Layer]:
     """Layers on ground `height_m` below the camera, as it sees them through the air; in clear air as they are.
 
     Without a height the ground is at the sea's level, as far below as the camera's altitude above it.
     """
-    if stage.air.is_clear:
+    if context.air.is_clear:
         return layers
-    column = Below.to(stage, stage.air.altitude_m if height_m is None else height_m)
+    column = Below.to(context, context.air.altitude_m if height_m is None else height_m)
     return [ThroughAir(layer, column) for layer in layers]
 
 
-def through_air_around(layers: Sequence[Layer], stage: Stage) -> Sequence[Layer]:
+def through_air_around(layers: Sequence[Layer], context: SceneContext) -> Sequence[Layer]:
     """Layers all around the camera, each at its range, as it sees them; as they are in clear air."""
-    if stage.air.is_clear:
+    if context.air.is_clear:
         return layers
-    columns = [(layer, Around.to(stage, layer.range_m)) for layer in layers]
+    columns = [(layer, Around.to(context, layer.range_m)) for layer in layers]
     return [
         DriftingThroughAir(layer, column) if isinstance(layer, Drifting) else ThroughAir(layer, column)
         for layer, column in columns

@@ -12,7 +12,7 @@ import numpy as np
 
 from irsim.backgrounds.chart import Chart
 from irsim.config.base import Kind
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.physics.climate import STANDARD_K
 from irsim.physics.radiometry import hemisphere, radiance
 from irsim.types import CameraFacts, Floats, Slices
@@ -31,7 +31,7 @@ Place = tuple[float, float, float]
 
 
 @dataclass(frozen=True, eq=False)
-class Gaze:
+class ViewDirection:
     """One frame's pointing: time in s, and the chart of the directions that the pixels see.
 
     key: the pointing of a frame nearby, its chart with a margin. What is painted for it need only be
@@ -41,7 +41,7 @@ class Gaze:
 
     time: float
     chart: Chart
-    key: Gaze | None = None
+    key: ViewDirection | None = None
     place: Place = (0.0, 0.0, 0.0)
 
 
@@ -54,7 +54,7 @@ class Layer(Protocol):
     @property
     def range_m(self) -> float: ...
 
-    def light(self, gaze: Gaze) -> tuple[Floats | None, Floats]:
+    def light(self, view_direction: ViewDirection) -> tuple[Floats | None, Floats]:
         """(transmittance, None where opaque; emission in W/m2/sr), each (rows, cols) float32.
 
         The caller must not write to them: a layer may keep them for the next frame.
@@ -62,10 +62,12 @@ class Layer(Protocol):
         ...
 
 
-class Veil(Layer, Protocol):
+class SemiTransparentLayer(Layer, Protocol):
     """A layer that fills the picture by itself, which is quicker than to give what it takes."""
 
-    def veil(self, under: Floats, light: Floats, gaze: Gaze, behind: Sequence[Slices]) -> list[Floats]:
+    def veil(
+        self, under: Floats, light: Floats, view_direction: ViewDirection, behind: Sequence[Slices]
+    ) -> list[Floats]:
         """light <- under * transmittance + emission; the transmittance of patches, (rows, columns) each, or
         (n, rows, columns) at the instants of an exposure.
 
@@ -94,12 +96,12 @@ class Filmed(Layer, Protocol):
         ...
 
 
-LandLight = Callable[[Gaze], Floats]
+LandLight = Callable[[ViewDirection], Floats]
 """Light, W/m2/sr, (n,), of those pixels of a gaze that see nothing but ground or sea; none is written to."""
 
 
 def veiled(under: Floats, light: Floats, passed: Floats, emission: Floats, behind: Sequence[Slices]) -> list[Floats]:
-    """light <- under * passed + emission, as `Veil.veil`; `passed` of patches (rows, columns)."""
+    """light <- under * passed + emission, as `SemiTransparentLayer.veil`; `passed` of patches (rows, columns)."""
     np.multiply(under, passed, out=light)
     light += emission
     return [passed[patch] for patch in behind]
@@ -120,7 +122,7 @@ def in_air(passed: Floats | None, emission: Floats, air: AirBefore) -> Floats:
     return np.asarray(tau * emission + (path if passed is None else path * (1 - passed)))
 
 
-def is_veil(layer: Layer) -> TypeGuard[Veil]:
+def is_veil(layer: Layer) -> TypeGuard[SemiTransparentLayer]:
     """isinstance would ask for all that the protocol names: 20 us."""
     return hasattr(layer, "veil")
 
@@ -159,7 +161,7 @@ class Background(Kind):
         return ()
 
     @abstractmethod
-    def layers(self, stage: Stage) -> Sequence[Layer]:
+    def layers(self, context: SceneContext) -> Sequence[Layer]:
         """The layers, the farthest first; the first is opaque."""
 
     def names(self) -> Names:
@@ -196,7 +198,7 @@ class Background(Kind):
         """The model atmosphere of its clear sky; None where it has no sky, or one of its own."""
         return None
 
-    def clear(self, stage: Stage) -> ClearLayer | None:
+    def clear(self, context: SceneContext) -> ClearLayer | None:
         """Its sky without clouds; None where it has no sky."""
         return None
 
@@ -205,21 +207,21 @@ class Background(Kind):
         """The same without what stands or lies on its ground or sea; its `land` is the same."""
         return self
 
-    def land(self, stage: Stage) -> LandLight | None:
+    def land(self, context: SceneContext) -> LandLight | None:
         """How its bare ground or sea looks, without what stands or lies on it; None where it has none, or does not
         say."""
         return None
 
-    def ambient(self, stage: Stage) -> float:
+    def ambient(self, context: SceneContext) -> float:
         """Radiance, W/m2/sr, that a grey body in front of it reflects where the scene's air does not say: half the
         mean of its clear sky (`hemisphere`), half ground as bright as that at the horizon; without a sky all is as warm
         as the standard air."""
-        sky = self.clear(stage)
+        sky = self.clear(context)
         if sky is None:
-            return float(radiance(stage.band, STANDARD_K))
-        return (hemisphere(sky.radiance) + self._below(sky, stage)) / 2
+            return float(radiance(context.band, STANDARD_K))
+        return (hemisphere(sky.radiance) + self._below(sky, context)) / 2
 
-    def _below(self, sky: ClearLayer, stage: Stage) -> float:
+    def _below(self, sky: ClearLayer, context: SceneContext) -> float:
         """Radiance, W/m2/sr, of what lies under its sky."""
         return float(sky.radiance(np.zeros(1))[0])
 

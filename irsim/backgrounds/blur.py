@@ -13,11 +13,11 @@ import cv2
 import numpy as np
 
 from irsim.backgrounds.periodic import inner_blur, reach_px
-from irsim.physics.optics import GaussianSpread, PointSpread
+from irsim.physics.optics import PSF, GaussianPSF
 from irsim.types import Floats
 
 
-def blurred(texture: Floats, psf: PointSpread, texels: int = 1) -> Floats:
+def blurred(texture: Floats, psf: PSF, texels: int = 1) -> Floats:
     """A periodic texture (rows, columns), as float32, seen by a lens whose pixels are so many texels wide."""
     passed = _passed(psf, texture.shape[0], texture.shape[1], texels)
     if np.ptp(texture) == 0:  # what is even stays so, to the last bit: of a flat ground, half of the work
@@ -26,34 +26,34 @@ def blurred(texture: Floats, psf: PointSpread, texels: int = 1) -> Floats:
 
 
 @lru_cache(maxsize=1)
-def _passed(psf: PointSpread, rows: int, columns: int, texels: int) -> Floats:
+def _passed(psf: PSF, rows: int, columns: int, texels: int) -> Floats:
     """What passes of each frequency of `rfft2`; kept, as textures of one shape are blurred one after another."""
     return psf.transfer(texels * np.fft.fftfreq(rows)[:, None], texels * np.fft.rfftfreq(columns)[None, :])
 
 
-def softened(picture: Floats, psf: PointSpread) -> Floats:
+def softened(picture: Floats, psf: PSF) -> Floats:
     """A picture (rows, columns) of floats, whose outermost pixels go on beyond its edges, seen by a lens."""
-    if not isinstance(psf, GaussianSpread):
+    if not isinstance(psf, GaussianPSF):
         return np.asarray(cv2.filter2D(picture, -1, _kernel(psf), borderType=cv2.BORDER_REPLICATE))
     if psf.sigma_px == 0:
         return picture
     return np.asarray(cv2.GaussianBlur(picture, (0, 0), psf.sigma_px, borderType=cv2.BORDER_REPLICATE))
 
 
-def margin_px(psf: PointSpread, side: int) -> int:
+def margin_px(psf: PSF, side: int) -> int:
     """How far about each pixel of (side, side) a lens looks, px."""
-    return reach_px(psf.sigma_px, side) if isinstance(psf, GaussianSpread) else min(psf.reach_px, side)
+    return reach_px(psf.sigma_px, side) if isinstance(psf, GaussianPSF) else min(psf.reach_px, side)
 
 
-def inner(wide: Floats, psf: PointSpread, margin: int) -> Floats:
+def inner(wide: Floats, psf: PSF, margin: int) -> Floats:
     """What a lens leaves of a picture, float32, without a margin as wide as it looks."""
-    if isinstance(psf, GaussianSpread):
+    if isinstance(psf, GaussianPSF):
         return inner_blur(wide, psf.sigma_px, margin)
     return softened(wide, psf)[margin:-margin, margin:-margin]
 
 
 @lru_cache(maxsize=4)
-def _kernel(psf: PointSpread) -> Floats:
+def _kernel(psf: PSF) -> Floats:
     """(n, n) float32, n = 2 reach + 1: what has that transfer function at the n frequencies of either axis.
 
     What lies beyond its reach is laid over it, as over what targets are drawn with.

@@ -14,7 +14,7 @@ from irsim.backgrounds.structures import MOST_RELIEF, NEAREST_PX, Canvas, Spacin
 from irsim.config.base import Name, Switches
 from irsim.config.field_annotations import Plausible
 from irsim.config.quantities import Kelvin, KelvinDifference, KelvinSpread, Metres, Rising
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.rng import stream
 from irsim.types import Floats
 
@@ -55,16 +55,16 @@ class Buildings(Structure):
     roof_k: KelvinDifference = -4.0
     """Temperature of the roof less the wall's, K."""
 
-    def paint(self, sheet: Sheet, height_m: float, temperature_k: float, stage: Stage) -> Standing:
+    def paint(self, sheet: Sheet, height_m: float, temperature_k: float, context: SceneContext) -> Standing:
         """The buildings, seen from `height_m` above the ground."""
-        ifov, draw = stage.geometry.ifov_rad, stream(stage.seed, self.id)
+        ifov, draw = context.geometry.ifov_rad, stream(context.seed, self.id)
         px_per_m = 1 / (self.range_m * ifov)
         base = self.base(sheet, height_m, ifov)
         rises = MOST_RELIEF * self.relief_m
         sheet = sheet.between(base - (self.height_m[1] + 4 + rises) * px_per_m, base + rises * px_per_m)
         canvas = Canvas(sheet)
         span = float(sheet.columns[-1] - sheet.columns[0])
-        feet = self.feet(sheet, base, stage, "buildings")
+        feet = self.feet(sheet, base, context, "buildings")
         standing = []
         for _ in range(max(1, round(span / max(self.spacing_m * px_per_m, NEAREST_PX)))):
             x = float(draw.uniform(sheet.columns[0], sheet.columns[-1]))
@@ -73,13 +73,13 @@ class Buildings(Structure):
         for foot, outlines in sorted(standing, key=lambda each: each[0][1]):  # the nearest, which are the lowest, last
             for corners, kelvin in outlines:
                 canvas.polygon(np.array(foot) + corners * [px_per_m, -px_per_m], kelvin)
-        texture = grain(sheet, 2.4, 20.0, stage.seed, self.id, "grain")
-        return canvas.layer(self.id, self.range_m, 0.15 * self.spread_k * texture, stage)
+        texture = grain(sheet, 2.4, 20.0, context.seed, self.id, "grain")
+        return canvas.layer(self.id, self.range_m, 0.15 * self.spread_k * texture, context)
 
-    def windows(self, stage: Stage) -> float:
+    def windows(self, context: SceneContext) -> float:
         """About how many windows are drawn of all buildings, which takes nearly all the time."""
-        px_per_m = 1 / (self.range_m * stage.geometry.ifov_rad)
-        count = len(Sheet.of(stage.geometry).columns) / max(self.spacing_m * px_per_m, NEAREST_PX)
+        px_per_m = 1 / (self.range_m * context.geometry.ifov_rad)
+        count = len(Sheet.of(context.geometry).columns) / max(self.spacing_m * px_per_m, NEAREST_PX)
         across, up = (float(np.mean(ends)) for ends in (self.width_m, self.height_m))
         return count * (across / WINDOW_M) * (up / FLOOR_M)
 

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from irsim._native import COMPILED, kernels
-from irsim.backgrounds.base import AirBefore, Gaze, in_air, veiled
+from irsim.backgrounds.base import AirBefore, ViewDirection, in_air, veiled
 from irsim.backgrounds.chart import PLACES, Chart, at_middle
 from irsim.backgrounds.evolving import STEPS
 from irsim.backgrounds.parallax import Sphere, is_left_behind, seen_from, unhidden
@@ -52,23 +52,28 @@ class Drifting:
         self._drift = drift_px_s
         self._states: dict[int, Tiled] = {}
 
-    def light(self, gaze: Gaze) -> tuple[Floats, Floats]:
+    def light(self, view_direction: ViewDirection) -> tuple[Floats, Floats]:
         """(transmittance, emission) of a frame, each (rows, cols) float32."""
-        if is_left_behind(gaze, self._shell):
-            return unhidden(gaze)
-        return _look(gaze.chart, *self._gone(gaze))(*self._around(gaze.time))
+        if is_left_behind(view_direction, self._shell):
+            return unhidden(view_direction)
+        return _look(view_direction.chart, *self._gone(view_direction))(*self._around(view_direction.time))
 
     def veil(
-        self, under: Floats, light: Floats, gaze: Gaze, behind: Sequence[Slices], air: AirBefore | None = None
+        self,
+        under: Floats,
+        light: Floats,
+        view_direction: ViewDirection,
+        behind: Sequence[Slices],
+        air: AirBefore | None = None,
     ) -> list[Floats]:
-        """See `Veil`. air: what is before it, by which its emission becomes that of `in_air`."""
-        lost = is_left_behind(gaze, self._shell)
-        first = _first(gaze.chart, *self._gone(gaze)) if COMPILED and not lost else None
+        """See `SemiTransparentLayer`. air: what is before it, by which its emission becomes that of `in_air`."""
+        lost = is_left_behind(view_direction, self._shell)
+        first = _first(view_direction.chart, *self._gone(view_direction)) if COMPILED and not lost else None
         if first is None or light.dtype != np.float32:
-            through, emission = self.light(gaze)
+            through, emission = self.light(view_direction)
             return veiled(under, light, through, emission if air is None else in_air(through, emission, air), behind)
-        early, late, share = self._around(gaze.time)
-        shares, down, passed, emitted = _seen(early, late, share, first, gaze.chart.geometry.size)
+        early, late, share = self._around(view_direction.time)
+        shares, down, passed, emitted = _seen(early, late, share, first, view_direction.chart.geometry.size)
         kernels.veil(under, *shares, down, *early.units, light, *passed, *emitted, *(air or ()))
         patches = []
         for down_to, across_to in behind:
@@ -78,12 +83,12 @@ class Drifting:
             patches.append(patch)
         return patches
 
-    def _gone(self, gaze: Gaze) -> tuple[Shift, Shift]:
+    def _gone(self, view_direction: ViewDirection) -> tuple[Shift, Shift]:
         """How far it has gone to the right and down, px: with the wind, and as the camera is carried past it."""
-        right, down = self._drift[0] * gaze.time, self._drift[1] * gaze.time
-        if not any(gaze.place):
+        right, down = self._drift[0] * view_direction.time, self._drift[1] * view_direction.time
+        if not any(view_direction.place):
             return right, down
-        across, along = gaze.chart.uv - seen_from(gaze, self._shell).chart.uv
+        across, along = view_direction.chart.uv - seen_from(view_direction, self._shell).chart.uv
         if max(np.ptp(across), np.ptp(along)) <= STRAIGHT:
             return right + float(across.mean()), down + float(along.mean())
         return right + across, down + along

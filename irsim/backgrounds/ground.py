@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from irsim.backgrounds.air import through_air
-from irsim.backgrounds.base import FARTHEST, Background, Gaze, LandLight, Layer, Names
+from irsim.backgrounds.base import FARTHEST, Background, LandLight, Layer, Names, ViewDirection
 from irsim.backgrounds.clutter import Clutter
 from irsim.backgrounds.ground_texture import Carpet, Level
 from irsim.backgrounds.hours import Hour, by_hour, leaves_k, typical
@@ -19,7 +19,7 @@ from irsim.backgrounds.patches import LYING, Fields, Painted, Roads, Water
 from irsim.backgrounds.texture import Tile, tile_shape
 from irsim.config.base import Switches
 from irsim.config.quantities import Feature, Height, Kelvin, KelvinSpread
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.geometry.random_fields import Betas, Histogram, shaped, spectral
 from irsim.physics.radiometry import radiance
 from irsim.types import Floats
@@ -33,8 +33,8 @@ class Terrain:
     name: str = "ground"
     range_m: float = FARTHEST
 
-    def light(self, gaze: Gaze) -> tuple[None, Floats]:
-        return None, self.painting.seen(gaze)[0]
+    def light(self, view_direction: ViewDirection) -> tuple[None, Floats]:
+        return None, self.painting.seen(view_direction)[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,8 +45,8 @@ class Patches:
     painting: Seen
     range_m: float = FARTHEST
 
-    def light(self, gaze: Gaze) -> tuple[Floats, Floats]:
-        transmittance, emission = self.painting.seen(gaze)
+    def light(self, view_direction: ViewDirection) -> tuple[Floats, Floats]:
+        transmittance, emission = self.painting.seen(view_direction)
         return transmittance, emission
 
 
@@ -99,72 +99,72 @@ class Ground(Background):
     def leaves_k(self) -> float | None:
         return leaves_k(self.hour)
 
-    def layers(self, stage: Stage) -> Sequence[Layer]:
-        field = self._texture(stage)
+    def layers(self, context: SceneContext) -> Sequence[Layer]:
+        field = self._texture(context)
         kelvin = np.maximum(self.mean_k + self.spread_k * field, 1.0)
-        light = radiance(stage.band, kelvin).astype(np.float32)
-        terrain = Terrain(self._lain((light,), stage))
+        light = radiance(context.band, kelvin).astype(np.float32)
+        terrain = Terrain(self._lain((light,), context))
         # Fields are made of the ground that they lie on, roads and water are smooth.
         rough = {"fields": 0.5 * self.spread_k * field}
         layers: list[Layer] = [
             terrain,
             *(
-                self._patches(name, cover, kelvin + rough.get(name, 0.0), stage)
-                for name, cover, kelvin in self._on(stage)
+                self._patches(name, cover, kelvin + rough.get(name, 0.0), context)
+                for name, cover, kelvin in self._on(context)
             ),
         ]
-        return through_air(layers, stage, self.height_m)
+        return through_air(layers, context, self.height_m)
 
-    def ambient(self, stage: Stage) -> float:
+    def ambient(self, context: SceneContext) -> float:
         """It has no sky: all around is as warm as it is in the mean."""
-        return float(radiance(stage.band, self.mean_k))
+        return float(radiance(context.band, self.mean_k))
 
     @property
     def bare(self) -> Ground:
         return self.model_copy(update=dict.fromkeys(LYING))
 
-    def land(self, stage: Stage) -> LandLight:
-        terrain = self.bare.layers(stage)[0]
-        return lambda gaze: terrain.light(gaze)[1].ravel()
+    def land(self, context: SceneContext) -> LandLight:
+        terrain = self.bare.layers(context)[0]
+        return lambda view_direction: terrain.light(view_direction)[1].ravel()
 
     def names(self) -> Names:
         for name in LYING:
             if getattr(self, name) is not None:
                 yield name, (name,)
 
-    def _texture(self, stage: Stage) -> Floats:
+    def _texture(self, context: SceneContext) -> Floats:
         """(rows, cols) float32 of mean 0 and variance 1; nothing where none of it would show."""
-        geometry = stage.geometry
+        geometry = context.geometry
         shape = tile_shape(geometry.size)
         if self.spread_k == 0:
             return np.zeros(shape, np.float32)
         size_px = self.correlation_mrad * 1e-3 / geometry.ifov_rad
-        field = spectral(shape, self.beta, self.betas, size_px, self.stretch, stage.seed, "ground")
+        field = spectral(shape, self.beta, self.betas, size_px, self.stretch, context.seed, "ground")
         return shaped(field, self.histogram)
 
-    def _on(self, stage: Stage) -> list[tuple[str, Floats, Floats]]:
+    def _on(self, context: SceneContext) -> list[tuple[str, Floats, Floats]]:
         """Name, cover and temperature less the ground's of all that lies on it, the lowest first."""
-        shape, px_per_mrad = tile_shape(stage.geometry.size), 1e-3 / stage.geometry.ifov_rad
+        shape, px_per_mrad = tile_shape(context.geometry.size), 1e-3 / context.geometry.ifov_rad
         found: list[tuple[str, Painted]] = []
         if self.fields is not None:
             spread = typical(self.fields.spread_k, self.hour, "fields")
-            found.append(("fields", self.fields.paint(shape, px_per_mrad, spread, stage.seed)))
+            found.append(("fields", self.fields.paint(shape, px_per_mrad, spread, context.seed)))
         for name, even in (("water", self.water), ("roads", self.roads)):
             if even is not None:
                 contrast = typical(even.contrast_k, self.hour, name)
-                found.append((name, even.paint(shape, px_per_mrad, contrast, stage.seed)))
+                found.append((name, even.paint(shape, px_per_mrad, contrast, context.seed)))
         if self.clutter is not None:
-            found.append(("clutter", self.clutter.paint(shape, px_per_mrad, stage.seed)))
+            found.append(("clutter", self.clutter.paint(shape, px_per_mrad, context.seed)))
         return [(name, *painted) for name, painted in found]
 
-    def _patches(self, name: str, cover: Floats, offset_k: Floats, stage: Stage) -> Patches:
-        emission = cover * radiance(stage.band, np.maximum(self.mean_k + offset_k, 1.0))
-        return Patches(name, self._lain((1 - cover, emission), stage))
+    def _patches(self, name: str, cover: Floats, offset_k: Floats, context: SceneContext) -> Patches:
+        emission = cover * radiance(context.band, np.maximum(self.mean_k + offset_k, 1.0))
+        return Patches(name, self._lain((1 - cover, emission), context))
 
-    def _lain(self, textures: tuple[Floats, ...], stage: Stage) -> Seen:
+    def _lain(self, textures: tuple[Floats, ...], context: SceneContext) -> Seen:
         """Periodic textures, (rows, cols), as they lie on the ground."""
-        geometry = stage.geometry
+        geometry = context.geometry
         if self.height_m is None:
-            return Painting(tuple(Tile.of(texture, geometry.size, stage.psf) for texture in textures))
+            return Painting(tuple(Tile.of(texture, geometry.size, context.psf) for texture in textures))
         rows, columns = textures[0].shape
-        return Carpet(Level(geometry, self.height_m, (rows, columns)), textures, stage)
+        return Carpet(Level(geometry, self.height_m, (rows, columns)), textures, context)

@@ -10,13 +10,13 @@ from itertools import pairwise
 import cv2
 import numpy as np
 
-from irsim.backgrounds.base import Gaze, Place
+from irsim.backgrounds.base import Place, ViewDirection
 from irsim.backgrounds.blur import blurred
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.plane import closed
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
-from irsim.physics.optics import GaussianSpread, PointSpread
+from irsim.physics.optics import PSF, GaussianPSF
 from irsim.types import Floats
 
 LEAST = 0.05
@@ -86,27 +86,27 @@ def _seen(level: Level, chart: Chart, place: Place) -> tuple[Floats, Floats, Flo
     return level.seen(chart, place)
 
 
-def _no_sharper(stage: Stage) -> PointSpread:
+def _no_sharper(context: SceneContext) -> PSF:
     """The lens, with so much of a Gaussian beside it as makes it SOFT_PX wide."""
-    if stage.psf_px >= SOFT_PX:
-        return stage.psf
-    if isinstance(stage.psf, GaussianSpread):
-        return GaussianSpread(SOFT_PX)  # to the last bit
-    return stage.psf.wider(math.sqrt(SOFT_PX**2 - stage.psf_px**2))
+    if context.psf_px >= SOFT_PX:
+        return context.psf
+    if isinstance(context.psf, GaussianPSF):
+        return GaussianPSF(SOFT_PX)  # to the last bit
+    return context.psf.wider(math.sqrt(SOFT_PX**2 - context.psf_px**2))
 
 
 class Carpet:
     """Periodic textures (rows, cols) of one shape that lie on level ground together."""
 
-    def __init__(self, level: Level, textures: tuple[Floats, ...], stage: Stage) -> None:
+    def __init__(self, level: Level, textures: tuple[Floats, ...], context: SceneContext) -> None:
         self._level, self._textures = level, textures
-        self._psf, self._soft = stage.psf, _no_sharper(stage)
+        self._psf, self._soft = context.psf, _no_sharper(context)
         self._softer: dict[int, list[Floats]] = {}
         self._kept: tuple[Floats, list[Floats]] | None = None
 
-    def seen(self, gaze: Gaze) -> list[Floats]:
+    def seen(self, view_direction: ViewDirection) -> list[Floats]:
         """The textures of one frame, each (rows, cols) float32."""
-        columns, rows, smaller = _seen(self._level, gaze.chart, gaze.place)
+        columns, rows, smaller = _seen(self._level, view_direction.chart, view_direction.place)
         kept = self._kept  # once: another thread may put its own there
         if kept is None or kept[0] is not columns:
             kept = self._kept = columns, self._look_up(columns, rows, smaller)

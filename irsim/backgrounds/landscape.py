@@ -26,7 +26,7 @@ from irsim.backgrounds.texture import TILE
 from irsim.config.base import Several, Switches
 from irsim.config.field_annotations import Plausible
 from irsim.config.quantities import Feature, Height, Kelvin, KelvinSpread, NotNegative
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.geometry.random_fields import Betas, profile, spectral
 from irsim.physics.radiometry import radiance
 from irsim.types import Floats
@@ -87,8 +87,8 @@ class Landscape(Sky):
     def leaves_k(self) -> float | None:
         return leaves_k(self.hour)
 
-    def _below(self, sky: ClearLayer, stage: Stage) -> float:
-        return float(radiance(stage.band, self.ground_k))
+    def _below(self, sky: ClearLayer, context: SceneContext) -> float:
+        return float(radiance(context.band, self.ground_k))
 
     @property
     def bare(self) -> Landscape:
@@ -96,29 +96,29 @@ class Landscape(Sky):
         nothing["far_woods_mrad"] = 0.0
         return self.model_copy(update=nothing)
 
-    def land(self, stage: Stage) -> LandLight:
-        country = self.bare.layers(stage)[0]
+    def land(self, context: SceneContext) -> LandLight:
+        country = self.bare.layers(context)[0]
         assert isinstance(country, Country)
-        return lambda gaze: country.light(gaze)[1][country.sky_left(gaze) == 0]
+        return lambda view_direction: country.light(view_direction)[1][country.sky_left(view_direction) == 0]
 
-    def layers(self, stage: Stage) -> Sequence[Layer]:
-        sky, *clouds = super().layers(stage)
-        whole = Sheet.of(stage.geometry)
-        unit = stage.geometry.ifov_rad
+    def layers(self, context: SceneContext) -> Sequence[Layer]:
+        sky, *clouds = super().layers(context)
+        whole = Sheet.of(context.geometry)
+        unit = context.geometry.ifov_rad
         high = 5 * self.hills_mrad + TALLEST * self.far_woods_mrad
         sheet = whole.between(whole.horizon - high * 1e-3 / unit, np.inf)
-        edge = self._edge(sheet, stage)
-        kelvin, cover, below = self._ground(sheet, edge, stage)
-        far, glow = self._far_woods(sheet, edge, stage)
+        edge = self._edge(sheet, context)
+        kelvin, cover, below = self._ground(sheet, edge, context)
+        far, glow = self._far_woods(sheet, edge, context)
         seen = cover * (1 - far)
-        ground = self._through(sheet, seen, kelvin, stage) + glow
-        country = Country(sky, self._laid("ground", sheet, (1 - cover) * (1 - far), ground, stage))
+        ground = self._through(sheet, seen, kelvin, context) + glow
+        country = Country(sky, self._laid("ground", sheet, (1 - cover) * (1 - far), ground, context))
         lying = [
-            self._laid(name, sheet, 1 - seen * part, self._through(sheet, seen * part, warmth, stage), stage)
-            for name, part, warmth in self._lying(sheet, below, kelvin, stage)
+            self._laid(name, sheet, 1 - seen * part, self._through(sheet, seen * part, warmth, context), context)
+            for name, part, warmth in self._lying(sheet, below, kelvin, context)
         ]
         standing = [
-            part.paint(whole, self.camera_height_m, typical(part.temperature_k, self.hour, what), stage)
+            part.paint(whole, self.camera_height_m, typical(part.temperature_k, self.hour, what), context)
             for parts, what in ((self.trees, "trees"), (self.buildings, "walls"))
             for part in parts
         ]
@@ -140,47 +140,47 @@ class Landscape(Sky):
                 yield part.id, (key, index), Cylinder(part.range_m)
 
     def _lying(
-        self, sheet: Sheet, below: Floats, kelvin: Floats, stage: Stage
+        self, sheet: Sheet, below: Floats, kelvin: Floats, context: SceneContext
     ) -> Iterator[tuple[str, Floats | float, Floats]]:
         """Name, cover and temperature of all that lies on ground of temperatures (rows, cols), the lowest first."""
-        unit = stage.geometry.ifov_rad
+        unit = context.geometry.ifov_rad
         px_per_mrad = 1e-3 / unit
         if self.fields is not None:
             spread = typical(self.fields.spread_k, self.hour, "fields")
-            painted = self.fields.paint((TILE, TILE), px_per_mrad, spread, stage.seed)[1]
+            painted = self.fields.paint((TILE, TILE), px_per_mrad, spread, context.seed)[1]
             yield "fields", 1.0, laid(painted, sheet, below, 1.0, unit) + (kelvin + self.ground_k) / 2
         for name, even in (("water", self.water), ("roads", self.roads)):
             if even is not None:
-                inside = even.inside((TILE, TILE), px_per_mrad, stage.seed).astype(np.float32)
+                inside = even.inside((TILE, TILE), px_per_mrad, context.seed).astype(np.float32)
                 warmth = self.ground_k + typical(even.contrast_k, self.hour, name)
                 yield name, covered(inside, sheet, below, unit), np.full_like(kelvin, warmth)
         if self.clutter is not None:
-            spots, offset = self.clutter.stand(below, px_per_mrad, stage.seed)
+            spots, offset = self.clutter.stand(below, px_per_mrad, context.seed)
             yield "clutter", spots, self.ground_k + offset
 
-    def _edge(self, sheet: Sheet, stage: Stage) -> Floats:
+    def _edge(self, sheet: Sheet, context: SceneContext) -> Floats:
         """(cols,): the rows of the map where the ground ends."""
-        px_per_mrad = 1e-3 / stage.geometry.ifov_rad
-        hills = profile(len(sheet.columns), 3.5, 4 * self.correlation_mrad * px_per_mrad, stage.seed, "hills")
+        px_per_mrad = 1e-3 / context.geometry.ifov_rad
+        hills = profile(len(sheet.columns), 3.5, 4 * self.correlation_mrad * px_per_mrad, context.seed, "hills")
         return np.asarray(sheet.horizon - self.hills_mrad * px_per_mrad * hills)
 
-    def _ground(self, sheet: Sheet, edge: Floats, stage: Stage) -> tuple[Floats, Floats, Floats]:
+    def _ground(self, sheet: Sheet, edge: Floats, context: SceneContext) -> tuple[Floats, Floats, Floats]:
         """Temperature, cover and px below its edge (0 above it), each (rows, cols) of the sheet."""
-        unit = stage.geometry.ifov_rad
+        unit = context.geometry.ifov_rad
         below = sheet.rows[:, None] - edge
         cover = np.clip(below + 0.5, 0, 1)
         below = np.maximum(below, 0)
         if self.spread_k == 0:  # no texture is drawn that would not show
             return np.full(below.shape, self.ground_k), cover, below
         size_px = self.correlation_mrad * 1e-3 / unit
-        field = spectral((TILE, TILE), 3.0, self.betas, size_px, 3.0, stage.seed, "ground")
+        field = spectral((TILE, TILE), 3.0, self.betas, size_px, 3.0, context.seed, "ground")
         near = np.clip((below / VANISHING_PX - 1) / 4, 0, 1)
         # Finer by a factor n, a texture of slope beta is weaker by n^-(beta-2)/2.
         weaker = NEARER ** (1 - np.mean(self.betas) / 2)
         kelvin = laid(field, sheet, below, 1.0, unit) + near * weaker * laid(field, sheet, below, NEARER, unit)
         return self.ground_k + self.spread_k * kelvin, cover, below
 
-    def _far_woods(self, sheet: Sheet, edge: Floats, stage: Stage) -> tuple[Floats | float, Floats | float]:
+    def _far_woods(self, sheet: Sheet, edge: Floats, context: SceneContext) -> tuple[Floats | float, Floats | float]:
         """What woods along the horizon cover, and their light as it arrives from where trees look as high as they do,
         no nearer than the rows of trees, (rows, cols) each; 0 where there are none."""
         if self.far_woods_mrad == 0:
@@ -188,17 +188,17 @@ class Landscape(Sky):
         high_rad = self.far_woods_mrad * 1e-3
         row = self.trees[0] if self.trees else Trees()
         trees_k = typical(row.temperature_k, self.hour, "trees")
-        cover, kelvin = woods(sheet, edge, high_rad / stage.geometry.ifov_rad, row, trees_k, stage.seed)
+        cover, kelvin = woods(sheet, edge, high_rad / context.geometry.ifov_rad, row, trees_k, context.seed)
         away_m = max(TREE_M / high_rad, *(each.range_m for each in self.trees), 0.0)
-        return cover, stage.through(cover * radiance(stage.band, np.maximum(kelvin, 1.0)), cover, away_m, 0.0)
+        return cover, context.through(cover * radiance(context.band, np.maximum(kelvin, 1.0)), cover, away_m, 0.0)
 
-    def _through(self, sheet: Sheet, cover: Floats, kelvin: Floats, stage: Stage) -> Floats:
+    def _through(self, sheet: Sheet, cover: Floats, kelvin: Floats, context: SceneContext) -> Floats:
         """The light of what lies on the ground, (rows, cols), as it arrives."""
-        light = cover * radiance(stage.band, np.maximum(kelvin, 1.0))
-        down = (sheet.rows - sheet.horizon) * stage.geometry.ifov_rad
-        return stage.through(light, cover, *ground_path(self.camera_height_m, down[:, None]))
+        light = cover * radiance(context.band, np.maximum(kelvin, 1.0))
+        down = (sheet.rows - sheet.horizon) * context.geometry.ifov_rad
+        return context.through(light, cover, *ground_path(self.camera_height_m, down[:, None]))
 
-    def _laid(self, name: str, sheet: Sheet, left: Floats, emission: Floats, stage: Stage) -> Laid:
+    def _laid(self, name: str, sheet: Sheet, left: Floats, emission: Floats, context: SceneContext) -> Laid:
         """left, emission  (rows, cols): what it leaves of the light behind it, and its own as it arrives"""
-        pictures = tuple(Panorama.on(sheet, part, stage.psf) for part in (left, emission))
+        pictures = tuple(Panorama.on(sheet, part, context.psf) for part in (left, emission))
         return Laid(name, Painting(pictures), self.camera_height_m)

@@ -9,7 +9,7 @@ from typing import Protocol
 import cv2
 import numpy as np
 
-from irsim.backgrounds.base import Gaze
+from irsim.backgrounds.base import ViewDirection
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.texture import Tile
 from irsim.types import Floats
@@ -33,7 +33,7 @@ Move = tuple[float, float]
 class Seen(Protocol):
     """Textures, as a camera sees them."""
 
-    def seen(self, gaze: Gaze) -> list[Floats]:
+    def seen(self, view_direction: ViewDirection) -> list[Floats]:
         """The textures of one frame, each (rows, cols) float32, only to be read."""
         ...
 
@@ -51,33 +51,33 @@ class Painting:
         self._kept: tuple[Floats, list[Floats]] | None = None
         self._last: tuple[list[Floats], Move, list[Floats]] | None = None
 
-    def seen(self, gaze: Gaze) -> list[Floats]:
+    def seen(self, view_direction: ViewDirection) -> list[Floats]:
         """The textures of one frame, each (rows, cols) float32, only to be read."""
-        move = None if gaze.key is None else self._move(gaze, gaze.key)
-        if gaze.key is None or move is None:
-            return self._look_up(gaze)
-        key = gaze.key.chart.uv - self._drift(gaze.key)[:, None, None]
+        move = None if view_direction.key is None else self._move(view_direction, view_direction.key)
+        if view_direction.key is None or move is None:
+            return self._look_up(view_direction)
+        key = view_direction.key.chart.uv - self._drift(view_direction.key)[:, None, None]
         kept = self._kept  # once: another thread may put its own there
         if kept is None or not np.array_equal(key, kept[0]):
-            kept = self._kept = key, self._look_up(gaze.key)
+            kept = self._kept = key, self._look_up(view_direction.key)
         last = self._last
         if last is None or last[0] is not kept[1] or last[1] != move:
-            last = self._last = kept[1], move, _shifted(kept[1], gaze.chart.geometry.size, move)
+            last = self._last = kept[1], move, _shifted(kept[1], view_direction.chart.geometry.size, move)
         return last[2]
 
-    def _drift(self, gaze: Gaze) -> Floats:
+    def _drift(self, view_direction: ViewDirection) -> Floats:
         """(2,) px, right and down."""
-        return np.array(self.drift_px_s) * gaze.time
+        return np.array(self.drift_px_s) * view_direction.time
 
-    def _look_up(self, gaze: Gaze) -> list[Floats]:
-        right, down = self._drift(gaze).tolist()
-        columns, rows = self.tiles[0].places(gaze.chart, (right, down))
+    def _look_up(self, view_direction: ViewDirection) -> list[Floats]:
+        right, down = self._drift(view_direction).tolist()
+        columns, rows = self.tiles[0].places(view_direction.chart, (right, down))
         return [tile.at(columns, rows) for tile in self.tiles]
 
-    def _move(self, gaze: Gaze, key: Gaze) -> Move | None:
+    def _move(self, view_direction: ViewDirection, key: ViewDirection) -> Move | None:
         """By how much the key frame's picture has to be moved; None where that would not do."""
-        right, down = (self._drift(key) - self._drift(gaze)).tolist()
-        return _move_to(gaze.chart, key.chart, (right, down))
+        right, down = (self._drift(key) - self._drift(view_direction)).tolist()
+        return _move_to(view_direction.chart, key.chart, (right, down))
 
 
 @lru_cache(maxsize=32)

@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from irsim.backgrounds.base import Gaze, Place
+from irsim.backgrounds.base import Place, ViewDirection
 from irsim.backgrounds.chart import unwrapped
 from irsim.backgrounds.painting import Painting
 from irsim.types import Floats
@@ -76,30 +76,30 @@ class Sphere:
         return math.hypot(*place) < self.range_m
 
 
-def seen_from(gaze: Gaze, shell: Shell) -> Gaze:
+def seen_from(view_direction: ViewDirection, shell: Shell) -> ViewDirection:
     """The pointing from the first place that sees what this one sees of a shell; the same where nothing has moved."""
-    key = None if gaze.key is None else seen_from(gaze.key, shell)
-    if not any(gaze.place):
-        return gaze if key is gaze.key else replace(gaze, key=key)
-    chart = gaze.chart
+    key = None if view_direction.key is None else seen_from(view_direction.key, shell)
+    if not any(view_direction.place):
+        return view_direction if key is view_direction.key else replace(view_direction, key=key)
+    chart = view_direction.chart
     unit = chart.geometry.ifov_rad
     squeeze = np.cos(chart.geometry.elevation_rad)
     azimuth, elevation = chart.u * unit / squeeze, chart.elevation_rad(chart.v)
-    turn, first_elevation = shell.from_first(azimuth, elevation, gaze.place)
+    turn, first_elevation = shell.from_first(azimuth, elevation, view_direction.place)
     u = unwrapped(azimuth + turn) * squeeze / unit
     v = (chart.geometry.elevation_rad - first_elevation) / unit
-    return replace(gaze, chart=replace(chart, uv=np.stack([u, v])), key=key)
+    return replace(view_direction, chart=replace(chart, uv=np.stack([u, v])), key=key)
 
 
-def is_left_behind(gaze: Gaze, shell: Shell) -> bool:
+def is_left_behind(view_direction: ViewDirection, shell: Shell) -> bool:
     """Whether a camera has gone through a shell: from without it is not drawn."""
-    places = [gaze.place] if gaze.key is None else [gaze.place, gaze.key.place]
+    places = [view_direction.place] if view_direction.key is None else [view_direction.place, view_direction.key.place]
     return not all(map(shell.holds, places))
 
 
-def unhidden(gaze: Gaze) -> tuple[Floats, Floats]:
+def unhidden(view_direction: ViewDirection) -> tuple[Floats, Floats]:
     """Transmittance and emission, (rows, cols) float32, of what is not there."""
-    columns, rows = gaze.chart.geometry.size
+    columns, rows = view_direction.chart.geometry.size
     return np.ones((rows, columns), np.float32), np.zeros((rows, columns), np.float32)
 
 
@@ -115,8 +115,8 @@ class Standing:
     def range_m(self) -> float:
         return self.shell.range_m
 
-    def light(self, gaze: Gaze) -> tuple[Floats, Floats]:
-        if is_left_behind(gaze, self.shell):
-            return unhidden(gaze)
-        transmittance, emission = self.painting.seen(seen_from(gaze, self.shell))
+    def light(self, view_direction: ViewDirection) -> tuple[Floats, Floats]:
+        if is_left_behind(view_direction, self.shell):
+            return unhidden(view_direction)
+        transmittance, emission = self.painting.seen(seen_from(view_direction, self.shell))
         return transmittance, emission

@@ -12,13 +12,13 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from irsim.backgrounds.base import FARTHEST, Background, Gaze, Layer
+from irsim.backgrounds.base import FARTHEST, Background, Layer, ViewDirection
 from irsim.backgrounds.own_noise import own_noise
 from irsim.config.field_annotations import FileName
 from irsim.config.file_digests import Stamp, unchanged, with_digest
 from irsim.config.quantities import Index, ScaleKelvin
 from irsim.errors import InputError
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.physics.radiometry import limits
 from irsim.physics.scale import Scale
 from irsim.types import Band, CameraFacts, Curve, Floats, Image
@@ -115,16 +115,16 @@ class Recorded(Background):
         known = None if camera.band is None else self.known(camera.band)
         return replace(camera, range_k=self.range_k, curve=known)
 
-    def ambient(self, stage: Stage) -> float:
+    def ambient(self, context: SceneContext) -> float:
         """All around is as bright as its first frame in the mean."""
-        return _mean_light(self, stage.band)
+        return _mean_light(self, context.band)
 
     @property
     def files(self) -> tuple[Path, ...]:
         return (Path(self.file),)
 
-    def layers(self, stage: Stage) -> Sequence[Layer]:
-        return [Footage(self, stage)]
+    def layers(self, context: SceneContext) -> Sequence[Layer]:
+        return [Footage(self, context)]
 
 
 @lru_cache(maxsize=16)
@@ -140,10 +140,10 @@ class Footage:
     name = "recording"
     range_m = FARTHEST
 
-    def __init__(self, recorded: Recorded, stage: Stage) -> None:
+    def __init__(self, recorded: Recorded, context: SceneContext) -> None:
         self._recorded = recorded
-        self._rate_hz = stage.rate_hz
-        self._scale = recorded.scale(stage.band)
+        self._rate_hz = context.rate_hz
+        self._scale = recorded.scale(context.band)
         self._last: tuple[int, Image] | None = None
 
     @cached_property
@@ -159,8 +159,8 @@ class Footage:
             last = self._last = wanted, self._recording.frame(wanted).image
         return last[1]
 
-    def light(self, gaze: Gaze) -> tuple[None, Floats]:
-        return None, self._light(self.counts(round(gaze.time * self._rate_hz)))
+    def light(self, view_direction: ViewDirection) -> tuple[None, Floats]:
+        return None, self._light(self.counts(round(view_direction.time * self._rate_hz)))
 
     def _light(self, counts: Image) -> Floats:
         return self._scale.light(counts.astype(np.float32))

@@ -12,13 +12,13 @@ from pydantic import Field
 
 from irsim.backgrounds.above import above
 from irsim.backgrounds.air import Below
-from irsim.backgrounds.base import FARTHEST, ClearLayer, Gaze, LandLight, Layer
+from irsim.backgrounds.base import FARTHEST, ClearLayer, LandLight, Layer, ViewDirection
 from irsim.backgrounds.blur import softened
 from irsim.backgrounds.sky import Sky
 from irsim.backgrounds.waves import TILE, Octave, longest_wave, mixed, padded, sampled
 from irsim.config.base import Switches
 from irsim.config.quantities import Degrees, Fraction, Height, Kelvin, Number
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.geometry.random_fields import spectral
 from irsim.physics.atmosphere import Atmosphere
 from irsim.physics.radiometry import limits, radiance
@@ -124,20 +124,20 @@ class Sea(Sky):
     def altitude_m(self, given: float) -> float:
         return self.camera_height_m
 
-    def _below(self, sky: ClearLayer, stage: Stage) -> float:
-        return float(radiance(stage.band, self.water_k))
+    def _below(self, sky: ClearLayer, context: SceneContext) -> float:
+        return float(radiance(context.band, self.water_k))
 
     @property
     def bare(self) -> Sea:
         return self.model_copy(update={"clouds": ()})
 
-    def land(self, stage: Stage) -> LandLight:
-        water = SeaSurface(self, self.clear(stage), stage)
-        return lambda gaze: water.light(gaze)[1][water.sky_left(gaze) == 0]
+    def land(self, context: SceneContext) -> LandLight:
+        water = SeaSurface(self, self.clear(context), context)
+        return lambda view_direction: water.light(view_direction)[1][water.sky_left(view_direction) == 0]
 
-    def layers(self, stage: Stage) -> Sequence[Layer]:
-        _, *clouds = super().layers(stage)
-        water = SeaSurface(self, self.clear(stage), stage)
+    def layers(self, context: SceneContext) -> Sequence[Layer]:
+        _, *clouds = super().layers(context)
+        water = SeaSurface(self, self.clear(context), context)
         return [water, *above(clouds, water)]
 
 
@@ -147,48 +147,48 @@ class SeaSurface:
     name = "sea"
     range_m = FARTHEST
 
-    def __init__(self, sea: Sea, sky: ClearLayer, stage: Stage) -> None:
-        self._sea, self._sky, self._stage = sea, sky, stage
-        self._column = None if stage.air.is_clear else Below.to(stage, sea.camera_height_m)
+    def __init__(self, sea: Sea, sky: ClearLayer, context: SceneContext) -> None:
+        self._sea, self._sky, self._stage = sea, sky, context
+        self._column = None if context.air.is_clear else Below.to(context, sea.camera_height_m)
         octaves = range(BANDS if longest_wave(sea.wind_m_s) >= SHORTEST_M else 0)
-        self._waves = [Octave(sea.wind_m_s, sea.wind_deg, number, stage.seed) for number in octaves]
-        self._gusts = padded(spectral((TILE, TILE), 3.0, None, TILE / 8, 1.0, stage.seed, "gusts"))
+        self._waves = [Octave(sea.wind_m_s, sea.wind_deg, number, context.seed) for number in octaves]
+        self._gusts = padded(spectral((TILE, TILE), 3.0, None, TILE / 8, 1.0, context.seed, "gusts"))
         angles = np.linspace(0, np.pi / 2, STEPS)
-        self._reflected = reflectance(stage.band, angles).astype(np.float32)[:, None]
-        water = radiance(stage.band, sea.water_k)
+        self._reflected = reflectance(context.band, angles).astype(np.float32)[:, None]
+        water = radiance(context.band, sea.water_k)
         self._beyond_water = (sky.radiance(angles) - water).astype(np.float32)[:, None]
-        self._sunlight = 0.0 if sea.sun_deg is None else sunlight(stage.band, stage.air, sea.sun_deg[1])
+        self._sunlight = 0.0 if sea.sun_deg is None else sunlight(context.band, context.air, sea.sun_deg[1])
 
-    def sky_left(self, gaze: Gaze) -> Floats:
+    def sky_left(self, view_direction: ViewDirection) -> Floats:
         """(rows, cols): the share of each pixel above the horizon."""
-        chart = gaze.chart
+        chart = view_direction.chart
         edge = chart.spread(self._stage.geometry.elevation_rad / self._stage.geometry.ifov_rad - chart.v)
         soft = max(self._stage.psf_px, 0.3)
         return np.asarray(np.clip(edge / (2.5 * soft) + 0.5, 0, 1), dtype=np.float32)
 
-    def light(self, gaze: Gaze) -> tuple[None, Floats]:
-        above = self._sky.light(gaze)[1]
-        left = self.sky_left(gaze)
+    def light(self, view_direction: ViewDirection) -> tuple[None, Floats]:
+        above = self._sky.light(view_direction)[1]
+        left = self.sky_left(view_direction)
         rows = np.flatnonzero(left.min(axis=1) < 1)
         if not len(rows):
             return None, above
         seen = slice(rows[0], None)
         light = above.copy()
-        light[seen] = above[seen] * left[seen] + (1 - left[seen]) * self._water(gaze, seen)
+        light[seen] = above[seen] * left[seen] + (1 - left[seen]) * self._water(view_direction, seen)
         return None, light
 
-    def _water(self, gaze: Gaze, seen: slice) -> Floats:
+    def _water(self, view_direction: ViewDirection, seen: slice) -> Floats:
         """Radiance of the rows `seen`, drawn as if they were all water."""
-        sea, geometry, chart = self._sea, self._stage.geometry, gaze.chart
+        sea, geometry, chart = self._sea, self._stage.geometry, view_direction.chart
         unit = geometry.ifov_rad
         azimuth = (chart.spread(chart.u)[seen] * np.float32(unit / np.cos(geometry.elevation_rad))).astype(np.float32)
         down = np.maximum(chart.spread(chart.v)[seen] * np.float32(unit) - np.float32(geometry.elevation_rad), unit / 4)
-        x, y, z = gaze.place
+        x, y, z = view_direction.place
         distance = max(sea.camera_height_m - y, 0.1) / np.tan(down)
         right = (distance * np.sin(azimuth) + x).astype(np.float32)
         ahead = (distance * np.cos(azimuth) + z).astype(np.float32)
         footprint = distance * unit / np.sin(down)  # of a pixel, along the line of sight, m
-        across, along, drawn, variance = self._slopes(right, ahead, footprint, gaze.time)
+        across, along, drawn, variance = self._slopes(right, ahead, footprint, view_direction.time)
         rest = variance * (1 - drawn)
         # The slopes of drawn waves, as facets that are seen have them: what is left of all slopes' spread, and a lean
         # towards the camera, go to drawn waves and to finer ones by their share of the variance. So the mean is the

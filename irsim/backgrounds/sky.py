@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import Field
 
 from irsim.backgrounds.air import through_air_around
-from irsim.backgrounds.base import FARTHEST, Background, Gaze, Layer, Names, Shells
+from irsim.backgrounds.base import FARTHEST, Background, Layer, Names, Shells, ViewDirection
 from irsim.backgrounds.blur import inner, margin_px
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.cloud import Look, Relief, slope_to_sun
@@ -28,7 +28,7 @@ from irsim.backgrounds.tiles import Tiled
 from irsim.config.base import Name, Part, Several, Switches
 from irsim.config.field_annotations import Plausible
 from irsim.config.quantities import Degrees, Feature, Kelvin, KelvinSpread, NotNegative, Number, Range
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.geometry.random_fields import Betas, Histogram, shaped, spectral
 from irsim.physics.atmosphere import Atmosphere
 from irsim.physics.climate import ClimateName
@@ -74,8 +74,8 @@ class ClearSky:
         """(COLUMN, 1) float32 from zenith to nadir."""
         return self.radiance(np.linspace(np.pi / 2, -np.pi / 2, COLUMN)).astype(np.float32)[:, None]
 
-    def light(self, gaze: Gaze) -> tuple[None, Floats]:
-        return None, _seen(self, gaze.chart)
+    def light(self, view_direction: ViewDirection) -> tuple[None, Floats]:
+        return None, _seen(self, view_direction.chart)
 
     def over(self, chart: Chart) -> Floats:
         """(rows, cols) float32: what the pixels of a chart see."""
@@ -147,48 +147,50 @@ class Clouds(Part):
     sun_deg: Degrees = -45.0
     """Where the sun stands in the picture: clockwise from up, degrees."""
 
-    def layer(self, stage: Stage) -> Standing:
+    def layer(self, context: SceneContext) -> Standing:
         """The textures of transmittance and emission of a cloud that only drifts, ready to be sampled."""
-        geometry = stage.geometry
+        geometry = context.geometry
         shape = tile_shape(geometry.size)
         thickness, warmth = (
-            spectral(shape, self.beta, self.betas, self._correlation_px(stage), self.stretch, stage.seed, self.id, what)
+            spectral(
+                shape, self.beta, self.betas, self._correlation_px(context), self.stretch, context.seed, self.id, what
+            )
             for what in ("thickness", "warmth")
         )
-        painted = self.paint(thickness, warmth, stage)
-        tiles = tuple(Tile.of(field, geometry.size, stage.psf) for field in painted)
+        painted = self.paint(thickness, warmth, context)
+        tiles = tuple(Tile.of(field, geometry.size, context.psf) for field in painted)
         return Standing(self.id, Sphere(self.range_m), Painting(tiles, self._drift_px_s(geometry.ifov_rad)))
 
-    def paint(self, thickness: Floats, warmth: Floats, stage: Stage) -> tuple[Floats, Floats]:
+    def paint(self, thickness: Floats, warmth: Floats, context: SceneContext) -> tuple[Floats, Floats]:
         """Transmittance and emission, before optics, of two periodic fields, (rows, columns), mean 0, variance 1."""
-        (rows, columns), coarse = (slice(0, length) for length in thickness.shape), self._coarse(stage)
-        slope = self._slope(shaped(shrunk(thickness, coarse), self.histogram), stage) if self.sunlit_k else None
+        (rows, columns), coarse = (slice(0, length) for length in thickness.shape), self._coarse(context)
+        slope = self._slope(shaped(shrunk(thickness, coarse), self.histogram), context) if self.sunlit_k else None
         relief = None if slope is None else Relief.of(slope, coarse)
         lit = None if relief is None else relief.lit(rows, columns)
-        return self._look(stage).paint(shaped(thickness, self.histogram), warmth, lit)
+        return self._look(context).paint(shaped(thickness, self.histogram), warmth, lit)
 
-    def evolving(self, stage: Stage) -> Drifting:
+    def evolving(self, context: SceneContext) -> Drifting:
         """The same of a cloud that changes with `evolve_s`, which must not be 0."""
-        side = tile_side(stage.geometry.size)
-        margin = margin_px(stage.psf, side)
-        spectrum = self.beta, self.betas, self._correlation_px(stage), self.stretch
-        coarse = self._coarse(stage)
+        side = tile_side(context.geometry.size)
+        margin = margin_px(context.psf, side)
+        spectrum = self.beta, self.betas, self._correlation_px(context), self.stretch
+        coarse = self._coarse(context)
 
         def small(pair: Floats) -> Floats:
             return first_of(pair, coarse)
 
         def sloping(pair: Floats) -> Floats:
-            return self._slope(small(pair), stage)
+            return self._slope(small(pair), context)
 
         aside = None if not self.sunlit_k else small if self.histogram else sloping
-        fields = Evolving(side, *spectrum, stage.seed, self.id, aside, stage.shelf)
-        look = self._look(stage)
+        fields = Evolving(side, *spectrum, context.seed, self.id, aside, context.shelf)
+        look = self._look(context)
 
         def state_at(place: float) -> Tiled:
             mixture = fields.at(place)
             slope = mixture.aside
             if slope is not None and self.histogram:  # which no sum of other slopes has
-                slope = self._slope(shaped(slope, self.histogram), stage)
+                slope = self._slope(shaped(slope, self.histogram), context)
             relief = None if slope is None else Relief.of(slope, coarse)
 
             def paint(*tile: slice) -> tuple[Floats, Floats]:
@@ -196,11 +198,11 @@ class Clouds(Part):
                 lit = None if relief is None else relief.lit(rows, columns)
                 thickness, warmth = mixture.over(rows, columns)
                 passed, emitted = look.paint(shaped(thickness, self.histogram), warmth, lit)
-                return inner(passed, stage.psf, margin), inner(emitted, stage.psf, margin)
+                return inner(passed, context.psf, margin), inner(emitted, context.psf, margin)
 
-            return Tiled(side, look.brightest, paint, stage.shelf, (self.id, "tile", place))
+            return Tiled(side, look.brightest, paint, context.shelf, (self.id, "tile", place))
 
-        drift = self._drift_px_s(stage.geometry.ifov_rad)
+        drift = self._drift_px_s(context.geometry.ifov_rad)
         return Drifting(self.id, self.range_m, state_at, self.evolve_s, drift)
 
     def _drift_px_s(self, ifov_rad: float) -> tuple[float, float]:
@@ -208,12 +210,12 @@ class Clouds(Part):
         px_per_mrad = 1e-3 / ifov_rad
         return right * px_per_mrad, down * px_per_mrad
 
-    def _correlation_px(self, stage: Stage) -> float:
-        return self.correlation_mrad * 1e-3 / stage.geometry.ifov_rad
+    def _correlation_px(self, context: SceneContext) -> float:
+        return self.correlation_mrad * 1e-3 / context.geometry.ifov_rad
 
-    def _look(self, stage: Stage) -> Look:
+    def _look(self, context: SceneContext) -> Look:
         kelvin = self.temperature_k, self.texture_k, self.sunlit_k
-        return Look.of(self._edge, self.depth, kelvin, stage.band)
+        return Look.of(self._edge, self.depth, kelvin, context.band)
 
     @property
     def _edge(self) -> float:
@@ -222,17 +224,17 @@ class Clouds(Part):
             return float(shaped(np.array([NormalDist().inv_cdf(1 - self.coverage)]), self.histogram)[0])
         return NormalDist().inv_cdf(1 - self.coverage)
 
-    def _slope(self, small: Floats, stage: Stage) -> Floats:
+    def _slope(self, small: Floats, context: SceneContext) -> Floats:
         """Towards the sun, of a thickness that was made smaller by `_coarse`."""
-        return slope_to_sun(small, self._smoothed_px(stage) / self._coarse(stage), self.sun_deg)
+        return slope_to_sun(small, self._smoothed_px(context) / self._coarse(context), self.sun_deg)
 
-    def _smoothed_px(self, stage: Stage) -> float:
+    def _smoothed_px(self, context: SceneContext) -> float:
         """What is smaller is not lit by itself."""
-        return max(self._correlation_px(stage) / 40, 1.0)
+        return max(self._correlation_px(context) / 40, 1.0)
 
-    def _coarse(self, stage: Stage) -> int:
+    def _coarse(self, context: SceneContext) -> int:
         """How many times smaller the cloud's relief may be worked out."""
-        return coarseness(self._smoothed_px(stage), min(tile_shape(stage.geometry.size)))
+        return coarseness(self._smoothed_px(context), min(tile_shape(context.geometry.size)))
 
 
 class Sky(Background):
@@ -254,15 +256,15 @@ class Sky(Background):
     def sky_preset(self) -> str | None:
         return self.preset
 
-    def clear(self, stage: Stage) -> ClearSky:
+    def clear(self, context: SceneContext) -> ClearSky:
         """What is behind all clouds."""
-        air = None if self.preset is None else stage.air.model_copy(update={"preset": self.preset})
-        return ClearSky(stage.band, self.horizon_k, self.zenith_k, air=air)
+        air = None if self.preset is None else context.air.model_copy(update={"preset": self.preset})
+        return ClearSky(context.band, self.horizon_k, self.zenith_k, air=air)
 
-    def layers(self, stage: Stage) -> Sequence[Layer]:
+    def layers(self, context: SceneContext) -> Sequence[Layer]:
         clouds = sorted(self.clouds, key=lambda layer: -layer.range_m)
-        painted = [cloud.evolving(stage) if cloud.evolve_s else cloud.layer(stage) for cloud in clouds]
-        return [self.clear(stage), *through_air_around(painted, stage)]
+        painted = [cloud.evolving(context) if cloud.evolve_s else cloud.layer(context) for cloud in clouds]
+        return [self.clear(context), *through_air_around(painted, context)]
 
     def names(self) -> Names:
         for index, layer in enumerate(self.clouds):

@@ -16,7 +16,7 @@ from irsim.backgrounds.texture import TILE
 from irsim.config.base import Name, Part, Switches
 from irsim.config.field_annotations import Plausible
 from irsim.config.quantities import Fraction, Kelvin, KelvinSpread, Metres, NotNegative, Range
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.geometry.random_fields import profile, spectral
 from irsim.geometry.vegetation import LARGEST, Crown, Foliage, broadleaf, bush, conifer
 from irsim.physics.radiometry import radiance
@@ -89,7 +89,7 @@ class Canvas:
         self.cover[rows, columns][hides[here]] = 1
         self.kelvin[rows, columns][hides[here]] = kelvin[here][hides[here]]
 
-    def layer(self, name: str, range_m: float, texture_k: Floats | float, stage: Stage) -> Standing:
+    def layer(self, name: str, range_m: float, texture_k: Floats | float, context: SceneContext) -> Standing:
         """The layer that was drawn, its temperatures varied by texture_k (rows, cols) of the sheet."""
         size = self.sheet.shape[::-1]
         cover: Floats = np.asarray(
@@ -97,8 +97,8 @@ class Canvas:
         )
         mean = cv2.resize(self.kelvin * self.cover, size, interpolation=cv2.INTER_AREA) / np.maximum(cover, 1e-6)
         kelvin = np.maximum(mean + texture_k, 1.0)
-        emission = stage.through(cover * radiance(stage.band, kelvin), cover, range_m, 0.0)
-        pictures = tuple(Panorama.on(self.sheet, np.asarray(part), stage.psf) for part in (1 - cover, emission))
+        emission = context.through(cover * radiance(context.band, kelvin), cover, range_m, 0.0)
+        pictures = tuple(Panorama.on(self.sheet, np.asarray(part), context.psf) for part in (1 - cover, emission))
         return Standing(name, Cylinder(range_m), Painting(pictures))
 
 
@@ -124,13 +124,13 @@ class Structure(Part):
         """Row of the map where it meets the ground, seen from `height_m` above it."""
         return float(sheet.horizon + np.arctan(height_m / self.range_m) / ifov_rad)
 
-    def feet(self, sheet: Sheet, base: float, stage: Stage, what: str) -> Feet:
+    def feet(self, sheet: Sheet, base: float, context: SceneContext, what: str) -> Feet:
         """Where things that are called so stand on ground that would else be at row `base`."""
         if self.relief_m == 0:
             return lambda columns: np.full(len(columns), base)
-        px_per_m = 1 / (self.range_m * stage.geometry.ifov_rad)
-        waves = profile(len(sheet.columns), RELIEF_BETA, RELIEF_M * px_per_m, stage.seed, self.id, "relief")
-        draw = stream(stage.seed, self.id, what, "feet")
+        px_per_m = 1 / (self.range_m * context.geometry.ifov_rad)
+        waves = profile(len(sheet.columns), RELIEF_BETA, RELIEF_M * px_per_m, context.seed, self.id, "relief")
+        draw = stream(context.seed, self.id, what, "feet")
 
         def rows(columns: Floats) -> Floats:
             off = np.interp(columns, sheet.columns, waves) + STAGGERED * draw.standard_normal(len(columns))
@@ -167,31 +167,31 @@ class Trees(Structure):
     beta: Annotated[float, Field(ge=0, le=6)] = 2.2
     """Slope of the spectrum within the crowns (real bare trees: 2.2)."""
 
-    def paint(self, sheet: Sheet, height_m: float, temperature_k: float, stage: Stage) -> Standing:
+    def paint(self, sheet: Sheet, height_m: float, temperature_k: float, context: SceneContext) -> Standing:
         """The row of trees, seen from `height_m` above the ground."""
-        ifov, draw = stage.geometry.ifov_rad, stream(stage.seed, self.id)
+        ifov, draw = context.geometry.ifov_rad, stream(context.seed, self.id)
         px_per_m = 1 / (self.range_m * ifov)
         base, tall = self.base(sheet, height_m, ifov), self.height_m * px_per_m
         rises = MOST_RELIEF * self.relief_m * px_per_m
         sheet = sheet.between(base - 1.9 * tall - rises, base + rises)
         canvas = Canvas(sheet)
-        foliage = Foliage(tall * FINE, self.leaves, stage.seed, self.id)
+        foliage = Foliage(tall * FINE, self.leaves, context.seed, self.id)
         room = self.spacing_m * px_per_m
-        for foot in self._standing(sheet, base, _along(sheet, max(room, NEAREST_PX), draw), stage, "trees"):
+        for foot in self._standing(sheet, base, _along(sheet, max(room, NEAREST_PX), draw), context, "trees"):
             self._tree(canvas, foliage, foot, tall, room, temperature_k, draw)
         if self.undergrowth:
-            bushes, high = stream(stage.seed, self.id, "bushes"), self.undergrowth * tall
+            bushes, high = stream(context.seed, self.id, "bushes"), self.undergrowth * tall
             places = _along(sheet, max(0.5 * high, 2.0), bushes)
-            for foot in self._standing(sheet, base, places, stage, "bushes"):
+            for foot in self._standing(sheet, base, places, context, "bushes"):
                 self._bush(canvas, foliage, foot, high, temperature_k, bushes)
-        texture = grain(sheet, self.beta, max(tall / 2, 2.0), stage.seed, self.id, "grain")
-        return canvas.layer(self.id, self.range_m, 0.8 * self.spread_k * np.sqrt(0.5) * texture, stage)
+        texture = grain(sheet, self.beta, max(tall / 2, 2.0), context.seed, self.id, "grain")
+        return canvas.layer(self.id, self.range_m, 0.8 * self.spread_k * np.sqrt(0.5) * texture, context)
 
     def _standing(
-        self, sheet: Sheet, base: float, columns: Floats, stage: Stage, what: str
+        self, sheet: Sheet, base: float, columns: Floats, context: SceneContext, what: str
     ) -> list[tuple[float, float]]:
         """Places (x, y) of the map where they stand, the highest, which are the farthest, first; else as they come."""
-        feet = self.feet(sheet, base, stage, what)(columns)
+        feet = self.feet(sheet, base, context, what)(columns)
         order = np.argsort(feet, kind="stable")
         return list(zip(columns[order].tolist(), feet[order].tolist(), strict=True))
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from irsim.backgrounds.base import Changed, Gaze, opaque, veiled
+from irsim.backgrounds.base import Changed, ViewDirection, opaque, veiled
 from irsim.types import Floats, Slices
 
 
@@ -15,14 +15,16 @@ from irsim.types import Floats, Slices
 class Swept(Changed):
     """A layer's mean over several gazes of a frame, evenly spread."""
 
-    gazes: tuple[Gaze, ...]
+    gazes: tuple[ViewDirection, ...]
 
-    def light(self, gaze: Gaze) -> tuple[Floats | None, Floats]:
+    def light(self, view_direction: ViewDirection) -> tuple[Floats | None, Floats]:
         passed, emission, _ = self.parts([])
         return passed, emission
 
-    def veil(self, under: Floats, light: Floats, gaze: Gaze, behind: Sequence[Slices]) -> list[Floats]:
-        """See `Veil`; the transmittance of patches at each gaze, (n, rows, columns)."""
+    def veil(
+        self, under: Floats, light: Floats, view_direction: ViewDirection, behind: Sequence[Slices]
+    ) -> list[Floats]:
+        """See `SemiTransparentLayer`; the transmittance of patches at each gaze, (n, rows, columns)."""
         passed, emission, patches = self.parts(behind)
         if passed is None:
             raise opaque(self.name)

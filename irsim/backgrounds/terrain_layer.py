@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from irsim.backgrounds.base import FARTHEST, Gaze, Layer
+from irsim.backgrounds.base import FARTHEST, Layer, ViewDirection
 from irsim.backgrounds.painting import Painting
 from irsim.backgrounds.panorama import Panorama
 from irsim.types import Floats
@@ -22,17 +22,17 @@ class Laid:
     camera_height_m: float
     range_m: float = FARTHEST
 
-    def light(self, gaze: Gaze) -> tuple[Floats, Floats]:
-        if not any(gaze.place):
-            transmittance, emission = self.painting.seen(gaze)
+    def light(self, view_direction: ViewDirection) -> tuple[Floats, Floats]:
+        if not any(view_direction.place):
+            transmittance, emission = self.painting.seen(view_direction)
             return transmittance, emission
-        columns, rows = self._places(gaze)
+        columns, rows = self._places(view_direction)
         transmittance, emission = (tile.at(columns, rows) for tile in self.painting.tiles)
         return transmittance, emission
 
-    def _places(self, gaze: Gaze) -> tuple[Floats, Floats]:
+    def _places(self, view_direction: ViewDirection) -> tuple[Floats, Floats]:
         """Where the panorama, painted from the first place, shows the points of the plane that each pixel sees."""
-        chart, (x, y, z) = gaze.chart, gaze.place
+        chart, (x, y, z) = view_direction.chart, view_direction.place
         geometry, height = chart.geometry, self.camera_height_m
         unit, squeeze = geometry.ifov_rad, np.cos(geometry.elevation_rad)
         azimuth = chart.spread(chart.u) * unit / squeeze
@@ -57,16 +57,16 @@ class Country:
 
     def __init__(self, sky: Layer, ground: Laid) -> None:
         self._sky, self._ground = sky, ground
-        self._last: tuple[Gaze, Floats] | None = None
+        self._last: tuple[ViewDirection, Floats] | None = None
 
-    def light(self, gaze: Gaze) -> tuple[None, Floats]:
-        transmittance, emission = self._ground.light(gaze)
-        self._last = gaze, transmittance
-        return None, cv2.multiply(self._sky.light(gaze)[1], transmittance) + emission
+    def light(self, view_direction: ViewDirection) -> tuple[None, Floats]:
+        transmittance, emission = self._ground.light(view_direction)
+        self._last = view_direction, transmittance
+        return None, cv2.multiply(self._sky.light(view_direction)[1], transmittance) + emission
 
-    def sky_left(self, gaze: Gaze) -> Floats:
+    def sky_left(self, view_direction: ViewDirection) -> Floats:
         """(rows, cols): the share of each pixel that the ground leaves to the sky."""
         last = self._last  # once: another thread may put its own there
-        if last is None or last[0] is not gaze:
-            last = self._last = gaze, self._ground.light(gaze)[0]
+        if last is None or last[0] is not view_direction:
+            last = self._last = view_direction, self._ground.light(view_direction)[0]
         return last[1]

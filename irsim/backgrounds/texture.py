@@ -9,7 +9,7 @@ import numpy as np
 
 from irsim.backgrounds.blur import blurred
 from irsim.backgrounds.chart import Chart
-from irsim.physics.optics import PointSpread
+from irsim.physics.optics import PSF
 from irsim.types import Floats
 
 TILE = 1024
@@ -35,7 +35,7 @@ class Tile:
     """Where the map's (0, 0) lies between texels: so that a camera at rest sees texels, unblurred by interpolation."""
 
     @classmethod
-    def of(cls, texture: Floats, frame: tuple[int, int], psf: PointSpread) -> Tile:
+    def of(cls, texture: Floats, frame: tuple[int, int], psf: PSF) -> Tile:
         """A texture (rows, columns), as the lens shows it, for frames of (columns, rows)."""
         columns, rows = frame
         (high, wide), most = texture.shape, repeated_px(frame)

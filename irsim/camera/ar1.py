@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.camera.int16_image import Words
-from irsim.camera.noise_base import Moment, Noise, Ratio, read_only
+from irsim.camera.noise_base import FrameContext, Noise, Ratio, read_only
 from irsim.camera.process import Process, numbers
 from irsim.camera.response import Lines
 from irsim.camera.terms import Over, over
@@ -50,27 +50,31 @@ class Ar1(Noise):
             return 1 / (rate_hz * self.time_constant_s)
         return -math.log(self.rho) if self.rho else math.inf
 
-    def grain(self, moment: Moment) -> float:
-        return self.ratio * self._memory(moment).new(moment.index) if self.over == "pixel" else 0.0
+    def grain(self, frame_context: FrameContext) -> float:
+        return self.ratio * self._memory(frame_context).new(frame_context.index) if self.over == "pixel" else 0.0
 
-    def lines(self, moment: Moment) -> Lines | None:
+    def lines(self, frame_context: FrameContext) -> Lines | None:
         if self.over == "pixel" or not self.ratio:
             return None
-        rows, columns = moment.shape
-        level = numbers(self._memory(moment).frame(moment.index)) * np.float32(self.ratio)
+        rows, columns = frame_context.shape
+        level = numbers(self._memory(frame_context).frame(frame_context.index)) * np.float32(self.ratio)
         if self.over == "column":
             return read_only(np.zeros(rows, np.float32)), read_only(level.reshape(columns))
         return np.broadcast_to(level[:, 0], rows), read_only(np.zeros(columns, np.float32))
 
-    def lasting(self, moment: Moment) -> Sequence[Words]:
+    def lasting(self, frame_context: FrameContext) -> Sequence[Words]:
         if self.over != "pixel" or not self.ratio:
             return ()
-        return [Words(state, unit * self.ratio) for state, unit in self._memory(moment).known(moment.index)]
+        return [
+            Words(state, unit * self.ratio) for state, unit in self._memory(frame_context).known(frame_context.index)
+        ]
 
-    def _memory(self, moment: Moment) -> Process:
-        return _process(self.decay(moment.rate_hz), over(moment.shape, self.over), moment.seed, self.name)
+    def _memory(self, frame_context: FrameContext) -> Process:
+        return _process(
+            self.decay(frame_context.rate_hz), over(frame_context.shape, self.over), frame_context.seed, self.name
+        )
 
-    def share(self, moment: Moment, fixed: bool) -> Variance:
+    def share(self, frame_context: FrameContext, fixed: bool) -> Variance:
         whole = self.ratio**2
         return Variance(shared=whole) if self.over == "frame" else Variance(own=whole)
 

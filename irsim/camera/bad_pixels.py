@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field
 
-from irsim.camera.noise_base import Moment, Noise, Ratio, read_only
+from irsim.camera.noise_base import FrameContext, Noise, Ratio, read_only
 from irsim.camera.response import Response
 from irsim.camera.telegraph import Address, Telegraph
 from irsim.camera.variance import Variance
@@ -55,47 +55,49 @@ class BadPixels(Noise):
     off_s: Positive = 2.0
     """Mean time that a blinking pixel stays at its own level, s."""
 
-    def add(self, signal: Floats, response: Response, moment: Moment) -> None:
-        blinking, jumps = self._blinking(response, moment)
+    def add(self, signal: Floats, response: Response, frame_context: FrameContext) -> None:
+        blinking, jumps = self._blinking(response, frame_context)
         if blinking.size:
-            signal.reshape(-1)[blinking] += jumps * self._telegraph(moment, blinking.size).frame(moment.index)
+            signal.reshape(-1)[blinking] += jumps * self._telegraph(frame_context, blinking.size).frame(
+                frame_context.index
+            )
 
-    def steady(self, moment: Moment) -> Floats | None:
+    def steady(self, frame_context: FrameContext) -> Floats | None:
         if not self.hot:
             return None
-        return _raised(moment.shape, self.hot, self.cluster, moment.seed, self.name, self.hot_ratio)
+        return _raised(frame_context.shape, self.hot, self.cluster, frame_context.seed, self.name, self.hot_ratio)
 
-    def replace(self, counts: Counts, response: Response, moment: Moment) -> None:
-        counts.reshape(-1)[self._places("dead", self.dead, moment)] = round(self.dead_level * response.full)
+    def replace(self, counts: Counts, response: Response, frame_context: FrameContext) -> None:
+        counts.reshape(-1)[self._places("dead", self.dead, frame_context)] = round(self.dead_level * response.full)
 
-    def share(self, moment: Moment, fixed: bool) -> Variance:
+    def share(self, frame_context: FrameContext, fixed: bool) -> Variance:
         return Variance()  # the others have nothing of it
 
-    def variance(self, signal: Floats, response: Response, moment: Moment, fixed: bool) -> Floats | float:
+    def variance(self, signal: Floats, response: Response, frame_context: FrameContext, fixed: bool) -> Floats | float:
         """Of the pixels where they are: infinite for dead ones; for blinking ones height^2 in their share p of time on,
         p (1 - p) height^2 about their own mean; for hot ones height^2, nothing about their own mean."""
         variance = np.zeros(signal.size)
         on = self.on_s / (self.on_s + self.off_s)
-        blinking, jumps = self._blinking(response, moment)
+        blinking, jumps = self._blinking(response, frame_context)
         variance[blinking] = (on if fixed else on * (1 - on)) * jumps.astype(np.float64) ** 2
-        raised = self.steady(moment) if fixed else None
+        raised = self.steady(frame_context) if fixed else None
         if raised is not None:
             variance += (raised.ravel().astype(np.float64) * response.noise) ** 2
-        variance[self._places("dead", self.dead, moment)] = math.inf
+        variance[self._places("dead", self.dead, frame_context)] = math.inf
         return variance.reshape(signal.shape)
 
-    def _places(self, what: str, share: float, moment: Moment) -> Places:
-        return places(moment.shape, share, self.cluster, moment.seed, self.name, what)
+    def _places(self, what: str, share: float, frame_context: FrameContext) -> Places:
+        return places(frame_context.shape, share, self.cluster, frame_context.seed, self.name, what)
 
-    def _blinking(self, response: Response, moment: Moment) -> tuple[Places, Floats]:
+    def _blinking(self, response: Response, frame_context: FrameContext) -> tuple[Places, Floats]:
         """Where they are, and their jumps in units of the signal."""
-        blinking = self._places("blinking", self.blinking, moment)
+        blinking = self._places("blinking", self.blinking, frame_context)
         mean = self.blink_ratio * response.noise
-        return blinking, _jumps(moment.seed, self.name, "jumps", blinking.size, mean)
+        return blinking, _jumps(frame_context.seed, self.name, "jumps", blinking.size, mean)
 
-    def _telegraph(self, moment: Moment, count: int) -> Telegraph:
-        address = moment.seed, "noise", self.name, "telegraph"
-        return _telegraph(self.on_s * moment.rate_hz, self.off_s * moment.rate_hz, count, address)
+    def _telegraph(self, frame_context: FrameContext, count: int) -> Telegraph:
+        address = frame_context.seed, "noise", self.name, "telegraph"
+        return _telegraph(self.on_s * frame_context.rate_hz, self.off_s * frame_context.rate_hz, count, address)
 
 
 @lru_cache(maxsize=16)

@@ -27,7 +27,7 @@ from irsim.camera.displays import AGCS, Agc, Linear, Plain
 from irsim.camera.frame_loss import FAULTS, Fault, arrivals
 from irsim.camera.motion_blur import SHARP, Smear
 from irsim.camera.presets import PRESETS, Preset
-from irsim.camera.vignetting import Falloff, Shade
+from irsim.camera.vignetting import Falloff, VignettingMap
 from irsim.config.base import Part, Several, Switches
 from irsim.config.field_annotations import Items, Plausible
 from irsim.config.quantities import ScaleKelvin
@@ -217,7 +217,7 @@ class Camera(Part):
 
         zooms  (n,) how many times longer than at first the focal length is in each frame; where not given, as long
         """
-        falloff = Shade(self.falloff, self.geometry, zooms) if self.falloff and is_on("falloff") else None
+        falloff = VignettingMap(self.falloff, self.geometry, zooms) if self.falloff and is_on("falloff") else None
         return Sensor(
             response=self.response(),
             noises=tuple(noise for noise in self.noise if is_on(noise.name)),

@@ -8,7 +8,7 @@ from irsim.camera.drift import Drift
 from irsim.camera.fixed_pattern import FixedPattern
 from irsim.camera.matched_detector import electrons_like
 from irsim.camera.noise_3d import Noise3d
-from irsim.camera.noise_base import Additive, Moment, Noise, Steady
+from irsim.camera.noise_base import Additive, FrameContext, Noise, Steady
 from irsim.camera.odd_even import OddEven
 from irsim.camera.response import DETECTORS, NETD_K, Detector, Electrons, Response, Setting, Stated
 from irsim.camera.response_time import Lag
@@ -47,8 +47,8 @@ __all__ = [
     "Drift",
     "Electrons",
     "FixedPattern",
+    "FrameContext",
     "Lag",
-    "Moment",
     "Noise",
     "Noise3d",
     "OddEven",

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from irsim.camera.drift_process import Departure
-from irsim.camera.noise_base import Moment, Noise, Ratio, read_only
+from irsim.camera.noise_base import FrameContext, Noise, Ratio, read_only
 from irsim.camera.process import numbers
 from irsim.camera.terms import Term, over
 from irsim.camera.variance import Variance
@@ -53,35 +53,35 @@ class Drift(Noise):
     age_s: NotNegative = 0.0
     """Time from the last correction to frame 0, s."""
 
-    def gains(self, moment: Moment) -> Floats | None:
-        return self._now(moment, (("gain", "pixel", self.gain),)) if self.gain else None
+    def gains(self, frame_context: FrameContext) -> Floats | None:
+        return self._now(frame_context, (("gain", "pixel", self.gain),)) if self.gain else None
 
-    def steady(self, moment: Moment) -> Floats | None:
+    def steady(self, frame_context: FrameContext) -> Floats | None:
         terms: tuple[Term, ...] = (
             ("pixel", "pixel", self.pixel),
             ("column", "column", self.column),
             ("row", "row", self.row),
         )
         terms = tuple(term for term in terms if term[2])
-        return self._now(moment, terms) if terms else None
+        return self._now(frame_context, terms) if terms else None
 
-    def share(self, moment: Moment, fixed: bool) -> Variance:
+    def share(self, frame_context: FrameContext, fixed: bool) -> Variance:
         if not fixed:
             return Variance()
-        decay, since, now = self._course(moment)
+        decay, since, now = self._course(frame_context)
         grown = -math.expm1(-2 * decay * (now - since))
         return Variance(own=grown * (self.pixel**2 + self.column**2 + self.row**2), gain=grown * self.gain**2)
 
-    def _course(self, moment: Moment) -> tuple[float, int, int]:
+    def _course(self, frame_context: FrameContext) -> tuple[float, int, int]:
         """Decay a step, and the steps of the last correction (below 0 where that was before frame 0) and this frame."""
-        since = moment.corrected if moment.corrections else -round(self.age_s * moment.rate_hz)
-        decay = 1 / (moment.rate_hz * self.time_constant_s)
+        since = frame_context.corrected if frame_context.corrections else -round(self.age_s * frame_context.rate_hz)
+        decay = 1 / (frame_context.rate_hz * self.time_constant_s)
         step = _step(decay, math.hypot(self.pixel, self.column, self.row, self.gain * BRIGHT))
-        return decay * step, since // step, moment.index // step
+        return decay * step, since // step, frame_context.index // step
 
-    def _now(self, moment: Moment, terms: tuple[Term, ...]) -> Floats:
+    def _now(self, frame_context: FrameContext, terms: tuple[Term, ...]) -> Floats:
         """The sum of the terms' D at this frame, broadcastable to (rows, cols)."""
-        return _deviation(moment.shape, moment.seed, self.name, terms, *self._course(moment))
+        return _deviation(frame_context.shape, frame_context.seed, self.name, terms, *self._course(frame_context))
 
 
 def _step(decay: float, sigma: float) -> int:

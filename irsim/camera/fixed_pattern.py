@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from irsim.camera.noise_base import Moment, Ratio, Steady
+from irsim.camera.noise_base import FrameContext, Ratio, Steady
 from irsim.camera.terms import Term, staying
 from irsim.config.base import Switches
 from irsim.types import Floats
@@ -29,14 +29,14 @@ class FixedPattern(Steady):
     redrawn: bool = False
     """Whether each correction of the camera leaves another pattern; else all leave the same."""
 
-    def pattern(self, moment: Moment) -> Floats:
-        number = moment.corrections if self.redrawn else 0
+    def pattern(self, frame_context: FrameContext) -> Floats:
+        number = frame_context.corrections if self.redrawn else 0
         terms: tuple[Term, ...] = (
             ("pixel", "pixel", self.pixel),
             ("column", "column", self.column),
             ("row", "row", self.row),
         )
-        return staying(moment.shape, moment.seed, self.name, terms, number)
+        return staying(frame_context.shape, frame_context.seed, self.name, terms, number)
 
-    def spread(self, moment: Moment, fixed: bool) -> float:
+    def spread(self, frame_context: FrameContext, fixed: bool) -> float:
         return (self.pixel**2 + self.column**2 + self.row**2) if fixed else 0.0

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from irsim.camera.int16_image import Words, parts, words
-from irsim.camera.noise_base import Moment
+from irsim.camera.noise_base import FrameContext
 from irsim.types import Floats
 
 FINE = 0.01
@@ -29,14 +29,14 @@ class Sum:
     def __init__(self) -> None:
         self._kept: _Kept | None = None
 
-    def of(self, patterns: Sequence[Floats], moment: Moment) -> Sequence[Words]:
+    def of(self, patterns: Sequence[Floats], frame_context: FrameContext) -> Sequence[Words]:
         """Pictures (rows, cols) whose sum it is, one or two; none where there are no patterns."""
         if not patterns:
             return ()
         kept = self._kept  # once: another thread may put its own there
         *first, last = patterns
-        if kept is None or kept.before.shape != moment.shape or not _same(kept.patterns[:-1], first):
-            before = np.zeros(moment.shape, np.float32)
+        if kept is None or kept.before.shape != frame_context.shape or not _same(kept.patterns[:-1], first):
+            before = np.zeros(frame_context.shape, np.float32)
             for pattern in first:
                 before += pattern
         elif kept.patterns[-1] is last:

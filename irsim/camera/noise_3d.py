@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from irsim.camera.noise_base import AT_ONCE, Moment, Noise, Ratio, read_only
+from irsim.camera.noise_base import AT_ONCE, FrameContext, Noise, Ratio, read_only
 from irsim.camera.response import Lines
 from irsim.camera.terms import Term, staying
 from irsim.camera.variance import Variance
@@ -42,23 +42,23 @@ class Noise3d(Noise):
     tvh: Ratio = 1.0
     """Sigma from pixel to pixel, anew in each frame."""
 
-    def grain(self, moment: Moment) -> float:
+    def grain(self, frame_context: FrameContext) -> float:
         return self.tvh
 
-    def lines(self, moment: Moment) -> Lines | None:
+    def lines(self, frame_context: FrameContext) -> Lines | None:
         if not (self.t or self.tv or self.th):
             return None
-        block, at = divmod(moment.index, AT_ONCE)
-        down, across = _lines(moment.shape, moment.seed, self.name, (self.t, self.tv, self.th), block)
+        block, at = divmod(frame_context.index, AT_ONCE)
+        down, across = _lines(frame_context.shape, frame_context.seed, self.name, (self.t, self.tv, self.th), block)
         return down[at], across[at]
 
-    def steady(self, moment: Moment) -> Floats | None:
+    def steady(self, frame_context: FrameContext) -> Floats | None:
         if not (self.v or self.h or self.vh):
             return None
         terms: tuple[Term, ...] = (("v", "row", self.v), ("h", "column", self.h), ("vh", "pixel", self.vh))
-        return staying(moment.shape, moment.seed, self.name, terms)
+        return staying(frame_context.shape, frame_context.seed, self.name, terms)
 
-    def share(self, moment: Moment, fixed: bool) -> Variance:
+    def share(self, frame_context: FrameContext, fixed: bool) -> Variance:
         changing = self.tv**2 + self.th**2 + self.tvh**2
         return Variance(own=changing + (self.v**2 + self.h**2 + self.vh**2 if fixed else 0.0), shared=self.t**2)
 

@@ -25,7 +25,7 @@ AT_ONCE = 32
 
 
 @dataclass(frozen=True)
-class Moment:
+class FrameContext:
     """A frame as noise sees it.
 
     index of the frame; shape (rows, cols); rate_hz; seed of the scene; corrected, the frame of the last
@@ -52,57 +52,57 @@ class Noise(NamedKind):
     """Whether its `share` is known to be the same in all frames: it is asked once then; and what is `steady` of it is
     summed up before what others have, which may change. A subclass with another share says this anew."""
 
-    def gains(self, moment: Moment) -> Floats | None:
+    def gains(self, frame_context: FrameContext) -> Floats | None:
         """By what share each pixel answers more to light, before it saturates: (rows, cols) float32, read only; None
         where all answer alike."""
         return None
 
-    def grain(self, moment: Moment) -> float:
+    def grain(self, frame_context: FrameContext) -> float:
         """Sigma of what is new in each pixel of this frame, whatever the light, in units of NETD.
 
         What all noises have of it is one draw a pixel, as the sum of independent normal numbers is normal; the number
         drawn is the same whichever noises there are (`irsim.camera.temporal_sigma`)."""
         return 0.0
 
-    def count(self, signal: Floats, response: Response, moment: Moment, sigma: float) -> None:
+    def count(self, signal: Floats, response: Response, frame_context: FrameContext, sigma: float) -> None:
         """Put numbers of electrons in place of each pixel's mean, with the grain of that sigma, in units of signal. One
         noise of a detector at most does so."""
 
-    def add(self, signal: Floats, response: Response, moment: Moment) -> None:
+    def add(self, signal: Floats, response: Response, frame_context: FrameContext) -> None:
         """Add to what was read: after pixels saturate, and grain is drawn."""
 
-    def lines(self, moment: Moment) -> Lines | None:
+    def lines(self, frame_context: FrameContext) -> Lines | None:
         """What is added as well along whole rows, (rows,), and columns, (cols,), in units of NETD, float32, read only;
         None where nothing is."""
         return None
 
-    def lasting(self, moment: Moment) -> Sequence[Words]:
+    def lasting(self, frame_context: FrameContext) -> Sequence[Words]:
         """What is added as well, and is kept for later frames, in units of NETD."""
         return ()
 
-    def steady(self, moment: Moment) -> Floats | None:
+    def steady(self, frame_context: FrameContext) -> Floats | None:
         """What is added as well, and stays for many frames: broadcastable to (rows, cols), float32, in units of
         NETD, None where it is nothing. Read only, and the same array as long as it is the same: what all noises
         have of it is summed up once."""
         return None
 
-    def replace(self, counts: Counts, response: Response, moment: Moment) -> None:
+    def replace(self, counts: Counts, response: Response, frame_context: FrameContext) -> None:
         """Put others in place of the counts: last."""
 
     @abstractmethod
-    def share(self, moment: Moment, fixed: bool) -> Variance:
+    def share(self, frame_context: FrameContext, fixed: bool) -> Variance:
         """What it adds to the variance of a pixel that does what the others do.
 
         Without `fixed`, of what changes from frame to frame only.
         """
 
-    def variance(self, signal: Floats, response: Response, moment: Moment, fixed: bool) -> Floats | float:
+    def variance(self, signal: Floats, response: Response, frame_context: FrameContext, fixed: bool) -> Floats | float:
         """Variance that this term gives each pixel about the noiseless `signal`, in squared units of it.
 
         Over all draws of the scene's seed; see `share` for `fixed`. Broadcastable to the signal; infinite where a
         pixel says nothing of the light.
         """
-        return self.share(moment, fixed).whole(signal.astype(np.float64), response)
+        return self.share(frame_context, fixed).whole(signal.astype(np.float64), response)
 
     @property
     def needs_electrons(self) -> bool:
@@ -114,32 +114,32 @@ class Additive(Noise):
     """A noise that is added, whatever the light."""
 
     @abstractmethod
-    def pattern(self, moment: Moment) -> Floats:
+    def pattern(self, frame_context: FrameContext) -> Floats:
         """The frame's noise, broadcastable to (rows, cols), float32, in units of NETD. Read only."""
 
     @abstractmethod
-    def spread(self, moment: Moment, fixed: bool) -> float:
+    def spread(self, frame_context: FrameContext, fixed: bool) -> float:
         """Variance of a pixel of the pattern in squared units of NETD; see `share` for `fixed`."""
 
-    def add(self, signal: Floats, response: Response, moment: Moment) -> None:
-        pattern = self.pattern(moment)
+    def add(self, signal: Floats, response: Response, frame_context: FrameContext) -> None:
+        pattern = self.pattern(frame_context)
         if pattern.shape == signal.shape:
             cv2.scaleAdd(pattern, response.noise, signal, dst=signal)
         else:
             np.add(signal, pattern * np.float32(response.noise), out=signal)
 
-    def share(self, moment: Moment, fixed: bool) -> Variance:
-        return Variance(own=self.spread(moment, fixed))
+    def share(self, frame_context: FrameContext, fixed: bool) -> Variance:
+        return Variance(own=self.spread(frame_context, fixed))
 
 
 class Steady(Additive):
     """A noise whose whole pattern stays: the same array in frames in which it is the same."""
 
-    def add(self, signal: Floats, response: Response, moment: Moment) -> None:
+    def add(self, signal: Floats, response: Response, frame_context: FrameContext) -> None:
         return None
 
-    def steady(self, moment: Moment) -> Floats:
-        return self.pattern(moment)
+    def steady(self, frame_context: FrameContext) -> Floats:
+        return self.pattern(frame_context)
 
 
 def read_only(values: Floats) -> Floats:

@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from irsim.camera.noise_base import Moment, Steady, read_only
+from irsim.camera.noise_base import FrameContext, Steady, read_only
 from irsim.types import Floats
 
 
@@ -22,11 +22,11 @@ class OddEven(Steady):
     along: Literal["rows", "columns"] = "rows"
     """Whether rows or columns take turns."""
 
-    def pattern(self, moment: Moment) -> Floats:
-        rows, columns = moment.shape
+    def pattern(self, frame_context: FrameContext) -> Floats:
+        rows, columns = frame_context.shape
         return _turns((rows, 1) if self.along == "rows" else (1, columns), self.ratio)
 
-    def spread(self, moment: Moment, fixed: bool) -> float:
+    def spread(self, frame_context: FrameContext, fixed: bool) -> float:
         return self.ratio**2 if fixed else 0.0
 
 

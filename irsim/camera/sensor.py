@@ -15,7 +15,7 @@ from irsim.camera.bloom_variance import spread
 from irsim.camera.correction import Correction
 from irsim.camera.fixed_sum import Product, Sum
 from irsim.camera.int16_image import Words
-from irsim.camera.noise_base import Moment, Noise
+from irsim.camera.noise_base import FrameContext, Noise
 from irsim.camera.noise_equivalent import Equivalent
 from irsim.camera.response import Lines, Response
 from irsim.camera.scratch import scratch
@@ -47,10 +47,10 @@ class Sensor:
         """The frame whose picture is seen at frame `index`."""
         return index if self.correction is None else self.correction.shown(index)
 
-    def moment(self, index: int, shape: tuple[int, int]) -> Moment:
+    def frame_context(self, index: int, shape: tuple[int, int]) -> FrameContext:
         """Frame `index` as noise sees it."""
         last, count = (0, 0) if self.correction is None else self.correction.last(index)
-        return Moment(operator.index(index), shape, self.rate_hz, self.seed, last, count)
+        return FrameContext(operator.index(index), shape, self.rate_hz, self.seed, last, count)
 
     @property
     def steps(self) -> int:
@@ -64,27 +64,27 @@ class Sensor:
 
         A `spent` picture is needed by nobody any more: its memory, which is in the caches, is written over.
         """
-        return self._step(picture, self.moment(index, picture.shape), begin, end, spent)
+        return self._step(picture, self.frame_context(index, picture.shape), begin, end, spent)
 
-    def _step(self, picture: Floats, moment: Moment, begin: int, end: int, spent: bool) -> Floats:
+    def _step(self, picture: Floats, frame_context: FrameContext, begin: int, end: int, spent: bool) -> Floats:
         own = picture if spent else scratch(picture.shape, "signal")
         if begin == 0 < end:
-            self.held(picture, moment.index, own, self._gain(moment))
+            self.held(picture, frame_context.index, own, self._gain(frame_context))
         elif not spent:
             np.copyto(own, picture)
         if begin <= 1 < end:
-            self._draw(own, moment)
+            self._draw(own, frame_context)
         for noise in self._doing["add"][max(begin, 2) - 2 : max(end, 2) - 2]:
-            noise.add(own, self.response, moment)
+            noise.add(own, self.response, frame_context)
         return own
 
-    def _draw(self, signal: Floats, moment: Moment) -> None:
+    def _draw(self, signal: Floats, frame_context: FrameContext) -> None:
         """Draw what is new in each pixel: one number for all noises, with the electrons where they are counted."""
-        sigma = math.hypot(*(noise.grain(moment) for noise in self._doing["grain"])) * self.response.noise
+        sigma = math.hypot(*(noise.grain(frame_context) for noise in self._doing["grain"])) * self.response.noise
         if counting := self._doing["count"]:
-            counting[0].count(signal, self.response, moment, sigma)
+            counting[0].count(signal, self.response, frame_context, sigma)
         elif sigma:
-            add_grain(signal, sigma, moment)
+            add_grain(signal, sigma, frame_context)
 
     def expose(
         self, light: Floats, index: int, spent: bool = False, out: Counts | None = None, steps: int = 0
@@ -95,11 +95,11 @@ class Sensor:
         Counts are rounded to the nearest (halves to even) and clipped to the depth of the detector. A `spent` light
         is written over (see `step`). The counts are put into `out`, where it is given.
         """
-        moment = self.moment(index, light.shape)
-        signal = self._step(light, moment, steps, self.steps, spent)
-        counts = self.response.counts(signal, out, self._added(moment), self._lines(moment))
+        frame_context = self.frame_context(index, light.shape)
+        signal = self._step(light, frame_context, steps, self.steps, spent)
+        counts = self.response.counts(signal, out, self._added(frame_context), self._lines(frame_context))
         for noise in self._doing["replace"]:
-            noise.replace(counts, self.response, moment)
+            noise.replace(counts, self.response, frame_context)
         return counts
 
     @cached_property
@@ -115,21 +115,21 @@ class Sensor:
         doing["steady"].sort(key=lambda noise: not noise.stationary)  # what changes comes last (`Sum`)
         return doing
 
-    def _gain(self, moment: Moment) -> Words | None:
+    def _gain(self, frame_context: FrameContext) -> Words | None:
         """What the noises' gains are together."""
-        gains = [gain for noise in self._doing["gains"] if (gain := noise.gains(moment)) is not None]
+        gains = [gain for noise in self._doing["gains"] if (gain := noise.gains(frame_context)) is not None]
         return self._gains.of(gains) if gains else None
 
-    def _added(self, moment: Moment) -> Sequence[Words]:
+    def _added(self, frame_context: FrameContext) -> Sequence[Words]:
         """What is added to all that was drawn for this frame alone, in units of signal."""
-        lasting = [found for noise in self._doing["lasting"] for found in noise.lasting(moment)]
-        patterns = [part for noise in self._doing["steady"] if (part := noise.steady(moment)) is not None]
-        all_of_them = [*lasting, *self._steady.of(patterns, moment)]
+        lasting = [found for noise in self._doing["lasting"] for found in noise.lasting(frame_context)]
+        patterns = [part for noise in self._doing["steady"] if (part := noise.steady(frame_context)) is not None]
+        all_of_them = [*lasting, *self._steady.of(patterns, frame_context)]
         return [Words(values, unit * self.response.noise) for values, unit in all_of_them]
 
-    def _lines(self, moment: Moment) -> Lines | None:
+    def _lines(self, frame_context: FrameContext) -> Lines | None:
         """What is added along whole rows and columns, in units of signal."""
-        found = [lines for noise in self._doing["lines"] if (lines := noise.lines(moment)) is not None]
+        found = [lines for noise in self._doing["lines"] if (lines := noise.lines(frame_context)) is not None]
         if not found:
             return None
         down, across = found[0] if len(found) == 1 else (np.sum(parts, axis=0) for parts in zip(*found, strict=True))
@@ -148,19 +148,21 @@ class Sensor:
         Infinite where a pixel says nothing of the light: dead, or saturated. Where pixels spill, what their gains give
         is the mean of draws (`irsim.camera.bloom_variance`).
         """
-        signal, moment = self.held(light, index), self.moment(index, light.shape)
+        signal, frame_context = self.held(light, index), self.frame_context(index, light.shape)
         variance = np.full(light.shape, 1 / 12)
         for noise in self.noises:
-            variance += noise.variance(signal, self.response, moment, fixed) / self.response.gain**2
-        variance += self._spilled(light, index, signal, moment, fixed)
+            variance += noise.variance(signal, self.response, frame_context, fixed) / self.response.gain**2
+        variance += self._spilled(light, index, signal, frame_context, fixed)
         counts = self._counts(signal)
         silent = (counts < 0) | (counts >= self.response.full) | (signal >= self.response.well)
         variance[silent] = np.inf
         return variance
 
-    def _spilled(self, light: Floats, index: int, held: Floats, moment: Moment, fixed: bool) -> Floats | float:
+    def _spilled(
+        self, light: Floats, index: int, held: Floats, frame_context: FrameContext, fixed: bool
+    ) -> Floats | float:
         """What pixels that spill into others change of the variance that gains give to what is `held`, counts^2."""
-        gain = sum(noise.share(moment, fixed).gain for noise in self.noises)
+        gain = sum(noise.share(frame_context, fixed).gain for noise in self.noises)
         if self.bloom is None or gain == 0:
             return 0.0
         response = self.response
@@ -175,14 +177,14 @@ class Sensor:
 
     def equivalent(self, index: int) -> Equivalent:
         """The noise of a frame's pixels, but for bad ones, as light: of all terms together, without rounding."""
-        moment, (known, others) = self.moment(index, (1, 1)), self._shares
-        variance = Variance.together([known, *(noise.share(moment, True) for noise in others)])
+        frame_context, (known, others) = self.frame_context(index, (1, 1)), self._shares
+        variance = Variance.together([known, *(noise.share(frame_context, True) for noise in others)])
         return Equivalent(self.response, variance, self.falloff and self.falloff(index))
 
     @cached_property
     def _shares(self) -> tuple[Variance, Sequence[Noise]]:
         """What those noises have together whose share is the same in all frames, and the others."""
-        first = self.moment(0, (1, 1))
+        first = self.frame_context(0, (1, 1))
         known = Variance.together(noise.share(first, True) for noise in self.noises if noise.stationary)
         return known, [noise for noise in self.noises if not noise.stationary]
 

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from irsim._native import COMPILED, kernels
-from irsim.camera.noise_base import Moment, Noise
+from irsim.camera.noise_base import FrameContext, Noise
 from irsim.camera.response import Response
 from irsim.camera.scratch import scratch
 from irsim.camera.temporal_sigma import grain_address
@@ -34,10 +34,10 @@ class Shot(Noise):
     def needs_electrons(self) -> bool:
         return True
 
-    def count(self, signal: Floats, response: Response, moment: Moment, sigma: float) -> None:
+    def count(self, signal: Floats, response: Response, frame_context: FrameContext, sigma: float) -> None:
         variance, well = response.read**2 + sigma**2, response.well
         if COMPILED:
-            found = kernels.add_shot(*begun(*grain_address(moment)), signal, variance, well, EXACT_E)
+            found = kernels.add_shot(*begun(*grain_address(frame_context)), signal, variance, well, EXACT_E)
             if not found:
                 return
             pairs = np.frombuffer(found)
@@ -45,15 +45,17 @@ class Shot(Noise):
         else:
             dark = np.flatnonzero(signal < EXACT_E)
             held = signal.reshape(-1)[dark]
-            drawn = normals(moment.shape, *grain_address(moment), out=scratch(moment.shape, "drawn"))
+            drawn = normals(
+                frame_context.shape, *grain_address(frame_context), out=scratch(frame_context.shape, "drawn")
+            )
             shaken = np.where((signal >= well) | (signal < EXACT_E), np.float32(0), signal)
             cv2.accumulateProduct(np.sqrt(shaken + np.float32(variance)), drawn, signal)
         if dark.size:
-            words = bits(moment.seed, "noise", self.name, "uniform", moment.index).random_raw(signal.size)
+            words = bits(frame_context.seed, "noise", self.name, "uniform", frame_context.index).random_raw(signal.size)
             uniform = ((words[dark] >> np.uint64(11)) + 0.5) * 2.0**-53
             signal.reshape(-1)[dark] += poisson(np.maximum(held, 0), uniform).astype(np.float32) - held
 
-    def share(self, moment: Moment, fixed: bool) -> Variance:
+    def share(self, frame_context: FrameContext, fixed: bool) -> Variance:
         return Variance(counted=1.0)
 
 

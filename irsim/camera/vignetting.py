@@ -31,7 +31,7 @@ class Falloff(Part):
 
 
 @dataclass(frozen=True, eq=False)
-class Shade:
+class VignettingMap:
     """The falloff in each frame of a camera.
 
     geometry  of the camera before it zooms

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from irsim.camera.noise_base import Moment, Noise, Ratio
+from irsim.camera.noise_base import FrameContext, Noise, Ratio
 from irsim.camera.variance import Variance
 
 
@@ -16,8 +16,8 @@ class White(Noise):
     ratio: Ratio = 1.0
     """Sigma in units of the camera's NETD."""
 
-    def grain(self, moment: Moment) -> float:
+    def grain(self, frame_context: FrameContext) -> float:
         return self.ratio
 
-    def share(self, moment: Moment, fixed: bool) -> Variance:
+    def share(self, frame_context: FrameContext, fixed: bool) -> Variance:
         return Variance(own=self.ratio**2)

@@ -11,7 +11,7 @@ import numpy as np
 
 from irsim.config.files import check_output, replacing_text, write_png
 from irsim.errors import InputError
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.geometry.sprite import Sprite
 from irsim.motion.attitude import AWAY, euler
@@ -56,8 +56,8 @@ def crop(shape: Shape, pose: Angles, *, band: Band = "lwir", time: float = 0.0, 
           in the crop, black the first, at least SPAN_K apart
     """
     behind = float(radiance(band, shape.behind_k))
-    stage = Stage(0, Geometry((side, side), 5e-4), 30.0, band, 0.6, ambient=behind)
-    sprite = framed(shape, pose, stage, time)
+    context = SceneContext(0, Geometry((side, side), 5e-4), 30.0, band, 0.6, ambient=behind)
+    sprite = framed(shape, pose, context, time)
     light = np.full((side, side), behind)
     lay(light, sprite)
     shown = temperature(band, light) + NOISE_K * normals((side, side), 0, "gallery", shape.kind, 0)
@@ -111,16 +111,16 @@ def write_blind(folder: Path, seed: int) -> Path:
     return key
 
 
-def framed(shape: Shape, pose: Angles, stage: Stage, time: float) -> Sprite:
+def framed(shape: Shape, pose: Angles, context: SceneContext, time: float) -> Sprite:
     """The body in the middle of the frame, at the range where it fills it; pose as in `crop`, time in s."""
-    side = stage.geometry.size[0]
+    side = context.geometry.size[0]
     down = np.radians(shape.from_above_deg)
     tilt = np.array([[1, 0, 0], [0, np.cos(down), -np.sin(down)], [0, np.sin(down), np.cos(down)]])
     attitude = tilt @ AWAY @ euler(np.array(pose))
     place, range_m = np.array([(side - 1) / 2] * 2), 3000.0
 
     def drawn() -> Sprite:
-        sprite = shape.draw(View(stage.geometry.place(place, range_m), attitude, stage, time))
+        sprite = shape.draw(View(context.geometry.place(place, range_m), attitude, context, time))
         assert sprite is not None
         return sprite
 

@@ -9,24 +9,24 @@ from typing import Protocol
 
 from irsim.geometry.projection import Geometry
 from irsim.physics.atmosphere import Atmosphere
-from irsim.physics.optics import GaussianSpread, PointSpread
+from irsim.physics.optics import PSF, GaussianPSF
 from irsim.physics.radiometry import grey_body
 from irsim.render.shared_cache import Shelf
 from irsim.types import Band, Floats
 
 
-class Cast(Protocol):
+class SceneObjects(Protocol):
     """Who else is in the scene: asked by what follows, crosses, hides or looks at another part of it."""
 
-    def way(self, name: str, frames: Floats, stage: Stage) -> Floats:
+    def way(self, name: str, frames: Floats, context: SceneContext) -> Floats:
         """(n, 3) m, first camera frame: where target `name` is at frame numbers (n,), drawn or not."""
         ...
 
-    def standpoints(self, frames: Floats, stage: Stage) -> Floats:
+    def standpoints(self, frames: Floats, context: SceneContext) -> Floats:
         """(n, 3) m, first camera frame: where the camera is."""
         ...
 
-    def zooms(self, frames: Floats, stage: Stage) -> Floats:
+    def zooms(self, frames: Floats, context: SceneContext) -> Floats:
         """(n,) how many times longer the camera's focal length is than at first."""
         ...
 
@@ -36,7 +36,7 @@ NOTHING = Atmosphere()
 
 
 @dataclass(frozen=True)
-class Stage:
+class SceneContext:
     """seed of the scene; geometry of the camera; rate_hz; band; psf_px, the optical blur's sigma in px, or
     that of the Gaussian about as wide (see `psf`); cast, who else is in the scene (None: nobody); air, what is between
     (by default nothing); lens, the point spread where it is no Gaussian; ambient, the radiance in W/m2/sr of
@@ -49,19 +49,19 @@ class Stage:
     rate_hz: float
     band: Band
     psf_px: float
-    cast: Cast | None = field(default=None, compare=False, repr=False)
+    cast: SceneObjects | None = field(default=None, compare=False, repr=False)
     air: Atmosphere = NOTHING
-    lens: PointSpread | None = None
+    lens: PSF | None = None
     ambient: float = 0.0
     leaves_k: float | None = None
     shelf: Shelf = field(default_factory=Shelf, compare=False, repr=False)
 
     @cached_property
-    def psf(self) -> PointSpread:
+    def psf(self) -> PSF:
         """The point spread that all is drawn with, but smoke and the sea's horizon: they have the width `psf_px`."""
-        return self.lens or GaussianSpread(self.psf_px)
+        return self.lens or GaussianPSF(self.psf_px)
 
-    def zoomed(self, geometry: Geometry) -> Stage:
+    def zoomed(self, geometry: Geometry) -> SceneContext:
         """The same through a longer focal length. The optics blur as many px as before, at the same F-number; turbulent
         air blurs by an angle, which is more px now."""
         blur_rad, ifovs = self.air.turbulence.blur_rms(self.band), (geometry.ifov_rad, self.geometry.ifov_rad)

@@ -12,12 +12,12 @@ import numpy as np
 import numpy.typing as npt
 
 from irsim._native import COMPILED, kernels
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.geometry.polygon import centroids, changes
 from irsim.geometry.product import product
 from irsim.geometry.sprite import Sprite
 from irsim.geometry.visible_edges import visible_edges
-from irsim.physics.optics import PointSpread
+from irsim.physics.optics import PSF
 from irsim.types import Box, Floats
 
 Ints = npt.NDArray[np.int64]
@@ -43,7 +43,7 @@ class Outline(NamedTuple):
     glow: Floats
     box: Box
     window: Box
-    psf: PointSpread
+    psf: PSF
     range_m: float
     origin: tuple[float, float] = (0.0, 0.0)
 
@@ -116,7 +116,7 @@ def _sprite(outline: Outline) -> Sprite:
 
 
 @lru_cache(maxsize=32)
-def spread_table(psf: PointSpread, fine: int) -> kernels.Spread:
+def spread_table(psf: PSF, fine: int) -> kernels.Spread:
     """A spread as compiled loops take it."""
     terms = psf.spreading(fine)
     weights = np.array([weight / fine**2 for weight, _, _ in terms])
@@ -159,7 +159,7 @@ def spread(
     centers: tuple[Floats, Floats],
     whole_area: float,
     box: Box,
-    psf: PointSpread,
+    psf: PSF,
     range_m: float,
 ) -> Sprite:
     """A sprite of (opacity, glow) in the cells of a grid, (3, 2, rows, columns) as `changes` gives them.
@@ -196,7 +196,7 @@ Pair = tuple[Floats, Floats]
 
 
 @lru_cache(maxsize=64)
-def _down(psf: PointSpread, pixels: int, fine: int) -> tuple[Pair, ...]:
+def _down(psf: PSF, pixels: int, fine: int) -> tuple[Pair, ...]:
     """Of each term of a spread two (pixels + 2 reach, pixels * fine) matrices, for light that fills cells evenly and
     for their first moments. Read only."""
 
@@ -211,7 +211,7 @@ def _down(psf: PointSpread, pixels: int, fine: int) -> tuple[Pair, ...]:
 
 
 @lru_cache(maxsize=32)
-def _across(psf: PointSpread, pixels: int, fine: int) -> tuple[Pair, ...]:
+def _across(psf: PSF, pixels: int, fine: int) -> tuple[Pair, ...]:
     """Of each term of a spread, weighted, two (pixels * fine, pixels + 2 reach) matrices along rows: for what changes
     from cell to cell, which counts in all cells further right too, and for x moments. Read only."""
     weights = [weight / fine**2 for weight, _, _ in psf.spreading(fine)]
@@ -229,14 +229,14 @@ def _frozen(matrix: Floats) -> Floats:
     return matrix
 
 
-def drawn_part(box: Box, stage: Stage) -> Box:
+def drawn_part(box: Box, context: SceneContext) -> Box:
     """The part of a box whose light can reach the frame; a corner of it where none can."""
-    return within_sight(box, stage) or Box(box.left, box.top, 1.0, 1.0)
+    return within_sight(box, context) or Box(box.left, box.top, 1.0, 1.0)
 
 
-def within_sight(box: Box, stage: Stage) -> Box | None:
+def within_sight(box: Box, context: SceneContext) -> Box | None:
     """The part of a box whose light can reach the frame; None where none can."""
-    reach, (columns, rows), (west, north, east, south) = stage.psf.reach_px + 0.5, stage.geometry.size, box.edges
+    reach, (columns, rows), (west, north, east, south) = context.psf.reach_px + 0.5, context.geometry.size, box.edges
     right, bottom = columns - 1 + reach, rows - 1 + reach
     if -reach <= west < east <= right and -reach <= north < south <= bottom:
         return box

@@ -41,19 +41,19 @@ def beyond_fit(scenario: Scenario) -> Iterator[Notice]:
 
 def long_paths(scenario: Scenario) -> Iterator[Notice]:
     """For each target that goes beyond the atmosphere's fit, the first reason why."""
-    stage = scenario.stage
-    if stage.air.preset == "none" or stage.cast is None:
+    context = scenario.context
+    if context.air.preset == "none" or context.cast is None:
         return
     frames = watched(scenario.frames)
-    places = stage.cast.standpoints(frames, stage)
-    climbs = -places @ stage.geometry.down
+    places = context.cast.standpoints(frames, context)
+    climbs = -places @ context.geometry.down
     for index, target in enumerate(scenario.targets):
-        sight = target.path.positions(frames, stage, target.id) - places
-        ranges = np.linalg.norm(sight, axis=-1)
-        rises = -sight @ stage.geometry.down
+        pose = target.path.positions(frames, context, target.id) - places
+        ranges = np.linalg.norm(pose, axis=-1)
+        rises = -pose @ context.geometry.down
         for k in (end for of in (ranges, rises, climbs) for end in (of.argmin(), of.argmax())):
             elevation = float(np.arcsin(np.clip(rises[k] / ranges[k], -1, 1)))
-            why = stage.air.beyond(stage.band, float(ranges[k]), elevation, float(climbs[k]))
+            why = context.air.beyond(context.band, float(ranges[k]), elevation, float(climbs[k]))
             if why is not None:
                 same = np.ptp(ranges) <= SAME * ranges.max() and not FIT_KM[0] <= ranges[k] * 1e-3 <= FIT_KM[1]
                 written = same and isinstance(target.path, PixelPath) and target.path.ground_m is None
@@ -64,28 +64,28 @@ def long_paths(scenario: Scenario) -> Iterator[Notice]:
 
 def long_views(scenario: Scenario) -> Iterator[Notice]:
     """Occluders, and layers of the background at a range of their own, seen beyond the atmosphere's fit."""
-    stage = scenario.stage
+    context = scenario.context
     things: list[tuple[KeyPath, float]] = [
         *((("occluders", index), occluder.range_m) for index, occluder in enumerate(scenario.occluders)),
         *((("background", *place), shell.range_m) for _, place, shell in scenario.background.shells()),
     ]
     for place, range_m in things:
-        why = stage.air.beyond(stage.band, range_m, stage.geometry.elevation_rad)
+        why = context.air.beyond(context.band, range_m, context.geometry.elevation_rad)
         if why is not None:
             yield Notice((*place, "range_m"), why)
 
 
 def high_skies(scenario: Scenario) -> Iterator[Notice]:
     """A clear sky of a preset above most of the water, seen in a band with more or less of the gas that is left."""
-    stage, preset = scenario.stage, scenario.sky_preset
+    context, preset = scenario.context, scenario.sky_preset
     climate = next((climate for name, climate in CLIMATES.items() if name == preset), None)
-    fitted = fitted_band(stage.band)
-    if climate is None or fitted is None or scenario.background.clear(stage) is None:
+    fitted = fitted_band(context.band)
+    if climate is None or fitted is None or scenario.background.clear(context) is None:
         return
-    height_km = stage.air.altitude_m * 1e-3
+    height_km = context.air.altitude_m * 1e-3
     left = math.exp((FIT_HEIGHT_KM - height_km) / climate.gas_km[fitted])
     gas, (low, high) = ABOVE_WATER[fitted]
-    times = _share(stage.band, (low, high)) / _share(fitted, (low, high))
+    times = _share(context.band, (low, high)) / _share(fitted, (low, high))
     if left < LEAST_WATER and not 0.5 <= times <= 2:
         yield Notice(
             ("atmosphere", "altitude_m"),
@@ -104,12 +104,12 @@ def _share(band: Band, part: tuple[float, float]) -> float:
 
 def far_ground(scenario: Scenario) -> Iterator[Notice]:
     """Level ground or sea that is seen in the middle of the picture, farther or through thinner air than the fit's."""
-    stage, depth_m = scenario.stage, scenario.background.surface_m
-    depression = -stage.geometry.elevation_rad
+    context, depth_m = scenario.context, scenario.background.surface_m
+    depression = -context.geometry.elevation_rad
     if depth_m is None or depression <= 0:
         return
     range_m = depth_m / math.sin(depression)
-    why = stage.air.beyond(stage.band, range_m, -depression) if range_m >= FIT_KM[0] * 1e3 else None
+    why = context.air.beyond(context.band, range_m, -depression) if range_m >= FIT_KM[0] * 1e3 else None
     if why is not None:
         yield Notice(("background", "kind"), f"in the middle of the picture: {why}")
 
@@ -117,7 +117,7 @@ def far_ground(scenario: Scenario) -> Iterator[Notice]:
 def unlike_skies(scenario: Scenario) -> Iterator[Notice]:
     """A sky that is not that of the air before it, which shines wherever there is some."""
     air, sky = scenario.air, scenario.sky_preset
-    if scenario.background.clear(scenario.stage) is not None and not air.is_clear and air.preset != sky:
+    if scenario.background.clear(scenario.context) is not None and not air.is_clear and air.preset != sky:
         given = "of its own temperatures" if sky is None else f"of {sky}"
         wet = " and ".join(word for word, there in (("rain", air.rain_mm_h), ("fog", air.fog_visibility_km)) if there)
         before = f"{wet} of {float(air.air_k(0.0)):.0f} K" if air.preset == "none" else f"an atmosphere of {air.preset}"

@@ -17,7 +17,7 @@ from irsim.config.quantities import SCALE_K
 from irsim.errors import Notice
 from irsim.lint.bare import bare
 from irsim.lint.looked import watched
-from irsim.motion import Mount
+from irsim.motion import CameraTrajectory
 from irsim.physics.radiometry import radiance, temperature
 from irsim.scenario.model import Scenario
 
@@ -35,7 +35,7 @@ def off_scale(scenario: Scenario) -> Iterator[Notice]:
     camera, response = scenario.camera, scenario.camera.response()
     for what, light, share in bare(scenario):
         signal = response.signal(light.astype(np.float32))
-        least, most = temperature(scenario.stage.band, np.array([light.min(), light.max()])).tolist()
+        least, most = temperature(scenario.context.band, np.array([light.min(), light.max()])).tolist()
         for beyond, above, lies in (
             (signal >= response.top, True, "above{}: its pixels are full"),
             (signal <= response.bottom, False, "below{}: its pixels are at count 0"),
@@ -87,17 +87,17 @@ def cold_clouds(scenario: Scenario) -> Iterator[Notice]:
     In the thermal bands a thick cloud is nearly black and as warm as the air at its height. What a clear sky shows
     behind it comes from the air there and above, which is no warmer.
     """
-    background, stage = scenario.background, scenario.stage
+    background, context = scenario.background, scenario.context
     if not isinstance(background, Sky):
         return
-    axis, half = stage.geometry.elevation_rad, math.atan(stage.geometry.ifov_rad * stage.geometry.size[1] / 2)
+    axis, half = context.geometry.elevation_rad, math.atan(context.geometry.ifov_rad * context.geometry.size[1] / 2)
     low = max(axis - half, 0.0)
     if axis + half <= 0:
         return
-    sky_k = float(temperature(stage.band, background.clear(stage).radiance(np.array(low))))
+    sky_k = float(temperature(context.band, background.clear(context).radiance(np.array(low))))
     for index, cloud in enumerate(background.clouds):
-        light = stage.through(radiance(stage.band, cloud.temperature_k), np.array(1.0), cloud.range_m, low)
-        seen_k = float(temperature(stage.band, light))
+        light = context.through(radiance(context.band, cloud.temperature_k), np.array(1.0), cloud.range_m, low)
+        seen_k = float(temperature(context.band, light))
         if seen_k < sky_k - FIT_K:
             yield Notice(
                 ("background", "clouds", index, "temperature_k"),
@@ -108,7 +108,7 @@ def cold_clouds(scenario: Scenario) -> Iterator[Notice]:
 
 def large_features(scenario: Scenario) -> Iterator[Notice]:
     """Clouds whose largest features are wider than the texture that they are made of."""
-    background, geometry = scenario.background, scenario.stage.geometry
+    background, geometry = scenario.background, scenario.context.geometry
     if not isinstance(background, Sky):
         return
     side = tile_side(geometry.size)
@@ -124,13 +124,13 @@ def large_features(scenario: Scenario) -> Iterator[Notice]:
 
 def folded(scenario: Scenario) -> Iterator[Notice]:
     """Pictures of which backgrounds have no true map: near the zenith or the nadir, or too wide."""
-    stage, camera = scenario.stage, scenario.camera
+    context, camera = scenario.context, scenario.camera
     if not scenario.background.folds:
         return
     frames = watched(scenario.frames)
-    mount = Mount.of(scenario.motions, frames, stage)
+    mount = CameraTrajectory.of(scenario.motions, frames, context)
     grid = np.stack(np.meshgrid(*(np.linspace(0, length - 1, 9) for length in camera.size)), axis=-1)
-    rotations = [stage.geometry.world_rotation(turns) for turns in mount.turns]
+    rotations = [context.geometry.world_rotation(turns) for turns in mount.turns]
     seen = np.stack([mount.lens(k).directions(grid) @ rotation for k, rotation in enumerate(rotations)])
     steepest = np.degrees(np.arcsin(np.abs(seen[..., 1]).max(axis=(1, 2)).clip(0, 1)))
     middle = seen[:, len(grid) // 2]

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from irsim.backgrounds import Background
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.lint.looked import watched
 from irsim.render.instant import Instant
 from irsim.scenario.model import Scenario
@@ -40,10 +40,10 @@ def bare(scenario: Scenario) -> Iterator[Bare]:
 
 def _sky(scenario: Scenario) -> Iterator[Bare]:
     """The clear sky's light at the heights that the unmoved camera sees."""
-    background, stage = scenario.background, scenario.stage
-    axis, half = stage.geometry.elevation_rad, math.atan(stage.geometry.ifov_rad * stage.geometry.size[1] / 2)
+    background, context = scenario.background, scenario.context
+    axis, half = context.geometry.elevation_rad, math.atan(context.geometry.ifov_rad * context.geometry.size[1] / 2)
     lowest = axis - half if background.surface_m is None else max(axis - half, 0.0)
-    clear = background.clear(stage)
+    clear = background.clear(context)
     if clear is not None and axis + half > lowest:
         heights = np.linspace(lowest, axis + half, HEIGHTS)[None]
         yield Bare("the clear sky", clear.radiance(heights), (axis + half - lowest) / (2 * half))
@@ -51,36 +51,36 @@ def _sky(scenario: Scenario) -> Iterator[Bare]:
 
 def _land(scenario: Scenario) -> Iterator[Bare]:
     """Light of the pixels below the horizon, or of all, in LOOKED frames in which there are some."""
-    stage = scenario.stage
-    camera = Instant.of(scenario.model_copy(update={"targets": ()}), stage)  # whose ways need not be worked out
-    below = _below(_Outlook(scenario.background.bare, stage, camera, scenario.frames))
+    context = scenario.context
+    camera = Instant.of(scenario.model_copy(update={"targets": ()}), context)  # whose ways need not be worked out
+    below = _below(_Outlook(scenario.background.bare, context, camera, scenario.frames))
     if below.size:
-        pixels = math.prod(stage.geometry.size) * min(scenario.frames, LOOKED)
+        pixels = math.prod(context.geometry.size) * min(scenario.frames, LOOKED)
         yield Bare(f"the {scenario.background.surface}", below, below.size / pixels)
 
 
 class _Outlook:
     """All that the light of a bare ground or sea depends on: severities that change nothing of it are the same."""
 
-    def __init__(self, background: Background, stage: Stage, now: Instant, frames: int) -> None:
-        self.background, self.stage, self.now, self.frames = background, stage, now, frames
+    def __init__(self, background: Background, context: SceneContext, now: Instant, frames: int) -> None:
+        self.background, self.context, self.now, self.frames = background, context, now, frames
         self._moved = tuple(way.tobytes() for way in (now.mount.turns, now.mount.places, now.mount.zooms))
 
     def __hash__(self) -> int:
         return hash(self._moved)
 
     def __eq__(self, other: object) -> bool:
-        mine = (self.frames, self._moved, self.stage, self.background)
-        return isinstance(other, _Outlook) and mine == (other.frames, other._moved, other.stage, other.background)
+        mine = (self.frames, self._moved, self.context, self.background)
+        return isinstance(other, _Outlook) and mine == (other.frames, other._moved, other.context, other.background)
 
 
 @lru_cache(maxsize=1)
 def _below(outlook: _Outlook) -> Floats:
     """Light of the pixels below the horizon: worked out once for all warnings, and for severities that are alike."""
-    light = outlook.background.land(outlook.stage)
+    light = outlook.background.land(outlook.context)
     if light is None:
         return np.zeros(0)
     frames = watched(outlook.frames, LOOKED).astype(int).tolist()
-    below = np.concatenate([light(outlook.now.gaze(frame)) for frame in frames])
+    below = np.concatenate([light(outlook.now.view_direction(frame)) for frame in frames])
     below.setflags(write=False)
     return below

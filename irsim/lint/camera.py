@@ -13,7 +13,7 @@ from irsim.camera.motion_blur import MOST_STEPS
 from irsim.camera.variance import Variance
 from irsim.errors import Notice
 from irsim.lint.looked import watched
-from irsim.motion import Mount, Tracks
+from irsim.motion import CameraTrajectory, Tracks
 from irsim.physics.radiometry import radiance
 from irsim.scenario.model import Scenario
 from irsim.scenario.visibility import LOOKED, Watch
@@ -58,7 +58,7 @@ def rounded_off(scenario: Scenario) -> Iterator[Notice]:
     if isinstance(scenario.background, Recorded):
         return
     sensor = camera.sensor(scenario.seed, scenario.is_on)
-    moment, response = sensor.moment(0, (1, 1)), sensor.response
+    moment, response = sensor.frame_context(0, (1, 1)), sensor.response
     signal = response.at(float(radiance(camera.band, NETD_K)))
     variance = Variance.together(noise.share(moment, False) for noise in sensor.noises).whole(signal, response)
     counts = math.sqrt(variance) / response.gain
@@ -97,13 +97,13 @@ def follows_nobody(scenario: Scenario) -> Iterator[Notice]:
 
 def sunken(scenario: Scenario) -> Iterator[Notice]:
     """A camera that is carried below the ground or the sea: the background's, or what targets go on."""
-    stage, background = scenario.stage, scenario.background
+    context, background = scenario.context, scenario.background
     shown = (target for target in scenario.targets if scenario.is_on(target.id))
     under = [height for target in shown if (height := target.path.level_m) is not None]
     height = min(under, default=math.inf) if background.surface_m is None else background.surface_m
     frames, least = watched(scenario.frames, LOOKED), min(LOWEST_M, height - ROUNDING_M)
     sinks = {
-        index: motion.shifts(frames, stage) @ stage.geometry.down
+        index: motion.shifts(frames, context) @ context.geometry.down
         for index, motion in enumerate(scenario.shown.camera.motion)
         if scenario.is_on(motion.name)
     }
@@ -141,7 +141,7 @@ def beads(scenario: Scenario) -> Iterator[Notice]:
         )
 
 
-def _turning(mount: Mount) -> Floats:
+def _turning(mount: CameraTrajectory) -> Floats:
     """(n - 1,) px by which what is far and in the middle of the picture moves from frame to frame."""
     ahead = np.einsum("nij,nj->ni", mount.rotations[1:], mount.rotations[:-1, 2])
     shifts = mount.geometry.project(ahead) - mount.geometry.principal

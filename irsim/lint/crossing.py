@@ -12,7 +12,7 @@ from irsim.motion import Crosses, Crossing
 from irsim.motion.crosses import STILL_PX
 from irsim.scenario.model import Scenario
 from irsim.scenario.visibility import Watch
-from irsim.targets.trajectory import Course
+from irsim.targets.trajectory import TargetTrajectory
 from irsim.types import Floats
 
 TURNED_DEG = 10.0
@@ -21,7 +21,7 @@ AROUND = 5
 """Frames before a crossing and after it between which ways are measured: a camera that shakes shows their mean."""
 
 
-def _pairs(watch: Watch) -> Iterator[tuple[int, Crossing, tuple[Course, Course]]]:
+def _pairs(watch: Watch) -> Iterator[tuple[int, Crossing, tuple[TargetTrajectory, TargetTrajectory]]]:
     """Of each crossing whose two are on: the number of the target that crosses, its path, and the courses of both."""
     for index, target in enumerate(watch.scenario.targets):
         path = target.path
@@ -55,7 +55,7 @@ def turned(scenario: Scenario) -> Iterator[Notice]:
         if not isinstance(path, Crosses) or between[0] >= between[1]:
             continue
         positions = [course.positions for course in pair]
-        meant = _angle_deg(*(watch.stage.geometry.project(places[between]) for places in positions))
+        meant = _angle_deg(*(watch.context.geometry.project(places[between]) for places in positions))
         shown = _angle_deg(*(watch.mount.seen(places)[between] for places in positions))
         if abs(math.remainder(shown - meant, 360)) > TURNED_DEG:
             both = f"{pair[0].target.id} and {path.target}"

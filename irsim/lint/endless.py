@@ -10,7 +10,7 @@ import numpy as np
 from irsim.backgrounds.ground_texture import LEAST
 from irsim.errors import Notice
 from irsim.lint.looked import watched
-from irsim.motion import Mount
+from irsim.motion import CameraTrajectory
 from irsim.scenario.model import Scenario
 from irsim.types import Floats
 
@@ -61,16 +61,16 @@ def ground_to_the_horizon(scenario: Scenario) -> Iterator[Notice]:
 
 def stays_behind(scenario: Scenario) -> Iterator[Notice]:
     """Ground that is infinitely far off under a camera that is carried."""
-    stage, background, cast = scenario.stage, scenario.background, scenario.stage.cast
+    context, background, cast = scenario.context, scenario.background, scenario.context.cast
     if not background.endless or background.surface_m is not None or cast is None:
         return
     frames = watched(scenario.frames)
-    places = cast.standpoints(frames, stage)
+    places = cast.standpoints(frames, context)
     carried_m = float(np.linalg.norm(places, axis=1).max())
     if carried_m == 0:
         return
     nearest = _nearest(scenario, frames, places)
-    slides = carried_m / (nearest[0] * stage.geometry.ifov_rad) if nearest else np.inf
+    slides = carried_m / (nearest[0] * context.geometry.ifov_rad) if nearest else np.inf
     if slides > SLIDES_PX and (nearest or carried_m > CARRIED_M):
         what = f": what stands on it slides, as {nearest[1]} by some {slides:.0f} px" if nearest else ""
         yield Notice(
@@ -83,12 +83,12 @@ def stays_behind(scenario: Scenario) -> Iterator[Notice]:
 def left_behind(scenario: Scenario) -> Iterator[Notice]:
     """Clouds and rows of trees or buildings that a camera goes through, or half as far: they are around its first
     place, painted as it is seen from there, and not drawn from without."""
-    stage, cast, shells = scenario.stage, scenario.stage.cast, list(scenario.background.shells())
+    context, cast, shells = scenario.context, scenario.context.cast, list(scenario.background.shells())
     if not shells or cast is None:
         return
     frames = watched(scenario.frames)
-    level = stage.geometry.world_rotation(np.zeros(3))
-    places = (cast.standpoints(frames, stage) @ level).tolist()
+    level = context.geometry.world_rotation(np.zeros(3))
+    places = (cast.standpoints(frames, context) @ level).tolist()
     for name, at, shell in shells:
         for share, what in ((1.0, GONE), (FAR_ACROSS, ASLANT)):
             beyond = [not shell.holds((x / share, y / share, z / share)) for x, y, z in places]
@@ -107,16 +107,16 @@ def _nearest(scenario: Scenario, frames: Floats, places: Floats) -> tuple[float,
     for target in scenario.shown.targets:
         there = np.array([target.exists(int(frame)) for frame in frames])
         if scenario.is_on(target.id) and there.any():
-            ways = target.path.positions(frames[there], scenario.stage, target.id) - places[there]
+            ways = target.path.positions(frames[there], scenario.context, target.id) - places[there]
             ranges.append((max(float(np.linalg.norm(ways, axis=1).min()), 1.0), target.id))
     return min(ranges, default=None)
 
 
 def _sines(scenario: Scenario, frames: Floats) -> Floats:
     """(n, 4): sines of the angles below the level at which the picture's corners are seen in frames (n,)."""
-    stage = scenario.stage
-    mount = Mount.of(scenario.motions, frames, stage)
+    context = scenario.context
+    mount = CameraTrajectory.of(scenario.motions, frames, context)
     right, bottom = (length - 1 for length in scenario.camera.size)
     corners = np.array([[0, 0], [right, 0], [0, bottom], [right, bottom]])
-    rotations = [stage.geometry.world_rotation(turns) for turns in mount.turns]
+    rotations = [context.geometry.world_rotation(turns) for turns in mount.turns]
     return np.array([(mount.lens(k).directions(corners) @ each)[:, 1] for k, each in enumerate(rotations)])

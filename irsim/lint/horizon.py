@@ -25,16 +25,16 @@ def horizon_km(height_m: Floats) -> Floats:
 
 def beyond_horizon(scenario: Scenario) -> Iterator[Notice]:
     """Targets whose middle would be below the horizon, where the background says how high the camera is."""
-    stage, cast, level = scenario.stage, scenario.stage.cast, scenario.background.surface_m
+    context, cast, level = scenario.context, scenario.context.cast, scenario.background.surface_m
     if level is None or cast is None:
         return
     looked = watched(scenario.frames, LOOKED)
-    down = stage.geometry.down
+    down = context.geometry.down
     for index, target in enumerate(scenario.targets):
         frames = existing(target, looked)
         if not len(frames):
             continue
-        camera, places = cast.standpoints(frames, stage), target.path.positions(frames, stage, target.id)
+        camera, places = cast.standpoints(frames, context), target.path.positions(frames, context, target.id)
         eye_m, middle_m = np.maximum(level - camera @ down, 0.0), np.maximum(level - places @ down, 0.0)
         range_km = np.linalg.norm(places - camera, axis=1) * 1e-3
         seen_km = horizon_km(eye_m) + horizon_km(middle_m)

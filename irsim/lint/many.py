@@ -20,7 +20,7 @@ MANY = 500_000
 
 def crowded(scenario: Scenario) -> Iterator[Notice]:
     """Clutter that hides its ground, or of very many things."""
-    background, geometry = scenario.background, scenario.stage.geometry
+    background, geometry = scenario.background, scenario.context.geometry
     if not isinstance(background, Ground | Landscape) or background.clutter is None or not scenario.is_on("clutter"):
         return
     clutter, px_per_mrad = background.clutter, 1e-3 / geometry.ifov_rad
@@ -42,7 +42,7 @@ def built_up(scenario: Scenario) -> Iterator[Notice]:
     """Buildings of very many windows."""
     background = scenario.background
     for index, row in enumerate(background.buildings if isinstance(background, Landscape) else ()):
-        count = row.windows(scenario.stage)
+        count = row.windows(scenario.context)
         if count > MANY:
             yield Notice(
                 ("background", "buildings", index),

@@ -24,14 +24,14 @@ LASTS_S = 0.25
 
 def through_camera(scenario: Scenario) -> Iterator[Notice]:
     """Targets that go through the camera's place, behind which they are not seen any more."""
-    stage, cast = scenario.stage, scenario.stage.cast
+    context, cast = scenario.context, scenario.context.cast
     looked = watched(scenario.frames, LOOKED)
     apart = np.diff(looked).max(initial=1)
     for index, target in enumerate(scenario.targets):
         frames = existing(target, looked)
         if len(frames) < 2 or cast is None:
             continue
-        places = target.path.positions(frames, stage, target.id) - cast.standpoints(frames, stage)
+        places = target.path.positions(frames, context, target.id) - cast.standpoints(frames, context)
         steps = np.diff(places, axis=0)
         lengths = np.maximum(np.sum(steps**2, axis=1), 1e-12)
         share = -np.sum(places[:-1] * steps, axis=1) / lengths  # of each step, where it comes nearest
@@ -59,7 +59,7 @@ def pulls(scenario: Scenario) -> Iterator[Notice]:
         frames = first_ones[first_ones >= target.path.begins]
         if not isinstance(target.path, MetrePath) or len(frames) < window + 2:
             continue
-        places = target.path.positions(frames, scenario.stage, target.id)
+        places = target.path.positions(frames, scenario.context, target.id)
         bent = np.linalg.norm(places[2:] - 2 * places[1:-1] + places[:-2], axis=1) * rate_hz**2 / STANDARD_GRAVITY
         lasting = np.lib.stride_tricks.sliding_window_view(bent, window).min(axis=1)
         if lasting.max() > MOST_G:

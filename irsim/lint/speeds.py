@@ -27,7 +27,7 @@ def too_fast(scenario: Scenario) -> Iterator[Notice]:
         in_metres = isinstance(target.path, MetrePath | CrossesM)
         # A range beside a path in pixels is written by eye, and the speed is as much too high as it is too far.
         allowed_m_s = fastest_m_s if in_metres else FARTHER * fastest_m_s
-        places = target.path.positions(frames, scenario.stage, target.id)
+        places = target.path.positions(frames, scenario.context, target.id)
         speeds_m_s = np.linalg.norm(np.diff(places, axis=0), axis=1) / np.diff(frames) * rate_hz
         if speeds_m_s.max() > allowed_m_s:
             first = int(np.argmax(speeds_m_s > allowed_m_s))

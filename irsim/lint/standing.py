@@ -102,9 +102,9 @@ def _way(scenario: Scenario, target: Target, level: float) -> tuple[Floats, Floa
 
     level: how far the surface lies below the camera's first place, m.
     """
-    stage = scenario.stage
+    context = scenario.context
     frames = existing(target, watched(scenario.frames, LOOKED))
     if not len(frames):
         return frames, frames, frames
-    places = target.path.positions(frames, stage, target.id)
-    return frames, np.asarray(places @ stage.geometry.down - level), np.linalg.norm(places, axis=1)
+    places = target.path.positions(frames, context, target.id)
+    return frames, np.asarray(places @ context.geometry.down - level), np.linalg.norm(places, axis=1)

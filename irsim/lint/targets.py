@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from irsim.errors import Notice
 from irsim.lint.looked import existing, watched
-from irsim.motion import Mount
+from irsim.motion import CameraTrajectory
 from irsim.scenario.model import Scenario
 from irsim.scenario.visibility import LOOKED, Watch
 
@@ -89,11 +89,11 @@ def hardly_seen(scenario: Scenario) -> Iterator[Notice]:
         return
     frames = watched(scenario.frames, LOOKED)
     frames = existing(target, frames)
-    stage = scenario.stage
+    context = scenario.context
     places = []
     if len(frames):
-        mount = Mount.of(scenario.motions, frames, stage)
-        places = mount.seen(target.path.positions(frames, stage, target.id)).tolist()
+        mount = CameraTrajectory.of(scenario.motions, frames, context)
+        places = mount.seen(target.path.positions(frames, context, target.id)).tolist()
     inside = sum(scenario.camera.geometry.inside(x, y) for x, y in places)
     outside = len(places) - inside
     whom, at = f"{target.id}, whom trackers follow,", ("targets", index, "path")

@@ -60,9 +60,9 @@ class _Scene:
         piece = self._piece(name, frame)
         if piece is None:
             return None
-        renderer, band = self.renderer, self.scenario.stage.band
-        gaze, noise = renderer.now.gaze(frame), renderer.noise(frame)
-        light, seen = compose(renderer.layers, [piece], gaze, band, noise)
+        renderer, band = self.renderer, self.scenario.context.band
+        view_direction, noise = renderer.now.view_direction(frame), renderer.noise(frame)
+        light, seen = compose(renderer.layers, [piece], view_direction, band, noise)
         sprite = piece.sprite
         if key == "scr" and math.isinf(scr(light, sprite.box, noise)):
             return "neither noise nor clutter is around it, and it is invisible; allowed: noise, clutter, or contrast_k"
@@ -90,9 +90,9 @@ class _Scene:
         course = next(course for course in self.renderer.courses if course.target.id == name)
         if not course.target.exists(frame):
             return None
-        sight = self.renderer.sight(frame)
-        sprite = course.target.shape.draw(course.view(frame, sight))
+        pose = self.renderer.pose(frame)
+        sprite = course.target.shape.draw(course.view(frame, pose))
         if sprite is None or sprite.wanted is None:
             return None
         steady = sprite._replace(wanted=replace(sprite.wanted, gain=1.0))
-        return Piece(name, steady, True, course.first_m(frame, sight))
+        return Piece(name, steady, True, course.first_m(frame, pose))

@@ -57,7 +57,7 @@ def _nearer(scenario: Scenario, name: str, frames: list[int]) -> set[str]:
     target = next(target for target in scenario.targets if target.id == name)
     if not frames:
         return set()
-    places = target.path.positions(np.asarray(frames, dtype=np.float64), scenario.stage, name)
+    places = target.path.positions(np.asarray(frames, dtype=np.float64), scenario.context, name)
     farthest_m = float(np.linalg.norm(places, axis=1).max())
     occluders = ((occluder.name, occluder.range_m) for occluder in scenario.occluders)
     shells = ((part, shell.range_m) for part, _, shell in scenario.background.shells())

@@ -8,7 +8,7 @@ from irsim.motion.base import MetrePath, Path, PixelPath, Pointing
 from irsim.motion.crosses import Crosses, CrossesM, Crossing
 from irsim.motion.dynamics import Dynamics
 from irsim.motion.jitter import Jitter
-from irsim.motion.mount import Company, Mount
+from irsim.motion.mount import CameraTrajectory, Company
 from irsim.motion.others import Companion
 from irsim.motion.pan import Pan
 from irsim.motion.paths import PATHS
@@ -35,6 +35,7 @@ POINTINGS = Family(
 __all__ = [
     "PATHS",
     "POINTINGS",
+    "CameraTrajectory",
     "Companion",
     "Company",
     "Crosses",
@@ -42,7 +43,6 @@ __all__ = [
     "Crossing",
     "Dynamics",
     "MetrePath",
-    "Mount",
     "Path",
     "PixelPath",
     "Pointing",

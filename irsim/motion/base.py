@@ -11,7 +11,7 @@ import numpy as np
 
 from irsim.config.base import Kind, NamedKind
 from irsim.config.quantities import Height, Range, Speed
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import gimbal
 from irsim.motion.dynamics import Dynamics
 from irsim.types import Floats
@@ -25,7 +25,7 @@ class Path(Kind):
     position never depends on how many frames are asked for."""
 
     @abstractmethod
-    def positions(self, frames: Floats, stage: Stage, name: str) -> Floats:
+    def positions(self, frames: Floats, context: SceneContext, name: str) -> Floats:
         """(n, 3) m in the first camera frame, at frame numbers (n,) that may be fractional.
 
         `name` is the target's id: it addresses the path's randomness.
@@ -45,11 +45,11 @@ class Path(Kind):
         """Ids of the targets whose paths it asks for, by the key that names each."""
         return {}
 
-    def obstacle(self, frames: Floats, stage: Stage, name: str) -> str | None:
+    def obstacle(self, frames: Floats, context: SceneContext, name: str) -> str | None:
         """What makes the path impossible at one of the frame numbers (n,); None where nothing does."""
         return None
 
-    def dynamics(self, stage: Stage) -> Dynamics | None:
+    def dynamics(self, context: SceneContext) -> Dynamics | None:
         """Transition and noise from frame to frame, for filters and for bounds over several frames (docs/moments.md);
         None where the path is scripted, or linear in no mode."""
         return None
@@ -66,22 +66,22 @@ class MetrePath(Path):
     def axis_names(self) -> tuple[str, ...]:
         return ("right", "down", "ahead") if self.axes == "camera" else ("east", "north", "up")
 
-    def to_first(self, vectors: Floats, stage: Stage) -> Floats:
+    def to_first(self, vectors: Floats, context: SceneContext) -> Floats:
         """(..., 3) vectors along `axes` in the first camera frame."""
-        return np.asarray(vectors) if self.axes == "camera" else world_to_first(vectors, stage)
+        return np.asarray(vectors) if self.axes == "camera" else world_to_first(vectors, context)
 
-    def to_world(self, vectors: Floats, stage: Stage) -> Floats:
+    def to_world(self, vectors: Floats, context: SceneContext) -> Floats:
         """(..., 3) vectors along `axes` as east, north, up."""
         if self.axes == "world":
             return np.asarray(vectors)
-        east, down, north = np.moveaxis(np.asarray(vectors) @ gimbal(0.0, stage.geometry.elevation_rad, 0.0), -1, 0)
+        east, down, north = np.moveaxis(np.asarray(vectors) @ gimbal(0.0, context.geometry.elevation_rad, 0.0), -1, 0)
         return np.stack([east, north, -down], axis=-1)
 
 
-def world_to_first(vectors: Floats, stage: Stage) -> Floats:
+def world_to_first(vectors: Floats, context: SceneContext) -> Floats:
     """(..., 3) east, north, up as vectors of the first camera frame."""
     east, north, up = np.moveaxis(np.asarray(vectors, dtype=np.float64), -1, 0)
-    return np.asarray(np.stack([east, -up, north], axis=-1) @ gimbal(0.0, stage.geometry.elevation_rad, 0.0).T)
+    return np.asarray(np.stack([east, -up, north], axis=-1) @ gimbal(0.0, context.geometry.elevation_rad, 0.0).T)
 
 
 class PixelPath(Path):
@@ -106,31 +106,31 @@ class PixelPath(Path):
         return self.ground_m
 
     @abstractmethod
-    def pixels(self, frames: Floats, stage: Stage, name: str) -> Floats:
+    def pixels(self, frames: Floats, context: SceneContext, name: str) -> Floats:
         """(n, 2) px as the unmoved camera sees them, at frame numbers (n,) that may be fractional."""
 
-    def positions(self, frames: Floats, stage: Stage, name: str) -> Floats:
+    def positions(self, frames: Floats, context: SceneContext, name: str) -> Floats:
         frames = np.asarray(frames, dtype=np.float64)
-        pixels = self.pixels(frames, stage, name)
+        pixels = self.pixels(frames, context, name)
         if self.ground_m is None:
-            return stage.geometry.place(pixels, self.range_m - self.closing_m_s * frames / stage.rate_hz)
-        descent = self._descent(pixels, stage)
-        return stage.geometry.place(pixels, self.ground_m / np.maximum(descent, HORIZON))
+            return context.geometry.place(pixels, self.range_m - self.closing_m_s * frames / context.rate_hz)
+        descent = self._descent(pixels, context)
+        return context.geometry.place(pixels, self.ground_m / np.maximum(descent, HORIZON))
 
-    def obstacle(self, frames: Floats, stage: Stage, name: str) -> str | None:
+    def obstacle(self, frames: Floats, context: SceneContext, name: str) -> str | None:
         if self.ground_m is None:
             return None
-        pixels = self.pixels(np.asarray(frames, dtype=np.float64), stage, name)
-        descent = self._descent(pixels, stage)
+        pixels = self.pixels(np.asarray(frames, dtype=np.float64), context, name)
+        descent = self._descent(pixels, context)
         if descent.min() >= HORIZON:
             return None
         x, y = pixels[np.argmax(descent < HORIZON)]
         return f"at ({x:.0f}, {y:.0f}) px it is above the horizon; allowed with ground_m: a path below the horizon"
 
     @staticmethod
-    def _descent(pixels: Floats, stage: Stage) -> Floats:
+    def _descent(pixels: Floats, context: SceneContext) -> Floats:
         """(n,): sine of the angle by which the directions of pixels (n, 2) look down."""
-        return np.asarray(stage.geometry.directions(pixels) @ stage.geometry.down)
+        return np.asarray(context.geometry.directions(pixels) @ context.geometry.down)
 
 
 class Pointing(NamedKind):
@@ -140,15 +140,15 @@ class Pointing(NamedKind):
     be fractional.
     """
 
-    def turns(self, frames: Floats, stage: Stage) -> Floats:
+    def turns(self, frames: Floats, context: SceneContext) -> Floats:
         """(n, 3) rad at frame numbers (n,): azimuth (right), elevation (up), roll (clockwise)."""
         return np.zeros((len(frames), 3))
 
-    def shifts(self, frames: Floats, stage: Stage) -> Floats:
+    def shifts(self, frames: Floats, context: SceneContext) -> Floats:
         """(n, 3) m, first camera frame: how far it has carried the camera from where it first stood."""
         return np.zeros((len(frames), 3))
 
-    def zooms(self, frames: Floats, stage: Stage) -> Floats:
+    def zooms(self, frames: Floats, context: SceneContext) -> Floats:
         """(n,) how many times longer it makes the focal length."""
         return np.ones(len(frames))
 

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from irsim.config.quantities import TOP_SPEED, Degrees, NotNegative, Number, PixelSpeed
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.motion.dynamics import Dynamics, constant_velocity
 from irsim.motion.others import Companion, level_course
 from irsim.motion.straight import unit
@@ -32,7 +32,7 @@ class Crossing(Companion):
     place."""
 
     @abstractmethod
-    def parting_px(self, stage: Stage) -> float:
+    def parting_px(self, context: SceneContext) -> float:
         """How fast the two part at that frame, px per frame, or what as much is at the other's range."""
 
 
@@ -51,28 +51,28 @@ class Crosses(Crossing):
     farther_m: Number = 0.0
     """How much farther away than the other it is at that frame, m; negative: nearer, so it hides the other."""
 
-    def meeting(self, stage: Stage) -> tuple[Floats, Floats, Floats, float]:
+    def meeting(self, context: SceneContext) -> tuple[Floats, Floats, Floats, float]:
         """At that frame: the other's place (2,) px, its velocity (2,) px per frame, ours, and its range in m."""
-        around = self.other(self.at_frame + np.array([-0.5, 0.0, 0.5]), stage)
-        before, here, after = stage.geometry.project(around)
+        around = self.other(self.at_frame + np.array([-0.5, 0.0, 0.5]), context)
+        before, here, after = context.geometry.project(around)
         step = after - before
         heading = np.degrees(np.arctan2(step[1], step[0])) if np.hypot(*step) > STILL_PX else 0.0
         return here, step, self.speed * unit(heading + self.angle_deg), float(np.linalg.norm(around[1]))
 
-    def parting_px(self, stage: Stage) -> float:
-        _, step, own, _ = self.meeting(stage)
+    def parting_px(self, context: SceneContext) -> float:
+        _, step, own, _ = self.meeting(context)
         return float(np.hypot(*(own - step)))
 
-    def positions(self, frames: Floats, stage: Stage, name: str) -> Floats:
-        here, step, own, range_m = self.meeting(stage)
+    def positions(self, frames: Floats, context: SceneContext, name: str) -> Floats:
+        here, step, own, range_m = self.meeting(context)
         relative = own - step
         length = np.hypot(*relative)
         across = np.array([-relative[1], relative[0]]) / length if length > STILL_PX else np.zeros(2)
         since = np.asarray(frames, dtype=np.float64)[:, None] - self.at_frame
         pixels = here + self.miss_px * across + since * own
-        return stage.geometry.place(pixels, np.full(len(pixels), range_m + self.farther_m))
+        return context.geometry.place(pixels, np.full(len(pixels), range_m + self.farther_m))
 
-    def dynamics(self, stage: Stage) -> Dynamics:
+    def dynamics(self, context: SceneContext) -> Dynamics:
         return constant_velocity(("x", "y"))
 
 
@@ -97,32 +97,32 @@ class CrossesM(Crossing):
     speed_m_s: Annotated[NotNegative, TOP_SPEED] = 200.0
     """Metres a second."""
 
-    def meeting(self, stage: Stage) -> tuple[Floats, Floats, Floats, Floats]:
+    def meeting(self, context: SceneContext) -> tuple[Floats, Floats, Floats, Floats]:
         """At that frame: the other's place (3,) m, its velocity (3,) m/s, ours, and (3,) the unit normal of the plane
         of the two; first camera frame."""
-        before, here, after = self.other(self.at_frame + np.array([-0.5, 0.0, 0.5]), stage)
-        velocity = (after - before) * stage.rate_hz
-        course, speed = level_course(velocity, stage), np.linalg.norm(velocity)
+        before, here, after = self.other(self.at_frame + np.array([-0.5, 0.0, 0.5]), context)
+        velocity = (after - before) * context.rate_hz
+        course, speed = level_course(velocity, context), np.linalg.norm(velocity)
         ahead = velocity / speed if speed > STILL_M_S else course
-        right = np.cross(stage.geometry.down, course)
+        right = np.cross(context.geometry.down, course)
         tilt, angle = math.radians(self.tilt_deg), math.radians(self.angle_deg)
         aside = math.cos(tilt) * right + math.sin(tilt) * np.cross(right, ahead)
         own = self.speed_m_s * (math.cos(angle) * ahead + math.sin(angle) * aside)
         return here, velocity, own, np.cross(aside, ahead)
 
-    def parting_px(self, stage: Stage) -> float:
-        here, velocity, own, _ = self.meeting(stage)
-        across_m = np.linalg.norm(own - velocity) / stage.rate_hz
-        return float(across_m / (np.linalg.norm(here) * stage.geometry.ifov_rad))
+    def parting_px(self, context: SceneContext) -> float:
+        here, velocity, own, _ = self.meeting(context)
+        across_m = np.linalg.norm(own - velocity) / context.rate_hz
+        return float(across_m / (np.linalg.norm(here) * context.geometry.ifov_rad))
 
-    def positions(self, frames: Floats, stage: Stage, name: str) -> Floats:
-        here, velocity, own, normal = self.meeting(stage)
+    def positions(self, frames: Floats, context: SceneContext, name: str) -> Floats:
+        here, velocity, own, normal = self.meeting(context)
         relative = own - velocity
         length = np.linalg.norm(relative)
         right = np.cross(relative, normal) / length if length > STILL_M_S else np.zeros(3)
         side = math.radians(self.miss_deg)
-        seconds = (np.asarray(frames, dtype=np.float64)[:, None] - self.at_frame) / stage.rate_hz
+        seconds = (np.asarray(frames, dtype=np.float64)[:, None] - self.at_frame) / context.rate_hz
         return np.asarray(here + self.miss_m * (math.cos(side) * right + math.sin(side) * normal) + seconds * own)
 
-    def dynamics(self, stage: Stage) -> Dynamics:
-        return constant_velocity(("right", "down", "ahead"), 1 / stage.rate_hz)
+    def dynamics(self, context: SceneContext) -> Dynamics:
+        return constant_velocity(("right", "down", "ahead"), 1 / context.rate_hz)

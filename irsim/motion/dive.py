@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.config.quantities import TOP_SPEED, Degrees, NotNegative, Pair, PixelSpeed, Positive, Triple
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.motion.arcs import arcs
 from irsim.motion.attitude import STANDARD_GRAVITY
 from irsim.motion.base import MetrePath, PixelPath
@@ -70,12 +70,12 @@ class Dive(MetrePath):
         _check(self.at_frame, self.pull_out_frame)
         return self
 
-    def positions(self, frames: Floats, stage: Stage, name: str) -> Floats:
-        rate = self.pull_g * STANDARD_GRAVITY / self.speed_m_s / stage.rate_hz
-        speed = self.speed_m_s / stage.rate_hz
+    def positions(self, frames: Floats, context: SceneContext, name: str) -> Floats:
+        rate = self.pull_g * STANDARD_GRAVITY / self.speed_m_s / context.rate_hz
+        speed = self.speed_m_s / context.rate_hz
         ahead, down = _flown(frames, speed, self.at_frame, self.angle_deg, rate, self.pull_out_frame).T
-        start = self.to_first(np.array(self.start_m), stage)
-        return np.asarray(start + level(ahead, np.zeros_like(ahead), -down, self.heading_deg, stage))
+        start = self.to_first(np.array(self.start_m), context)
+        return np.asarray(start + level(ahead, np.zeros_like(ahead), -down, self.heading_deg, context))
 
 
 class DivePx(PixelPath):
@@ -103,7 +103,7 @@ class DivePx(PixelPath):
         _check(self.at_frame, self.pull_out_frame)
         return self
 
-    def pixels(self, frames: Floats, stage: Stage, name: str) -> Floats:
+    def pixels(self, frames: Floats, context: SceneContext, name: str) -> Floats:
         rate = math.radians(self.turn_deg)
         way = _flown(frames, self.speed, self.at_frame, self.angle_deg, rate, self.pull_out_frame)
         clockwise = 90 if math.cos(math.radians(self.heading_deg)) >= 0 else -90

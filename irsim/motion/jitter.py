@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from irsim.config.quantities import NotNegative, Positive
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.motion.base import Pointing
 from irsim.motion.shaking import shaking
 from irsim.rng import stream
@@ -27,8 +27,8 @@ class Jitter(Pointing):
     correlation_s: Positive = 0.1
     """Correlation time, s."""
 
-    def turns(self, frames: Floats, stage: Stage) -> Floats:
-        rng = stream(stage.seed, self.name, "jitter")
+    def turns(self, frames: Floats, context: SceneContext) -> Floats:
+        rng = stream(context.seed, self.name, "jitter")
         angular = rng.standard_normal((2, _WAVES)) / self.correlation_s
         phases = rng.uniform(0, 2 * np.pi, (2, _WAVES))
-        return shaking(self.rms_px, angular, phases, frames, stage)
+        return shaking(self.rms_px, angular, phases, frames, context)

@@ -11,7 +11,7 @@ from pydantic import Field
 
 from irsim.config.base import Several
 from irsim.config.quantities import LARGEST, Degrees, Pair, PixelSpeed, Positive, Turning
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.motion.arcs import chord
 from irsim.motion.base import PixelPath
 from irsim.motion.dynamics import Dynamics, constant_velocity
@@ -45,7 +45,7 @@ class Jumps:
     hold: float
 
     def places(
-        self, frames: Floats, start: tuple[float, float], speed: float, heading: float, stage: Stage, name: str
+        self, frames: Floats, start: tuple[float, float], speed: float, heading: float, context: SceneContext, name: str
     ) -> Floats:
         """(n, 2) at frame numbers (n,), in any unit of length.
 
@@ -53,18 +53,18 @@ class Jumps:
         """
         frames = np.asarray(frames, dtype=np.float64)
         whole = np.maximum(np.floor(frames), 0).astype(np.int64)
-        rates = self.drawn(int(whole.max(initial=0)) + 1, stage, name)
+        rates = self.drawn(int(whole.max(initial=0)) + 1, context, name)
         headings = heading + np.append(0.0, np.cumsum(rates))[:-1]
         ways = np.cumsum(chord(speed, headings, rates, np.ones(len(rates))), axis=0)
         places = np.concatenate([np.zeros((1, 2)), ways])
         rate = np.where(frames < 0, 0.0, rates[whole])
         return np.asarray(np.asarray(start) + places[whole] + chord(speed, headings[whole], rate, frames - whole))
 
-    def drawn(self, count: int, stage: Stage, name: str) -> Floats:
+    def drawn(self, count: int, context: SceneContext, name: str) -> Floats:
         """(count,) rad per frame, of the frames that begin at 0 .. count-1."""
         modes, mode = len(self.rates), 0
         chosen: list[int] = []
-        for chance, drawn in stream(stage.seed, name, "path").random((count, 2)).tolist():
+        for chance, drawn in stream(context.seed, name, "path").random((count, 2)).tolist():
             if chosen and modes > 1 and chance < 1 / self.hold:
                 mode = (mode + 1 + int(drawn * (modes - 1))) % modes
             chosen.append(mode)
@@ -98,10 +98,10 @@ class Jump(PixelPath):
     def jumps(self) -> Jumps:
         return Jumps(np.radians(self.rates_deg), self.hold_frames)
 
-    def pixels(self, frames: Floats, stage: Stage, name: str) -> Floats:
-        return self.jumps.places(frames, self.start, self.speed, math.radians(self.heading_deg), stage, name)
+    def pixels(self, frames: Floats, context: SceneContext, name: str) -> Floats:
+        return self.jumps.places(frames, self.start, self.speed, math.radians(self.heading_deg), context, name)
 
-    def dynamics(self, stage: Stage) -> Dynamics:
+    def dynamics(self, context: SceneContext) -> Dynamics:
         """One mode for each rate; within a mode nothing is random."""
         transitions = np.stack([coordinated_turn(math.radians(rate)) for rate in self.rates_deg])
         return Dynamics(("x", "vx", "y", "vy"), transitions, np.zeros_like(transitions), self.jumps.switching)
@@ -118,20 +118,20 @@ class JumpM(HeadedPath):
     hold_s: Positive = 3.0
     """Mean length of a turn, s, no less than a frame; the next is drawn evenly from the other rates."""
 
-    def jumps(self, stage: Stage) -> Jumps:
-        return Jumps(np.radians(self.rates_deg_s) / stage.rate_hz, frames_of(self.hold_s, stage))
+    def jumps(self, context: SceneContext) -> Jumps:
+        return Jumps(np.radians(self.rates_deg_s) / context.rate_hz, frames_of(self.hold_s, context))
 
-    def positions(self, frames: Floats, stage: Stage, name: str) -> Floats:
-        speed = self.speed_m_s / stage.rate_hz
-        ahead, right = self.jumps(stage).places(frames, (0.0, 0.0), speed, 0.0, stage, name).T
-        return self.laid(ahead, right, self.climbed(frames, stage), stage)
+    def positions(self, frames: Floats, context: SceneContext, name: str) -> Floats:
+        speed = self.speed_m_s / context.rate_hz
+        ahead, right = self.jumps(context).places(frames, (0.0, 0.0), speed, 0.0, context, name).T
+        return self.laid(ahead, right, self.climbed(frames, context), context)
 
-    def dynamics(self, stage: Stage) -> Dynamics:
+    def dynamics(self, context: SceneContext) -> Dynamics:
         """One mode for each rate; within a mode nothing is random. The state lies along the world's axes, in which the
         turns are level, whatever `axes`."""
-        step, modes = 1 / stage.rate_hz, len(self.rates_deg_s)
+        step, modes = 1 / context.rate_hz, len(self.rates_deg_s)
         transitions = np.zeros((modes, 6, 6))
         transitions[:, :4, :4] = [coordinated_turn(math.radians(rate), step) for rate in self.rates_deg_s]
         transitions[:, 4:, 4:] = constant_velocity(("up",), step).transitions
         state = ("north", "vnorth", "east", "veast", "up", "vup")
-        return Dynamics(state, transitions, np.zeros_like(transitions), self.jumps(stage).switching)
+        return Dynamics(state, transitions, np.zeros_like(transitions), self.jumps(context).switching)

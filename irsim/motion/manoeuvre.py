@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.config.quantities import LARGEST, TOP_SPEED, Degrees, NotNegative, Number, Pair, PixelSpeed, Positive
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.motion.arcs import chord
 from irsim.motion.attitude import STANDARD_GRAVITY
 from irsim.motion.base import PixelPath, world_to_first
@@ -53,11 +53,11 @@ class RandomTurns:
     ease: float
     box: tuple[float, float, float, float] | None
 
-    def places(self, frames: Floats, stage: Stage, name: str) -> Floats:
+    def places(self, frames: Floats, context: SceneContext, name: str) -> Floats:
         """(n, 2) at frame numbers (n,)."""
         frames = np.asarray(frames, dtype=np.float64)
         whole = np.maximum(np.floor(frames), 0).astype(np.int64)
-        x, y, heading, rate = _states(self, _rounded_up(int(whole.max(initial=0)) + 1), stage.seed, name)[whole].T
+        x, y, heading, rate = _states(self, _rounded_up(int(whole.max(initial=0)) + 1), context.seed, name)[whole].T
         # Within a frame the turn rate holds: an arc, whose chord is exact at fractions too.
         return np.stack([x, y], axis=-1) + chord(self.speed, heading, rate, frames - whole)
 
@@ -142,8 +142,8 @@ class Manoeuvre(PixelPath):
         _check(self.keep_in_px, "keep_in_px", "[left, top, right, bottom]")
         return self
 
-    def pixels(self, frames: Floats, stage: Stage, name: str) -> Floats:
-        columns, rows = stage.geometry.size
+    def pixels(self, frames: Floats, context: SceneContext, name: str) -> Floats:
+        columns, rows = context.geometry.size
         inset = (0.1 * columns, 0.1 * rows, 0.9 * columns, 0.9 * rows)
         turns = RandomTurns(
             self.start,
@@ -154,7 +154,7 @@ class Manoeuvre(PixelPath):
             self.ease_frames,
             self.keep_in_px or inset,
         )
-        return turns.places(frames, stage, name)
+        return turns.places(frames, context, name)
 
 
 class ManoeuvreM(HeadedPath):
@@ -180,18 +180,18 @@ class ManoeuvreM(HeadedPath):
         _check(self.keep_in_m, "keep_in_m", "[west, south, east, north]")
         return self
 
-    def positions(self, frames: Floats, stage: Stage, name: str) -> Floats:
-        east, north, up = self.to_world(np.array(self.start_m), stage).tolist()
+    def positions(self, frames: Floats, context: SceneContext, name: str) -> Floats:
+        east, north, up = self.to_world(np.array(self.start_m), context).tolist()
         box = self.keep_in_m
         # North is the first axis and east the second: headings grow from north to east.
         turns = RandomTurns(
             (north, east),
-            self.speed_m_s / stage.rate_hz,
+            self.speed_m_s / context.rate_hz,
             math.radians(self.heading_deg),
-            self.turn_g * STANDARD_GRAVITY / self.speed_m_s / stage.rate_hz,
-            frames_of(self.hold_s, stage),
-            frames_of(self.ease_s, stage),
+            self.turn_g * STANDARD_GRAVITY / self.speed_m_s / context.rate_hz,
+            frames_of(self.hold_s, context),
+            frames_of(self.ease_s, context),
             box and (box[1], box[0], box[3], box[2]),
         )
-        north_m, east_m = turns.places(frames, stage, name).T
-        return world_to_first(np.stack([east_m, north_m, up + self.climbed(frames, stage)], axis=-1), stage)
+        north_m, east_m = turns.places(frames, context, name).T
+        return world_to_first(np.stack([east_m, north_m, up + self.climbed(frames, context)], axis=-1), context)

@@ -8,14 +8,14 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.motion.base import Path, Pointing
 from irsim.types import Floats
 
 
 @dataclass(frozen=True, eq=False)
-class Mount:
+class CameraTrajectory:
     """The camera at n frames.
 
     turns   (n, 3) rad: azimuth (right), elevation (up), roll (clockwise) from the first pointing
@@ -29,11 +29,11 @@ class Mount:
     zooms: Floats
 
     @classmethod
-    def of(cls, motions: Sequence[Pointing], frames: Floats, stage: Stage) -> Mount:
+    def of(cls, motions: Sequence[Pointing], frames: Floats, context: SceneContext) -> CameraTrajectory:
         """What the motions make together: turns and ways add up, zooms multiply."""
         frames = np.asarray(frames, dtype=np.float64)
-        turns = np.sum([np.zeros((len(frames), 3)), *(motion.turns(frames, stage) for motion in motions)], axis=0)
-        return cls(stage.geometry, turns, standpoints(motions, frames, stage), zooms(motions, frames, stage))
+        turns = np.sum([np.zeros((len(frames), 3)), *(motion.turns(frames, context) for motion in motions)], axis=0)
+        return cls(context.geometry, turns, standpoints(motions, frames, context), zooms(motions, frames, context))
 
     def lens(self, index: int) -> Geometry:
         """The geometry of frame `index`, zoomed."""
@@ -65,17 +65,17 @@ def _rotation(geometry: Geometry, turn: tuple[float, ...]) -> Floats:
     return rotation
 
 
-def standpoints(motions: Sequence[Pointing], frames: Floats, stage: Stage) -> Floats:
+def standpoints(motions: Sequence[Pointing], frames: Floats, context: SceneContext) -> Floats:
     """(n, 3) m, first camera frame: where the camera is at frame numbers (n,)."""
     frames = np.asarray(frames, dtype=np.float64)
-    ways = [motion.shifts(frames, stage) for motion in motions]
+    ways = [motion.shifts(frames, context) for motion in motions]
     return np.asarray(np.sum([np.zeros((len(frames), 3)), *ways], axis=0))
 
 
-def zooms(motions: Sequence[Pointing], frames: Floats, stage: Stage) -> Floats:
+def zooms(motions: Sequence[Pointing], frames: Floats, context: SceneContext) -> Floats:
     """(n,) how many times longer than at first the focal length is at frame numbers (n,)."""
     frames = np.asarray(frames, dtype=np.float64)
-    return np.asarray(np.prod([np.ones(len(frames)), *(motion.zooms(frames, stage) for motion in motions)], axis=0))
+    return np.asarray(np.prod([np.ones(len(frames)), *(motion.zooms(frames, context) for motion in motions)], axis=0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,11 +85,11 @@ class Company:
     paths: Mapping[str, Path]
     motions: Sequence[Pointing]
 
-    def way(self, name: str, frames: Floats, stage: Stage) -> Floats:
-        return self.paths[name].positions(frames, stage, name)
+    def way(self, name: str, frames: Floats, context: SceneContext) -> Floats:
+        return self.paths[name].positions(frames, context, name)
 
-    def standpoints(self, frames: Floats, stage: Stage) -> Floats:
-        return standpoints(self.motions, frames, stage)
+    def standpoints(self, frames: Floats, context: SceneContext) -> Floats:
+        return standpoints(self.motions, frames, context)
 
-    def zooms(self, frames: Floats, stage: Stage) -> Floats:
-        return zooms(self.motions, frames, stage)
+    def zooms(self, frames: Floats, context: SceneContext) -> Floats:
+        return zooms(self.motions, frames, context)

@@ -9,7 +9,7 @@ import numpy as np
 from irsim.config.base import Name
 from irsim.config.quantities import NotNegative, Number, Pair, Positive, Velocity
 from irsim.errors import InputError
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.motion.attitude import STANDARD_GRAVITY
 from irsim.motion.base import Path
 from irsim.types import Floats
@@ -24,17 +24,17 @@ class Companion(Path):
     def refers(self) -> Mapping[str, str]:
         return {"target": self.target}
 
-    def other(self, frames: Floats, stage: Stage) -> Floats:
+    def other(self, frames: Floats, context: SceneContext) -> Floats:
         """(n, 3) m, first camera frame: where the other target is."""
-        if stage.cast is None:
+        if context.cast is None:
             raise InputError(f"there is no target '{self.target}' to refer to; allowed: a target of the scenario")
-        return stage.cast.way(self.target, np.asarray(frames, dtype=np.float64), stage)
+        return context.cast.way(self.target, np.asarray(frames, dtype=np.float64), context)
 
 
-def level_course(velocity: Floats, stage: Stage) -> Floats:
+def level_course(velocity: Floats, context: SceneContext) -> Floats:
     """(3,) unit vector: a velocity's direction over the ground. What stands or goes straight up or down counts as going
     right in the picture."""
-    down = stage.geometry.down
+    down = context.geometry.down
     ahead = velocity - (velocity @ down) * down
     length = np.linalg.norm(ahead)
     return np.asarray(ahead / length if length > 1e-9 else np.array([1.0, 0.0, 0.0]))
@@ -50,12 +50,12 @@ class Follow(Companion):
     farther_m: Number = 0.0
     """How much farther away it is, m; negative: nearer."""
 
-    def positions(self, frames: Floats, stage: Stage, name: str) -> Floats:
-        leader = self.other(np.asarray(frames, dtype=np.float64) - self.lag_frames, stage)
+    def positions(self, frames: Floats, context: SceneContext, name: str) -> Floats:
+        leader = self.other(np.asarray(frames, dtype=np.float64) - self.lag_frames, context)
         if not any(self.offset_px) and not self.farther_m:
             return leader
-        pixels = stage.geometry.project(leader) + np.asarray(self.offset_px)
-        return stage.geometry.place(pixels, np.linalg.norm(leader, axis=1) + self.farther_m)
+        pixels = context.geometry.project(leader) + np.asarray(self.offset_px)
+        return context.geometry.place(pixels, np.linalg.norm(leader, axis=1) + self.farther_m)
 
 
 class Thrown(Companion):
@@ -73,14 +73,14 @@ class Thrown(Companion):
     def begins(self) -> float:
         return self.at_frame
 
-    def positions(self, frames: Floats, stage: Stage, name: str) -> Floats:
+    def positions(self, frames: Floats, context: SceneContext, name: str) -> Floats:
         frames = np.asarray(frames, dtype=np.float64)
-        around = self.other(self.at_frame + np.array([-0.5, 0.0, 0.5]), stage)
-        carried = (around[2] - around[0]) * stage.rate_hz
-        down, ahead = stage.geometry.down, level_course(carried, stage)
+        around = self.other(self.at_frame + np.array([-0.5, 0.0, 0.5]), context)
+        carried = (around[2] - around[0]) * context.rate_hz
+        down, ahead = context.geometry.down, level_course(carried, context)
         aside, along, up = self.velocity_m_s
         first = carried + aside * np.cross(down, ahead) + along * ahead - up * down
         falling = STANDARD_GRAVITY * self.slow_s * down
-        seconds = np.maximum(frames - self.at_frame, 0.0)[:, None] / stage.rate_hz
+        seconds = np.maximum(frames - self.at_frame, 0.0)[:, None] / context.rate_hz
         flown = falling * seconds - (first - falling) * self.slow_s * np.expm1(-seconds / self.slow_s)
-        return np.where(frames[:, None] < self.at_frame, self.other(frames, stage), around[1] + flown)
+        return np.where(frames[:, None] < self.at_frame, self.other(frames, context), around[1] + flown)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from irsim.config.quantities import Turning
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.motion.base import Pointing
 from irsim.types import Floats
 
@@ -18,6 +18,6 @@ class Pan(Pointing):
     elevation_deg_s: Turning = 0.0
     """Upwards, degrees a second."""
 
-    def turns(self, frames: Floats, stage: Stage) -> Floats:
+    def turns(self, frames: Floats, context: SceneContext) -> Floats:
         rates = np.radians([self.azimuth_deg_s, self.elevation_deg_s, 0.0])
-        return np.asarray(frames)[:, None] / stage.rate_hz * rates
+        return np.asarray(frames)[:, None] / context.rate_hz * rates

@@ -8,7 +8,7 @@ import numpy as np
 
 from irsim.config.base import Switches
 from irsim.config.quantities import Positive, Triple, Velocity
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.motion.base import MetrePath, Pointing, world_to_first
 from irsim.motion.paths import METRE_PATHS
 from irsim.types import Floats
@@ -33,11 +33,11 @@ class Platform(Pointing):
     sway_period_s: Positive = 5.0
     """Time of one sway, s."""
 
-    def shifts(self, frames: Floats, stage: Stage) -> Floats:
-        seconds = np.asarray(frames, dtype=np.float64)[:, None] / stage.rate_hz
+    def shifts(self, frames: Floats, context: SceneContext) -> Floats:
+        seconds = np.asarray(frames, dtype=np.float64)[:, None] / context.rate_hz
         sway = np.sin(2 * np.pi * seconds / self.sway_period_s) * np.array(self.sway_m)
-        even = world_to_first(seconds * np.array(self.velocity_m_s) + sway, stage)
+        even = world_to_first(seconds * np.array(self.velocity_m_s) + sway, context)
         if self.path is None:
             return even
-        first, way = (self.path.positions(at, stage, self.name) for at in (np.zeros(1), np.asarray(frames)))
+        first, way = (self.path.positions(at, context, self.name) for at in (np.zeros(1), np.asarray(frames)))
         return even + way - first

@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.motion.attitude import STANDARD_GRAVITY, euler
 from irsim.motion.base import Path
 from irsim.motion.upright import Pitched, Rotorcraft, Upright
@@ -41,14 +41,14 @@ class Arrow(Posture):
     banks: bool = False
 
     def bodies(self, way: Way, frames: Floats) -> Floats:
-        wide = _ROLL_S * way.stage.rate_hz
+        wide = _ROLL_S * way.context.rate_hz
         around = np.add.outer([-wide, -_STEP, 0.0, _STEP, wide], frames).ravel()
         entry, before, here, after, exit = np.split(way.positions(around), 5)
         step = after - before
         length = np.linalg.norm(step, axis=1, keepdims=True)
         nose = np.where(length > 2 * _STEP * _STANDING_M, step, [1.0, 0.0, 0.0])
         nose = nose / np.linalg.norm(nose, axis=1, keepdims=True)
-        right = np.cross(way.stage.geometry.down, nose)
+        right = np.cross(way.context.geometry.down, nose)
         level = np.linalg.norm(right, axis=1, keepdims=True)
         right = np.where(level > 1e-9, right / np.maximum(level, 1e-9), np.cross(nose, [1.0, 0.0, 0.0]))
         body = np.stack([nose, right, np.cross(nose, right)], axis=-1)
@@ -87,7 +87,7 @@ POSTURES: dict[PostureName, Posture] = {
 def attitudes(
     path: Path,
     frames: Floats,
-    stage: Stage,
+    context: SceneContext,
     name: str,
     offset_deg: tuple[float, float, float] = (0.0, 0.0, 0.0),
     spin_deg_s: tuple[float, float, float] = (0.0, 0.0, 0.0),
@@ -99,5 +99,5 @@ def attitudes(
     its own axes after that.
     """
     frames = np.asarray(frames, dtype=np.float64)
-    own = np.asarray(offset_deg) + np.asarray(spin_deg_s) * frames[:, None] / stage.rate_hz
-    return np.asarray(posture.bodies(Way(path, stage, name), frames) @ euler(own))
+    own = np.asarray(offset_deg) + np.asarray(spin_deg_s) * frames[:, None] / context.rate_hz
+    return np.asarray(posture.bodies(Way(path, context, name), frames) @ euler(own))

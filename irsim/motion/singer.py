@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from irsim.config.quantities import Degrees, NotNegative, Pair, PixelSpeed, Positive, Triple, Velocity
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.motion.base import MetrePath, PixelPath
 from irsim.motion.dynamics import Dynamics
 from irsim.motion.straight import unit
@@ -40,7 +40,9 @@ def singer(step: float, sigma: float, correlation: float) -> tuple[Floats, Float
     return transition, density * step / 2 * np.einsum("n,ni,nj->ij", _WEIGHTS, responses, responses)
 
 
-def _flown(frames: Floats, stage: Stage, name: str, step: float, sigma: float, correlation: float, axes: int) -> Floats:
+def _flown(
+    frames: Floats, context: SceneContext, name: str, step: float, sigma: float, correlation: float, axes: int
+) -> Floats:
     """(n, axes) displacement from a steady way, at rest and with stationary acceleration at frame 0."""
     frames = np.asarray(frames, dtype=np.float64)
     whole = np.maximum(np.floor(frames), 0).astype(np.int64)
@@ -48,7 +50,7 @@ def _flown(frames: Floats, stage: Stage, name: str, step: float, sigma: float, c
     transition, noise = singer(step, sigma, correlation)
     scale = np.sqrt(np.maximum(np.diag(noise), np.finfo(float).tiny))
     root = scale[:, None] * np.linalg.cholesky(noise / np.outer(scale, scale) + 1e-12 * np.eye(3)) if sigma else noise
-    draws = stream(stage.seed, name, "path").standard_normal((count, axes, 3))
+    draws = stream(context.seed, name, "path").standard_normal((count, axes, 3))
     states = np.zeros((count, axes, 3))
     states[0, :, 2] = sigma * draws[0, :, 2]
     for frame in range(1, count):
@@ -86,12 +88,12 @@ class Singer(PixelPath):
     correlation_frames: Positive = 30.0
     """How long an acceleration lasts, frames."""
 
-    def pixels(self, frames: Floats, stage: Stage, name: str) -> Floats:
+    def pixels(self, frames: Floats, context: SceneContext, name: str) -> Floats:
         steady = self.speed * np.asarray(frames)[:, None] * unit(self.heading_deg)
-        flown = _flown(frames, stage, name, 1.0, self.sigma, self.correlation_frames, 2)
+        flown = _flown(frames, context, name, 1.0, self.sigma, self.correlation_frames, 2)
         return np.asarray(np.asarray(self.start) + steady + flown)
 
-    def dynamics(self, stage: Stage) -> Dynamics:
+    def dynamics(self, context: SceneContext) -> Dynamics:
         return _dynamics(("x", "y"), 1.0, self.sigma, self.correlation_frames)
 
 
@@ -107,11 +109,11 @@ class SingerM(MetrePath):
     correlation_s: Positive = 2.0
     """How long an acceleration lasts, s (Singer: an evasive turn 10 to 20 s, turbulence 1 s)."""
 
-    def positions(self, frames: Floats, stage: Stage, name: str) -> Floats:
-        step = 1 / stage.rate_hz
+    def positions(self, frames: Floats, context: SceneContext, name: str) -> Floats:
+        step = 1 / context.rate_hz
         steady = step * np.asarray(frames)[:, None] * np.asarray(self.velocity_m_s)
-        flown = _flown(frames, stage, name, step, self.sigma_m_s2, self.correlation_s, 3)
-        return self.to_first(np.asarray(self.start_m) + steady + flown, stage)
+        flown = _flown(frames, context, name, step, self.sigma_m_s2, self.correlation_s, 3)
+        return self.to_first(np.asarray(self.start_m) + steady + flown, context)
 
-    def dynamics(self, stage: Stage) -> Dynamics:
-        return _dynamics(self.axis_names, 1 / stage.rate_hz, self.sigma_m_s2, self.correlation_s)
+    def dynamics(self, context: SceneContext) -> Dynamics:
+        return _dynamics(self.axis_names, 1 / context.rate_hz, self.sigma_m_s2, self.correlation_s)

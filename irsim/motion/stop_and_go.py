@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from irsim.config.quantities import LARGEST, TOP_SPEED, Degrees, NotNegative, Pair, PixelSpeed, Positive
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.motion.base import PixelPath
 from irsim.motion.headed import HeadedPath, frames_of
 from irsim.motion.straight import unit
@@ -36,21 +36,21 @@ class Stops:
     ease: float
     vary: float
 
-    def way(self, frames: Floats, stage: Stage, name: str) -> Floats:
+    def way(self, frames: Floats, context: SceneContext, name: str) -> Floats:
         """(n,) how far it has gone since frame 0, at frame numbers (n,)."""
         frames = np.asarray(frames, dtype=np.float64)
-        times, speeds = self.paces(float(frames.max(initial=0.0)), stage, name)
+        times, speeds = self.paces(float(frames.max(initial=0.0)), context, name)
         ways = np.append(0.0, np.cumsum((speeds[1:] + speeds[:-1]) / 2 * np.diff(times)))
         leg = np.clip(np.searchsorted(times, frames, side="right") - 1, 0, len(times) - 2)
         part, span = frames - times[leg], times[leg + 1] - times[leg]
         gain = np.where(frames < 0, 0.0, (speeds[leg + 1] - speeds[leg]) / span)
         return np.asarray(ways[leg] + speeds[leg] * part + gain * part**2 / 2)
 
-    def paces(self, last: float, stage: Stage, name: str) -> tuple[Floats, Floats]:
+    def paces(self, last: float, context: SceneContext, name: str) -> tuple[Floats, Floats]:
         """Frames and speeds between which the speed changes evenly, beyond frame `last`."""
         shortest = (1 - self.vary) * (self.go + self.stop)
         count = int(last / shortest) + 2
-        drawn = 1 + self.vary * (2 * stream(stage.seed, name, "path").random((count, 2)) - 1)
+        drawn = 1 + self.vary * (2 * stream(context.seed, name, "path").random((count, 2)) - 1)
         goes, stops = drawn.T * np.array([[self.go], [self.stop]])
         begins = np.append(0.0, np.cumsum(goes + stops))[:-1]
         ease = np.maximum(np.minimum(self.ease, goes / 2), 1e-6)
@@ -79,9 +79,9 @@ class StopAndGo(PixelPath):
     ease_frames: NotNegative = 6.0
     """Time it takes to come to rest or to full speed, frames; at most half a go."""
 
-    def pixels(self, frames: Floats, stage: Stage, name: str) -> Floats:
+    def pixels(self, frames: Floats, context: SceneContext, name: str) -> Floats:
         stops = Stops(self.speed, self.go_frames, self.stop_frames, self.ease_frames, self.vary)
-        way = stops.way(frames, stage, name)
+        way = stops.way(frames, context, name)
         return np.asarray(np.asarray(self.start) + way[:, None] * unit(self.heading_deg))
 
 
@@ -100,8 +100,8 @@ class StopAndGoM(HeadedPath):
     ease_s: NotNegative = 2.0
     """Time it takes to come to rest or to full speed, s; at most half a go. 2 s from 10 m/s are 0.5 g, hard braking."""
 
-    def positions(self, frames: Floats, stage: Stage, name: str) -> Floats:
-        rate_hz = stage.rate_hz
-        stops = Stops(1.0, frames_of(self.go_s, stage), self.stop_s * rate_hz, self.ease_s * rate_hz, self.vary)
-        seconds = stops.way(frames, stage, name) / rate_hz
-        return self.laid(self.speed_m_s * seconds, np.zeros_like(seconds), self.climb_m_s * seconds, stage)
+    def positions(self, frames: Floats, context: SceneContext, name: str) -> Floats:
+        rate_hz = context.rate_hz
+        stops = Stops(1.0, frames_of(self.go_s, context), self.stop_s * rate_hz, self.ease_s * rate_hz, self.vary)
+        seconds = stops.way(frames, context, name) / rate_hz
+        return self.laid(self.speed_m_s * seconds, np.zeros_like(seconds), self.climb_m_s * seconds, context)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from irsim.config.quantities import Degrees, Pair, PixelSpeed, Triple, Velocity
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.motion.base import MetrePath, PixelPath
 from irsim.motion.dynamics import Dynamics, constant_velocity
 from irsim.types import Floats
@@ -27,10 +27,10 @@ class Straight(PixelPath):
     heading_deg: Degrees = 0.0
     """Direction in the picture, degrees: 0 right, 90 down."""
 
-    def pixels(self, frames: Floats, stage: Stage, name: str) -> Floats:
+    def pixels(self, frames: Floats, context: SceneContext, name: str) -> Floats:
         return np.asarray(self.start) + self.speed * np.asarray(frames)[:, None] * unit(self.heading_deg)
 
-    def dynamics(self, stage: Stage) -> Dynamics:
+    def dynamics(self, context: SceneContext) -> Dynamics:
         return constant_velocity(("x", "y"))
 
 
@@ -42,10 +42,10 @@ class StraightM(MetrePath):
     velocity_m_s: Velocity = (0.0, 0.0, 0.0)
     """Metres a second."""
 
-    def positions(self, frames: Floats, stage: Stage, name: str) -> Floats:
-        seconds = np.asarray(frames)[:, None] / stage.rate_hz
-        start, velocity = (self.to_first(np.array(vector), stage) for vector in (self.start_m, self.velocity_m_s))
+    def positions(self, frames: Floats, context: SceneContext, name: str) -> Floats:
+        seconds = np.asarray(frames)[:, None] / context.rate_hz
+        start, velocity = (self.to_first(np.array(vector), context) for vector in (self.start_m, self.velocity_m_s))
         return np.asarray(start + seconds * velocity)
 
-    def dynamics(self, stage: Stage) -> Dynamics:
-        return constant_velocity(self.axis_names, 1 / stage.rate_hz)
+    def dynamics(self, context: SceneContext) -> Dynamics:
+        return constant_velocity(self.axis_names, 1 / context.rate_hz)

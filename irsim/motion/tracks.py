@@ -9,7 +9,7 @@ import numpy as np
 from irsim.config.base import Name
 from irsim.config.quantities import NotNegative, Pair
 from irsim.errors import InputError
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.motion.base import Pointing
 from irsim.types import Floats
 
@@ -31,18 +31,18 @@ class Tracks(Pointing):
     def refers(self) -> Mapping[str, str]:
         return {"target": self.target}
 
-    def turns(self, frames: Floats, stage: Stage) -> Floats:
-        if stage.cast is None:
+    def turns(self, frames: Floats, context: SceneContext) -> Floats:
+        if context.cast is None:
             raise InputError(f"there is no target '{self.target}' to look at; allowed: a target of the scenario")
         frames = np.asarray(frames, dtype=np.float64)
-        seen = stage.cast.way(self.target, frames - self.lag_s * stage.rate_hz, stage)
-        seen = seen - stage.cast.standpoints(frames, stage)
-        geometry = stage.geometry
+        seen = context.cast.way(self.target, frames - self.lag_s * context.rate_hz, context)
+        seen = seen - context.cast.standpoints(frames, context)
+        geometry = context.geometry
         world = seen @ geometry.rotation(np.zeros(3)).T @ geometry.world_rotation(np.zeros(3))
         azimuth, elevation = _angles(world)
         place = geometry.principal if self.place_px is None else np.asarray(self.place_px)
         # Where the first lens would see what the zoomed one of each frame sees at the place.
-        nearer = 1 - 1 / stage.cast.zooms(frames, stage)
+        nearer = 1 - 1 / context.cast.zooms(frames, context)
         directions = geometry.directions(place + nearer[:, None] * (geometry.principal - place))
         aside, above = _angles(directions)
         # The place's own direction from the axis: exact at the axis, and off it within a level camera's

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import model_validator
 
 from irsim.config.quantities import Degrees, Pair, PixelSpeed
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.motion.arcs import Legs, arcs, check_legs
 from irsim.motion.base import PixelPath
 from irsim.motion.headed import HeadedPath
@@ -33,7 +33,7 @@ class Turns(PixelPath):
         check_legs(self.turns)
         return self
 
-    def pixels(self, frames: Floats, stage: Stage, name: str) -> Floats:
+    def pixels(self, frames: Floats, context: SceneContext, name: str) -> Floats:
         legs = [(first, last, math.radians(rate)) for first, last, rate in self.turns]
         way = arcs(frames, legs, self.speed)
         axes = np.stack([unit(self.heading_deg), unit(self.heading_deg + 90)])
@@ -51,7 +51,7 @@ class TurnsM(HeadedPath):
         check_legs(self.turns)
         return self
 
-    def positions(self, frames: Floats, stage: Stage, name: str) -> Floats:
-        legs = [(first, last, math.radians(rate) / stage.rate_hz) for first, last, rate in self.turns]
-        ahead, right = arcs(frames, legs, self.speed_m_s / stage.rate_hz).T
-        return self.laid(ahead, right, self.climbed(frames, stage), stage)
+    def positions(self, frames: Floats, context: SceneContext, name: str) -> Floats:
+        legs = [(first, last, math.radians(rate) / context.rate_hz) for first, last, rate in self.turns]
+        ahead, right = arcs(frames, legs, self.speed_m_s / context.rate_hz).T
+        return self.laid(ahead, right, self.climbed(frames, context), context)

@@ -30,7 +30,7 @@ class Upright(Posture):
 
     def bodies(self, way: Way, frames: Floats) -> Floats:
         whole, before, velocity, acceleration = _moving(way, frames)
-        heading = _headings(before, math.radians(self.turn_deg_s) / way.stage.rate_hz)
+        heading = _headings(before, math.radians(self.turn_deg_s) / way.context.rate_hz)
         return np.asarray(way.axes @ _held(self.ups(velocity, acceleration), np.interp(frames, whole, heading)))
 
     def ups(self, velocity: Floats, acceleration: Floats) -> Floats:
@@ -85,7 +85,7 @@ class Pitched(Upright):
 
     def bodies(self, way: Way, frames: Floats) -> Floats:
         whole, before, _, acceleration = _moving(way, frames)
-        yaw, pitch = (np.interp(frames, whole, angle) for angle in self._followed(before, way.stage.rate_hz))
+        yaw, pitch = (np.interp(frames, whole, angle) for angle in self._followed(before, way.context.rate_hz))
         level = np.zeros(len(frames))
         right = np.stack([np.cos(yaw), -np.sin(yaw), level], axis=-1)
         upright = np.stack([-np.sin(pitch) * np.sin(yaw), -np.sin(pitch) * np.cos(yaw), np.cos(pitch)], axis=-1)

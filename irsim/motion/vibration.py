@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from irsim.config.base import Several
 from irsim.config.quantities import NotNegative, Positive
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.motion.base import Pointing
 from irsim.motion.shaking import shaking
 from irsim.rng import stream
@@ -34,12 +34,12 @@ class Vibration(Pointing):
     lines: Annotated[Several[Line], Field(min_length=1)] = ((12.0, 0.5, 0.5),)
     """List of [Hz, amplitude in azimuth px, amplitude in elevation px], px at zoom 1."""
 
-    def turns(self, frames: Floats, stage: Stage) -> Floats:
+    def turns(self, frames: Floats, context: SceneContext) -> Floats:
         hertz, *amplitudes = np.array(self.lines).T
-        phases = stream(stage.seed, self.name, "vibration").uniform(0, 2 * np.pi, (2, len(hertz)))
-        seconds = np.asarray(frames, dtype=np.float64)[:, None, None] / stage.rate_hz
+        phases = stream(context.seed, self.name, "vibration").uniform(0, 2 * np.pi, (2, len(hertz)))
+        seconds = np.asarray(frames, dtype=np.float64)[:, None, None] / context.rate_hz
         waves = np.array(amplitudes) * np.sin(2 * np.pi * hertz * seconds + phases)
-        turned = stage.geometry.ifov_rad * waves.sum(axis=-1)
+        turned = context.geometry.ifov_rad * waves.sum(axis=-1)
         return np.concatenate([turned, np.zeros_like(turned[:, :1])], axis=1)
 
 
@@ -66,11 +66,11 @@ class Shake(Pointing):
             )
         return self
 
-    def turns(self, frames: Floats, stage: Stage) -> Floats:
-        rng = stream(stage.seed, self.name, "shake")
+    def turns(self, frames: Floats, context: SceneContext) -> Floats:
+        rng = stream(context.seed, self.name, "shake")
         slices = (np.arange(_WAVES) + rng.random((2, _WAVES))) / _WAVES
         hertz, phases = self._frequencies(slices), rng.uniform(0, 2 * np.pi, (2, _WAVES))
-        return shaking(self.rms_px, 2 * np.pi * hertz, phases, frames, stage)
+        return shaking(self.rms_px, 2 * np.pi * hertz, phases, frames, context)
 
     def _frequencies(self, shares: Floats) -> Floats:
         """Hz below which lie `shares` 0..1 of the power: the inverse of the spectrum's integral."""

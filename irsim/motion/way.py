@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.motion.base import Path
 from irsim.types import Floats
 
@@ -25,22 +25,22 @@ class Way:
     """A target's path through a stage; `name` is the target's id, which addresses the path's randomness."""
 
     path: Path
-    stage: Stage
+    context: SceneContext
     name: str
 
     def positions(self, frames: Floats) -> Floats:
         """(n, 3) m, first camera frame, at frame numbers (n,)."""
-        return self.path.positions(frames, self.stage, self.name)
+        return self.path.positions(frames, self.context, self.name)
 
     @property
     def axes(self) -> Floats:
         """(3, 3) columns right, ahead (both level) and up, as vectors of the first camera frame."""
-        right, down = np.array([1.0, 0.0, 0.0]), self.stage.geometry.down
+        right, down = np.array([1.0, 0.0, 0.0]), self.context.geometry.down
         return np.stack([right, np.cross(right, down), -down], axis=-1)
 
     def motion(self, frames: Floats) -> tuple[Floats, Floats]:
         """(n, 3) m/s and (n, 3) m/s2 along `axes`: of the parabola through SMOOTHED_S to both sides, least squares."""
-        around = np.add.outer(_SAMPLES * self.stage.rate_hz, frames)
+        around = np.add.outer(_SAMPLES * self.context.rate_hz, frames)
         places = self.positions(around.ravel()).reshape(len(_SAMPLES), len(frames), 3)
         bent = _SAMPLES**2 - np.mean(_SAMPLES**2)
         velocity = _weighed(places, _SAMPLES / np.sum(_SAMPLES**2))

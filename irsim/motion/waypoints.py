@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from irsim.config.base import Several
 from irsim.config.quantities import TOP_PIXEL_SPEED, TOP_SPEED, Number, Pair, Positive, Triple
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.motion.base import MetrePath, PixelPath
 from irsim.motion.spline import Spline
 from irsim.types import Floats
@@ -64,7 +64,7 @@ class Waypoints(PixelPath):
         _check(self.points, self.frames, self.speed)
         return self
 
-    def pixels(self, frames: Floats, stage: Stage, name: str) -> Floats:
+    def pixels(self, frames: Floats, context: SceneContext, name: str) -> Floats:
         return _along(self.points, self.frames, self.speed or 0.0, frames)
 
 
@@ -83,6 +83,6 @@ class WaypointsM(MetrePath):
         _check(self.points, self.frames, self.speed_m_s)
         return self
 
-    def positions(self, frames: Floats, stage: Stage, name: str) -> Floats:
-        places = _along(self.points, self.frames, (self.speed_m_s or 0.0) / stage.rate_hz, frames)
-        return self.to_first(places, stage)
+    def positions(self, frames: Floats, context: SceneContext, name: str) -> Floats:
+        places = _along(self.points, self.frames, (self.speed_m_s or 0.0) / context.rate_hz, frames)
+        return self.to_first(places, context)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from irsim.config.quantities import Degrees, NotNegative, Pair, PixelSpeed, Positive
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.motion.base import PixelPath
 from irsim.motion.headed import HeadedPath
 from irsim.motion.straight import unit
@@ -36,7 +36,7 @@ class Weave(PixelPath):
     phase_deg: Degrees = 0.0
     """Phase at frame 0: the line is laid so that the path starts at `start` whatever the phase."""
 
-    def pixels(self, frames: Floats, stage: Stage, name: str) -> Floats:
+    def pixels(self, frames: Floats, context: SceneContext, name: str) -> Floats:
         frames = np.asarray(frames, dtype=np.float64)[:, None]
         along, across = unit(self.heading_deg), unit(self.heading_deg + 90)
         aside = self.amplitude_px * swing(frames, self.period_frames, self.phase_deg)
@@ -59,10 +59,10 @@ class WeaveM(HeadedPath):
     """Plane of the weave, turned about the line, degrees: 0 it swings level, first to the right; 90 up and down, first
     up."""
 
-    def positions(self, frames: Floats, stage: Stage, name: str) -> Floats:
-        seconds = np.asarray(frames, dtype=np.float64) / stage.rate_hz
+    def positions(self, frames: Floats, context: SceneContext, name: str) -> Floats:
+        seconds = np.asarray(frames, dtype=np.float64) / context.rate_hz
         aside = self.amplitude_m * swing(seconds, self.period_s, self.phase_deg)
         tilt, slope = math.radians(self.tilt_deg), math.atan2(self.climb_m_s, self.speed_m_s)
         ahead = self.speed_m_s * seconds - aside * math.sin(tilt) * math.sin(slope)
         up = self.climb_m_s * seconds + aside * math.sin(tilt) * math.cos(slope)
-        return self.laid(ahead, aside * math.cos(tilt), up, stage)
+        return self.laid(ahead, aside * math.cos(tilt), up, context)

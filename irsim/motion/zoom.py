@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from irsim.config.base import Several
 from irsim.config.quantities import NotNegative
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.motion.base import Pointing
 from irsim.types import Floats
 
@@ -31,6 +31,6 @@ class Zoom(Pointing):
             raise PydanticCustomError("zoom", "the frames do not rise; allowed: rising frames", {"at": ("factors",)})
         return self
 
-    def zooms(self, frames: Floats, stage: Stage) -> Floats:
+    def zooms(self, frames: Floats, context: SceneContext) -> Floats:
         knots, factors = np.array(self.factors).T
         return np.asarray(np.exp(np.interp(frames, knots, np.log(factors))))

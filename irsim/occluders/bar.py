@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field
 
 from irsim.config.quantities import Degrees, Pair, Positive
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.occluders.base import Facet, Opaque, given
 from irsim.types import Box, Floats
 
@@ -35,9 +35,9 @@ class Bar(Opaque):
     angle_deg: Degrees = 0.0
     """Turned clockwise by this, degrees; placed by intent it stands upright."""
 
-    def facets(self, stage: Stage) -> list[Facet]:
+    def facets(self, context: SceneContext) -> list[Facet]:
         corners = rectangle(given(self.center_px), given(self.size_px), self.angle_deg)
         return [(corners, self.temperature_k)]
 
-    def over(self, window: Box, share: float, stage: Stage) -> Bar:
+    def over(self, window: Box, share: float, context: SceneContext) -> Bar:
         return self.at(center_px=(window.cx, window.cy), size_px=(window.w, window.h), angle_deg=0.0)

@@ -13,9 +13,9 @@ from pydantic_core import PydanticCustomError
 
 from irsim.config.base import Name, NamedKind
 from irsim.config.quantities import Fraction, Kelvin, Range, Stretch
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.geometry.polygon import outline
-from irsim.geometry.pose import Sight
+from irsim.geometry.pose import CameraPose
 from irsim.geometry.projection import Geometry
 from irsim.geometry.silhouette import Outline, sprite, within_sight
 from irsim.geometry.sprite import Sprite
@@ -80,15 +80,15 @@ class Occluder(NamedKind):
         return self
 
     @abstractmethod
-    def draw(self, sight: Sight) -> Sprite | None:
+    def draw(self, pose: CameraPose) -> Sprite | None:
         """The occluder as the camera sees it, as far as its middle is from there (`sight.away_m`); None where it cannot
         be seen."""
 
-    def extent(self, stage: Stage) -> Box | None:
+    def extent(self, context: SceneContext) -> Box | None:
         """What holds all of it, px of the unmoved camera, in any frame; None where that is not known."""
         return None
 
-    def over(self, window: Box, share: float, stage: Stage) -> Self:
+    def over(self, window: Box, share: float, context: SceneContext) -> Self:
         """The same with a place that covers `window`, px of the unmoved camera, and no intent.
 
         share: how dense it is, 0..1, where `thins`. ValueError where it cannot be placed by intent.
@@ -124,15 +124,19 @@ Facet = tuple[Floats, float]
 """A convex outline (n, 2), px of the unmoved camera, and its temperature, K."""
 
 
-def kept(draw: Callable[[AnyOccluder, Sight], Sprite | None]) -> Callable[[AnyOccluder, Sight], Sprite | None]:
+def kept(
+    draw: Callable[[AnyOccluder, CameraPose], Sprite | None],
+) -> Callable[[AnyOccluder, CameraPose], Sprite | None]:
     """A drawing that heeds no time, kept for a camera that stands still."""
 
     @lru_cache(maxsize=32)
-    def drawn(occluder: AnyOccluder, stage: Stage, lens: Geometry, rotation: bytes, place: bytes) -> Sprite | None:
-        return draw(occluder, Sight(stage, lens, np.frombuffer(rotation).reshape(3, 3), np.frombuffer(place)))
+    def drawn(
+        occluder: AnyOccluder, context: SceneContext, lens: Geometry, rotation: bytes, place: bytes
+    ) -> Sprite | None:
+        return draw(occluder, CameraPose(context, lens, np.frombuffer(rotation).reshape(3, 3), np.frombuffer(place)))
 
-    return lambda occluder, sight: drawn(
-        occluder, sight.stage, sight.lens, sight.rotation.tobytes(), sight.place.tobytes()
+    return lambda occluder, pose: drawn(
+        occluder, pose.context, pose.lens, pose.rotation.tobytes(), pose.place.tobytes()
     )
 
 
@@ -144,32 +148,32 @@ class Opaque(Occluder):
     emissivity: Fraction = 0.95
 
     @abstractmethod
-    def facets(self, stage: Stage) -> Sequence[Facet]:
+    def facets(self, context: SceneContext) -> Sequence[Facet]:
         """Its facets, the nearest first, as the unmoved camera sees them."""
 
-    def extent(self, stage: Stage) -> Box | None:
-        return bounds(np.concatenate([points for points, _ in self.facets(stage)]))
+    def extent(self, context: SceneContext) -> Box | None:
+        return bounds(np.concatenate([points for points, _ in self.facets(context)]))
 
-    def draw(self, sight: Sight) -> Sprite | None:
-        return _drawn(self, sight)
+    def draw(self, pose: CameraPose) -> Sprite | None:
+        return _drawn(self, pose)
 
 
 @kept
-def _drawn(occluder: Opaque, sight: Sight) -> Sprite | None:
+def _drawn(occluder: Opaque, pose: CameraPose) -> Sprite | None:
     """Facets drawn."""
-    stage = sight.stage
-    facets = occluder.facets(stage)
-    outlines = [sight.pixels(points, occluder.range_m) for points, _ in facets]
+    context = pose.context
+    facets = occluder.facets(context)
+    outlines = [pose.pixels(points, occluder.range_m) for points, _ in facets]
     corners = np.concatenate(outlines)
     if not np.isfinite(corners).all():
         return None
     box = bounds(corners)
-    window = within_sight(box, sight.zoomed)
+    window = within_sight(box, pose.zoomed)
     if window is None:
         return None
     edges = [outline(points) for points in outlines]
     start, stop = (np.concatenate(ends) for ends in zip(*edges, strict=True))
     layer = np.repeat(np.arange(len(facets)), [len(points) for points in outlines])
-    glow = stage.glow(np.array([kelvin for _, kelvin in facets]), occluder.emissivity)
-    away_m = sight.away_m(bounds(np.concatenate([points for points, _ in facets])), occluder.range_m)
-    return arrays_frozen(sprite(Outline((start, stop, layer), glow, box, window, sight.zoomed.psf, away_m)))
+    glow = context.glow(np.array([kelvin for _, kelvin in facets]), occluder.emissivity)
+    away_m = pose.away_m(bounds(np.concatenate([points for points, _ in facets])), occluder.range_m)
+    return arrays_frozen(sprite(Outline((start, stop, layer), glow, box, window, pose.zoomed.psf, away_m)))

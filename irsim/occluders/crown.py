@@ -9,7 +9,7 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.geometry.vegetation import LIGHT, SHADED, Crown, Foliage, broadleaf, wood
 from irsim.occluders.billboard import Billboard
 from irsim.rng import stream
@@ -56,10 +56,10 @@ class Form:
     reach: Floats
 
 
-def form_of(slim: float, leaves: float, stage: Stage, name: str) -> Form:
+def form_of(slim: float, leaves: float, context: SceneContext, name: str) -> Form:
     """A crown so many times as high as wide."""
     proportion = round(PROPORTIONS * min(max(math.log2(slim), -SLIMMEST), SLIMMEST)) / PROPORTIONS
-    return _form(proportion, leaves, stage.seed, name)
+    return _form(proportion, leaves, context.seed, name)
 
 
 @lru_cache(maxsize=32)
@@ -127,12 +127,12 @@ class Heat:
 
 
 @lru_cache(maxsize=32)
-def lit(form: Form, heat: Heat, lowest: bool, several: bool, stage: Stage) -> Billboard:
+def lit(form: Form, heat: Heat, lowest: bool, several: bool, context: SceneContext) -> Billboard:
     """The light of a crown of a tree; of several, those above the lowest show no wood, since leaves of the next are
     behind its gaps."""
     kelvin = heat.leaves_k + heat.spread_k * (form.joined if several else form.warmth)
     if lowest:
         kelvin = np.where(form.leaves, kelvin, heat.wood_k + heat.spread_k * BARK * form.side)
     cover = (form.leaves | form.wood).astype(np.float32)
-    glow = stage.glow(np.maximum(kelvin, 1.0), heat.emissivity).astype(np.float32)
+    glow = context.glow(np.maximum(kelvin, 1.0), heat.emissivity).astype(np.float32)
     return arrays_frozen(Billboard(np.stack([cover, cover * glow], axis=-1)))

@@ -12,8 +12,8 @@ from pydantic import Field
 
 from irsim.config.base import Switches
 from irsim.config.quantities import Fraction, Kelvin, KelvinSpread, NotNegative, Number, Pair
-from irsim.geometry.context import Stage
-from irsim.geometry.pose import Sight
+from irsim.geometry.context import SceneContext
+from irsim.geometry.pose import CameraPose
 from irsim.geometry.silhouette import within_sight
 from irsim.geometry.sprite import Sprite
 from irsim.occluders.bar import Size
@@ -71,9 +71,9 @@ class Smoke(Occluder):
     drift_px_s: Pair = (0.0, 0.0)
     """[right, down] wind, px a second of the unmoved camera."""
 
-    def draw(self, sight: Sight) -> Sprite | None:
-        stage = sight.stage
-        frame = sight.time * stage.rate_hz
+    def draw(self, pose: CameraPose) -> Sprite | None:
+        context = pose.context
+        frame = pose.time * context.rate_hz
         age = math.inf if self.begins_frame is None else frame - self.begins_frame
         grown = _ease(age, self.grow_frames)
         left = (
@@ -84,31 +84,31 @@ class Smoke(Occluder):
         if grown * left <= 0:
             return None
         since = frame if self.begins_frame is None else age - self.grow_frames
-        drift = np.asarray(self.drift_px_s) * since / stage.rate_hz
+        drift = np.asarray(self.drift_px_s) * since / context.rate_hz
         (x, y), (wide, tall) = given(self.center_px) + drift, given(self.size_px)
         scale = _YOUNG + (1 - _YOUNG) * grown + 0.3 * (1 - left)
         # A window's two axes, as this frame sees them: enough for something without edges.
         around = np.array([[x, y], [x + 1, y], [x, y + 1]])
-        middle, right, down = sight.pixels(around, self.range_m)
+        middle, right, down = pose.pixels(around, self.range_m)
         zoom = np.array([np.hypot(*(right - middle)), np.hypot(*(down - middle))])
         if not np.isfinite(middle).all():
             return None
         halves = zoom * np.array([wide, tall]) / 2 * scale
-        blurred = np.hypot(halves, sight.zoomed.psf_px)
+        blurred = np.hypot(halves, pose.zoomed.psf_px)
         reach = (_REACH + self.billows * OUTERMOST) * blurred
         box = Box(float(middle[0]), float(middle[1]), float(2 * blurred[0]), float(2 * blurred[1]))
-        window = within_sight(Box(box.cx, box.cy, float(2 * reach[0]), float(2 * reach[1])), stage)
+        window = within_sight(Box(box.cx, box.cy, float(2 * reach[0]), float(2 * reach[1])), context)
         if window is None:
             return None
         x0, y0 = round(window.left), round(window.top)
         columns, rows = np.arange(x0, round(window.right) + 1), np.arange(y0, round(window.bottom) + 1)
         u, v = (columns - middle[0]) / blurred[0], (rows - middle[1]) / blurred[1]
         depth = -math.log(1 - self.opacity) * grown * left / scale**0.5
-        profile, kelvin = self._fields(u, v, blurred, stage.seed, sight.time)
+        profile, kelvin = self._fields(u, v, blurred, context.seed, pose.time)
         alpha = -np.expm1(-depth * profile)
-        emission = alpha * stage.glow(kelvin, 1.0)
+        emission = alpha * context.glow(kelvin, 1.0)
         center = (float(middle[0]), float(middle[1]))
-        away_m = sight.away_m(Box(float(x), float(y), 0.0, 0.0), self.range_m)
+        away_m = pose.away_m(Box(float(x), float(y), 0.0, 0.0), self.range_m)
         return Sprite(x0, y0, alpha, alpha, emission, center, center, box, away_m, float(alpha.sum()))
 
     def _fields(self, u: Floats, v: Floats, halves: Floats, seed: int, time: float) -> tuple[Floats, Floats | float]:
@@ -123,9 +123,9 @@ class Smoke(Occluder):
         profile = _profile(*torn(u, v, pushed, self.billows), seed, self.name, time)
         return profile * thickened(u, v, thick, self.billows), kelvin
 
-    def over(self, window: Box, share: float, stage: Stage) -> Smoke:
+    def over(self, window: Box, share: float, context: SceneContext) -> Smoke:
         first, last = given(self.frames)
-        drift = np.asarray(self.drift_px_s) * (last - first) / 2 / stage.rate_hz
+        drift = np.asarray(self.drift_px_s) * (last - first) / 2 / context.rate_hz
         # The dense part is an ellipse through the window's corners, with room for its way on the wind.
         size = (math.sqrt(2) * (window.w + 2 * abs(drift[0])), math.sqrt(2) * (window.h + 2 * abs(drift[1])))
         # One that billows rises: higher, it still goes through the window's lower corners.

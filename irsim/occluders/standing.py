@@ -8,7 +8,7 @@ from pydantic import Field
 
 from irsim.config.base import Switches
 from irsim.config.quantities import Kelvin, NotNegative, Pair, Positive
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.occluders.bar import Size, rectangle
 from irsim.occluders.base import Facet, Opaque, given
 from irsim.types import Box
@@ -20,9 +20,9 @@ _BELOW_PX = 2.0
 that is as far away as it."""
 
 
-def foot(window: Box, stage: Stage) -> tuple[float, float]:
+def foot(window: Box, context: SceneContext) -> tuple[float, float]:
     """Where something stands that covers `window`: below the picture."""
-    return (window.cx, max(stage.geometry.size[1] - 0.5, window.bottom) + _BELOW_PX)
+    return (window.cx, max(context.geometry.size[1] - 0.5, window.bottom) + _BELOW_PX)
 
 
 class Pole(Opaque):
@@ -42,15 +42,15 @@ class Pole(Opaque):
     arm_px: NotNegative = 0.0
     """Length of a cross-arm near its top, px; placed by intent it has none."""
 
-    def facets(self, stage: Stage) -> list[Facet]:
+    def facets(self, context: SceneContext) -> list[Facet]:
         (x, y), high, wide = given(self.foot_px), given(self.height_px), given(self.width_px)
         facets = [(rectangle((x, y - high / 2), (wide, high)), self.temperature_k)]
         if self.arm_px > wide:
             facets.append((rectangle((x, y - 0.92 * high), (self.arm_px, max(0.5 * wide, 0.5))), self.temperature_k))
         return facets
 
-    def over(self, window: Box, share: float, stage: Stage) -> Pole:
-        x, y = foot(window, stage)
+    def over(self, window: Box, share: float, context: SceneContext) -> Pole:
+        x, y = foot(window, context)
         return self.at(foot_px=(x, y), height_px=y - window.top, width_px=window.w, arm_px=0.0)
 
     def rooted(self, y: float) -> Pole:
@@ -77,7 +77,7 @@ class Building(Opaque):
     roof_k: Kelvin = 280.0
     """Temperature of the roof's edge, kelvin."""
 
-    def facets(self, stage: Stage) -> list[Facet]:
+    def facets(self, context: SceneContext) -> list[Facet]:
         (x, y), (wide, high) = given(self.foot_px), given(self.size_px)
         across, down = self.windows
         top = y - high
@@ -93,8 +93,8 @@ class Building(Opaque):
         facets.append((rectangle((x, y - high / 2), (wide, high)), self.temperature_k))
         return facets
 
-    def over(self, window: Box, share: float, stage: Stage) -> Building:
-        x, y = foot(window, stage)
+    def over(self, window: Box, share: float, context: SceneContext) -> Building:
+        x, y = foot(window, context)
         return self.at(foot_px=(x, y), size_px=(window.w, y - window.top))
 
     def rooted(self, y: float) -> Building:

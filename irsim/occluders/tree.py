@@ -13,9 +13,9 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.config.quantities import Fraction, Kelvin, KelvinSpread, Pair, Positive
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.geometry.polygon import as_changes, coverage, outline
-from irsim.geometry.pose import Sight
+from irsim.geometry.pose import CameraPose
 from irsim.geometry.silhouette import Grid, spread, within_sight
 from irsim.geometry.sprite import Sprite
 from irsim.occluders.bar import Size
@@ -106,21 +106,21 @@ class Tree(Occluder):
                 )  # fmt: skip
         return self
 
-    def draw(self, sight: Sight) -> Sprite | None:
-        return _drawn(self, sight)
+    def draw(self, pose: CameraPose) -> Sprite | None:
+        return _drawn(self, pose)
 
-    def crowns(self, stage: Stage) -> list[tuple[Form, Floats]]:
+    def crowns(self, context: SceneContext) -> list[tuple[Form, Floats]]:
         """Each crown with its boughs, the top one first, and the corners (4, 2) of its arrays, px of the unmoved
         camera."""
         (x, y), high, (wide, tall) = given(self.foot_px), given(self.height_px), given(self.crown_px)
         found = []
         for tier, (down, times) in enumerate(_stacked(self.tiers or 1)):
-            form, foot_y = self._form(tall / wide, stage, tier), y - high + (down + times) * tall
+            form, foot_y = self._form(tall / wide, context, tier), y - high + (down + times) * tall
             (left, top), (right, bottom) = form.reach * [times * wide, times * tall] + [x, foot_y]
             found.append((form, np.array([[left, top], [right, top], [right, bottom], [left, bottom]])))
         return found
 
-    def trunk(self, stage: Stage) -> tuple[Floats, Floats]:
+    def trunk(self, context: SceneContext) -> tuple[Floats, Floats]:
         """The trunk below its crowns, and a little into the lowest, in pieces, perhaps none: their corners (n, 4, 2),
         px of the unmoved camera, and their temperatures (n,)."""
         (x, y), high, (wide, tall) = given(self.foot_px), given(self.height_px), given(self.crown_px)
@@ -135,33 +135,33 @@ class Tree(Occluder):
         rows[-1] -= min(2 * ROUND * half[-1], (y - top) * (1 - LEVELS[-2]) / 2) * across**2
         corners = np.stack([columns, rows], axis=-1)
         pieces = np.stack([corners[:-1, :-1], corners[:-1, 1:], corners[1:, 1:], corners[1:, :-1]], axis=2)
-        streaks = stream(stage.seed, self.name, "bark").standard_normal((len(LEVELS) - 1, STRIPS))
+        streaks = stream(context.seed, self.name, "bark").standard_normal((len(LEVELS) - 1, STRIPS))
         facing = -(across[:-1] + across[1:]) / 2
-        _, trunk_k = self.warmth(stage)
+        _, trunk_k = self.warmth(context)
         kelvin = trunk_k + self.spread_k * (BARK * facing + STREAKS * streaks)
         return pieces.reshape(-1, 4, 2), np.maximum(kelvin, 1.0).ravel()
 
-    def warmth(self, stage: Stage) -> tuple[float, float]:
+    def warmth(self, context: SceneContext) -> tuple[float, float]:
         """Mean temperatures of the leaves and of the trunk, kelvin."""
-        usual_k = LEAVES_K if stage.leaves_k is None else stage.leaves_k
+        usual_k = LEAVES_K if context.leaves_k is None else context.leaves_k
         leaves_k = usual_k if self.temperature_k is None else self.temperature_k
         return leaves_k, usual_k + WARMER_K if self.trunk_k is None else self.trunk_k
 
-    def extent(self, stage: Stage) -> Box:
-        pieces, _ = self.trunk(stage)
-        return bounds(np.concatenate([*(corners for _, corners in self.crowns(stage)), pieces.reshape(-1, 2)]))
+    def extent(self, context: SceneContext) -> Box:
+        pieces, _ = self.trunk(context)
+        return bounds(np.concatenate([*(corners for _, corners in self.crowns(context)), pieces.reshape(-1, 2)]))
 
-    def over(self, window: Box, share: float, stage: Stage) -> Tree:
+    def over(self, window: Box, share: float, context: SceneContext) -> Tree:
         # The core's ellipse goes through the window's corners, and the crown is about as high as wide.
         aside, above = (CORE * function(CORNER) for function in (math.sin, math.cos))
         wide = window.w / aside
         tall = max(window.h / above, 0.9 * wide)
         # Beyond its core this crown has no gaps in places: as a smaller one it hides the window, and less else.
-        times, (right, down) = gapless(self._form(tall / wide, stage), window.w / wide, window.h / tall)
+        times, (right, down) = gapless(self._form(tall / wide, context), window.w / wide, window.h / tall)
         wide, tall = wide / times, tall / times
         x, top = window.cx - right * wide, window.cy - (1 + down) * tall
         least = max(LEAST_TRUNK, _reaches()[self.tiers - 1]) if self.tiers else LEAST_TRUNK
-        y = max(foot(window, stage)[1], top + least * tall)
+        y = max(foot(window, context)[1], top + least * tall)
         tiers = self.tiers or _tiers((y - top) / tall)
         return self.at(foot_px=(x, y), height_px=y - top, crown_px=(wide, tall), tiers=tiers)
 
@@ -184,9 +184,9 @@ class Tree(Occluder):
             f"{high:.0f}; try a range_m nearer to the camera, or foot_px, height_px and crown_px"
         )
 
-    def _form(self, slim: float, stage: Stage, tier: int = 0) -> Form:
+    def _form(self, slim: float, context: SceneContext, tier: int = 0) -> Form:
         """A crown of its, so many times as high as wide."""
-        return form_of(slim, self.leaves, stage, f"{self.name} {tier}" if tier else self.name)
+        return form_of(slim, self.leaves, context, f"{self.name} {tier}" if tier else self.name)
 
 
 def _stacked(tiers: int) -> list[tuple[float, float]]:
@@ -211,34 +211,34 @@ def _tiers(slim: float) -> int:
 
 
 @kept
-def _drawn(tree: Tree, sight: Sight) -> Sprite | None:
+def _drawn(tree: Tree, pose: CameraPose) -> Sprite | None:
     """A tree drawn."""
-    stage = sight.stage
-    forms, corners = zip(*tree.crowns(stage), strict=True)
-    pieces, kelvin = tree.trunk(stage)
-    *crowns, trunk = (sight.pixels(points, tree.range_m) for points in (*corners, pieces.reshape(-1, 2)))
+    context = pose.context
+    forms, corners = zip(*tree.crowns(context), strict=True)
+    pieces, kelvin = tree.trunk(context)
+    *crowns, trunk = (pose.pixels(points, tree.range_m) for points in (*corners, pieces.reshape(-1, 2)))
     points = np.concatenate([*crowns, trunk])
     box = bounds(points)
-    window = within_sight(box, sight.zoomed) if np.isfinite(points).all() else None
+    window = within_sight(box, pose.zoomed) if np.isfinite(points).all() else None
     if window is None:
         return None
     grid = Grid.over(window)
-    heat = Heat(*tree.warmth(stage), tree.spread_k, tree.emissivity)
+    heat = Heat(*tree.warmth(context), tree.spread_k, tree.emissivity)
     several, below = len(forms) > 1, range(len(forms) - 1, -1, -1)
     pictures = (
-        lit(form, heat, lower == 0, several, stage).fields(crown, grid)
+        lit(form, heat, lower == 0, several, context).fields(crown, grid)
         for form, crown, lower in zip(forms, crowns, below, strict=True)
     )
     fields = reduce(_before, pictures)
     if len(trunk):
         ends = [outline(piece) for piece in trunk.reshape(-1, 4, 2)]
         start, stop = ((np.concatenate(end) - grid.corner) * grid.fine for end in zip(*ends, strict=True))
-        light = np.stack([np.ones(len(kelvin)), stage.glow(kelvin, tree.emissivity)], axis=1)
+        light = np.stack([np.ones(len(kelvin)), context.glow(kelvin, tree.emissivity)], axis=1)
         fields = _before(fields, coverage(start, stop, np.repeat(light, 4, axis=0), grid.cells))
     middle = np.array([box.cx, box.cy])
     area = float(fields[0, 0].sum()) / grid.fine**2
-    away_m = sight.away_m(bounds(np.concatenate([*corners, pieces.reshape(-1, 2)])), tree.range_m)
-    drawn = spread(grid, as_changes(fields), (middle, middle), area, box, sight.zoomed.psf, away_m)
+    away_m = pose.away_m(bounds(np.concatenate([*corners, pieces.reshape(-1, 2)])), tree.range_m)
+    drawn = spread(grid, as_changes(fields), (middle, middle), area, box, pose.zoomed.psf, away_m)
     return arrays_frozen(drawn)
 
 

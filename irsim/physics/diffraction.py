@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from irsim.physics.gaussian import REACH
-from irsim.physics.psf import PointSpread, Term
+from irsim.physics.psf import PSF, Term
 from irsim.types import Floats
 
 AIRY_REACH = 24.0
@@ -26,7 +26,7 @@ TERMS = 8
 
 
 @dataclass(frozen=True)
-class LensSpread(PointSpread):
+class LensPSF(PSF):
     """Diffraction of some colours (wavelength x F-number in px, weight), a disc of defocus and a Gaussian.
 
     Within a square of 2 reach px, as if it were repeated beyond, the spread is a sum of cosines whose
@@ -59,7 +59,7 @@ class LensSpread(PointSpread):
         down, across = (form.cosines(np.asarray(places, dtype=np.float64)) for places in (rows, columns))
         return np.asarray(down @ form.amplitudes @ across.T)
 
-    def wider(self, sigma_px: float) -> LensSpread:
+    def wider(self, sigma_px: float) -> LensPSF:
         return replace(self, sigma_px=math.hypot(self.sigma_px, sigma_px))
 
     def spreading(self, fine: int) -> Sequence[Term]:
@@ -113,7 +113,7 @@ def faded(offsets: Floats, reach_px: float) -> Floats:
 
 
 @lru_cache(maxsize=8)
-def _form(spread: LensSpread) -> _Form:
+def _form(spread: LensPSF) -> _Form:
     period = 2.0 * spread.reach_px
     highest = 1 / min(width for width, _ in spread.colours)
     frequencies = np.arange(math.floor(period * highest) + 1) / period
@@ -125,7 +125,7 @@ def _form(spread: LensSpread) -> _Form:
 
 
 @lru_cache(maxsize=8)
-def _terms(spread: LensSpread) -> tuple[Floats, Floats]:
+def _terms(spread: LensPSF) -> tuple[Floats, Floats]:
     """Weights (TERMS + 1,) and amplitudes of cosines (n, TERMS + 1): the largest eigenvectors of the spread, and
     the product of what the sums along either axis lack without the others, so that these sums are whole."""
     form = _form(spread)
@@ -138,7 +138,7 @@ def _terms(spread: LensSpread) -> tuple[Floats, Floats]:
 
 
 @lru_cache(maxsize=64)
-def _spreading(spread: LensSpread, fine: int) -> tuple[Term, ...]:
+def _spreading(spread: LensPSF, fine: int) -> tuple[Term, ...]:
     form, (weights, vectors), reach = _form(spread), _terms(spread), spread.reach_px
     offsets = np.arange(-reach, reach + 1) - ((np.arange(fine) + 0.5) / fine - 0.5)[:, None]  # of pixels from cells, px
     even, rising = (
@@ -151,7 +151,7 @@ def _spreading(spread: LensSpread, fine: int) -> tuple[Term, ...]:
 
 
 @lru_cache(maxsize=64)
-def _fwhm_px(spread: LensSpread) -> float:
+def _fwhm_px(spread: LensPSF) -> float:
     def light(offset: float) -> float:
         return float(spread.share(np.zeros(1), np.array([offset]))[0, 0])
 

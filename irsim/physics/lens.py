@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from irsim.config.base import Part, Switches
-from irsim.physics.diffraction import LensSpread
+from irsim.physics.diffraction import LensPSF
 from irsim.physics.radiometry import limits, planck
 from irsim.types import Band
 
@@ -64,9 +64,9 @@ class Lens(Part):
         widths = wavelengths * self.f_number / self.pitch_um
         return tuple(zip(widths.tolist(), (light / light.sum()).tolist(), strict=True))
 
-    def spread(self, band: Band, sigma_px: float) -> LensSpread:
+    def spread(self, band: Band, sigma_px: float) -> LensPSF:
         """The point spread in a band, with a Gaussian of that sigma beside it."""
-        return LensSpread(self.colours(band), self.defocus_px, sigma_px)
+        return LensPSF(self.colours(band), self.defocus_px, sigma_px)
 
     def sigma_px(self, band: Band) -> float:
         """Sigma of the Gaussian that is about as wide as the lens's own spread: 0.42 wavelength x F-number for the

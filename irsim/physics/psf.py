@@ -14,10 +14,10 @@ from irsim.physics.gaussian import fwhm_px, reach_px, shares, spreading
 from irsim.types import Floats
 
 Term = tuple[float, Floats, Floats]
-"""A weight, and two (fine, 2 reach + 1) arrays: see `PointSpread.spreading`."""
+"""A weight, and two (fine, 2 reach + 1) arrays: see `PSF.spreading`."""
 
 
-class PointSpread(ABC):
+class PSF(ABC):
     """How the light of a point falls on pixels: integrated over each of them, 1 in all."""
 
     @property
@@ -40,7 +40,7 @@ class PointSpread(ABC):
         """(n, m) share of a point's light on pixels whose centres lie `rows` (n,) px below, `columns` (m,) px right."""
 
     @abstractmethod
-    def wider(self, sigma_px: float) -> PointSpread:
+    def wider(self, sigma_px: float) -> PSF:
         """The same with a Gaussian of that sigma beside it."""
 
     @abstractmethod
@@ -55,7 +55,7 @@ class PointSpread(ABC):
 
 
 @dataclass(frozen=True)
-class GaussianSpread(PointSpread):
+class GaussianPSF(PSF):
     """A Gaussian of `sigma_px`, in closed form; 0 leaves the pixel alone."""
 
     sigma_px: float
@@ -74,8 +74,8 @@ class GaussianSpread(PointSpread):
     def share(self, rows: Floats, columns: Floats) -> Floats:
         return np.outer(shares(rows, self.sigma_px), shares(columns, self.sigma_px))
 
-    def wider(self, sigma_px: float) -> GaussianSpread:
-        return GaussianSpread(math.hypot(self.sigma_px, sigma_px))
+    def wider(self, sigma_px: float) -> GaussianPSF:
+        return GaussianPSF(math.hypot(self.sigma_px, sigma_px))
 
     def spreading(self, fine: int) -> Sequence[Term]:
         return [(1.0, *spreading(self.reach_px, fine, self.sigma_px))]

@@ -8,8 +8,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from irsim.physics.diffraction import LensSpread, faded
-from irsim.physics.psf import PointSpread
+from irsim.physics.diffraction import LensPSF, faded
+from irsim.physics.psf import PSF
 from irsim.types import Floats
 
 TIMES = 4
@@ -25,7 +25,7 @@ _REST = LATTICE - sum((m * m + n * n) ** -1.5 for m, n in NEXT)
 
 
 @dataclass(frozen=True)
-class Winged(LensSpread):
+class Winged(LensPSF):
     """A lens's spread with its far wings, for a point so bright that they show.
 
     Outside r the Airy pattern of width w = wavelength x F-number has J0^2 + J1^2 of pi r / w of its light (Born and
@@ -42,9 +42,9 @@ class Winged(LensSpread):
         return _bare(self, rows, columns) / _light(replace(self, sigma_px=0.0))
 
     @property
-    def near(self) -> LensSpread:
+    def near(self) -> LensPSF:
         """The sum of cosines, as far as it goes."""
-        return LensSpread(self.colours, self.defocus_px, self.sigma_px)
+        return LensPSF(self.colours, self.defocus_px, self.sigma_px)
 
     @property
     def width_px(self) -> float:
@@ -52,9 +52,9 @@ class Winged(LensSpread):
         return sum(width * weight for width, weight in self.colours)
 
 
-def reaching(spread: PointSpread, share: float) -> PointSpread:
+def reaching(spread: PSF, share: float) -> PSF:
     """The spread, with far wings where it ends in pixels that have more than that share of a point's light."""
-    if not isinstance(spread, LensSpread):
+    if not isinstance(spread, LensPSF):
         return spread  # a Gaussian ends in next to nothing
     winged = Winged(spread.colours, spread.defocus_px, spread.sigma_px)
     return winged if winged.width_px > share * (math.pi * spread.reach_px) ** 3 else spread

@@ -12,7 +12,7 @@ from typing import NamedTuple, TypeGuard
 import numpy as np
 
 from irsim._native import COMPILED, kernels
-from irsim.backgrounds import Gaze, Layer, is_veil, opaque, veiled
+from irsim.backgrounds import Layer, ViewDirection, is_veil, opaque, veiled
 from irsim.geometry.occluded_blur import WHOLE, Unsteady
 from irsim.geometry.sprite import Sprite, overlap
 from irsim.physics.radiometry import temperature_of
@@ -113,7 +113,7 @@ def _total(shares: Floats) -> float:
 def compose(
     layers: Sequence[Layer],
     pieces: Iterable[Piece],
-    gaze: Gaze,
+    view_direction: ViewDirection,
     band: Band,
     noise: Noise = quiet,
     out: Floats | None = None,
@@ -128,7 +128,7 @@ def compose(
     out    where it is put, (rows, cols); summed up in float64 if it is so
     truth  whether what is seen of the targets is asked for; else none is told
     """
-    under: Floats = layers[0].light(gaze)[1]
+    under: Floats = layers[0].light(view_direction)[1]
     light = np.empty(under.shape, np.float32) if out is None else out
     seen: list[Seen] = []
     moving: list[Unsteady] = []
@@ -140,7 +140,7 @@ def compose(
         if isinstance(thing, Piece):
             _draw(light, thing if truth else thing._replace(tracked=False), seen, moving, band, noise)
         else:
-            _veil(under, light, thing, gaze, seen, moving)
+            _veil(under, light, thing, view_direction, seen, moving)
         under = light
     return light, seen
 
@@ -258,13 +258,15 @@ def _faded(sprite: Sprite, light: Floats, within: tuple[Slices, Slices]) -> Spri
     return sprite._replace(emission=emission, signal_center=(own_x + part * (x - own_x), own_y + part * (y - own_y)))
 
 
-def _veil(under: Floats, light: Floats, layer: Layer, gaze: Gaze, seen: list[Seen], moving: list[Unsteady]) -> None:
+def _veil(
+    under: Floats, light: Floats, layer: Layer, view_direction: ViewDirection, seen: list[Seen], moving: list[Unsteady]
+) -> None:
     behind = [(target, target.within) for target in seen if target.within is not None]
     patches = [within[1] for _, within in behind] + [each.patch for each in moving]
     if is_veil(layer):
-        passed = layer.veil(under, light, gaze, patches)
+        passed = layer.veil(under, light, view_direction, patches)
     else:
-        through, emission = layer.light(gaze)
+        through, emission = layer.light(view_direction)
         if through is None:
             raise opaque(layer.name)
         passed = veiled(under, light, through, emission, patches)

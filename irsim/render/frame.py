@@ -12,7 +12,7 @@ from typing import cast
 import numpy as np
 
 from irsim.backgrounds import Filmed, Layer, Swept
-from irsim.geometry.pose import Sight
+from irsim.geometry.pose import CameraPose
 from irsim.geometry.sprite import Sprite, averaged
 from irsim.motion import angles_deg
 from irsim.render.arrival import arriving
@@ -34,10 +34,10 @@ class Renderer:
     def __init__(self, scenario: Scenario) -> None:
         self.scenario = scenario
         shown = built(scenario)
-        self.stage = shown.stage
-        self.shelf = self.stage.shelf
+        self.context = shown.context
+        self.shelf = self.context.shelf
         camera = shown.camera
-        farthest, *nearer = shown.background.layers(self.stage)
+        farthest, *nearer = shown.background.layers(self.context)
         self.layers = [farthest, *(layer for layer in nearer if scenario.is_on(layer.name))]
         self.film = cast(Filmed, farthest) if scenario.background.noisy else None
         self.occluders = [occluder for occluder in shown.occluders if scenario.is_on(occluder.name)]
@@ -45,10 +45,10 @@ class Renderer:
         self._held: tuple[int, Counts] | None = None
         self._ahead = Ahead(self.pieces, scenario.frames)
         self._asked = lru_cache(maxsize=2)(self._asked_for)
-        self.now = Instant.of(shown, self.stage)
+        self.now = Instant.of(shown, self.context)
         self.sensor = camera.sensor(scenario.seed, scenario.is_on, self.now.mount.zooms)
         self.exposure = [
-            self.now if offset == 0 else Instant.of(shown, self.stage, offset)
+            self.now if offset == 0 else Instant.of(shown, self.context, offset)
             for offset in camera.instants(scenario.is_on)
         ]
         self.courses = self.now.courses
@@ -150,7 +150,9 @@ class Renderer:
             raise IndexError(f"frame {index}: the scenario has frames 0 to {self.scenario.frames - 1}")
 
     def _laid(self, index: int, pieces: Iterable[Piece], out: Floats | None = None) -> tuple[Floats, list[Seen]]:
-        return compose(self.layers_at(index), pieces, self.now.gaze(index), self.stage.band, self.noise(index), out)
+        return compose(
+            self.layers_at(index), pieces, self.now.view_direction(index), self.context.band, self.noise(index), out
+        )
 
     def noise(self, index: int) -> Noise:
         """The camera's in the picture that a frame shows, as light; none where the background holds it already."""
@@ -160,8 +162,8 @@ class Renderer:
         """The layers, each as it is seen over the whole exposure of a frame."""
         if all(self.now.looks_as(instant, index) for instant in self.exposure):
             return self.layers
-        key = self.now.gaze(index).key  # of one key, or nothing that is painted would be kept
-        gazes = tuple(replace(instant.gaze(index), key=key) for instant in self.exposure)
+        key = self.now.view_direction(index).key  # of one key, or nothing that is painted would be kept
+        gazes = tuple(replace(instant.view_direction(index), key=key) for instant in self.exposure)
         return [Swept(layer, gazes) for layer in self.layers]
 
     @cached_property
@@ -184,7 +186,7 @@ class Renderer:
     ) -> Iterator[Piece]:
         """The things of a frame, or `only` some of its targets. exactly: those that ask for a contrast or an SCR have
         the light that frames show, whatever is moved, left out, or worked out in more digits."""
-        sight = self.sight(index)
+        pose = self.pose(index)
         as_given = exactly or bool(self.scenario.without)
         present = [
             number
@@ -195,20 +197,20 @@ class Renderer:
         for number, sprite in zip(present, drawn, strict=True):
             if sprite is not None:
                 course, target = self.courses[number], self.targets[number]
-                arrived = arriving(sprite, sight, target.id)
+                arrived = arriving(sprite, pose, target.id)
                 if arrived.wanted is not None and as_given:
                     asked = self._asked(index).get(target.id)
                     arrived = arrived if asked is None else lit(arrived, asked)
                 if target.contrast != 1:
                     arrived = arrived._replace(contrast=arrived.contrast * target.contrast)
-                yield Piece(target.id, arrived, tracked=True, first_m=course.first_m(index, sight))
+                yield Piece(target.id, arrived, tracked=True, first_m=course.first_m(index, pose))
         if only is not None or not self.occluders:
             return
-        standing = self._exposed(lambda instant: [each.draw(instant.sight(index)) for each in self.occluders])
+        standing = self._exposed(lambda instant: [each.draw(instant.pose(index)) for each in self.occluders])
         for occluder, sprite in zip(self.occluders, standing, strict=True):
             if sprite is not None:
-                first_m = occluder.range_m if sight.carried else None
-                yield Piece(occluder.name, arriving(sprite, sight), tracked=False, first_m=first_m)
+                first_m = occluder.range_m if pose.carried else None
+                yield Piece(occluder.name, arriving(sprite, pose), tracked=False, first_m=first_m)
 
     def _exposed(self, draw: Callable[[Instant], list[Sprite | None]]) -> list[Sprite | None]:
         """What things are over the whole exposure."""
@@ -218,9 +220,9 @@ class Renderer:
         instants = [draw(instant) for instant in self.exposure]
         return [averaged(middle, each) for middle, each in zip(middles, zip(*instants, strict=True), strict=True)]
 
-    def sight(self, index: int) -> Sight:
+    def pose(self, index: int) -> CameraPose:
         """How the camera of frame `index` sees what stands about it."""
-        return self.now.sight(index)
+        return self.now.pose(index)
 
     def _truth(self, index: int, seen: list[Seen]) -> Truth:
         found = {target.piece.name: target for target in seen}
@@ -231,7 +233,7 @@ class Renderer:
             for target, cls, motion in zip(self.targets, self.classes, motions, strict=True)
             if target.id in found
         ]
-        return Truth(index, index / self.stage.rate_hz, tuple(targets))
+        return Truth(index, index / self.context.rate_hz, tuple(targets))
 
     def _target_truth(self, name: str, cls: str, seen: Seen, motion: list[float], crossing: bool) -> TargetTruth:
         sprite = seen.piece.sprite
@@ -248,8 +250,8 @@ class Renderer:
             visible=seen.visible,
             occluders=tuple(seen.occluders),
             crossing=crossing,
-            in_view=self.stage.geometry.inside(*sprite.center),
-            contrast_k=contrast_k(seen, self.stage.band),
+            in_view=self.context.geometry.inside(*sprite.center),
+            contrast_k=contrast_k(seen, self.context.band),
             scr=seen.scr,
         )
 

@@ -8,18 +8,18 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from irsim.backgrounds import Gaze
+from irsim.backgrounds import ViewDirection
 from irsim.backgrounds.base import Place
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.painting import BLOCK, MARGIN
-from irsim.geometry.context import Stage
-from irsim.geometry.pose import Sight
+from irsim.geometry.context import SceneContext
+from irsim.geometry.pose import CameraPose
 from irsim.geometry.projection import Geometry
 from irsim.geometry.sprite import Sprite
-from irsim.motion import Mount
+from irsim.motion import CameraTrajectory
 from irsim.scenario.model import Scenario
 from irsim.targets import View, draw_all
-from irsim.targets.trajectory import Course
+from irsim.targets.trajectory import TargetTrajectory
 from irsim.types import Floats
 
 Shifts = Mapping[str, tuple[float, float]]
@@ -30,45 +30,45 @@ Shifts = Mapping[str, tuple[float, float]]
 class Instant:
     """Courses of the targets that are on and the camera's mount, `offset` frames after each frame's time."""
 
-    stage: Stage
-    mount: Mount
-    courses: tuple[Course, ...]
+    context: SceneContext
+    mount: CameraTrajectory
+    courses: tuple[TargetTrajectory, ...]
 
     @classmethod
-    def of(cls, scenario: Scenario, stage: Stage, offset: float = 0.0) -> Instant:
+    def of(cls, scenario: Scenario, context: SceneContext, offset: float = 0.0) -> Instant:
         count = scenario.frames + 1  # one more: frame 0 takes its velocity from frame 1
         frames = np.arange(float(count)) + offset
-        tilt = stage.air.turbulence.turns(frames, stage.band, stage.rate_hz, stage.seed)
-        still = Mount.of(scenario.motions, frames, stage)
+        tilt = context.air.turbulence.turns(frames, context.band, context.rate_hz, context.seed)
+        still = CameraTrajectory.of(scenario.motions, frames, context)
         mount = replace(still, turns=still.turns + tilt)
         there = (target for target in scenario.targets if scenario.is_on(target.id))
-        return cls(stage, mount, tuple(Course.of(target, mount, stage, offset) for target in there))
+        return cls(context, mount, tuple(TargetTrajectory.of(target, mount, context, offset) for target in there))
 
     @cached_property
     def _level(self) -> Floats:
         """(3, 3): world vectors to the vectors of the first camera frame."""
-        return self.stage.geometry.world_rotation(np.zeros(3))
+        return self.context.geometry.world_rotation(np.zeros(3))
 
-    def gaze(self, index: int) -> Gaze:
+    def view_direction(self, index: int) -> ViewDirection:
         """A frame's pointing, with that of its block's first frame as key."""
         return self._pointing(index, 0, self._key(index // BLOCK * BLOCK))
 
     @cached_property
-    def _key(self) -> Callable[[int], Gaze]:
+    def _key(self) -> Callable[[int], ViewDirection]:
         """The pointing of a block's first frame."""
         return lru_cache(maxsize=2)(lambda first: self._pointing(first, MARGIN, None))
 
-    def _pointing(self, frame: int, margin: int, key: Gaze | None) -> Gaze:
+    def _pointing(self, frame: int, margin: int, key: ViewDirection | None) -> ViewDirection:
         mount = self.mount
         turns, place = tuple(mount.turns[frame].tolist()), tuple(mount.places[frame].tolist())
         chart, in_world = self._outlook(turns, place, float(mount.zooms[frame]), margin)
-        return Gaze(frame / self.stage.rate_hz, chart, key, in_world)
+        return ViewDirection(frame / self.context.rate_hz, chart, key, in_world)
 
     @cached_property
     def _outlook(self) -> Callable[[tuple[float, ...], tuple[float, ...], float, int], tuple[Chart, Place]]:
         """The chart with a margin of a camera by its turns, place and zoom, and its place in the world: the last ones
         are kept, as a camera that stands still has the same in all frames."""
-        geometry, level = self.stage.geometry, self._level
+        geometry, level = self.context.geometry, self._level
 
         def outlook(
             turns: tuple[float, ...], place: tuple[float, ...], zoom: float, margin: int
@@ -79,21 +79,23 @@ class Instant:
         return lru_cache(maxsize=4)(outlook)
 
     @cached_property
-    def sight(self) -> Callable[[int], Sight]:
+    def pose(self) -> Callable[[int], CameraPose]:
         """How the camera of a frame sees what stands about it: the last ones are kept."""
-        mount, stage = self.mount, self.stage
+        mount, context = self.mount, self.context
 
-        def seeing(index: int) -> Sight:
-            return Sight(stage, mount.lens(index), mount.rotation(index), mount.places[index], index / stage.rate_hz)
+        def seeing(index: int) -> CameraPose:
+            return CameraPose(
+                context, mount.lens(index), mount.rotation(index), mount.places[index], index / context.rate_hz
+            )
 
         return lru_cache(maxsize=2)(seeing)
 
     def sprites(self, index: int, numbers: Sequence[int], shifts: Shifts) -> list[Sprite | None]:
         """The targets of those numbers, each alone, at frame `index`."""
-        views, sight = [], self.sight(index)
+        views, pose = [], self.pose(index)
         for number in numbers:
             course = self.courses[number]
-            view, shift = course.view(index, sight), shifts.get(course.target.id)
+            view, shift = course.view(index, pose), shifts.get(course.target.id)
             views.append((course.target.shape, view if shift is None else _moved(view, shift)))
         return draw_all(views)
 
@@ -113,5 +115,5 @@ def _chart(geometry: Geometry, turns: tuple[float, ...], margin: int, lens: Geom
 
 def _moved(view: View, shift: tuple[float, float]) -> View:
     """The view of a target that is moved in the picture, its aspect the same to the last bit."""
-    stage = view.stage
-    return view._replace(stage=replace(stage, geometry=replace(stage.geometry, shift_px=shift)))
+    context = view.context
+    return view._replace(context=replace(context, geometry=replace(context.geometry, shift_px=shift)))

@@ -41,7 +41,7 @@ class Levels:
     def added(self, index: int, target: str, shift: tuple[float, float], region: Region | None = None) -> Floats:
         """What a target adds to a frame, moved by (dx, dy) px: the levels with it less those without it."""
         shifts = {target: shift} if any(shift) else NOWHERE
-        left, top, columns, rows = whole = region or (0, 0, *self._renderer.stage.geometry.size)
+        left, top, columns, rows = whole = region or (0, 0, *self._renderer.context.geometry.size)
         touched = self._touched(index, target, shifts, whole)
         added = np.zeros((rows, columns))
         if touched is not None:
@@ -129,17 +129,17 @@ class Levels:
 
     def _whole(self, frame: int, pieces: Sequence[Piece]) -> Floats:
         renderer = self._renderer
-        return self._composed(frame, renderer.layers_at(frame), pieces, renderer.stage.geometry.size[::-1])
+        return self._composed(frame, renderer.layers_at(frame), pieces, renderer.context.geometry.size[::-1])
 
     def _composed(self, frame: int, layers: Sequence[Layer], pieces: Sequence[Piece], shape: tuple[int, int]) -> Floats:
         renderer, out = self._renderer, np.empty(shape, np.float64)
-        gaze, noise = renderer.now.gaze(frame), renderer.noise(frame)
-        return compose(layers, pieces, gaze, renderer.stage.band, noise, out, truth=False)[0]
+        view_direction, noise = renderer.now.view_direction(frame), renderer.noise(frame)
+        return compose(layers, pieces, view_direction, renderer.context.band, noise, out, truth=False)[0]
 
     def _cut(self, frame: int, region: Region) -> Sequence[Layer] | None:
         """What the layers are in a region of a frame; None where one of them cannot be told by parts."""
-        gaze = self._renderer.now.gaze(frame)
-        parts = [cut(layer, gaze, slices(region)) for layer in self._renderer.layers_at(frame)]
+        view_direction = self._renderer.now.view_direction(frame)
+        parts = [cut(layer, view_direction, slices(region)) for layer in self._renderer.layers_at(frame)]
         found = [part for part in parts if part is not None]
         return found if len(found) == len(parts) else None
 

@@ -12,7 +12,7 @@ from irsim.backgrounds import Background
 from irsim.camera.camera import Camera
 from irsim.config.base import KeyPath
 from irsim.config.names import no_such
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.physics.atmosphere import HIGHEST_M, Atmosphere
 from irsim.physics.climate import fitted_band
 from irsim.physics.radiometry import BAND_UM, limits
@@ -83,10 +83,10 @@ def _unknown(wanted: Iterable[Wanted]) -> Iterator[Fault]:
             yield _fault("unknown_id", no_such(name, allowed, "nothing, there are none"), place)
 
 
-def paths_are_possible(targets: Sequence[Target], frames: int, stage: Stage) -> None:
+def paths_are_possible(targets: Sequence[Target], frames: int, context: SceneContext) -> None:
     """Every target has somewhere to go."""
     at = np.arange(float(frames))
-    met = ((target.path.obstacle(at, stage, target.id), index) for index, target in enumerate(targets))
+    met = ((target.path.obstacle(at, context, target.id), index) for index, target in enumerate(targets))
     _tell_all([_fault("obstacle", why, ("targets", index, "path")) for why, index in met if why is not None])
 
 

@@ -17,7 +17,7 @@ from irsim.camera.camera import Camera
 from irsim.config.base import KeyPath, Name, Part, Several, Switch
 from irsim.config.switches import less, switches
 from irsim.errors import InputError
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.motion import Company, Pointing
 from irsim.notebook import card
 from irsim.occluders import OCCLUDERS, Occluder
@@ -100,13 +100,13 @@ class Scenario(Part):
     """Rules that a track is held to; `never_lost` where none are given."""
 
     @property
-    def stage(self) -> Stage:
+    def context(self) -> SceneContext:
         camera = self.camera
         cast = Company({target.id: target.path for target in self.targets}, self.motions)
         air = self.air
         psf_px = math.hypot(camera.psf_px, air.turbulence.blur_rms(camera.band) / camera.geometry.ifov_rad)
         lens = camera.optics if self.is_on("optics") else None
-        bare = Stage(
+        bare = SceneContext(
             self.seed,
             camera.geometry,
             camera.rate_hz,
@@ -216,7 +216,7 @@ class Scenario(Part):
         camera_fits(self.background, self.camera)
         frames_arrive(self.arrivals, self.frames)
         ids_are_sound(self._parts(), self._wanted())
-        paths_are_possible(self.targets, self.frames, self.stage)
+        paths_are_possible(self.targets, self.frames, self.context)
         nobody_waits_for_himself(self.references())
         severity_exists(self.severity, self.severities)
         return self

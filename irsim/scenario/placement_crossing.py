@@ -13,7 +13,7 @@ from irsim.scenario.visibility import Watch
 def check_crossing(watch: Watch, index: int) -> None:
     """UnmetError where a crossing cannot happen."""
     target = watch.scenario.targets[index]
-    path, stage = target.path, watch.stage
+    path, context = target.path, watch.context
     assert isinstance(path, Crossing)
     if path.at_frame > watch.scenario.frames - 1:
         raise UnmetError("at_frame", no_frame(path.at_frame, watch.scenario.frames))
@@ -23,7 +23,7 @@ def check_crossing(watch: Watch, index: int) -> None:
             raise UnmetError("at_frame", f"{name} is not there at frame {frame}; allowed: a frame in which it is")
     if isinstance(path, Crosses):
         _check_range(path, watch, frame)
-    if path.parting_px(stage) < STILL_PX:
+    if path.parting_px(context) < STILL_PX:
         raise UnmetError(
             "angle_deg", f"at this speed and angle it never parts from {path.target}; allowed: another one"
         )
@@ -37,7 +37,7 @@ def check_crossing(watch: Watch, index: int) -> None:
 
 def _check_range(path: Crosses, watch: Watch, frame: int) -> None:
     """UnmetError where the other is behind the camera at `frame`, or the crossing would be."""
-    here, _, _, range_m = path.meeting(watch.stage)
+    here, _, _, range_m = path.meeting(watch.context)
     if not np.isfinite(here).all():
         raise UnmetError(
             "at_frame", f"{path.target} is not in the picture at frame {frame}; allowed: a frame in which it is"

@@ -117,7 +117,7 @@ class Hold:
         """Frames that it may take, before and after, until the target is out from behind it."""
         name, (first, _) = asked(self.occluder)
         pace, own = speed(self.watch, self.occluder), self.watch.sprite(name, first)
-        covered, drawn = window(self.watch, self.occluder), self.screen.draw(self.watch.sight(first))
+        covered, drawn = window(self.watch, self.occluder), self.screen.draw(self.watch.pose(first))
         excess = 0.0 if drawn is None else max(drawn.box.w - covered.w, drawn.box.h - covered.h, 0.0)
         size = 0.0 if own is None else own.box.diagonal
         instants = [instant.offset for instant in self.watch.instants]

@@ -67,7 +67,7 @@ def _nearest(watch: Watch, occluder: Occluder, covered: Box) -> Hold:
 
 def _placing(watch: Watch, occluder: Occluder, covered: Box, part: Part, sideways: bool) -> Placing:
     def of(share: float) -> Occluder:
-        screen = occluder.over(part(covered, share), share, watch.stage)
+        screen = occluder.over(part(covered, share), share, watch.context)
         return screen.rooted(max(covered.bottom, _horizon(watch) if sideways else _level(watch, occluder)))
 
     return of
@@ -100,7 +100,7 @@ def _densest_needed(watch: Watch, occluder: Occluder, of: Placing) -> tuple[Occl
 
 def _horizon(watch: Watch) -> float:
     """The least y, px of the unmoved camera, at which something can stand on the ground: not in the sky."""
-    return -math.inf if watch.scenario.background.clear(watch.stage) is None else _row(watch, 0.0)
+    return -math.inf if watch.scenario.background.clear(watch.context) is None else _row(watch, 0.0)
 
 
 def _level(watch: Watch, occluder: Occluder) -> float:
@@ -112,6 +112,6 @@ def _level(watch: Watch, occluder: Occluder) -> float:
 
 def _row(watch: Watch, below: float) -> float:
     """The y, px of the unmoved camera, of what it sees `below` the level, rad; endless where that is behind it."""
-    geometry = watch.stage.geometry
+    geometry = watch.context.geometry
     off = below + geometry.elevation_rad
     return float(geometry.axis_px[1] + math.tan(off) / geometry.ifov_rad) if off < math.pi / 2 else math.inf

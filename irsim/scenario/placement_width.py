@@ -20,18 +20,18 @@ def walled(hold: Hold) -> str | None:
     what is as wide as that way.
     """
     watch, occluder = hold.watch, hold.occluder
-    placed = hold.screen.extent(watch.stage)
+    placed = hold.screen.extent(watch.context)
     if not occluder.slender or placed is None or not np.ptp(watch.mount.places, axis=0).any():
         return None
     name, (first, last) = asked(occluder)
     frames = range(first, last + 1)
     own = [sprite.box.w for index in frames if (sprite := watch.sprite(name, index)) is not None]
-    seen = watch.stage.geometry.project(watch.courses[name].positions[first : last + 1])
+    seen = watch.context.geometry.project(watch.courses[name].positions[first : last + 1])
     needed = max(own) + float(np.ptp(seen[:, 0])) + 2 * MARGIN_PX
     wide = min(placed.w, window(watch, occluder).w)
     if not wide > max(WIDE * needed, needed + WIDE_PX):  # nor where the unmoved camera does not see it
         return None
-    metres = wide * watch.stage.geometry.ifov_rad * occluder.range_m
+    metres = wide * watch.context.geometry.ifov_rad * occluder.range_m
     away = min(watch.first_m(name, index, sprite) for index in frames if (sprite := watch.sprite(name, index)))
     pace = speed(watch, occluder)
     return (

@@ -9,14 +9,14 @@ from functools import cached_property
 
 import numpy as np
 
-from irsim.geometry.context import Stage
-from irsim.geometry.pose import Sight
+from irsim.geometry.context import SceneContext
+from irsim.geometry.pose import CameraPose
 from irsim.geometry.sprite import Sprite
-from irsim.motion import Mount
+from irsim.motion import CameraTrajectory
 from irsim.occluders import Occluder
 from irsim.render.composite import ROUNDING
 from irsim.scenario.model import Scenario
-from irsim.targets.trajectory import Course
+from irsim.targets.trajectory import TargetTrajectory
 from irsim.types import Box, Floats
 
 LOOKED = 3000
@@ -46,18 +46,20 @@ class Watch:
         return self.scenario.shown
 
     @cached_property
-    def stage(self) -> Stage:
-        return self.shown.stage
+    def context(self) -> SceneContext:
+        return self.shown.context
 
     @cached_property
-    def mount(self) -> Mount:
-        return Mount.of(self.shown.motions, np.arange(float(self.scenario.frames)) + self.offset, self.stage)
+    def mount(self) -> CameraTrajectory:
+        return CameraTrajectory.of(
+            self.shown.motions, np.arange(float(self.scenario.frames)) + self.offset, self.context
+        )
 
     @cached_property
-    def courses(self) -> dict[str, Course]:
+    def courses(self) -> dict[str, TargetTrajectory]:
         """Of each target that is on, by id."""
         there = (target for target in self.shown.targets if self.shown.is_on(target.id))
-        return {target.id: Course.of(target, self.mount, self.stage, self.offset) for target in there}
+        return {target.id: TargetTrajectory.of(target, self.mount, self.context, self.offset) for target in there}
 
     @cached_property
     def instants(self) -> tuple[Watch, ...]:
@@ -76,19 +78,21 @@ class Watch:
             if len(self._sprites) == (MOST_SPRITES if self.offset else MOST_OF_FRAMES):
                 self._sprites.clear()
             course = self.courses[name]
-            view = course.view(index, self.sight(index))
+            view = course.view(index, self.pose(index))
             self._sprites[key] = course.target.shape.draw(view) if course.target.exists(index) else None
         return self._sprites[key]
 
     def first_m(self, name: str, index: int, target: Sprite) -> float:
         """How far target `name`, as it is drawn at frame `index`, is from the camera's first place, m."""
-        away = self.courses[name].first_m(index, self.sight(index))
+        away = self.courses[name].first_m(index, self.pose(index))
         return target.range_m if away is None else away
 
-    def sight(self, index: int) -> Sight:
+    def pose(self, index: int) -> CameraPose:
         """How the camera of frame `index` sees what stands about it."""
-        mount, stage = self.mount, self.stage
-        return Sight(stage, mount.lens(index), mount.rotation(index), mount.places[index], index / stage.rate_hz)
+        mount, context = self.mount, self.context
+        return CameraPose(
+            context, mount.lens(index), mount.rotation(index), mount.places[index], index / context.rate_hz
+        )
 
     def hidden(self, occluder: Occluder, name: str, index: int) -> float:
         """Share 0..1 of target `name` that this occluder alone hides at frame `index`."""
@@ -110,7 +114,7 @@ class Watch:
 
     def _shown(self, target: Sprite) -> float:
         """How much of a target is in the picture, hidden or not, px2."""
-        columns, rows = self.stage.geometry.size
+        columns, rows = self.context.geometry.size
         met = target.within((rows, columns))
         return 0.0 if met is None else float(target.cover[met[0]].sum())
 
@@ -135,7 +139,7 @@ class Watch:
         extent = self._extent(occluder)
         if extent is not None and not self._near(target, extent, occluder.range_m, index):
             return None
-        screen = occluder.draw(self.sight(index))
+        screen = occluder.draw(self.pose(index))
         if screen is None:
             return None
         met = target.meets(screen)
@@ -151,7 +155,7 @@ class Watch:
         if id(occluder) not in self._extents:
             if len(self._extents) == MOST_EXTENTS:
                 self._extents.clear()
-            self._extents[id(occluder)] = occluder, occluder.extent(self.stage)
+            self._extents[id(occluder)] = occluder, occluder.extent(self.context)
         return self._extents[id(occluder)][1]
 
     def _near(self, target: Sprite, extent: Box, range_m: float, index: int) -> bool:
@@ -172,16 +176,16 @@ class Watch:
 
     def at_first(self, pixels: Floats, range_m: float, index: int) -> Floats:
         """(n, 2) px of frame `index` as px at which the unmoved camera sees the same places at `range_m`."""
-        sight = self.sight(index)
-        rays = sight.lens.directions(pixels) @ sight.rotation
-        return sight.stage.geometry.project(sight.place + rays * _distance(rays, sight.place, range_m))
+        pose = self.pose(index)
+        rays = pose.lens.directions(pixels) @ pose.rotation
+        return pose.context.geometry.project(pose.place + rays * _distance(rays, pose.place, range_m))
 
     def way(self, name: str, range_m: float) -> Floats:
         """(frames, 2) px at which the unmoved camera sees what hides the target's middle from `range_m`."""
         places = self.mount.places
         rays = self.courses[name].positions - places
         rays = rays / np.linalg.norm(rays, axis=1, keepdims=True)
-        return self.stage.geometry.project(places + rays * _distance(rays, places, range_m))
+        return self.context.geometry.project(places + rays * _distance(rays, places, range_m))
 
 
 def _distance(rays: Floats, places: Floats, range_m: float) -> Floats:

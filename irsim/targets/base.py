@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Annotated, ClassVar, NamedTuple
 
 from irsim.config.base import Kind, Switches
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.geometry.sprite import Sprite
 from irsim.motion.posture import ARROW, Posture
 from irsim.targets.flicker import FLICKERS, Flicker, Steady
@@ -30,7 +30,7 @@ class View(NamedTuple):
 
     position: Floats
     attitude: Floats
-    stage: Stage
+    context: SceneContext
     time: float = 0.0
     name: str = ""
     age: float = math.inf
@@ -77,7 +77,7 @@ class Shape(Kind):
 
     def brightness(self, view: View) -> float:
         """The factor that its flicker makes all its light by."""
-        return self.flicker.factor(view.time, view.stage.seed, view.name)
+        return self.flicker.factor(view.time, view.context.seed, view.name)
 
     @property
     def stands_for(self) -> str:

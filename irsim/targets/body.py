@@ -78,7 +78,7 @@ class Body(Shape):
 
     def posed(self, view: View) -> Posed:
         """What is drawn of it."""
-        rest = _rest(self, view.stage.band, view.stage.surroundings)
+        rest = _rest(self, view.context.band, view.context.surroundings)
         motions = self.joints(view.time) if rest.joints.names else {}
         return Posed(rest, motions, self.length_m, view, self.brightness(view))
 

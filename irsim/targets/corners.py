@@ -32,6 +32,6 @@ def corners(vertices: Floats, view: View) -> Corners | None:
     points = vertices @ view.attitude.T + view.position
     if points[:, 2].min() <= 0:
         return None
-    pixels = view.stage.geometry.project(points)
+    pixels = view.context.geometry.project(points)
     box = Box.from_edges(*pixels.min(axis=0).tolist(), *pixels.max(axis=0).tolist())
-    return Corners(pixels, points[:, 2], box, drawn_part(box, view.stage), -view.position @ view.attitude)
+    return Corners(pixels, points[:, 2], box, drawn_part(box, view.context), -view.position @ view.attitude)

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.geometry.polygon import outline
 from irsim.geometry.silhouette import Outline, sprite, within_sight
 from irsim.geometry.sprite import Sprite
@@ -19,7 +19,7 @@ _REACH = math.sqrt(2 * math.pi / (_CORNERS * math.sin(2 * math.pi / _CORNERS)))
 within the ellipse's box."""
 
 
-def ellipse(middle: Floats, halves: Floats, glow: float, range_m: float, stage: Stage) -> Sprite | None:
+def ellipse(middle: Floats, halves: Floats, glow: float, range_m: float, context: SceneContext) -> Sprite | None:
     """An ellipse about `middle` (2,) px, `halves` (2,) px wide and high on each side, shining with `glow`, W/m2/sr.
 
     None where the frame sees none of it and it is larger than the frame.
@@ -27,8 +27,8 @@ def ellipse(middle: Floats, halves: Floats, glow: float, range_m: float, stage: 
     angles = 2 * np.pi * (np.arange(_CORNERS) + 0.5) / _CORNERS
     corners = middle + _REACH * halves * np.stack([np.cos(angles), np.sin(angles)], axis=1)
     box = Box.from_edges(*(middle - halves).tolist(), *(middle + halves).tolist())
-    window = within_sight(box, stage) if max(box.w, box.h) > max(stage.geometry.size) else box
+    window = within_sight(box, context) if max(box.w, box.h) > max(context.geometry.size) else box
     if window is None:
         return None
     edges = (*outline(corners), np.zeros(_CORNERS, dtype=np.int64))
-    return sprite(Outline(edges, np.atleast_1d(glow), box, window, stage.psf, range_m))
+    return sprite(Outline(edges, np.atleast_1d(glow), box, window, context.psf, range_m))

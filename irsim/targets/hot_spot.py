@@ -27,11 +27,11 @@ class HotSpot(Shape):
         return "decoy"
 
     def draw(self, view: View) -> Sprite | None:
-        stage = view.stage
-        middle = stage.geometry.project(view.position)
+        context = view.context
+        middle = context.geometry.project(view.position)
         if not np.isfinite(middle).all():
             return None
         range_m = float(np.linalg.norm(view.position))
-        halves = np.array(self.size_m) / 2 * stage.geometry.scale(view.position)
-        glow = float(stage.glow(self.temperature_k, self.emissivity)) * self.brightness(view)
-        return ellipse(middle, halves, glow, range_m, stage)
+        halves = np.array(self.size_m) / 2 * context.geometry.scale(view.position)
+        glow = float(context.glow(self.temperature_k, self.emissivity)) * self.brightness(view)
+        return ellipse(middle, halves, glow, range_m, context)

@@ -121,7 +121,7 @@ class Model(Shape):
         )
 
     def draw(self, view: View) -> Sprite | None:
-        stage = view.stage
+        context = view.context
         triangles, vertices, normals = _placed(self, self.mesh)
         placed = corners(vertices, view)
         if placed is None:
@@ -136,13 +136,13 @@ class Model(Shape):
             (start - grid.corner) * grid.fine, (stop - grid.corner) * grid.fine, np.ones((len(start), 1)), grid.cells
         )[:, 0]
         [[whole_area]], [[center]] = centroids(start, stop, np.ones((len(start), 1)), np.array([len(start)]))
-        glow = _glow(self, triangles.groups, stage.band, stage.surroundings) * self.brightness(view)
+        glow = _glow(self, triangles.groups, context.band, context.surroundings) * self.brightness(view)
         shades = glow[triangles.group[front]]
         shine = _shine(pixels, placed.depth, seen, shades, grid) if np.ptp(shades) > 0 else float(shades[0])
         light = np.stack([area, area * shine], axis=1)
         range_m = float(np.linalg.norm(view.position))
         centers = (center, _middle(light[:, 1], grid, center))
-        return spread(grid, as_changes(light), centers, float(whole_area), placed.box, stage.psf, range_m)
+        return spread(grid, as_changes(light), centers, float(whole_area), placed.box, context.psf, range_m)
 
 
 def _shine(pixels: Floats, depth: Floats, faces: Ints, shades: Floats, grid: Grid) -> Floats:

@@ -46,7 +46,7 @@ def rims(
     right, down, ahead = view.position.tolist()
     if ahead <= 0:
         return None
-    geometry = view.stage.geometry
+    geometry = view.context.geometry
     (x, y), scale_px = geometry.axis_px, 1 / (ahead * geometry.ifov_rad)
     x, y = x + right * scale_px, y + down * scale_px
     moved = {part: motions[joints.names[joint]] for part, joint in enumerate(joints.of_part.tolist()) if joint >= 0}

@@ -12,7 +12,7 @@ from pydantic import model_validator
 from pydantic_core import PydanticCustomError
 
 from irsim.config.quantities import Area, Fraction, Kelvin, KelvinDifference, Number
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.geometry.sprite import Sprite, Wanted
 from irsim.physics.optics import reaching
 from irsim.physics.radiometry import slope
@@ -61,38 +61,40 @@ class Point(Shape):
         return self
 
     def draw(self, view: View) -> Sprite | None:
-        stage = view.stage
-        middle = stage.geometry.project(view.position)
+        context = view.context
+        middle = context.geometry.project(view.position)
         if not np.isfinite(middle).all():
             return None
         range_m = float(np.linalg.norm(view.position))
-        phi = self.area_m2 * stage.geometry.scale(view.position) ** 2
+        phi = self.area_m2 * context.geometry.scale(view.position) ** 2
         gain = self.brightness(view)
-        glow = float(stage.glow(self.temperature_k, self.emissivity)) * gain
+        glow = float(context.glow(self.temperature_k, self.emissivity)) * gain
         wanted = None
         if self.contrast_k is not None or self.scr is not None:
             wanted = Wanted(self.contrast_k, self.scr, gain)
         width = 2 * math.sqrt(phi / math.pi)
         if width <= SMALL_PX:
-            return _point(middle, phi, glow, range_m, wanted, stage)
-        disc = ellipse(middle, np.full(2, width / 2), glow, range_m, stage)
+            return _point(middle, phi, glow, range_m, wanted, context)
+        disc = ellipse(middle, np.full(2, width / 2), glow, range_m, context)
         if disc is None:
             return None
-        side = max(width, stage.psf.fwhm_px)
+        side = max(width, context.psf.fwhm_px)
         return disc._replace(box=Box(*disc.center, side, side), wanted=wanted)
 
 
-def _point(middle: Floats, phi: float, glow: float, range_m: float, wanted: Wanted | None, stage: Stage) -> Sprite:
+def _point(
+    middle: Floats, phi: float, glow: float, range_m: float, wanted: Wanted | None, context: SceneContext
+) -> Sprite:
     """What fills `phi` of a pixel's area, its light spread as that of a Gaussian with a disc's variance."""
     x, y = middle.tolist()
-    spread = stage.psf.wider(math.sqrt(phi / math.pi) / 2)
+    spread = context.psf.wider(math.sqrt(phi / math.pi) / 2)
     if phi * glow > 0:
-        spread = reaching(spread, _faint(stage.band) / (phi * glow))
+        spread = reaching(spread, _faint(context.band) / (phi * glow))
     reach = spread.reach_px
     x0, y0 = round(x) - reach, round(y) - reach
     pixels = np.arange(2 * reach + 1)
     cover = spread.share(y0 + pixels - y, x0 + pixels - x)
-    alpha, width = phi * cover, stage.psf.fwhm_px
+    alpha, width = phi * cover, context.psf.fwhm_px
     return Sprite(x0, y0, cover, alpha, glow * alpha, (x, y), (x, y), Box(x, y, width, width), range_m, 1.0, wanted)
 
 

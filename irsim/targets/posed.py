@@ -13,7 +13,7 @@ import numpy as np
 from irsim._native import COMPILED, kernels
 from irsim.geometry.silhouette import FINENESS, Outline, drawn_part, spread_table, sprites
 from irsim.geometry.sprite import Sprite
-from irsim.physics.optics import PointSpread
+from irsim.physics.optics import PSF
 from irsim.targets.base import View
 from irsim.targets.joints import Rigid
 from irsim.targets.mesh import Mesh
@@ -66,14 +66,14 @@ def outlined(body: Posed) -> Outline | None:
     found = rims(rest.form, rest.joints, motions, scale, view, rest.glow * brightness)
     if found is None:
         return None
-    window, range_m = drawn_part(found.box, view.stage), math.hypot(*view.position.tolist())
-    return Outline(found.edges, found.glow, found.box, window, view.stage.psf, range_m, found.middle)
+    window, range_m = drawn_part(found.box, view.context), math.hypot(*view.position.tolist())
+    return Outline(found.edges, found.glow, found.box, window, view.context.psf, range_m, found.middle)
 
 
 def _compiled_sprite(body: Posed) -> Sprite | None:
     rest, motions, scale, view, brightness = body
-    stage = view.stage
-    geometry = stage.geometry
+    context = view.context
+    geometry = context.geometry
     (columns, rows), (right, down) = geometry.size, geometry.shift_px
     found = kernels.body_light(
         rest.table,
@@ -88,7 +88,7 @@ def _compiled_sprite(body: Posed) -> Sprite | None:
         down,
         rest.glow,
         brightness,
-        _spreads(stage.psf),
+        _spreads(context.psf),
     )
     if found is None:
         return None
@@ -98,6 +98,6 @@ def _compiled_sprite(body: Posed) -> Sprite | None:
 
 
 @lru_cache(maxsize=32)
-def _spreads(psf: PointSpread) -> tuple[tuple[float, kernels.Spread], ...]:
+def _spreads(psf: PSF) -> tuple[tuple[float, kernels.Spread], ...]:
     """A spread at each fineness, and the largest side, px, that it is for."""
     return tuple((limit, spread_table(psf, fine)) for limit, fine in FINENESS)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from test_shapes import AWAY, BODIES, shape, stage
+from test_shapes import AWAY, BODIES, context, shape
 
 from irsim._native import COMPILED
 from irsim.geometry import silhouette
@@ -18,7 +18,7 @@ from irsim.geometry.polygon import outline
 from irsim.geometry.silhouette import Outline, sprites
 from irsim.geometry.sprite import Sprite
 from irsim.motion.attitude import euler
-from irsim.physics.optics import GaussianSpread, LensSpread, PointSpread
+from irsim.physics.optics import PSF, GaussianPSF, LensPSF
 from irsim.targets import View, body, draw_all
 from irsim.targets.joints import Rigid, hinge
 from irsim.targets.mesh import mesh
@@ -58,7 +58,7 @@ def same(one: Sprite | None, other: Sprite | None, slack: float = 1e-11) -> None
             assert one.signal_center == pytest.approx(other.signal_center, rel=1e-12, abs=1e-9)
 
 
-SPREADS = (GaussianSpread(0.0), GaussianSpread(0.6), GaussianSpread(2.5), LensSpread(((0.9, 1.0),), 0.5, 0.3))
+SPREADS = (GaussianPSF(0.0), GaussianPSF(0.6), GaussianPSF(2.5), LensPSF(((0.9, 1.0),), 0.5, 0.3))
 
 
 def polygon(middle: tuple[float, float], radius: float, turn: float, corners: int) -> Floats:
@@ -66,7 +66,7 @@ def polygon(middle: tuple[float, float], radius: float, turn: float, corners: in
     return np.asarray(np.array(middle) + radius * np.stack([np.cos(angles), np.sin(angles)], axis=1))
 
 
-def drawn_as(polygons: Sequence[Floats], glow: Sequence[float], window: Box, psf: PointSpread) -> Outline:
+def drawn_as(polygons: Sequence[Floats], glow: Sequence[float], window: Box, psf: PSF) -> Outline:
     edges = [outline(points) for points in polygons]
     start, stop = (np.concatenate(ends) for ends in zip(*edges, strict=True))
     layer = np.repeat(np.arange(len(polygons)), [len(points) for points in polygons])
@@ -103,7 +103,7 @@ def test_polygons_that_hide_each_other(
     given: list[tuple[tuple[float, float], float, float, int]],
     glow: list[float],
     window: tuple[float, float, float, float],
-    psf: PointSpread,
+    psf: PSF,
 ) -> None:
     left, top, wide, high = window
     one = drawn_as([polygon(*each) for each in given], glow[: len(given)], Box.from_pixels(left, top, wide, high), psf)
@@ -115,14 +115,14 @@ def test_polygons_that_hide_each_other(
 @pytest.mark.parametrize("side", [3.0, 12.0, 60.0, 140.0])
 def test_every_fineness(side: float) -> None:
     points = [polygon((30.3, 20.7), side / 2, 0.3, 7), polygon((33.0, 22.0), side / 2, 1.0, 5)]
-    one = drawn_as(points, [2.0, 3.0], Box(30.3, 20.7, side, side), GaussianSpread(0.6))
+    one = drawn_as(points, [2.0, 3.0], Box(30.3, 20.7, side, side), GaussianPSF(0.6))
     same(sprites([one])[0], plainly([one])[0])
 
 
 @pytest.mark.parametrize("kind", BODIES)
 @pytest.mark.parametrize("psf_px", [0.0, 0.6, 2.0])
 def test_bodies(kind: str, psf_px: float) -> None:
-    where, rng = stage(psf_px), np.random.default_rng(4)
+    where, rng = context(psf_px), np.random.default_rng(4)
     things = []
     for _ in range(12):
         place = where.geometry.place(rng.uniform(-20, 180, 2), rng.choice([30.0, 300.0, 2000.0]))
@@ -162,7 +162,7 @@ def solids(count: int, seed: int, cubes: bool = True) -> tuple[Solid, ...]:
 @example(3, 296923036, [-1] * 12, 0.0, 2.0)
 def test_outlines_of_any_parts(count: int, seed: int, of_part: list[int], angle: float, range_m: float) -> None:
     """From within their midst, at 2 m, edges reach so far that their crossings are told to 1e-8 of a pixel."""
-    rng, where = np.random.default_rng(seed), stage()
+    rng, where = np.random.default_rng(seed), context()
     joints = Joints(("one", "other"), np.array(of_part[:count]))
     still = bool((joints.of_part < 0).all())  # else rounding says which of two equal crossings is the lesser
     form = mesh(solids(count, seed, cubes=still), 1.5)
@@ -184,7 +184,7 @@ def plainly_posed(one: Posed) -> list[Sprite | None]:
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, 1e300])
 def test_what_is_no_number_neither_crashes_nor_hangs(bad: float) -> None:
-    one = drawn_as([polygon((4, 4), 3, 0.2, 5)] * 3, [1.0, bad, 2.0], Box(4, 4, 6, 6), GaussianSpread(0.6))
+    one = drawn_as([polygon((4, 4), 3, 0.2, 5)] * 3, [1.0, bad, 2.0], Box(4, 4, 6, 6), GaussianPSF(0.6))
     start, stop, layer = one.edges
     for end in (start, stop):
         end[2, 1] = end[7, 0] = end[12] = bad
@@ -196,6 +196,6 @@ def test_what_is_no_number_neither_crashes_nor_hangs(bad: float) -> None:
 def test_a_body_at_what_is_no_place_neither_crashes_nor_hangs(bad: float) -> None:
     form, still = mesh(solids(9, 5), 1.0), Joints((), np.full(9, -1))
     for place in ([0.0, 0.0, bad], [bad, 0.0, 9.0]):
-        view = View(np.array(place), AWAY, stage())
+        view = View(np.array(place), AWAY, context())
         with contextlib.suppress(ValueError):
             posed_sprite(Posed(Rest(form, still, np.arange(9.0)), {}, 1.0, view, 1.0))

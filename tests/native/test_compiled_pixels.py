@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from irsim import rng
 from irsim._native import COMPILED, kernels
-from irsim.backgrounds import Gaze, cloud, evolving, veiled
+from irsim.backgrounds import ViewDirection, cloud, evolving, veiled
 from irsim.backgrounds.base import in_air
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.cloud import Look
@@ -24,7 +24,7 @@ from irsim.camera import temporal_sigma as grain
 from irsim.camera.ar1 import Ar1
 from irsim.camera.int16_image import Words, words
 from irsim.camera.noise_3d import Noise3d
-from irsim.camera.noise_base import Moment, Noise
+from irsim.camera.noise_base import FrameContext, Noise
 from irsim.camera.response import MOST_ADDED, Electrons, Setting
 from irsim.camera.shot import Shot
 from irsim.camera.white import White
@@ -100,8 +100,8 @@ def test_noise_added_where_it_is_drawn_is_that_of_passes(rows: int, columns: int
             for module in (rng, process, grain, shot):
                 patch.setattr(module, "COMPILED", compiled)
             found.append(np.minimum(light, np.float32(RESPONSE.well)))
-            moment = Moment(index, (rows, columns), 50.0, 1)
-            even_noise.add(noise, found[-1], moment, RESPONSE)
+            frame_context = FrameContext(index, (rows, columns), 50.0, 1)
+            even_noise.add(noise, found[-1], frame_context, RESPONSE)
     np.testing.assert_allclose(found[0], found[1], rtol=3e-7, atol=2e-3)
 
 
@@ -136,18 +136,23 @@ def test_a_veil_is_laid_as_by_passes(size: tuple[int, int], seed: int, times: li
     layer, plain = drifting(side, seed), drifting(side, seed)
     geometry = Geometry(size, 1e-4, 0.3)
     for time in times:
-        gaze = Gaze(time, Chart.at(geometry, geometry.world_rotation(np.array([time * 1e-6, 0.0, 0.0]))))
+        view_direction = ViewDirection(
+            time, Chart.at(geometry, geometry.world_rotation(np.array([time * 1e-6, 0.0, 0.0])))
+        )
         under, wanted = (np.full(size[::-1], 2.5, np.float32) for _ in range(2))
         found = np.empty_like(under)
         patch = slice(size[1] // 3, size[1]), slice(size[0] // 2, size[0] - 1)
-        passed, (transmittance, emission) = layer.veil(under, found, gaze, [patch]), plain.light(gaze)
-        layer.veil(under, under, gaze, [])
+        passed, (transmittance, emission) = (
+            layer.veil(under, found, view_direction, [patch]),
+            plain.light(view_direction),
+        )
+        layer.veil(under, under, view_direction, [])
         np.testing.assert_array_equal(under, found)
         veiled(wanted, wanted, transmittance, emission, [])
         np.testing.assert_allclose(passed[0], transmittance[patch], rtol=0, atol=1e-6)
         np.testing.assert_allclose(found, wanted, rtol=0, atol=4e-6)
         tau, path = rng.stream(seed, 7).random((2, *size[::-1])).astype(np.float32)
-        layer.veil(under := np.full_like(wanted, 2.5), under, gaze, [], (tau, path))
+        layer.veil(under := np.full_like(wanted, 2.5), under, view_direction, [], (tau, path))
         veiled(np.full_like(wanted, 2.5), wanted, transmittance, in_air(transmittance, emission, (tau, path)), [])
         np.testing.assert_allclose(under, wanted, rtol=0, atol=6e-6)
 
@@ -158,11 +163,11 @@ def test_what_is_seen_of_a_layer_that_changes_is_between_its_states(time: float)
     is off by as much at most, and by half a unit of words."""
     layer, (columns, rows) = drifting(128, 1), (90, 61)
     geometry = Geometry((columns, rows), 1e-4, 0.3)
-    gaze = Gaze(time, Chart.at(geometry, geometry.world_rotation(np.zeros(3))))
+    view_direction = ViewDirection(time, Chart.at(geometry, geometry.world_rotation(np.zeros(3))))
     step, share = divmod(time / 5.0 * evolving.STEPS, 1)
     x, y = -(columns - 1) / 2 - 3.3 * time, -(rows - 1) / 2 + 0.7 * time
     early, late = (layer._state_at((step + k) / evolving.STEPS)._paint(slice(0, 128), slice(0, 128)) for k in (0, 1))
-    for seen, before, after in zip(layer.light(gaze), early, late, strict=True):
+    for seen, before, after in zip(layer.light(view_direction), early, late, strict=True):
         mixed = (1 - share) * before.astype(float) + share * after.astype(float)
         (left, right), (top, down) = (divmod(place, 1) for place in (x, y))
         at = np.ix_((int(top) + np.arange(rows + 1)) % 128, (int(left) + np.arange(columns + 1)) % 128)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from irsim.camera.detectors import NOISES, Moment, Noise
+from irsim.camera.detectors import NOISES, FrameContext, Noise
 from irsim.camera.response import Electrons, Response, Setting
 from irsim.camera.temporal_sigma import add_grain
 from irsim.types import Floats
@@ -16,35 +16,40 @@ UNTOUCHED = 2**16 - 1
 """A count that no dead pixel of the tests has."""
 
 
-def effect(noise: Noise, moment: Moment, response: Response, level: float) -> Floats:
+def effect(noise: Noise, frame_context: FrameContext, response: Response, level: float) -> Floats:
     """What a noise makes of an even picture, less that picture, in units of NETD, (rows, cols) float64."""
-    signal = np.full(moment.shape, level, np.float32)
-    gains = noise.gains(moment)
+    signal = np.full(frame_context.shape, level, np.float32)
+    gains = noise.gains(frame_context)
     if gains is not None:
         signal += (signal - np.float32(response.zero)) * gains
-    add(noise, signal, moment, response)
-    counts = np.full(moment.shape, UNTOUCHED, np.uint16)
-    noise.replace(counts, response, moment)
+    add(noise, signal, frame_context, response)
+    counts = np.full(frame_context.shape, UNTOUCHED, np.uint16)
+    noise.replace(counts, response, frame_context)
     done = np.where(counts == UNTOUCHED, signal.astype(np.float64), (counts - response.offset) * response.gain)
     return (done - level) / response.noise
 
 
-def add(noise: Noise, signal: Floats, moment: Moment, response: Response) -> None:
+def add(noise: Noise, signal: Floats, frame_context: FrameContext, response: Response) -> None:
     """Add to a signal, (rows, cols) float32, all that a noise has to add."""
-    lines, steady = noise.lines(moment), noise.steady(moment)
-    noise.count(signal, response, moment, 0.0)
-    add_grain(signal, noise.grain(moment) * response.noise, moment)
-    noise.add(signal, response, moment)
-    for pattern, weight in noise.lasting(moment):
+    lines, steady = noise.lines(frame_context), noise.steady(frame_context)
+    noise.count(signal, response, frame_context, 0.0)
+    add_grain(signal, noise.grain(frame_context) * response.noise, frame_context)
+    noise.add(signal, response, frame_context)
+    for pattern, weight in noise.lasting(frame_context):
         signal += np.float32(weight * response.noise) * pattern
     signal += np.float32(response.noise) * (0 if steady is None else steady)
     signal += np.float32(response.noise) * (0 if lines is None else np.add.outer(*lines))
 
 
-def pattern(noise: Noise, moment: Moment) -> Floats:
+def pattern(noise: Noise, frame_context: FrameContext) -> Floats:
     """All that a noise adds whatever the light, (rows, cols) float32 in units of NETD."""
-    sum_of_all = np.zeros(moment.shape, np.float32)
-    add(noise, sum_of_all, moment, replace(Electrons().response(Setting("mwir", 14, 40.0, (220.0, 400.0))), noise=1.0))
+    sum_of_all = np.zeros(frame_context.shape, np.float32)
+    add(
+        noise,
+        sum_of_all,
+        frame_context,
+        replace(Electrons().response(Setting("mwir", 14, 40.0, (220.0, 400.0))), noise=1.0),
+    )
     return sum_of_all
 
 
@@ -57,5 +62,5 @@ def rendered(seed: int, shape: tuple[int, int, int], *noises: dict[str, Any]) ->
         noise = NOISES.parse({"id": f"n{number}", **given})
         assert isinstance(noise, Noise)
         for k, frame in enumerate(frames):
-            frame += 10 * effect(noise, Moment(k, shape[1:], 30.0, seed + 1_000_003 * number), response, 0.0)
+            frame += 10 * effect(noise, FrameContext(k, shape[1:], 30.0, seed + 1_000_003 * number), response, 0.0)
     return frames

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.motion import PATHS, Company, Path
 from irsim.types import Floats
@@ -16,9 +16,9 @@ GEOMETRY = Geometry((160, 120), 5e-4, 0.1)
 LEADER: dict[str, Any] = {"kind": "weave", "start": [20, 40], "speed": 1.0, "amplitude_px": 5.0, "heading_deg": 20.0}
 
 
-def stage(seed: int = 0) -> Stage:
+def context(seed: int = 0) -> SceneContext:
     """With one other target, `leader`, that the paths under test may refer to."""
-    return Stage(seed, GEOMETRY, 30.0, "mwir", 0.6, Company({"leader": path(**LEADER)}, ()))
+    return SceneContext(seed, GEOMETRY, 30.0, "mwir", 0.6, Company({"leader": path(**LEADER)}, ()))
 
 
 def path(**keys: Any) -> Path:
@@ -28,7 +28,7 @@ def path(**keys: Any) -> Path:
 
 
 def pixels(value: Path, frames: npt.ArrayLike, seed: int = 0) -> Floats:
-    return GEOMETRY.project(value.positions(np.asarray(frames, dtype=float), stage(seed), "jet"))
+    return GEOMETRY.project(value.positions(np.asarray(frames, dtype=float), context(seed), "jet"))
 
 
 def level_axes() -> tuple[Floats, Floats, Floats]:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from irsim.camera.detectors import Additive, Moment
+from irsim.camera.detectors import Additive, FrameContext
 from irsim.render.division import TRIED
 from irsim.types import Floats
 
@@ -21,11 +21,11 @@ class Rendezvous(Additive):
 
     folder: str
 
-    def pattern(self, moment: Moment) -> Floats:
+    def pattern(self, frame_context: FrameContext) -> Floats:
         return np.zeros((1, 1), np.float32)
 
-    def spread(self, moment: Moment, fixed: bool) -> float:
-        if moment.index < TRIED:
+    def spread(self, frame_context: FrameContext, fixed: bool) -> float:
+        if frame_context.index < TRIED:
             return 0.0
         folder = Path(self.folder)
         (folder / str(os.getpid())).touch()
@@ -42,10 +42,10 @@ class Failing(Additive):
 
     at: int
 
-    def pattern(self, moment: Moment) -> Floats:
-        if moment.index == self.at:
+    def pattern(self, frame_context: FrameContext) -> Floats:
+        if frame_context.index == self.at:
             raise ValueError(f"frame {self.at} cannot be")
         return np.zeros((1, 1), np.float32)
 
-    def spread(self, moment: Moment, fixed: bool) -> float:
+    def spread(self, frame_context: FrameContext, fixed: bool) -> float:
         return 0.0

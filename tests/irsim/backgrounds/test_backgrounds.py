@@ -9,11 +9,11 @@ import cv2
 import numpy as np
 import pytest
 
-from irsim.backgrounds import BACKGROUNDS, Background, Gaze, Ground, Sky
+from irsim.backgrounds import BACKGROUNDS, Background, Ground, Sky, ViewDirection
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.painting import MARGIN
 from irsim.backgrounds.sky import ClearSky, Clouds
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.geometry.powerlaw import power_law
 from irsim.geometry.projection import Geometry
 from irsim.physics.radiometry import radiance, temperature
@@ -22,14 +22,16 @@ ROUNDED = cv2.__version__.startswith("4.")
 """OpenCV 4 looks textures up at places rounded to 1/32 px, OpenCV 5 at the places asked for."""
 
 
-def stage(
+def context(
     size: tuple[int, int] = (160, 120), ifov_mrad: float = 0.5, elevation_deg: float = 0.0, seed: int = 1
-) -> Stage:
-    return Stage(seed, Geometry(size, ifov_mrad * 1e-3, math.radians(elevation_deg)), 30.0, "mwir", 0.6)
+) -> SceneContext:
+    return SceneContext(seed, Geometry(size, ifov_mrad * 1e-3, math.radians(elevation_deg)), 30.0, "mwir", 0.6)
 
 
-def gaze(scene: Stage, turn: tuple[float, float, float] = (0.0, 0.0, 0.0), time: float = 0.0) -> Gaze:
-    return Gaze(time, Chart.at(scene.geometry, scene.geometry.world_rotation(np.array(turn))))
+def view_direction(
+    scene: SceneContext, turn: tuple[float, float, float] = (0.0, 0.0, 0.0), time: float = 0.0
+) -> ViewDirection:
+    return ViewDirection(time, Chart.at(scene.geometry, scene.geometry.world_rotation(np.array(turn))))
 
 
 @pytest.mark.parametrize(
@@ -52,8 +54,8 @@ def test_the_chart_follows_the_exact_map(field_deg: float, elevation_deg: float,
 
 
 def test_a_turn_moves_the_map_by_the_angle() -> None:
-    scene = stage()
-    still, turned = gaze(scene).chart, gaze(scene, (0.005, 0.003, 0.0)).chart
+    scene = context()
+    still, turned = view_direction(scene).chart, view_direction(scene, (0.005, 0.003, 0.0)).chart
     middle = (60, 80)
     ifov = 0.5e-3
     assert turned.spread(turned.u)[middle] - still.spread(still.u)[middle] == pytest.approx(0.005 / ifov, abs=1e-3)
@@ -62,10 +64,10 @@ def test_a_turn_moves_the_map_by_the_angle() -> None:
 
 def test_a_turned_camera_sees_the_same_ground_moved() -> None:
     """Turning right by 8 px moves the picture 8 px to the left."""
-    scene = stage()
+    scene = context()
     (terrain,) = Ground().layers(scene)
-    still = terrain.light(gaze(scene))[1]
-    turned = terrain.light(gaze(scene, (8 * 0.5e-3, 0.0, 0.0)))[1]
+    still = terrain.light(view_direction(scene))[1]
+    turned = terrain.light(view_direction(scene, (8 * 0.5e-3, 0.0, 0.0)))[1]
     error = turned[:, 10:-18] - still[:, 18:-10]
     # The half-degree field bends the map by under 0.02 px: little against the texture's own spread.
     assert np.abs(error).max() < (0.1 if ROUNDED else 0.02) * still.std()
@@ -103,21 +105,23 @@ def test_stretch_makes_features_wider_than_high() -> None:
 
 @pytest.mark.parametrize("elevation_deg", [5.0, 10.0, 45.0, -20.0])
 def test_clear_sky_follows_its_formula(elevation_deg: float) -> None:
-    scene = stage(size=(161, 121), elevation_deg=elevation_deg)
-    light = ClearSky("mwir", 288.0, 211.0).light(gaze(scene))[1]
+    scene = context(size=(161, 121), elevation_deg=elevation_deg)
+    light = ClearSky("mwir", 288.0, 211.0).light(view_direction(scene))[1]
     kelvin = 211 + 77 * math.exp(-max(math.sin(math.radians(elevation_deg)), 0) / 0.3)
     assert float(temperature("mwir", light[60, 80])) == pytest.approx(kelvin, abs=0.02)
 
 
 def test_the_sky_with_and_without_a_horizon_in_view_is_one_sky() -> None:
     sky = ClearSky("mwir", 288.0, 211.0)
-    low, high = (stage(size=(160, 121), ifov_mrad=1.0, elevation_deg=elevation) for elevation in (3.0, 6.0))
+    low, high = (context(size=(160, 121), ifov_mrad=1.0, elevation_deg=elevation) for elevation in (3.0, 6.0))
     up = math.radians(6.0 - 3.0)
-    seen_low = sky.light(gaze(low, (0.0, up, 0.0)))[1]  # same pointing, by turning up
-    seen_high = sky.light(gaze(high))[1]
+    seen_low = sky.light(view_direction(low, (0.0, up, 0.0)))[1]  # same pointing, by turning up
+    seen_high = sky.light(view_direction(high))[1]
     assert seen_low == pytest.approx(seen_high, rel=1e-5)
-    assert gaze(low).chart.elevation_rad(gaze(low).chart.v).min() < 0  # the horizon's way is taken here
-    row = sky.light(gaze(low))[1][:, 80]
+    assert (
+        view_direction(low).chart.elevation_rad(view_direction(low).chart.v).min() < 0
+    )  # the horizon's way is taken here
+    row = sky.light(view_direction(low))[1][:, 80]
     expected = sky.radiance(np.radians(3.0) - np.arctan((np.arange(121) - 60) * 1e-3))
     assert row == pytest.approx(expected, rel=2e-4 if ROUNDED else 2e-5)
 
@@ -132,24 +136,24 @@ def test_the_us_standard_sky_is_within_five_kelvin() -> None:
 def test_clouds_cover_the_share_asked_for(coverage: float) -> None:
     shares = []
     for seed in range(6):
-        layer = Clouds(coverage=coverage, correlation_mrad=10, depth=50).layer(stage(seed=seed))
+        layer = Clouds(coverage=coverage, correlation_mrad=10, depth=50).layer(context(seed=seed))
         shares.append(np.mean(layer.painting.tiles[0].padded[:1024, :1024] < 0.5))
     assert np.mean(shares) == pytest.approx(coverage, abs=0.06)
 
 
 def test_thick_cloud_shines_at_its_temperature_and_lets_nothing_through() -> None:
-    scene = stage()
+    scene = context()
     layer = Clouds(coverage=0.999, depth=1000, temperature_k=265, texture_k=0).layer(scene)
-    passed, emission = layer.light(gaze(scene))
+    passed, emission = layer.light(view_direction(scene))
     thick = passed < 1e-6
     assert thick.mean() > 0.9
     assert emission[thick] == pytest.approx(float(radiance("mwir", 265)), rel=1e-5)
 
 
 def test_wind_moves_clouds_by_the_angle_asked_for() -> None:
-    scene = stage()
+    scene = context()
     layer = Clouds(wind_mrad_s=(5.0, -2.5)).layer(scene)
-    before, after = layer.light(gaze(scene))[0], layer.light(gaze(scene, time=1.0))[0]
+    before, after = layer.light(view_direction(scene))[0], layer.light(view_direction(scene, time=1.0))[0]
     # 10 px right, 5 px up; the angle bends by .04 px
     assert after[5:-5, 15:-5] == pytest.approx(before[10:, 5:-15], abs=0.02 if ROUNDED else 0.01)
 
@@ -157,17 +161,17 @@ def test_wind_moves_clouds_by_the_angle_asked_for() -> None:
 # A recorded background needs a file: tests/test_backgrounds_recorded.py.
 @pytest.mark.parametrize("name", [name for name, _ in BACKGROUNDS if name != "recording"])
 def test_every_background_gives_layers_far_to_near(name: str) -> None:
-    scene, kind = stage(), BACKGROUNDS.kinds[name]
+    scene, kind = context(), BACKGROUNDS.kinds[name]
     assert issubclass(kind, Background)
     background = kind()
     first, *others = background.layers(scene)
-    passed, emission = first.light(gaze(scene))
+    passed, emission = first.light(view_direction(scene))
     assert passed is None
     assert emission.shape == (120, 160)
     assert emission.dtype == np.float32
     assert np.all(emission > 0)
     assert [layer.name for layer in others] == [name for name, _ in background.names()]
-    again = kind().layers(scene)[0].light(gaze(scene))[1]
+    again = kind().layers(scene)[0].light(view_direction(scene))[1]
     assert np.array_equal(emission, again)
 
 
@@ -176,29 +180,29 @@ def test_every_background_gives_layers_far_to_near(name: str) -> None:
 )
 def test_a_moved_picture_is_the_picture_looked_up(turn: tuple[float, float, float]) -> None:
     """A move interpolates a second time: 4 % of the texture's spread. A place wrong by 1 px would make 11 %."""
-    scene = stage(size=(320, 240), elevation_deg=12.0)
+    scene = context(size=(320, 240), elevation_deg=12.0)
     layer = Clouds(wind_mrad_s=(2.0, 1.0)).layer(scene)
-    exact = gaze(scene, turn, time=0.2)
+    exact = view_direction(scene, turn, time=0.2)
     wide = Chart.at(scene.geometry, scene.geometry.world_rotation(np.zeros(3)), MARGIN)
-    moved = Gaze(exact.time, exact.chart, key=Gaze(0.0, wide))
+    moved = ViewDirection(exact.time, exact.chart, key=ViewDirection(0.0, wide))
     for asked, expected in zip(layer.light(moved), layer.light(exact), strict=True):
         assert asked.shape == expected.shape
         assert np.sqrt(np.mean((asked - expected) ** 2)) < 0.04 * expected.std()
 
 
 def test_a_move_that_would_not_do_is_looked_up() -> None:
-    scene = stage(size=(320, 240), elevation_deg=12.0)
+    scene = context(size=(320, 240), elevation_deg=12.0)
     painting = Clouds().layer(scene).painting
-    wide = Gaze(0.0, Chart.at(scene.geometry, scene.geometry.world_rotation(np.zeros(3)), MARGIN))
+    wide = ViewDirection(0.0, Chart.at(scene.geometry, scene.geometry.world_rotation(np.zeros(3)), MARGIN))
     for turn, moves in [((1e-3, 0.0, 0.0), True), ((0.05, 0.0, 0.0), False), ((0.0, 0.0, 1e-2), False)]:
-        assert (painting._move(gaze(scene, turn), wide) is not None) == moves
+        assert (painting._move(view_direction(scene, turn), wide) is not None) == moves
 
 
 def test_a_camera_that_stands_sees_the_same_picture_until_something_moves() -> None:
-    scene = stage(size=(64, 48))
+    scene = context(size=(64, 48))
     painting = Clouds().layer(scene).painting
-    wide = Gaze(0.0, Chart.at(scene.geometry, scene.geometry.world_rotation(np.zeros(3)), MARGIN))
-    first, turned = (Gaze(0.0, gaze(scene, (turn, 0.0, 0.0)).chart, wide) for turn in (0.0, 1e-3))
+    wide = ViewDirection(0.0, Chart.at(scene.geometry, scene.geometry.world_rotation(np.zeros(3)), MARGIN))
+    first, turned = (ViewDirection(0.0, view_direction(scene, (turn, 0.0, 0.0)).chart, wide) for turn in (0.0, 1e-3))
     before, moved, after = painting.seen(first), painting.seen(turned), painting.seen(first)
     assert painting.seen(replace(first, time=0.5))[0] is after[0]
     assert not after[0].flags.writeable
@@ -207,12 +211,12 @@ def test_a_camera_that_stands_sees_the_same_picture_until_something_moves() -> N
 
 
 def test_benign_backgrounds_are_flat() -> None:
-    scene = stage()
+    scene = context()
     for flat in (Ground(spread_k=0), Sky(horizon_k=250, zenith_k=250)):
-        light = flat.layers(scene)[0].light(gaze(scene))[1]
+        light = flat.layers(scene)[0].light(view_direction(scene))[1]
         assert np.ptp(light) <= 1e-6 * light.mean()
 
 
 def test_layers_stand_far_to_near() -> None:
     sky = Sky(clouds=(Clouds(id="low", range_m=1000), Clouds(id="high", range_m=9000)))
-    assert [layer.name for layer in sky.layers(stage())] == ["clear_sky", "high", "low"]
+    assert [layer.name for layer in sky.layers(context())] == ["clear_sky", "high", "low"]

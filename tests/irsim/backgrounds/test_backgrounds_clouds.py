@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from irsim.backgrounds import Gaze, is_veil
+from irsim.backgrounds import ViewDirection, is_veil
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.cloud import slope_to_sun
 from irsim.backgrounds.evolving import STEPS, Evolving, _Pair, first_of, weights
 from irsim.backgrounds.periodic import shrunk, wrapped_blur
 from irsim.backgrounds.sky import Clouds
 from irsim.backgrounds.tiles import TILE, Tiled, counted
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.geometry.random_fields import shaped, spectral
 from irsim.physics.radiometry import radiance
@@ -25,12 +25,14 @@ from irsim.scenario.model import Scenario
 from irsim.types import Floats
 
 
-def stage(size: tuple[int, int] = (160, 120), ifov_mrad: float = 0.5) -> Stage:
-    return Stage(1, Geometry(size, ifov_mrad * 1e-3, math.radians(12.0)), 30.0, "mwir", 0.6)
+def context(size: tuple[int, int] = (160, 120), ifov_mrad: float = 0.5) -> SceneContext:
+    return SceneContext(1, Geometry(size, ifov_mrad * 1e-3, math.radians(12.0)), 30.0, "mwir", 0.6)
 
 
-def gaze(scene: Stage, time: float = 0.0, turn: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Gaze:
-    return Gaze(time, Chart.at(scene.geometry, scene.geometry.world_rotation(np.array(turn))))
+def view_direction(
+    scene: SceneContext, time: float = 0.0, turn: tuple[float, float, float] = (0.0, 0.0, 0.0)
+) -> ViewDirection:
+    return ViewDirection(time, Chart.at(scene.geometry, scene.geometry.world_rotation(np.array(turn))))
 
 
 @pytest.mark.parametrize("betas", [(2.7, 3.6), (2.2, 3.4), (2.2, 1.9), (3.0, 3.0)])
@@ -141,24 +143,27 @@ CHANGING = Clouds(evolve_s=8.0, wind_mrad_s=(3.0, -1.0), depth=2.0)
 
 @pytest.mark.parametrize("ifov_mrad", [0.1, 0.5, 3.0])
 def test_an_evolving_layer_is_the_same_in_any_order(ifov_mrad: float) -> None:
-    scene = stage(ifov_mrad=ifov_mrad)
+    scene = context(ifov_mrad=ifov_mrad)
     layer = CHANGING.evolving(scene)
     times = [0.0, 0.4, 1.1, 5.0]
-    forth = [layer.light(gaze(scene, t)) for t in times]
+    forth = [layer.light(view_direction(scene, t)) for t in times]
     for t, (passed, emission) in list(zip(times, forth, strict=True))[::-1]:
-        for again in (layer.light(gaze(scene, t)), CHANGING.evolving(scene).light(gaze(scene, t))):
+        for again in (layer.light(view_direction(scene, t)), CHANGING.evolving(scene).light(view_direction(scene, t))):
             assert np.array_equal(passed, again[0])
             assert np.array_equal(emission, again[1])
 
 
 def test_an_evolving_layer_drifts_with_the_wind_and_changes_smoothly() -> None:
     """3 mrad/s over 1/3 s at 0.1 mrad a px: 10 px; the texture itself changes by little in that time."""
-    scene = stage(ifov_mrad=0.1)
+    scene = context(ifov_mrad=0.1)
     layer = Clouds(evolve_s=60.0, wind_mrad_s=(3.0, 0.0), depth=2.0, correlation_mrad=6).evolving(scene)
-    before, after = layer.light(gaze(scene, 2.0))[0], layer.light(gaze(scene, 2.0 + 1 / 3))[0]
+    before, after = layer.light(view_direction(scene, 2.0))[0], layer.light(view_direction(scene, 2.0 + 1 / 3))[0]
     assert np.corrcoef(after[:, 10:].ravel(), before[:, :-10].ravel())[0, 1] > 0.999
     steps = [
-        np.abs(layer.light(gaze(scene, 7.4 + k / 30))[0] - layer.light(gaze(scene, 7.4 + (k + 1) / 30))[0]).mean()
+        np.abs(
+            layer.light(view_direction(scene, 7.4 + k / 30))[0]
+            - layer.light(view_direction(scene, 7.4 + (k + 1) / 30))[0]
+        ).mean()
         for k in range(12)
     ]  # across the state at 60/8 = 7.5 s
     assert max(steps) < 1.5 * min(steps)
@@ -169,8 +174,8 @@ def test_what_another_thread_looks_at_meanwhile_changes_nothing(
     kind: type, step: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As if it took its turn after the second of such steps: elsewhere at the same time, and at another one."""
-    scene, clouds = stage(), Clouds(evolve_s=8.0)
-    layer, wanted = clouds.evolving(scene), clouds.evolving(scene).light(gaze(scene, 2.0))
+    scene, clouds = context(), Clouds(evolve_s=8.0)
+    layer, wanted = clouds.evolving(scene), clouds.evolving(scene).light(view_direction(scene, 2.0))
 
     plain, calls = getattr(kind, step), itertools.count(1)
 
@@ -179,31 +184,31 @@ def test_what_another_thread_looks_at_meanwhile_changes_nothing(
         if next(calls) < 2:
             return found
         monkeypatch.undo()
-        layer.light(gaze(scene, 2.0, turn=(0.0, 0.3, 0.0)))
-        layer.light(gaze(scene, 40.0))
+        layer.light(view_direction(scene, 2.0, turn=(0.0, 0.3, 0.0)))
+        layer.light(view_direction(scene, 40.0))
         return found
 
     monkeypatch.setattr(kind, step, interrupted)
-    found = layer.light(gaze(scene, 2.0))
+    found = layer.light(view_direction(scene, 2.0))
     assert getattr(kind, step) is not interrupted
     assert all(map(np.array_equal, found, wanted))
 
 
 @pytest.mark.parametrize("ifov_mrad", [0.1, 3.0])
 def test_an_evolving_layer_turns_and_rolls_with_the_camera(ifov_mrad: float) -> None:
-    scene = stage(size=(161, 121), ifov_mrad=ifov_mrad)
+    scene = context(size=(161, 121), ifov_mrad=ifov_mrad)
     layer = Clouds(evolve_s=60.0, correlation_mrad=60 * ifov_mrad, depth=2.0).evolving(scene)
-    still = layer.light(gaze(scene))[0]
-    up = layer.light(gaze(scene, turn=(0.0, 5 * ifov_mrad * 1e-3, 0.0)))[0]
+    still = layer.light(view_direction(scene))[0]
+    up = layer.light(view_direction(scene, turn=(0.0, 5 * ifov_mrad * 1e-3, 0.0)))[0]
     assert np.corrcoef(up[10:, 40:-40].ravel(), still[5:-5, 40:-40].ravel())[0, 1] > 0.995
-    quarter = layer.light(gaze(scene, turn=(0.0, 0.0, math.pi / 2)))[0]
+    quarter = layer.light(view_direction(scene, turn=(0.0, 0.0, math.pi / 2)))[0]
     # Rolled clockwise by a quarter, what was to the right of the middle is above it.
     around = np.s_[60 - 40 : 60 + 41, 80 - 40 : 80 + 41]
     assert quarter[around] == pytest.approx(np.rot90(still[around]), abs=0.05 if ifov_mrad < 1 else 0.2)
 
 
 def test_the_spread_of_an_evolving_layer_is_constant() -> None:
-    scene = stage(ifov_mrad=0.1)
+    scene = context(ifov_mrad=0.1)
     state_at, whole = CHANGING.evolving(scene)._state_at, slice(0, 1024)
     shares = [float(np.mean(state_at(place)._paint(whole, whole)[0] < 0.99)) for place in np.linspace(0, 6, 7)]
     assert np.std(shares) < 0.05
@@ -212,7 +217,7 @@ def test_the_spread_of_an_evolving_layer_is_constant() -> None:
 
 def test_edges_that_face_the_sun_are_brighter() -> None:
     """A round cloud: its edge towards the sun gains up to sunlit_k, the far edge nothing."""
-    scene = stage(ifov_mrad=0.5)
+    scene = context(ifov_mrad=0.5)
     y, x = np.mgrid[:256, :256] - 127.5
     bump = (3 * np.exp(-(x**2 + y**2) / (2 * 30**2))).astype(np.float32)
     flat = np.zeros_like(bump)
@@ -261,7 +266,7 @@ def test_only_what_is_looked_at_is_painted_and_once() -> None:
 @pytest.mark.parametrize("ifov_mrad", [0.1, 3.0])
 def test_an_evolving_layer_is_kept_to_half_a_unit(ifov_mrad: float) -> None:
     """Of what the layer can emit: that is less than 1/65535 of the range that it does."""
-    scene = stage(ifov_mrad=ifov_mrad)
+    scene = context(ifov_mrad=ifov_mrad)
     layer = CHANGING.model_copy(update={"sunlit_k": 8.0, "wind_mrad_s": (0.0, 0.0)}).evolving(scene)
     state = layer._state_at(0.0)
     whole = slice(0, state.side)
@@ -282,14 +287,14 @@ def test_an_evolving_layer_fills_the_picture_as_its_light_says(kind: str, air: s
     renderer = Renderer(Scenario.model_validate({**scene, "atmosphere": {"preset": air}}))
     sky, *_, layer = renderer.layers
     for index in (0, 7, 49):
-        gaze = renderer.now.gaze(index)
-        (transmittance, emission), under = layer.light(gaze), sky.light(gaze)[1]
+        view_direction = renderer.now.view_direction(index)
+        (transmittance, emission), under = layer.light(view_direction), sky.light(view_direction)[1]
         assert transmittance is not None
         found, patch = np.empty_like(under), (slice(60, 99), slice(20, 50))
         assert is_veil(layer)
-        (passed,) = layer.veil(under, found, gaze, [patch])
+        (passed,) = layer.veil(under, found, view_direction, [patch])
         np.testing.assert_allclose(found, under * transmittance + emission, rtol=1e-6)
         np.testing.assert_allclose(passed, transmittance[patch], rtol=0, atol=1e-6)
-        layer.veil(under, kept := under.copy(), gaze, [])
-        layer.veil(kept_under := under.copy(), kept_under, gaze, [])
+        layer.veil(under, kept := under.copy(), view_direction, [])
+        layer.veil(kept_under := under.copy(), kept_under, view_direction, [])
         np.testing.assert_array_equal(kept, kept_under)

@@ -9,7 +9,7 @@ from typing import get_args
 import cv2
 import numpy as np
 import pytest
-from country import gaze, stage
+from country import context, view_direction
 
 from irsim.backgrounds import Landscape
 from irsim.backgrounds.clutter import FORMS, Clutter, FormName, Rough, Thing
@@ -115,14 +115,14 @@ def test_a_thing_before_another_is_mixed_with_it_by_cover() -> None:
 
 def test_rough_things_on_a_landscape_grow_with_nearness_as_ellipses_do() -> None:
     """What they cover together in bands of distance, over seeds; none of it is above the horizon."""
-    scene = stage(elevation_deg=-5.0, size=(321, 301))
+    scene = context(elevation_deg=-5.0, size=(321, 301))
     horizon = 150 - math.radians(5.0) / 0.5e-3
     sums: dict[str, list[Floats]] = {form: [] for form in FORM_NAMES}
     for form, found in sums.items():
         for seed in range(4):
             keys = {"form": form, "per_mrad2": 0.006, "size_mrad": [4.0, 4.0], "contrast_k": [5.0, 5.0]}
             land = Landscape.model_validate({"hills_mrad": 0.0, "spread_k": 0.0, "clutter": keys})
-            passed = land.layers(replace(scene, seed=seed))[1].light(gaze(scene))[0]
+            passed = land.layers(replace(scene, seed=seed))[1].light(view_direction(scene))[0]
             assert passed is not None
             assert (1 - passed[: max(round(horizon) - 2, 0)]).max(initial=0) < 1e-6
             found.append(np.asarray(1 - passed).sum(axis=1))

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from country import gaze, stage
+from country import context, view_direction
 
 from irsim.backgrounds import Landscape
 from irsim.backgrounds.terrain_layer import Country
@@ -15,7 +15,7 @@ from irsim.physics.radiometry import temperature
 from irsim.scenario.model import Scenario
 from irsim.types import Floats
 
-SCENE = stage(size=(640, 240))
+SCENE = context(size=(640, 240))
 PX_PER_MRAD = 2.0
 """As the stage of these tests sees it."""
 FEW: dict[str, Any] = {"trees": [{"range_m": 600.0, "spacing_m": 40.0, "undergrowth": 0.0, "temperature_k": 285.0}]}
@@ -26,7 +26,7 @@ def country(seed: int, **keys: Any) -> tuple[Floats, Floats]:
     placed = replace(SCENE, seed=seed)
     layer = Landscape.model_validate({"ground_k": 300.0, "spread_k": 0.0, "horizon_k": 270.0, **keys}).layers(placed)[0]
     assert isinstance(layer, Country)
-    seen = gaze(placed)
+    seen = view_direction(placed)
     light = np.asarray(layer.light(seen)[1])
     return np.asarray(layer.sky_left(seen)), np.asarray(temperature("lwir", light))
 
@@ -84,7 +84,7 @@ def test_what_lies_on_the_ground_does_not_lie_on_them() -> None:
     land = Landscape.model_validate({"hills_mrad": 0.0, **keys})
     fields = land.layers(placed)[1]
     bare = land.model_copy(update={"far_woods_mrad": 0.0}).layers(placed)[1]
-    seen = gaze(placed)
+    seen = view_direction(placed)
     passed, unhidden = (np.asarray(layer.light(seen)[0]) for layer in (fields, bare))
     horizon = int(np.argmax(unhidden[:, 100] < 0.5))
     assert passed[horizon + 1].mean() > 0.8
@@ -96,4 +96,4 @@ def test_the_bare_ground_of_a_landscape_has_none() -> None:
     """That which warnings ask for (`Background.land`)."""
     placed = replace(SCENE, seed=1)
     land = Landscape.model_validate({**FEW, "ground_k": 300.0, "spread_k": 0.0}).land(placed)
-    np.testing.assert_allclose(temperature("lwir", land(gaze(placed))), 300.0, atol=0.05)
+    np.testing.assert_allclose(temperature("lwir", land(view_direction(placed))), 300.0, atol=0.05)

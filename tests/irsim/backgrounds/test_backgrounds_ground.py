@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from irsim.backgrounds import Gaze, Ground
+from irsim.backgrounds import Ground, ViewDirection
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.clutter import Clutter
 from irsim.backgrounds.patches import Fields, Roads, Water
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.physics.radiometry import temperature
 from irsim.render.stream import Rendering
@@ -22,8 +22,8 @@ from irsim.scenario.model import Scenario
 SIDE, PX_PER_MRAD = 512, 2.0
 
 
-def stage(size: tuple[int, int] = (160, 120)) -> Stage:
-    return Stage(1, Geometry(size, 0.5e-3, math.radians(-30.0)), 30.0, "lwir", 0.0)
+def context(size: tuple[int, int] = (160, 120)) -> SceneContext:
+    return SceneContext(1, Geometry(size, 0.5e-3, math.radians(-30.0)), 30.0, "lwir", 0.0)
 
 
 @pytest.mark.parametrize("share", [0.05, 0.3])
@@ -108,13 +108,13 @@ def test_day_and_night_change_places() -> None:
     contrast = {}
     for hour in ("day", "night"):
         ground = Ground.model_validate({"hour": hour, "water": {"share": 0.2}})
-        scene = stage()
+        scene = context()
         terrain, water = ground.layers(scene)
-        gaze = Gaze(0.0, Chart.at(scene.geometry, scene.geometry.world_rotation(np.zeros(3))))
-        passed, emission = water.light(gaze)
+        view_direction = ViewDirection(0.0, Chart.at(scene.geometry, scene.geometry.world_rotation(np.zeros(3))))
+        passed, emission = water.light(view_direction)
         assert passed is not None
         contrast[hour] = float(temperature("lwir", emission[passed < 0.01].mean())) - ground.mean_k
-        assert terrain.light(gaze)[0] is None
+        assert terrain.light(view_direction)[0] is None
     assert contrast == {"day": pytest.approx(-11.0, abs=0.1), "night": pytest.approx(5.0, abs=0.1)}
     assert Ground.model_validate({"hour": "day"}).mean_k == 303.0
     assert Ground.model_validate({"hour": "day", "mean_k": 310.0}).mean_k == 310.0

@@ -9,7 +9,7 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-from country import gaze, stage
+from country import context, view_direction
 
 from irsim.backgrounds import Landscape
 from irsim.backgrounds.buildings import Buildings
@@ -25,9 +25,9 @@ from irsim.scenario.model import Scenario
 
 def test_above_the_horizon_is_sky_and_below_it_ground() -> None:
     """At 0.5 mrad a px and 1 degree up, the horizon lies 34.9 px below the middle row 60."""
-    scene = stage()
+    scene = context()
     country = Landscape(hills_mrad=0, ground_k=300, spread_k=0, horizon_k=280, zenith_k=280).layers(scene)[0]
-    kelvin = temperature("lwir", country.light(gaze(scene))[1][:, 80])
+    kelvin = temperature("lwir", country.light(view_direction(scene))[1][:, 80])
     row = 60 + math.radians(1.0) / 0.5e-3
     assert kelvin[: int(row)] == pytest.approx(280, abs=0.01)
     assert kelvin[int(row) + 3 :] == pytest.approx(300, abs=0.01)
@@ -37,11 +37,11 @@ def test_the_ground_hides_clouds_and_trees_hide_both() -> None:
     clouds = ({"id": "low", "coverage": 0.999, "depth": 100.0, "temperature_k": 260.0, "range_m": 3000.0},)
     trees = ({"id": "wood", "range_m": 400.0, "leaves": 1.0, "spacing_m": 2.0},)
     land = Landscape.model_validate({"clouds": clouds, "trees": trees, "hills_mrad": 0.0, "ground_k": 300.0})
-    scene = stage()
+    scene = context()
     country, cloud, wood = land.layers(scene)
     assert [name for name, _ in land.names()] == ["low", "wood"]
     assert cloud.range_m > wood.range_m
-    seen = gaze(scene)
+    seen = view_direction(scene)
     country.light(seen)
     passed, emission = cloud.light(seen)
     assert passed is not None
@@ -56,11 +56,11 @@ def test_the_ground_hides_clouds_and_trees_hide_both() -> None:
 
 
 def test_a_tree_row_is_as_high_as_its_trees_and_stands_on_the_ground() -> None:
-    scene = stage(size=(320, 240))
+    scene = context(size=(320, 240))
     layer = Trees(range_m=1000, height_m=20, spacing_m=3, leaves=1, undergrowth=0.3).paint(
         Sheet.of(scene.geometry), 10.0, 290.0, scene
     )
-    passed, emission = layer.light(gaze(scene))
+    passed, emission = layer.light(view_direction(scene))
     foot = 119.5 + (math.radians(1.0) + math.atan(10 / 1000)) / 0.5e-3
     covered = np.flatnonzero((1 - passed).mean(axis=1) > 0.02)
     assert covered[-1] == pytest.approx(foot, abs=1.5)
@@ -74,20 +74,20 @@ def test_a_tree_row_is_as_high_as_its_trees_and_stands_on_the_ground() -> None:
 
 def test_a_tree_that_is_far_larger_than_the_picture_fills_it() -> None:
     """At 2 m each px is 1 mm: trees of 14 m stand 14000 px high, and the picture shows the middle of a crown."""
-    scene = stage(size=(320, 240))
+    scene = context(size=(320, 240))
     trees = Trees(range_m=2, leaves=1, spacing_m=0.5, conifers=0)
-    passed, _ = trees.paint(Sheet.of(scene.geometry), 7.0, 290.0, scene).light(gaze(scene))
+    passed, _ = trees.paint(Sheet.of(scene.geometry), 7.0, 290.0, scene).light(view_direction(scene))
     assert passed.mean() < 0.05
 
 
 def test_a_wood_has_crowns_of_unequal_height() -> None:
     """Trees 4 m apart and 18 m high, 0.5 mrad a px at 600 m: of 60 px, 13 px apart. Their tops rise and fall by a
     quarter; one dome over all would not."""
-    scene = stage(size=(512, 240))
+    scene = context(size=(512, 240))
     for seed in range(4):
         placed = replace(scene, seed=seed)
         layer = Trees(range_m=600, height_m=18, spacing_m=4).paint(Sheet.of(scene.geometry), 4.0, 290.0, placed)
-        solid = layer.light(gaze(scene))[0] < 0.5
+        solid = layer.light(view_direction(scene))[0] < 0.5
         top = np.argmax(solid, axis=0)[solid.any(axis=0)]
         level = cv2.blur(top.astype(np.float32)[None], (9, 1))[0]
         peaks = np.flatnonzero((level[1:-1] < level[:-2]) & (level[1:-1] <= level[2:]))
@@ -96,19 +96,19 @@ def test_a_wood_has_crowns_of_unequal_height() -> None:
 
 
 def test_bare_trees_let_more_through_than_leafy_ones() -> None:
-    scene = stage(size=(320, 240))
+    scene = context(size=(320, 240))
     sheet = Sheet.of(scene.geometry)
     shares = [
-        Trees(leaves=leaves, undergrowth=0).paint(sheet, 10.0, 290.0, scene).light(gaze(scene))[0].mean()
+        Trees(leaves=leaves, undergrowth=0).paint(sheet, 10.0, 290.0, scene).light(view_direction(scene))[0].mean()
         for leaves in (1.0, 0.7, 0.3)
     ]
     assert shares[0] < shares[1] < shares[2]
 
 
 def test_without_undergrowth_only_trunks_meet_the_ground() -> None:
-    scene = stage(size=(320, 240))
+    scene = context(size=(320, 240))
     trees = Trees(range_m=300, spacing_m=40, leaves=1, undergrowth=0)
-    passed, _ = trees.paint(Sheet.of(scene.geometry), 10.0, 290.0, scene).light(gaze(scene))
+    passed, _ = trees.paint(Sheet.of(scene.geometry), 10.0, 290.0, scene).light(view_direction(scene))
     foot = round(119.5 + (math.radians(1.0) + math.atan(10 / 300)) / 0.5e-3)
     assert (1 - passed[foot - 3 : foot + 2]).mean() < 0.1
 
@@ -124,8 +124,8 @@ def test_without_undergrowth_only_trunks_meet_the_ground() -> None:
 )
 def test_what_is_far_larger_than_it_is_far_away_fills_the_picture(near: Trees | Buildings) -> None:
     """Up to 2e12 px high, of one temperature but for its grain, before a country of another."""
-    scene = stage()
-    passed, emission = near.paint(Sheet.of(scene.geometry), 10.0, 310.0, scene).light(gaze(scene))
+    scene = context()
+    passed, emission = near.paint(Sheet.of(scene.geometry), 10.0, 310.0, scene).light(view_direction(scene))
     assert passed is not None
     assert np.asarray(passed).max() < 1e-6
     assert np.asarray(emission).mean() == pytest.approx(float(radiance("lwir", 310.0)), rel=0.1)
@@ -133,11 +133,11 @@ def test_what_is_far_larger_than_it_is_far_away_fills_the_picture(near: Trees | 
 
 def test_buildings_stand_no_nearer_to_each_other_than_is_seen() -> None:
     """20 km away a quarter of a pixel, 1 mrad wide, is 5 m."""
-    scene = replace(stage(), geometry=Geometry((161, 121), 1e-3, math.radians(-0.2)))
+    scene = replace(context(), geometry=Geometry((161, 121), 1e-3, math.radians(-0.2)))
     nearest, nearer = (
         Buildings(range_m=20e3, spacing_m=spacing_m, width_m=(4, 4), height_m=(20, 20))  # too narrow for windows
         .paint(Sheet.of(scene.geometry), 50.0, 290.0, scene)
-        .light(gaze(scene))
+        .light(view_direction(scene))
         for spacing_m in (5, 1)
     )
     for one, other in zip(nearest, nearer, strict=True):
@@ -146,11 +146,11 @@ def test_buildings_stand_no_nearer_to_each_other_than_is_seen() -> None:
 
 
 def test_buildings_have_walls_and_warm_windows() -> None:
-    scene = stage(size=(320, 240))
+    scene = context(size=(320, 240))
     layer = Buildings(range_m=500, spread_k=0, windows_k=5, spacing_m=30).paint(
         Sheet.of(scene.geometry), 10, 290.0, scene
     )
-    passed, emission = layer.light(gaze(scene))
+    passed, emission = layer.light(view_direction(scene))
     kelvin = temperature("lwir", emission[passed < 1e-6])
     assert np.median(kelvin) == pytest.approx(290, abs=0.2)
     assert kelvin.max() > 293
@@ -160,9 +160,9 @@ def test_buildings_have_walls_and_warm_windows() -> None:
 @pytest.mark.parametrize("place", [(30.0, 0.0, 0.0), (0.0, -5.0, 0.0), (0.0, 0.0, 200.0), (-12.0, 3.0, 90.0)])
 def test_parallax_is_that_of_points_at_the_range(place: tuple[float, float, float]) -> None:
     """A point of the cylinder, seen from both places by plain geometry."""
-    scene, range_m = stage(elevation_deg=2.0), 800.0
-    moved = seen_from(gaze(scene, place), Cylinder(range_m)).chart
-    first = gaze(scene).chart
+    scene, range_m = context(elevation_deg=2.0), 800.0
+    moved = seen_from(view_direction(scene, place), Cylinder(range_m)).chart
+    first = view_direction(scene).chart
     unit, squeeze = 0.5e-3, math.cos(math.radians(2.0))
     for row, column in ((0, 0), (5, 3), (7, 7)):
         azimuth, height = (
@@ -177,19 +177,19 @@ def test_parallax_is_that_of_points_at_the_range(place: tuple[float, float, floa
 
 def test_a_moved_camera_sees_near_things_pass_far_ones() -> None:
     """1 m to the right at 500 m is 4 px to the left at 0.5 mrad; at 2000 m, 1 px."""
-    scene = stage(size=(320, 240))
+    scene = context(size=(320, 240))
     for range_m, shift in ((500.0, 4), (2000.0, 1)):
         layer = Trees(range_m=range_m).paint(Sheet.of(scene.geometry), 10.0, 290.0, scene)
-        still, moved = layer.light(gaze(scene))[0], layer.light(gaze(scene, (1.0, 0.0, 0.0)))[0]
+        still, moved = layer.light(view_direction(scene))[0], layer.light(view_direction(scene, (1.0, 0.0, 0.0)))[0]
         np.testing.assert_allclose(moved[:, 40:-40], still[:, 40 + shift : -40 + shift], rtol=0, atol=0.05)
 
 
 def test_ground_moves_with_its_distance() -> None:
     """From 10 m up, the ground 20 mrad below the horizon is 500 m away: 1 m to the right moves it by 4 px."""
-    scene = stage(elevation_deg=0.0, size=(321, 121))
+    scene = context(elevation_deg=0.0, size=(321, 121))
     land = Landscape(hills_mrad=0, correlation_mrad=20, spread_k=5, camera_height_m=10)
     country = land.layers(scene)[0]
-    still, moved = (country.light(gaze(scene, (x, 0.0, 0.0)))[1] for x in (0.0, 1.0))
+    still, moved = (country.light(view_direction(scene, (x, 0.0, 0.0)))[1] for x in (0.0, 1.0))
     row = 60 + round(math.tan(0.02) / 0.5e-3)
     best = min(range(-12, 13), key=lambda s: np.abs(moved[row, 40:-40] - np.roll(still[row], -s)[40:-40]).sum())
     assert best == 4
@@ -197,10 +197,10 @@ def test_ground_moves_with_its_distance() -> None:
 
 
 def test_turning_right_moves_all_to_the_left() -> None:
-    scene = stage(size=(321, 121))
+    scene = context(size=(321, 121))
     land = Landscape.model_validate({"trees": [{"range_m": 500.0}], "fields": {}})
     for layer in land.layers(scene):
-        still, turned = (layer.light(gaze(scene, turn=(angle, 0, 0)))[1] for angle in (0.0, 4e-3))
+        still, turned = (layer.light(view_direction(scene, turn=(angle, 0, 0)))[1] for angle in (0.0, 4e-3))
         assert np.abs(turned[:, 20:-28] - still[:, 28:-20]).max() < 0.15 * np.ptp(still)
 
 
@@ -248,8 +248,8 @@ def test_a_profile_has_the_slope_of_a_cut_through_a_field() -> None:
 
 
 def test_without_a_move_nothing_is_moved() -> None:
-    scene = stage()
-    here = gaze(scene)
+    scene = context()
+    here = view_direction(scene)
     assert seen_from(here, Cylinder(500.0)) is here
-    keyed = replace(here, key=gaze(scene))
+    keyed = replace(here, key=view_direction(scene))
     assert seen_from(keyed, Cylinder(500.0)) is keyed

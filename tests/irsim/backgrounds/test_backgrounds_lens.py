@@ -11,10 +11,10 @@ import pytest
 from irsim.backgrounds.blur import blurred, softened
 from irsim.backgrounds.ground_texture import SOFT_PX, _no_sharper
 from irsim.backgrounds.panorama import ROOM, Panorama, Sheet
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.geometry.silhouette import Outline, sprite
-from irsim.physics.optics import GaussianSpread, Lens, LensSpread, PointSpread
+from irsim.physics.optics import PSF, GaussianPSF, Lens, LensPSF
 from irsim.render.frame import Renderer
 from irsim.scenario.loader import loads
 from irsim.scenario.model import Scenario
@@ -71,21 +71,21 @@ def test_a_background_has_the_transfer_function_of_the_lens(background: str, opt
     frequency = np.hypot(np.fft.fftfreq(SIDE)[:, None], np.fft.fftfreq(SIDE))
     rings = [np.abs(frequency - mark) < 0.006 for mark in MARKS]
     found = [math.sqrt(seen[ring].sum() / bare[ring].sum()) for ring in rings]
-    expected = scene(background, optics, 0).stage.psf.transfer(np.zeros(len(MARKS)), np.array(MARKS))
+    expected = scene(background, optics, 0).context.psf.transfer(np.zeros(len(MARKS)), np.array(MARKS))
     np.testing.assert_allclose(found, expected, atol=0.02)
 
 
 @pytest.mark.parametrize("optics", [GAUSSIAN, DIFFRACTION, DEFOCUS])
 def test_an_even_texture_is_what_the_transform_makes_of_it(optics: str) -> None:
     """To the last bit, though it takes none."""
-    psf, even = scene(GROUND, optics, 0).stage.psf, np.full((1024, 2048), 287.3, np.float32)
+    psf, even = scene(GROUND, optics, 0).context.psf, np.full((1024, 2048), 287.3, np.float32)
     passed = psf.transfer(np.fft.fftfreq(1024)[:, None], np.fft.rfftfreq(2048)[None, :])
     expected = np.fft.irfft2(np.fft.rfft2(even) * passed, s=even.shape).astype(np.float32)
     np.testing.assert_array_equal(blurred(even, psf), expected)
 
 
-@pytest.mark.parametrize("psf", [GaussianSpread(1.1), Lens().spread("lwir", 0.2), LensSpread(((3.0, 1.0),), 4.0)])
-def test_with_that_of_a_pixel_it_is_the_transform_of_a_point_s_shares(psf: PointSpread) -> None:
+@pytest.mark.parametrize("psf", [GaussianPSF(1.1), Lens().spread("lwir", 0.2), LensPSF(((3.0, 1.0),), 4.0)])
+def test_with_that_of_a_pixel_it_is_the_transform_of_a_point_s_shares(psf: PSF) -> None:
     """These pass nothing of what a row of pixels takes for something else: a cycle a px less a few tenths."""
     places = np.arange(-psf.reach_px, psf.reach_px + 1.0)
     shares = psf.share(places, places)
@@ -96,7 +96,7 @@ def test_with_that_of_a_pixel_it_is_the_transform_of_a_point_s_shares(psf: Point
         assert (shares * waves).sum() == pytest.approx(expected, abs=0.005)
 
 
-def target_edge(psf: PointSpread, left: float) -> Floats:
+def target_edge(psf: PSF, left: float) -> Floats:
     """The row of pixels 0 .. 399 that crosses the edge of a half-plane from `left` on."""
     corners = np.array([[1000.0, -300.0], [1000.0, 700.0], [left, 700.0], [left, -300.0]])
     box = Box.from_edges(left, -300.0, 1000.0, 700.0)
@@ -110,16 +110,16 @@ def target_edge(psf: PointSpread, left: float) -> Floats:
 @pytest.mark.parametrize(
     ("psf", "tolerance"),
     [
-        (GaussianSpread(1.2), 0.015),
+        (GaussianPSF(1.2), 0.015),
         (Lens().spread("lwir", 0.2), 0.015),
         (Lens(defocus_px=4.0).spread("lwir", 0.2), 0.01),
         # So sharp that it matters what a pixel's mean does not tell: where within the pixel the edge lies.
-        (GaussianSpread(0.6), 0.06),
+        (GaussianPSF(0.6), 0.06),
         (Lens(f_number=2.0).spread("mwir", 0.3), 0.05),
     ],
 )
 @pytest.mark.parametrize("left", [200.5, 200.75, 201.0])
-def test_a_background_s_edge_is_as_soft_as_a_target_s(psf: PointSpread, tolerance: float, left: float) -> None:
+def test_a_background_s_edge_is_as_soft_as_a_target_s(psf: PSF, tolerance: float, left: float) -> None:
     cover = np.clip(np.arange(400) + 0.5 - left, 0, 1).astype(np.float32)
     found = softened(np.tile(cover, (400, 1)), psf)[200]
     inside = slice(100, 300)
@@ -138,8 +138,8 @@ def test_wings_do_not_go_on_for_ever_beyond_a_picture() -> None:
 def test_what_passes_by_is_never_too_sharp() -> None:
     geometry = Geometry((64, 48), 1e-3, -0.3)
     soft, sharp = Lens().spread("lwir", 0.0), Lens(f_number=1.0).spread("mwir", 0.0)
-    assert _no_sharper(Stage(1, geometry, 30.0, "lwir", 1.1, lens=soft)) is soft
-    assert _no_sharper(Stage(1, geometry, 30.0, "mwir", 0.2)) == GaussianSpread(SOFT_PX)
-    widened = _no_sharper(Stage(1, geometry, 30.0, "mwir", 0.42 * 4.0 / 15.0, lens=sharp))
+    assert _no_sharper(SceneContext(1, geometry, 30.0, "lwir", 1.1, lens=soft)) is soft
+    assert _no_sharper(SceneContext(1, geometry, 30.0, "mwir", 0.2)) == GaussianPSF(SOFT_PX)
+    widened = _no_sharper(SceneContext(1, geometry, 30.0, "mwir", 0.42 * 4.0 / 15.0, lens=sharp))
     at_half = np.array([0.5])
     assert widened.transfer(0 * at_half, at_half) == pytest.approx(0.29, abs=0.05)

@@ -9,22 +9,22 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-from country import gaze, stage
+from country import context, view_direction
 
 from irsim.backgrounds import Landscape, plane
 from irsim.backgrounds.panorama import Sheet
 from irsim.backgrounds.patches import Roads
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.physics.radiometry import temperature
 from irsim.types import Floats
 
 
-def lying(keys: dict[str, Any], scene: Stage) -> tuple[Floats, Floats]:
+def lying(keys: dict[str, Any], scene: SceneContext) -> tuple[Floats, Floats]:
     """Cover and temperature, K, (rows, cols) of the one thing that lies on level ground without texture."""
     land = Landscape.model_validate({"hills_mrad": 0.0, "spread_k": 0.0, **keys})
     _, layer = land.layers(scene)
-    passed, emission = layer.light(gaze(scene))
+    passed, emission = layer.light(view_direction(scene))
     assert passed is not None
     return 1 - passed, np.asarray(temperature("lwir", (emission + 1e-9) / np.maximum(1 - passed, 1e-3)))
 
@@ -49,16 +49,16 @@ def test_near_ground_shows_texels_as_long_as_wide(finer: float, below: int) -> N
 @pytest.mark.parametrize("depression_deg", [10.0, 20.0, 30.0, 60.0])
 def test_ground_seen_from_above_has_no_streaks_towards_the_camera(depression_deg: float) -> None:
     """Up and down it changes no slower than across."""
-    scene = replace(stage(elevation_deg=-depression_deg, size=(320, 240)), seed=3)
+    scene = replace(context(elevation_deg=-depression_deg, size=(320, 240)), seed=3)
     land = Landscape.model_validate({"hills_mrad": 0.0, "camera_height_m": 400.0})
-    light = land.layers(scene)[0].light(gaze(scene))[1]
+    light = land.layers(scene)[0].light(view_direction(scene))[1]
     assert np.diff(light, axis=1).std() < np.diff(light, axis=0).std()
 
 
 def test_roads_are_as_wide_as_the_ground_is_near() -> None:
     """A road of 6 m, seen from 10 m up: wherever it is crossed, at d px below the horizon, where ground is 10 m /
     (d + 40 px) / 0.5 mrad away, its cover across is 6 m at that distance, times how slantwise it is crossed."""
-    scene = stage(elevation_deg=-4.0, size=(641, 401))
+    scene = context(elevation_deg=-4.0, size=(641, 401))
     widths: dict[int, list[float]] = {20: [], 60: [], 150: []}
     for seed in range(6):
         cover, _ = lying({"roads": {"count": 6, "width_mrad": 12.0}}, replace(scene, seed=seed))
@@ -75,7 +75,7 @@ def test_roads_are_as_wide_as_the_ground_is_near() -> None:
 
 def test_roads_thinner_than_a_pixel_cover_their_share_of_it() -> None:
     """Within 12 px of the horizon a px is some 30 texels or more high and a road 4 wide: no pixel is all road."""
-    scene = stage(elevation_deg=-4.0, size=(641, 401))
+    scene = context(elevation_deg=-4.0, size=(641, 401))
     cover, _ = lying({"roads": {"count": 50}}, scene)
     far = cover[round(200 - math.radians(4.0) / 0.5e-3) + np.arange(2, 12)]
     share = float(Roads(count=50).paint((1024, 1024), 2.0, 0.0, 1)[0].mean())
@@ -86,7 +86,7 @@ def test_roads_thinner_than_a_pixel_cover_their_share_of_it() -> None:
 @pytest.mark.parametrize("ifov_mrad", [0.1, 0.5, 2.0])
 def test_near_ground_needs_few_looks(monkeypatch: pytest.MonkeyPatch, ifov_mrad: float) -> None:
     """What is covered, against 64 looks at every pixel, past the first rows, where 16 are too few, too."""
-    scene = Stage(1, Geometry((320, 240), ifov_mrad * 1e-3, -150 * ifov_mrad * 1e-3), 30.0, "lwir", 0.0)
+    scene = SceneContext(1, Geometry((320, 240), ifov_mrad * 1e-3, -150 * ifov_mrad * 1e-3), 30.0, "lwir", 0.0)
     cover, _ = lying({"water": {"share": 0.4}}, scene)
     monkeypatch.setattr(plane, "LOOKS", (64, 64))
     all_over, _ = lying({"water": {"share": 0.4}}, scene)
@@ -97,7 +97,7 @@ def test_near_ground_needs_few_looks(monkeypatch: pytest.MonkeyPatch, ifov_mrad:
 def test_edges_are_sharp_near_and_water_lies_flat() -> None:
     """However near, a shore is about a pixel wide; a lake is wider than high by what the ground is seen slantwise:
     a metre ahead is (d + 40 px) 0.5 mrad of a metre across."""
-    scene = stage(elevation_deg=-8.0, size=(641, 401))
+    scene = context(elevation_deg=-8.0, size=(641, 401))
     for seed in range(3):
         cover, _ = lying({"water": {"share": 0.4}}, replace(scene, seed=seed))
         near = cover[round(200 - math.radians(8.0) / 0.5e-3) + 100 :][:200]
@@ -112,7 +112,7 @@ def test_edges_are_sharp_near_and_water_lies_flat() -> None:
 def test_clutter_is_larger_and_rarer_the_nearer_it_is() -> None:
     """Things of 4 mrad at the horizon, 8 px there; d px below it all is p = 1 + d / 40 times as wide, and there are
     1 / p^3 as many on a px."""
-    scene = stage(elevation_deg=-5.0, size=(641, 501))
+    scene = context(elevation_deg=-5.0, size=(641, 501))
     horizon = 250 - math.radians(5.0) / 0.5e-3
     found = []
     for seed in range(12):
@@ -132,7 +132,7 @@ def test_clutter_is_larger_and_rarer_the_nearer_it_is() -> None:
 
 @pytest.mark.parametrize(("hour", "ground", "roads", "water"), [("day", 303, 9, -11), ("night", 283, 4, 5)])
 def test_roads_and_water_are_as_warm_as_their_hour_has_it(hour: str, ground: float, roads: float, water: float) -> None:
-    scene = stage(elevation_deg=-2.0)
+    scene = context(elevation_deg=-2.0)
     for name, contrast in (("roads", roads), ("water", water)):
         keys = {name: {"count": 20} if name == "roads" else {"share": 0.5}}
         cover, kelvin = lying({"hour": hour, **keys}, scene)

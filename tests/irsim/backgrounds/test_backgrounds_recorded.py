@@ -66,7 +66,7 @@ def test_without_targets_frames_are_those_of_the_recording(tmp_path: Path) -> No
 def test_every_count_comes_back(tmp_path: Path, bits: int) -> None:
     """Counts to radiance and back, all of them, by the layer's own way."""
     file = footage(tmp_path, frames=1, bits=bits)
-    layer = Footage(Recorded.model_validate({"file": str(file)}), scene(file, camera={"bits": bits}).stage)
+    layer = Footage(Recorded.model_validate({"file": str(file)}), scene(file, camera={"bits": bits}).context)
     for first in range(0, 2**bits, 48 * 64):
         counts = (np.arange(first, first + 48 * 64) % 2**bits).astype(np.uint16).reshape(48, 64)
         layer._last = (0, counts)

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from country import gaze, stage
+from country import context, view_direction
 
 from irsim.backgrounds.buildings import Buildings
 from irsim.backgrounds.panorama import Sheet
 from irsim.backgrounds.structures import STAGGERED, Canvas, Structure, Trees
 from irsim.types import Floats
 
-SCENE = stage(size=(640, 240))
+SCENE = context(size=(640, 240))
 PX_PER_M = 1 / (1000 * 0.5e-3)
 """Of a row 1000 m away, as the stage of these tests sees it."""
 
@@ -23,7 +23,7 @@ def lowest(row: Structure, seed: int) -> Floats:
     """The lowest covered row of each column that has one; those that see eaves alone are left out."""
     placed = replace(SCENE, seed=seed)
     layer = row.paint(Sheet.of(placed.geometry), 10.0, 290.0, placed)  # type: ignore[attr-defined]
-    covered = np.asarray(layer.light(gaze(placed))[0]) < 0.5
+    covered = np.asarray(layer.light(view_direction(placed))[0]) < 0.5
     rows = np.asarray(len(covered) - 1 - np.argmax(covered[::-1], axis=0))[covered.any(axis=0)]
     return np.asarray(rows[rows > np.median(rows) - 20])
 

@@ -9,23 +9,25 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from irsim.backgrounds import Gaze, Sea
+from irsim.backgrounds import Sea, ViewDirection
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.sea import BANDS, reflectance, slope_variance
 from irsim.backgrounds.waves import GRAVITY, PER_WAVE, SIDE_RAD, Octave, leaning, longest_wave, spread_rad, wave_train
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.physics.atmosphere import Atmosphere
 from irsim.physics.radiometry import radiance, temperature
 from irsim.types import BandName, Floats
 
 
-def stage(elevation_deg: float = 0.0, size: tuple[int, int] = (161, 121), seed: int = 1) -> Stage:
-    return Stage(seed, Geometry(size, 0.5e-3, math.radians(elevation_deg)), 30.0, "lwir", 0.0)
+def context(elevation_deg: float = 0.0, size: tuple[int, int] = (161, 121), seed: int = 1) -> SceneContext:
+    return SceneContext(seed, Geometry(size, 0.5e-3, math.radians(elevation_deg)), 30.0, "lwir", 0.0)
 
 
-def gaze(scene: Stage, time: float = 0.0, turn: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Gaze:
-    return Gaze(time, Chart.at(scene.geometry, scene.geometry.world_rotation(np.array(turn))))
+def view_direction(
+    scene: SceneContext, time: float = 0.0, turn: tuple[float, float, float] = (0.0, 0.0, 0.0)
+) -> ViewDirection:
+    return ViewDirection(time, Chart.at(scene.geometry, scene.geometry.world_rotation(np.array(turn))))
 
 
 def test_reflectance_of_water() -> None:
@@ -86,10 +88,10 @@ def test_waves_are_as_long_as_they_say() -> None:
 
 def test_above_the_horizon_is_sky_and_still_water_mirrors_it() -> None:
     """Without wind, at grazing angle d: rho(d) of the sky at d above the horizon and 1 - rho(d) of the water."""
-    scene = stage()
+    scene = context()
     sea = Sea(wind_m_s=0, horizon_k=270, zenith_k=270, water_k=290)
     (water,) = sea.layers(scene)
-    light = water.light(gaze(scene))[1]
+    light = water.light(view_direction(scene))[1]
     assert temperature("lwir", light[:59, 80]) == pytest.approx(270, abs=0.01)
     share = reflectance("lwir", np.arctan((np.arange(64, 121) - 60) * 0.5e-3))
     expected = share * radiance("lwir", 270) + (1 - share) * radiance("lwir", 290)
@@ -97,12 +99,12 @@ def test_above_the_horizon_is_sky_and_still_water_mirrors_it() -> None:
 
 
 def test_waves_travel_and_change_and_any_frame_stands_alone() -> None:
-    scene = stage(elevation_deg=-3.0)
+    scene = context(elevation_deg=-3.0)
     sea = Sea(wind_m_s=5.0)
     (water,) = sea.layers(scene)
-    frames = [water.light(gaze(scene, t))[1] for t in (0.0, 1 / 30, 2.0, 60.0)]
+    frames = [water.light(view_direction(scene, t))[1] for t in (0.0, 1 / 30, 2.0, 60.0)]
     (other,) = sea.layers(scene)
-    assert np.array_equal(other.light(gaze(scene, 2.0))[1], frames[2])
+    assert np.array_equal(other.light(view_direction(scene, 2.0))[1], frames[2])
     parts = [frame[60:].ravel() - frame[60:].mean() for frame in frames]
 
     def alike(a: int, b: int) -> float:
@@ -115,8 +117,8 @@ def test_waves_travel_and_change_and_any_frame_stands_alone() -> None:
 
 
 def test_more_wind_makes_more_clutter() -> None:
-    scene = stage(elevation_deg=-3.0)
-    drawn = [Sea(wind_m_s=wind).layers(scene)[0].light(gaze(scene))[1][40:] for wind in (0.0, 3.0, 12.0)]
+    scene = context(elevation_deg=-3.0)
+    drawn = [Sea(wind_m_s=wind).layers(scene)[0].light(view_direction(scene))[1][40:] for wind in (0.0, 3.0, 12.0)]
     spreads = [light.std(axis=1).mean() for light in drawn]  # along rows: a calm sea mirrors the sky's gradient
     assert spreads[0] < spreads[1] < spreads[2]
 
@@ -125,10 +127,10 @@ def test_more_wind_makes_more_clutter() -> None:
 @pytest.mark.parametrize("sun", [None, (0.0, 3.0)])
 def test_a_calm_sea_is_the_limit_of_small_winds(sun: tuple[float, float] | None) -> None:
     """The mean of the water comes ever closer to the mirror's as the wind falls, and nothing overflows on the way."""
-    scene = stage(elevation_deg=-3.0)
+    scene = context(elevation_deg=-3.0)
 
     def kelvin(wind: float) -> Floats:
-        light = Sea(wind_m_s=wind, sun_deg=sun).layers(scene)[0].light(gaze(scene, 1.0))[1]
+        light = Sea(wind_m_s=wind, sun_deg=sun).layers(scene)[0].light(view_direction(scene, 1.0))[1]
         return np.asarray(temperature("lwir", light[40:]))
 
     calm = kelvin(0.0)
@@ -145,10 +147,10 @@ def test_slopes_below_the_winds_that_were_measured_fall_to_none() -> None:
 
 
 def test_the_sun_glints_below_where_it_stands() -> None:
-    scene = stage(elevation_deg=-3.0, size=(321, 121))
-    dark = Sea(wind_m_s=4.0).layers(scene)[0].light(gaze(scene))[1]
+    scene = context(elevation_deg=-3.0, size=(321, 121))
+    dark = Sea(wind_m_s=4.0).layers(scene)[0].light(view_direction(scene))[1]
     for azimuth in (-3.0, 2.0):
-        lit = Sea(wind_m_s=4.0, sun_deg=(azimuth, 12.0)).layers(scene)[0].light(gaze(scene))[1]
+        lit = Sea(wind_m_s=4.0, sun_deg=(azimuth, 12.0)).layers(scene)[0].light(view_direction(scene))[1]
         gain = (lit - dark)[40:].sum(axis=0)
         assert gain.min() >= 0
         middle = float(gain @ np.arange(321) / gain.sum())
@@ -192,10 +194,10 @@ def test_glint_is_that_of_the_facet_that_mirrors_the_sun(
     sin d stands sin d + sigma / 2: facets that hide each other.
     """
     wind, depression = 8.0, math.radians(down)
-    scene = Stage(1, Geometry((17, 17), 0.5e-3, -depression), 30.0, band, 0.0)
+    scene = SceneContext(1, Geometry((17, 17), 0.5e-3, -depression), 30.0, band, 0.0)
     far = {"wind_m_s": wind, "gusts": 0.0, "camera_height_m": 10_000.0}
     dark, lit = (
-        Sea.model_validate({**far, **more}).layers(scene)[0].light(gaze(scene))[1][8, 8]
+        Sea.model_validate({**far, **more}).layers(scene)[0].light(view_direction(scene))[1][8, 8]
         for more in ({}, {"sun_deg": (azimuth, sun)})
     )
 
@@ -217,14 +219,14 @@ def test_glint_is_that_of_the_facet_that_mirrors_the_sun(
 
 def test_the_air_weakens_the_sun_on_its_way_down_and_on_to_the_camera() -> None:
     """From space down by the clear depth a g^b of the gas above the sea and haze for what haze there is."""
-    clear = Stage(1, Geometry((17, 17), 0.5e-3, math.radians(-20)), 30.0, "mwir", 0.0)
+    clear = SceneContext(1, Geometry((17, 17), 0.5e-3, math.radians(-20)), 30.0, "mwir", 0.0)
     air = Atmosphere(preset="us_standard", altitude_m=300.0)
     hazy = replace(clear, air=air)
     sea = {"wind_m_s": 8.0, "gusts": 0.0, "camera_height_m": 300.0}
 
-    def glint(scene: Stage) -> float:
+    def glint(scene: SceneContext) -> float:
         dark, lit = (
-            Sea.model_validate({**sea, **more}).layers(scene)[0].light(gaze(scene))[1][8, 8]
+            Sea.model_validate({**sea, **more}).layers(scene)[0].light(view_direction(scene))[1][8, 8]
             for more in ({}, {"sun_deg": (0.0, 30.0)})
         )
         return float(lit - dark)
@@ -251,18 +253,18 @@ def test_a_sun_that_has_set_is_refused() -> None:
 
 
 def test_the_sea_turns_with_the_camera() -> None:
-    scene = stage(elevation_deg=-2.0, size=(321, 121))
+    scene = context(elevation_deg=-2.0, size=(321, 121))
     (water,) = Sea().layers(scene)
-    still, turned = (water.light(gaze(scene, turn=(angle, 0.0, 0.0)))[1] for angle in (0.0, 4e-3))
+    still, turned = (water.light(view_direction(scene, turn=(angle, 0.0, 0.0)))[1] for angle in (0.0, 4e-3))
     near = slice(90, 121)
     assert np.corrcoef(turned[near, :-8].ravel(), still[near, 8:].ravel())[0, 1] > 0.98
 
 
 def test_the_sea_hides_clouds_below_the_horizon() -> None:
-    scene = stage()
+    scene = context()
     sea = Sea.model_validate({"clouds": ({"coverage": 0.999, "depth": 100.0},)})
     water, cloud = sea.layers(scene)
-    seen = gaze(scene)
+    seen = view_direction(scene)
     water.light(seen)
     passed, _ = cloud.light(seen)
     assert passed is not None

@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from irsim.backgrounds import Gaze, Sea
+from irsim.backgrounds import Sea, ViewDirection
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.sea import SeaSurface, facing, reflectance, slope_variance
 from irsim.backgrounds.waves import Octave
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.physics.radiometry import radiance
 from irsim.types import Floats
@@ -20,8 +20,10 @@ FAR_M = 10_000.0
 """From so high a pixel is far wider than the longest wave: none is drawn, all roughen the surface within a pixel."""
 
 
-def seen_from(stage: Stage, time: float = 0.0, place: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Gaze:
-    return Gaze(time, Chart.at(stage.geometry, stage.geometry.world_rotation(np.zeros(3))), place=place)
+def seen_from(
+    context: SceneContext, time: float = 0.0, place: tuple[float, float, float] = (0.0, 0.0, 0.0)
+) -> ViewDirection:
+    return ViewDirection(time, Chart.at(context.geometry, context.geometry.world_rotation(np.zeros(3))), place=place)
 
 
 @pytest.mark.parametrize("wind_deg", [0.0, 90.0, 200.0])
@@ -43,19 +45,25 @@ def test_waves_run_with_the_wind_as_fast_as_on_deep_water(wind_deg: float) -> No
 @pytest.mark.parametrize("wind_deg", [60.0, -150.0])
 def test_gusts_run_with_the_wind(wind_deg: float) -> None:
     """A camera that goes with the wind sees the same ones; one that stands sees others."""
-    stage, angle = Stage(1, Geometry((81, 61), 5e-3, math.radians(-40.0)), 30.0, "lwir", 0.0), math.radians(wind_deg)
+    context, angle = (
+        SceneContext(1, Geometry((81, 61), 5e-3, math.radians(-40.0)), 30.0, "lwir", 0.0),
+        math.radians(wind_deg),
+    )
     water, even = (
-        Sea(wind_m_s=6.0, wind_deg=wind_deg, gusts=share, camera_height_m=FAR_M).layers(stage)[0]
+        Sea(wind_m_s=6.0, wind_deg=wind_deg, gusts=share, camera_height_m=FAR_M).layers(context)[0]
         for share in (0.3, 0.0)
     )
     way_m = 6.0 * 200.0
     gone = (way_m * math.sin(angle), 0.0, way_m * math.cos(angle))
 
-    def gusts(gaze: Gaze) -> Floats:
-        return (water.light(gaze)[1] - even.light(gaze)[1]).ravel()  # without what comes of the angle
+    def gusts(view_direction: ViewDirection) -> Floats:
+        return (
+            water.light(view_direction)[1] - even.light(view_direction)[1]
+        ).ravel()  # without what comes of the angle
 
     before, carried, stood = (
-        gusts(gaze) for gaze in (seen_from(stage), seen_from(stage, 200.0, gone), seen_from(stage, 200.0))
+        gusts(view_direction)
+        for view_direction in (seen_from(context), seen_from(context, 200.0, gone), seen_from(context, 200.0))
     )
     assert np.corrcoef(before, carried)[0, 1] > 0.98
     assert np.corrcoef(before, stood)[0, 1] < 0.5
@@ -76,10 +84,10 @@ def of_all_seen(down_rad: float) -> Floats:
 
 
 def water(down_deg: float, height_m: float, rows: int) -> Floats:
-    stage = Stage(1, Geometry((321, rows), 0.5e-3, -math.radians(down_deg)), 30.0, "lwir", 0.0)
+    context = SceneContext(1, Geometry((321, rows), 0.5e-3, -math.radians(down_deg)), 30.0, "lwir", 0.0)
     sea = Sea(wind_m_s=WIND, gusts=0.0, camera_height_m=height_m, horizon_k=SKY_K, zenith_k=SKY_K, water_k=WATER_K)
-    (layer,) = sea.layers(stage)
-    return np.stack([layer.light(seen_from(stage, time))[1] for time in (0.0, 40.0, 80.0, 120.0)])
+    (layer,) = sea.layers(context)
+    return np.stack([layer.light(seen_from(context, time))[1] for time in (0.0, 40.0, 80.0, 120.0)])
 
 
 @pytest.mark.parametrize("down_deg", [2.0, 4.0, 10.0, 30.0])
@@ -111,8 +119,8 @@ def test_facets_that_are_seen_are_those_that_turn_to_the_camera() -> None:
 
 def test_facets_that_mirror_other_water_show_no_sky() -> None:
     """Seen 23 degrees below the horizon, facets of less than 11.5 degrees reflect what is below it: no cold zenith."""
-    stage = Stage(1, Geometry((17, 17), 0.5e-3, math.radians(-23.0)), 30.0, "lwir", 0.0)
-    water = Sea(horizon_k=288, zenith_k=200, water_k=288).layers(stage)[0]
+    context = SceneContext(1, Geometry((17, 17), 0.5e-3, math.radians(-23.0)), 30.0, "lwir", 0.0)
+    water = Sea(horizon_k=288, zenith_k=200, water_k=288).layers(context)[0]
     assert isinstance(water, SeaSurface)
     steep, shallow = np.radians([[20.0]], dtype=np.float32), np.radians([[1.0, 5.0, 11.0]], dtype=np.float32)
     down = np.radians([[23.0]], dtype=np.float32)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
-from country import gaze, stage
+from country import context, view_direction
 
 from irsim.backgrounds import Ground
 from irsim.backgrounds.chart import Chart
 from irsim.backgrounds.patches import Roads
 from irsim.backgrounds.texture import Tile, tile_shape
-from irsim.physics.optics import GaussianSpread
+from irsim.physics.optics import GaussianPSF
 from irsim.types import Floats
 
 
@@ -31,9 +31,9 @@ def test_a_texture_is_as_large_as_its_frame(frame: tuple[int, int], shape: tuple
 
 @pytest.mark.parametrize("turn", [(0.0, 0.0, 0.0), (0.3, -0.2, 0.0), (0.0, 0.0, 1.2), (0.0, 0.0, np.pi / 2)])
 def test_a_strip_sees_its_texture_however_it_is_turned(turn: tuple[float, float, float]) -> None:
-    scene = stage(size=(2500, 16))
+    scene = context(size=(2500, 16))
     texture = np.random.default_rng(1).normal(size=tile_shape((2500, 16))).astype(np.float32)
-    tile, chart = Tile.of(texture, (2500, 16), GaussianSpread(0.5)), gaze(scene, turn=turn).chart
+    tile, chart = Tile.of(texture, (2500, 16), GaussianPSF(0.5)), view_direction(scene, turn=turn).chart
     expected = _wrapped(tile, chart, (0.0, 0.0))
     np.testing.assert_allclose(tile.at(*tile.places(chart, (0.0, 0.0))), expected, rtol=0, atol=0.15)
     assert np.std(tile.at(*tile.places(chart, (0.0, 0.0))) - expected) < 0.02 * np.std(expected)
@@ -44,7 +44,7 @@ def test_a_strip_sees_its_texture_however_it_is_turned(turn: tuple[float, float,
 def test_there_is_no_seam_where_a_texture_that_drifts_comes_in(size: tuple[int, int], axis: int) -> None:
     """The outermost nodes of the chart are just right of the texture's edge, the outermost pixels are still left."""
     texture = np.random.default_rng(1).normal(size=tile_shape(size)).astype(np.float32)
-    tile, chart = Tile.of(texture, size, GaussianSpread(0.5)), gaze(stage(size=size)).chart
+    tile, chart = Tile.of(texture, size, GaussianPSF(0.5)), view_direction(context(size=size)).chart
     shift = [0.0, 0.0]
     shift[axis] = float(chart.uv[axis].min()) + tile.phase[axis] - 0.01
     right, down = shift
@@ -68,10 +68,10 @@ def test_roads_are_as_many_on_each_px_of_a_strip() -> None:
 
 
 def test_ground_with_all_on_it_fills_a_strip_evenly() -> None:
-    scene = stage(size=(4096, 16))
+    scene = context(size=(4096, 16))
     ground = Ground.model_validate({"fields": {}, "roads": {}, "water": {"share": 0.3}, "clutter": {"per_mrad2": 0.01}})
     for layer in ground.layers(scene):
-        emission = layer.light(gaze(scene))[1]
+        emission = layer.light(view_direction(scene))[1]
         assert emission.shape == (16, 4096)
         assert emission.std() > 0
         halves = emission[:, :2048], emission[:, 2048:]

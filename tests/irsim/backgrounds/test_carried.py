@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from carried import CLOUDS, apart, passed, resampled, scene
-from country import gaze, stage
+from country import context, view_direction
 
 import irsim
 from irsim.backgrounds import BACKGROUNDS
@@ -67,8 +67,8 @@ def test_a_cloud_is_where_a_body_in_it_is(
     place: tuple[float, float, float], range_m: float, turn: tuple[float, float, float]
 ) -> None:
     """What the moved camera sees at a pixel is the point of the sphere on its ray."""
-    camera = stage(elevation_deg=12.0)
-    here = gaze(camera, place, turn)
+    camera = context(elevation_deg=12.0)
+    here = view_direction(camera, place, turn)
     chart = seen_from(here, Sphere(range_m)).chart
     for x, y in ((0, 0), (80, 60), (160, 17)):
         ray = camera.geometry.directions(np.array([x, y])) @ camera.geometry.world_rotation(np.array(turn))
@@ -84,7 +84,7 @@ def test_a_cloud_is_where_a_body_in_it_is(
 @pytest.mark.parametrize("right_m", [-30.0, 0.0, 30.0])
 def test_what_is_behind_the_first_place_has_no_seam(right_m: float) -> None:
     """A camera that has gone back by half of the range and looks steeply up sees beyond the first place's zenith."""
-    chart = seen_from(gaze(stage(elevation_deg=70.0), (right_m, 0.0, -1000.0)), Sphere(2000.0)).chart
+    chart = seen_from(view_direction(context(elevation_deg=70.0), (right_m, 0.0, -1000.0)), Sphere(2000.0)).chart
     turns = np.diff(chart.u, axis=1) * 0.5e-3 / math.cos(math.radians(70.0))
     assert np.abs(turns).max() < math.pi / 2
 
@@ -147,7 +147,7 @@ def test_all_that_has_a_range_or_a_height_passes_by(name: str, velocity: tuple[f
     renderer = Renderer(moving)
     far = renderer.layers[:1] if moving.background.surface_m is None else []
     assert len(renderer.layers) > 1
-    here, there = renderer.now.gaze(0), renderer.now.gaze(60)
+    here, there = renderer.now.view_direction(0), renderer.now.view_direction(60)
     for layer in renderer.layers:
         before, after = (layer.light(type(there)(0.0, each.chart, None, each.place))[1] for each in (here, there))
         moved = np.abs(after - before).max() > 0.1 * np.std(before)

@@ -68,7 +68,7 @@ def test_an_occluder_is_seen_through_the_air_that_is_left(kind: str) -> None:
     """2 km away at first, 100 m after two seconds: as through 100 m of air."""
     thing = {"kind": kind, "range_m": 2000.0, **THINGS[kind]}
     near = level((0.0, 950.0, 0.0), occluders=[thing])
-    tau, path = near.stage.air.path("lwir", 100.0)
+    tau, path = near.context.air.path("lwir", 100.0)
     expected = float(temperature("lwir", tau * radiance("lwir", 400.0) + path))
     assert expected == pytest.approx(395.7, abs=0.1)
     assert kelvin(near) == pytest.approx(expected, abs=0.1)

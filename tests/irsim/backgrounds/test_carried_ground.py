@@ -51,14 +51,14 @@ def test_what_stands_on_the_ground_does_not_slide_over_it(
     background = {"kind": "ground", "height_m": 80.0, "correlation_mrad": 8.0, "beta": 3.0}
     camera = {"elevation_deg": elevation_deg, "motion": motion}
     renderer = Renderer(scene(background, velocity, camera=camera, targets=points))
-    first, sight = renderer.stage.geometry, renderer.sight(60)
+    first, pose = renderer.context.geometry, renderer.pose(60)
     y, x = np.mgrid[30:91, 45:116]
-    rays = sight.lens.directions(np.stack([x, y], axis=-1)) @ sight.rotation
-    reach = (80 - sight.place @ first.down) / (rays @ first.down)
-    seen = np.asarray(first.project(sight.place + rays * reach[..., None]), np.float32)
+    rays = pose.lens.directions(np.stack([x, y], axis=-1)) @ pose.rotation
+    reach = (80 - pose.place @ first.down) / (rays @ first.down)
+    seen = np.asarray(first.project(pose.place + rays * reach[..., None]), np.float32)
     inside = np.asarray(((seen > 2) & (seen < np.array(first.size) - 3)).all(axis=-1))
     assert inside.mean() > 0.3
-    before, after = (layer_of(renderer, "ground").light(renderer.now.gaze(frame))[1] for frame in (0, 60))
+    before, after = (layer_of(renderer, "ground").light(renderer.now.view_direction(frame))[1] for frame in (0, 60))
     wanted = resampled(before, seen[..., 0], seen[..., 1])
     found = after[30:91, 45:116]
     assert apart(found, wanted, inside) == pytest.approx((0, 0), abs=0.05)
@@ -126,7 +126,7 @@ def test_the_sea_passes_by_as_its_plane() -> None:
     """By 8 m to the right: what is 400 m off on the level has gone 20 mrad to the left, 40 px."""
     sea = {"kind": "sea", "camera_height_m": 20.0, "gusts": 0.0}
     renderer = Renderer(scene(sea, (8.0, 0.0, 0.0), camera={"elevation_deg": -3.0, "psf_px": 0.0}))
-    there = renderer.now.gaze(30)
+    there = renderer.now.view_direction(30)
     before, after = (
         renderer.layers[0].light(type(there)(0.0, there.chart, None, place))[1]
         for place in ((0.0, 0.0, 0.0), there.place)

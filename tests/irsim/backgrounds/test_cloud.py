@@ -8,12 +8,12 @@ import pytest
 from irsim.backgrounds.cloud import ENTRIES, EXTREME, Look, Relief, slope_to_sun
 from irsim.backgrounds.periodic import coarseness, shrunk
 from irsim.backgrounds.sky import Clouds
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.geometry.random_fields import spectral
 from irsim.physics.radiometry import radiance, slope
 
-STAGE = Stage(1, Geometry((160, 120), 1.5e-4, 0.2), 30.0, "mwir", 0.6)
+STAGE = SceneContext(1, Geometry((160, 120), 1.5e-4, 0.2), 30.0, "mwir", 0.6)
 WHOLE = slice(0, 512)
 
 

@@ -44,7 +44,7 @@ def test_a_target_as_warm_as_the_ground_it_stands_on_has_no_contrast(
     camera = {"elevation_deg": -math.degrees(depression), "band": band, "ifov_mrad": 0.02}
     light, truth = Renderer(scene({**background, key: height_m}, AIR, patch, **camera)).scene(0)
     assert truth.targets[0].contrast_k == pytest.approx(0, abs=0.02)
-    air = scene({**background, key: height_m}).stage.air
+    air = scene({**background, key: height_m}).context.air
     arrives = air.through(band, radiance(band, 310.0), np.ones(1), range_m, -depression)
     assert temperature(band, light[60, 20]) == pytest.approx(float(temperature(band, arrives)[0]), abs=0.02)
 
@@ -69,7 +69,7 @@ def test_the_sea_has_the_air_of_a_target_on_it(height_m: float) -> None:
     depressions = np.arctan((np.arange(121) - 60) * 0.05e-3)
     near = depressions > height_m / 80e3
     range_m = height_m / np.sin(depressions[near])
-    expected = scenario.stage.air.transmittance("lwir", range_m, -depressions[near])
+    expected = scenario.context.air.transmittance("lwir", range_m, -depressions[near])
     assert range_m.max() > 60e3
     np.testing.assert_allclose(found[near], expected, atol=2e-3)
 

@@ -149,9 +149,9 @@ def test_a_textured_scene_has_no_bad_pixels_at_its_edge_but_the_true_ones(seed: 
 @pytest.mark.parametrize("speed_px", [1.0, 1.7, 2.5, 4.0, 7.0])
 def test_a_point_that_passes_leaves_no_bad_pixels_and_hides_none(speed_px: float) -> None:
     """Fast ones light up a pixel here and a pixel there, each for a frame."""
-    from irsim.physics.optics import GaussianSpread
+    from irsim.physics.optics import GaussianPSF
 
-    shape, spread = (60, 64, 96), GaussianSpread(0.6)
+    shape, spread = (60, 64, 96), GaussianPSF(0.6)
     frames = rendered(5, shape, {"kind": "white"})
     frames[10:30, 50, 50] += 300  # two that do blink: one of them once
     frames[20:31:5, 20, 70] += 300

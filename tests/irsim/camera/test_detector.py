@@ -20,7 +20,7 @@ from irsim.camera.detectors import (
     NOISES,
     Ar1,
     FixedPattern,
-    Moment,
+    FrameContext,
     Noise,
     Noise3d,
     Shot,
@@ -53,8 +53,8 @@ NO_DRAWS = {"odd_even"}
 """Kinds that are the same in all scenes."""
 
 
-def at(index: int, shape: tuple[int, int] = SHAPE, seed: int = 1, rate_hz: float = RATE_HZ) -> Moment:
-    return Moment(index, shape, rate_hz, seed)
+def at(index: int, shape: tuple[int, int] = SHAPE, seed: int = 1, rate_hz: float = RATE_HZ) -> FrameContext:
+    return FrameContext(index, shape, rate_hz, seed)
 
 
 def build(word: str, **fields: Any) -> Noise:
@@ -72,8 +72,8 @@ LEVEL = 2e6
 """Electrons of every pixel before noise."""
 
 
-def effect(noise: Noise, moment: Moment) -> Floats:
-    return even_noise.effect(noise, moment, response(), LEVEL)
+def effect(noise: Noise, frame_context: FrameContext) -> Floats:
+    return even_noise.effect(noise, frame_context, response(), LEVEL)
 
 
 # Every kind of noise
@@ -97,8 +97,8 @@ def ways() -> Iterator[tuple[str, dict[str, str]]]:
 
 @pytest.mark.parametrize("word", NOISES.kinds)
 def test_a_share_is_the_same_in_all_frames_where_it_says_so_and_only_there(word: str) -> None:
-    noise, moments = build(word), [at(0), at(9), at(500, rate_hz=25.0), Moment(500, SHAPE, RATE_HZ, 1, 400, 2)]
-    shares = {noise.share(moment, True) for moment in moments}
+    noise, moments = build(word), [at(0), at(9), at(500, rate_hz=25.0), FrameContext(500, SHAPE, RATE_HZ, 1, 400, 2)]
+    shares = {noise.share(frame_context, True) for frame_context in moments}
     assert (len(shares) == 1) == noise.stationary
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from irsim.camera.detectors import Additive, Moment, Sensor, Setting, Stated, White
+from irsim.camera.detectors import Additive, FrameContext, Sensor, Setting, Stated, White
 from irsim.physics.radiometry import radiance, slope
 from irsim.types import Floats
 
@@ -21,12 +21,12 @@ class Given(Additive):
     size: float = 0.0
     values: tuple[tuple[float, ...], ...] = ()
 
-    def pattern(self, moment: Moment) -> Floats:
+    def pattern(self, frame_context: FrameContext) -> Floats:
         if not self.values:
-            return np.full(moment.shape, self.size, np.float32)
+            return np.full(frame_context.shape, self.size, np.float32)
         return np.array(self.values, np.float32)
 
-    def spread(self, moment: Moment, fixed: bool) -> float:
+    def spread(self, frame_context: FrameContext, fixed: bool) -> float:
         return 0.0
 
 

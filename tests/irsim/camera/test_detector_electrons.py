@@ -10,7 +10,7 @@ import pytest
 from scipy import constants, integrate, stats
 
 from irsim.camera.camera import Camera
-from irsim.camera.detectors import Bloom, Electrons, Moment, Sensor, Setting, Shot, electrons_like
+from irsim.camera.detectors import Bloom, Electrons, FrameContext, Sensor, Setting, Shot, electrons_like
 from irsim.camera.photons import photon_radiance, photon_slope
 from irsim.camera.presets import Preset
 from irsim.camera.shot import poisson
@@ -281,7 +281,7 @@ def test_shot_noise_alone_is_the_same_frame_anywhere() -> None:
     again = [camera.expose(light, index) for index in (3, 1, 3)]
     np.testing.assert_array_equal(again[0], again[2])
     assert (again[0] != again[1]).any()
-    assert camera.moment(3, (20, 30)) == Moment(3, (20, 30), 30.0, 1)
+    assert camera.frame_context(3, (20, 30)) == FrameContext(3, (20, 30), 30.0, 1)
 
 
 @pytest.mark.parametrize("falls_off", [False, True])

@@ -13,7 +13,7 @@ import pytest
 from scipy import ndimage, stats
 
 from irsim.camera.bad_pixels import places
-from irsim.camera.detectors import Ar1, BadPixels, Drift, Moment, Noise, Noise3d, OddEven, Sensor
+from irsim.camera.detectors import Ar1, BadPixels, Drift, FrameContext, Noise, Noise3d, OddEven, Sensor
 from irsim.camera.drift_process import Departure
 from irsim.camera.process import State
 from irsim.camera.response import Electrons, Response, Setting
@@ -26,16 +26,16 @@ RATE_HZ = 30.0
 LEVEL = 2e6
 
 
-def at(index: int, shape: tuple[int, int] = SHAPE, seed: int = 1) -> Moment:
-    return Moment(index, shape, RATE_HZ, seed)
+def at(index: int, shape: tuple[int, int] = SHAPE, seed: int = 1) -> FrameContext:
+    return FrameContext(index, shape, RATE_HZ, seed)
 
 
 def response() -> Response:
     return Electrons().response(Setting("mwir", 14, 40.0, (220.0, 400.0)))
 
 
-def effect(noise: Noise, moment: Moment, level: float = LEVEL) -> Floats:
-    return even_noise.effect(noise, moment, response(), level)
+def effect(noise: Noise, frame_context: FrameContext, level: float = LEVEL) -> Floats:
+    return even_noise.effect(noise, frame_context, response(), level)
 
 
 # 3-D noise
@@ -131,8 +131,8 @@ WANDERS = Drift(pixel=2.0, column=0.0, row=0.0, time_constant_s=10.0)
 
 
 def drift_at(index: int, corrected: int = 0, noise: Drift = WANDERS) -> Floats:
-    moment = replace(at(index), corrected=corrected, corrections=int(corrected > 0))
-    return effect(noise, moment)
+    frame_context = replace(at(index), corrected=corrected, corrections=int(corrected > 0))
+    return effect(noise, frame_context)
 
 
 def test_drift_reverts_to_the_mean() -> None:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from irsim.camera.fixed_sum import FINE, Product, Sum
 from irsim.camera.int16_image import parts, words
-from irsim.camera.noise_base import Moment
+from irsim.camera.noise_base import FrameContext
 from irsim.rng import normals
 from irsim.types import Floats
 
@@ -39,7 +39,7 @@ def test_halves_are_even_and_what_is_beyond_is_the_last_word() -> None:
     np.testing.assert_array_equal(words(picture, 0.5).numbers(), [[0.5, 1.5, -2.5, 16_383.5, -16_384.0, 4.0]])
 
 
-MOMENT = Moment(0, (60, 80), 50.0, 1)
+MOMENT = FrameContext(0, (60, 80), 50.0, 1)
 
 
 def drawn(name: str, sigma: float) -> Floats:

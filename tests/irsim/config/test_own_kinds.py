@@ -12,7 +12,7 @@ from pydantic import ValidationError
 import irsim
 from irsim.backgrounds import Background, ClearLayer, Ground, LandLight, Layer, Sky
 from irsim.camera.detectors import Detector, Response, Setting, Stated
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.lint import doubts
 from irsim.render.frame import Renderer
 from irsim.scenario.model import Scenario
@@ -35,15 +35,15 @@ class Lake(Background):
     def sky_preset(self) -> str:
         return "us_standard"
 
-    def clear(self, stage: Stage) -> ClearLayer:
-        return Sky(preset="us_standard").clear(stage)
+    def clear(self, context: SceneContext) -> ClearLayer:
+        return Sky(preset="us_standard").clear(context)
 
-    def land(self, stage: Stage) -> LandLight:
-        land = Ground(mean_k=self.water_k, spread_k=0).land(stage)
-        return lambda gaze: land(gaze)[:100]
+    def land(self, context: SceneContext) -> LandLight:
+        land = Ground(mean_k=self.water_k, spread_k=0).land(context)
+        return lambda view_direction: land(view_direction)[:100]
 
-    def layers(self, stage: Stage) -> Sequence[Layer]:
-        return [self.clear(stage)]
+    def layers(self, context: SceneContext) -> Sequence[Layer]:
+        return [self.clear(context)]
 
 
 class Still(Background):
@@ -52,7 +52,7 @@ class Still(Background):
     noisy: ClassVar[bool] = True
     mapped: ClassVar[bool] = False
 
-    def layers(self, stage: Stage) -> Sequence[Layer]:
+    def layers(self, context: SceneContext) -> Sequence[Layer]:
         return [Picture()]
 
 
@@ -60,7 +60,7 @@ class Picture:
     name = "picture"
     range_m = np.inf
 
-    def light(self, gaze: Any) -> tuple[None, Floats]:
+    def light(self, view_direction: Any) -> tuple[None, Floats]:
         return None, np.full((48, 64), 10.0, np.float32)
 
     def put_into(self, light: Floats, index: int, uncovered: Floats) -> Floats:
@@ -174,8 +174,8 @@ def test_a_bare_family_has_defaults() -> None:
     """Nothing is said of a background or a detector that says nothing of itself."""
 
     class Plain(Background):
-        def layers(self, stage: Stage) -> Sequence[Layer]:
-            return Ground().layers(stage)
+        def layers(self, context: SceneContext) -> Sequence[Layer]:
+            return Ground().layers(context)
 
     value = Scenario.model_validate(scene("ground", camera=sinking(50.0)))
     plain = value.model_copy(update={"background": Plain()})

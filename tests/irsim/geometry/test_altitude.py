@@ -48,7 +48,7 @@ def test_a_camera_is_as_high_as_its_background_has_it(
 ) -> None:
     """Said where a height that is written is another."""
     scenario = scene(background, atmosphere={**AIR, **given})
-    assert scenario.stage.air.altitude_m == altitude_m
+    assert scenario.context.air.altitude_m == altitude_m
     said = [notice for notice in doubts(scenario) if notice.at == ("atmosphere", "altitude_m")]
     assert said == [notice for notice in unheeded(scenario) if notice.at == ("atmosphere", "altitude_m")]
     assert len(said) == (given.get("altitude_m", altitude_m) != altitude_m)
@@ -68,7 +68,7 @@ def test_a_camera_above_the_air_is_refused_with_an_atmosphere(background: dict[s
         ValidationError, match=f"{height_m:g} m above the {what}; allowed with an atmosphere: up to 20000"
     ):
         scene(background)
-    assert scene(background, atmosphere={}).stage.air.is_clear
+    assert scene(background, atmosphere={}).context.air.is_clear
 
 
 def test_ground_above_the_level_is_as_far_as_the_farthest_from_any_height() -> None:

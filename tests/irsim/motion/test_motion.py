@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import numpy as np
 import pytest
-from motion_stage import path, pixels, stage
+from motion_stage import context, path, pixels
 from pydantic import TypeAdapter, ValidationError
 
 from irsim.motion import PATHS, Path
@@ -47,23 +47,23 @@ def test_every_kind_of_path_is_tested() -> None:
 class TestEveryPath:
     def test_a_place_does_not_depend_on_the_frames_asked_for(self, kind: str) -> None:
         value, frames = path(kind=kind, **EXAMPLES[kind]), np.arange(120.0)
-        together = value.positions(frames, stage(3), "jet")
+        together = value.positions(frames, context(3), "jet")
         for frame in (0, 7, 119):
             np.testing.assert_array_equal(
-                value.positions(frames[frame : frame + 1], stage(3), "jet")[0], together[frame]
+                value.positions(frames[frame : frame + 1], context(3), "jet")[0], together[frame]
             )
 
     def test_it_has_no_jumps(self, kind: str) -> None:
         frames = np.arange(0.0, 60.0, 0.01)
         steps = np.linalg.norm(
-            np.diff(path(kind=kind, **EXAMPLES[kind]).positions(frames, stage(), "jet"), axis=0), axis=1
+            np.diff(path(kind=kind, **EXAMPLES[kind]).positions(frames, context(), "jet"), axis=0), axis=1
         )
         # A thing that is thrown jumps to another speed at that frame, which is its first.
         assert steps[:2990].max() < 3 * np.median(steps[:2990])
         assert steps[3010:].max() < 3 * np.median(steps[3010:])
 
     def test_it_is_known_before_frame_0(self, kind: str) -> None:
-        around = path(kind=kind, **EXAMPLES[kind]).positions(np.array([-0.01, 0.0, 0.01]), stage(), "jet")
+        around = path(kind=kind, **EXAMPLES[kind]).positions(np.array([-0.01, 0.0, 0.01]), context(), "jet")
         np.testing.assert_allclose(around[1] - around[0], around[2] - around[1], atol=2e-3)
 
 
@@ -83,13 +83,13 @@ def test_heading_90_is_down() -> None:
 def test_closing_shortens_the_range() -> None:
     value = path(kind="straight", start=[10, 20], range_m=1000.0, closing_m_s=60.0)
     # 60 m/s at 30 frames a second: 2 m a frame.
-    ranges = np.linalg.norm(value.positions(np.array([0.0, 50.0]), stage(), "jet"), axis=1)
+    ranges = np.linalg.norm(value.positions(np.array([0.0, 50.0]), context(), "jet"), axis=1)
     np.testing.assert_allclose(ranges, [1000.0, 900.0])
 
 
 def test_straight_m_has_its_closed_form() -> None:
     value = path(kind="straight_m", start_m=[1, 2, 300], velocity_m_s=[30, 0, -60])
-    np.testing.assert_allclose(value.positions(np.array([10.0]), stage(), "jet"), [[11, 2, 280]])
+    np.testing.assert_allclose(value.positions(np.array([10.0]), context(), "jet"), [[11, 2, 280]])
 
 
 def test_weave_swings_across_its_heading() -> None:
@@ -182,7 +182,7 @@ class TestManoeuvre:
 
     def test_seeds_and_names_differ(self) -> None:
         value, frames = path(kind="manoeuvre", start=[80, 60]), np.array([50.0])
-        places = [value.positions(frames, stage(s), n) for s, n in ((0, "jet"), (1, "jet"), (0, "other"))]
+        places = [value.positions(frames, context(s), n) for s, n in ((0, "jet"), (1, "jet"), (0, "other"))]
         assert len({place.tobytes() for place in places}) == 3
 
 

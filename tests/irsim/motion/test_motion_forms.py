@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from motion_stage import GEOMETRY, level_axes, path
-from motion_stage import stage as staged
+from motion_stage import context as staged
 
 from irsim.errors import InputError
 from irsim.lint import doubts
@@ -124,10 +124,10 @@ def test_a_first_scene_of_each_is_as_meant(shape: str, keys: str) -> None:
     renderer, value = Renderer(scenario), scenario.targets[1].path
     for frame in (0, 30, 60, 90):
         truth = next(target for target in renderer.scene(frame)[1].targets if target.id == "it")
-        place = value.positions(np.array([float(frame)]), scenario.stage, "it")
-        told = scenario.stage.geometry.project(place)[0]
+        place = value.positions(np.array([float(frame)]), scenario.context, "it")
+        told = scenario.context.geometry.project(place)[0]
         np.testing.assert_allclose(truth.center, told, atol=4)  # the middle of what is seen of a body of 30 px
-        assert scenario.stage.geometry.inside(*told)
+        assert scenario.context.geometry.inside(*told)
 
 
 @pytest.mark.parametrize(

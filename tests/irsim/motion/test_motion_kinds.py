@@ -8,7 +8,7 @@ import pytest
 from motion_stage import GEOMETRY, level_axes, path
 from pydantic import ValidationError
 
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.motion import PATHS, Company, Path
 from irsim.motion.arcs import arcs
 from irsim.motion.jump import Jumps, coordinated_turn
@@ -19,15 +19,15 @@ from irsim.types import Floats
 RATE = 30.0
 
 
-def stage(seed: int = 0, **others: Path) -> Stage:
-    return Stage(seed, GEOMETRY, RATE, "mwir", 0.6, Company(others, ()))
+def context(seed: int = 0, **others: Path) -> SceneContext:
+    return SceneContext(seed, GEOMETRY, RATE, "mwir", 0.6, Company(others, ()))
 
 
-def places(value: Path, frames: npt.ArrayLike, scene: Stage | None = None, name: str = "jet") -> Floats:
-    return value.positions(np.asarray(frames, dtype=float), scene or stage(), name)
+def places(value: Path, frames: npt.ArrayLike, scene: SceneContext | None = None, name: str = "jet") -> Floats:
+    return value.positions(np.asarray(frames, dtype=float), scene or context(), name)
 
 
-def pixels(value: Path, frames: npt.ArrayLike, scene: Stage | None = None) -> Floats:
+def pixels(value: Path, frames: npt.ArrayLike, scene: SceneContext | None = None) -> Floats:
     return GEOMETRY.project(places(value, frames, scene))
 
 
@@ -121,7 +121,7 @@ class TestSinger:
         frames = np.add.outer(np.arange(0, 4000, 8), [-0.01, 0.0, 0.01]) + 0.5
         found = []
         for seed in range(8):
-            x = value.pixels(frames.ravel(), stage(seed), "jet").reshape(-1, 3, 2)  # type: ignore[attr-defined]  # a PixelPath
+            x = value.pixels(frames.ravel(), context(seed), "jet").reshape(-1, 3, 2)  # type: ignore[attr-defined]  # a PixelPath
             found.append((x[:, 0] - 2 * x[:, 1] + x[:, 2]) / 1e-4)
         a = np.concatenate(found, axis=1)
         # 8,000 values, correlated over about two each: 2.5 % is more than three standard errors.
@@ -132,7 +132,7 @@ class TestSinger:
     def test_its_acceleration_has_that_spread_from_the_first_frame_on(self, after: int) -> None:
         value = path(kind="singer", start=[0, 0], speed=0.0, sigma=0.05, correlation_frames=8.0)
         frames = after + np.array([0.0, 0.01, 0.02])
-        x = np.array([value.pixels(frames, stage(seed), "jet") for seed in range(600)])  # type: ignore[attr-defined]  # a PixelPath
+        x = np.array([value.pixels(frames, context(seed), "jet") for seed in range(600)])  # type: ignore[attr-defined]  # a PixelPath
         a = (x[:, 0] - 2 * x[:, 1] + x[:, 2]) / 1e-4
         # 1,200 independent values: their standard deviation is known to 2 %.
         assert a.std() == pytest.approx(0.05, rel=0.08)
@@ -143,7 +143,7 @@ class TestSinger:
 
     def test_its_dynamics_are_two_axes_of_it(self) -> None:
         value = path(kind="singer", start=[5, 6], sigma=0.2, correlation_frames=5.0)
-        dynamics = value.dynamics(stage())
+        dynamics = value.dynamics(context())
         assert dynamics is not None
         assert dynamics.state == ("x", "vx", "ax", "y", "vy", "ay")
         np.testing.assert_array_equal(dynamics.transitions[0, 3:, 3:], singer(1.0, 0.2, 5.0)[0])
@@ -153,7 +153,7 @@ class TestSinger:
 class TestJump:
     def test_each_frame_obeys_one_of_its_modes(self) -> None:
         value = path(kind="jump", start=[80, 60], speed=2.0, rates_deg=[0.0, 5.0, -5.0], hold_frames=10.0)
-        dynamics = value.dynamics(stage())
+        dynamics = value.dynamics(context())
         assert dynamics is not None
         x, y = pixels(value, np.arange(300)).T
         ahead = pixels(value, np.arange(300) + 1e-4)
@@ -165,7 +165,7 @@ class TestJump:
         np.testing.assert_allclose(dynamics.switching, [[0.9, 0.05, 0.05], [0.05, 0.9, 0.05], [0.05, 0.05, 0.9]])
 
     def test_it_holds_a_rate_as_long_as_asked(self) -> None:
-        rates = Jumps(np.radians([0.0, 5.0, -5.0]), 10.0).drawn(20_000, stage(4), "jet")
+        rates = Jumps(np.radians([0.0, 5.0, -5.0]), 10.0).drawn(20_000, context(4), "jet")
         # Changes are Bernoulli with 1/10: 2,000 +- 3 sqrt(20,000 x 0.09) = 127.
         assert np.count_nonzero(np.diff(rates)) == pytest.approx(2000, abs=127)
 
@@ -182,7 +182,7 @@ class TestStopAndGo:
         np.testing.assert_allclose(pixels(value, [40, 50, 60, 100, 120])[:, 0], [80, 80, 80, 140, 140], atol=1e-5)
 
     def test_lengths_vary_as_asked(self) -> None:
-        times, _ = Stops(speed=1.0, go=40.0, stop=20.0, ease=6.0, vary=0.5).paces(20_000.0, stage(1), "jet")
+        times, _ = Stops(speed=1.0, go=40.0, stop=20.0, ease=6.0, vary=0.5).paces(20_000.0, context(1), "jet")
         goes = times.reshape(-1, 4)[:, 3] - times.reshape(-1, 4)[:, 0]
         assert 20 <= goes.min() < 22
         assert 58 < goes.max() <= 60.001
@@ -193,7 +193,7 @@ LEADER = path(kind="straight", start=[20, 40], speed=2.0, heading_deg=10.0, rang
 
 class TestOthers:
     def test_a_follower_is_where_the_other_was(self) -> None:
-        scene = stage(leader=LEADER)
+        scene = context(leader=LEADER)
         value = path(kind="follow", target="leader", lag_frames=6.0)
         np.testing.assert_array_equal(places(value, [20, 30], scene), places(LEADER, [14, 24], scene))
         beside = path(kind="follow", target="leader", offset_px=[5.0, -3.0], farther_m=50.0)
@@ -205,7 +205,7 @@ class TestOthers:
     @pytest.mark.parametrize("angle", [-120.0, 40.0, 90.0])
     @pytest.mark.parametrize("miss", [0.0, 6.0, -6.0])
     def test_a_crossing_meets_at_its_frame_and_angle(self, angle: float, miss: float) -> None:
-        scene = stage(leader=LEADER)
+        scene = context(leader=LEADER)
         value = path(kind="crosses", target="leader", at_frame=30.0, angle_deg=angle, miss_px=miss, speed=1.5)
         frames = np.arange(0, 60, 0.5)
         apart = np.linalg.norm(pixels(value, frames, scene) - pixels(LEADER, frames, scene), axis=1)
@@ -220,7 +220,7 @@ class TestOthers:
         assert np.degrees(np.arctan2(step[1], step[0])) == pytest.approx(10 + angle)
 
     def test_what_is_thrown_falls_at_its_last_speed(self) -> None:
-        scene = stage(leader=LEADER)
+        scene = context(leader=LEADER)
         value = path(kind="thrown", target="leader", at_frame=30.0, velocity_m_s=[3.0, 0.0, 8.0], slow_s=0.5)
         assert value.begins == 30.0
         np.testing.assert_array_equal(places(value, [12, 30], scene), places(LEADER, [12, 30], scene))

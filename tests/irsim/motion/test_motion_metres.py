@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from motion_stage import GEOMETRY, level_axes, path
 from pydantic import ValidationError
 
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.motion import PATHS, Company, Path
 from irsim.motion.attitude import STANDARD_GRAVITY
 from irsim.types import Floats
@@ -20,17 +20,17 @@ from irsim.types import Floats
 RATE = 30.0
 
 
-def stage(seed: int = 0, **others: Path) -> Stage:
-    return Stage(seed, GEOMETRY, RATE, "mwir", 0.6, Company(others, ()))
+def context(seed: int = 0, **others: Path) -> SceneContext:
+    return SceneContext(seed, GEOMETRY, RATE, "mwir", 0.6, Company(others, ()))
 
 
-def world(value: Path, frames: npt.ArrayLike, scene: Stage | None = None) -> Floats:
+def world(value: Path, frames: npt.ArrayLike, scene: SceneContext | None = None) -> Floats:
     """(n, 3) m: east, north, up."""
-    places = value.positions(np.asarray(frames, dtype=float), scene or stage(), "jet")
+    places = value.positions(np.asarray(frames, dtype=float), scene or context(), "jet")
     return np.asarray(places @ np.stack(level_axes(), axis=-1))
 
 
-def bent(value: Path, frames: npt.ArrayLike, scene: Stage | None = None, step: float = 0.02) -> Floats:
+def bent(value: Path, frames: npt.ArrayLike, scene: SceneContext | None = None, step: float = 0.02) -> Floats:
     """(n, 3) m/s2 along east, north, up."""
     before, here, after = (world(value, np.asarray(frames, dtype=float) + d, scene) for d in (-step, 0.0, step))
     return (before - 2 * here + after) * (RATE / step) ** 2
@@ -62,7 +62,7 @@ class TestJump:
     VALUE = path(kind="jump_m", start_m=[0, 20, 2000], speed_m_s=150, hold_s=0.5, climb_m_s=4, heading_deg=200)
 
     def test_each_frame_obeys_one_of_its_modes(self) -> None:
-        dynamics = self.VALUE.dynamics(stage())
+        dynamics = self.VALUE.dynamics(context())
         assert dynamics is not None
         assert dynamics.state == ("north", "vnorth", "east", "veast", "up", "vup")
         places = world(self.VALUE, np.arange(300))
@@ -75,7 +75,7 @@ class TestJump:
         np.testing.assert_allclose(dynamics.switching[0], [1 - 1 / 15, 1 / 30, 1 / 30])
 
     def test_what_holds_for_less_than_a_frame_holds_for_one(self) -> None:
-        dynamics = path(kind="jump_m", start_m=[0, 0, 9], hold_s=1e-3).dynamics(stage())
+        dynamics = path(kind="jump_m", start_m=[0, 0, 9], hold_s=1e-3).dynamics(context())
         assert dynamics is not None
         np.testing.assert_array_equal(dynamics.switching, [[0, 0.5, 0.5], [0.5, 0, 0.5], [0.5, 0.5, 0]])
 
@@ -109,7 +109,7 @@ class TestManoeuvre:
         value = path(kind="manoeuvre_m", start_m=[0, 0, 2000], speed_m_s=120, turn_g=4, hold_s=1, climb_m_s=-2)
         most = 0.0
         for seed in range(8):
-            scene = stage(seed)
+            scene = context(seed)
             speeds = np.diff(world(value, np.arange(0, 300, 0.01), scene), axis=0) * RATE / 0.01
             np.testing.assert_allclose(np.linalg.norm(speeds[:, :2], axis=1), 120, rtol=1e-6)
             np.testing.assert_allclose(speeds[:, 2], -2, rtol=1e-4)
@@ -123,15 +123,15 @@ class TestManoeuvre:
         start = [20, 10, 600] if axes == "camera" else [20, 600, 10]
         value = path(kind="manoeuvre_m", axes=axes, start_m=start, speed_m_s=speed_m_s, turn_g=0.5, keep_in_m=list(box))
         for seed in range(10):
-            east, north, _ = world(value, np.arange(900), stage(seed)).T
+            east, north, _ = world(value, np.arange(900), context(seed)).T
             assert box[0] <= east.min() < east.max() <= box[2]
             assert box[1] <= north.min() < north.max() <= box[3]
-            pulled = np.linalg.norm(bent(value, np.arange(900) + 0.5, stage(seed)), axis=1) / STANDARD_GRAVITY
+            pulled = np.linalg.norm(bent(value, np.arange(900) + 0.5, context(seed)), axis=1) / STANDARD_GRAVITY
             assert pulled.max() < max(1.5 * speed_m_s**2 / 300, 0.5)
 
     def test_it_begins_where_it_is_told(self) -> None:
         value = path(kind="manoeuvre_m", start_m=[20, -30, 600], keep_in_m=[-500, 100, 500, 2000])
-        np.testing.assert_allclose(value.positions(np.zeros(1), stage(), "jet"), [[20, -30, 600]], atol=1e-9)
+        np.testing.assert_allclose(value.positions(np.zeros(1), context(), "jet"), [[20, -30, 600]], atol=1e-9)
 
     def test_without_turns_it_is_straight(self) -> None:
         value = path(kind="manoeuvre_m", axes="world", start_m=[1, 2, 3], speed_m_s=30, turn_g=0, heading_deg=90)
@@ -150,7 +150,7 @@ class TestDive:
             pull_out_frame=60,
         )  # fmt: skip
         frames = np.array([5.0, 6.0, 40.0, 41.0, 80.0, 81.0])
-        steps = np.diff(GEOMETRY.project(value.positions(frames, stage(), "jet")), axis=0)[::2]
+        steps = np.diff(GEOMETRY.project(value.positions(frames, context(), "jet")), axis=0)[::2]
         told = np.radians([heading, slope, heading])
         np.testing.assert_allclose(steps, 1.5 * np.stack([np.cos(told), np.sin(told)], axis=-1), atol=1e-9)
 
@@ -158,7 +158,7 @@ class TestDive:
         # Ten frames right, then a quarter circle of 30 frames and radius 2 / radians(3) px.
         value = path(kind="dive_px", start=[10, 20], at_frame=10, angle_deg=90, range_m=700)
         radius = 2 / np.radians(3)
-        place = value.positions(np.array([40.0]), stage(), "jet")
+        place = value.positions(np.array([40.0]), context(), "jet")
         np.testing.assert_allclose(GEOMETRY.project(place), [[30 + radius, 20 + radius]], atol=1e-9)
         assert np.linalg.norm(place) == pytest.approx(700)
 
@@ -181,7 +181,7 @@ class TestCrossing:
     def test_they_pass_at_the_frame_distance_and_angle(
         self, angle: float, tilt: float, miss: float, side: float, speed: float
     ) -> None:
-        scene = stage(leader=LEADER)
+        scene = context(leader=LEADER)
         keys = {"angle_deg": angle, "tilt_deg": tilt, "miss_m": miss, "miss_deg": side, "speed_m_s": speed}
         value = path(kind="crosses_m", target="leader", at_frame=30.5, **keys)
         frames = 30.5 + np.array([-1.0, 0.0, 1.0])
@@ -197,7 +197,7 @@ class TestCrossing:
 
     def test_to_the_right_of_level_flight_is_right_and_tilted_it_is_up(self) -> None:
         east_going = path(kind="straight_m", axes="world", start_m=[0, 900, 20], velocity_m_s=[50, 0, 0])
-        scene = stage(leader=east_going)
+        scene = context(leader=east_going)
 
         def speed(tilt: float) -> Floats:
             value = path(kind="crosses_m", target="leader", at_frame=30, angle_deg=30, tilt_deg=tilt, speed_m_s=60)
@@ -209,7 +209,7 @@ class TestCrossing:
 
     def test_it_misses_to_the_side_that_is_told(self) -> None:
         north_going = path(kind="straight_m", axes="world", start_m=[0, 900, 20], velocity_m_s=[0, 50, 0])
-        scene = stage(leader=north_going)
+        scene = context(leader=north_going)
 
         def gap(side: float) -> Floats:
             keys: dict[str, Any] = {"miss_m": 8, "miss_deg": side, "speed_m_s": 50}
@@ -223,5 +223,5 @@ class TestCrossing:
     def test_one_that_stands_counts_as_going_right(self) -> None:
         standing = path(kind="straight_m", axes="world", start_m=[0, 900, 20])
         value = path(kind="crosses_m", target="leader", at_frame=30, angle_deg=-90, speed_m_s=6)
-        scene = stage(leader=standing)
+        scene = context(leader=standing)
         np.testing.assert_allclose(world(value, [30, 60], scene), [[0, 900, 20], [0, 906, 20]], atol=1e-9)

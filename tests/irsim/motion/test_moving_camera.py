@@ -124,7 +124,7 @@ def test_a_platform_on_a_path_passes_what_is_near() -> None:
     for old, new in {"fighter": "point", "[60, 50]": "[79.5, 59.5]", "speed: 0.7": "speed: 0.0"}.items():
         text = text.replace(old, new)
     renderer = Renderer(loads(text))
-    drawn = renderer.occluders[0].draw(renderer.sight(30))
+    drawn = renderer.occluders[0].draw(renderer.pose(30))
     assert drawn is not None
     angle = math.atan(40 * 5e-3)
     right, ahead = 100 * math.sin(angle) - 20, 100 * math.cos(angle) - 20
@@ -139,7 +139,7 @@ def test_a_platform_moves_near_things_before_far_ones() -> None:
     near = "occluders: [{kind: bar, center_px: [100, 60], size_px: [4, 30], range_m: 500}]\n"
     renderer = Renderer(loads(SCENE.replace("MOTION", motion).replace("speed: 0.7", "speed: 0.0") + near))
     screen = renderer.occluders[0]
-    before, after = (screen.draw(renderer.sight(frame)) for frame in (0, 30))
+    before, after = (screen.draw(renderer.pose(frame)) for frame in (0, 30))
     assert before is not None
     assert after is not None
     assert after.center[0] - before.center[0] == pytest.approx(-10 / 500 / 5e-4, abs=0.1)
@@ -163,7 +163,7 @@ def test_rows_that_a_camera_has_gone_through_are_behind_it(standing: str) -> Non
         Scenario.model_validate({"frames": 60, "camera": camera, "background": background, "targets": [target]})
     )
     row = next(layer for layer in renderer.layers if layer.name == "row")
-    passed = [row.light(renderer.now.gaze(frame))[0] for frame in (0, 25, 59)]  # 60 m are gone at frame 18
+    passed = [row.light(renderer.now.view_direction(frame))[0] for frame in (0, 25, 59)]  # 60 m are gone at frame 18
     assert [bool((each < 0.5).any()) for each in passed if each is not None] == [True, False, False]
     for frame in (25, 59):
         (drone,) = renderer.scene(frame)[1].targets

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from irsim.config.base import Kind
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.motion import PATHS, Path, angles_deg, attitudes
 from irsim.motion.attitude import STANDARD_GRAVITY
@@ -32,8 +32,8 @@ class Thrust(Path):
     wander_m: float = 0.0
     """Standard deviation of white noise on every place."""
 
-    def positions(self, frames: Floats, stage: Stage, name: str) -> Floats:
-        t = np.asarray(frames)[:, None] / stage.rate_hz
+    def positions(self, frames: Floats, context: SceneContext, name: str) -> Floats:
+        t = np.asarray(frames)[:, None] / context.rate_hz
         east, north, up = (np.asarray(self.velocity) * t + np.asarray(self.acceleration) * t**2 / 2).T
         places = np.stack([east, -up, 500 + north], axis=-1)
         return places + self.wander_m * np.random.default_rng(4).standard_normal(places.shape)
@@ -42,14 +42,14 @@ class Thrust(Path):
 class Stop(Path):
     """6 m/s to the left for 3 s, even braking for 2 s, rest."""
 
-    def positions(self, frames: Floats, stage: Stage, name: str) -> Floats:
-        t = np.asarray(frames) / stage.rate_hz
+    def positions(self, frames: Floats, context: SceneContext, name: str) -> Floats:
+        t = np.asarray(frames) / context.rate_hz
         way = 6 * np.minimum(t, 3) + 6 * np.clip(t - 3, 0, 2) - 1.5 * np.clip(t - 3, 0, 2) ** 2
         return np.stack([-way, 0 * t, 0 * t + 500], axis=-1)
 
 
-def level(rate_hz: float = RATE_HZ, elevation_rad: float = 0.0) -> Stage:
-    return Stage(2, Geometry((320, 256), 5e-4, elevation_rad), rate_hz, "lwir", 0.6)
+def level(rate_hz: float = RATE_HZ, elevation_rad: float = 0.0) -> SceneContext:
+    return SceneContext(2, Geometry((320, 256), 5e-4, elevation_rad), rate_hz, "lwir", 0.6)
 
 
 def path(**keys: Any) -> Path:
@@ -58,9 +58,9 @@ def path(**keys: Any) -> Path:
     return value
 
 
-def angles(value: Path, posture: Posture, frames: Floats | list[float], stage: Stage | None = None) -> Floats:
+def angles(value: Path, posture: Posture, frames: Floats | list[float], context: SceneContext | None = None) -> Floats:
     """(n, 3) yaw, pitch, roll, degrees."""
-    return angles_deg(attitudes(value, np.asarray(frames, dtype=float), stage or level(), "it", posture=posture))
+    return angles_deg(attitudes(value, np.asarray(frames, dtype=float), context or level(), "it", posture=posture))
 
 
 def drag(craft: Rotorcraft) -> float:
@@ -195,10 +195,10 @@ def test_it_turns_smoothly_and_each_frame_stands_alone(kind: str) -> None:
 def test_what_stands_upright_does_so_up_and_down_the_picture(shape: str, heading_deg: float) -> None:
     posture = SHAPES.parse({"kind": shape}).posture  # type: ignore[attr-defined]  # a body's shape has one
     for elevation in (0.0, -0.4):
-        stage = level(elevation_rad=elevation)
+        context = level(elevation_rad=elevation)
         value = path(kind="straight", start=[160, 128], speed=0.5, heading_deg=heading_deg, range_m=100)
-        turns = attitudes(value, np.arange(60.0), stage, "it", posture=posture)
-        np.testing.assert_allclose(turns[:, :, 2], [stage.geometry.down] * 60, atol=1e-12)
+        turns = attitudes(value, np.arange(60.0), context, "it", posture=posture)
+        np.testing.assert_allclose(turns[:, :, 2], [context.geometry.down] * 60, atol=1e-12)
 
 
 def test_it_looks_where_it_goes_over_the_ground() -> None:

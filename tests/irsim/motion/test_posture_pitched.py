@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.motion import PATHS, Path, angles_deg, attitudes
 from irsim.motion.attitude import STANDARD_GRAVITY
@@ -25,8 +25,8 @@ class Line(Path):
     velocity: tuple[float, float, float]
     stops_s: float = math.inf
 
-    def positions(self, frames: Floats, stage: Stage, name: str) -> Floats:
-        t = np.minimum(np.asarray(frames) / stage.rate_hz, self.stops_s)[:, None]
+    def positions(self, frames: Floats, context: SceneContext, name: str) -> Floats:
+        t = np.minimum(np.asarray(frames) / context.rate_hz, self.stops_s)[:, None]
         right, ahead, up = (np.asarray(self.velocity) * t).T
         return np.stack([right, -up, 300 + ahead], axis=-1)
 
@@ -37,20 +37,20 @@ class Round(Path):
     upright: bool
     to_right: bool = False
 
-    def positions(self, frames: Floats, stage: Stage, name: str) -> Floats:
-        t = np.asarray(frames) / stage.rate_hz
+    def positions(self, frames: Floats, context: SceneContext, name: str) -> Floats:
+        t = np.asarray(frames) / context.rate_hz
         one, other = (-10 if self.to_right else 10) * np.cos(t), 10 * np.sin(t)
         flat = np.zeros_like(t)
         return np.stack([one, other, 300 + flat] if self.upright else [one, flat, 300 + other], axis=-1)
 
 
-def level(elevation_rad: float = 0.0) -> Stage:
-    return Stage(2, Geometry((320, 256), 5e-4, elevation_rad), RATE_HZ, "lwir", 0.6)
+def level(elevation_rad: float = 0.0) -> SceneContext:
+    return SceneContext(2, Geometry((320, 256), 5e-4, elevation_rad), RATE_HZ, "lwir", 0.6)
 
 
-def angles(value: Path, posture: Posture, frames: Any, stage: Stage | None = None) -> Floats:
+def angles(value: Path, posture: Posture, frames: Any, context: SceneContext | None = None) -> Floats:
     """(n, 3) yaw, pitch, roll, degrees."""
-    return angles_deg(attitudes(value, np.asarray(frames, dtype=float), stage or level(), "it", posture=posture))
+    return angles_deg(attitudes(value, np.asarray(frames, dtype=float), context or level(), "it", posture=posture))
 
 
 def path(**keys: Any) -> Path:
@@ -82,10 +82,10 @@ def test_straight_up_or_down_the_picture_vehicles_are_level(shape: str, heading_
     kind = SHAPES.parse({"kind": shape})
     assert isinstance(kind, Shape)
     value = path(kind="straight", start=[159.5, 127.5], speed=1.0, heading_deg=heading_deg, range_m=300)
-    stage, frames = level(-0.3), np.arange(40.0)
-    turns = attitudes(value, frames, stage, "it", posture=kind.posture)
+    context, frames = level(-0.3), np.arange(40.0)
+    turns = attitudes(value, frames, context, "it", posture=kind.posture)
     nose, right, down = np.moveaxis(turns, 2, 0)
-    pitch = np.degrees(np.arcsin(-(nose @ stage.geometry.down)))
+    pitch = np.degrees(np.arcsin(-(nose @ context.geometry.down)))
     # The camera looks down by 0.3 rad, and a pixel of 5e-4 rad less or more each frame: at a steady range, up the
     # picture is so many degrees from the vertical.
     away = np.sign(-heading_deg)
@@ -93,7 +93,7 @@ def test_straight_up_or_down_the_picture_vehicles_are_level(shape: str, heading_
     np.testing.assert_allclose(pitch, away * 31 * off / 59, atol=0.02)
     np.testing.assert_allclose(right, [[away, 0, 0]] * 40, atol=1e-9)
     assert (np.sign(nose[:, 2]) == away).all()
-    assert (down @ stage.geometry.down).min() > math.cos(math.radians(10))
+    assert (down @ context.geometry.down).min() > math.cos(math.radians(10))
 
 
 def test_a_vehicle_that_stops_stays_as_it_stands() -> None:

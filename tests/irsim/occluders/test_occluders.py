@@ -7,22 +7,22 @@ from typing import Any
 import numpy as np
 import pytest
 
-from irsim.geometry.context import Stage
-from irsim.geometry.pose import Sight
+from irsim.geometry.context import SceneContext
+from irsim.geometry.pose import CameraPose
 from irsim.geometry.projection import Geometry
 from irsim.geometry.sprite import Sprite
 from irsim.occluders import OCCLUDERS, Occluder
 from irsim.physics.radiometry import radiance
 from irsim.types import Box
 
-STAGE = Stage(0, Geometry((160, 120), 5e-4, 0.3), 30.0, "lwir", 0.6)
+STAGE = SceneContext(0, Geometry((160, 120), 5e-4, 0.3), 30.0, "lwir", 0.6)
 
 
 def drawn(turn: tuple[float, float, float] = (0, 0, 0), **keys: Any) -> Sprite | None:
     keys = {"center_px": [50.0, 40.0], "size_px": [10.0, 30.0], "range_m": 100.0} | keys
     value = OCCLUDERS.parse({"kind": "bar", **keys})
     assert isinstance(value, Occluder)
-    return value.draw(Sight(STAGE, STAGE.geometry, STAGE.geometry.rotation(np.array(turn)), np.zeros(3)))
+    return value.draw(CameraPose(STAGE, STAGE.geometry, STAGE.geometry.rotation(np.array(turn)), np.zeros(3)))
 
 
 def test_an_unturned_camera_sees_it_where_it_was_put() -> None:
@@ -81,7 +81,7 @@ def test_a_drawing_that_is_kept_cannot_be_changed(kind: str) -> None:
     asked = OCCLUDERS.parse({"kind": kind, "hides": "car", "frames": [0, 9], "range_m": 100.0})
     assert isinstance(asked, Occluder)
     placed = asked.over(Box(80.0, 60.0, 20.0, 10.0), 1.0, STAGE)
-    first, second = (placed.draw(Sight.first(STAGE)) for _ in range(2))
+    first, second = (placed.draw(CameraPose.first(STAGE)) for _ in range(2))
     assert first is not None
     if first is second:
         assert not any(array.flags.writeable for array in (first.cover, first.alpha, first.emission))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from irsim.geometry.pose import Sight
+from irsim.geometry.pose import CameraPose
 from irsim.occluders.tree import Tree
 from irsim.physics.radiometry import temperature
 from irsim.scenario.loader import loads
@@ -27,12 +27,12 @@ def test_leaves_and_trunk_are_as_warm_as_the_hour_of_the_background_has_it(
         )
         (oak,) = scenario.occluders
         assert isinstance(oak, Tree)
-        sprite = oak.draw(Sight.first(scenario.stage))
+        sprite = oak.draw(CameraPose.first(scenario.context))
         assert sprite is not None
         middle = np.unravel_index(int(np.argmax(sprite.alpha)), sprite.alpha.shape)
-        seen = float(temperature(scenario.stage.band, sprite.emission[middle] / sprite.alpha[middle]))
-        assert seen == pytest.approx(oak.warmth(scenario.stage)[0], abs=0.3)
-        return oak.warmth(scenario.stage)
+        seen = float(temperature(scenario.context.band, sprite.emission[middle] / sprite.alpha[middle]))
+        assert seen == pytest.approx(oak.warmth(scenario.context)[0], abs=0.3)
+        return oak.warmth(scenario.context)
 
     assert warmth() == (leaves_k, leaves_k + 1)
     assert warmth(", temperature_k: 280") == (280, leaves_k + 1)

@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 import pytest
 
-from irsim.geometry.context import Stage
-from irsim.geometry.pose import Sight
+from irsim.geometry.context import SceneContext
+from irsim.geometry.pose import CameraPose
 from irsim.geometry.projection import Geometry
 from irsim.geometry.sprite import Sprite
 from irsim.occluders import OCCLUDERS
@@ -19,7 +19,7 @@ from irsim.occluders.smoke import Smoke
 from irsim.physics.radiometry import temperature
 from irsim.types import Box, Floats
 
-STAGE = Stage(0, Geometry((320, 240), 5e-4), 30.0, "lwir", 0.0)
+STAGE = SceneContext(0, Geometry((320, 240), 5e-4), 30.0, "lwir", 0.0)
 SEEDS = range(5)
 
 
@@ -33,7 +33,7 @@ def smoke(**keys: Any) -> Smoke:
 
 
 def drawn(value: Smoke, seed: int = 0, time: float = 0.0) -> Sprite:
-    sprite = value.draw(replace(Sight.first(replace(STAGE, seed=seed)), time=time))
+    sprite = value.draw(replace(CameraPose.first(replace(STAGE, seed=seed)), time=time))
     assert sprite is not None
     return sprite
 

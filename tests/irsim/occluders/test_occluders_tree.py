@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from irsim.errors import InputError
-from irsim.geometry.context import Stage
-from irsim.geometry.pose import Sight
+from irsim.geometry.context import SceneContext
+from irsim.geometry.pose import CameraPose
 from irsim.geometry.projection import Geometry
 from irsim.geometry.silhouette import Grid
 from irsim.geometry.sprite import Sprite
@@ -22,7 +22,7 @@ from irsim.physics.radiometry import temperature
 from irsim.scenario.loader import loads
 from irsim.types import Box, Floats
 
-STAGE = Stage(0, Geometry((320, 240), 5e-4), 30.0, "lwir", 0.6)
+STAGE = SceneContext(0, Geometry((320, 240), 5e-4), 30.0, "lwir", 0.6)
 SEEDS = range(6)
 
 
@@ -33,8 +33,8 @@ def tree(**keys: Any) -> Tree:
     return value
 
 
-def drawn(value: Tree, sight: Sight | None = None, stage: Stage = STAGE) -> Sprite:
-    sprite = value.draw(sight or Sight.first(stage))
+def drawn(value: Tree, pose: CameraPose | None = None, context: SceneContext = STAGE) -> Sprite:
+    sprite = value.draw(pose or CameraPose.first(context))
     assert sprite is not None
     return sprite
 
@@ -53,11 +53,11 @@ WINDOWS = [Box(150.3, 60.2, 30.0, 12.0), Box(90.7, 70.0, 9.0, 33.0), Box(200.0, 
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("window", WINDOWS)
 def test_it_hides_all_of_what_it_is_placed_over(seed: int, window: Box) -> None:
-    stage = Stage(seed, STAGE.geometry, 30.0, "lwir", 0.6)
+    context = SceneContext(seed, STAGE.geometry, 30.0, "lwir", 0.6)
     # The margin that intents have: the optics blur gaps beyond it by 0.6 px.
     wider = Box(window.cx, window.cy, window.w + 2, window.h + 2)
-    placed = tree(foot_px=None, height_px=None, crown_px=None, hides="car", frames=(0, 9)).over(wider, 1.0, stage)
-    sprite = drawn(placed, stage=stage)
+    placed = tree(foot_px=None, height_px=None, crown_px=None, hides="car", frames=(0, 9)).over(wider, 1.0, context)
+    sprite = drawn(placed, context=context)
     # Pixels that lie in the window with all of their area.
     columns = slice(round(np.ceil(window.left + 0.5)) - sprite.x0, round(np.floor(window.right - 0.5)) + 1 - sprite.x0)
     rows = slice(round(np.ceil(window.top + 0.5)) - sprite.y0, round(np.floor(window.bottom - 0.5)) + 1 - sprite.y0)
@@ -72,9 +72,9 @@ def test_it_hides_all_of_what_it_is_placed_over(seed: int, window: Box) -> None:
 def test_it_is_no_larger_than_it_has_to_be(seed: int, window: Box, leaves: float) -> None:
     """A bare crown hides all in its core alone, whose ellipse then goes through the window's corners, 0.6 sin 60 of
     the crown wide; a leafy one in more of it."""
-    stage = Stage(seed, STAGE.geometry, 30.0, "lwir", 0.6)
+    context = SceneContext(seed, STAGE.geometry, 30.0, "lwir", 0.6)
     unplaced = tree(foot_px=None, height_px=None, crown_px=None, hides="car", frames=(0, 9), leaves=leaves)
-    placed = unplaced.over(window, 1.0, stage)
+    placed = unplaced.over(window, 1.0, context)
     assert placed.crown_px is not None
     share = placed.crown_px[0] * 0.6 * np.sin(np.radians(60)) / window.w
     assert share < (1.0 if leaves == 0 else 0.9)
@@ -82,7 +82,7 @@ def test_it_is_no_larger_than_it_has_to_be(seed: int, window: Box, leaves: float
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_its_rim_is_ragged_and_has_gaps_and_its_middle_none(seed: int) -> None:
-    sprite = drawn(tree(), stage=Stage(seed, STAGE.geometry, 30.0, "lwir", 0.6))
+    sprite = drawn(tree(), context=SceneContext(seed, STAGE.geometry, 30.0, "lwir", 0.6))
     rows, columns = np.indices(sprite.cover.shape)
     x, y = columns + sprite.x0, rows + sprite.y0
     off = np.hypot((x - 160) / 60, (y - (220 - 180 + 65)) / 65)
@@ -146,8 +146,8 @@ def test_crowns_of_any_size_and_proportion_are_drawn(crown: tuple[float, float])
 def test_a_longer_lens_and_a_turned_camera_see_the_same_tree() -> None:
     value = tree(foot_px=(160.0, 150.0), height_px=60.0, crown_px=(40.0, 42.0))
     geometry = STAGE.geometry
-    near = Sight(STAGE, geometry.zoomed(2.0), np.eye(3), np.zeros(3))
-    turned = Sight(STAGE, geometry, geometry.rotation(np.array([0.0, 0.0, 0.3])), np.zeros(3))
+    near = CameraPose(STAGE, geometry.zoomed(2.0), np.eye(3), np.zeros(3))
+    turned = CameraPose(STAGE, geometry, geometry.rotation(np.array([0.0, 0.0, 0.3])), np.zeros(3))
     first = drawn(value)
     assert drawn(value, near).cover.sum() == pytest.approx(4 * first.cover.sum(), rel=3e-3)
     rolled = drawn(value, turned)
@@ -276,7 +276,7 @@ def test_no_wood_shows_where_its_crowns_meet() -> None:
 def test_no_dark_edge_of_a_crown_lies_on_the_lit_top_of_the_next() -> None:
     """From the side of several crowns the light falls, as on a lone one; from above on that one alone."""
 
-    forms = [tree().crowns(Stage(seed, STAGE.geometry, 30.0, "lwir", 0.6))[0][0] for seed in range(10)]
+    forms = [tree().crowns(SceneContext(seed, STAGE.geometry, 30.0, "lwir", 0.6))[0][0] for seed in range(10)]
 
     def warmer(name: str, axis: int) -> float:
         """How much warmer, in standard deviations of them, leaves are above the middle (axis 0) or left of it (1)."""

@@ -12,7 +12,7 @@ from scipy import integrate
 
 from irsim import Rendering, Scenario, open_recording, record
 from irsim.backgrounds import BACKGROUNDS, Background, Ground, Layer
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.physics.atmosphere import Atmosphere
 from irsim.physics.radiometry import radiance, temperature
 from irsim.render.frame import Renderer
@@ -24,8 +24,8 @@ BAND: Band = "lwir"
 class Bare(Background):
     """A user's own kind, which says nothing of what is around."""
 
-    def layers(self, stage: Stage) -> Sequence[Layer]:
-        return Ground().layers(stage)
+    def layers(self, context: SceneContext) -> Sequence[Layer]:
+        return Ground().layers(context)
 
 
 def scene(background: dict[str, Any], **more: Any) -> Scenario:
@@ -41,7 +41,7 @@ def scene(background: dict[str, Any], **more: Any) -> Scenario:
 
 
 def around_k(scenario: Scenario) -> float:
-    return float(temperature(BAND, scenario.stage.surroundings))
+    return float(temperature(BAND, scenario.context.surroundings))
 
 
 def sky_mean(horizon_k: float, zenith_k: float) -> float:
@@ -64,7 +64,7 @@ def sky_mean(horizon_k: float, zenith_k: float) -> float:
 )
 def test_half_is_the_clear_sky_and_half_what_is_below(background: dict[str, Any], below_k: float) -> None:
     half = (sky_mean(280.0, 230.0) + float(radiance(BAND, below_k))) / 2
-    assert scene(background).stage.surroundings == pytest.approx(half, rel=1e-5)
+    assert scene(background).context.surroundings == pytest.approx(half, rel=1e-5)
 
 
 def test_ground_alone_and_a_kind_that_says_nothing() -> None:
@@ -82,7 +82,7 @@ def test_recorded_frames_surround_with_their_first_frames_mean(tmp_path: Path) -
 @pytest.mark.parametrize("air", [{"surroundings_k": 250.0}, {"preset": "us_standard"}])
 def test_the_air_overrules_the_background(air: dict[str, Any]) -> None:
     one, other = (scene({"kind": "ground", "mean_k": kelvin}, atmosphere=air) for kelvin in (280.0, 300.0))
-    assert one.stage.surroundings == other.stage.surroundings == one.air.surroundings(BAND)
+    assert one.context.surroundings == other.context.surroundings == one.air.surroundings(BAND)
 
 
 def test_with_the_air_off_the_background_surrounds_again() -> None:
@@ -125,7 +125,7 @@ def test_a_model_sky_is_worked_out_once_for_all_who_ask(monkeypatch: pytest.Monk
 
     monkeypatch.setattr(Atmosphere, "sky", counted)
     clear = scene({"kind": "sky", "preset": "tropical"}, atmosphere={"altitude_m": 321.0})
-    first, again = clear.stage, clear.stage
+    first, again = clear.context, clear.context
     Renderer(clear).scene(0)
     assert first.surroundings == again.surroundings
     assert len(asked) == 1

@@ -12,7 +12,7 @@ from scipy.integrate import dblquad
 from scipy.special import j0, j1
 
 from irsim.geometry.silhouette import Grid, spread
-from irsim.physics.optics import GaussianSpread, Lens, LensSpread
+from irsim.physics.optics import GaussianPSF, Lens, LensPSF
 from irsim.physics.radiometry import radiance
 from irsim.render.frame import Renderer
 from irsim.render.stream import Rendering
@@ -21,7 +21,7 @@ from irsim.types import Box, Floats
 
 WIDTH = 4.2 * 4 / 15
 """Wavelength times F-number over the pitch: 4.2 um, F/4, 15 um."""
-MONO = LensSpread(((WIDTH, 1.0),))
+MONO = LensPSF(((WIDTH, 1.0),))
 
 
 def airy(width: float, x: float, y: float, sides: float = 0.5) -> float:
@@ -42,20 +42,20 @@ def test_energy_on_a_centred_pixel_is_the_airy_pattern_s() -> None:
     share = MONO.share(np.zeros(1), np.zeros(1))[0, 0]
     assert share == pytest.approx(0.455, abs=0.0015)
     assert share == pytest.approx(airy(WIDTH, 0.0, 0.0), rel=0.002)
-    assert GaussianSpread(0.42 * WIDTH).share(np.zeros(1), np.zeros(1))[0, 0] == pytest.approx(0.507, abs=0.002)
+    assert GaussianPSF(0.42 * WIDTH).share(np.zeros(1), np.zeros(1))[0, 0] == pytest.approx(0.507, abs=0.002)
 
 
 @pytest.mark.parametrize("width", [0.4, WIDTH, 2.5])
 @pytest.mark.parametrize(("x", "y"), [(0.0, 0.0), (0.37, -0.21), (1.5, 0.25), (3.0, 2.0)])
 def test_shares_are_integrals_of_the_airy_pattern(width: float, x: float, y: float) -> None:
-    found = LensSpread(((width, 1.0),)).share(np.array([y]), np.array([x]))[0, 0]
+    found = LensPSF(((width, 1.0),)).share(np.array([y]), np.array([x]))[0, 0]
     # What lies out of reach, 0.8 % of the light, is laid over the rest.
     assert found == pytest.approx(airy(width, x, y), rel=0.01, abs=3e-5)
 
 
 def test_encircled_light_is_rayleigh_s() -> None:
     """Light within the first dark ring, 1 - J0^2 - J1^2 at v = 3.8317: .838; pixels a tenth of the ring's size."""
-    spread_ = LensSpread(((8.0, 1.0),))
+    spread_ = LensPSF(((8.0, 1.0),))
     places = np.arange(-40.0, 41.0)
     radius = 3.8317 / math.pi * 8.0
     inside = np.hypot(places[:, None], places) < radius
@@ -63,12 +63,12 @@ def test_encircled_light_is_rayleigh_s() -> None:
     assert spread_.share(places, places)[inside].sum() == pytest.approx(expected, abs=0.01)
 
 
-SHARP = LensSpread(((0.5, 1.0),))
+SHARP = LensPSF(((0.5, 1.0),))
 SPREADS = [
-    GaussianSpread(0.6),
+    GaussianPSF(0.6),
     MONO,
     SHARP,
-    LensSpread(((WIDTH, 1.0),), 3.0, 0.4),
+    LensPSF(((WIDTH, 1.0),), 3.0, 0.4),
     Lens().spread("mwir", 0.3),
 ]
 
@@ -105,12 +105,12 @@ def test_a_small_square_is_spread_as_the_point_s_integral(psf: Any, fine: int) -
             expected += (
                 wt * wu * (1 + 12 * moment * u) * psf.share(rows - (y0 + t / fine), columns - (x0 + u / fine))
             ) / fine**2
-    np.testing.assert_allclose(drawn, expected, atol=1.3e-4 / fine**2 if isinstance(psf, LensSpread) else 1e-7)
+    np.testing.assert_allclose(drawn, expected, atol=1.3e-4 / fine**2 if isinstance(psf, LensPSF) else 1e-7)
 
 
 def test_defocus_is_an_even_disc() -> None:
     """Far wider than the Airy disc, each pixel within a disc of 20 px has 4 / (pi 20^2) of the light."""
-    share = LensSpread(((0.3, 1.0),), 20.0).share(np.array([0.0, 4.0]), np.array([0.0, -5.0]))
+    share = LensPSF(((0.3, 1.0),), 20.0).share(np.array([0.0, 4.0]), np.array([0.0, -5.0]))
     np.testing.assert_allclose(share, 4 / (math.pi * 400), rtol=0.03)
 
 
@@ -201,8 +201,8 @@ def test_switched_off_it_leaves_the_frames_of_none() -> None:
 
 
 def test_smoke_and_the_sea_s_horizon_are_blurred_about_as_much() -> None:
-    stage = scene({"kind": "point"}, optics={"f_number": 4.0, "pitch_um": 15.0, "wavelength_um": 4.2}).stage
-    assert stage.psf_px == pytest.approx(math.hypot(0.2, 0.42 * WIDTH))
+    context = scene({"kind": "point"}, optics={"f_number": 4.0, "pitch_um": 15.0, "wavelength_um": 4.2}).context
+    assert context.psf_px == pytest.approx(math.hypot(0.2, 0.42 * WIDTH))
 
 
 def test_a_lens_that_cannot_be_drawn_is_refused() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.special import j0, j1
 
-from irsim.physics.optics import GaussianSpread, Lens, LensSpread, reaching
+from irsim.physics.optics import GaussianPSF, Lens, LensPSF, reaching
 from irsim.physics.wings import Winged
 from irsim.render.frame import Renderer
 from irsim.scenario.model import Scenario
@@ -16,7 +16,7 @@ from irsim.scenario.model import Scenario
 LENSES = [Lens(f_number=4.0), Lens(f_number=1.5, defocus_px=3.0), Lens(f_number=2.0, pitch_um=20.0)]
 
 
-def winged(lens: Lens) -> tuple[LensSpread, Winged]:
+def winged(lens: Lens) -> tuple[LensPSF, Winged]:
     near = lens.spread("mwir", 0.3)
     far = reaching(near, 1e-9)
     assert isinstance(far, Winged)
@@ -62,7 +62,7 @@ def test_all_light_is_drawn_and_no_edge_is_seen(lens: Lens, shift: float) -> Non
 def test_only_what_shows_them_has_them() -> None:
     near = LENSES[0].spread("mwir", 0.3)
     assert reaching(near, 1e-3) is near
-    gaussian = GaussianSpread(0.7)
+    gaussian = GaussianPSF(0.7)
     assert reaching(gaussian, 1e-12) is gaussian
 
 
@@ -75,5 +75,5 @@ def test_a_rocket_s_motor_has_wings_where_a_spark_has_none(area_m2: float, wide:
         {"camera": camera, "background": {"kind": "ground", "spread_k": 0}, "targets": [motor]}
     )
     light = Renderer(scene).scene(0)[0]
-    reach = scene.stage.psf.reach_px
+    reach = scene.context.psf.reach_px
     assert (light[80, 80 + reach + 4] > light[0, 0]) == wide

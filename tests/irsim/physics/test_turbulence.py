@@ -231,7 +231,7 @@ def centroid(light: Floats) -> Floats:
 def test_still_air_changes_no_pixel() -> None:
     still, none = scene({"cn2": 0.0, "aperture_m": 0.3}), scene({})
     assert np.array_equal(Renderer(still).scene(3)[0], Renderer(none).scene(3)[0])
-    assert still.stage.psf_px == still.camera.psf_px
+    assert still.context.psf_px == still.camera.psf_px
 
 
 def test_truth_follows_the_wandering_picture() -> None:
@@ -241,16 +241,16 @@ def test_truth_follows_the_wandering_picture() -> None:
         light, truth = renderer.scene(index)
         assert truth.targets[0].center == pytest.approx(centroid(light), abs=0.01)
         centers.append(truth.targets[0].center)
-    tilts = renderer.stage.air.turbulence.turns(np.arange(30.0), "mwir", 30.0, 0) / 1e-4
+    tilts = renderer.context.air.turbulence.turns(np.arange(30.0), "mwir", 30.0, 0) / 1e-4
     for index, center in zip((0, 9, 21), centers, strict=True):
         assert center == pytest.approx((48 - tilts[index, 0], 32 + tilts[index, 1]), abs=1e-3)
 
 
 def test_the_picture_is_blurred_by_what_tilt_leaves() -> None:
-    stage = scene(STRONG).stage
+    context = scene(STRONG).context
     blur = Turbulence(**STRONG).blur_rms("mwir") / 1e-4
     assert blur > 0.1
-    assert stage.psf_px**2 == pytest.approx(0.6**2 + blur**2)
+    assert context.psf_px**2 == pytest.approx(0.6**2 + blur**2)
 
 
 def test_points_twinkle_and_bodies_do_not() -> None:

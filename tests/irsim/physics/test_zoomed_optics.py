@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from irsim.motion import POINTINGS
-from irsim.physics.diffraction import LensSpread
+from irsim.physics.diffraction import LensPSF
 from irsim.physics.optics import Lens
 from irsim.render.frame import Renderer
 from irsim.render.levels import Levels
@@ -76,11 +76,11 @@ def test_a_lens_blurs_as_many_px_at_any_zoom_and_the_air_more() -> None:
     lens = Lens(f_number=4.0)
     camera = {"optics": lens.model_dump(), "psf_px": 0.3}
     still, turbulent = (Renderer(scene(8.0, air, camera=camera)) for air in ({}, AIR))
-    assert still.sight(0).zoomed.lens == still.stage.lens
-    assert still.sight(0).zoomed.psf_px == still.stage.psf_px
-    blur_px = turbulent.stage.air.turbulence.blur_rms("mwir") * 8 / (IFOV_MRAD * 1e-3)
-    seen, whole = turbulent.sight(0).zoomed, np.hypot(0.3, blur_px)
-    assert isinstance(seen.lens, LensSpread)
+    assert still.pose(0).zoomed.lens == still.context.lens
+    assert still.pose(0).zoomed.psf_px == still.context.psf_px
+    blur_px = turbulent.context.air.turbulence.blur_rms("mwir") * 8 / (IFOV_MRAD * 1e-3)
+    seen, whole = turbulent.pose(0).zoomed, np.hypot(0.3, blur_px)
+    assert isinstance(seen.lens, LensPSF)
     assert seen.lens.sigma_px == pytest.approx(whole)
     assert seen.psf_px == pytest.approx(np.hypot(whole, lens.sigma_px("mwir")))
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from irsim.camera.detectors import Moment, Noise
+from irsim.camera.detectors import FrameContext, Noise
 from irsim.camera.noise_equivalent import Equivalent
 from irsim.camera.variance import Variance
 from irsim.render.contrast import scr
@@ -165,8 +165,8 @@ def test_while_the_picture_stands_still_noise_is_that_of_the_frame_shown() -> No
 class Warming(Noise):
     """A noise of one's own: its variance grows by that of one NETD a frame."""
 
-    def share(self, moment: Moment, fixed: bool) -> Variance:
-        return Variance(own=float(moment.index))
+    def share(self, frame_context: FrameContext, fixed: bool) -> Variance:
+        return Variance(own=float(frame_context.index))
 
 
 def test_noise_of_ones_own_counts_as_it_is_in_each_frame() -> None:

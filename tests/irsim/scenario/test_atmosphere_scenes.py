@@ -49,7 +49,7 @@ def test_a_target_arrives_weakened_with_the_light_of_its_path() -> None:
     assert near.sum() > 100
     grey = scene(camera=camera, targets=[target(2000.0, emissivity=0.6, engine_k=300.0)])
     found = Renderer(grey).scene(0)[0][near]
-    mixed = 0.6 * radiance("mwir", 300.0) + 0.4 * grey.stage.surroundings
+    mixed = 0.6 * radiance("mwir", 300.0) + 0.4 * grey.context.surroundings
     np.testing.assert_allclose(found, tau * mixed + path, rtol=2e-4)
 
 
@@ -107,9 +107,9 @@ def test_each_row_of_a_cloud_is_seen_through_the_air_on_its_way(
     scenario = scene(camera=camera, atmosphere=air, background=sky, targets=[], frames=31)
     renderer = Renderer(scenario)
     for frame in (0, 30):
-        sight = renderer.sight(frame)
+        pose = renderer.pose(frame)
         middle = np.stack([np.full(400, 20.0), np.arange(400.0)], axis=-1)
-        elevations = -np.arcsin(sight.lens.directions(middle) @ sight.rotation @ sight.stage.geometry.down)
+        elevations = -np.arcsin(pose.lens.directions(middle) @ pose.rotation @ pose.context.geometry.down)
         emitted = radiance("lwir", np.full(400, 270.0))
         wanted = scenario.air.through("lwir", emitted, np.ones(400), 3000.0, elevations)
         found, expected = (temperature("lwir", light) for light in (renderer.scene(frame)[0][:, 20], wanted))

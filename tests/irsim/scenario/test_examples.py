@@ -65,15 +65,15 @@ def test_what_is_hidden_is_hidden_as_it_is_written_and_stands_on_the_ground() ->
     scene = loaded("hiding")
     level = scene.background.surface_m
     assert level is not None
-    stage = scene.stage
+    context = scene.context
     for target in scene.targets:  # a car's place is on the level of its wheels
-        below = target.path.positions(np.arange(200.0), stage, target.id) @ stage.geometry.down
+        below = target.path.positions(np.arange(200.0), context, target.id) @ context.geometry.down
         np.testing.assert_allclose(below, level, atol=0.01)
     for occluder in Renderer(scene).occluders[:2]:  # they stand in the picture, where the ground is as far away as they
         assert isinstance(occluder, Tree | Building)
         assert occluder.foot_px is not None
         assert 130 < occluder.foot_px[1] < 239
-        below = stage.geometry.place(np.array(occluder.foot_px), occluder.range_m) @ stage.geometry.down
+        below = context.geometry.place(np.array(occluder.foot_px), occluder.range_m) @ context.geometry.down
         assert below == pytest.approx(level, abs=0.1)
     truths = list(irsim.Rendering(scene).truths())
     shares = np.array([car.visible for each in truths if (car := each.target("car")) is not None], dtype=float)
@@ -97,7 +97,7 @@ def test_the_tree_of_a_new_ground_stands_on_it_and_stands_out() -> None:
     assert tree.crown_px is not None
     (x, y), tall = tree.foot_px, tree.crown_px[1]
     assert 150 < y < 250
-    below = scene.stage.geometry.place(np.array(tree.foot_px), tree.range_m) @ scene.stage.geometry.down
+    below = scene.context.geometry.place(np.array(tree.foot_px), tree.range_m) @ scene.context.geometry.down
     assert below == pytest.approx(scene.background.surface_m, abs=0.1)
     counts = irsim.Rendering(scene).frame(0).image.astype(float)
     middle = round(y - tree.height_px + tall / 2)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from mesh_files import GIVEN
 from pydantic import ValidationError
 
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.geometry.sprite import Sprite
 from irsim.motion.attitude import euler
@@ -28,8 +28,8 @@ AWAY = np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])
 BODIES = [name for name, kind in SHAPES if issubclass(kind, Body)]
 
 
-def stage(psf_px: float = 0.6) -> Stage:
-    return Stage(0, Geometry((160, 120), IFOV), 30.0, "mwir", psf_px)
+def context(psf_px: float = 0.6) -> SceneContext:
+    return SceneContext(0, Geometry((160, 120), IFOV), 30.0, "mwir", psf_px)
 
 
 def shape(kind: str, **keys: Any) -> Shape:
@@ -45,7 +45,7 @@ def seen(
     range_m: float = 1000.0,
     psf_px: float = 0.6,
 ) -> Sprite:
-    where = stage(psf_px)
+    where = context(psf_px)
     view = View(where.geometry.place(np.array(at), range_m), AWAY @ euler(np.array(angles_deg)), where)
     sprite = value.draw(view)
     assert sprite is not None
@@ -61,7 +61,7 @@ def middle(sprite: Sprite, cells: Floats) -> Floats:
 
 
 def test_drawn_together_each_is_what_it_is_alone() -> None:
-    where, rng = stage(), np.random.default_rng(2)
+    where, rng = context(), np.random.default_rng(2)
     things = []
     for kind, _ in SHAPES:
         place = where.geometry.place(rng.uniform(20, 100, 2), 2000.0)
@@ -96,7 +96,7 @@ class TestEveryShape:
             np.testing.assert_allclose(np.subtract(there.center, here.center), [0.01, 0], atol=3e-5)
 
     def test_behind_the_camera_there_is_nothing(self, kind: str) -> None:
-        assert shape(kind).draw(View(np.array([0.0, 0, -500]), np.eye(3), stage())) is None
+        assert shape(kind).draw(View(np.array([0.0, 0, -500]), np.eye(3), context())) is None
 
     def test_it_may_hang_out_of_the_frame(self, kind: str) -> None:
         inside, outside = (seen(shape(kind), at=(x, 60), range_m=6000) for x in (3, -1))
@@ -154,7 +154,7 @@ class TestEveryBody:
     def test_its_area_is_that_of_sampled_hulls(self, kind: str) -> None:
         from scipy.spatial import ConvexHull
 
-        value, where = shape(kind), stage()
+        value, where = shape(kind), context()
         assert isinstance(value, Body)
         rng = np.random.default_rng(7)
         for angles in rng.uniform(-180, 180, (4, 3)):
@@ -275,7 +275,7 @@ class TestPoint:
     @pytest.mark.parametrize("x", [79.5, 300.0, 600.0])
     def test_off_the_axis_it_fills_more_of_a_pixel(self, x: float) -> None:
         """Of a plane picture, a pixel t off the axis sees cos^3 t of the solid angle that one on it sees."""
-        wide = Stage(0, Geometry((640, 120), 1e-3), 30.0, "mwir", 0.6)
+        wide = SceneContext(0, Geometry((640, 120), 1e-3), 30.0, "mwir", 0.6)
         for kind, keys in (("point", {"area_m2": math.pi / 4}), ("hot_spot", {"size_m": (1.0, 1.0)})):
             sprite = shape(kind, **keys).draw(View(wide.geometry.place(np.array([x, 59.5]), 200.0), AWAY, wide))
             assert sprite is not None

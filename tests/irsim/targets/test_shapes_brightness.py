@@ -217,7 +217,7 @@ class TestContrast:
 
         scenario = scene({"kind": "point"})
         shape = scenario.targets[0].shape
-        sprite = shape.draw(View(np.array([0.0, 0.0, 1000.0]), np.eye(3), scenario.stage))
+        sprite = shape.draw(View(np.array([0.0, 0.0, 1000.0]), np.eye(3), scenario.context))
         assert sprite is not None
         assert asked_light(sprite, np.ones((120, 160)), "mwir") is None
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from test_shapes import AWAY, BODIES, IFOV, shape
 
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.motion.attitude import euler
 from irsim.physics.radiometry import radiance
@@ -28,7 +28,7 @@ HEADINGS = (0.0, 30.0, 60.0, 90.0, 130.0, 180.0, 250.0, 335.0)
 
 def light(value: Body, angles: tuple[float, float, float], px: float = 8.0, ifov: float = IFOV) -> float:
     """What it adds to a scene of 200 K, in units of its length's square."""
-    where = Stage(0, Geometry((160, 120), ifov), 30.0, "mwir", 0.6)
+    where = SceneContext(0, Geometry((160, 120), ifov), 30.0, "mwir", 0.6)
     place = where.geometry.place(np.array([79.5, 59.5]), value.length_m / (px * ifov))
     sprite = value.draw(View(place, AWAY @ euler(np.array(angles)), where, 0.3))
     assert sprite is not None

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from mesh_files import sphere, triangles, write_obj, write_stl
 from pydantic import ValidationError
-from test_shapes import AWAY, middle, seen, shape, stage
+from test_shapes import AWAY, context, middle, seen, shape
 
 from irsim.errors import InputError
 from irsim.geometry.sprite import Sprite
@@ -63,9 +63,11 @@ def pair(kind: str, tmp_path: Path, angles: Any) -> tuple[Sprite, Sprite]:
     value = body(kind, length_m=10.0, **({"windows_emissivity": 0.95} if "windows_k" in heats else {}))
     model = Model(file=str(path), length_m=10.0 * longest, materials_k=heats)
     turn = AWAY @ euler(np.array(angles))
-    place = stage().geometry.place(np.array([79.5, 59.5]), 400.0)
-    own = value.draw(View(place, turn, stage()))
-    read = model.draw(View(place + turn @ (center * 10.0), turn, stage()))  # a mesh lies about the middle of its extent
+    place = context().geometry.place(np.array([79.5, 59.5]), 400.0)
+    own = value.draw(View(place, turn, context()))
+    read = model.draw(
+        View(place + turn @ (center * 10.0), turn, context())
+    )  # a mesh lies about the middle of its extent
     assert own is not None
     assert read is not None
     return own, read

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from test_shapes import AWAY, BODIES, IFOV, middle, shape
 
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.geometry.projection import Geometry
 from irsim.geometry.sprite import Sprite
 from irsim.motion.attitude import euler
@@ -38,7 +38,7 @@ def drawn(
     ifov: float = IFOV,
 ) -> Sprite:
     """A body seen with its length about `px` pixels."""
-    where = Stage(0, Geometry((160, 120), ifov), 30.0, "mwir", 0.6)
+    where = SceneContext(0, Geometry((160, 120), ifov), 30.0, "mwir", 0.6)
     place = where.geometry.place(np.array([79.5, 59.5]), value.length_m / (px * ifov))
     sprite = value.draw(View(place, AWAY @ euler(np.array(angles)), where, time))
     assert sprite is not None
@@ -122,7 +122,7 @@ def test_the_renderer_gives_the_time() -> None:
         }
     )
     renderer = Renderer(scenario)
-    view = renderer.courses[0].view(3, renderer.sight(3))
+    view = renderer.courses[0].view(3, renderer.pose(3))
     assert view.time == pytest.approx(0.3)
     assert view.name == "one"
 
@@ -150,7 +150,7 @@ def test_a_far_body_and_a_point_of_its_area_are_one() -> None:
     range_m = value.length_m / (0.2 * IFOV)
     area = float(far.cover.sum()) * (range_m * IFOV) ** 2
     point = shape("point", area_m2=area, temperature_k=300.0, emissivity=0.9)
-    where = Stage(0, Geometry((160, 120), IFOV), 30.0, "mwir", 0.6)
+    where = SceneContext(0, Geometry((160, 120), IFOV), 30.0, "mwir", 0.6)
     place = where.geometry.place(np.array(far.center), range_m)
     near = point.draw(View(place, np.eye(3), where))
     assert near is not None

@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 import irsim
 from irsim.cli.app import app
 from irsim.cli.terminal import progress_bar
-from irsim.geometry.context import Stage
+from irsim.geometry.context import SceneContext
 from irsim.lint import DOUBTS
 from irsim.occluders import Occluder
 from irsim.occluders.tree import Tree
@@ -23,7 +23,7 @@ from irsim.scenario.loader import warnings
 from irsim.scenario.placement_all import overdone, placed
 from irsim.scenario.visibility import Watch
 from irsim.targets.target import Target
-from irsim.targets.trajectory import Course
+from irsim.targets.trajectory import TargetTrajectory
 from irsim.types import Box
 
 SCENE = """\
@@ -91,7 +91,7 @@ def test_an_occluder_of_a_scene_read_twice_is_placed_once_and_measured_once_a_lo
     asked: list[Tree] = []
     extent = Tree.extent
 
-    def counted(self: Tree, stage: Stage) -> Box:
+    def counted(self: Tree, stage: SceneContext) -> Box:
         asked.append(self)
         return extent(self, stage)
 
@@ -138,14 +138,14 @@ def test_a_check_of_many_frames_works_out_the_ways_of_targets_only_where_somethi
 ) -> None:
     """Of a million frames each of these takes seconds."""
     asked: list[str] = []
-    ways = Course.of.__func__  # type: ignore[attr-defined]
+    ways = TargetTrajectory.of.__func__  # type: ignore[attr-defined]
 
-    def counted(cls: type[Course], target: Target, *given: object) -> Course:
+    def counted(cls: type[TargetTrajectory], target: Target, *given: object) -> TargetTrajectory:
         asked.append(target.id)
-        found: Course = ways(cls, target, *given)
+        found: TargetTrajectory = ways(cls, target, *given)
         return found
 
-    monkeypatch.setattr(Course, "of", classmethod(counted))
+    monkeypatch.setattr(TargetTrajectory, "of", classmethod(counted))
     assert warnings(scene(tmp_path)) == []
     assert asked == []
 
