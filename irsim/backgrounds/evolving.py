@@ -11,7 +11,6 @@ import numpy as np
 from irsim._native import COMPILED, kernels
 from irsim.backgrounds.periodic import shrunk, window
 from irsim.geometry.random_fields import Betas, amplitudes
-from irsim.render.shared_cache import Shelf
 from irsim.rng import normals
 from irsim.types import Floats
 
@@ -115,10 +114,9 @@ class Evolving:
         seed: int,
         name: str,
         aside: Aside | None = None,
-        shelf: Shelf | None = None,
     ) -> None:
         self.side, self.seed, self.name = side, seed, name
-        self._aside, self._shelf = aside, shelf or Shelf()
+        self._aside = aside
         frequencies = np.fft.fftfreq(side)
         fx, fy = frequencies[None, :], frequencies[:, None]
         amplitude = amplitudes(fx, fy, beta, betas, correlation_px, stretch)
@@ -145,11 +143,6 @@ class Evolving:
         return Mixture(list(pairs.values()), shares, (first, second))
 
     def _drawn(self, number: int) -> _Pair:
-        shape = self.side, self.side, 2
-
-        def draw() -> Floats:
-            white = normals(shape, self.seed, self.name, "evolving", number)
-            white *= self._amplitude
-            return np.asarray(cv2.dft(white, dst=white, flags=cv2.DFT_INVERSE))
-
-        return _Pair(self._shelf.kept((self.name, "pair", number), shape, np.float32, draw), self._aside)
+        white = normals((self.side, self.side, 2), self.seed, self.name, "evolving", number)
+        white *= self._amplitude
+        return _Pair(np.asarray(cv2.dft(white, dst=white, flags=cv2.DFT_INVERSE)), self._aside)

@@ -183,7 +183,7 @@ class Clouds(Part):
             return self._slope(small(pair), context)
 
         aside = None if not self.sunlit_k else small if self.histogram else sloping
-        fields = Evolving(side, *spectrum, context.seed, self.id, aside, context.shelf)
+        fields = Evolving(side, *spectrum, context.seed, self.id, aside)
         look = self._look(context)
 
         def state_at(place: float) -> Tiled:
@@ -200,7 +200,7 @@ class Clouds(Part):
                 passed, emitted = look.paint(shaped(thickness, self.histogram), warmth, lit)
                 return inner(passed, context.psf, margin), inner(emitted, context.psf, margin)
 
-            return Tiled(side, look.brightest, paint, context.shelf, (self.id, "tile", place))
+            return Tiled(side, look.brightest, paint)
 
         drift = self._drift_px_s(context.geometry.ifov_rad)
         return Drifting(self.id, self.range_m, state_at, self.evolve_s, drift)

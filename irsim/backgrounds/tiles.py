@@ -8,7 +8,6 @@ import numpy as np
 import numpy.typing as npt
 
 from irsim._native import COMPILED, kernels
-from irsim.render.shared_cache import Name, Shelf
 from irsim.types import Floats
 
 TILE = 128
@@ -36,17 +35,14 @@ class Tiled:
     most. A unit is 1/65535 of the transmittance 1, and of the brightest that the layer can emit, W/m2/sr: if all that
     a 14-bit camera tells is such cloud, an eighth of a count.
 
-    Only what it keeps for speed ever changes. Tiles are put on the shelf, under the state's name, for other processes.
-    What was last seen is kept apart: a picture whose rows lie side by side is read in half the time.
+    Only what it keeps for speed ever changes. What was last seen is kept apart: a picture whose rows lie side by side
+    is read in half the time.
     """
 
-    def __init__(
-        self, side: int, brightest: float, paint: PaintTile, shelf: Shelf | None = None, name: Name = ()
-    ) -> None:
+    def __init__(self, side: int, brightest: float, paint: PaintTile) -> None:
         self.side = side
         self.units = 1 / GREATEST, max(brightest, DARKEST) / GREATEST
         self._paint = paint
-        self._shelf, self._name = shelf or Shelf(), name
         self._tiles: dict[tuple[int, int], tuple[Words, Words]] = {}
         nothing = np.empty((0, 0), np.int16)
         self._near: tuple[int, int, Words, Words] = 0, 0, nothing, nothing
@@ -75,18 +71,17 @@ class Tiled:
     def _tile(self, row: int, column: int) -> tuple[Words, Words]:
         place = row, column
         if place not in self._tiles:
-            shape = 2, TILE, TILE
-            both = self._shelf.kept((*self._name, *place), shape, np.int16, lambda: self._painted(row, column))
-            self._tiles[place] = both[0], both[1]
+            self._tiles[place] = self._painted(row, column)
         return self._tiles[place]
 
-    def _painted(self, row: int, column: int) -> Words:
-        """(2, TILE, TILE): transmittance and emission."""
+    def _painted(self, row: int, column: int) -> tuple[Words, Words]:
+        """Transmittance and emission, (TILE, TILE) each."""
         counts = np.empty((2, TILE, TILE), np.uint16)
         painted = self._paint(slice(row, row + TILE), slice(column, column + TILE))
         for field, unit, out in zip(painted, self.units, counts, strict=True):
             _count_units(field, unit, out)
-        return _turned(counts).view(np.int16)
+        passed, emitted = _turned(counts).view(np.int16)
+        return passed, emitted
 
 
 def counted(words: Words) -> npt.NDArray[np.uint16]:
