@@ -16,7 +16,7 @@ from irsim.geometry.projection import Geometry
 from irsim.geometry.sprite import Sprite
 from irsim.motion.attitude import AWAY, euler
 from irsim.physics.radiometry import radiance, temperature
-from irsim.render.composite import lay
+from irsim.render.composite import draw_over
 from irsim.rng import normals, stream
 from irsim.targets import SHAPES, Shape, View
 from irsim.targets.base import Angles
@@ -59,7 +59,7 @@ def crop(shape: Shape, pose: Angles, *, band: Band = "lwir", time: float = 0.0, 
     context = SceneContext(0, Geometry((side, side), 5e-4), 30.0, band, 0.6, ambient=behind)
     sprite = framed(shape, pose, context, time)
     light = np.full((side, side), behind)
-    lay(light, sprite)
+    draw_over(light, sprite)
     shown = temperature(band, light) + NOISE_K * normals((side, side), 0, "gallery", shape.kind, 0)
     low, high = np.percentile(shown, [1.0, 99.0])
     low, high = min(low, shape.behind_k - SPAN_K / 4), max(high, low + SPAN_K)

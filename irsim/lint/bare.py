@@ -12,7 +12,7 @@ import numpy as np
 from irsim.backgrounds import Background
 from irsim.geometry.context import SceneContext
 from irsim.lint.looked import watched
-from irsim.render.instant import Instant
+from irsim.render.exposure import Instant
 from irsim.scenario.model import Scenario
 from irsim.types import Floats
 

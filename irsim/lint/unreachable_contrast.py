@@ -10,8 +10,8 @@ from functools import cached_property
 import numpy as np
 
 from irsim.errors import Notice
-from irsim.render.composite import Piece, compose, contrast_k
-from irsim.render.contrast import scr, stands_out
+from irsim.render.composite import NamedSprite, compose, contrast_k
+from irsim.render.contrast import ring_contrast, scr
 from irsim.render.frame import Renderer
 from irsim.scenario.model import Scenario
 from irsim.types import Box, Floats
@@ -77,16 +77,16 @@ class _Scene:
         """How much of what a box stands out by is left at the ends of the counts' scale, where that is too little."""
         sensor = self.renderer.sensor
         response = sensor.response
-        whole = stands_out(response.signal(light if sensor.falloff is None else light * sensor.falloff(frame)), box)
+        whole = ring_contrast(response.signal(light if sensor.falloff is None else light * sensor.falloff(frame)), box)
         full = np.minimum(sensor.held(light, frame), np.float32(response.top))
         ends = {"full": full, "at count 0": np.maximum(full, np.float32(response.bottom))}
         for what, held in ends.items():
-            left = stands_out(held, box)
+            left = ring_contrast(held, box)
             if abs(whole) > 0 and left / whole < ENOUGH:
                 return f"{max(left / whole, 0):.0%} of that is left, as pixels are {what}"
         return None
 
-    def _piece(self, name: str, frame: int) -> Piece | None:
+    def _piece(self, name: str, frame: int) -> NamedSprite | None:
         course = next(course for course in self.renderer.courses if course.target.id == name)
         if not course.target.exists(frame):
             return None
@@ -95,4 +95,4 @@ class _Scene:
         if sprite is None or sprite.wanted is None:
             return None
         steady = sprite._replace(wanted=replace(sprite.wanted, gain=1.0))
-        return Piece(name, steady, True, course.first_m(frame, pose))
+        return NamedSprite(name, steady, True, course.first_m(frame, pose))

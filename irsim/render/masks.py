@@ -13,7 +13,7 @@ import numpy.typing as npt
 from irsim.config.files import make_folder, refuse_leftovers, refuse_others, write_png
 from irsim.errors import InputError
 from irsim.frame_range import span
-from irsim.render.composite import Seen
+from irsim.render.composite import DrawnTarget
 from irsim.render.frame import Renderer
 from irsim.scenario.model import Scenario, expect_scenario
 from irsim.types import Floats
@@ -111,13 +111,13 @@ def _stays(file: str, numbers: range, names: Sequence[str]) -> bool:
     return not (number in numbers and name in names and file == _file(number, name, kind))
 
 
-def _mask(seen: Seen, shape: tuple[int, int]) -> Mask:
-    sprite = seen.piece.sprite
+def _mask(drawn: DrawnTarget, shape: tuple[int, int]) -> Mask:
+    sprite = drawn.piece.sprite
     whole, visible = np.zeros((2, *shape))
     met = sprite.within(shape)
     if met is not None:
         inner, outer = met
-        whole[outer], visible[outer] = _shares(sprite.cover[inner]), _shares(seen.kept[inner])
+        whole[outer], visible[outer] = _shares(sprite.cover[inner]), _shares(drawn.visible_cover[inner])
     return Mask(whole, visible, sprite.area)
 
 

@@ -118,7 +118,7 @@ class _Worker:
 def _pictures(memory: Array[c_uint16], scenario: Scenario) -> list[Counts]:
     """Return the slots of shared memory as pictures, each (rows, cols)."""
     columns, rows = scenario.camera.size
-    return list(np.frombuffer(memory, np.uint16).reshape(-1, rows, columns))
+    return list(np.frombuffer(memoryview(memory), np.uint16).reshape(-1, rows, columns))
 
 
 def _serve(pipe: Connection, memory: Array[c_uint16], scenario: Scenario) -> None:

@@ -11,7 +11,7 @@ from irsim.motion import POINTINGS
 from irsim.physics.diffraction import LensPSF
 from irsim.physics.optics import Lens
 from irsim.render.frame import Renderer
-from irsim.render.levels import Levels
+from irsim.render.moments import MeanCounts
 from irsim.scenario.model import Scenario
 from irsim.types import Box, Floats
 
@@ -123,7 +123,7 @@ def test_falloff_follows_a_zoom_from_frame_to_frame() -> None:
         assert shares(renderer, frame)[0, 0] == pytest.approx(expected, rel=2e-4)
         middle, aside = (renderer.noise(frame)(5.0, Box(x, y, 1, 1)) for x, y in ((47.5, 31.5), (0.0, 0.0)))
         assert aside / middle == pytest.approx(1 / expected, rel=2e-4)
-        mean = Levels(renderer).of(frame)
+        mean = MeanCounts(renderer).of(frame)
         np.testing.assert_allclose(mean, renderer.sensor.mean(renderer.light(frame), frame), rtol=1e-5)
         off = (renderer.frame(frame)[0].image - mean) / np.sqrt(renderer.variance(frame))
         assert np.std(off) == pytest.approx(1.0, rel=0.05)

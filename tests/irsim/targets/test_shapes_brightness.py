@@ -12,7 +12,7 @@ from scene_figures import around
 
 from irsim.geometry.sprite import Sprite, Wanted
 from irsim.physics.radiometry import radiance, slope, temperature
-from irsim.render.contrast import GUARD_PX, RING_PX, asked_light, scr
+from irsim.render.contrast import GUARD_PX, RING_PX, requested_radiance, scr
 from irsim.render.frame import Renderer
 from irsim.scenario.model import Scenario
 from irsim.targets.flicker import FLICKERS, Flicker, Flutter
@@ -139,7 +139,7 @@ class TestScr:
             center = (box.cx, box.cy)
             wanted = Wanted(scr=3.0)
             sprite = Sprite(x0, y0, alpha, alpha, alpha, center, center, box, 1.0, 1.0, wanted)
-            own = asked_light(sprite, light, "mwir")
+            own = requested_radiance(sprite, light, "mwir")
             assert own is not None
             drawn = light.copy()
             patch = (slice(y0, y0 + 6), slice(x0, x0 + 6))
@@ -219,7 +219,7 @@ class TestContrast:
         shape = scenario.targets[0].shape
         sprite = shape.draw(View(np.array([0.0, 0.0, 1000.0]), np.eye(3), scenario.context))
         assert sprite is not None
-        assert asked_light(sprite, np.ones((120, 160)), "mwir") is None
+        assert requested_radiance(sprite, np.ones((120, 160)), "mwir") is None
 
     def test_both_at_once_are_refused(self) -> None:
         with pytest.raises(ValidationError, match="contrast_k and scr stand together"):
