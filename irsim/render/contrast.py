@@ -82,7 +82,7 @@ def _clutter(picture: Floats, box: Box) -> tuple[float, float, float]:
 
 @dataclass(frozen=True, eq=False)
 class _Line:
-    """Pixels along one axis: those of the box and the share of each, those of the ring, and within these the guard's."""
+    """Pixels along one axis: the box's and the share of each, the ring's, and among these the guard's."""
 
     held: slice
     shares: Floats

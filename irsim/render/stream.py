@@ -1,4 +1,4 @@
-"""The stream of frames and truths of a scenario: in order or by index, alone or by several processes."""
+"""Frames and truths of a scenario: in order or by index, by one process or several."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ Numbered = TypeVar("Numbered", Frame, Truth)
 
 
 class Rendering:
-    """A scenario as a Source: it renders what it is asked for, and keeps no frame.
+    """Scenario as a Source: frames are rendered on demand and not kept.
 
-    Its frames are those that arrive: where the camera's faults drop or double some, frame k is the k-th
-    that arrives, and its time tells when it was taken.
+    Frames are those that arrive: where the camera drops or doubles some, frame k is the k-th that arrives, and its time
+    is that of its exposure.
     """
 
     has_truth = True
@@ -55,7 +55,7 @@ class Rendering:
 
     @cached_property
     def scenario_text(self) -> str:
-        """The scenario as YAML with every key written out: it travels inside a recording."""
+        """Scenario as YAML with every key written out, as recordings hold it."""
         return dumps(self.scenario)
 
     @property
@@ -99,7 +99,7 @@ class Rendering:
 
     @cached_property
     def arrivals(self) -> Sequence[int]:
-        """The scenario's frame behind each frame of the source."""
+        """Scenario's frame number of each frame of the source."""
         return self.scenario.arrivals
 
     @property
@@ -158,19 +158,19 @@ class Rendering:
 
 
 def _numbered(of: Numbered, index: int) -> Numbered:
-    """What is of a frame of the scenario, as that of a frame of the source: of another number where some are lost."""
+    """Return a frame or truth of the scenario with its index in the source, which differs where frames are lost."""
     return of if of.index == index else replace(of, index=index)
 
 
 def frames(scenario: Scenario, start: int = 0, stop: int | None = None, jobs: int = 1) -> Iterator[tuple[Frame, Truth]]:
-    """(Frame, Truth) of a scenario's frames start .. stop-1, in order: counts and what is true of them.
+    """Yield (Frame, Truth) of a scenario's frames start .. stop-1 in order: counts and ground truth.
 
     With jobs > 1, `jobs` worker processes render them, the same bit for bit. They take about a second to start, and pay
     from some thousand small frames or some hundred large ones on; the calling script needs the guard
     ``if __name__ == "__main__"``. Frames may be kept, and written into.
 
-    InputError for what is no scenario (a recording gives its own `frames()` and `truths()`), for a start or a stop
-    below 0, and for what is no number of frames or jobs.
+    InputError for an argument that is not a scenario (a recording has `frames()` and `truths()` of its own), for a
+    start or a stop below 0, and for a number of frames or jobs that is not whole.
     """
     return Rendering(expect_scenario("frames", scenario, "; a Source has frames() and truths()")).pairs(
         start, stop, jobs
