@@ -1,18 +1,17 @@
-"""What is seen of a target: behind bars, clouds and other targets, at the edge of the frame and beyond it."""
+"""Visible fraction of a target behind bars, clouds and other targets, and at the edge of the frame."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from test_render import scene
+from quiet_scenes import standing as scene
 
-from irsim.geometry.sprite import overlap
 from irsim.render.frame import Renderer
 from irsim.render.stream import Rendering
 
 
 @pytest.mark.parametrize("kind", ["fighter", "tank"])
-def test_a_body_that_outgrows_the_frame_is_seen_less_and_less(kind: str) -> None:
+def test_a_body_larger_than_the_frame_is_partly_visible(kind: str) -> None:
     """Coming straight at the middle of the frame, all of which it fills in the end: its size goes with 1/range."""
     shape, shares, widths = {"kind": kind, "length_m": 15.0}, [], []
     for range_m in (360.0, 30.0, 12.0):
@@ -29,15 +28,6 @@ def test_a_body_that_outgrows_the_frame_is_seen_less_and_less(kind: str) -> None
     whole = Rendering(scene(targets=[target]))._renderer
     (piece,) = whole.pieces(0)
     assert shares[2] * piece.sprite.area == pytest.approx(160 * 120, rel=1e-6)
-
-
-def test_a_body_out_of_sight_is_still_there() -> None:
-    path = {"kind": "straight", "start": (-9000.0, 60.0), "speed": 0.0, "range_m": 100.0}
-    target = {"id": "one", "shape": {"kind": "fighter"}, "path": path}
-    (truth,) = next(iter(Rendering(scene(targets=[target])).truths())).targets
-    assert truth.visible == 0
-    assert truth.in_view is False
-    assert truth.center[0] == pytest.approx(-9000, abs=truth.box.w)
 
 
 def bar(**keys: object) -> list[dict[str, object]]:
@@ -57,7 +47,7 @@ def test_a_bar_behind_the_target_hides_nothing() -> None:
 
 
 @pytest.mark.parametrize("edge", [-2.0, 0.0, 1.3])
-def test_the_visible_fraction_is_the_share_of_area_that_no_bar_covers(edge: float) -> None:
+def test_visible_fraction_is_the_uncovered_share_of_area(edge: float) -> None:
     """The share of a target right of a straight edge, against its own coverage counted per column."""
     renderer = Renderer(scene())
     (piece,) = renderer.pieces(0)
@@ -72,7 +62,7 @@ def test_the_visible_fraction_is_the_share_of_area_that_no_bar_covers(edge: floa
 
 
 @pytest.mark.parametrize(("share", "told"), [(0.005, ()), (0.02, ("bar",))])
-def test_what_hides_a_hundredth_of_a_target_is_named(share: float, told: tuple[str, ...]) -> None:
+def test_an_occluder_of_a_hundredth_is_named(share: float, told: tuple[str, ...]) -> None:
     """A bar whose straight edge has that share of the target left of it, by its coverage counted per column."""
     (piece,) = Renderer(scene()).pieces(0)
     sprite = piece.sprite
@@ -93,7 +83,7 @@ def test_a_target_at_the_edge_is_partly_visible() -> None:
 
 @pytest.mark.parametrize("psf_px", [0.0, 0.05, 0.6])
 @pytest.mark.parametrize("kind", ["truck", "fighter"])
-def test_what_lies_outside_is_not_visible_whatever_the_blur(kind: str, psf_px: float) -> None:
+def test_parts_outside_the_frame_are_not_visible(kind: str, psf_px: float) -> None:
     """Without any blur, nothing is drawn of a body beyond the picture's edge: its patch ends there."""
     cut = scene(shape=kind, x=158.0, camera={"size": (160, 120), "netd_mk": 0.0, "psf_px": psf_px})
     wide = scene(shape=kind, x=158.0, camera={"size": (320, 120), "netd_mk": 0.0, "psf_px": 0.6})
@@ -106,14 +96,14 @@ def test_what_lies_outside_is_not_visible_whatever_the_blur(kind: str, psf_px: f
     assert 0.3 < target.visible < 0.9
 
 
-def test_each_occluder_is_named_that_hides_by_itself() -> None:
+def test_each_occluder_that_hides_by_itself_is_named() -> None:
     """The nearer bar hides nothing that the farther one leaves, and hides the target all the same."""
     bars = [*bar(id="far", range_m=700.0), *bar(id="near", range_m=500.0)]
     (target,) = next(iter(Rendering(scene(occluders=bars)).truths())).targets
     assert target.occluders == ("far", "near")
 
 
-def test_a_target_outside_is_not_in_view_and_changes_no_pixel() -> None:
+def test_a_target_outside_changes_no_pixel() -> None:
     outside = Rendering(scene(x=-100.0))
     (target,) = next(iter(outside.truths())).targets
     assert target.visible == 0
@@ -122,7 +112,7 @@ def test_a_target_outside_is_not_in_view_and_changes_no_pixel() -> None:
     assert np.array_equal(outside.frame(0).image, empty.frame(0).image)
 
 
-def test_a_thick_cloud_hides_what_is_behind_it_only() -> None:
+def test_a_thick_cloud_hides_only_targets_behind_it() -> None:
     cloud = {"coverage": 0.999, "depth": 1000.0}
     for cloud_range, visible in ((500.0, 0.0), (5000.0, 1.0)):
         sky = {"kind": "sky", "clouds": [{**cloud, "range_m": cloud_range}]}
@@ -131,7 +121,7 @@ def test_a_thick_cloud_hides_what_is_behind_it_only() -> None:
         assert target.occluders == (("clouds",) if visible == 0 else ())
 
 
-def test_the_nearer_target_hides_the_farther_and_both_cross() -> None:
+def test_a_nearer_target_hides_a_farther_one() -> None:
     targets = [
         {
             "id": name,
@@ -150,8 +140,3 @@ def test_the_nearer_target_hides_the_farther_and_both_cross() -> None:
     assert far.occluders == ("near",)
     assert near.crossing
     assert far.crossing
-
-
-def test_overlap_of_patches() -> None:
-    assert overlap((0, 0), (2, 2), (2, 0), (2, 2)) is None
-    assert overlap((1, 2), (4, 6), (3, 0), (3, 10)) == ((slice(0, 1), slice(2, 6)), (slice(2, 3), slice(0, 4)))
