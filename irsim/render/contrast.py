@@ -9,7 +9,7 @@ Truth's SCR is that of the noiseless radiance of the target and all that is behi
 nearer hides some of it; the camera's noise counts as clutter: the standard deviation that pixels of one
 frame have of it, as the light that raises the signal by it at the mean light of the ring, is added to the
 ring's spread, in squares. It is that of all noise terms, of those that stay and those that change
-(`irsim.camera.noise_equivalent`), but for bad pixels and what a whole frame is moved by, target and ring
+(`irsim.camera.noise`), but for bad pixels and what a whole frame is moved by, target and ring
 alike. A point that asks for an SCR gets this one.
 """
 

@@ -41,15 +41,15 @@ class Renderer:
         self.layers = [farthest, *(layer for layer in nearer if scenario.is_on(layer.name))]
         self.film = cast(Filmed, farthest) if scenario.background.noisy else None
         self.occluders = [occluder for occluder in shown.occluders if scenario.is_on(occluder.name)]
-        self.lag = camera.lag(scenario.is_on)
+        self.lag = camera.response_time(scenario.is_on)
         self._held: tuple[int, Counts] | None = None
         self._ahead = Ahead(self.pieces, scenario.frames)
         self._asked = lru_cache(maxsize=2)(self._asked_for)
         self.now = Instant.of(shown, self.context)
-        self.sensor = camera.sensor(scenario.seed, scenario.is_on, self.now.mount.zooms)
+        self.sensor = camera.signal_chain(scenario.seed, scenario.is_on, self.now.mount.zooms)
         self.exposure = [
             self.now if offset == 0 else Instant.of(shown, self.context, offset)
-            for offset in camera.instants(scenario.is_on)
+            for offset in camera.exposure_offsets(scenario.is_on)
         ]
         self.courses = self.now.courses
         self.targets = [course.target for course in self.courses]
@@ -80,7 +80,7 @@ class Renderer:
     @property
     def steps(self) -> int:
         """How many of the detector's (`Sensor.step`) may be taken with the scene: none where it needs earlier light."""
-        return 0 if self.lag.remembers else self.sensor.steps
+        return 0 if self.lag.has_memory else self.sensor.steps
 
     def stepped(self, picture: Floats, index: int, begin: int, end: int) -> Floats:
         """The light of a frame's scene after the detector's `steps` before `end`, of what it is after those before
@@ -99,7 +99,7 @@ class Renderer:
         shown = self.sensor.shown(index)
         if shown != index:
             image = _put(self._standing(shown), out)
-        elif self.lag.remembers:
+        elif self.lag.has_memory:
             own = light if spent else light.copy()
             settled = self.lag.light(index, lambda k: own if k == index else self.scene(k)[0])
             image = self.sensor.expose(settled, index, spent=True, out=out)
@@ -156,7 +156,7 @@ class Renderer:
 
     def noise(self, index: int) -> Noise:
         """The camera's in the picture that a frame shows, as light; none where the background holds it already."""
-        return quiet if self.scenario.background.noisy else self.sensor.equivalent(self.sensor.shown(index))
+        return quiet if self.scenario.background.noisy else self.sensor.noise_equivalent(self.sensor.shown(index))
 
     def layers_at(self, index: int) -> Sequence[Layer]:
         """The layers, each as it is seen over the whole exposure of a frame."""

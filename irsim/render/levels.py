@@ -14,7 +14,7 @@ from functools import lru_cache
 import numpy as np
 
 from irsim.backgrounds import Layer, cut
-from irsim.camera.detectors import Sensor
+from irsim.camera.signal_chain import SignalChain
 from irsim.render.composite import Piece, compose, uncovered
 from irsim.render.frame import NOWHERE, Renderer
 from irsim.render.instant import Shifts
@@ -86,7 +86,8 @@ class Levels:
             pieces = self._pieces(index, shifts, absent)
             light = self._whole(index, pieces)
             return renderer.film.put_into(light, index, uncovered(pieces, light))
-        lag = renderer.scenario.camera.lag(renderer.scenario.is_on)  # its own: what it keeps is that of these targets
+        # Its own: what it keeps is that of these targets.
+        lag = renderer.scenario.camera.response_time(renderer.scenario.is_on)
         shown = sensor.shown(index)
 
         def light_of(frame: int) -> Floats:
@@ -94,13 +95,13 @@ class Levels:
 
         return self._sensor(region).mean(lag.light(shown, light_of), shown)
 
-    def _sensor(self, region: Region | None) -> Sensor:
+    def _sensor(self, region: Region | None) -> SignalChain:
         """The detector; of a region alone, where none of it blooms."""
         sensor = self._renderer.sensor
-        falloff = sensor.falloff
+        falloff = sensor.vignetting
         if region is None or falloff is None:
             return sensor
-        return replace(sensor, falloff=lambda index: falloff(index)[slices(region)])
+        return replace(sensor, vignetting=lambda index: falloff(index)[slices(region)])
 
     def _drawn(self, frame: int) -> Sequence[Piece]:
         """All that stands in a frame, nothing moved."""

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from irsim.camera.detectors import Additive, FrameContext
+from irsim.camera.noise_base import Additive, FrameContext
 from irsim.render.division import TRIED
 from irsim.types import Floats
 
@@ -24,7 +24,7 @@ class Rendezvous(Additive):
     def pattern(self, frame_context: FrameContext) -> Floats:
         return np.zeros((1, 1), np.float32)
 
-    def spread(self, frame_context: FrameContext, fixed: bool) -> float:
+    def pattern_variance(self, frame_context: FrameContext, fixed: bool) -> float:
         if frame_context.index < TRIED:
             return 0.0
         folder = Path(self.folder)
@@ -47,5 +47,5 @@ class Failing(Additive):
             raise ValueError(f"frame {self.at} cannot be")
         return np.zeros((1, 1), np.float32)
 
-    def spread(self, frame_context: FrameContext, fixed: bool) -> float:
+    def pattern_variance(self, frame_context: FrameContext, fixed: bool) -> float:
         return 0.0

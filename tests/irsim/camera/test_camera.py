@@ -12,10 +12,12 @@ from scenario_text import errors_of
 
 import irsim
 from irsim.camera.camera import Camera
-from irsim.camera.detectors import Correction, Electrons, Lag, Shot, Stated, White
+from irsim.camera.drift import Correction
+from irsim.camera.noise import Shot, White
 from irsim.camera.presets import PRESETS
-from irsim.camera.response_time import weights
-from irsim.camera.vignetting import Falloff
+from irsim.camera.response import ResponseTime, response_weights
+from irsim.camera.sensor import ElectronSensor, NetdSensor
+from irsim.camera.vignetting import Vignetting
 from irsim.geometry.projection import Geometry
 from irsim.physics.radiometry import radiance
 from irsim.render.frame import Renderer
@@ -43,12 +45,12 @@ def test_own_keys_override_a_preset(preset: Any) -> None:
 def test_part_of_a_preset_detector_can_be_overridden() -> None:
     text = "background: {kind: sky}\ncamera: {preset: cooled_mwir, detector: {integration_ms: 2}}"
     camera = loads(text).camera
-    assert camera.detector == Electrons(integration_ms=2.0)
+    assert camera.detector == ElectronSensor(integration_ms=2.0)
     assert camera.band == (3.4, 4.9)
     by_override = loads(
         "background: {kind: sky}\ncamera: {preset: cooled_mwir}", overrides=["camera.detector.f_number=2"]
     )
-    assert by_override.camera.detector == Electrons(f_number=2.0)
+    assert by_override.camera.detector == ElectronSensor(f_number=2.0)
     quieter = loads(
         "background: {kind: sky}\ncamera: {preset: uncooled_lwir}", overrides=["camera.noise.drift.pixel=0.5"]
     )
@@ -96,15 +98,15 @@ def test_a_cooled_camera_fills_its_wells_as_told() -> None:
 
 def test_noise_goes_with_the_detector() -> None:
     assert Camera().noise == (White(),)
-    assert Camera(detector=Electrons()).noise == (Shot(),)
+    assert Camera(detector=ElectronSensor()).noise == (Shot(),)
     assert Camera.model_validate({"detector": {"kind": "electrons"}}).noise == (Shot(),)
-    assert Camera(detector=Stated()).noise == (White(),)
+    assert Camera(detector=NetdSensor()).noise == (White(),)
 
 
 def test_netd_is_that_of_the_white_noise_or_of_the_electrons() -> None:
     assert Camera(netd_mk=55.0).netd() == 55.0
-    fast = Camera(detector=Electrons(integration_ms=2.5, read_noise_e=0.0), band=(3.4, 4.9))
-    slow = Camera(detector=Electrons(integration_ms=10.0, read_noise_e=0.0), band=(3.4, 4.9))
+    fast = Camera(detector=ElectronSensor(integration_ms=2.5, read_noise_e=0.0), band=(3.4, 4.9))
+    slow = Camera(detector=ElectronSensor(integration_ms=10.0, read_noise_e=0.0), band=(3.4, 4.9))
     assert fast.netd() / slow.netd() == pytest.approx(2)  # shot noise: as one over the root of time
 
 
@@ -207,13 +209,13 @@ def test_lag_follows_a_step_as_an_exponential() -> None:
     def scene(index: int) -> Floats:
         return np.full((3, 4), 10.0 if index >= 5 else 2.0, np.float32)
 
-    lag = Lag(tau, rate)
+    lag = ResponseTime(tau, rate)
     for index in (0, 3, 5, 6, 7, 9, 30, 6):
         expected = 2 + 8 * (1 - kept ** max(index - 4, 0))
         np.testing.assert_allclose(lag.light(index, scene), expected, atol=8e-3)
-    assert weights(tau, rate).sum() == pytest.approx(1)
-    assert weights(tau, rate)[1] / weights(tau, rate)[0] == pytest.approx(kept)
-    np.testing.assert_array_equal(weights(0.0, rate), [1.0])
+    assert response_weights(tau, rate).sum() == pytest.approx(1)
+    assert response_weights(tau, rate)[1] / response_weights(tau, rate)[0] == pytest.approx(kept)
+    np.testing.assert_array_equal(response_weights(0.0, rate), [1.0])
 
 
 def test_a_lagging_frame_alone_is_the_frame_in_sequence() -> None:
@@ -230,7 +232,7 @@ def test_a_lagging_frame_alone_is_the_frame_in_sequence() -> None:
 
 def test_lag_leaves_a_still_scene_as_it_is() -> None:
     still = np.linspace(1, 5, 12, dtype=np.float32).reshape(3, 4)
-    np.testing.assert_allclose(Lag(0.05, 30.0).light(40, lambda index: still), still, rtol=1e-6)
+    np.testing.assert_allclose(ResponseTime(0.05, 30.0).light(40, lambda index: still), still, rtol=1e-6)
 
 
 # Fall-off
@@ -238,7 +240,7 @@ def test_lag_leaves_a_still_scene_as_it_is() -> None:
 
 def test_light_falls_as_the_fourth_power_of_the_cosine() -> None:
     geometry = Geometry((321, 241), 2e-3)
-    share = Falloff().transmittance(geometry)
+    share = Vignetting().transmittance(geometry)
     assert share[120, 160] == 1
     angle = math.atan(math.hypot(160, 120) * 2e-3)
     np.testing.assert_allclose([share[0, 0], share[-1, -1], share[0, -1]], math.cos(angle) ** 4, rtol=1e-6)
@@ -246,10 +248,10 @@ def test_light_falls_as_the_fourth_power_of_the_cosine() -> None:
 
 
 def test_vignetting_takes_its_share_in_the_corners() -> None:
-    share = Falloff(cos4=False, vignetting=0.3).transmittance(Geometry((320, 240), 1e-3))
+    share = Vignetting(cos4=False, vignetting=0.3).transmittance(Geometry((320, 240), 1e-3))
     np.testing.assert_allclose([share[0, 0], share[-1, -1]], 0.7, rtol=1e-6)
     assert share[120, 160] == pytest.approx(1, abs=1e-4)
-    assert (Falloff(cos4=False).transmittance(Geometry((320, 240), 1e-3)) == 1).all()
+    assert (Vignetting(cos4=False).transmittance(Geometry((320, 240), 1e-3)) == 1).all()
 
 
 def test_falloff_darkens_the_picture_and_can_be_switched_off() -> None:

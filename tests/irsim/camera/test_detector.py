@@ -13,21 +13,15 @@ import pytest
 from pydantic_core import PydanticCustomError
 
 from irsim import rng
-from irsim.camera import ar1, bad_pixels, drift, noise_3d, process, shot, terms
+from irsim.camera import NOISES, ar1, bad_pixels, drift, noise_3d, process, shot, terms
 from irsim.camera import response as response_module
 from irsim.camera import temporal_sigma as grain
-from irsim.camera.detectors import (
-    NOISES,
-    Ar1,
-    FixedPattern,
-    FrameContext,
-    Noise,
-    Noise3d,
-    Shot,
-    White,
-)
-from irsim.camera.response import Electrons, Response, Setting
-from irsim.camera.sensor import Sensor
+from irsim.camera.ar1 import Ar1
+from irsim.camera.noise import FixedPattern, Noise3d, Shot, White
+from irsim.camera.noise_base import FrameContext, Noise
+from irsim.camera.response import Response
+from irsim.camera.sensor import ElectronSensor, SensorSettings
+from irsim.camera.signal_chain import SignalChain
 from irsim.physics.radiometry import radiance
 from irsim.types import Floats
 
@@ -65,7 +59,7 @@ def build(word: str, **fields: Any) -> Noise:
 
 @lru_cache
 def response() -> Response:
-    return Electrons().response(Setting("mwir", 14, 40.0, (220.0, 400.0)))
+    return ElectronSensor().response(SensorSettings("mwir", 14, 40.0, (220.0, 400.0)))
 
 
 LEVEL = 2e6
@@ -108,7 +102,7 @@ def test_every_way_of_a_noise_is_exposed_alike_by_compiled_loops_and_plain_ones(
     word: str, keys: dict[str, str], before: bool
 ) -> None:
     one, other = build(word, id="one", **keys), build("fixed_pattern", id="other")
-    sensor = Sensor(response(), (one, other) if before else (other, one), 50.0, 1)
+    sensor = SignalChain(response(), (one, other) if before else (other, one), 50.0, 1)
     light = np.full((24, 40), radiance("mwir", 300.0), np.float32)
     found = sensor.expose(light, 5)
     assert np.ptp(found) > 0
@@ -116,7 +110,7 @@ def test_every_way_of_a_noise_is_exposed_alike_by_compiled_loops_and_plain_ones(
     with pytest.MonkeyPatch.context() as patch:
         for module in (rng, process, grain, shot, response_module):
             patch.setattr(module, "COMPILED", False)
-        plain = Sensor(response(), sensor.noises, 50.0, 1).expose(light, 5)
+        plain = SignalChain(response(), sensor.noises, 50.0, 1).expose(light, 5)
     assert np.abs(found.astype(int) - plain).max() <= 1
     assert (found == plain).mean() > 0.98
 
@@ -126,7 +120,7 @@ def test_noises_that_are_new_in_each_frame_add_up_and_share_nothing(counted: boo
     """Drawn in one number, they have the variance of all; from frame to frame that of what has memory is left."""
     memory = Ar1(ratio=2.0, rho=0.8, id="memory")
     noises = (White(ratio=1.5, id="white"), Noise3d(tvh=2.5, id="terms"), memory)
-    sensor = Sensor(response(), (*noises, Shot(id="shot")) if counted else noises, 50.0, 1)
+    sensor = SignalChain(response(), (*noises, Shot(id="shot")) if counted else noises, 50.0, 1)
     light, lasting = (
         np.full(SHAPE, radiance("mwir", 300.0), np.float32),
         (2.0 * response().noise / response().gain) ** 2,
@@ -145,7 +139,7 @@ def test_noises_that_are_new_in_each_frame_add_up_and_share_nothing(counted: boo
 
 def test_a_noise_of_any_name_shares_nothing_with_the_grain() -> None:
     """What lasts is drawn apart from it, also where it is called as the grain is."""
-    sensor = Sensor(response(), (Ar1(rho=0.9, id="white"), Noise3d()), 50.0, 1)
+    sensor = SignalChain(response(), (Ar1(rho=0.9, id="white"), Noise3d()), 50.0, 1)
     light = np.full(SHAPE, radiance("mwir", 300.0), np.float32)
     for index in range(4):
         seen = sensor.expose(light, index)
@@ -154,16 +148,16 @@ def test_a_noise_of_any_name_shares_nothing_with_the_grain() -> None:
 
 def test_electrons_are_counted_once() -> None:
     with pytest.raises(ValueError, match="at most"):
-        Sensor(response(), (Shot(id="one"), Shot(id="other")), 50.0, 1).expose(np.ones((4, 5), np.float32), 0)
+        SignalChain(response(), (Shot(id="one"), Shot(id="other")), 50.0, 1).expose(np.ones((4, 5), np.float32), 0)
 
 
 @pytest.mark.parametrize("word", sorted(set(NOISES.kinds)))
 def test_a_sensor_takes_pictures_of_any_size_and_frame_numbers_of_numpy(word: str) -> None:
     noise, level, number = build(word), radiance("mwir", 300.0), cast(int, np.int64(7))
-    sensor = Sensor(response(), (noise,), 50.0, 1)
+    sensor = SignalChain(response(), (noise,), 50.0, 1)
     for rows, columns in ((10, 12), (20, 12), (20, 24)):
         light = np.full((rows, columns), level, np.float32)
-        alone = Sensor(response(), (noise,), 50.0, 1).expose(light, 7)
+        alone = SignalChain(response(), (noise,), 50.0, 1).expose(light, 7)
         np.testing.assert_array_equal(sensor.expose(light, number), alone)
 
 
@@ -172,7 +166,7 @@ def test_a_noise_that_is_switched_off_leaves_the_others_their_numbers() -> None:
     light, made = np.full((24, 40), radiance("mwir", 300.0), np.float32), replace(response(), noise=3e5, gain=1e3)
 
     def seen(*noises: Noise) -> Floats:
-        sensor = Sensor(made, noises, 50.0, 1)
+        sensor = SignalChain(made, noises, 50.0, 1)
         return sensor.expose(light, 5) - sensor.mean(light, 5)
 
     both = seen(White(ratio=0.3, id="one"), Noise3d(tvh=0.4, id="terms"))
@@ -185,7 +179,7 @@ def test_what_is_drawn_with_electrons_alone_or_with_others_keeps_its_variance_in
     """Below 200 electrons the number of electrons is a Poisson one: what is normal is drawn beside it."""
     dark = replace(response(), linear=0.0, root=0.0, zero=50.0)
     noise, light = build(word, id="one"), np.zeros(SHAPE, np.float32)
-    sensor = Sensor(replace(dark, gain=1.0, offset=1000.0, noise=30.0, read=20.0), (Shot(), noise), 50.0, 1)
+    sensor = SignalChain(replace(dark, gain=1.0, offset=1000.0, noise=30.0, read=20.0), (Shot(), noise), 50.0, 1)
     seen = sensor.expose(light, 5)
     assert seen.mean() == pytest.approx(1050, abs=0.6)
     assert seen.var() / sensor.variance(light, 5).mean() == pytest.approx(1, abs=4.5 * np.sqrt(2 / N))
@@ -198,7 +192,7 @@ def test_a_picture_may_be_exposed_step_by_step(word: str) -> None:
         build("fixed_pattern", id="other"),
         build("ar1" if word == "shot" else word, id="two"),
     ]
-    sensor = Sensor(response(), noises, 50.0, 1)
+    sensor = SignalChain(response(), noises, 50.0, 1)
     light = np.full((24, 40), radiance("mwir", 300.0), np.float32)
     for steps in range(sensor.steps + 1):
         begun = sensor.step(light.copy(), 5, 0, steps, spent=True)

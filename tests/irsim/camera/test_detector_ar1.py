@@ -8,8 +8,8 @@ from even_noise import pattern
 from pydantic import ValidationError
 from test_detector import SHAPE, N, at
 
-from irsim.camera.detectors import Ar1, White
-from irsim.camera.process import STATE_UNIT, Process, numbers
+from irsim.camera.ar1 import STATE_UNIT, Ar1, Ar1Process, from_state
+from irsim.camera.noise import White
 from irsim.rng import normals
 
 
@@ -55,11 +55,11 @@ def test_ar1_without_correlation_is_white() -> None:
 @pytest.mark.parametrize("index", [0, 1, 2, 5, 255, 256, 511])
 @pytest.mark.parametrize("rho", [0.0, 0.01, 0.9])
 def test_what_is_new_and_what_is_known_of_a_frame_are_its_state(rho: float, index: int) -> None:
-    process = Process(-np.log(rho) if rho else np.inf, (20, 30), 4, "noise", "n")
+    process = Ar1Process(-np.log(rho) if rho else np.inf, (20, 30), 4, "noise", "n")
     told = process.new(index) * normals((20, 30), 4, "noise", "n", index)
     for known in process.known(index):
         told += known.numbers()
-    np.testing.assert_allclose(told, numbers(process.frame(index)), atol=STATE_UNIT / 2 + 1e-6, rtol=0)
+    np.testing.assert_allclose(told, from_state(process.frame(index)), atol=STATE_UNIT / 2 + 1e-6, rtol=0)
 
 
 def test_ar1_time_constant_is_a_rho_at_a_rate() -> None:

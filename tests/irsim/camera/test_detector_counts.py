@@ -7,7 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from irsim.camera.detectors import Additive, FrameContext, Sensor, Setting, Stated, White
+from irsim.camera.noise import White
+from irsim.camera.noise_base import Additive, FrameContext
+from irsim.camera.sensor import NetdSensor, SensorSettings
+from irsim.camera.signal_chain import SignalChain
 from irsim.physics.radiometry import radiance, slope
 from irsim.types import Floats
 
@@ -30,8 +33,8 @@ class Given(Additive):
         return 0.0
 
 
-def sensor(bits: int = 14, netd_mk: float = 40.0, noises: tuple[Any, ...] = ()) -> Sensor:
-    return Sensor(Stated().response(Setting("lwir", bits, netd_mk, (250.0, 350.0))), noises, 30.0, 1)
+def sensor(bits: int = 14, netd_mk: float = 40.0, noises: tuple[Any, ...] = ()) -> SignalChain:
+    return SignalChain(NetdSensor().response(SensorSettings("lwir", bits, netd_mk, (250.0, 350.0))), noises, 30.0, 1)
 
 
 def counts_of(kelvin: float, bits: int = 14, netd_mk: float = 40.0, noises: tuple[Any, ...] = ()) -> Any:
@@ -78,8 +81,8 @@ def test_one_netd_of_noise_is_one_netd_of_temperature() -> None:
 
 def test_noise_of_counts_is_the_stated_sigma() -> None:
     light = np.full(SHAPE, radiance("mwir", 300.0), np.float32)
-    response = Stated().response(Setting("mwir", 14, 500.0, (220.0, 400.0)))
-    camera = Sensor(response, (White(),), 30.0, 1)
+    response = NetdSensor().response(SensorSettings("mwir", 14, 500.0, (220.0, 400.0)))
+    camera = SignalChain(response, (White(),), 30.0, 1)
     found = camera.expose(light, 0).astype(np.float64)
     gain = (2**14 - 1) / float(radiance("mwir", 400.0) - radiance("mwir", 220.0))
     variance = (0.5 * slope("mwir", 300.0) * gain) ** 2 + 1 / 12  # rounding adds 1/12

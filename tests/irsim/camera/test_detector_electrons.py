@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 from scipy import constants, integrate, stats
 
+from irsim.camera.bloom import Bloom
 from irsim.camera.camera import Camera
-from irsim.camera.detectors import Bloom, Electrons, FrameContext, Sensor, Setting, Shot, electrons_like
-from irsim.camera.photons import photon_radiance, photon_slope
+from irsim.camera.noise import Shot, poisson
+from irsim.camera.noise_base import FrameContext
 from irsim.camera.presets import Preset
-from irsim.camera.shot import poisson
+from irsim.camera.sensor import ElectronSensor, SensorSettings, matched_sensor, photon_radiance, photon_slope
+from irsim.camera.signal_chain import SignalChain
 from irsim.config.base import dump
 from irsim.physics.radiometry import radiance, temperature
 from irsim.types import Band, Floats
@@ -33,12 +35,12 @@ def photons_by_quad(band: tuple[float, float], kelvin: float) -> float:
     return float(integrate.quad(density, band[0] * 1e-6, band[1] * 1e-6, epsrel=1e-11)[0])
 
 
-def sensor(bits: int = 14, band: Band = INSB, seed: int = 1, **fields: float) -> Sensor:
-    response = Electrons.model_validate(fields).response(Setting(band, bits, 0.0, (220.0, 400.0)))
-    return Sensor(response, (Shot(),), 30.0, seed)
+def sensor(bits: int = 14, band: Band = INSB, seed: int = 1, **fields: float) -> SignalChain:
+    response = ElectronSensor.model_validate(fields).response(SensorSettings(band, bits, 0.0, (220.0, 400.0)))
+    return SignalChain(response, (Shot(),), 30.0, seed)
 
 
-def light_of(camera: Sensor, electrons: float, shape: tuple[int, int] = SHAPE) -> Floats:
+def light_of(camera: SignalChain, electrons: float, shape: tuple[int, int] = SHAPE) -> Floats:
     """The light that gives so many electrons: S = a L + b sqrt(L) + zero solved for sqrt(L)."""
     response = camera.response
     root = math.sqrt(response.root**2 + 4 * response.linear * (electrons - response.zero)) - response.root
@@ -72,7 +74,7 @@ def test_the_curve_of_electrons_follows_planck(band: tuple[float, float], tolera
     kelvin = np.linspace(250.0, 400.0, 16)
     camera = sensor(band=band)
     found = camera.response.signal(radiance(band, kelvin).astype(np.float32)[None])[0]
-    factor = Electrons().flux_factor()
+    factor = ElectronSensor().flux_factor()
     expected = [factor * photons_by_quad(band, each) for each in kelvin]
     np.testing.assert_allclose(found, expected, rtol=tolerance)
     # Its slope at 300 K, on which NETD rests, is Planck's.
@@ -86,7 +88,7 @@ def test_the_curve_of_electrons_follows_planck(band: tuple[float, float], tolera
 )
 def test_of_hot_bodies_the_curve_makes_too_many(band: tuple[float, float], above: tuple[float, ...]) -> None:
     for kelvin, expected in zip((500.0, 1000.0, 2000.0, 6000.0), above, strict=True):
-        electrons = Electrons().flux_factor() * photons_by_quad(band, kelvin)
+        electrons = ElectronSensor().flux_factor() * photons_by_quad(band, kelvin)
         assert sensor(band=band).response.at(float(radiance(band, kelvin))) == pytest.approx(
             electrons * (1 + expected), rel=0.005
         )
@@ -265,7 +267,7 @@ def test_bloom_leaves_a_picture_without_saturation_alone(along: str) -> None:
 
 def test_a_blooming_sensor_shows_it_and_its_variance_knows_it() -> None:
     plain = sensor()
-    blooming = Sensor(plain.response, (Shot(),), 30.0, 1, bloom=Bloom())
+    blooming = SignalChain(plain.response, (Shot(),), 30.0, 1, bloom=Bloom())
     light = np.full((60, 80), radiance(INSB, 300.0), np.float32)
     light[30, 40] = radiance(INSB, 420.0)
     counts = blooming.expose(light, 0)
@@ -303,7 +305,7 @@ def test_a_detector_like_another_has_its_curve_and_may_be_written(preset: Preset
     """Its sigma is the one asked for, or more where no well or pixel holds so many electrons."""
     camera = Camera(preset=preset)
     curve = camera.response().curve
-    found = electrons_like(curve, camera.band, camera.bits, rate_hz, sigma)
+    found = matched_sensor(curve, camera.band, camera.bits, rate_hz, sigma)
     alike = Camera.model_validate(
         {"band": camera.band, "bits": camera.bits, "rate_hz": rate_hz, "detector": dump(found)}
     )

@@ -7,9 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from irsim.camera.bloom import Direction
-from irsim.camera.bloom_variance import spread
-from irsim.camera.detectors import Bloom, Drift, Electrons, Sensor, Setting, Shot
+from irsim.camera.bloom import Bloom, Direction, bloom_variance
+from irsim.camera.drift import Drift
+from irsim.camera.noise import Shot
+from irsim.camera.sensor import ElectronSensor, SensorSettings
+from irsim.camera.signal_chain import SignalChain
 from irsim.physics.radiometry import radiance
 from irsim.types import Floats
 
@@ -17,10 +19,10 @@ INSB = (3.4, 4.9)
 TOP, GAIN = 1000.0, 0.01**2
 
 
-def blooming(bloom: Bloom | None, gain: float = 0.02) -> Sensor:
-    response = Electrons().response(Setting(INSB, 14, 0.0, (220.0, 400.0)))
+def blooming(bloom: Bloom | None, gain: float = 0.02) -> SignalChain:
+    response = ElectronSensor().response(SensorSettings(INSB, 14, 0.0, (220.0, 400.0)))
     drift = Drift(pixel=0, column=0, row=0, gain=gain, age_s=1e5)
-    return Sensor(response, (Shot(), drift), 30.0, 1, bloom=bloom)
+    return SignalChain(response, (Shot(), drift), 30.0, 1, bloom=bloom)
 
 
 def spots(*kelvin: float) -> Floats:
@@ -55,7 +57,7 @@ def test_what_one_pixel_spills_varies_as_its_light_does() -> None:
     bloom = Bloom(along="around", length_px=3.0)
     held = signal.copy()
     bloom.spill(held, TOP)
-    found = spread(signal, GAIN, 0.0, TOP, bloom)
+    found = bloom_variance(signal, GAIN, 0.0, TOP, bloom)
     assert found is not None
     region, squares = found
     share = (held[region] - signal[region]) / 2000.0
@@ -69,7 +71,7 @@ def test_what_one_pixel_spills_varies_as_its_light_does() -> None:
 def test_what_two_spill_onto_one_adds_up_in_squares() -> None:
     signal = np.full((30, 1), 0.0, np.float32)
     signal[[10, 11], 0] = 1900.0, 2300.0  # 450 and 650 each way: 1,100, of which the next pixel but one gets 100
-    found = spread(signal, GAIN, 0.0, TOP, Bloom())
+    found = bloom_variance(signal, GAIN, 0.0, TOP, Bloom())
     assert found is not None
     (rows, _), squares = found
     variance = dict(zip(range(rows.start, rows.stop), squares[:, 0].tolist(), strict=True))
@@ -86,5 +88,5 @@ def test_what_changes_from_frame_to_frame_only_is_as_it_was() -> None:
 
 def test_where_nothing_spills_there_is_nothing_to_tell() -> None:
     signal = np.full((9, 9), 100.0, np.float32)
-    assert spread(signal, GAIN, 0.0, TOP, Bloom()) is None
+    assert bloom_variance(signal, GAIN, 0.0, TOP, Bloom()) is None
     np.testing.assert_array_equal(blooming(Bloom()).variance(spots(), 3), blooming(None).variance(spots(), 3))

@@ -12,12 +12,14 @@ import numpy as np
 import pytest
 from scipy import ndimage, stats
 
-from irsim.camera.bad_pixels import places
-from irsim.camera.detectors import Ar1, BadPixels, Drift, FrameContext, Noise, Noise3d, OddEven, Sensor
-from irsim.camera.drift_process import Departure
-from irsim.camera.process import State
-from irsim.camera.response import Electrons, Response, Setting
-from irsim.camera.telegraph import Telegraph
+from irsim.camera.ar1 import Ar1, State
+from irsim.camera.bad_pixels import BadPixels, TelegraphProcess, clustered_pixels
+from irsim.camera.drift import Drift, DriftProcess
+from irsim.camera.noise import Noise3d, OddEven
+from irsim.camera.noise_base import FrameContext, Noise
+from irsim.camera.response import Response
+from irsim.camera.sensor import ElectronSensor, SensorSettings
+from irsim.camera.signal_chain import SignalChain
 from irsim.physics.radiometry import radiance
 from irsim.types import Floats
 
@@ -31,7 +33,7 @@ def at(index: int, shape: tuple[int, int] = SHAPE, seed: int = 1) -> FrameContex
 
 
 def response() -> Response:
-    return Electrons().response(Setting("mwir", 14, 40.0, (220.0, 400.0)))
+    return ElectronSensor().response(SensorSettings("mwir", 14, 40.0, (220.0, 400.0)))
 
 
 def effect(noise: Noise, frame_context: FrameContext, level: float = LEVEL) -> Floats:
@@ -180,10 +182,10 @@ def test_gain_drifts_in_proportion_to_the_light() -> None:
 def test_variance_of_drifting_gains_is_that_of_many_pixels() -> None:
     """Of the light's part of the signal alone: dark current, half of the signal here, passes no gain. A time constant
     after the correction the square has grown to 1 - exp(-2)."""
-    dark = Electrons(dark_me_s=300.0).response(Setting("mwir", 14, 40.0, (220.0, 400.0)))
+    dark = ElectronSensor(dark_me_s=300.0).response(SensorSettings("mwir", 14, 40.0, (220.0, 400.0)))
     noise = Drift(pixel=0.0, column=0.0, row=0.0, gain=0.01, time_constant_s=10.0, age_s=10.0)
     light = np.full(SHAPE, radiance("mwir", 300.0), np.float32)
-    camera, lit = Sensor(dark, (noise,), RATE_HZ, 1), dark.at(float(light[0, 0])) - dark.zero
+    camera, lit = SignalChain(dark, (noise,), RATE_HZ, 1), dark.at(float(light[0, 0])) - dark.zero
     assert lit == pytest.approx(dark.zero, rel=0.1)
     expected = (1 - math.exp(-2)) * (0.01 * lit / dark.gain) ** 2 + 1 / 12
     np.testing.assert_allclose(camera.variance(light, 0), expected, rtol=1e-5)
@@ -236,12 +238,12 @@ def test_drift_draws_each_step_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """But for the way to the first of them, some 12 draws; 150 of 2 frames here."""
     drawn: list[int] = []
 
-    def between(self: Departure, before: State, after: State, index: int, distance: int) -> State:
+    def between(self: DriftProcess, before: State, after: State, index: int, distance: int) -> State:
         drawn.append(index)
         return midway(self, before, after, index, distance)
 
-    midway = Departure.between
-    monkeypatch.setattr(Departure, "between", between)
+    midway = DriftProcess.between
+    monkeypatch.setattr(DriftProcess, "between", between)
     fast = Drift(pixel=2.0, column=0.0, row=0.0, time_constant_s=100.0, id="counted")
     for index in range(700, 1000):
         drift_at(index, corrected=600, noise=fast)
@@ -254,7 +256,7 @@ def test_drift_draws_each_step_once(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("share", [0.0, 0.0005, 0.005, 0.05])
 @pytest.mark.parametrize("cluster", [1.0, 3.0])
 def test_bad_pixels_are_as_many_as_asked_for_and_in_the_frame(share: float, cluster: float) -> None:
-    found = places((200, 300), share, cluster, 1, "bad", "dead")
+    found = clustered_pixels((200, 300), share, cluster, 1, "bad", "dead")
     assert found.size == np.unique(found).size == round(share * 60_000)
     assert not found.size or (found.min() >= 0 and found.max() < 60_000)
 
@@ -263,7 +265,7 @@ def test_bad_pixels_lie_in_clusters_of_the_mean_size() -> None:
     """At a share where clusters seldom touch, their mean size by connected regions is the one asked for."""
     for cluster in (1.0, 2.0, 4.0):
         picture = np.zeros(1000 * 1000, bool)
-        picture[places((1000, 1000), 0.002, cluster, 3, "bad", "hot")] = True
+        picture[clustered_pixels((1000, 1000), 0.002, cluster, 3, "bad", "hot")] = True
         regions = ndimage.label(picture.reshape(1000, 1000))[1]
         assert picture.sum() / regions == pytest.approx(cluster, rel=0.1)
 
@@ -271,7 +273,7 @@ def test_bad_pixels_lie_in_clusters_of_the_mean_size() -> None:
 def test_clusters_grow_along_rows_as_along_columns() -> None:
     """Bad pixels beside each other are as many as those below each other, within four sigmas of halves."""
     picture = np.zeros((1000, 1000), bool)
-    picture.reshape(-1)[places((1000, 1000), 0.002, 4.0, 3, "bad", "hot")] = True
+    picture.reshape(-1)[clustered_pixels((1000, 1000), 0.002, 4.0, 3, "bad", "hot")] = True
     beside = int((picture[:, 1:] & picture[:, :-1]).sum())
     below = int((picture[1:] & picture[:-1]).sum())
     assert abs(beside - below) < 4 * math.sqrt(beside + below)
@@ -327,7 +329,7 @@ def test_variance_about_the_mean_holds_what_bad_pixels_lie_off() -> None:
 
 def test_a_telegraph_has_exponential_stays_and_no_seam() -> None:
     """P(on at k + d | on at k) = p + (1 - p) exp(-d (1/on + 1/off)), wherever k stands; stays of mean 12 and 36."""
-    chain = Telegraph(12.0, 36.0, 20_000, (1, "noise", "bad", "telegraph"))
+    chain = TelegraphProcess(12.0, 36.0, 20_000, (1, "noise", "bad", "telegraph"))
     states = np.stack([chain.frame(index) for index in range(560)])
     decay, share = 1 / 12 + 1 / 36, 0.25
     assert chain.ends.period == 4, "blocks of 32 frames"
@@ -338,7 +340,7 @@ def test_a_telegraph_has_exponential_stays_and_no_seam() -> None:
             expected = share + (1 - share) * math.exp(-decay * lag)
             assert later[now].mean() == pytest.approx(expected, abs=4.5 * 0.5 / math.sqrt(now.sum())), (start, lag)
     for index in (559, 130, 7):
-        alone = Telegraph(12.0, 36.0, 20_000, (1, "noise", "bad", "telegraph")).frame(index)
+        alone = TelegraphProcess(12.0, 36.0, 20_000, (1, "noise", "bad", "telegraph")).frame(index)
         np.testing.assert_array_equal(alone, states[index])
     # The chain has no memory but the frame before: what it does next does not depend on how long it was on.
     on = states[200] & states[201]

@@ -7,7 +7,8 @@ import numpy.typing as npt
 import pytest
 from pydantic import ValidationError
 
-from irsim.camera.displays import AGCS, CURVES, MID_GREY, Agc, Fixed, Linear, Plain
+from irsim.camera import AGCS, CURVES
+from irsim.camera.agc import MID_GREY, Agc, Fixed, Linear, Plain
 
 
 def scene(bits: int = 14, shape: tuple[int, int] = (120, 160)) -> npt.NDArray[np.uint16]:

@@ -11,7 +11,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from pydantic import ValidationError
 
-from irsim.camera.displays import AGCS, MID_GREY, Agc, Clahe, Fixed, Linear, Plateau, Unsharp
+from irsim.camera import AGCS
+from irsim.camera.agc import MID_GREY, Agc, Fixed, Linear, Plateau
+from irsim.camera.agc_local import Clahe, Unsharp
 
 Counts = npt.NDArray[np.uint16]
 

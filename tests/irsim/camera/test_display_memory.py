@@ -14,8 +14,19 @@ import pytest
 from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
 
 import irsim
-from irsim.camera.agc import TIME_CONSTANTS, Adaptive, faded
-from irsim.camera.displays import AGCS, Agc, Clahe, Linear, Look, Picture, Plateau, Screen, Unsharp
+from irsim.camera import AGCS
+from irsim.camera.agc import (
+    MEMORY_TIME_CONSTANTS,
+    AdaptiveAgc,
+    Agc,
+    AgcSequence,
+    Linear,
+    Picture,
+    Plateau,
+    Statistics,
+    weighted_mean,
+)
+from irsim.camera.agc_local import Clahe, Unsharp
 from irsim.recording import Recording, open_recording, record
 from irsim.render.stream import Rendering
 from irsim.types import Frame
@@ -40,12 +51,12 @@ def in_order(agc: Agc, sequence: Sequence[npt.NDArray[np.uint16]]) -> list[Pictu
     def none(index: int) -> npt.NDArray[np.uint16]:
         raise AssertionError("in order nothing needs to be fetched")
 
-    screen = Screen(agc, 14, none)
+    screen = AgcSequence(agc, 14, none)
     return [screen.picture(counts, index) for index, counts in enumerate(sequence)]
 
 
 def test_every_adaptive_kind_is_watched_here() -> None:
-    adaptive = {word for word, kind in AGCS if issubclass(kind, Adaptive)}
+    adaptive = {word for word, kind in AGCS if issubclass(kind, AdaptiveAgc)}
     assert adaptive <= set(SLOW)
 
 
@@ -60,13 +71,13 @@ def test_a_frame_alone_is_the_one_in_sequence_bit_for_bit(word: str) -> None:
         return sequence[index]
 
     for index in (29, 0, 3, 17, 18, 10, 9):
-        alone = Screen(SLOW[word], 14, counts).picture(sequence[index], index)
+        alone = AgcSequence(SLOW[word], 14, counts).picture(sequence[index], index)
         np.testing.assert_array_equal(alone, expected[index])
-    screen = Screen(SLOW[word], 14, counts)
+    screen = AgcSequence(SLOW[word], 14, counts)
     for index in (12, 13, 14, 2, 29, 28):
         np.testing.assert_array_equal(screen.picture(sequence[index], index), expected[index])
     fetched.clear()
-    screen = Screen(SLOW[word], 14, counts)
+    screen = AgcSequence(SLOW[word], 14, counts)
     for index in (20, 21, 22):
         screen.picture(sequence[index], index)
     assert fetched == list(range(11, 20)), "each predecessor once, and only as far as the memory reaches"
@@ -83,7 +94,7 @@ def test_a_frame_that_another_thread_shows_meanwhile_changes_no_other() -> None:
             return super().__getattribute__(name)
 
     others: list[int] = []
-    screen = Screen(Interrupted(time_constant_frames=0.9), 14, lambda index: sequence[index])
+    screen = AgcSequence(Interrupted(time_constant_frames=0.9), 14, lambda index: sequence[index])
     expected = in_order(SLOW["linear"], sequence)
     others.append(3)
     np.testing.assert_array_equal(screen.picture(sequence[25], 25), expected[25])
@@ -117,13 +128,13 @@ def test_without_a_time_constant_a_sequence_is_its_frames(word: str) -> None:
 def test_the_mean_of_looks_is_the_first_order_filter(time_constant: float) -> None:
     """Beside y += (1 - r)(x - y) from the same beginning, within what the filter remembers of older frames."""
     rng = np.random.default_rng(7)
-    looks: list[Look] = list(rng.uniform(0, 1, (400, 5)))
+    looks: list[Statistics] = list(rng.uniform(0, 1, (400, 5)))
     r, filtered = math.exp(-1 / time_constant), looks[0]
     for look in looks[1:]:
         filtered = filtered + (1 - r) * (look - filtered)
-    window = math.ceil(TIME_CONSTANTS * time_constant) + 1
-    found = faded(looks[-window:], time_constant)
-    np.testing.assert_allclose(found, filtered, atol=2 * math.exp(-TIME_CONSTANTS))
+    window = math.ceil(MEMORY_TIME_CONSTANTS * time_constant) + 1
+    found = weighted_mean(looks[-window:], time_constant)
+    np.testing.assert_allclose(found, filtered, atol=2 * math.exp(-MEMORY_TIME_CONSTANTS))
 
 
 # Pumping

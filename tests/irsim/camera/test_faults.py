@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 import irsim
 import irtrack
-from irsim.camera.frame_loss import FAULTS, Drop, Duplicate, Fault, arrivals
+from irsim.camera import FRAME_FAULTS
+from irsim.camera.frame_loss import Drop, Duplicate, FrameFault, arriving_frames
 from irsim.recording import open_recording, record
 from irsim.render.sources import open_rendering
 from irsim.render.stream import Rendering
@@ -49,21 +50,21 @@ def same(a: tuple[Frame, Truth | None], b: tuple[Frame, Truth | None]) -> bool:
 
 def test_listed_frames_by_hand() -> None:
     drop, double = Drop(frames=(2, 5)), Duplicate(frames=(0, 3))
-    assert arrivals([drop], 7, 0) == (0, 1, 3, 4, 6)
-    assert arrivals([double], 5, 0) == (0, 0, 1, 2, 3, 3, 4)
-    assert arrivals([drop, double], 7, 0) == arrivals([double, drop], 7, 0) == (0, 0, 1, 3, 3, 4, 6)
-    assert arrivals([Drop(frames=(2, 3), length_frames=3)], 8, 0) == (0, 1, 6, 7)
-    assert arrivals([Drop(frames=(100,))], 3, 0) == (0, 1, 2)
+    assert arriving_frames([drop], 7, 0) == (0, 1, 3, 4, 6)
+    assert arriving_frames([double], 5, 0) == (0, 0, 1, 2, 3, 3, 4)
+    assert arriving_frames([drop, double], 7, 0) == arriving_frames([double, drop], 7, 0) == (0, 0, 1, 3, 3, 4, 6)
+    assert arriving_frames([Drop(frames=(2, 3), length_frames=3)], 8, 0) == (0, 1, 6, 7)
+    assert arriving_frames([Drop(frames=(100,))], 3, 0) == (0, 1, 2)
 
 
-@pytest.mark.parametrize("word", FAULTS.kinds)
+@pytest.mark.parametrize("word", FRAME_FAULTS.kinds)
 def test_a_kind_at_rest_changes_nothing(word: str) -> None:
-    fault = FAULTS.parse({"kind": word})
-    assert isinstance(fault, Fault)
-    assert list(arrivals([fault], 3000, 1)) == list(range(3000))
+    fault = FRAME_FAULTS.parse({"kind": word})
+    assert isinstance(fault, FrameFault)
+    assert list(arriving_frames([fault], 3000, 1)) == list(range(3000))
 
 
-@pytest.mark.parametrize("word", FAULTS.kinds)
+@pytest.mark.parametrize("word", FRAME_FAULTS.kinds)
 @given(
     rate=st.floats(0, 1),
     length=st.integers(1, 5),
@@ -74,10 +75,10 @@ def test_a_kind_at_rest_changes_nothing(word: str) -> None:
 def test_what_happens_to_a_frame_depends_on_no_later_one(
     word: str, rate: float, length: int, count: int, more: int, seed: int
 ) -> None:
-    fault = FAULTS.parse({"kind": word, "rate": rate, "length_frames": length})
-    assert isinstance(fault, Fault)
+    fault = FRAME_FAULTS.parse({"kind": word, "rate": rate, "length_frames": length})
+    assert isinstance(fault, FrameFault)
     np.testing.assert_array_equal(fault.hits(count, seed), fault.hits(count + more, seed)[:count])
-    came = list(arrivals([fault], count, seed))
+    came = list(arriving_frames([fault], count, seed))
     assert came == sorted(came)
 
 

@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from irsim.camera.detectors import FrameContext, Noise
-from irsim.camera.noise_equivalent import Equivalent
-from irsim.camera.variance import Variance
+from irsim.camera.noise import NoiseEquivalentRadiance
+from irsim.camera.noise_base import FrameContext, Noise, NoiseVariance
 from irsim.render.contrast import scr
 from irsim.render.frame import Renderer
 from irsim.scenario.model import Scenario
@@ -103,18 +102,19 @@ def test_what_the_lens_lets_through_is_looked_up_at_the_row_and_column_of_a_box(
     response = Renderer(scene({"netd_mk": 40.0}, 300.0)).sensor.response
     share = np.linspace(0.2, 1, 3 * 6, dtype=np.float32).reshape(3, 6)
     for row, column in ((0, 2), (2, 0), (1, 5), (2, 1)):
-        noise = Equivalent(response, Variance(own=1.0), share)(5.0, Box(column + 0.3, row - 0.3, 1, 1))
+        equivalent = NoiseEquivalentRadiance(response, NoiseVariance(pixel=1.0), share)
+        noise = equivalent(5.0, Box(column + 0.3, row - 0.3, 1, 1))
         assert noise == pytest.approx(response.noise / response.linear / share[row, column], rel=1e-6)
 
 
 @pytest.mark.parametrize("preset", ["cooled_mwir", "cooled_lwir", "uncooled_lwir"])
 def test_noise_as_light_raises_the_signal_by_one_sigma_without_light_too(preset: str) -> None:
     sensor, box = Renderer(scene({"preset": preset}, 300.0)).sensor, Box(189.5, 151.5, 1, 1)
-    equivalent, response = sensor.equivalent(0), sensor.response
-    passed = 1.0 if sensor.falloff is None else float(sensor.falloff(0)[152, 190])
+    equivalent, response = sensor.noise_equivalent(0), sensor.response
+    passed = 1.0 if sensor.vignetting is None else float(sensor.vignetting(0)[152, 190])
     for light in (0.0, 1e-9, 1e-3, 5.0):
         before, after = (response.at(passed * of) for of in (light, light + equivalent(light, box)))
-        assert (after - before) ** 2 == pytest.approx(equivalent.variance.within(before, response), rel=1e-6)
+        assert (after - before) ** 2 == pytest.approx(equivalent.variance.within_frame(before, response), rel=1e-6)
     assert equivalent(0.0, box) == pytest.approx(equivalent(1e-12, box), rel=1e-3)
 
 
@@ -165,8 +165,8 @@ def test_while_the_picture_stands_still_noise_is_that_of_the_frame_shown() -> No
 class Warming(Noise):
     """A noise of one's own: its variance grows by that of one NETD a frame."""
 
-    def share(self, frame_context: FrameContext, fixed: bool) -> Variance:
-        return Variance(own=float(frame_context.index))
+    def variance_terms(self, frame_context: FrameContext, fixed: bool) -> NoiseVariance:
+        return NoiseVariance(pixel=float(frame_context.index))
 
 
 def test_noise_of_ones_own_counts_as_it_is_in_each_frame() -> None:
