@@ -22,7 +22,7 @@ from irsim.camera.response import Response, ResponseTime
 from irsim.camera.sensor import NetdSensor, Sensor, SensorSettings
 from irsim.camera.signal_chain import SignalChain
 from irsim.camera.vignetting import Vignetting, VignettingMap
-from irsim.config.base import Part, Several, Switches
+from irsim.config.base import Part, Several, Switches, is_handwritten
 from irsim.config.field_annotations import Items, Plausible
 from irsim.config.quantities import ScaleKelvin
 from irsim.geometry.projection import Geometry
@@ -36,6 +36,9 @@ FrameRate = Annotated[float, Field(ge=0.001, le=10_000), Plausible(0.001, 2000, 
 """Above 2 kHz hardly a camera reads whole frames: a period in microseconds, or pixels a second, is more likely."""
 Blur = Annotated[float, Field(ge=0, le=20), Plausible(0, 5, "px")]
 """A sigma of 5 px spreads a point over more than a hundred pixels: small targets are blurred to nothing."""
+
+OPTICS_KEYS = ("f_number", "pitch_um")
+"""Keys of `optics` that are the detector's where it counts electrons."""
 
 
 class Camera(Part):
@@ -63,7 +66,8 @@ class Camera(Part):
     psf_px: Blur = 0.6
     """Sigma of the optical blur (Gaussian), px; with `optics`, of the aberrations in addition to them."""
     optics: Lens | None = None
-    """Diffraction and defocus; where not given, `psf_px` is all blur."""
+    """Diffraction and defocus; where not given, `psf_px` is all blur. F-number and pitch are those of a detector of
+    kind electrons, and need not be repeated."""
     netd_mk: Annotated[float, Field(ge=0, le=10_000)] = 40.0
     """Noise-equivalent temperature difference at 300 K, mK, the unit of every noise term, for a detector of kind
     stated; that of one that counts electrons follows from them."""
@@ -90,7 +94,7 @@ class Camera(Part):
 
     @classmethod
     def filled(cls, given: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return the keys given, with those of the preset and the default noise of the detector."""
+        """Return the keys given, with those of the preset, the detector's default noise, and its F-number and pitch."""
         preset = given.get("preset")
         keys = PRESETS.get(preset, {}) if isinstance(preset, str) else {}  # type: ignore[call-overload]  # a user's text may name no preset
         filled = {**keys, **given}
@@ -103,6 +107,8 @@ class Camera(Part):
                 filled["noise"] = list(kind.default_noise)
         elif isinstance(detector, Sensor) and "noise" not in filled:
             filled["noise"] = list(detector.default_noise)
+        if filled.get("optics") is not None:
+            filled["optics"] = _with_detector_optics(filled["optics"], filled.get("detector"))
         return filled
 
     @model_validator(mode="after")
@@ -129,6 +135,21 @@ class Camera(Part):
                 "{name} counts electrons that {first} counts already; allowed: one noise that counts them",
                 {"name": name, "first": first, "at": ("noise", index, "kind")},
             )
+        return self
+
+    @model_validator(mode="after")
+    def _optics_are_those_of_the_detector(self) -> Camera:
+        """Recordings made before this was checked are read as they are."""
+        lens, detector = self.optics, self.detector.optics
+        if lens is None or detector is None or not is_handwritten():
+            return self
+        for key, value, known in zip(OPTICS_KEYS, (lens.f_number, lens.pitch_um), detector, strict=True):
+            if not math.isclose(value, known, rel_tol=1e-6):
+                raise PydanticCustomError(
+                    "two_lenses",
+                    "{value} is not the {key} of the detector, {known}; allowed: {known}, or leave it out",
+                    {"value": f"{value:g}", "key": key, "known": f"{known:g}", "at": ("optics", key)},
+                )
         return self
 
     @model_validator(mode="after")
@@ -231,6 +252,20 @@ class Camera(Part):
     def arriving_frames(self, count: int, seed: int, is_on: Callable[[str], bool] = lambda name: True) -> Sequence[int]:
         """Return the indices of the first `count` frames that arrive, in order."""
         return arriving_frames([fault for fault in self.faults if is_on(fault.name)], count, seed)
+
+
+def _with_detector_optics(optics: Any, detector: Any) -> Any:
+    """Return optics, sound or not, with the F-number and pitch of the detector where they have none."""
+    try:
+        sensor = SENSORS.parse(detector)
+    except PydanticCustomError:  # it is reported at its own place
+        return optics
+    if not isinstance(sensor, Sensor) or sensor.optics is None:
+        return optics
+    known = dict(zip(OPTICS_KEYS, sensor.optics, strict=True))
+    if isinstance(optics, Lens):
+        return optics.model_copy(update={key: known[key] for key in known if key not in optics.model_fields_set})
+    return {**known, **optics} if isinstance(optics, Mapping) else optics
 
 
 def _too_long(time_ms: float, rate_hz: float, at: tuple[str, ...]) -> PydanticCustomError:

@@ -15,6 +15,7 @@ from irsim.camera.presets import PRESETS
 from irsim.camera.sensor import ElectronSensor, NetdSensor
 from irsim.camera.vignetting import Vignetting
 from irsim.geometry.projection import Geometry
+from irsim.physics.optics import Lens
 from irsim.physics.radiometry import radiance
 from irsim.render.frame import Renderer
 from irsim.scenario.loader import dumps, loads
@@ -150,3 +151,40 @@ def test_a_frame_with_response_time_alone_is_the_one_in_sequence() -> None:
         np.testing.assert_array_equal(Renderer(scenario).frame(index)[0].image, frames[index])
     quick = Renderer(loads(text, overrides=["without=[lag]"])).frame(17)[0].image
     assert (quick != frames[17]).any()
+
+
+# F-number and pitch are one truth
+
+
+@pytest.mark.parametrize("optics", [{}, {"f_number": 2}, {"pitch_um": 12, "defocus_px": 1.0}, Lens(defocus_px=1.0)])
+def test_optics_have_the_f_number_and_pitch_of_the_detector(optics: Any) -> None:
+    camera = Camera.model_validate({"optics": optics, "detector": {"kind": "electrons", "f_number": 2, "pitch_um": 12}})
+    assert camera.optics is not None
+    assert (camera.optics.f_number, camera.optics.pitch_um) == (2, 12)
+    alone = Camera.model_validate({"optics": {"f_number": 2}}).optics
+    assert alone == Lens(f_number=2.0)
+    preset = loads(SKY + "camera: {preset: cooled_lwir, optics: {}}")
+    assert preset.camera.optics == Lens(f_number=2.0, pitch_um=15.0)
+    assert loads(dumps(preset, short=True)) == preset
+
+
+TWO_LENSES = SKY + "camera: {size: [16, 16], optics: {f_number: 2, pitch_um: 12}, detector: {kind: electrons}}"
+
+
+def test_another_f_number_or_pitch_is_an_error() -> None:
+    first, second = (
+        errors_of(TWO_LENSES.replace("pitch_um: 12", "pitch_um: 15")),
+        errors_of(TWO_LENSES.replace("f_number: 2", "f_number: 4")),
+    )
+    assert first[0].endswith(
+        "camera.optics.f_number: 2 is not the f_number of the detector, 4; allowed: 4, or leave it out"
+    )
+    assert second[0].endswith(
+        "camera.optics.pitch_um: 12 is not the pitch_um of the detector, 15; allowed: 15, or leave it out"
+    )
+
+
+def test_recordings_of_two_lenses_are_read_as_they_are() -> None:
+    camera = loads(TWO_LENSES, trusted=False).camera
+    assert camera.optics == Lens(f_number=2.0, pitch_um=12.0)
+    assert camera.detector.optics == (4.0, 15.0)
