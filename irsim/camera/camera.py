@@ -26,7 +26,7 @@ from irsim.config.base import Part, Several, Switches, is_handwritten
 from irsim.config.field_annotations import Items, Plausible
 from irsim.config.quantities import ScaleKelvin
 from irsim.geometry.projection import Geometry
-from irsim.motion import POINTINGS, Pointing
+from irsim.motion import CAMERA_MOTIONS, CameraMotion
 from irsim.physics.optics import Lens
 from irsim.physics.radiometry import band_fault
 from irsim.types import BandName, Floats
@@ -85,7 +85,7 @@ class Camera(Part):
     """Motion blur over the exposure of a frame; none where not given."""
     bloom: Bloom | None = None
     """Charge that saturated pixels spill into others; none where not given."""
-    motion: Several[Annotated[Pointing, POINTINGS]] = ()
+    motion: Several[Annotated[CameraMotion, CAMERA_MOTIONS]] = ()
     """Motions of the camera; they add up."""
     faults: Several[Annotated[FrameFault, FRAME_FAULTS]] = ()
     """Frames that are lost or arrive twice; those that arrive are numbered anew."""

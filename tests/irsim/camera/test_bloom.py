@@ -135,5 +135,5 @@ def test_charge_of_two_pixels_adds_in_variance() -> None:
 def test_blooming_adds_no_variance_without_spill_or_drift() -> None:
     assert bloom_variance(np.full((9, 9), 100.0, np.float32), GAIN, 0.0, TOP, Bloom()) is None
     np.testing.assert_array_equal(chain(Bloom()).variance(spot_light(), 3), chain(None).variance(spot_light(), 3))
-    temporal = (chain(Bloom(), gain).variance(spot_light(440.0), 3, fixed=False) for gain in (0.02, 0.0))
-    np.testing.assert_array_equal(*temporal)
+    drifting, stable = (chain(Bloom(), gain).variance(spot_light(440.0), 3, fixed=False) for gain in (0.02, 0.0))
+    np.testing.assert_array_equal(drifting, stable)

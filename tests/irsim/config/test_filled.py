@@ -14,7 +14,7 @@ from irsim.backgrounds import BACKGROUNDS, Recorded
 from irsim.camera import AGCS, FRAME_FAULTS, NOISES, SENSORS
 from irsim.config.base import Part
 from irsim.config.schema import Slot, brief, plain
-from irsim.motion import PATHS, POINTINGS
+from irsim.motion import CAMERA_MOTIONS, PATHS
 from irsim.occluders import OCCLUDERS
 from irsim.recording import record
 from irsim.render.stream import Rendering
@@ -26,7 +26,7 @@ from irsim.targets import SHAPES
 
 FAMILIES = (
     *(BACKGROUNDS, SENSORS, NOISES, AGCS, EXPECTATIONS, FRAME_FAULTS),
-    *(PATHS, POINTINGS, OCCLUDERS, SHAPES, VARIATIONS),
+    *(PATHS, CAMERA_MOTIONS, OCCLUDERS, SHAPES, VARIATIONS),
 )
 
 

@@ -11,7 +11,7 @@ from irsim.camera.ar1 import Ar1
 from irsim.camera.camera import Camera
 from irsim.camera.noise import White
 from irsim.config.schema import plain
-from irsim.motion.straight import Straight
+from irsim.motion.scripted import Straight
 from irsim.scenario.loader import change, loads, unheeded_overrides
 
 

@@ -15,8 +15,8 @@ from irsim.camera.ar1 import Ar1
 from irsim.camera.camera import Camera
 from irsim.camera.noise import White
 from irsim.errors import InputError
-from irsim.motion.pan import Pan
-from irsim.motion.straight import Straight
+from irsim.motion.camera_motion import Pan
+from irsim.motion.scripted import Straight
 from irsim.occluders import Bar
 from irsim.scenario.loader import dumps, examples, load, loads, scalar
 from irsim.scenario.model import Scenario

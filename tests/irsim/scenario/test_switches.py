@@ -14,7 +14,7 @@ from mesh_files import GIVEN
 import irsim
 from irsim.backgrounds import BACKGROUNDS, Background, Recorded
 from irsim.camera import FRAME_FAULTS, NOISES
-from irsim.motion import POINTINGS
+from irsim.motion import CAMERA_MOTIONS
 from irsim.occluders import OCCLUDERS
 from irsim.render.stream import Rendering
 from irsim.scenario.model import Scenario
@@ -148,7 +148,7 @@ def before(background: dict[str, Any], moving: bool = False) -> dict[str, Any]:
         "camera": {
             "size": (80, 64),
             "noise": [{"kind": "white"}],
-            "motion": [{"kind": kind, **MOTIONS.get(kind, {})} for kind, _ in POINTINGS] if moving else [],
+            "motion": [{"kind": kind, **MOTIONS.get(kind, {})} for kind, _ in CAMERA_MOTIONS] if moving else [],
             "faults": [{"kind": kind, **FAULTY[kind]} for kind, _ in FRAME_FAULTS] if moving else [],
         },
         "background": background,
@@ -175,7 +175,7 @@ LYING = [
     for name, _ in Scenario.model_validate(scene).background.names()
 ]
 CARRIED = [
-    (before({"kind": "ground"}, moving=True), kind) for family in (POINTINGS, FRAME_FAULTS) for kind, _ in family
+    (before({"kind": "ground"}, moving=True), kind) for family in (CAMERA_MOTIONS, FRAME_FAULTS) for kind, _ in family
 ]
 
 
